@@ -1,0 +1,29 @@
+// The derivative of sum_ij W_ij k(x_i, x_j) by the logarithm of every covariance parameter, in one
+// pass over (i, j): no matrix of derivatives is stored.
+//
+//   g_t = sum_ij W_ij dk(x_i, x_j) / d log theta_t,   theta = (scales..., sigma_f)
+//
+// With W = alpha alpha^T - K^-1, g / 2 is the gradient of the log marginal likelihood (Rasmussen &
+// Williams, eq. 5.9). The noise variance is not part of k: its term is the caller's.
+#ifndef EGOSIEVE_KERNELS_OPS_COVARIANCE_GRADIENT_H_
+#define EGOSIEVE_KERNELS_OPS_COVARIANCE_GRADIENT_H_
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "kernels/base/covariance_parameters.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/runtime/context.h"
+
+namespace egosieve::kernels {
+
+// x: n x D; w: n x n, symmetric, of which only the lower triangle is read. Returns scales.size() +
+// 1 values, accumulated in float64.
+absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
+                                                       const CovarianceParameters& parameters,
+                                                       ConstMatrixView<double> x,
+                                                       ConstMatrixView<double> w);
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_OPS_COVARIANCE_GRADIENT_H_

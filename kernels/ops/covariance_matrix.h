@@ -1,0 +1,37 @@
+// Covariance matrices of points.
+//
+//   K_ij = k(x_i, x_j) + noise_variance [i = j]      CovarianceMatrix, n x n
+//   C_ij = k(x_i, z_j)                               CrossCovariance, n x m, streamed in tiles
+//
+// T is float or double; in float the arcsine's error is at most 1e-6 sigma_f^2. On a device without
+// float64 the double versions are computed on the host.
+#ifndef EGOSIEVE_KERNELS_OPS_COVARIANCE_MATRIX_H_
+#define EGOSIEVE_KERNELS_OPS_COVARIANCE_MATRIX_H_
+
+#include "absl/status/status.h"
+#include "kernels/base/covariance_parameters.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/runtime/context.h"
+
+namespace egosieve::kernels {
+
+enum class Triangle {
+  kFull,
+  kLower,  // elements above the diagonal are left as they are
+};
+
+// x: n x D; out: n x n.
+template <typename T>
+absl::Status CovarianceMatrix(Context& context, const CovarianceParameters& parameters,
+                              ConstMatrixView<double> x, double noise_variance, Triangle triangle,
+                              MatrixView<T> out);
+
+// x: n x D; z: m x D; out: n x m.
+template <typename T>
+absl::Status CrossCovariance(Context& context, const CovarianceParameters& parameters,
+                             ConstMatrixView<double> x, ConstMatrixView<double> z,
+                             MatrixView<T> out);
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_OPS_COVARIANCE_MATRIX_H_

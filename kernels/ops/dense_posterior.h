@@ -1,0 +1,81 @@
+// The posterior of a Gaussian process at many points, from a model that is uploaded once.
+//
+//   mean(x)        = k*.alpha                                              (paper, eq. 3)
+//   variance(x)    = k** - |L^-1 k*|^2       of f; clamped at 0            (paper, eq. 4)
+//   probability(x) = Phi( (a mean + b) / sqrt(1 + a^2 variance) )          (eq. 6 with the square
+//                    root of Rasmussen & Williams eq. 6.41)
+//
+//   k*_i = k(x, x_i), k** = k(x, x), alpha = (L L^T)^-1 y
+//
+// A sparse model gives inducing inputs for `inputs`, and instead of L a factor A with
+// variance(x) = k** - |A^T k*|^2 or any other form that FactorKind names. Queries stream through
+// tiles under a memory cap; a query's result does not depend on the tile it falls in, bit for bit.
+#ifndef EGOSIEVE_KERNELS_OPS_DENSE_POSTERIOR_H_
+#define EGOSIEVE_KERNELS_OPS_DENSE_POSTERIOR_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "kernels/base/covariance_parameters.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/runtime/context.h"
+
+namespace egosieve::kernels {
+
+enum class FactorKind {
+  kNone,             // means only
+  kCholesky,         // L, lower: variance = k** - |L^-1 k*|^2
+  kInverseCholesky,  // R, lower: variance = k** - |R k*|^2; R = L^-1, or the factor of
+                     // K_mm^-1 - Sigma^-1 = R^T R of a sparse model
+};
+
+// What a posterior is made of. Views are read during Create only.
+struct PosteriorModel {
+  CovarianceParameters covariance;
+  ConstMatrixView<double> inputs;  // n x D; n = 0 gives the prior
+  const double* alpha = nullptr;   // n
+  FactorKind factor_kind = FactorKind::kNone;
+  ConstMatrixView<double> factor;  // n x n, lower triangle read
+  double squash_a = 1.0;
+  double squash_b = 0.0;
+};
+
+struct DensePosteriorOptions {
+  int64_t memory_cap_bytes = int64_t{256}
+                             << 20;  // of device memory for tiles, the model not counted
+};
+
+// Caller's arrays, one value a query; null: not wanted, not paid for.
+struct PosteriorOutputs {
+  float* mean = nullptr;
+  float* variance = nullptr;
+  float* probability = nullptr;
+};
+
+struct PosteriorCounts {
+  int64_t clamped_variances = 0;  // negative from rounding, set to 0
+};
+
+// Immutable after Create: safe to use from several threads.
+class DensePosterior {
+ public:
+  static absl::StatusOr<std::unique_ptr<DensePosterior>> Create(
+      std::shared_ptr<Context> context, const PosteriorModel& model,
+      const DensePosteriorOptions& options = {});
+
+  virtual ~DensePosterior() = default;
+
+  // queries: M x D. InvalidArgument, naming the first bad row, on NaN or infinite inputs; nothing
+  // is written then.
+  virtual absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
+                                                   const PosteriorOutputs& outputs) const = 0;
+
+  // One line for logs: device, arcsine form chosen and why.
+  virtual std::string description() const = 0;
+};
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_OPS_DENSE_POSTERIOR_H_

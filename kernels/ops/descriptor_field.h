@@ -1,0 +1,49 @@
+// The inputs of the segmentation's Gaussian process, from an image:
+//
+//   x = (u, v, I_M, I_R, I_G, I_B)                                          (paper, section III)
+//
+// u, v as in kernels/base/image_grid.h; I_. are means over a square window of `window_pixels`
+// around the pixel, clipped at the image border (the mean is over the pixels that exist), mapped
+// from [0, 255] to [-1, 1]. M = 0.299 R + 0.587 G + 0.114 B. A grey image has I_R = I_G = I_B =
+// I_M. Points between pixels take the window around the nearest pixel and keep their own u, v.
+#ifndef EGOSIEVE_KERNELS_OPS_DESCRIPTOR_FIELD_H_
+#define EGOSIEVE_KERNELS_OPS_DESCRIPTOR_FIELD_H_
+
+#include <cstddef>
+#include <cstdint>
+
+#include "absl/status/status.h"
+#include "kernels/base/image_grid.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/runtime/context.h"
+
+namespace egosieve::kernels {
+
+inline constexpr int kDescriptorDimension = 6;
+
+// 8-bit pixels, interleaved; 1 channel is grey, 3 are B, G, R.
+struct ImageView {
+  const uint8_t* data = nullptr;
+  int width = 0;
+  int height = 0;
+  int channels = 3;
+  ptrdiff_t stride_bytes = 0;
+};
+
+struct DescriptorOptions {
+  int window_pixels = 7;  // side of the square window; odd
+  absl::Status Validate() const;
+};
+
+// out: grid.size() x 6, row-major over the grid's rows and columns.
+absl::Status DescriptorField(Context& context, const ImageView& image, const ImageGrid& grid,
+                             const DescriptorOptions& options, MatrixView<float> out);
+
+// points: N x 2, (x, y) in pixels, inside the image; out: N x 6. At a grid's pixels the results
+// equal DescriptorField's bit for bit.
+absl::Status DescriptorsAt(Context& context, const ImageView& image, ConstMatrixView<double> points,
+                           const DescriptorOptions& options, MatrixView<float> out);
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_OPS_DESCRIPTOR_FIELD_H_

@@ -1,0 +1,26 @@
+// One OpenCL device ready for work, or the float64 reference on the host.
+#ifndef EGOSIEVE_KERNELS_RUNTIME_CONTEXT_H_
+#define EGOSIEVE_KERNELS_RUNTIME_CONTEXT_H_
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+
+namespace egosieve::kernels {
+
+struct ContextOptions {
+  // An index of ListDevices(), a part of a device's name, "cpu", "gpu" or "reference". Empty: the
+  // environment variable EGOSIEVE_DEVICE; if that is unset, a GPU if there is one, else a CPU.
+  std::string device;
+  // Compiled programs are kept in the user's cache folder.
+  bool program_cache = true;
+};
+
+class Context;
+
+absl::StatusOr<std::shared_ptr<Context>> OpenContext(const ContextOptions& options = {});
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_RUNTIME_CONTEXT_H_
