@@ -38,15 +38,15 @@ absl::Status CheckPoints(ConstMatrixView<T> points, int64_t dimension) {
   return absl::OkStatus();
 }
 
-absl::Status CheckLabels(absl::Span<const double> labels, int64_t count) {
-  if (static_cast<int64_t>(labels.size()) != count) {
+absl::Status CheckTargets(absl::Span<const double> targets, int64_t count) {
+  if (static_cast<int64_t>(targets.size()) != count) {
     return absl::InvalidArgumentError(
-        absl::StrFormat("%d inputs and %d labels", count, labels.size()));
+        absl::StrFormat("%d inputs and %d labels or targets", count, targets.size()));
   }
-  for (size_t i = 0; i < labels.size(); ++i) {
-    if (!(labels[i] >= 0.0 && labels[i] <= 1.0)) {
+  for (size_t i = 0; i < targets.size(); ++i) {
+    if (!std::isfinite(targets[i])) {
       return absl::InvalidArgumentError(
-          absl::StrFormat("labels[%d] = %g; it must be in [0, 1]", i, labels[i]));
+          absl::StrFormat("targets[%d] = %g; it must be finite", i, targets[i]));
     }
   }
   return absl::OkStatus();
@@ -94,8 +94,22 @@ absl::Status ExactModel::Add(ConstMatrixView<float> inputs, absl::Span<const dou
 
 absl::Status ExactModel::Add(ConstMatrixView<double> inputs, absl::Span<const double> labels,
                              int64_t frame) {
+  std::vector<double> targets;
+  targets.reserve(labels.size());
+  for (size_t i = 0; i < labels.size(); ++i) {
+    if (!(labels[i] >= 0.0 && labels[i] <= 1.0)) {
+      return absl::InvalidArgumentError(
+          absl::StrFormat("labels[%d] = %g; it must be in [0, 1]", i, labels[i]));
+    }
+    targets.push_back(2.0 * labels[i] - 1.0);  // (M1)
+  }
+  return AddTargets(inputs, targets, frame);
+}
+
+absl::Status ExactModel::AddTargets(ConstMatrixView<double> inputs,
+                                    absl::Span<const double> targets, int64_t frame) {
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints(inputs, input_dimension()));
-  EGOSIEVE_RETURN_IF_ERROR(CheckLabels(labels, inputs.rows));
+  EGOSIEVE_RETURN_IF_ERROR(CheckTargets(targets, inputs.rows));
   if (inputs.rows == 0) return absl::OkStatus();
 
   std::vector<double> all(inputs_);
@@ -107,8 +121,8 @@ absl::Status ExactModel::Add(ConstMatrixView<double> inputs, absl::Span<const do
   EGOSIEVE_RETURN_IF_ERROR(status);
 
   inputs_ = std::move(all);
-  for (const double label : labels) {
-    targets_.push_back(2.0 * label - 1.0);  // (M1)
+  for (const double target : targets) {
+    targets_.push_back(target);
     birth_frames_.push_back(frame);
     identities_.push_back(next_identity_++);
   }

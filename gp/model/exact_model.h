@@ -61,6 +61,9 @@ class ExactModel {
                    int64_t frame);
   absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                    int64_t frame);
+  // The same for regression: any finite targets y instead of labels.
+  absl::Status AddTargets(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
+                          int64_t frame);
 
   // rows: indices in [0, size()), strictly increasing. InvalidArgument, unchanged, otherwise.
   absl::Status Remove(absl::Span<const int64_t> rows);
