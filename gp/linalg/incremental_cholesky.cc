@@ -36,7 +36,7 @@ absl::Status CheckShape(const char* what, int64_t rows, int64_t cols, int64_t wa
 AlignedMatrix ZeroMatrix(int64_t size) {
   AlignedMatrix matrix(size, size);
   constexpr int64_t kRowsPerTask = 256;
-  ParallelFor((size + kRowsPerTask - 1) / kRowsPerTask, [&](int64_t t) {
+  ParallelFor((size + kRowsPerTask - 1) / kRowsPerTask, 4.0 * size * size, [&](int64_t t) {
     const int64_t end = std::min(size, (t + 1) * kRowsPerTask);
     std::fill(matrix.row(t * kRowsPerTask), matrix.row(end), 0.0);
   });
@@ -46,7 +46,7 @@ AlignedMatrix ZeroMatrix(int64_t size) {
 // S := K22 - X X^T, lower triangle (and what lies above it within tiles of the diagonal).
 void SubtractGram(ConstMatrixView<double> x, MatrixView<double> s) {
   const int64_t tiles = (x.rows + kCornerTile - 1) / kCornerTile;
-  ParallelFor(tiles * (tiles + 1) / 2, [&](int64_t t) {
+  ParallelFor(tiles * (tiles + 1) / 2, 1.0 * x.rows * x.rows * x.cols, [&](int64_t t) {
     int64_t i = 0;
     while ((i + 1) * (i + 2) / 2 <= t) ++i;
     const int64_t row = i * kCornerTile;
