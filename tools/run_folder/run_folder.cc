@@ -53,8 +53,8 @@ absl::StatusOr<RunFolder> RunFolder::Create(const std::string& path, bool overwr
     return absl::AlreadyExistsError(absl::StrCat(path, " is a file; choose a folder for --out"));
   }
   RunFolder folder(path);
-  if (fs::is_directory(path, error) &&
-      fs::directory_iterator(path, error) != fs::directory_iterator()) {
+  error.clear();
+  if (fs::is_directory(path) && fs::directory_iterator(path, error) != fs::directory_iterator()) {
     const bool is_run = folder.ReadDescription().ok();
     if (!is_run) {
       return absl::AlreadyExistsError(
@@ -105,29 +105,30 @@ absl::StatusOr<RunDescription> RunFolder::ReadDescription() const {
   return description;
 }
 
-absl::StatusOr<std::vector<FrameRecord>> RunFolder::ReadRecords() const {
+absl::StatusOr<std::vector<FrameLine>> RunFolder::ReadLines() const {
   const std::string path = File(kLog);
-  std::vector<FrameRecord> records;
+  std::vector<FrameLine> lines;
   if (std::error_code error; !fs::exists(path, error)) {
-    return records;
+    return lines;
   }
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
-  std::vector<absl::string_view> lines = absl::StrSplit(text, '\n');
-  lines.pop_back();  // empty, or what a crash cut short
-  for (size_t i = 0; i < lines.size(); ++i) {
-    absl::StatusOr<FrameRecord> record = FrameRecordFromLine(lines[i]);
-    if (!record.ok()) {
-      return absl::DataLossError(absl::StrCat(
-          path, ", line ", i + 1, ": ", record.status().message(), "; segment the drive again"));
+  std::vector<absl::string_view> rows = absl::StrSplit(text, '\n');
+  rows.pop_back();  // empty, or what a crash cut short
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const auto damage = [&](absl::string_view what) {
+      return absl::DataLossError(
+          absl::StrCat(path, ", line ", i + 1, ": ", what, "; segment the drive again"));
+    };
+    absl::StatusOr<FrameLine> line = FrameLineFromText(rows[i]);
+    if (!line.ok()) {
+      return damage(line.status().message());
     }
-    if (!records.empty() && record->index <= records.back().index) {
-      return absl::DataLossError(absl::StrCat(path, ", line ", i + 1, ": frame ", record->index,
-                                              " comes after frame ", records.back().index,
-                                              "; segment the drive again"));
+    if (!lines.empty() && line->index <= lines.back().index) {
+      return damage(absl::StrCat("frame ", line->index, " comes after frame ", lines.back().index));
     }
-    records.push_back(*std::move(record));
+    lines.push_back(*std::move(line));
   }
-  return records;
+  return lines;
 }
 
 absl::StatusOr<int64_t> RunFolder::WriteGridMaps(int64_t index, const FrameMaps& maps,

@@ -1,7 +1,7 @@
 // The output folder of a drive: where everything lies, and how it is written and read.
 //
 //   run.json                       RunDescription
-//   frames.jsonl                   a FrameRecord a line, in the order of the frames
+//   frames.jsonl                   a FrameLine a line, in the order of the frames
 //   grid/NNNNNN.{prob,std}.png     maps at grid resolution (map_image.h)
 //   full/NNNNNN.{prob,std,class}.png   the same at the frames' resolution
 //   render/NNNNNN.png              overlays
@@ -20,7 +20,7 @@
 
 #include "absl/status/statusor.h"
 #include "tools/run_folder/atomic_file.h"
-#include "tools/run_folder/frame_record.h"
+#include "tools/run_folder/frame_line.h"
 #include "tools/run_folder/run_description.h"
 
 namespace egosieve::tools {
@@ -50,7 +50,7 @@ class RunFolder {
 
   // A last line that a crash cut short is left out; any other damage is DataLoss, with the line's
   // number. Indices increase.
-  absl::StatusOr<std::vector<FrameRecord>> ReadRecords() const;
+  absl::StatusOr<std::vector<FrameLine>> ReadLines() const;
   absl::StatusOr<LineLog> OpenLog() const { return LineLog::Open(File("frames.jsonl")); }
 
   // Writes grid/NNNNNN.{prob,std}.png and returns how many deviations saturated. An empty deviation

@@ -19,59 +19,63 @@ std::string Root() {
   return testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
 }
 
-TEST(FrameRecord, ALineComesBackAsItWas) {
-  FrameRecord record;
-  record.index = 41;
-  record.time_seconds = 1.64;
-  record.outcome = FrameRecord::Outcome::kLearnt;
-  record.matches = 1502;
-  record.motion_model = "fundamental";
-  record.inliers = 1203;
-  record.labelled_static = 1301;
-  record.labelled_dynamic = 204;
-  record.points = {1505, 126, 907, 488, 19, 51, 102};
-  record.model_size = 3999;
-  record.theta = {0.1, -1.0 / 3.0, 1e-300};
-  record.a = 2.5;
-  record.b = -0.25;
-  record.log_likelihood = -123.456;
-  record.dynamic_share = 0.125;
-  record.clamped_variances = 3;
-  record.saturated_deviations = 4;
-  record.milliseconds = {{"zeta", 1.5}, {"alpha", 2.5}};
-  const std::string line = ToLine(record);
-  EXPECT_EQ(line.find('\n'), std::string::npos);
-  const absl::StatusOr<FrameRecord> read = FrameRecordFromLine(line);
+TEST(FrameLine, ALineComesBackAsItWas) {
+  FrameLine line;
+  line.index = 41;
+  line.time_seconds = 1.64;
+  line.outcome = FrameLine::Outcome::kLearnt;
+  line.features = 3000;
+  line.matches = 1502;
+  line.noise_pixels = 0.4;
+  line.factor_rebuilt = true;
+  line.jitter = 1e-9;
+  line.motion_model = "fundamental";
+  line.inliers = 1203;
+  line.labelled_static = 1301;
+  line.labelled_dynamic = 204;
+  line.points = {1505, 907, 488, 110, 19, 51, 7, 102};
+  line.model_size = 3999;
+  line.theta = {0.1, -1.0 / 3.0, 1e-300};
+  line.a = 2.5;
+  line.b = -0.25;
+  line.log_likelihood_per_point = -123.456;
+  line.dynamic_share = 0.125;
+  line.clamped_variances = 3;
+  line.saturated_deviations = 4;
+  line.milliseconds = {{"zeta", 1.5}, {"alpha", 2.5}};
+  const std::string text = ToText(line);
+  EXPECT_EQ(text.find('\n'), std::string::npos);
+  const absl::StatusOr<FrameLine> read = FrameLineFromText(text);
   ASSERT_TRUE(read.ok()) << read.status();
-  EXPECT_EQ(ToLine(*read), line);
-  EXPECT_EQ(read->points.dropped_budget, 102);
-  EXPECT_EQ(read->theta, record.theta);
-  EXPECT_EQ(read->milliseconds, record.milliseconds);
-  EXPECT_THAT(line, HasSubstr("\"reason\":null"));
+  EXPECT_EQ(ToText(*read), text);
+  EXPECT_EQ(read->points.dropped_by_budget, 102);
+  EXPECT_EQ(read->theta, line.theta);
+  EXPECT_EQ(read->milliseconds, line.milliseconds);
+  EXPECT_THAT(text, HasSubstr("\"reason\":null"));
 }
 
-TEST(FrameRecord, NumbersThatAreNotFiniteAndBrokenTextSurvive) {
-  FrameRecord record;
-  record.log_likelihood = std::numeric_limits<double>::quiet_NaN();
-  record.reason = "bad \xff\n\"name\"";
-  const absl::StatusOr<FrameRecord> read = FrameRecordFromLine(ToLine(record));
+TEST(FrameLine, NumbersThatAreNotFiniteAndBrokenTextSurvive) {
+  FrameLine line;
+  line.log_likelihood_per_point = std::numeric_limits<double>::quiet_NaN();
+  line.reason = "bad \xff\n\"name\"";
+  const absl::StatusOr<FrameLine> read = FrameLineFromText(ToText(line));
   ASSERT_TRUE(read.ok()) << read.status();
-  EXPECT_TRUE(std::isnan(read->log_likelihood));
+  EXPECT_TRUE(std::isnan(read->log_likelihood_per_point));
   EXPECT_THAT(read->reason, HasSubstr("\"name\""));
 }
 
-TEST(FrameRecord, DamageNamesTheField) {
-  nlohmann::ordered_json json = ToJson(FrameRecord());
+TEST(FrameLine, DamageNamesTheField) {
+  nlohmann::ordered_json json = ToJson(FrameLine());
   json["matches"] = "many";
-  EXPECT_THAT(std::string(FrameRecordFromJson(json).status().message()), HasSubstr("'matches'"));
-  json = ToJson(FrameRecord());
+  EXPECT_THAT(std::string(FrameLineFromJson(json).status().message()), HasSubstr("'matches'"));
+  json = ToJson(FrameLine());
   json.erase("theta");
-  EXPECT_THAT(std::string(FrameRecordFromJson(json).status().message()), HasSubstr("'theta'"));
-  json = ToJson(FrameRecord());
+  EXPECT_THAT(std::string(FrameLineFromJson(json).status().message()), HasSubstr("'theta'"));
+  json = ToJson(FrameLine());
   json["outcome"] = "lost";
-  EXPECT_THAT(std::string(FrameRecordFromJson(json).status().message()), HasSubstr("'lost'"));
-  EXPECT_FALSE(FrameRecordFromLine("{\"index\":").ok());
-  EXPECT_FALSE(FrameRecordFromLine("[]").ok());
+  EXPECT_THAT(std::string(FrameLineFromJson(json).status().message()), HasSubstr("'lost'"));
+  EXPECT_FALSE(FrameLineFromText("{\"index\":").ok());
+  EXPECT_FALSE(FrameLineFromText("[]").ok());
 }
 
 TEST(MapImage, ValuesComeBackWithinHalfAStep) {
@@ -112,10 +116,10 @@ TEST(RunFolder, WhatIsWrittenIsRead) {
   ASSERT_TRUE(description.ok()) << description.status();
   EXPECT_EQ(ToText(*description), ToText(run.description));
   EXPECT_EQ(description->grid.columns(), 20);
-  const auto records = opened->ReadRecords();
-  ASSERT_TRUE(records.ok()) << records.status();
-  ASSERT_EQ(records->size(), 6u);
-  EXPECT_EQ((*records)[4].reason, "7 matches; 8 are needed");
+  const auto lines = opened->ReadLines();
+  ASSERT_TRUE(lines.ok()) << lines.status();
+  ASSERT_EQ(lines->size(), 6u);
+  EXPECT_EQ((*lines)[4].reason, "7 matches; 8 are needed");
   const auto maps = opened->ReadGridMaps(2, *description, true);
   ASSERT_TRUE(maps.ok());
   EXPECT_EQ(maps->probability.size(), cv::Size(20, 14));
@@ -157,11 +161,11 @@ TEST(RunFolder, DamageIsReportedWithItsPlace) {
   const std::string log = run.folder.File("frames.jsonl");
   const std::string text = *ReadFile(log);
   std::ofstream(log) << text << "{\"index\": 6, \"ti";
-  EXPECT_EQ(run.folder.ReadRecords()->size(), 6u);
+  EXPECT_EQ(run.folder.ReadLines()->size(), 6u);
   std::ofstream(log) << text << "rubbish\n";
-  EXPECT_THAT(std::string(run.folder.ReadRecords().status().message()), HasSubstr("line 7"));
+  EXPECT_THAT(std::string(run.folder.ReadLines().status().message()), HasSubstr("line 7"));
   std::ofstream(log) << text << text;
-  EXPECT_THAT(std::string(run.folder.ReadRecords().status().message()),
+  EXPECT_THAT(std::string(run.folder.ReadLines().status().message()),
               HasSubstr("frame 0 comes after frame 5"));
 
   std::ofstream(run.folder.File("run.json"))

@@ -51,33 +51,34 @@ FrameMaps FakeMaps(const FakeRunOptions& options, const kernels::ImageGrid& grid
   return maps;
 }
 
-FrameRecord FakeRecord(const FakeRunOptions& options, int index) {
-  FrameRecord record;
-  record.index = index;
-  record.time_seconds = index / 25.0;
-  record.theta = {0.7, 0.7, 0.7, 0.7, 0.7, 0.7, 0.7, 0.0, -0.7};
-  record.milliseconds = {{"decode", 4.0}, {"features", 90.0}, {"inference", 120.0 + index % 7}};
+FrameLine FakeRecord(const FakeRunOptions& options, int index) {
+  FrameLine line;
+  line.index = index;
+  line.time_seconds = index / 25.0;
+  line.theta = {0.7, 0.7, 0.7, 0.7, 0.7, 0.7, 0.7, 0.0, -0.7};
+  line.milliseconds = {{"decode", 4.0}, {"features", 90.0}, {"inference", 120.0 + index % 7}};
   if (index == 0) {
-    record.reason = "the first frame has no pair";
-    return record;
+    line.reason = "the first frame has no pair";
+    return line;
   }
-  record.model_size = static_cast<int64_t>(4000 * (1.0 - std::exp(-index / 40.0)));
-  record.matches = 1500 + 10 * (index % 11);
-  record.motion_model = index % 3 == 0 ? "homography" : "fundamental";
-  record.inliers = 1200;
-  record.labelled_static = 1300;
-  record.labelled_dynamic = 200 + index % 13;
-  record.dynamic_share = 0.1 + 0.05 * std::sin(index / 9.0);
+  line.model_size = static_cast<int64_t>(4000 * (1.0 - std::exp(-index / 40.0)));
+  line.features = 3200;
+  line.matches = 1500 + 10 * (index % 11);
+  line.motion_model = index % 3 == 0 ? "homography" : "fundamental";
+  line.inliers = 1200;
+  line.labelled_static = 1300;
+  line.labelled_dynamic = 200 + index % 13;
+  line.dynamic_share = 0.1 + 0.05 * std::sin(index / 9.0);
   if (index == options.frames - 2) {
-    record.reason = "7 matches; 8 are needed";
-    return record;
+    line.reason = "7 matches; 8 are needed";
+    return line;
   }
-  record.outcome = FrameRecord::Outcome::kLearnt;
-  record.points = {1500, 120, 900, 480, 10, 5, 100};
-  record.a = 2.0 + 0.1 * std::sin(index / 5.0);
-  record.b = -0.3;
-  record.log_likelihood = -300.0 + 200.0 * (1.0 - std::exp(-index / 20.0));
-  return record;
+  line.outcome = FrameLine::Outcome::kLearnt;
+  line.points = {1500, 900, 480, 120, 10, 5, 0, 100};
+  line.a = 2.0 + 0.1 * std::sin(index / 5.0);
+  line.b = -0.3;
+  line.log_likelihood_per_point = -0.6 + 0.4 * (1.0 - std::exp(-index / 20.0));
+  return line;
 }
 
 }  // namespace
@@ -114,7 +115,7 @@ FakeRun WriteFakeRun(const std::string& root, const FakeRunOptions& options) {
     cv::imwrite(run.masks + name, FakeMask(options, index));
     const FrameMaps maps = FakeMaps(options, run.description.grid, index, random);
     Check(run.folder.WriteGridMaps(index, maps, run.description.deviation_full_scale).status());
-    Check(log->Append(ToLine(FakeRecord(options, index))));
+    Check(log->Append(ToText(FakeRecord(options, index))));
   }
   run.description.ended = "done";
   run.description.frames_answered = options.frames;
