@@ -57,14 +57,14 @@ std::unique_ptr<OnlineSegmenter> MakeSegmenter() {
   return *std::move(segmenter);
 }
 
-struct Run {
+struct DriveRun {
   absl::StatusOr<PipelineSummary> summary = absl::UnknownError("not run");
   std::vector<SegmentedFrame> frames;
 };
 
-Run RunDrive(FrameSource& source, const PipelineOptions& options,
-             const std::function<bool()>& stop_requested = nullptr) {
-  Run run;
+DriveRun RunDrive(FrameSource& source, const PipelineOptions& options,
+                  const std::function<bool()>& stop_requested = nullptr) {
+  DriveRun run;
   auto segmenter = MakeSegmenter();
   run.summary =
       RunPipeline(source, *segmenter, options, stop_requested, [&run](const SegmentedFrame& frame) {
@@ -75,7 +75,7 @@ Run RunDrive(FrameSource& source, const PipelineOptions& options,
 }
 
 TEST(SegmentationPipelineTest, OverlappedStagesGiveTheBytesOfOneFrameAfterTheOther) {
-  std::vector<Run> runs;
+  std::vector<DriveRun> runs;
   for (const bool overlap : {false, true}) {
     MovingSquareSource source(6, {3});
     PipelineOptions options;
@@ -104,7 +104,7 @@ TEST(SegmentationPipelineTest, TakesTheFramesBetweenFirstAndEnd) {
   PipelineOptions options;
   options.first_frame = 2;
   options.end_frame = 4;
-  const Run run = RunDrive(source, options);
+  const DriveRun run = RunDrive(source, options);
   ASSERT_TRUE(run.summary.ok());
   ASSERT_EQ(run.frames.size(), 2u);
   EXPECT_EQ(run.frames[0].index, 2);
@@ -114,7 +114,7 @@ TEST(SegmentationPipelineTest, TakesTheFramesBetweenFirstAndEnd) {
 TEST(SegmentationPipelineTest, FinishesWhatWasReadWhenAskedToStop) {
   MovingSquareSource source(50, {});
   std::atomic<int> reads = 0;
-  const Run run = RunDrive(source, PipelineOptions(), [&reads] { return ++reads > 3; });
+  const DriveRun run = RunDrive(source, PipelineOptions(), [&reads] { return ++reads > 3; });
   ASSERT_TRUE(run.summary.ok());
   EXPECT_TRUE(run.summary->stopped);
   EXPECT_EQ(run.frames.size(), 3u);
