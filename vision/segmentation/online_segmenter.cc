@@ -120,11 +120,14 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
                                     options_.descriptor));
     }
     posterior_.reset();
-    EGOSIEVE_RETURN_IF_ERROR(
+    const absl::Status status =
         learner_->Learn(kernels::ConstMatrixView<float>(inputs.data(), labels.size(),
                                                         kernels::kDescriptorDimension),
-                        labels.probability, frame.index, record));
-    record.learnt = true;
+                        labels.probability, frame.index, record);
+    record.learnt = status.ok();
+    if (!status.ok()) {
+      record.reason = absl::StrFormat("the model could not learn: %s", status.message());
+    }
   }
   learner_->Describe(record);
   if (posterior_ == nullptr) {
