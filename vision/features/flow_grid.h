@@ -1,0 +1,50 @@
+// Points of a regular grid, tracked by dense inverse-search flow (DIS; Kroeger et al., 2016).
+//
+//   f = flow from first to second, b = flow from second to first
+//   x2 = x1 + f(x1),   e(x1) = | f(x1) + b(x2) |                     forward-backward error
+//   kept where e < error_floor + error_slope |f(x1)| and x2 lies in the image
+//
+// Both fields are sampled bilinearly. Cost: two flows, linear in the pixels.
+#ifndef EGOSIEVE_VISION_FEATURES_FLOW_GRID_H_
+#define EGOSIEVE_VISION_FEATURES_FLOW_GRID_H_
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "vision/geometry/point_pair.h"
+
+namespace egosieve::vision {
+
+enum class FlowQuality { kUltrafast, kFast, kMedium };  // presets of OpenCV's DIS
+
+struct FlowGridOptions {
+  int stride_pixels = 5;      // of the grid; positive
+  double error_floor = 1.0;   // pixels; positive
+  double error_slope = 0.02;  // >= 0
+  FlowQuality quality = FlowQuality::kMedium;
+
+  absl::Status Validate() const;
+};
+
+struct FlowPair {
+  cv::Mat forward;   // CV_32FC2, pixels, first to second
+  cv::Mat backward;  // second to first
+};
+
+// Grey CV_8UC1 images of one size, at least 16 pixels in each direction.
+absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second,
+                                     FlowQuality quality);
+
+// The grid lies in the second image (`anchor_second`) or in the first; there its points are whole
+// pixels. Row by row.
+std::vector<PointPair> TrackGrid(const FlowPair& flow, bool anchor_second,
+                                 const FlowGridOptions& options);
+
+// Bilinear sample of a CV_32FC2 field, clamped at the border.
+cv::Point2f SampleField(const cv::Mat& field, cv::Point2f at);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_FEATURES_FLOW_GRID_H_
