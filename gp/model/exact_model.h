@@ -43,7 +43,6 @@ struct Prediction {
   std::vector<double> variance;  // of f; empty where it was not asked for
 };
 
-// Means and variances of f by (M3) in float64.
 enum class PredictWhat { kMean, kMeanAndVariance };
 
 class ExactModel {
@@ -62,6 +61,9 @@ class ExactModel {
                    int64_t frame);
   absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                    int64_t frame);
+  // The same for regression: any finite targets y instead of labels.
+  absl::Status AddTargets(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
+                          int64_t frame);
 
   // rows: indices in [0, size()), strictly increasing. InvalidArgument, unchanged, otherwise.
   absl::Status Remove(absl::Span<const int64_t> rows);
@@ -87,7 +89,7 @@ class ExactModel {
   absl::Span<const int64_t> identities() const { return identities_; }  // increasing
   absl::Span<const int64_t> birth_frames() const { return birth_frames_; }
   const IncrementalCholesky& factor() const { return factor_; }
-  absl::Span<const double> alpha() const;
+  absl::Span<const double> alpha() const { return alpha_; }
 
   // Means (M3) at N x D points on the context's device in float32; the prior's 0 for an empty
   // model.
@@ -111,6 +113,13 @@ class ExactModel {
 
  private:
   ExactModel() = default;
+
+  absl::Status AppendToFactor(kernels::ConstMatrixView<double> points);
+  // Replaces the factor by that of `points` with the first jitter that works: `jitter` itself, or
+  // where that was refused already the next rung of the ladder.
+  absl::Status Rebuild(const Hyperparameters& hyperparameters, const std::vector<double>& points,
+                       double jitter, bool refused);
+  void UpdateAlpha();
 
   std::shared_ptr<kernels::Context> context_;
   Hyperparameters hyperparameters_;
