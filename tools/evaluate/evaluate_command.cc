@@ -37,10 +37,11 @@ class EvaluateCommand : public Command {
         ->default_str("grid")
         ->type_name("WHICH");
     app.add_option("--match", options_.match,
-                   "How masks find their frames: number (in the file name), order, or auto: number "
-                   "where every name has one")
+                   "How masks find their frames: name (the frame's, in a folder), number (the "
+                   "frame's index), order, or auto: the first of these that fits")
         ->transform(CLI::CheckedTransformer(
                         std::map<std::string, MatchMasks>{{"auto", MatchMasks::kAuto},
+                                                          {"name", MatchMasks::kName},
                                                           {"number", MatchMasks::kNumber},
                                                           {"order", MatchMasks::kOrder}})
                         .description(""))

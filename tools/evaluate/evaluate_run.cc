@@ -56,7 +56,7 @@ FrameEvaluation ScoreFrame(const cv::Mat1f& probability, const cv::Mat1b& truth,
 // Which lines have masks, and the masks' paths. By order, mask k is that of the k-th line.
 std::map<int64_t, std::string> MasksByIndex(const TruthMasks& masks,
                                             const std::vector<FrameLine>& lines) {
-  if (masks.matched_by == "number") {
+  if (masks.matched_by != "order") {
     return masks.paths;
   }
   std::map<int64_t, std::string> paths;
@@ -90,7 +90,9 @@ absl::StatusOr<Evaluation> EvaluateRun(const RunFolder& folder, const std::strin
                                        const std::function<bool()>& after_frame) {
   EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder.ReadLines());
-  EGOSIEVE_ASSIGN_OR_RETURN(const TruthMasks masks, ListTruthMasks(truth, options.match));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const TruthMasks masks,
+      ListTruthMasks(truth, FrameNames(description.input.path), options.match));
   std::map<int64_t, std::string> paths = MasksByIndex(masks, lines);
 
   Evaluation evaluation;

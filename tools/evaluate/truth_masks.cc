@@ -5,33 +5,42 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
-#include <set>
 #include <system_error>
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/strings/ascii.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "vision/frame/frame_source.h"
+#include "vision/frame/image_decoding.h"
 
 namespace egosieve::tools {
 namespace {
 
 namespace fs = std::filesystem;
 
-bool IsMaskFile(const fs::path& path) {
-  static const std::set<std::string>& extensions =
-      *new std::set<std::string>{".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".ppm", ".tif", ".tiff"};
-  return extensions.count(absl::AsciiStrToLower(path.extension().string())) > 0 &&
-         path.filename().string().front() != '.';
+// The images in a folder, in natural order; empty where there is none, or no folder.
+std::vector<std::string> ListImages(const std::string& folder) {
+  std::error_code error;
+  std::vector<std::string> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    const std::string path = entry.path().string();
+    if (entry.is_regular_file(error) && entry.path().filename().string().front() != '.' &&
+        vision::HasImageExtension(path)) {
+      files.push_back(path);
+    }
+  }
+  std::sort(files.begin(), files.end(), vision::NaturalLess);
+  return files;
 }
+
+std::string Stem(const std::string& path) { return fs::path(path).stem().string(); }
 
 // The last run of digits in a file's name.
 std::optional<int64_t> NumberIn(const std::string& path) {
-  const std::string stem = fs::path(path).stem().string();
+  const std::string stem = Stem(path);
   size_t end = stem.size();
   while (end > 0 && std::isdigit(static_cast<unsigned char>(stem[end - 1])) == 0) --end;
   size_t begin = end;
@@ -49,20 +58,32 @@ absl::StatusOr<std::vector<std::string>> ListMaskFiles(const std::string& folder
     return absl::NotFoundError(
         absl::StrCat("no folder ", folder, "; give the folder of masks to --truth"));
   }
-  std::vector<std::string> files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
-    if (entry.is_regular_file(error) && IsMaskFile(entry.path())) {
-      files.push_back(entry.path().string());
-    }
-  }
+  std::vector<std::string> files = ListImages(folder);
   if (files.empty()) {
     return absl::NotFoundError(
         absl::StrCat("no image in ", folder, "; give the folder of masks to --truth"));
   }
-  std::sort(files.begin(), files.end(), vision::NaturalLess);
   return files;
 }
 
+// Empty where a file's name is no frame's, or two files have one frame's.
+std::map<int64_t, std::string> ByName(const std::vector<std::string>& files,
+                                      const std::vector<std::string>& frame_names) {
+  std::map<std::string, int64_t> indices;
+  for (size_t i = 0; i < frame_names.size(); ++i) {
+    indices[frame_names[i]] = static_cast<int64_t>(i);
+  }
+  std::map<int64_t, std::string> paths;
+  for (const std::string& file : files) {
+    const auto index = indices.find(Stem(file));
+    if (index == indices.end() || !paths.emplace(index->second, file).second) {
+      return {};
+    }
+  }
+  return paths;
+}
+
+// Empty where a file's name has no number, or two have the same.
 std::map<int64_t, std::string> ByNumber(const std::vector<std::string>& files) {
   std::map<int64_t, std::string> paths;
   for (const std::string& file : files) {
@@ -74,27 +95,45 @@ std::map<int64_t, std::string> ByNumber(const std::vector<std::string>& files) {
   return paths;
 }
 
+std::map<int64_t, std::string> ByOrder(const std::vector<std::string>& files) {
+  std::map<int64_t, std::string> paths;
+  for (size_t i = 0; i < files.size(); ++i) {
+    paths[static_cast<int64_t>(i)] = files[i];
+  }
+  return paths;
+}
+
 }  // namespace
 
-absl::StatusOr<TruthMasks> ListTruthMasks(const std::string& folder, MatchMasks match) {
+std::vector<std::string> FrameNames(const std::string& path) {
+  std::vector<std::string> names = ListImages(path);
+  std::transform(names.begin(), names.end(), names.begin(), Stem);
+  return names;
+}
+
+absl::StatusOr<TruthMasks> ListTruthMasks(const std::string& folder,
+                                          const std::vector<std::string>& frame_names,
+                                          MatchMasks match) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<std::string> files, ListMaskFiles(folder));
-  TruthMasks masks{folder, "number", {}};
-  if (match != MatchMasks::kOrder) {
+  const bool automatic = match == MatchMasks::kAuto;
+  TruthMasks masks{folder, "name", {}};
+  if (automatic || match == MatchMasks::kName) {
+    masks.paths = ByName(files, frame_names);
+    if (!masks.paths.empty()) return masks;
+  }
+  if (automatic || match == MatchMasks::kNumber) {
+    masks.matched_by = "number";
     masks.paths = ByNumber(files);
-    if (!masks.paths.empty()) {
-      return masks;
-    }
-    if (match == MatchMasks::kNumber) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "the masks in ", folder,
-          " have no number each, or the same one twice; rename them or use --match=order"));
-    }
+    if (!masks.paths.empty()) return masks;
   }
-  masks.matched_by = "order";
-  for (size_t i = 0; i < files.size(); ++i) {
-    masks.paths[static_cast<int64_t>(i)] = files[i];
+  if (automatic || match == MatchMasks::kOrder) {
+    masks.matched_by = "order";
+    masks.paths = ByOrder(files);
+    return masks;
   }
-  return masks;
+  return absl::InvalidArgumentError(absl::StrCat("the masks in ", folder,
+                                                 " do not match the frames by ", masks.matched_by,
+                                                 "; rename them, or use another --match"));
 }
 
 absl::StatusOr<cv::Mat1b> ReadTruthMask(const std::string& path, cv::Size expected) {
