@@ -46,8 +46,14 @@ std::string Tile(absl::string_view figure, absl::string_view meaning) {
                       EscapeHtml(meaning), "</span></div>\n");
 }
 
+// The input's last two path components: "car-shadow/frames" says more than "frames".
+std::string Title(const RunDescription& description) {
+  const std::filesystem::path path(description.input.path);
+  return (path.parent_path().filename() / path.filename()).string();
+}
+
 std::string Header(const RunDescription& description) {
-  const std::string name = std::filesystem::path(description.input.path).filename().string();
+  const std::string name = Title(description);
   const std::string ended = EscapeHtml(description.ended);
   const std::string label = ended == "running" ? "not finished" : ended;
   std::string html = absl::StrCat("<header><h1>", EscapeHtml(name), " <span class=\"pill ", ended,
@@ -234,8 +240,8 @@ std::string MakeReportPage(const ReportContent& content) {
   std::string html = absl::StrCat(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta "
       "name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>Egosieve: ",
-      EscapeHtml(std::filesystem::path(description.input.path).filename().string()),
-      "</title>\n<style>\n", kDygraphsCss, kPageCss, "</style>\n</head>\n<body>\n<main>\n");
+      EscapeHtml(Title(description)), "</title>\n<style>\n", kDygraphsCss, kPageCss,
+      "</style>\n</head>\n<body>\n<main>\n");
   absl::StrAppend(&html, Header(description), Tiles(content));
   if (!content.pictures.empty() || !content.pictures_note.empty()) {
     absl::StrAppend(&html, Pictures(content));

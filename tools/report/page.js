@@ -60,7 +60,7 @@
       labels: ["frame"].concat(chart.series),
       colors: colours,
       stackedGraph: chart.stacked,
-      fillGraph: chart.stacked || chart.series.length === 1,
+      fillGraph: chart.stacked || (chart.from_zero && chart.series.length === 1),
       fillAlpha: chart.stacked ? 0.75 : 0.12,
       strokeWidth: chart.stacked ? 0.6 : 1.4,
       drawPoints: chart.x.length <= 60 && !chart.stacked,
