@@ -211,10 +211,8 @@ absl::Status OnlineLearner::ThinModel(int64_t frame_index, SelectionCounts& coun
 }
 
 absl::Status OnlineLearner::Train(FrameRecord& record) {
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const gp::TrainingReport report,
-      trainer_.TrainFrame(*model_.context(), model_.inputs(), model_.targets()));
-  record.log_likelihood_per_point = report.log_likelihood;
+  EGOSIEVE_RETURN_IF_ERROR(
+      trainer_.TrainFrame(*model_.context(), model_.inputs(), model_.targets()).status());
   if (trainer_.ShouldRebuild(model_.hyperparameters())) {
     EGOSIEVE_RETURN_IF_ERROR(model_.SetHyperparameters(trainer_.hyperparameters()));
     record.factor_rebuilt = true;
@@ -243,6 +241,8 @@ absl::Status OnlineLearner::Calibrate() {
 void OnlineLearner::Describe(FrameRecord& record) const {
   record.model_size = model_.size();
   record.theta = gp::ToLogarithms(model_.hyperparameters());
+  record.log_likelihood_per_point =
+      model_.LogMarginalLikelihood() / static_cast<double>(std::max<int64_t>(1, model_.size()));
   record.jitter = model_.jitter();
   record.squash_a = squash_.a;
   record.squash_b = squash_.b;
