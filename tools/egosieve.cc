@@ -8,6 +8,7 @@
 #include "tools/reconstruct/reconstruct_command.h"
 #include "tools/render/render_command.h"
 #include "tools/report/report_command.h"
+#include "tools/synthesize/synthesize_command.h"
 
 int main(int argc, char** argv) {
   using namespace egosieve::tools;  // NOLINT(build/namespaces)
@@ -15,6 +16,7 @@ int main(int argc, char** argv) {
       "egosieve",
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
       "0.1.0");
+  line.Add(MakeSynthesizeCommand());
   line.Add(MakeReconstructCommand());
   line.Add(MakeRenderCommand());
   line.Add(MakeReportCommand());
