@@ -3,18 +3,21 @@
 #include <vector>
 
 #include "tools/cli/command_line.h"
+#include "tools/cli/version.h"
 #include "tools/devices/devices_command.h"
 #include "tools/evaluate/evaluate_command.h"
 #include "tools/reconstruct/reconstruct_command.h"
 #include "tools/render/render_command.h"
 #include "tools/report/report_command.h"
+#include "tools/segment/segment_command.h"
 
 int main(int argc, char** argv) {
   using namespace egosieve::tools;  // NOLINT(build/namespaces)
   CommandLine line(
       "egosieve",
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
-      "0.1.0");
+      kVersion);
+  line.Add(MakeSegmentCommand());
   line.Add(MakeReconstructCommand());
   line.Add(MakeRenderCommand());
   line.Add(MakeReportCommand());
