@@ -10,6 +10,7 @@
 #include "tools/render/render_command.h"
 #include "tools/report/report_command.h"
 #include "tools/segment/segment_command.h"
+#include "tools/synthesize/synthesize_command.h"
 
 int main(int argc, char** argv) {
   using namespace egosieve::tools;  // NOLINT(build/namespaces)
@@ -18,10 +19,12 @@ int main(int argc, char** argv) {
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
       kVersion);
   line.Add(MakeSegmentCommand());
-  line.Add(MakeReconstructCommand());
-  line.Add(MakeRenderCommand());
-  line.Add(MakeReportCommand());
-  line.Add(MakeEvaluateCommand());
-  line.Add(MakeDevicesCommand());
-  return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
+      "0.1.0");
+      line.Add(MakeSynthesizeCommand());
+      line.Add(MakeReconstructCommand());
+      line.Add(MakeRenderCommand());
+      line.Add(MakeReportCommand());
+      line.Add(MakeEvaluateCommand());
+      line.Add(MakeDevicesCommand());
+      return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
 }
