@@ -19,12 +19,11 @@ int main(int argc, char** argv) {
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
       kVersion);
   line.Add(MakeSegmentCommand());
-      "0.1.0");
-      line.Add(MakeSynthesizeCommand());
-      line.Add(MakeReconstructCommand());
-      line.Add(MakeRenderCommand());
-      line.Add(MakeReportCommand());
-      line.Add(MakeEvaluateCommand());
-      line.Add(MakeDevicesCommand());
-      return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
+  line.Add(MakeSynthesizeCommand());
+  line.Add(MakeReconstructCommand());
+  line.Add(MakeRenderCommand());
+  line.Add(MakeReportCommand());
+  line.Add(MakeEvaluateCommand());
+  line.Add(MakeDevicesCommand());
+  return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
 }

@@ -1,11 +1,11 @@
 #include "tools/segment/drive_writer.h"
 
+#include <array>
 #include <chrono>
+#include <ctime>
 #include <utility>
 #include <vector>
 
-#include "absl/time/clock.h"
-#include "absl/time/time.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::tools {
@@ -49,7 +49,12 @@ FrameMaps MakeMaps(const vision::SegmentationMap& map) {
 }  // namespace
 
 std::string UtcNow() {
-  return absl::FormatTime("%Y-%m-%dT%H:%M:%SZ", absl::Now(), absl::UTCTimeZone());
+  const std::time_t now = std::time(nullptr);
+  std::tm utc = {};
+  gmtime_r(&now, &utc);
+  std::array<char, 32> text = {};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text.data();
 }
 
 FrameLine MakeLine(const vision::SegmentedFrame& frame) {
