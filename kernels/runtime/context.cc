@@ -20,10 +20,13 @@ int FloatLanes(const cl::Device& device, bool is_gpu) {
 
 }  // namespace
 
-Context::Context(DeviceInfo info, cl::Device device, bool /*program_cache*/)
+Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& options)
     : info_(std::move(info)), device_(std::move(device)), context_(device_) {
   shares_host_memory_ = info_.type == DeviceType::kCpu;
-  float_lanes_ = FloatLanes(device_, info_.type == DeviceType::kGpu);
+  tuning_ =
+      options.tuning.has_value()
+          ? *options.tuning
+          : LoadTuning(info_, DefaultTuning(FloatLanes(device_, info_.type == DeviceType::kGpu)));
 }
 
 absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::string& options) {
@@ -54,6 +57,7 @@ absl::StatusOr<cl::Kernel> Context::Kernel(std::string_view file, const std::str
 }
 
 absl::StatusOr<std::shared_ptr<Context>> OpenContext(const ContextOptions& options) {
+  if (options.tuning.has_value()) EGOSIEVE_RETURN_IF_ERROR(options.tuning->Validate());
   const char* environment = std::getenv("EGOSIEVE_DEVICE");
   const std::string choice =
       options.device.empty() && environment != nullptr ? environment : options.device;
@@ -72,8 +76,7 @@ absl::StatusOr<std::shared_ptr<Context>> OpenContext(const ContextOptions& optio
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<OpenClDevice> opencl_devices, ListOpenClDevices());
   std::shared_ptr<Context> context;
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("opening " + chosen.name, [&] {
-    context = std::make_shared<Context>(chosen, opencl_devices.at(chosen.index).device,
-                                        options.program_cache);
+    context = std::make_shared<Context>(chosen, opencl_devices.at(chosen.index).device, options);
   }));
   return context;
 }
