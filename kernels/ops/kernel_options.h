@@ -3,7 +3,6 @@
 #define EGOSIEVE_KERNELS_OPS_KERNEL_OPTIONS_H_
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -21,23 +20,6 @@ template <typename T>
 int Lanes(const Context& context) {
   return sizeof(T) == sizeof(float) ? context.tuning().float_lanes
                                     : std::max(context.tuning().float_lanes / 2, 1);
-}
-
-// The h = (1 - |z|) / 2 from which on the float32 arcsine may take z from the dot product of c
-// components.
-//
-// Its error, u = 2^-24: 2 u from rounding the vectors, ceil(c / 2) u from the longer of two chains
-// of multiply-adds, u from their sum; asin multiplies it by 1 / (2 sqrt(h (1 - h))), and the root,
-// the polynomial and pi/2 add at most 1.5e-7. So
-//
-//   (ceil(c / 2) + 3) u / (2 sqrt(h (1 - h))) + 1.5e-7 <= 1e-6
-//
-// holds from the smaller root of h (1 - h) = s^2, s = (ceil(c / 2) + 3) u / 1.7e-6, on. 1, which no
-// h reaches, when s > 1/2.
-inline double DifferenceThreshold(int64_t components) {
-  const double roundings = static_cast<double>((components + 1) / 2 + 3);
-  const double s = roundings * std::ldexp(1.0, -24) / 1.7e-6;
-  return s < 0.5 ? 0.5 - std::sqrt(0.25 - s * s) : 1.0;
 }
 
 // The macros of kernels/cl/common.cl.

@@ -7,6 +7,7 @@
 #include "kernels/runtime/opencl_context.h"
 #include "kernels/runtime/opencl_device.h"
 #include "kernels/runtime/opencl_error.h"
+#include "kernels/runtime/program_cache.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -21,7 +22,10 @@ int FloatLanes(const cl::Device& device, bool is_gpu) {
 }  // namespace
 
 Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& options)
-    : info_(std::move(info)), device_(std::move(device)), context_(device_) {
+    : info_(std::move(info)),
+      device_(std::move(device)),
+      context_(device_),
+      program_cache_(options.program_cache) {
   shares_host_memory_ = info_.type == DeviceType::kCpu;
   tuning_ =
       options.tuning.has_value()
@@ -40,8 +44,7 @@ absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::s
       CatchOpenClErrors("building " + std::string(file) + " for " + info_.name, [&] {
         const std::string source =
             std::string(cl_sources::Text("common.cl")) + std::string(cl_sources::Text(file));
-        program = cl::Program(context_, source);
-        program.build(device_, options.c_str());
+        program = BuildProgram(context_, device_, info_, source, options, program_cache_);
       }));
   programs_.emplace(key, program);
   return program;

@@ -49,6 +49,7 @@ class Context {
   cl::Device device_;
   cl::Context context_;
   bool shares_host_memory_ = false;
+  bool program_cache_ = false;
   KernelTuning tuning_;
   absl::Mutex mutex_;
   std::map<std::string, cl::Program> programs_ ABSL_GUARDED_BY(mutex_);
