@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -17,31 +16,44 @@ struct Candidate {
   MotionModelKind kind = MotionModelKind::kNone;
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
   std::vector<double> residuals;
-  double gric = 0.0;  // (G1) / n
 };
 
 // (G1) divided by n.
-double MeanGric(const std::vector<double>& residuals, double sigma, int dimension, int parameters) {
-  const double n = static_cast<double>(residuals.size());
-  const double most = 2.0 * (4 - dimension);
+double MeanGric(const Candidate& candidate, double sigma) {
+  const bool is_fundamental = candidate.kind == MotionModelKind::kFundamental;
+  const int dimension = is_fundamental ? 3 : 2;
+  const int parameters =
+      is_fundamental ? 7 : (candidate.kind == MotionModelKind::kHomography ? 8 : 0);
+  const double n = static_cast<double>(candidate.residuals.size());
+  const double most = 4.0 - (dimension - 2) * std::log(4.0);
+  const double scale = (is_fundamental ? 1.0 : 0.5) / (sigma * sigma);
   double sum = 0.0;
-  for (const double e : residuals) {
-    const double relative = e * e / (sigma * sigma);
+  for (const double d : candidate.residuals) {
+    const double relative = d * d * scale;
     sum += relative < most ? relative : most;
   }
   return sum / n + dimension * std::log(4.0) + parameters * std::log(4.0 * n) / n;
 }
 
 Candidate MakeCandidate(MotionModelKind kind, const Eigen::Matrix3d& matrix,
-                        const std::vector<PointPair>& pairs, double sigma) {
-  Candidate candidate{kind, matrix, {}, 0.0};
-  candidate.residuals = Residuals(kind, matrix, pairs, EpipolarDistance::kSampson);
-  const int dimension = kind == MotionModelKind::kFundamental ? 3 : 2;
-  const int parameters = kind == MotionModelKind::kFundamental  ? 7
-                         : kind == MotionModelKind::kHomography ? 8
-                                                                : 0;
-  candidate.gric = MeanGric(candidate.residuals, sigma, dimension, parameters);
-  return candidate;
+                        const std::vector<PointPair>& pairs) {
+  return {kind, matrix, Residuals(kind, matrix, pairs, EpipolarDistance::kSampson)};
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// sigma of (G1).
+double NoiseForGric(const std::vector<Candidate>& candidates, double least) {
+  constexpr double kStandardDeviationsPerMedian = 1.4826;
+  for (const Candidate& candidate : candidates) {
+    if (candidate.kind != MotionModelKind::kFundamental) continue;
+    return std::max(least, kStandardDeviationsPerMedian * Median(candidate.residuals));
+  }
+  return least;
 }
 
 void Judge(const Candidate& chosen, const MotionModelOptions& options, MotionModel& model) {
@@ -57,6 +69,32 @@ void Judge(const Candidate& chosen, const MotionModelOptions& options, MotionMod
     model.reason = absl::StrFormat("only %.0f %% of the matches agree on one motion of the camera",
                                    100.0 * support);
   }
+}
+
+void Choose(const std::vector<Candidate>& candidates, const MotionModelOptions& options,
+            MotionModel& model) {
+  const double sigma = NoiseForGric(candidates, options.gric_sigma_pixels);
+  const Candidate* best = nullptr;
+  double least = 0.0;
+  for (const Candidate& candidate : candidates) {
+    const double gric = MeanGric(candidate, sigma);
+    switch (candidate.kind) {
+      case MotionModelKind::kStatic:
+        model.static_gric = gric;
+        break;
+      case MotionModelKind::kHomography:
+        model.homography_gric = gric;
+        break;
+      default:
+        model.fundamental_gric = gric;
+    }
+    if (best == nullptr || gric < least) {
+      best = &candidate;
+      least = gric;
+    }
+  }
+  model.reason.clear();
+  Judge(*best, options, model);
 }
 
 }  // namespace
@@ -82,16 +120,10 @@ absl::StatusOr<MotionModel> EstimateMotionModel(const std::vector<PointPair>& pa
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   MotionModel model;
   model.pair_count = static_cast<int64_t>(pairs.size());
-  std::optional<Candidate> best;
-  const auto consider = [&](Candidate candidate, double& gric) {
-    gric = candidate.gric;
-    if (!best.has_value() || candidate.gric < best->gric) best = std::move(candidate);
-  };
-  const double sigma = options.gric_sigma_pixels;
-
+  std::vector<Candidate> candidates;
   if (options.choice == MotionModelChoice::kAuto && !pairs.empty()) {
-    consider(MakeCandidate(MotionModelKind::kStatic, Eigen::Matrix3d::Identity(), pairs, sigma),
-             model.static_gric);
+    candidates.push_back(
+        MakeCandidate(MotionModelKind::kStatic, Eigen::Matrix3d::Identity(), pairs));
   }
   RansacOptions ransac;
   ransac.seed = options.seed;
@@ -99,8 +131,7 @@ absl::StatusOr<MotionModel> EstimateMotionModel(const std::vector<PointPair>& pa
     ransac.threshold_pixels = options.homography_threshold_pixels;
     const absl::StatusOr<RansacResult> homography = EstimateHomography(pairs, ransac);
     if (homography.ok()) {
-      consider(MakeCandidate(MotionModelKind::kHomography, homography->matrix, pairs, sigma),
-               model.homography_gric);
+      candidates.push_back(MakeCandidate(MotionModelKind::kHomography, homography->matrix, pairs));
     } else {
       model.reason = std::string(homography.status().message());
     }
@@ -109,15 +140,14 @@ absl::StatusOr<MotionModel> EstimateMotionModel(const std::vector<PointPair>& pa
     ransac.threshold_pixels = options.fundamental_threshold_pixels;
     const absl::StatusOr<RansacResult> fundamental = EstimateFundamental(pairs, ransac);
     if (fundamental.ok()) {
-      consider(MakeCandidate(MotionModelKind::kFundamental, fundamental->matrix, pairs, sigma),
-               model.fundamental_gric);
+      candidates.push_back(
+          MakeCandidate(MotionModelKind::kFundamental, fundamental->matrix, pairs));
     } else {
       model.reason = std::string(fundamental.status().message());
     }
   }
-  if (!best.has_value()) return model;
-  model.reason.clear();
-  Judge(*best, options, model);
+  if (candidates.empty()) return model;
+  Choose(candidates, options, model);
   return model;
 }
 
