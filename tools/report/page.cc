@@ -80,7 +80,7 @@ std::string Tiles(const ReportContent& content) {
     learnt += line.outcome == Outcome::kLearnt;
     failed += line.outcome == Outcome::kFailed;
     milliseconds.push_back(TotalMilliseconds(line));
-    shares.push_back(line.dynamic_share);
+    if (line.model_size > 0) shares.push_back(line.dynamic_share);
   }
   const int64_t frames = static_cast<int64_t>(content.lines.size());
   std::string html = "<section class=\"tiles\">\n";
@@ -91,8 +91,12 @@ std::string Tiles(const ReportContent& content) {
                                 "pooled AUC against the truth"));
   }
   if (frames > 0) {
+    // Stages overlap: the clock's time, or the sum of the stages while the run has not ended.
+    const double seconds_per_frame = content.description.seconds > 0.0
+                                         ? content.description.seconds / static_cast<double>(frames)
+                                         : Median(milliseconds) / 1000.0;
     absl::StrAppend(
-        &html, Tile(absl::StrFormat("%.2f s", Median(milliseconds) / 1000.0), "a frame, median"),
+        &html, Tile(absl::StrFormat("%.2f s", seconds_per_frame), "a frame"),
         Tile(Duration(content.description.seconds), "in all"),
         Tile(absl::StrCat(content.lines.back().model_size), "points in the model at the end"),
         Tile(absl::StrFormat("%.1f %%", 100.0 * Median(shares)), "of a frame moves, median"));

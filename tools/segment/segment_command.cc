@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/checks.h"
 #include "tools/cli/device_flag.h"
 #include "tools/cli/frame_range.h"
 #include "tools/cli/interruption.h"
@@ -43,19 +44,22 @@ class SegmentCommand : public Command {
   }
 
   void AddFlags(CLI::App& app) override {
-    app.add_option("INPUT", input_, "A video, a folder of images, or a glob of images")->required();
+    app.add_option("INPUT", input_, "A video, a folder of images, or a glob of images")
+        ->required()
+        ->type_name("")
+        ->configurable(false);
     app.add_option("--out", directory_, "The run folder to write")->required()->type_name("DIR");
     app.add_flag("--overwrite", overwrite_, "Replace the run that the folder holds");
     flags_.AddFlags(app);
     range_.AddFlags(app);
     app.add_option("--max_frames", max_frames_, "Frames to segment at most; 0: no limit")
-        ->check(CLI::NonNegativeNumber)
+        ->check(AtLeast<int64_t>(0))
         ->type_name("FRAMES");
     app.add_option(
            "--threads", threads_,
            "Threads of the front end, beside the device's; with 1 the stages do not overlap "
            "either; 0: the machine's cores. The output is the same")
-        ->check(CLI::Range(0, 256))
+        ->check(Between(0, 256))
         ->type_name("NUMBER");
     device_.AddFlag(app);
     progress_.AddFlag(app);
@@ -102,7 +106,7 @@ class SegmentCommand : public Command {
     description.version = kVersion;
     description.flags = DescribeOptions(options);
     description.flags["from"] = absl::StrCat(range_.from);
-    description.device = absl::StrCat(device.name, " (", device.platform, ")");
+    description.device = DescribeDevice(device);
     description.seed = flags_.seed();
     description.input = input.description;
     description.grid = {input.width_pixels, input.height_pixels, options.stride_pixels};

@@ -1,19 +1,15 @@
 #include "tools/segment/segment_flags.h"
 
-#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "tools/cli/checks.h"
 
 namespace egosieve::tools {
 namespace {
 
 using vision::OnlineSegmenterOptions;
-
-// The words of a flag and what each stands for, in the order in which --help tells them.
-template <typename Value>
-using Words = std::vector<std::pair<std::string, Value>>;
 
 const Words<vision::FeatureSource>& FeatureWords() {
   static const auto& words =
@@ -56,13 +52,6 @@ const Words<kernels::CovarianceFunction>& CovarianceWords() {
 }
 
 template <typename Value>
-std::vector<std::string> Names(const Words<Value>& words) {
-  std::vector<std::string> names;
-  for (const auto& [name, value] : words) names.push_back(name);
-  return names;
-}
-
-template <typename Value>
 std::string NameOf(const Words<Value>& words, Value value) {
   for (const auto& [name, candidate] : words) {
     if (candidate == value) return name;
@@ -82,22 +71,13 @@ void Override(const std::optional<Given>& given, Target& target) {
   if (given) target = static_cast<Target>(*given);
 }
 
-// One of `names`; the help lists them.
-CLI::Validator OneOf(const std::vector<std::string>& names) {
-  return CLI::Validator(
-      [names](std::string& word) {
-        for (const std::string& name : names) {
-          if (word == name) return std::string();
-        }
-        return absl::StrCat("'", word, "' is none of ", absl::StrJoin(names, ", "));
-      },
-      absl::StrJoin(names, "|"));
-}
-
 template <typename Value>
 void AddWordFlag(CLI::App& app, const std::string& flag, std::optional<std::string>& target,
                  const Words<Value>& words, const std::string& description) {
-  app.add_option(flag, target, description)->check(OneOf(Names(words)))->type_name("");
+  const std::vector<std::string> names = NamesOf(words);
+  app.add_option(flag, target, description)
+      ->check(OneOf(names))
+      ->type_name(absl::StrJoin(names, "|"));
 }
 
 }  // namespace
@@ -108,26 +88,26 @@ void SegmentFlags::AddFlags(CLI::App& app) {
          "default: the most accurate that keeps up; paper: faithful to the paper's sections "
          "III to V. Flags below override what the profile says")
       ->check(OneOf({"default", "paper"}))
-      ->type_name("");
+      ->type_name("default|paper");
   app.add_option("--seed", seed_, "Of everything random")->type_name("NUMBER");
   app.add_option("--stride", stride_,
                  "Pixels between neighbouring grid pixels, at which the map is evaluated; 1: all")
-      ->check(CLI::Range(1, 1000))
+      ->check(Between(1, 1000))
       ->type_name("PIXELS");
   app.add_option(
          "--window", window_,
          "Side of the square window over which a descriptor's intensities are averaged; odd")
-      ->check(CLI::Range(1, 255))
+      ->check(Between(1, 255))
       ->type_name("PIXELS");
   app.add_option("--budget", budget_, "Points that the model holds at most")
-      ->check(CLI::Range(int64_t{0}, int64_t{100000}))
+      ->check(Between(int64_t{0}, int64_t{100000}))
       ->type_name("POINTS");
   app.add_option("--frame_gap", frame_gap_, "Frames between the two of a pair")
-      ->check(CLI::Range(1, 100))
+      ->check(Between(1, 100))
       ->type_name("FRAMES");
   app.add_option("--feature_count", feature_count_,
                  "SIFT features and corners asked for; 0: 7000 at 1242 x 375, by area")
-      ->check(CLI::Range(0, 1000000))
+      ->check(Between(0, 1000000))
       ->type_name("NUMBER");
   AddWordFlag(app, "--features", features_, FeatureWords(), "Where labels come from");
   AddWordFlag(app, "--motion_model", motion_model_, MotionModelWords(),
