@@ -22,7 +22,7 @@ struct FrameEvaluation {
 
 struct Evaluation {
   std::string truth;       // the folder of masks
-  std::string matched_by;  // number or order
+  std::string matched_by;  // name, number or order
   std::string pixels;      // grid or full
 
   // Area under the ROC curve: of all scored pixels together, and its mean over the frames that have

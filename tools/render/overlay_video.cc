@@ -44,7 +44,7 @@ absl::StatusOr<OverlayVideo> OverlayVideo::Open(const std::string& path_without_
   }
   return absl::UnavailableError(
       absl::StrCat("cannot write a video to ", path_without_suffix,
-                   ".mp4; check that the folder can be written, or use --video=false"));
+                   ".mp4; check that the folder can be written, or use --no_video"));
 }
 
 absl::StatusOr<std::string> OverlayVideo::Finish() {
@@ -52,7 +52,7 @@ absl::StatusOr<std::string> OverlayVideo::Finish() {
   std::error_code error;
   if (std::filesystem::file_size(temporary_path_, error) == 0 || error) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("cannot write ", path_, "; make room for it, or use --video=false"));
+        absl::StrCat("cannot write ", path_, "; make room for it, or use --no_video"));
   }
   if (std::rename(temporary_path_.c_str(), path_.c_str()) != 0) {
     return absl::UnavailableError(
