@@ -23,7 +23,7 @@ constexpr size_t kStateSize = 3;
 constexpr uint64_t kGeometryStep = 1;
 // Matches among features that look alike by chance come to a few in a hundred; pictures of one
 // scene share more.
-constexpr double kLeastMatchShare = 0.06;
+constexpr double kLeastMatchShare = 0.03;
 
 bool SamePixels(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
