@@ -3,11 +3,13 @@
 #include <vector>
 
 #include "tools/cli/command_line.h"
+#include "tools/cli/version.h"
 #include "tools/devices/devices_command.h"
 #include "tools/evaluate/evaluate_command.h"
 #include "tools/reconstruct/reconstruct_command.h"
 #include "tools/render/render_command.h"
 #include "tools/report/report_command.h"
+#include "tools/segment/segment_command.h"
 #include "tools/synthesize/synthesize_command.h"
 
 int main(int argc, char** argv) {
@@ -15,7 +17,8 @@ int main(int argc, char** argv) {
   CommandLine line(
       "egosieve",
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
-      "0.1.0");
+      kVersion);
+  line.Add(MakeSegmentCommand());
   line.Add(MakeSynthesizeCommand());
   line.Add(MakeReconstructCommand());
   line.Add(MakeRenderCommand());

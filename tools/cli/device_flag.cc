@@ -10,6 +10,12 @@
 
 namespace egosieve::tools {
 
+std::string DescribeDevice(const kernels::DeviceInfo& device) {
+  // Platforms add their build's options after two blanks.
+  return absl::StrCat(device.name, " (", device.platform.substr(0, device.platform.find("  ")),
+                      ")");
+}
+
 void DeviceFlag::AddFlag(CLI::App& app) {
   app.add_option("--device", device_,
                  "A device's index, a part of its name, cpu, gpu or reference (see egosieve "

@@ -17,6 +17,9 @@ struct OpenedDevice {
   kernels::DeviceInfo info;
 };
 
+// The device and its platform on one short line.
+std::string DescribeDevice(const kernels::DeviceInfo& device);
+
 class DeviceFlag {
  public:
   void AddFlag(CLI::App& app);

@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "tools/cli/checks.h"
 
 namespace egosieve::tools {
 
@@ -18,7 +19,7 @@ struct FrameRange {
 
   void AddFlags(CLI::App& app) {
     app.add_option("--from", from, "Index of the first frame")
-        ->check(CLI::NonNegativeNumber)
+        ->check(AtLeast<int64_t>(0))
         ->type_name("FRAME");
     app.add_option("--to", to, "Index of the last frame; -1: the last of the drive")
         ->type_name("FRAME");

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
-#include <map>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
+#include "tools/cli/checks.h"
 
 namespace egosieve::tools {
 namespace {
@@ -28,16 +28,10 @@ std::string DescribeDuration(double seconds) {
 }
 
 void ProgressFlag::AddFlag(CLI::App& app) {
-  static const std::map<std::string, ProgressMode>& names =
-      *new std::map<std::string, ProgressMode>{{"auto", ProgressMode::kAuto},
-                                               {"json", ProgressMode::kJson},
-                                               {"none", ProgressMode::kNone}};
-  app.add_option("--progress", mode,
-                 "How progress is told on stderr: auto (a bar on a terminal, else a line every few "
-                 "seconds), json or none")
-      ->transform(CLI::CheckedTransformer(names).description(""))
-      ->default_str("auto")
-      ->type_name("MODE");
+  AddWords(
+      app, "--progress", mode,
+      {{"auto", ProgressMode::kAuto}, {"json", ProgressMode::kJson}, {"none", ProgressMode::kNone}},
+      "How progress is told on stderr; auto: a bar on a terminal, else a line every few seconds");
 }
 
 Progress::Progress(std::string command, const ProgressFlag& flag, int64_t total)

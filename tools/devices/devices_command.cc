@@ -27,11 +27,11 @@ std::string MakeTable(const std::vector<kernels::DeviceInfo>& devices, int chose
   std::string table = absl::StrFormat("  %5s  %-11s  %-*s  %5s  %10s  %-7s  %s\n", "index", "type",
                                       name_width, "name", "units", "memory", "float64", "platform");
   for (const kernels::DeviceInfo& device : devices) {
-    absl::StrAppendFormat(&table, "%s %5d  %-11s  %-*s  %5d  %10s  %-7s  %s\n",
-                          device.index == chosen ? "*" : " ", device.index,
-                          kernels::DeviceTypeName(device.type), name_width, device.name,
-                          device.compute_units, MemoryText(device.memory_bytes),
-                          device.float64 ? "yes" : "no", device.platform);
+    absl::StrAppendFormat(
+        &table, "%s %5d  %-11s  %-*s  %5d  %10s  %-7s  %s\n", device.index == chosen ? "*" : " ",
+        device.index, kernels::DeviceTypeName(device.type), name_width, device.name,
+        device.compute_units, MemoryText(device.memory_bytes), device.float64 ? "yes" : "no",
+        device.platform.substr(0, device.platform.find("  ")));
   }
   return table;
 }

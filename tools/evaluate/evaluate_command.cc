@@ -1,10 +1,10 @@
 #include "tools/evaluate/evaluate_command.h"
 
 #include <iostream>
-#include <map>
 #include <string>
 
 #include "kernels/base/status_macros.h"
+#include "tools/cli/checks.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
 #include "tools/evaluate/evaluate_run.h"
@@ -23,30 +23,24 @@ class EvaluateCommand : public Command {
 
   void AddFlags(CLI::App& app) override {
     app.add_option("DIR", directory_, "The run folder; its eval.json and eval.csv are written")
-        ->required();
+        ->required()
+        ->type_name("")
+        ->configurable(false);
     app.add_option("--truth", truth_,
                    "Folder of masks, one an evaluated frame: 0 static, 128 void, else dynamic")
         ->required()
         ->type_name("MASKS");
-    app.add_option("--pixels", options_.pixels,
-                   "grid: the pixels of the maps; full: every pixel, after reconstruct")
-        ->transform(CLI::CheckedTransformer(
-                        std::map<std::string, ScoredPixels>{{"grid", ScoredPixels::kGrid},
-                                                            {"full", ScoredPixels::kFull}})
-                        .description(""))
-        ->default_str("grid")
-        ->type_name("WHICH");
-    app.add_option("--match", options_.match,
-                   "How masks find their frames: name (the frame's, in a folder), number (the "
-                   "frame's index), order, or auto: the first of these that fits")
-        ->transform(CLI::CheckedTransformer(
-                        std::map<std::string, MatchMasks>{{"auto", MatchMasks::kAuto},
-                                                          {"name", MatchMasks::kName},
-                                                          {"number", MatchMasks::kNumber},
-                                                          {"order", MatchMasks::kOrder}})
-                        .description(""))
-        ->default_str("auto")
-        ->type_name("HOW");
+    AddWords(
+        app, "--pixels", options_.pixels,
+        {{"grid", ScoredPixels::kGrid}, {"full", ScoredPixels::kFull}},
+        "Which pixels are scored; grid: those of the maps; full: every one, after reconstruct");
+    AddWords(app, "--match", options_.match,
+             {{"auto", MatchMasks::kAuto},
+              {"name", MatchMasks::kName},
+              {"number", MatchMasks::kNumber},
+              {"order", MatchMasks::kOrder}},
+             "How masks find their frames: by name (the frame's, in a folder), by number (the "
+             "frame's index), by order; auto: the first of these that fits");
     app.add_flag("--with_prior", options_.with_prior,
                  "Score the frames before the first that was learnt from, too");
     progress_.AddFlag(app);

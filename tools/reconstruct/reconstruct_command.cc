@@ -53,11 +53,16 @@ class ReconstructCommand : public Command {
   }
 
   void AddFlags(CLI::App& app) override {
-    app.add_option("DIR", directory_, "The run folder; its full/ is written")->required();
+    app.add_option("DIR", directory_, "The run folder; its full/ is written")
+        ->required()
+        ->type_name("")
+        ->configurable(false);
     app.add_option("--static_below", thresholds_.static_below,
-                   "Probability of moving below which a pixel's class is static (0)");
+                   "Probability of moving below which a pixel's class is static (0)")
+        ->type_name("P");
     app.add_option("--dynamic_above", thresholds_.dynamic_above,
-                   "Probability of moving above which a pixel's class is dynamic (255)");
+                   "Probability of moving above which a pixel's class is dynamic (255)")
+        ->type_name("P");
     range_.AddFlags(app);
     device_.AddFlag(app);
     progress_.AddFlag(app);

@@ -17,8 +17,8 @@ struct Tint {
 };
 
 // Blue, light grey and orange of about equal lightness steps (after ColorBrewer's PuOr).
-const std::array<Tint, 5> kAnchors = {{{{172, 102, 33}, 0.30f},
-                                       {{207, 169, 103}, 0.20f},
+const std::array<Tint, 5> kAnchors = {{{{172, 102, 33}, 0.22f},
+                                       {{207, 169, 103}, 0.16f},
                                        {{235, 235, 235}, 0.10f},
                                        {{77, 163, 253}, 0.45f},
                                        {{13, 85, 230}, 0.65f}}};
@@ -102,7 +102,7 @@ void DrawLegend(const std::string& caption, double threshold, cv::Mat3b strip) {
   cv::line(strip, {tick, middle - bar_height / 2 - 3}, {tick, middle + bar_height / 2 + 3},
            cv::Scalar(235, 255, 255), 1);
   x += bar_width + gap;
-  x += DrawText("moving", {x, middle}, scale, strip) + gap;
+  x += DrawText("moving", {x, middle}, scale, strip) + 3 * gap;
   const std::string rule = absl::StrFormat("line: p = %.2f", threshold);
   const int caption_place = strip.cols - TextWidth(caption, scale) - gap;
   if (x + TextWidth(rule, scale) + gap < caption_place) {

@@ -1,7 +1,7 @@
 // A frame with its probability map over it.
 //
 //   colour(p)  a diverging map, safe for colour-blind eyes: blue (0) - none (1/2) - orange (1)
-//   alpha(p)   how much of it covers the frame: 0.30 at p = 0, 0.10 at 1/2, 0.65 at 1
+//   alpha(p)   how much of it covers the frame: 0.22 at p = 0, 0.10 at 1/2, 0.65 at 1
 //   contour    a light line, dark-edged, around the pixels with p above the threshold
 //
 // Under the picture lies a strip with the legend: the colours, the threshold, the frame's number

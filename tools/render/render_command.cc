@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/checks.h"
 #include "tools/cli/device_flag.h"
 #include "tools/cli/frame_range.h"
 #include "tools/cli/interruption.h"
@@ -30,17 +31,21 @@ class RenderCommand : public Command {
 
   void AddFlags(CLI::App& app) override {
     app.add_option("DIR", directory_, "The run folder; its render/ and overlay.mp4 are written")
-        ->required();
+        ->required()
+        ->type_name("")
+        ->configurable(false);
     app.add_option("--input", input_, "Where the run's input is now, if it was moved")
         ->type_name("PATH");
     app.add_option("--threshold", overlay_.threshold,
                    "Probability of moving at which the contour is drawn")
-        ->check(CLI::Range(0.0, 1.0));
+        ->check(Between(0.0, 1.0))
+        ->type_name("P");
     app.add_flag("--legend,!--no_legend", overlay_.legend, "Draw the legend");
     app.add_flag("--images,!--no_images", images_, "Write render/NNNNNN.png");
     app.add_flag("--video,!--no_video", video_, "Write overlay.mp4");
     app.add_option("--rate", rate_hz_, "The video's frames a second; 0: the input's")
-        ->check(CLI::Range(0.0, 240.0));
+        ->check(Between(0.0, 240.0))
+        ->type_name("HZ");
     range_.AddFlags(app);
     device_.AddFlag(app);
     progress_.AddFlag(app);

@@ -97,7 +97,11 @@ Chart DynamicShareChart(const ChartBuilder& builder) {
   Chart chart{"share", "Dynamic share",
               "Percentage of the grid's pixels whose probability of moving is 1/2 or more.", "%"};
   builder.AddSeries(
-      "dynamic share", [](const FrameLine& line) { return 100.0 * line.dynamic_share; }, chart);
+      "dynamic share",
+      [](const FrameLine& line) {
+        return line.model_size > 0 ? 100.0 * line.dynamic_share : kNone;
+      },
+      chart);
   return chart;
 }
 

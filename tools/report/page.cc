@@ -46,8 +46,14 @@ std::string Tile(absl::string_view figure, absl::string_view meaning) {
                       EscapeHtml(meaning), "</span></div>\n");
 }
 
+// The input's last two path components: "car-shadow/frames" says more than "frames".
+std::string Title(const RunDescription& description) {
+  const std::filesystem::path path(description.input.path);
+  return (path.parent_path().filename() / path.filename()).string();
+}
+
 std::string Header(const RunDescription& description) {
-  const std::string name = std::filesystem::path(description.input.path).filename().string();
+  const std::string name = Title(description);
   const std::string ended = EscapeHtml(description.ended);
   const std::string label = ended == "running" ? "not finished" : ended;
   std::string html = absl::StrCat("<header><h1>", EscapeHtml(name), " <span class=\"pill ", ended,
@@ -74,7 +80,7 @@ std::string Tiles(const ReportContent& content) {
     learnt += line.outcome == Outcome::kLearnt;
     failed += line.outcome == Outcome::kFailed;
     milliseconds.push_back(TotalMilliseconds(line));
-    shares.push_back(line.dynamic_share);
+    if (line.model_size > 0) shares.push_back(line.dynamic_share);
   }
   const int64_t frames = static_cast<int64_t>(content.lines.size());
   std::string html = "<section class=\"tiles\">\n";
@@ -85,8 +91,12 @@ std::string Tiles(const ReportContent& content) {
                                 "pooled AUC against the truth"));
   }
   if (frames > 0) {
+    // Stages overlap: the clock's time, or the sum of the stages while the run has not ended.
+    const double seconds_per_frame = content.description.seconds > 0.0
+                                         ? content.description.seconds / static_cast<double>(frames)
+                                         : Median(milliseconds) / 1000.0;
     absl::StrAppend(
-        &html, Tile(absl::StrFormat("%.2f s", Median(milliseconds) / 1000.0), "a frame, median"),
+        &html, Tile(absl::StrFormat("%.2f s", seconds_per_frame), "a frame"),
         Tile(Duration(content.description.seconds), "in all"),
         Tile(absl::StrCat(content.lines.back().model_size), "points in the model at the end"),
         Tile(absl::StrFormat("%.1f %%", 100.0 * Median(shares)), "of a frame moves, median"));
@@ -234,8 +244,8 @@ std::string MakeReportPage(const ReportContent& content) {
   std::string html = absl::StrCat(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta "
       "name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>Egosieve: ",
-      EscapeHtml(std::filesystem::path(description.input.path).filename().string()),
-      "</title>\n<style>\n", kDygraphsCss, kPageCss, "</style>\n</head>\n<body>\n<main>\n");
+      EscapeHtml(Title(description)), "</title>\n<style>\n", kDygraphsCss, kPageCss,
+      "</style>\n</head>\n<body>\n<main>\n");
   absl::StrAppend(&html, Header(description), Tiles(content));
   if (!content.pictures.empty() || !content.pictures_note.empty()) {
     absl::StrAppend(&html, Pictures(content));

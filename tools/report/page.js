@@ -60,7 +60,7 @@
       labels: ["frame"].concat(chart.series),
       colors: colours,
       stackedGraph: chart.stacked,
-      fillGraph: chart.stacked || chart.series.length === 1,
+      fillGraph: chart.stacked || (chart.from_zero && chart.series.length === 1),
       fillAlpha: chart.stacked ? 0.75 : 0.12,
       strokeWidth: chart.stacked ? 0.6 : 1.4,
       drawPoints: chart.x.length <= 60 && !chart.stacked,
@@ -72,7 +72,7 @@
       gridLineColor: "#e8ecf0",
       axisLineColor: "#9aa5b1",
       legend: "never",
-      axes: { x: { pixelsPerLabel: 70, axisLabelFormatter: function (x) { return x % 1 === 0 ? String(x) : ""; } }, y: { axisLabelWidth: 54, pixelsPerLabel: 34 } },
+      axes: { x: { pixelsPerLabel: 70, axisLabelFormatter: function (x) { return x % 1 === 0 ? String(x) : ""; } }, y: { axisLabelWidth: 54, pixelsPerLabel: 34, axisLabelFormatter: function (y) { return String(+y.toPrecision(6)); } } },
       highlightCallback: function (event, x, points, row) { drawKey(key, chart, colours, x, rows[row].slice(1)); },
       unhighlightCallback: function () { drawKey(key, chart, colours, null, null); },
       drawCallback: zoomAll

@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/checks.h"
 #include "tools/cli/device_flag.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
@@ -58,14 +59,19 @@ class ReportCommand : public Command {
   std::string example() const override { return "egosieve report out/drive"; }
 
   void AddFlags(CLI::App& app) override {
-    app.add_option("DIR", directory_, "The run folder; its report.html is written")->required();
+    app.add_option("DIR", directory_, "The run folder; its report.html is written")
+        ->required()
+        ->type_name("")
+        ->configurable(false);
     app.add_option("--input", input_, "Where the run's input is now, if it was moved")
         ->type_name("PATH");
     app.add_option("--pictures", pictures_, "Overlays on the page, evenly over the drive")
-        ->check(CLI::Range(0, 1000));
+        ->check(Between(0, 1000))
+        ->type_name("NUMBER");
     app.add_option("--threshold", overlay_.threshold,
                    "Probability of moving at which the overlays' contour is drawn")
-        ->check(CLI::Range(0.0, 1.0));
+        ->check(Between(0.0, 1.0))
+        ->type_name("P");
     device_.AddFlag(app);
     progress_.AddFlag(app);
   }
