@@ -11,8 +11,8 @@
 //   Solve, c columns                2 c n^2
 //   HalfSolve, c columns            c n^2
 //
-//   (A1) L W = K12,  S = K22 - W^T W
-//   (A2) S = M M^T                              the new rows of the factor are [W^T, M]
+//   (A1) X = K21 L^-T,  S = K22 - X X^T
+//   (A2) S = M M^T                              the new rows of the factor are [X, M]
 //   (R1) L33' L33'^T = L33 L33^T + L32 L32^T    2: removed rows, 3: rows below; a positive update:
 //                                               it cannot fail
 //   (R2) [L33, L32] = [L33', 0] Q               an LQ factorisation by Householder reflectors
@@ -30,7 +30,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "kernels/base/matrix_view.h"
@@ -48,22 +50,31 @@ class IncrementalCholesky {
   explicit IncrementalCholesky(const IncrementalCholeskyOptions& options = {})
       : options_(options) {}
 
+  IncrementalCholesky(IncrementalCholesky&&) = default;
+  IncrementalCholesky& operator=(IncrementalCholesky&&) = default;
+  // A copy of its own, n^2 in size: never made by accident.
+  absl::StatusOr<IncrementalCholesky> Clone() const;
+
   int64_t size() const { return size_; }
 
   // L: n x n, row-major; elements above the diagonal are zero. Valid until the next change.
   kernels::ConstMatrixView<double> Factor() const;
 
-  // Room for `rows` rows without another allocation.
-  void Reserve(int64_t rows);
+  // Room for `rows` rows without another allocation. ResourceExhausted, unchanged, where the memory
+  // is not to be had; so too from the functions that grow the factor.
+  absl::Status Reserve(int64_t rows);
 
   // Replaces the factor by that of `k` (n x n, lower triangle read). FailedPrecondition, naming the
   // row, where a pivot is under the floor or not a number; the factor is then unchanged.
   absl::Status Factorize(kernels::ConstMatrixView<double> k);
+  // The same for a matrix that `fill` writes (its lower triangle) straight to where it is factored.
+  // An error of `fill` is returned as it is.
+  absl::Status Factorize(int64_t n,
+                         absl::FunctionRef<absl::Status(kernels::MatrixView<double>)> fill);
 
-  // Appends k rows. cross: n x k, the new columns' upper part K12; corner: k x k, K22, lower
-  // triangle read. FailedPrecondition, naming the row of the whole matrix, as for Factorize; the
-  // factor is then unchanged.
-  absl::Status Append(kernels::ConstMatrixView<double> cross,
+  // Appends k rows. below: k x n, K21; corner: k x k, K22, lower triangle read. FailedPrecondition,
+  // naming the row of the whole matrix, as for Factorize; the factor is then unchanged.
+  absl::Status Append(kernels::ConstMatrixView<double> below,
                       kernels::ConstMatrixView<double> corner);
 
   // Removes the rows (and columns) of K with these indices, which must be in [0, n), strictly
@@ -93,7 +104,7 @@ class IncrementalCholesky {
  private:
   IncrementalCholeskyOptions options_;
   int64_t size_ = 0;
-  AlignedMatrix factor_;  // capacity x capacity
+  AlignedMatrix factor_;  // capacity x capacity; all of its strict upper triangle is zero
 };
 
 }  // namespace egosieve::gp

@@ -43,7 +43,20 @@ struct Prediction {
   std::vector<double> variance;  // of f; empty where it was not asked for
 };
 
-// Means and variances of f by (M3) in float64.
+// A model as a value: everything but the factor, which follows from it.
+struct ExactModelState {
+  Hyperparameters hyperparameters;
+  std::vector<double> inputs;  // n x D
+  std::vector<double> targets;
+  std::vector<int64_t> identities;
+  std::vector<int64_t> birth_frames;
+  int64_t next_identity = 0;
+
+  // InvalidArgument, naming the field, unless sizes fit, numbers are finite, and identities are
+  // increasing, not negative and under next_identity.
+  absl::Status Validate() const;
+};
+
 enum class PredictWhat { kMean, kMeanAndVariance };
 
 class ExactModel {
@@ -51,6 +64,10 @@ class ExactModel {
   // InvalidArgument on a null context or invalid hyperparameters.
   static absl::StatusOr<ExactModel> Create(std::shared_ptr<kernels::Context> context,
                                            const Hyperparameters& hyperparameters);
+
+  // A model from its state, as it is after Refactorize. Errors as for Create and Add.
+  static absl::StatusOr<ExactModel> Restore(std::shared_ptr<kernels::Context> context,
+                                            const ExactModelState& state);
 
   ExactModel(ExactModel&&) = default;
   ExactModel& operator=(ExactModel&&) = default;
@@ -62,6 +79,9 @@ class ExactModel {
                    int64_t frame);
   absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                    int64_t frame);
+  // The same for regression: any finite targets y instead of labels.
+  absl::Status AddTargets(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
+                          int64_t frame);
 
   // rows: indices in [0, size()), strictly increasing. InvalidArgument, unchanged, otherwise.
   absl::Status Remove(absl::Span<const int64_t> rows);
@@ -73,6 +93,8 @@ class ExactModel {
   // Rebuilds the factor from the points: its bits then depend on points and hyperparameters alone,
   // not on the history. A checkpoint and the run that wrote it go on alike after this.
   absl::Status Refactorize();
+
+  ExactModelState State() const;
 
   int64_t size() const { return static_cast<int64_t>(targets_.size()); }
   int64_t input_dimension() const { return hyperparameters_.covariance.input_dimension(); }
@@ -87,7 +109,7 @@ class ExactModel {
   absl::Span<const int64_t> identities() const { return identities_; }  // increasing
   absl::Span<const int64_t> birth_frames() const { return birth_frames_; }
   const IncrementalCholesky& factor() const { return factor_; }
-  absl::Span<const double> alpha() const;
+  absl::Span<const double> alpha() const { return alpha_; }
 
   // Means (M3) at N x D points on the context's device in float32; the prior's 0 for an empty
   // model.
@@ -111,6 +133,13 @@ class ExactModel {
 
  private:
   ExactModel() = default;
+
+  absl::Status AppendToFactor(kernels::ConstMatrixView<double> points);
+  // Replaces the factor by that of `points` with the first jitter that works: `jitter` itself, or
+  // where that was refused already the next rung of the ladder.
+  absl::Status Rebuild(const Hyperparameters& hyperparameters, const std::vector<double>& points,
+                       double jitter, bool refused);
+  void UpdateAlpha();
 
   std::shared_ptr<kernels::Context> context_;
   Hyperparameters hyperparameters_;

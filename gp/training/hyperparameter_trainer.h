@@ -23,6 +23,7 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "gp/covariance/hyperparameters.h"
+#include "gp/training/gradient_ascent.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
 
@@ -50,21 +51,21 @@ struct TrainerOptions {
 // Everything that distinguishes a trainer in the middle of its work from a fresh one.
 struct TrainerState {
   std::vector<double> theta;
-  std::vector<double> previous_gradient;  // of the optimiser; empty before its first step
-  std::vector<double> step_sizes;
-  int64_t frames_trained = 0;
-  int64_t frames_since_step = 0;
-  double smoothed_movement = 0.0;
-  double smoothed_objective = 0.0;
+  RpropState optimiser;
+  int64_t frames_trained = 0;     // frames that could be learnt from
+  int64_t frames_since_step = 0;  // of those
+  double smoothed_movement = 1.0;
+  double smoothed_objective = 0.0;  // of J
 };
 
 struct TrainingReport {
   bool annealed = false;
-  int64_t evaluations = 0;      // of J or its gradient
-  int64_t subset_points = 0;    // |S|
-  double log_likelihood = 0.0;  // mean over S of log p, at the last theta evaluated
-  double movement = 0.0;        // largest |change of theta_t| in this frame
-  const char* reason = "";      // why no step was taken, where none was
+  int64_t evaluations = 0;    // of J, with or without its gradient
+  int64_t steps = 0;          // gradient steps taken
+  int64_t subset_points = 0;  // |S|
+  double objective = 0.0;     // J at the last theta evaluated, nats a point
+  double movement = 0.0;      // largest |change of theta_t| in this frame
+  const char* reason = "";    // why no step was taken, where none was
 };
 
 class HyperparameterTrainer {
@@ -92,6 +93,18 @@ class HyperparameterTrainer {
 
  private:
   HyperparameterTrainer() = default;
+
+  // J on a subset; its gradient too where asked for. An indefinite matrix gives -infinity.
+  struct Subset;
+  absl::StatusOr<double> Objective(kernels::Context& context, const Subset& subset,
+                                   const std::vector<double>& theta,
+                                   std::vector<double>* gradient) const;
+  absl::Status AnnealTheta(kernels::Context& context, const Subset& subset, TrainerState& state,
+                           TrainingReport& report) const;
+  absl::Status ClimbTheta(kernels::Context& context, const Subset& subset, int64_t steps,
+                          TrainerState& state, TrainingReport& report) const;
+  Subset Draw(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
+              int64_t size, uint64_t seed) const;
 
   Hyperparameters hyperparameters_;
   std::vector<double> prior_centre_;

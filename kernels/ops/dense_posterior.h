@@ -18,33 +18,17 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "kernels/base/covariance_parameters.h"
 #include "kernels/base/matrix_view.h"
+#include "kernels/base/posterior_model.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::kernels {
 
-enum class FactorKind {
-  kNone,             // means only
-  kCholesky,         // L, lower: variance = k** - |L^-1 k*|^2
-  kInverseCholesky,  // R, lower: variance = k** - |R k*|^2; R = L^-1, or the factor of
-                     // K_mm^-1 - Sigma^-1 = R^T R of a sparse model
-};
-
-// What a posterior is made of. Views are read during Create only.
-struct PosteriorModel {
-  CovarianceParameters covariance;
-  ConstMatrixView<double> inputs;  // n x D; n = 0 gives the prior
-  const double* alpha = nullptr;   // n
-  FactorKind factor_kind = FactorKind::kNone;
-  ConstMatrixView<double> factor;  // n x n, lower triangle read
-  double squash_a = 1.0;
-  double squash_b = 0.0;
-};
-
 struct DensePosteriorOptions {
-  int64_t memory_cap_bytes = int64_t{256}
-                             << 20;  // of device memory for tiles, the model not counted
+  // Device memory for tiles and their queries, the model not counted.
+  int64_t memory_cap_bytes = int64_t{256} << 20;
+  // InvalidArgument unless positive.
+  absl::Status Validate() const;
 };
 
 // Caller's arrays, one value a query; null: not wanted, not paid for.
@@ -61,6 +45,7 @@ struct PosteriorCounts {
 // Immutable after Create: safe to use from several threads.
 class DensePosterior {
  public:
+  // The model's views (kernels/base/posterior_model.h) are read during Create only.
   static absl::StatusOr<std::unique_ptr<DensePosterior>> Create(
       std::shared_ptr<Context> context, const PosteriorModel& model,
       const DensePosteriorOptions& options = {});

@@ -9,26 +9,15 @@
 #ifndef EGOSIEVE_KERNELS_OPS_DESCRIPTOR_FIELD_H_
 #define EGOSIEVE_KERNELS_OPS_DESCRIPTOR_FIELD_H_
 
-#include <cstddef>
-#include <cstdint>
-
 #include "absl/status/status.h"
 #include "kernels/base/image_grid.h"
+#include "kernels/base/image_view.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::kernels {
 
 inline constexpr int kDescriptorDimension = 6;
-
-// 8-bit pixels, interleaved; 1 channel is grey, 3 are B, G, R.
-struct ImageView {
-  const uint8_t* data = nullptr;
-  int width = 0;
-  int height = 0;
-  int channels = 3;
-  ptrdiff_t stride_bytes = 0;
-};
 
 struct DescriptorOptions {
   int window_pixels = 7;  // side of the square window; odd

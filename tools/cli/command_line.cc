@@ -83,6 +83,18 @@ std::string DescribeParseError(const CLI::App& app, const CLI::ParseError& error
   return absl::StrCat(message, "; ");
 }
 
+// The flags as a file for --config, without those that have no value.
+std::string ConfigText(const CLI::App& app) {
+  std::string text;
+  for (const absl::string_view entry : absl::StrSplit(
+           app.config_to_str(/*default_also=*/true, /*write_description=*/true), "\n\n")) {
+    if (!absl::EndsWith(absl::StripAsciiWhitespace(entry), "=\"\"")) {
+      absl::StrAppend(&text, absl::StripAsciiWhitespace(entry), "\n\n");
+    }
+  }
+  return text;
+}
+
 std::string Indented(const std::string& lines) {
   return absl::StrCat("  ", absl::StrReplaceAll(lines, {{"\n", "\n  "}}));
 }
@@ -169,11 +181,17 @@ int CommandLine::RunCommand(Command& command, std::vector<std::string> arguments
       ->configurable(false);
   app.footer(absl::StrCat("Example:\n", Indented(command.example())));
 
+  if (std::find(arguments.begin(), arguments.end(), "--print_config") != arguments.end()) {
+    for (CLI::Option* option : app.get_options()) {
+      option->required(false);
+    }
+  }
+
   try {
     std::reverse(arguments.begin(), arguments.end());
     app.parse(std::move(arguments));
     if (print_config) {
-      out << app.config_to_str(/*default_also=*/true, /*write_description=*/true);
+      out << ConfigText(app);
       return static_cast<int>(ExitCode::kDone);
     }
     const absl::StatusOr<ExitCode> result = command.Run();

@@ -80,6 +80,8 @@ Json ToJson(const FrameLine& line) {
               {"time_seconds", line.time_seconds},
               {"outcome", OutcomeName(line.outcome)},
               {"reason", line.reason.empty() ? Json() : Json(line.reason)},
+              {"width_pixels", line.width_pixels},
+              {"height_pixels", line.height_pixels},
               {"features", line.features},
               {"matches", line.matches},
               {"motion_model", line.motion_model},
@@ -111,6 +113,8 @@ absl::StatusOr<FrameLine> FrameLineFromJson(const Json& json) {
   fields.Read("outcome", outcome);
   fields.Keep(ReadOutcome(outcome, line.outcome));
   fields.Read("reason", reason);
+  fields.Read("width_pixels", line.width_pixels);
+  fields.Read("height_pixels", line.height_pixels);
   fields.Read("features", line.features);
   fields.Read("matches", line.matches);
   fields.Read("motion_model", line.motion_model);

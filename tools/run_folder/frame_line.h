@@ -38,7 +38,9 @@ struct FrameLine {
   int64_t index = 0;  // in the input, from 0
   double time_seconds = 0.0;
   Outcome outcome = Outcome::kAnswered;
-  std::string reason;  // empty where learnt
+  std::string reason;    // empty where learnt
+  int width_pixels = 0;  // of the frame, which may differ from its neighbours'; 0 where it failed
+  int height_pixels = 0;
 
   int64_t features = 0;
   int64_t matches = 0;

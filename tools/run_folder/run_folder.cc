@@ -38,6 +38,10 @@ absl::Status RemoveFormerRun(const std::string& path) {
 
 }  // namespace
 
+kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& description) {
+  return {line.width_pixels, line.height_pixels, description.grid.stride};
+}
+
 std::string RunFolder::File(const std::string& name) const {
   return absl::StrCat(path_, "/", name);
 }
@@ -145,15 +149,17 @@ absl::StatusOr<int64_t> RunFolder::WriteGridMaps(int64_t index, const FrameMaps&
   return deviation.saturated;
 }
 
-absl::StatusOr<FrameMaps> RunFolder::ReadGridMaps(int64_t index, const RunDescription& description,
+absl::StatusOr<FrameMaps> RunFolder::ReadGridMaps(const FrameLine& line,
+                                                  const RunDescription& description,
                                                   bool with_deviation) const {
-  const cv::Size size(description.grid.columns(), description.grid.rows());
+  const kernels::ImageGrid grid = GridOf(line, description);
+  const cv::Size size(grid.columns(), grid.rows());
   FrameMaps maps;
   EGOSIEVE_ASSIGN_OR_RETURN(maps.probability,
-                            ReadMap(FrameFile("grid", index, ".prob.png"), size, 1.0));
+                            ReadMap(FrameFile("grid", line.index, ".prob.png"), size, 1.0));
   if (with_deviation) {
-    EGOSIEVE_ASSIGN_OR_RETURN(maps.deviation, ReadMap(FrameFile("grid", index, ".std.png"), size,
-                                                      description.deviation_full_scale));
+    EGOSIEVE_ASSIGN_OR_RETURN(maps.deviation, ReadMap(FrameFile("grid", line.index, ".std.png"),
+                                                      size, description.deviation_full_scale));
   }
   return maps;
 }

@@ -30,6 +30,9 @@ struct FrameMaps {
   cv::Mat1f deviation;
 };
 
+// The grid of a frame's maps: the run's, but for the frame's own size.
+kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& description);
+
 class RunFolder {
  public:
   // Makes the folder and its parents. A folder that holds something is refused (AlreadyExists)
@@ -57,8 +60,9 @@ class RunFolder {
   // (means only) is not written.
   absl::StatusOr<int64_t> WriteGridMaps(int64_t index, const FrameMaps& maps,
                                         double deviation_full_scale) const;
-  // The deviation is left empty where `with_deviation` is not set.
-  absl::StatusOr<FrameMaps> ReadGridMaps(int64_t index, const RunDescription& description,
+  // The maps of a frame that did not fail. The deviation is left empty where `with_deviation` is
+  // not set.
+  absl::StatusOr<FrameMaps> ReadGridMaps(const FrameLine& line, const RunDescription& description,
                                          bool with_deviation) const;
 
  private:

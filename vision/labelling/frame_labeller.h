@@ -28,6 +28,7 @@
 #include "absl/status/statusor.h"
 #include "vision/frame/equalization.h"
 #include "vision/frame/frame.h"
+#include "vision/geometry/motion_model.h"
 #include "vision/labelling/labelled_frame.h"
 
 namespace egosieve::vision {
@@ -36,10 +37,8 @@ enum class FeatureSource {
   kSiftCorners,  // SIFT key points and Shi-Tomasi corners, matched by SIFT descriptors
   kFlow,         // a regular grid, tracked by dense inverse-search flow
   kBoth,         // both
-  kAuto,         // geometry from both, labels on the grid where flow holds, else on the features
+  kAuto,         // the grid where the flow holds for most of it, else both
 };
-
-enum class MotionModelChoice { kAuto, kFundamental, kHomography };
 
 enum class LabelRule {
   kScaledDistance,  // p = d / paper_distance_pixels; matches further away are discarded as false
@@ -56,15 +55,14 @@ struct FrameLabellerOptions {
   LabelledSide labelled_side = LabelledSide::kCurrentFrame;
   EqualizationOptions equalization;
 
-  int frame_gap = 1;                   // frames between the two of a pair; 1 to 100
-  int feature_count = 0;               // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area
-  double match_ratio = 0.8;            // nearest to second-nearest descriptor distance; (0, 1]
-  int flow_stride_pixels = 5;          // of the flow grid; 1 to 100
-  double ransac_threshold_pixels = 1;  // inlier distance; positive
-  double paper_distance_pixels = 3;    // kScaledDistance: the furthest plausible distance; positive
-  double median_multiple = 12;         // kScaledMedian; positive
-  double noise_floor_pixels = 0.2;     // kScaledMedian, kMixture; positive
-  int minimum_matches = 30;            // fewer, and no label is given; at least 8
+  int frame_gap = 1;                 // frames between the two of a pair; 1 to 100
+  int feature_count = 0;             // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area
+  double match_ratio = 0.8;          // nearest to second-nearest descriptor distance; (0, 1]
+  int flow_stride_pixels = 5;        // of the flow grid; 1 to 100
+  double paper_distance_pixels = 3;  // kScaledDistance: the furthest plausible distance; positive
+  double median_multiple = 12;       // kScaledMedian; positive
+  double noise_floor_pixels = 0.2;   // kScaledMedian, kMixture; positive
+  int minimum_matches = 30;          // fewer, and no label is given; at least 8
   uint64_t seed = 1;
   int threads = 2;  // 1 to 256
 

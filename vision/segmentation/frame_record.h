@@ -55,7 +55,7 @@ struct FrameRecord {
   SelectionCounts selection;
   int64_t model_size = 0;
   std::vector<double> theta;            // log scales..., log sigma_f, log sigma_n
-  double log_likelihood_per_point = 0;  // on the training subset; 0 where no step was taken
+  double log_likelihood_per_point = 0;  // log p(y | X) / n of the model; 0 where it is empty
   bool factor_rebuilt = false;
   double jitter = 0.0;
   double squash_a = 1.0;

@@ -113,19 +113,10 @@ OnlineLearner::OnlineLearner(gp::ExactModel model, gp::HyperparameterTrainer tra
 absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
                                   absl::Span<const double> labels, int64_t frame_index,
                                   FrameRecord& record) {
-  SelectionCounts& counts = record.selection;
-  counts.candidates = inputs.rows;
+  record.selection.candidates = inputs.rows;
   {
     StageTimer timer(record.milliseconds.selection);
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> selected,
-                              SelectNewPoints(inputs, labels, counts));
-    const std::vector<float> new_inputs = GatherRows(inputs, selected);
-    EGOSIEVE_RETURN_IF_ERROR(
-        model_.Add(kernels::ConstMatrixView<float>(
-                       new_inputs.data(), static_cast<int64_t>(selected.size()), inputs.cols),
-                   Gather(labels, selected), frame_index));
-    counts.added = static_cast<int64_t>(selected.size());
-    EGOSIEVE_RETURN_IF_ERROR(ThinModel(frame_index, counts));
+    EGOSIEVE_RETURN_IF_ERROR(UpdatePoints(inputs, labels, frame_index, record.selection));
   }
   {
     StageTimer timer(record.milliseconds.training);
@@ -136,6 +127,35 @@ absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
     EGOSIEVE_RETURN_IF_ERROR(Calibrate());
   }
   return absl::OkStatus();
+}
+
+absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
+                                         absl::Span<const double> labels, int64_t frame_index,
+                                         SelectionCounts& counts) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> selected,
+                            SelectNewPoints(inputs, labels, counts));
+  Points arriving{GatherRows(inputs, selected), Gather(labels, selected)};
+  counts.added = arriving.size();
+  std::vector<int64_t> alive(model_.size());
+  if (options_.consistency_filter) {
+    EGOSIEVE_RETURN_IF_ERROR(Add(arriving, frame_index));
+    arriving = Points();
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        alive, gp::FilterByConsistency(LabelsFromTargets(model_.targets()),
+                                       PredictionsFromMeans(model_.PredictOwnMean())));
+    counts.dropped_by_consistency = model_.size() - static_cast<int64_t>(alive.size());
+  } else {
+    std::iota(alive.begin(), alive.end(), 0);
+  }
+  EGOSIEVE_RETURN_IF_ERROR(Thin(frame_index, alive, arriving, counts));
+  EGOSIEVE_RETURN_IF_ERROR(model_.Remove(Complement(model_.size(), alive)));
+  return Add(arriving, frame_index);
+}
+
+absl::Status OnlineLearner::Add(const Points& points, int64_t frame_index) {
+  return model_.Add(kernels::ConstMatrixView<float>(points.inputs.data(), points.size(),
+                                                    model_.input_dimension()),
+                    points.labels, frame_index);
 }
 
 absl::StatusOr<std::vector<int64_t>> OnlineLearner::SelectNewPoints(
@@ -164,57 +184,56 @@ absl::StatusOr<std::vector<int64_t>> OnlineLearner::SelectNewPoints(
   return rows;
 }
 
-absl::Status OnlineLearner::ThinModel(int64_t frame_index, SelectionCounts& counts) {
-  // `alive` holds the model's rows that the steps so far have left, increasing.
-  std::vector<int64_t> alive(model_.size());
-  std::iota(alive.begin(), alive.end(), 0);
-  const std::vector<double> labels = LabelsFromTargets(model_.targets());
-  if (options_.consistency_filter) {
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        alive, gp::FilterByConsistency(labels, PredictionsFromMeans(model_.PredictOwnMean())));
-    counts.dropped_by_consistency = model_.size() - static_cast<int64_t>(alive.size());
-  }
-  {
-    const std::vector<double> inputs = GatherRows(model_.inputs(), alive);
-    std::vector<int64_t> newest_first(alive.size());
-    std::iota(newest_first.rbegin(), newest_first.rend(), 0);
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        const std::vector<int64_t> kept,
-        gp::FilterByDensity(
-            kernels::ConstMatrixView<double>(inputs.data(), static_cast<int64_t>(alive.size()),
-                                             model_.input_dimension()),
-            Gather(labels, alive), options_.model_density, newest_first));
-    counts.dropped_by_model_density = static_cast<int64_t>(alive.size() - kept.size());
-    std::vector<int64_t> thinned;
-    thinned.reserve(kept.size());
-    for (const int64_t index : kept) {
-      thinned.push_back(alive[index]);
-    }
-    alive = std::move(thinned);
-  }
+absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& alive, Points& arriving,
+                                 SelectionCounts& counts) const {
+  // The model's points that are alive, then those that arrive: from the oldest to the newest.
+  const int64_t dimension = model_.input_dimension();
+  const int64_t alive_count = static_cast<int64_t>(alive.size());
+  std::vector<double> inputs = GatherRows(model_.inputs(), alive);
+  inputs.insert(inputs.end(), arriving.inputs.begin(), arriving.inputs.end());
+  std::vector<double> labels = LabelsFromTargets(Gather(model_.targets(), alive));
+  labels.insert(labels.end(), arriving.labels.begin(), arriving.labels.end());
+  const int64_t total = static_cast<int64_t>(labels.size());
+
+  std::vector<int64_t> newest_first(total);
+  std::iota(newest_first.rbegin(), newest_first.rend(), 0);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      std::vector<int64_t> kept,
+      gp::FilterByDensity(kernels::ConstMatrixView<double>(inputs.data(), total, dimension), labels,
+                          options_.model_density, newest_first));
+  counts.dropped_by_model_density = total - static_cast<int64_t>(kept.size());
+
   std::vector<int64_t> birth_frames;
-  birth_frames.reserve(alive.size());
-  for (const int64_t row : alive) {
-    birth_frames.push_back(model_.birth_frames()[row]);
+  birth_frames.reserve(kept.size());
+  for (const int64_t row : kept) {
+    birth_frames.push_back(row < alive_count ? model_.birth_frames()[alive[row]] : frame_index);
   }
   EGOSIEVE_ASSIGN_OR_RETURN(
       const gp::BudgetDecision decision,
-      gp::EnforceBudget(Gather(labels, alive), birth_frames, frame_index, options_.budget));
+      gp::EnforceBudget(Gather(labels, kept), birth_frames, frame_index, options_.budget));
   counts.dropped_by_age = decision.dropped_for_age;
   counts.dropped_by_budget = decision.dropped_for_budget;
-  std::vector<int64_t> kept;
-  kept.reserve(alive.size());
-  for (const int64_t index : Complement(static_cast<int64_t>(alive.size()), decision.dropped)) {
-    kept.push_back(alive[index]);
+
+  std::vector<int64_t> alive_kept, arriving_kept;
+  for (const int64_t index : Complement(static_cast<int64_t>(kept.size()), decision.dropped)) {
+    const int64_t row = kept[index];
+    if (row < alive_count) {
+      alive_kept.push_back(alive[row]);
+    } else {
+      arriving_kept.push_back(row - alive_count);
+    }
   }
-  return model_.Remove(Complement(model_.size(), kept));
+  alive = std::move(alive_kept);
+  arriving = Points{GatherRows(kernels::ConstMatrixView<float>(arriving.inputs.data(),
+                                                               arriving.size(), dimension),
+                               arriving_kept),
+                    Gather(arriving.labels, arriving_kept)};
+  return absl::OkStatus();
 }
 
 absl::Status OnlineLearner::Train(FrameRecord& record) {
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const gp::TrainingReport report,
-      trainer_.TrainFrame(*model_.context(), model_.inputs(), model_.targets()));
-  record.log_likelihood_per_point = report.log_likelihood;
+  EGOSIEVE_RETURN_IF_ERROR(
+      trainer_.TrainFrame(*model_.context(), model_.inputs(), model_.targets()).status());
   if (trainer_.ShouldRebuild(model_.hyperparameters())) {
     EGOSIEVE_RETURN_IF_ERROR(model_.SetHyperparameters(trainer_.hyperparameters()));
     record.factor_rebuilt = true;
@@ -243,6 +262,8 @@ absl::Status OnlineLearner::Calibrate() {
 void OnlineLearner::Describe(FrameRecord& record) const {
   record.model_size = model_.size();
   record.theta = gp::ToLogarithms(model_.hyperparameters());
+  record.log_likelihood_per_point =
+      model_.LogMarginalLikelihood() / static_cast<double>(std::max<int64_t>(1, model_.size()));
   record.jitter = model_.jitter();
   record.squash_a = squash_.a;
   record.squash_b = squash_.b;

@@ -10,12 +10,15 @@
 //   6. training      annealing at first, then a few gradient steps                  IV-B
 //   7. calibration   a, b by leave-one-out on a stratified sample                   IV-C
 //
-// Steps 2 and 3 can be switched off: with clean labels they cost accuracy.
+// Steps 2 and 3 can be switched off: with clean labels they cost accuracy. Without step 3 nothing
+// has to be predicted by the grown model, and steps 4 and 5 are decided before points are added, so
+// that the factor never grows by what is dropped at once.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_ONLINE_LEARNER_H_
 #define EGOSIEVE_VISION_SEGMENTATION_ONLINE_LEARNER_H_
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -70,13 +73,26 @@ class OnlineLearner {
   const gp::SquashParameters& squash() const { return squash_; }
 
  private:
+  struct Points {
+    std::vector<float> inputs;  // N x D
+    std::vector<double> labels;
+
+    int64_t size() const { return static_cast<int64_t>(labels.size()); }
+  };
+
   OnlineLearner(gp::ExactModel model, gp::HyperparameterTrainer trainer,
                 const OnlineLearnerOptions& options);
 
   absl::StatusOr<std::vector<int64_t>> SelectNewPoints(kernels::ConstMatrixView<float> inputs,
                                                        absl::Span<const double> labels,
                                                        SelectionCounts& counts) const;
-  absl::Status ThinModel(int64_t frame_index, SelectionCounts& counts);
+  absl::Status UpdatePoints(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
+                            int64_t frame_index, SelectionCounts& counts);
+  absl::Status Add(const Points& points, int64_t frame_index);
+  // Steps 4 and 5 on the model's rows `alive` and the points about to be added: both are reduced to
+  // what stays.
+  absl::Status Thin(int64_t frame_index, std::vector<int64_t>& alive, Points& arriving,
+                    SelectionCounts& counts) const;
   absl::Status Train(FrameRecord& record);
   absl::Status Calibrate();
 

@@ -23,16 +23,20 @@ class FakeCommand : public Command {
   void AddFlags(CLI::App& app) override {
     app.add_option("--stride", stride_, "Pixels")->check(CLI::Range(1, 100));
     app.add_option("--seed", seed_, "Number");
+    app.add_option("--name", name_, "Empty unless given");
+    app.add_option("--must", must_, "Needed")->required(required);
   }
   absl::StatusOr<ExitCode> Run() override {
     last_stride = stride_;
     return result_;
   }
   static inline int last_stride = 0;
+  static inline bool required = false;
 
  private:
   int stride_ = 5;
   int seed_ = 0;
+  std::string name_, must_;
   absl::StatusOr<ExitCode> result_;
 };
 
@@ -112,8 +116,12 @@ TEST(CommandLine, AStatusBecomesOneLineAndItsExitCode) {
 
 TEST(CommandLine, ConfigFilesHoldFlagsAndUnknownKeysAreErrors) {
   const std::string path = testing::TempDir() + "/sift.toml";
+  FakeCommand::required = true;
+  EXPECT_EQ(Invoke({"sift"}).err, "egosieve: --must is required; see egosieve sift --help\n");
   const Outcome printed = Invoke({"sift", "--stride=9", "--print_config"});
+  FakeCommand::required = false;
   EXPECT_EQ(printed.code, 0);
+  EXPECT_THAT(printed.out, testing::Not(HasSubstr("name")));
   std::ofstream(path) << printed.out;
   EXPECT_EQ(Invoke({"sift", "--config", path}).code, 0) << printed.out;
   EXPECT_EQ(FakeCommand::last_stride, 9);

@@ -102,7 +102,8 @@ TEST(MapImage, ATruncatedFileIsDataLoss) {
   const std::string path = run.folder.FrameFile("grid", 1, ".prob.png");
   for (const size_t size : {size_t{0}, size_t{20}}) {
     std::filesystem::resize_file(path, size);
-    const absl::Status status = run.folder.ReadGridMaps(1, run.description, false).status();
+    const absl::Status status =
+        run.folder.ReadGridMaps(run.folder.ReadLines()->at(1), run.description, false).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
     EXPECT_THAT(std::string(status.message()), HasSubstr(path));
   }
@@ -120,7 +121,7 @@ TEST(RunFolder, WhatIsWrittenIsRead) {
   ASSERT_TRUE(lines.ok()) << lines.status();
   ASSERT_EQ(lines->size(), 6u);
   EXPECT_EQ((*lines)[4].reason, "7 matches; 8 are needed");
-  const auto maps = opened->ReadGridMaps(2, *description, true);
+  const auto maps = opened->ReadGridMaps((*lines)[2], *description, true);
   ASSERT_TRUE(maps.ok());
   EXPECT_EQ(maps->probability.size(), cv::Size(20, 14));
   EXPECT_NEAR(maps->deviation(0, 0), 0.4, 4.0 / 131070 + 1e-7);

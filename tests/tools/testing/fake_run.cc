@@ -42,8 +42,9 @@ FrameMaps FakeMaps(const FakeRunOptions& options, const kernels::ImageGrid& grid
   for (int row = 0; row < grid.rows(); ++row) {
     for (int column = 0; column < grid.columns(); ++column) {
       const bool inside = mask(grid.y_pixels(row), grid.x_pixels(column)) != 0;
-      const double p =
-          index == 0 ? 0.5 : (inside ? 0.9 : 0.2) + options.noise * (2.0 * Uniform(random) - 1.0);
+      const double p = index == 0 ? 0.5
+                                  : (inside ? options.inside : options.outside) +
+                                        options.noise * (2.0 * Uniform(random) - 1.0);
       maps.probability(row, column) = static_cast<float>(p);
       maps.deviation(row, column) = static_cast<float>(index == 0 ? 1.2 : 0.4);
     }
@@ -55,6 +56,8 @@ FrameLine FakeRecord(const FakeRunOptions& options, int index) {
   FrameLine line;
   line.index = index;
   line.time_seconds = index / 25.0;
+  line.width_pixels = options.width_pixels;
+  line.height_pixels = options.height_pixels;
   line.theta = {0.7, 0.7, 0.7, 0.7, 0.7, 0.7, 0.7, 0.0, -0.7};
   line.milliseconds = {{"decode", 4.0}, {"features", 90.0}, {"inference", 120.0 + index % 7}};
   if (index == 0) {

@@ -2,8 +2,8 @@
 //
 //   root/frames/NNNNNN.png   noise with a bright disc that moves to the right
 //   root/masks/NNNNNN.png    the disc, 255
-//   root/run                 a run folder: p = 0.9 inside the disc and 0.2 outside, at grid pixels,
-//                            plus a little noise; frame 0 has the prior (0.5); the frame before the
+//   root/run                 a run folder: p as the options say, at grid pixels; frame 0 has the
+//   prior (0.5); the frame before the
 //                            last was not learnt from
 #ifndef EGOSIEVE_TESTS_TOOLS_TESTING_FAKE_RUN_H_
 #define EGOSIEVE_TESTS_TOOLS_TESTING_FAKE_RUN_H_
@@ -20,7 +20,9 @@ struct FakeRunOptions {
   int height_pixels = 64;
   int stride_pixels = 5;
   int frames = 6;
-  double noise = 0.05;  // half the range of what is added to p
+  double inside = 0.9;   // p in the disc
+  double outside = 0.2;  // and around it
+  double noise = 0.05;   // half the range of what is added to p
 };
 
 struct FakeRun {

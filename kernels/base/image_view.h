@@ -1,0 +1,20 @@
+// Non-owning view of an image of 8-bit pixels, interleaved; 1 channel is grey, 3 are B, G, R.
+#ifndef EGOSIEVE_KERNELS_BASE_IMAGE_VIEW_H_
+#define EGOSIEVE_KERNELS_BASE_IMAGE_VIEW_H_
+
+#include <cstddef>
+#include <cstdint>
+
+namespace egosieve::kernels {
+
+struct ImageView {
+  const uint8_t* data = nullptr;
+  int width = 0;
+  int height = 0;
+  int channels = 3;
+  ptrdiff_t stride_bytes = 0;
+};
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_BASE_IMAGE_VIEW_H_

@@ -1,0 +1,215 @@
+// Shared by every program. Build-time macros:
+//   REAL        float or double (REAL_IS_DOUBLE set for the latter)
+//   VEC         lanes of a vector: 1, 4, 8 or 16
+//   COMPONENTS  coordinates of a prepared point (kernels/base/prepared_points.h), its e not counted
+//   ARCSINE     1: arcsine covariance; 0: squared exponential
+//   DIFFERENCE_BELOW  h below which the arcsine in float takes differences of vectors
+//   DOT_SUFFICES      1: no pair of points has so small an h
+
+#ifdef REAL_IS_DOUBLE
+#pragma OPENCL EXTENSION cl_khr_fp64 : enable
+typedef double REAL;
+#define BITS long
+#define REAL_SIGN 0x8000000000000000L
+#else
+typedef float REAL;
+#define BITS int
+#define REAL_SIGN 0x80000000
+#endif
+
+#define JOIN_(a, b) a##b
+#define JOIN(a, b) JOIN_(a, b)
+#ifdef REAL_IS_DOUBLE
+#define REAL_NAME double
+#else
+#define REAL_NAME float
+#endif
+
+#if VEC == 1
+typedef REAL REALV;
+typedef BITS BITSV;
+#define LOADV(pointer) (*(pointer))
+#define STOREV(value, pointer) (*(pointer) = (value))
+#define AS_BITSV JOIN(as_, BITS)
+#define AS_REALV JOIN(as_, REAL_NAME)
+#define TO_BITSV JOIN(convert_, BITS)
+#else
+typedef JOIN(REAL_NAME, VEC) REALV;
+typedef JOIN(BITS, VEC) BITSV;
+#define LOADV(pointer) JOIN(vload, VEC)(0, pointer)
+#define STOREV(value, pointer) JOIN(vstore, VEC)(value, 0, pointer)
+#define AS_BITSV JOIN(JOIN(as_, BITS), VEC)
+#define AS_REALV JOIN(JOIN(as_, REAL_NAME), VEC)
+#define TO_BITSV JOIN(JOIN(convert_, BITS), VEC)
+#endif
+
+// magnitude with the sign of x.
+inline REALV with_sign(REALV magnitude, REALV x) {
+  return AS_REALV(AS_BITSV(magnitude) ^ (AS_BITSV(x) & (BITS)REAL_SIGN));
+}
+
+#if !defined(REAL_IS_DOUBLE) && VEC == 16 && defined(__AVX512F__)
+#define HAS_AVX512_FLOAT16
+typedef float X86_FLOAT16 __attribute__((__vector_size__(64)));
+#endif
+
+// pi/2 - 2 asin sqrt(h), 0 <= h <= 1/2: sqrt(h) times a polynomial in h, the interpolant of -2 asin(sqrt h) / sqrt h at
+// Chebyshev's nodes of [0, 1/2]; absolute error 3e-8 (float), 4e-17 (double).
+#ifdef REAL_IS_DOUBLE
+inline REALV arccosine_of_half(REALV h) {
+  REALV p = (REALV)-1.7785808735277375;
+  p = fma(p, h, (REALV)6.5578663134796242);
+  p = fma(p, h, (REALV)-11.515881662629397);
+  p = fma(p, h, (REALV)12.458599750795971);
+  p = fma(p, h, (REALV)-9.2841378199776869);
+  p = fma(p, h, (REALV)4.9817616252452233);
+  p = fma(p, h, (REALV)-2.0164033301068374);
+  p = fma(p, h, (REALV)0.59374108613796484);
+  p = fma(p, h, (REALV)-0.15743222714004254);
+  p = fma(p, h, (REALV)0.005203075696599376);
+  p = fma(p, h, (REALV)-0.026382005143507806);
+  p = fma(p, h, (REALV)-0.027606891791783959);
+  p = fma(p, h, (REALV)-0.034728562878207053);
+  p = fma(p, h, (REALV)-0.044743169558640709);
+  p = fma(p, h, (REALV)-0.060763926793503654);
+  p = fma(p, h, (REALV)-0.089285713525230001);
+  p = fma(p, h, (REALV)-0.15000000000803632);
+  p = fma(p, h, (REALV)-0.33333333333329973);
+  p = fma(p, h, (REALV)-2.0);
+  return fma(sqrt(h), p, (REALV)1.57079632679489661923);
+}
+#else
+inline REALV arccosine_of_half(REALV h) {
+  // Of half of the polynomial: twice the root comes cheaper.
+  REALV p = (REALV)-0.10967398323879114f;
+  p = fma(p, h, (REALV)0.09008621671077404f);
+  p = fma(p, h, (REALV)-0.07553975382221965f);
+  p = fma(p, h, (REALV)-0.016731388950467388f);
+  p = fma(p, h, (REALV)-0.046480849462936874f);
+  p = fma(p, h, (REALV)-0.07488114441822327f);
+  p = fma(p, h, (REALV)-0.16666954671609343f);
+  p = fma(p, h, (REALV)-0.9999999887211962f);
+#ifdef HAS_AVX512_FLOAT16
+  // One Newton step on the 14-bit reciprocal root y: 2 sqrt(h) = (h y) (3 - (h y) y) to a relative 2^-23, at a fraction
+  // of the cost of the root.
+  const X86_FLOAT16 argument = __builtin_astype(h, X86_FLOAT16);
+  const REALV y = __builtin_astype(__builtin_ia32_rsqrt14ps512_mask(argument, argument, (ushort)0xffff), REALV);
+  const REALV u = h * y;
+  const REALV twice_root = u * fma(-u, y, (REALV)3.0f);
+#else
+  const REALV twice_root = (REALV)2.0f * sqrt(h);
+#endif
+  return fma(twice_root, p, (REALV)1.57079632679489661923f);
+}
+#endif
+
+// exp(x) for x <= 0: x = n ln 2 + r, |r| <= ln(2) / 2, Taylor polynomial in r; 0 below the smallest normal number.
+#ifdef REAL_IS_DOUBLE
+inline REALV exp_of_negative(REALV x) {
+  const REALV clamped = fmax(x, (REALV)-708.0);
+  const REALV n = rint(clamped * 1.44269504088896340736);
+  REALV r = fma(n, (REALV)-6.93147180369123816490e-01, clamped);
+  r = fma(n, (REALV)-1.90821492927058770002e-10, r);
+  REALV p = (REALV)1.6059043836821613e-10;
+  p = fma(p, r, (REALV)2.08767569878681e-09);
+  p = fma(p, r, (REALV)2.505210838544172e-08);
+  p = fma(p, r, (REALV)2.755731922398589e-07);
+  p = fma(p, r, (REALV)2.7557319223985893e-06);
+  p = fma(p, r, (REALV)2.48015873015873e-05);
+  p = fma(p, r, (REALV)1.984126984126984e-04);
+  p = fma(p, r, (REALV)1.388888888888889e-03);
+  p = fma(p, r, (REALV)8.333333333333333e-03);
+  p = fma(p, r, (REALV)4.1666666666666664e-02);
+  p = fma(p, r, (REALV)1.6666666666666666e-01);
+  p = fma(p, r, (REALV)0.5);
+  p = fma(p, r, (REALV)1.0);
+  p = fma(p, r, (REALV)1.0);
+  const REALV scale = AS_REALV((TO_BITSV(n) + 1023L) << 52);
+  return x < (REALV)-708.0 ? (REALV)0.0 : p * scale;
+}
+#else
+inline REALV exp_of_negative(REALV x) {
+  const REALV clamped = fmax(x, (REALV)-87.0f);
+  const REALV n = rint(clamped * 1.44269504f);
+  REALV r = fma(n, (REALV)-0.693359375f, clamped);
+  r = fma(n, (REALV)2.12194440e-4f, r);
+  REALV p = (REALV)1.9841269841e-4f;
+  p = fma(p, r, (REALV)1.3888888889e-3f);
+  p = fma(p, r, (REALV)8.3333333333e-3f);
+  p = fma(p, r, (REALV)4.1666666667e-2f);
+  p = fma(p, r, (REALV)1.6666666667e-1f);
+  p = fma(p, r, (REALV)0.5f);
+  p = fma(p, r, (REALV)1.0f);
+  p = fma(p, r, (REALV)1.0f);
+  const REALV scale = AS_REALV((TO_BITSV(n) + 127) << 23);
+  return x < (REALV)-87.0f ? (REALV)0.0f : p * scale;
+}
+#endif
+
+#if ARCSINE
+// 4 times this is z. Two chains: half the latency and half the rounding of one.
+inline REALV half_vectors_dot(const REALV* a, __global const REAL* b) {
+  REALV even = a[0] * b[0];
+  REALV odd = a[1] * b[1];
+#pragma unroll
+  for (int c = 2; c < COMPONENTS; c += 2) even = fma(a[c], (REALV)b[c], even);
+#pragma unroll
+  for (int c = 3; c < COMPONENTS; c += 2) odd = fma(a[c], (REALV)b[c], odd);
+  return even + odd;
+}
+
+// h = (1 - |z|) / 2 of prepared_points.h, equation (2), for s = the sign of `dot`.
+inline REALV half_of_difference(const REALV* a, __global const REAL* b, REALV dot) {
+  const REALV sign = with_sign((REALV)1, dot);
+  REALV square = a[COMPONENTS] + b[COMPONENTS];
+#pragma unroll
+  for (int c = 0; c < COMPONENTS; ++c) {
+    const REALV difference = fma(-sign, (REALV)b[c], a[c]);
+    square = fma(difference, difference, square);
+  }
+  return square;
+}
+
+// Whether any lane of h is below DIFFERENCE_BELOW.
+inline bool any_small(REALV h) {
+#ifdef HAS_AVX512_FLOAT16
+  return __builtin_ia32_cmpps512_mask(__builtin_astype(h, X86_FLOAT16), __builtin_astype((REALV)DIFFERENCE_BELOW, X86_FLOAT16),
+                                      17, (ushort)0xffff, 4) != 0;
+#elif VEC == 1
+  return h < (REALV)DIFFERENCE_BELOW;
+#else
+  return any(h < (REALV)DIFFERENCE_BELOW);
+#endif
+}
+#endif
+
+// k / sigma_f^2 of a vector of prepared points a (components, then e) and one prepared point b.
+//
+// The arcsine in float32 takes h from z itself, lane by lane, where h is at least DIFFERENCE_BELOW: where the host knows
+// that the dot product's rounding stays below 1e-6 (DifferenceThreshold in kernels/ops/kernel_options.h). DOT_SUFFICES:
+// it knows that no lane will be below.
+inline REALV unit_covariance(const REALV* a, __global const REAL* b) {
+#if ARCSINE
+  const REALV dot = half_vectors_dot(a, b);
+#ifdef REAL_IS_DOUBLE
+  const REALV h = half_of_difference(a, b, dot);
+#else
+  REALV h = fma(fabs(dot), (REALV)-2, (REALV)0.5f);
+#if !DOT_SUFFICES
+  if (any_small(h)) {
+    const REALV accurate = half_of_difference(a, b, dot);
+    h = h < (REALV)DIFFERENCE_BELOW ? accurate : h;
+  }
+#endif
+#endif
+  return with_sign(arccosine_of_half(h), dot);
+#else
+  REALV square = (REALV)0;
+#pragma unroll
+  for (int c = 0; c < COMPONENTS; ++c) {
+    const REALV difference = a[c] - b[c];
+    square = fma(difference, difference, square);
+  }
+  return exp_of_negative(square * (REALV)-0.5f);
+#endif
+}

@@ -1,0 +1,14 @@
+// The OpenCL sources, embedded at build time.
+#ifndef EGOSIEVE_KERNELS_CL_SOURCES_H_
+#define EGOSIEVE_KERNELS_CL_SOURCES_H_
+
+#include <string_view>
+
+namespace egosieve::kernels::cl_sources {
+
+// The text of a file of kernels/cl, "common.cl" for instance; empty when there is no such file.
+std::string_view Text(std::string_view file);
+
+}  // namespace egosieve::kernels::cl_sources
+
+#endif  // EGOSIEVE_KERNELS_CL_SOURCES_H_

@@ -1,0 +1,35 @@
+#include "kernels/ops/covariance_gradient.h"
+
+#include <string>
+
+#include "kernels/base/argument_checks.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/ops/opencl_covariance.h"
+#include "kernels/reference/covariance.h"
+#include "kernels/runtime/opencl_context.h"
+
+namespace egosieve::kernels {
+
+absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
+                                                       const CovarianceParameters& parameters,
+                                                       ConstMatrixView<double> x,
+                                                       ConstMatrixView<double> w) {
+  EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape("x", x, x.rows, parameters.input_dimension()));
+  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("x", x));
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape("w", w, x.rows, x.rows));
+  for (int64_t i = 0; i < w.rows; ++i) {
+    // Only the lower triangle is read, so only there must the values be finite.
+    const absl::Status finite = CheckFinite("w", ConstMatrixView<double>(w.row(i), 1, i + 1));
+    if (!finite.ok()) {
+      return absl::InvalidArgumentError("row " + std::to_string(i) +
+                                        " of w: " + std::string(finite.message()));
+    }
+  }
+  if (context.is_reference() || !context.info().float64) {
+    return reference::CovarianceGradient(parameters, x, w);
+  }
+  return opencl::CovarianceGradient(context, parameters, x, w);
+}
+
+}  // namespace egosieve::kernels

@@ -1,0 +1,78 @@
+#include "kernels/ops/dense_posterior.h"
+
+#include "absl/strings/str_format.h"
+#include "kernels/base/argument_checks.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/ops/opencl_dense_posterior.h"
+#include "kernels/reference/dense_posterior.h"
+#include "kernels/runtime/opencl_context.h"
+
+namespace egosieve::kernels {
+namespace {
+
+class HostPosterior : public DensePosterior {
+ public:
+  explicit HostPosterior(const PosteriorModel& model)
+      : dimension_(model.covariance.input_dimension()),
+        count_(model.inputs.rows),
+        factor_kind_(model.factor_kind),
+        posterior_(model) {}
+
+  absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
+                                           const PosteriorOutputs& outputs) const override {
+    EGOSIEVE_RETURN_IF_ERROR(CheckQueries(dimension_, queries));
+    EGOSIEVE_RETURN_IF_ERROR(CheckOutputs(
+        outputs.variance != nullptr || outputs.probability != nullptr, factor_kind_, count_));
+    return PosteriorCounts{
+        posterior_.Evaluate(queries, outputs.mean, outputs.variance, outputs.probability)};
+  }
+
+  std::string description() const override {
+    return "reference: float64 on the host, accurate arcsine";
+  }
+
+ private:
+  int64_t dimension_;
+  int64_t count_;
+  FactorKind factor_kind_;
+  reference::DensePosterior posterior_;
+};
+
+}  // namespace
+
+absl::Status DensePosteriorOptions::Validate() const {
+  if (memory_cap_bytes < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("memory_cap_bytes = %d; it must be positive", memory_cap_bytes));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckQueries(int64_t dimension, ConstMatrixView<float> queries) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape("queries", queries, queries.rows, dimension));
+  return CheckFinite("queries", queries);
+}
+
+absl::Status CheckOutputs(bool needs_variance, FactorKind factor_kind, int64_t input_count) {
+  if (needs_variance && factor_kind == FactorKind::kNone && input_count > 0) {
+    return absl::FailedPreconditionError(
+        "variance and probability need a factor: this model was created with factor_kind kNone");
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::unique_ptr<DensePosterior>> DensePosterior::Create(
+    std::shared_ptr<Context> context, const PosteriorModel& model,
+    const DensePosteriorOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(model.Validate());
+  if (context == nullptr) {
+    return absl::InvalidArgumentError("context is null; open one with OpenContext");
+  }
+  if (context->is_reference()) {
+    return std::make_unique<HostPosterior>(model);
+  }
+  return opencl::CreateDensePosterior(std::move(context), model, options);
+}
+
+}  // namespace egosieve::kernels

@@ -1,0 +1,71 @@
+// Build options of the .cl programs and the layout of prepared points that they read.
+#ifndef EGOSIEVE_KERNELS_OPS_KERNEL_OPTIONS_H_
+#define EGOSIEVE_KERNELS_OPS_KERNEL_OPTIONS_H_
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/covariance_parameters.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/base/prepared_points.h"
+#include "kernels/runtime/opencl_context.h"
+
+namespace egosieve::kernels {
+
+// Lanes of a vector of T.
+template <typename T>
+int Lanes(const Context& context) {
+  return sizeof(T) == sizeof(float) ? context.tuning().float_lanes
+                                    : std::max(context.tuning().float_lanes / 2, 1);
+}
+
+// The macros of kernels/cl/common.cl.
+template <typename T>
+std::string CovarianceBuildOptions(const Context& context, const CovarianceParameters& parameters,
+                                   bool dot_suffices = false) {
+  return absl::StrCat("-cl-std=CL1.2", sizeof(T) == sizeof(double) ? " -DREAL_IS_DOUBLE" : "",
+                      " -DVEC=", Lanes<T>(context),
+                      " -DCOMPONENTS=", PreparedComponents(parameters),
+                      absl::StrFormat(" -DDIFFERENCE_BELOW=%.9ff",
+                                      DifferenceThreshold(PreparedComponents(parameters))),
+                      " -DDOT_SUFFICES=", dot_suffices ? 1 : 0,
+                      " -DARCSINE=", parameters.function == CovarianceFunction::kArcsine ? 1 : 0);
+}
+
+// Prepared points, components + 1 values a point.
+template <typename Input, typename T>
+std::vector<T> PrepareRows(const CovarianceParameters& parameters, ConstMatrixView<Input> points) {
+  const int64_t width = PreparedComponents(parameters) + 1;
+  std::vector<T> rows(points.rows * width);
+  for (int64_t i = 0; i < points.rows; ++i) {
+    PreparePoint(parameters, points.row(i), &rows[i * width], 1);
+  }
+  return rows;
+}
+
+// The same transposed, (components + 1) x stride, stride a multiple of the vector; the padding is
+// zero.
+template <typename T>
+struct PreparedColumns {
+  std::vector<T> values;
+  int64_t stride = 0;
+};
+
+template <typename Input, typename T>
+PreparedColumns<T> PrepareColumns(const CovarianceParameters& parameters,
+                                  ConstMatrixView<Input> points, int64_t multiple) {
+  PreparedColumns<T> columns;
+  columns.stride = (points.rows + multiple - 1) / multiple * multiple;
+  columns.values.assign((PreparedComponents(parameters) + 1) * columns.stride, T{0});
+  for (int64_t i = 0; i < points.rows; ++i) {
+    PreparePoint(parameters, points.row(i), &columns.values[i], columns.stride);
+  }
+  return columns;
+}
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_OPS_KERNEL_OPTIONS_H_

@@ -1,0 +1,257 @@
+#include "kernels/ops/opencl_dense_posterior.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/aligned_array.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/ops/kernel_options.h"
+#include "kernels/ops/packed_factor.h"
+#include "kernels/runtime/buffer.h"
+#include "kernels/runtime/opencl_error.h"
+
+namespace egosieve::kernels::opencl {
+namespace {
+
+FactorBlocking BlockingOf(const KernelTuning& tuning) {
+  return {tuning.panel, tuning.panel * tuning.panels_a_group, tuning.depth};
+}
+
+constexpr int64_t kMaxChunkQueries = 65536;
+
+enum OutputBits { kWantMean = 1, kWantVariance = 2, kWantProbability = 4 };
+
+int OutputMask(const PosteriorOutputs& outputs) {
+  return (outputs.mean != nullptr ? kWantMean : 0) |
+         (outputs.variance != nullptr ? kWantVariance : 0) |
+         (outputs.probability != nullptr ? kWantProbability : 0);
+}
+
+// The arrays that the kernel reads, prepared on the host. Kept because a device that shares the
+// host's memory reads them where they are.
+struct HostArrays {
+  std::vector<float> inputs;  // prepared points
+  std::vector<float> alpha;   // sigma_f^2 alpha
+  AlignedArray<float> factor;
+};
+
+class DeviceModel {
+ public:
+  DeviceModel(const Context& context, const PosteriorModel& model, const FactorBlocking& blocking)
+      : count_(model.inputs.rows) {
+    const double signal_variance = model.covariance.signal_stddev * model.covariance.signal_stddev;
+    host_.inputs = PrepareRows<double, float>(model.covariance, model.inputs);
+    const int64_t width = PreparedComponents(model.covariance) + 1;
+    for (int64_t i = 0; i < count_; ++i) {
+      host_.alpha.push_back(static_cast<float>(signal_variance * model.alpha[i]));
+      smallest_h_ = std::min(smallest_h_, host_.inputs[(i + 1) * width - 1]);
+    }
+    // Buffers must not be empty.
+    host_.inputs.resize(std::max<size_t>(host_.inputs.size(), 1));
+    host_.alpha.resize(std::max<size_t>(host_.alpha.size(), 1));
+    inputs_ = InputBuffer(context, host_.inputs);
+    alpha_ = InputBuffer(context, host_.alpha);
+    if (model.factor_kind != FactorKind::kNone && count_ > 0) {
+      host_.factor = PackFactor(model.factor_kind, model.factor, blocking);
+      factor_ = InputBuffer(context, host_.factor.data(), host_.factor.size() * sizeof(float));
+    } else {
+      factor_ = alpha_;
+    }
+  }
+
+  int64_t count() const { return count_; }
+  // Of the arcsine: a lower bound of h = (1 - |z|) / 2 over all queries; see DotSuffices.
+  float smallest_h() const { return smallest_h_; }
+  const cl::Buffer& inputs() const { return inputs_; }
+  const cl::Buffer& alpha() const { return alpha_; }
+  const cl::Buffer& factor() const { return factor_; }
+
+ private:
+  int64_t count_;
+  float smallest_h_ = 1.0f;
+  HostArrays host_;
+  cl::Buffer inputs_;
+  cl::Buffer alpha_;
+  cl::Buffer factor_;
+};
+
+class OpenClPosterior : public DensePosterior {
+ public:
+  OpenClPosterior(std::shared_ptr<Context> context, const PosteriorModel& model,
+                  const DensePosteriorOptions& options)
+      : context_(std::move(context)),
+        options_(options),
+        covariance_(model.covariance),
+        factor_kind_(model.inputs.rows == 0 ? FactorKind::kNone : model.factor_kind),
+        squash_a_(static_cast<float>(model.squash_a)),
+        squash_b_(static_cast<float>(model.squash_b)),
+        tuning_(context_->tuning()),
+        blocking_(BlockingOf(tuning_)),
+        model_(*context_, model, blocking_) {}
+
+  absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
+                                           const PosteriorOutputs& outputs) const override;
+
+  std::string description() const override;
+
+ private:
+  // Sizes that the memory cap leaves.
+  struct Tiling {
+    int micro_tiles = 1;
+    int work_items = 1;
+    int64_t scratch_floats = 0;  // of one work-item
+    int64_t tile_queries = 0;
+    int64_t chunk_queries = 0;
+  };
+  Tiling ChooseTiling(FactorKind kind, int64_t query_count) const;
+  bool DotSuffices() const;
+  std::string BuildOptions(FactorKind kind) const;
+  int Width(FactorKind kind) const {
+    return kind == FactorKind::kNone ? tuning_.mean_width : tuning_.width;
+  }
+  int MicroTileQueries(FactorKind kind) const { return Width(kind) * tuning_.float_lanes; }
+  // Throws cl::Error. Returns the number of clamped variances.
+  int64_t EvaluateChunk(cl::Kernel& kernel, const cl::CommandQueue& queue, const Tiling& tiling,
+                        const cl::Buffer& scratch, ConstMatrixView<float> queries,
+                        const PosteriorOutputs& outputs) const;
+
+  std::shared_ptr<Context> context_;
+  DensePosteriorOptions options_;
+  CovarianceParameters covariance_;
+  FactorKind factor_kind_;
+  float squash_a_;
+  float squash_b_;
+  KernelTuning tuning_;
+  FactorBlocking blocking_;
+  DeviceModel model_;
+};
+
+// |z| <= |a^| = sqrt(1 - e_a) for every query, so h >= (1 - sqrt(1 - e_a)) / 2 >= e_a / 4, which is
+// what the prepared training inputs hold.
+bool OpenClPosterior::DotSuffices() const {
+  return covariance_.function == CovarianceFunction::kArcsine &&
+         model_.smallest_h() > DifferenceThreshold(PreparedComponents(covariance_));
+}
+
+std::string OpenClPosterior::description() const {
+  const std::string& device = context_->info().name;
+  if (covariance_.function == CovarianceFunction::kSquaredExponential) {
+    return absl::StrCat(device, ": float32, squared exponential");
+  }
+  const double threshold = DifferenceThreshold(PreparedComponents(covariance_));
+  return absl::StrFormat(
+      "%s: float32, %s arcsine: (1 - |z|) / 2 >= %.2g for this model, differences needed below "
+      "%.2g",
+      device, DotSuffices() ? "plain" : "accurate", model_.smallest_h(), threshold);
+}
+
+std::string OpenClPosterior::BuildOptions(FactorKind kind) const {
+  const int factor = kind == FactorKind::kNone ? 0 : kind == FactorKind::kCholesky ? 1 : 2;
+  return absl::StrCat(CovarianceBuildOptions<float>(*context_, covariance_, DotSuffices()),
+                      " -DFACTOR=", factor, " -DPANEL=", blocking_.panel, " -DWIDTH=", Width(kind),
+                      " -DGROUP=", blocking_.group, " -DDEPTH=", blocking_.depth);
+}
+
+OpenClPosterior::Tiling OpenClPosterior::ChooseTiling(FactorKind kind, int64_t query_count) const {
+  const int64_t rows = kind == FactorKind::kNone ? 0 : PaddedCount(model_.count(), blocking_.panel);
+  const int64_t micro_floats = (rows + 2) * MicroTileQueries(kind);
+  const int64_t query_floats = PreparedComponents(covariance_) + 4;  // prepared, and the outputs
+  const int64_t cap_floats = options_.memory_cap_bytes / static_cast<int64_t>(sizeof(float));
+  Tiling tiling;
+  tiling.micro_tiles = tuning_.micro_tiles;
+  tiling.work_items = std::max(context_->info().compute_units, 1);
+  // Half of the cap for scratch, the other half for queries; a single micro-tile is the least there
+  // can be.
+  while (tiling.micro_tiles > 1 &&
+         tiling.micro_tiles * tiling.work_items * micro_floats > cap_floats / 2) {
+    tiling.micro_tiles /= 2;
+  }
+  while (tiling.work_items > 1 &&
+         tiling.micro_tiles * tiling.work_items * micro_floats > cap_floats / 2) {
+    --tiling.work_items;
+  }
+  tiling.scratch_floats = tiling.micro_tiles * micro_floats;
+  const int64_t tile = tiling.micro_tiles * MicroTileQueries(kind);
+  tiling.tile_queries = tile;
+  const int64_t most = std::min({kMaxChunkQueries, cap_floats / 2 / query_floats, query_count});
+  tiling.chunk_queries = std::max<int64_t>((most + tile - 1) / tile, 1) * tile;
+  return tiling;
+}
+
+int64_t OpenClPosterior::EvaluateChunk(cl::Kernel& kernel, const cl::CommandQueue& queue,
+                                       const Tiling& tiling, const cl::Buffer& scratch,
+                                       ConstMatrixView<float> queries,
+                                       const PosteriorOutputs& outputs) const {
+  const PreparedColumns<float> columns =
+      PrepareColumns<float, float>(covariance_, queries, tiling.tile_queries);
+  std::vector<cl_int> counters = {0, 0};  // the next tile, clamped variances
+  // An output that is not wanted is never written: any array serves in its place.
+  float unused = 0.0f;
+  const auto output = [&](float* data) {
+    return OutputBuffer<float>(*context_, data != nullptr ? MatrixView<float>(data, 1, queries.rows)
+                                                          : MatrixView<float>(&unused, 1, 1));
+  };
+  OutputBuffer<float> mean = output(outputs.mean);
+  OutputBuffer<float> variance = output(outputs.variance);
+  OutputBuffer<float> probability = output(outputs.probability);
+  OutputBuffer<cl_int> counter_buffer(*context_, MatrixView<cl_int>(counters.data(), 1, 2));
+  const cl::Buffer query_buffer = InputBuffer(*context_, columns.values);
+  const float signal_variance =
+      static_cast<float>(covariance_.signal_stddev * covariance_.signal_stddev);
+  SetArguments(kernel, query_buffer, cl_long{columns.stride}, cl_long{queries.rows},
+               model_.inputs(), model_.alpha(), static_cast<cl_int>(model_.count()),
+               static_cast<cl_int>(PaddedCount(model_.count(), blocking_.panel)), model_.factor(),
+               signal_variance, squash_a_, squash_b_, cl_int{tiling.micro_tiles},
+               cl_int{OutputMask(outputs)}, scratch, cl_long{tiling.scratch_floats},
+               counter_buffer.buffer(), mean.buffer(), variance.buffer(), probability.buffer());
+  queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(tiling.work_items), cl::NDRange(1));
+  for (OutputBuffer<float>* result : {&mean, &variance, &probability}) result->Finish(queue);
+  counter_buffer.Finish(queue);
+  return counters[1];
+}
+
+absl::StatusOr<PosteriorCounts> OpenClPosterior::Evaluate(ConstMatrixView<float> queries,
+                                                          const PosteriorOutputs& outputs) const {
+  EGOSIEVE_RETURN_IF_ERROR(CheckQueries(covariance_.input_dimension(), queries));
+  const bool needs_variance = outputs.variance != nullptr || outputs.probability != nullptr;
+  EGOSIEVE_RETURN_IF_ERROR(CheckOutputs(needs_variance, factor_kind_, model_.count()));
+  PosteriorCounts counts;
+  if (queries.rows == 0 || OutputMask(outputs) == 0) return counts;
+  const FactorKind kind = needs_variance ? factor_kind_ : FactorKind::kNone;
+  const Tiling tiling = ChooseTiling(kind, queries.rows);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      cl::Kernel kernel,
+      context_->Kernel("dense_posterior.cl", BuildOptions(kind), "dense_posterior"));
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("evaluating a dense posterior", [&] {
+    const cl::CommandQueue queue = context_->NewQueue();
+    const cl::Buffer scratch =
+        ScratchBuffer(*context_, tiling.work_items * tiling.scratch_floats * sizeof(float));
+    for (int64_t begin = 0; begin < queries.rows; begin += tiling.chunk_queries) {
+      const auto offset = [&](float* data) { return data == nullptr ? nullptr : data + begin; };
+      const int64_t end = std::min(begin + tiling.chunk_queries, queries.rows);
+      counts.clamped_variances += EvaluateChunk(
+          kernel, queue, tiling, scratch, queries.rows_between(begin, end),
+          {offset(outputs.mean), offset(outputs.variance), offset(outputs.probability)});
+    }
+  }));
+  return counts;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<DensePosterior>> CreateDensePosterior(
+    std::shared_ptr<Context> context, const PosteriorModel& model,
+    const DensePosteriorOptions& options) {
+  std::unique_ptr<DensePosterior> posterior;
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("uploading a posterior", [&] {
+    posterior = std::make_unique<OpenClPosterior>(std::move(context), model, options);
+  }));
+  return posterior;
+}
+
+}  // namespace egosieve::kernels::opencl

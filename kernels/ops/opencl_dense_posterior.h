@@ -1,0 +1,29 @@
+// The dense posterior on an OpenCL device.
+#ifndef EGOSIEVE_KERNELS_OPS_OPENCL_DENSE_POSTERIOR_H_
+#define EGOSIEVE_KERNELS_OPS_OPENCL_DENSE_POSTERIOR_H_
+
+#include <memory>
+
+#include "absl/status/statusor.h"
+#include "kernels/ops/dense_posterior.h"
+
+namespace egosieve::kernels {
+
+// InvalidArgument, naming the first bad row, unless queries has `dimension` columns and finite
+// values.
+absl::Status CheckQueries(int64_t dimension, ConstMatrixView<float> queries);
+
+// FailedPrecondition when variances are asked of a model without a factor.
+absl::Status CheckOutputs(bool needs_variance, FactorKind factor_kind, int64_t input_count);
+
+namespace opencl {
+
+// `model` and `options` are taken as valid.
+absl::StatusOr<std::unique_ptr<DensePosterior>> CreateDensePosterior(
+    std::shared_ptr<Context> context, const PosteriorModel& model,
+    const DensePosteriorOptions& options);
+
+}  // namespace opencl
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_OPS_OPENCL_DENSE_POSTERIOR_H_

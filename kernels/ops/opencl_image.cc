@@ -1,0 +1,127 @@
+#include "kernels/ops/opencl_image.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "kernels/base/status_macros.h"
+#include "kernels/runtime/buffer.h"
+#include "kernels/runtime/opencl_error.h"
+
+namespace egosieve::kernels::opencl {
+namespace {
+
+// Bands of grid rows: the field's work-items, each with scratch for two rows of sums.
+constexpr int kMaxBands = 64;
+
+std::string BuildOptions(int channels) {
+  return "-cl-std=CL1.2 -DVEC=1 -DCOMPONENTS=1 -DARCSINE=0 -DCHANNELS=" + std::to_string(channels);
+}
+
+cl::Buffer ImageBuffer(const Context& context, const ImageView& image) {
+  return InputBuffer(
+      context, image.data,
+      (image.height - 1) * image.stride_bytes + static_cast<size_t>(image.width) * image.channels);
+}
+
+// Pixel positions of the grid along one axis and their normalised coordinates.
+struct Axis {
+  std::vector<cl_int> pixels;
+  std::vector<float> coordinates;
+};
+
+template <typename PixelOf>
+Axis MakeAxis(int count, PixelOf pixel_of, double scale, double offset) {
+  Axis axis;
+  for (int i = 0; i < count; ++i) {
+    axis.pixels.push_back(pixel_of(i));
+    axis.coordinates.push_back(static_cast<float>(pixel_of(i) * scale + offset));
+  }
+  return axis;
+}
+
+cl_int NearestPixel(double coordinate, int size) {
+  return std::clamp(static_cast<int>(std::floor(coordinate + 0.5)), 0, size - 1);
+}
+
+}  // namespace
+
+absl::Status DescriptorField(Context& context, const ImageView& image, const ImageGrid& grid,
+                             int window_pixels, MatrixView<float> out) {
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      cl::Kernel kernel,
+      context.Kernel("image.cl", BuildOptions(image.channels), "descriptor_field"));
+  return CatchOpenClErrors("computing a descriptor field", [&] {
+    const PixelNormalization map = NormalizationForImage(image.width, image.height);
+    const Axis x = MakeAxis(
+        grid.columns(), [&](int i) { return grid.x_pixels(i); }, map.scale, map.u_offset);
+    const Axis y = MakeAxis(
+        grid.rows(), [&](int i) { return grid.y_pixels(i); }, map.scale, map.v_offset);
+    const int rows_per_item = (grid.rows() + kMaxBands - 1) / kMaxBands;
+    const int bands = (grid.rows() + rows_per_item - 1) / rows_per_item;
+    const size_t scratch_ints =
+        2 * static_cast<size_t>(image.width) * image.channels + image.channels;
+    const cl::Buffer image_buffer = ImageBuffer(context, image);
+    const cl::Buffer x_buffer = InputBuffer(context, x.pixels);
+    const cl::Buffer y_buffer = InputBuffer(context, y.pixels);
+    const cl::Buffer u_buffer = InputBuffer(context, x.coordinates);
+    const cl::Buffer v_buffer = InputBuffer(context, y.coordinates);
+    const cl::Buffer scratch = ScratchBuffer(context, bands * scratch_ints * sizeof(cl_int));
+    OutputBuffer<float> result(context, out);
+    SetArguments(kernel, image_buffer, cl_long{image.stride_bytes}, cl_int{image.width},
+                 cl_int{image.height}, cl_int{window_pixels / 2}, x_buffer, y_buffer, u_buffer,
+                 v_buffer, cl_int{grid.columns()}, cl_int{grid.rows()}, cl_int{rows_per_item},
+                 scratch, result.buffer(), cl_long{out.stride});
+    const cl::CommandQueue queue = context.NewQueue();
+    queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(bands), cl::NDRange(1));
+    result.Finish(queue);
+  });
+}
+
+absl::Status DescriptorsAt(Context& context, const ImageView& image, ConstMatrixView<double> points,
+                           int window_pixels, MatrixView<float> out) {
+  if (points.rows == 0) return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      cl::Kernel kernel,
+      context.Kernel("image.cl", BuildOptions(image.channels), "descriptors_at"));
+  return CatchOpenClErrors("computing descriptors", [&] {
+    const PixelNormalization map = NormalizationForImage(image.width, image.height);
+    std::vector<cl_int> pixels;
+    std::vector<float> coordinates;
+    for (int64_t i = 0; i < points.rows; ++i) {
+      pixels.push_back(NearestPixel(points(i, 0), image.width));
+      pixels.push_back(NearestPixel(points(i, 1), image.height));
+      coordinates.push_back(static_cast<float>(points(i, 0) * map.scale + map.u_offset));
+      coordinates.push_back(static_cast<float>(points(i, 1) * map.scale + map.v_offset));
+    }
+    const cl::Buffer image_buffer = ImageBuffer(context, image);
+    const cl::Buffer pixel_buffer = InputBuffer(context, pixels);
+    const cl::Buffer coordinate_buffer = InputBuffer(context, coordinates);
+    OutputBuffer<float> result(context, out);
+    SetArguments(kernel, image_buffer, cl_long{image.stride_bytes}, cl_int{image.width},
+                 cl_int{image.height}, cl_int{window_pixels / 2}, pixel_buffer, coordinate_buffer,
+                 result.buffer(), cl_long{out.stride});
+    const cl::CommandQueue queue = context.NewQueue();
+    queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(points.rows), cl::NullRange);
+    result.Finish(queue);
+  });
+}
+
+absl::Status GridInterpolation(Context& context, const ImageGrid& grid,
+                               ConstMatrixView<float> values, MatrixView<float> out) {
+  EGOSIEVE_ASSIGN_OR_RETURN(cl::Kernel kernel,
+                            context.Kernel("image.cl", BuildOptions(1), "grid_interpolation"));
+  return CatchOpenClErrors("interpolating a grid", [&] {
+    const cl::Buffer value_buffer = InputBuffer(context, values);
+    OutputBuffer<float> result(context, out);
+    SetArguments(kernel, value_buffer, cl_long{values.stride}, cl_int{grid.columns()},
+                 cl_int{grid.rows()}, cl_int{grid.stride}, cl_int{grid.width}, cl_int{grid.height},
+                 result.buffer(), cl_long{out.stride});
+    const cl::CommandQueue queue = context.NewQueue();
+    queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(grid.height), cl::NDRange(1));
+    result.Finish(queue);
+  });
+}
+
+}  // namespace egosieve::kernels::opencl

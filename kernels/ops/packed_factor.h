@@ -1,0 +1,47 @@
+// The triangular factor of a posterior in the order in which the kernel reads it, float32.
+//
+// Rows are taken in groups of `group` and, inside a group, in panels of `panel`; n is padded to a
+// multiple of the panel with rows and columns of zeros. A group that starts at row f with c rows
+// holds
+//
+//   (1) left of its diagonal block, for each range of `depth` columns k, for each panel, for each
+//   k: `panel` values; (2) its diagonal block's lower triangle, for each panel p, for each k <
+//   panel (p + 1): `panel` values.
+//
+// Of R (the product, variance = k** - |R k*|^2) these are the elements of R. Of L (substitution)
+// they are, with L_gg the diagonal block of group g,
+//
+//   (3) v_g = L_gg^-1 (k*_g - sum_{h<g} L_gh v_h):   (1) holds -L_gh,  (2) holds L_gg^-1, inverted
+//   in float64
+//
+// so both run through the same multiply-add kernel, and no inverse of the whole factor is formed.
+// Cost of packing L: n^2 / 2 + n group^2 / 6 multiply-adds.
+#ifndef EGOSIEVE_KERNELS_OPS_PACKED_FACTOR_H_
+#define EGOSIEVE_KERNELS_OPS_PACKED_FACTOR_H_
+
+#include <cstdint>
+
+#include "kernels/base/aligned_array.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/base/posterior_model.h"
+
+namespace egosieve::kernels {
+
+struct FactorBlocking {
+  int panel = 8;
+  int group = 96;  // a multiple of panel
+  int depth = 192;
+};
+
+inline int64_t PaddedCount(int64_t n, int panel) { return (n + panel - 1) / panel * panel; }
+
+// Values of the packed factor of n rows.
+int64_t PackedSize(int64_t n, const FactorBlocking& blocking);
+
+// The same bytes whatever the number of threads.
+AlignedArray<float> PackFactor(FactorKind kind, ConstMatrixView<double> factor,
+                               const FactorBlocking& blocking);
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_OPS_PACKED_FACTOR_H_

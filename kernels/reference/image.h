@@ -1,0 +1,24 @@
+// Descriptors and grid interpolation in plain float64: the formulas of
+// kernels/ops/descriptor_field.h and kernels/ops/grid_interpolation.h. Arguments are taken as
+// valid: the public operations check them.
+#ifndef EGOSIEVE_KERNELS_REFERENCE_IMAGE_H_
+#define EGOSIEVE_KERNELS_REFERENCE_IMAGE_H_
+
+#include "kernels/base/image_grid.h"
+#include "kernels/base/image_view.h"
+#include "kernels/base/matrix_view.h"
+
+namespace egosieve::kernels::reference {
+
+// points: N x 2, (x, y) in pixels; out: N x 6.
+void DescriptorsAt(const ImageView& image, ConstMatrixView<double> points, int window_pixels,
+                   MatrixView<float> out);
+
+void DescriptorField(const ImageView& image, const ImageGrid& grid, int window_pixels,
+                     MatrixView<float> out);
+
+void GridInterpolation(const ImageGrid& grid, ConstMatrixView<float> values, MatrixView<float> out);
+
+}  // namespace egosieve::kernels::reference
+
+#endif  // EGOSIEVE_KERNELS_REFERENCE_IMAGE_H_

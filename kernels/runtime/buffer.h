@@ -1,0 +1,76 @@
+// Device buffers over the caller's arrays: without copies where the device shares the host's
+// memory.
+#ifndef EGOSIEVE_KERNELS_RUNTIME_BUFFER_H_
+#define EGOSIEVE_KERNELS_RUNTIME_BUFFER_H_
+
+#include <CL/opencl.hpp>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/base/matrix_view.h"
+#include "kernels/runtime/opencl_context.h"
+
+namespace egosieve::kernels {
+
+// All of these throw cl::Error: call them inside CatchOpenClErrors.
+
+// `bytes` at `data`, which must stay as it is while the buffer is in use. bytes > 0.
+cl::Buffer InputBuffer(const Context& context, const void* data, size_t bytes);
+
+template <typename T>
+cl::Buffer InputBuffer(const Context& context, const std::vector<T>& values) {
+  return InputBuffer(context, values.data(), values.size() * sizeof(T));
+}
+
+// A strided matrix as it lies in memory, rows * stride elements less the last row's padding.
+template <typename T>
+cl::Buffer InputBuffer(const Context& context, const MatrixView<T>& view) {
+  return InputBuffer(context, view.data, ((view.rows - 1) * view.stride + view.cols) * sizeof(T));
+}
+
+// Memory of the device alone.
+cl::Buffer ScratchBuffer(const Context& context, size_t bytes);
+
+// The caller's matrix as a kernel's output. Elements that the kernel does not write keep their
+// values.
+template <typename T>
+class OutputBuffer {
+ public:
+  OutputBuffer(const Context& context, const MatrixView<T>& view)
+      : shared_(context.shares_host_memory()),
+        view_(view),
+        bytes_(((view.rows - 1) * view.stride + view.cols) * sizeof(T)),
+        buffer_(context.cl_context(),
+                CL_MEM_READ_WRITE | (shared_ ? CL_MEM_USE_HOST_PTR : CL_MEM_COPY_HOST_PTR), bytes_,
+                view.data) {}
+
+  const cl::Buffer& buffer() const { return buffer_; }
+
+  // Makes the results visible to the host and waits for them.
+  void Finish(const cl::CommandQueue& queue) {
+    if (shared_) {
+      void* mapped = queue.enqueueMapBuffer(buffer_, CL_TRUE, CL_MAP_READ, 0, bytes_);
+      queue.enqueueUnmapMemObject(buffer_, mapped);
+    } else {
+      queue.enqueueReadBuffer(buffer_, CL_TRUE, 0, bytes_, view_.data);
+    }
+    queue.finish();
+  }
+
+ private:
+  bool shared_;
+  MatrixView<T> view_;
+  size_t bytes_;
+  cl::Buffer buffer_;
+};
+
+// Sets arguments 0, 1, 2, ... of a kernel.
+template <typename... Arguments>
+void SetArguments(cl::Kernel& kernel, const Arguments&... arguments) {
+  cl_uint index = 0;
+  (kernel.setArg(index++, arguments), ...);
+}
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_RUNTIME_BUFFER_H_

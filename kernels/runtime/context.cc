@@ -1,0 +1,87 @@
+#include "kernels/runtime/context.h"
+
+#include <cstdlib>
+
+#include "kernels/base/status_macros.h"
+#include "kernels/cl/sources.h"
+#include "kernels/runtime/opencl_context.h"
+#include "kernels/runtime/opencl_device.h"
+#include "kernels/runtime/opencl_error.h"
+#include "kernels/runtime/program_cache.h"
+
+namespace egosieve::kernels {
+namespace {
+
+// PoCL reports the width of its target; some drivers report 1 or odd values.
+int FloatLanes(const cl::Device& device, bool is_gpu) {
+  if (is_gpu) return 1;
+  const cl_uint native = device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>();
+  return native >= 16 ? 16 : native >= 8 ? 8 : 4;
+}
+
+}  // namespace
+
+Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& options)
+    : info_(std::move(info)),
+      device_(std::move(device)),
+      context_(device_),
+      program_cache_(options.program_cache) {
+  shares_host_memory_ = info_.type == DeviceType::kCpu;
+  tuning_ =
+      options.tuning.has_value()
+          ? *options.tuning
+          : LoadTuning(info_, DefaultTuning(FloatLanes(device_, info_.type == DeviceType::kGpu)));
+}
+
+absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::string& options) {
+  absl::MutexLock lock(&mutex_);
+  const std::string key = std::string(file) + "\n" + options;
+  if (const auto found = programs_.find(key); found != programs_.end()) {
+    return found->second;
+  }
+  cl::Program program;
+  EGOSIEVE_RETURN_IF_ERROR(
+      CatchOpenClErrors("building " + std::string(file) + " for " + info_.name, [&] {
+        const std::string source =
+            std::string(cl_sources::Text("common.cl")) + std::string(cl_sources::Text(file));
+        program = BuildProgram(context_, device_, info_, source, options, program_cache_);
+      }));
+  programs_.emplace(key, program);
+  return program;
+}
+
+absl::StatusOr<cl::Kernel> Context::Kernel(std::string_view file, const std::string& options,
+                                           const char* name) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const cl::Program program, Program(file, options));
+  cl::Kernel kernel;
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(std::string("creating the kernel ") + name,
+                                             [&] { kernel = cl::Kernel(program, name); }));
+  return kernel;
+}
+
+absl::StatusOr<std::shared_ptr<Context>> OpenContext(const ContextOptions& options) {
+  if (options.tuning.has_value()) EGOSIEVE_RETURN_IF_ERROR(options.tuning->Validate());
+  const char* environment = std::getenv("EGOSIEVE_DEVICE");
+  const std::string choice =
+      options.device.empty() && environment != nullptr ? environment : options.device;
+  // Without a look at the drivers: the reference must work where they are broken.
+  if (choice == "reference") {
+    DeviceInfo info;
+    info.name = choice;
+    info.type = DeviceType::kReference;
+    info.compute_units = 1;
+    info.float64 = true;
+    return std::make_shared<Context>(info);
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<DeviceInfo> devices, ListDevices());
+  EGOSIEVE_ASSIGN_OR_RETURN(const DeviceInfo chosen, ChooseDevice(devices, choice));
+  if (chosen.type == DeviceType::kReference) return std::make_shared<Context>(chosen);
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<OpenClDevice> opencl_devices, ListOpenClDevices());
+  std::shared_ptr<Context> context;
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("opening " + chosen.name, [&] {
+    context = std::make_shared<Context>(chosen, opencl_devices.at(chosen.index).device, options);
+  }));
+  return context;
+}
+
+}  // namespace egosieve::kernels

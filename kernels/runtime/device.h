@@ -1,0 +1,44 @@
+// The devices that the operations can run on: every OpenCL device of every platform, then the
+// float64 reference.
+#ifndef EGOSIEVE_KERNELS_RUNTIME_DEVICE_H_
+#define EGOSIEVE_KERNELS_RUNTIME_DEVICE_H_
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace egosieve::kernels {
+
+enum class DeviceType { kCpu, kGpu, kAccelerator, kReference };
+
+// "cpu", "gpu", "accelerator", "reference".
+const char* DeviceTypeName(DeviceType type);
+
+struct DeviceInfo {
+  int index = 0;  // what ContextOptions::device takes
+  std::string name;
+  std::string vendor;
+  std::string platform;
+  std::string version;  // of OpenCL
+  std::string driver;
+  DeviceType type = DeviceType::kCpu;
+  int compute_units = 0;
+  int64_t memory_bytes = 0;
+  bool float64 = false;
+};
+
+// Never empty: the reference is always its last element. A machine without any OpenCL platform
+// gives the reference alone. Errors are those of a broken driver.
+absl::StatusOr<std::vector<DeviceInfo>> ListDevices();
+
+// The element of `devices` that `choice` names: an index, "cpu", "gpu", "reference", or a part of a
+// device's name in any case; empty: the first GPU, else the first CPU or accelerator. NotFound,
+// naming the devices or what to install, when there is none.
+absl::StatusOr<DeviceInfo> ChooseDevice(const std::vector<DeviceInfo>& devices,
+                                        const std::string& choice);
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_RUNTIME_DEVICE_H_

@@ -1,0 +1,23 @@
+// OpenCL devices with their descriptions, in the order of the platforms.
+#ifndef EGOSIEVE_KERNELS_RUNTIME_OPENCL_DEVICE_H_
+#define EGOSIEVE_KERNELS_RUNTIME_OPENCL_DEVICE_H_
+
+#include <CL/opencl.hpp>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "kernels/runtime/device.h"
+
+namespace egosieve::kernels {
+
+struct OpenClDevice {
+  cl::Device device;
+  DeviceInfo info;
+};
+
+// Empty when there is no platform or no device.
+absl::StatusOr<std::vector<OpenClDevice>> ListOpenClDevices();
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_RUNTIME_OPENCL_DEVICE_H_

@@ -1,0 +1,40 @@
+// The one place where the OpenCL bindings' exceptions become statuses.
+#ifndef EGOSIEVE_KERNELS_RUNTIME_OPENCL_ERROR_H_
+#define EGOSIEVE_KERNELS_RUNTIME_OPENCL_ERROR_H_
+
+#include <CL/opencl.hpp>
+#include <new>
+#include <string_view>
+#include <utility>
+
+#include "absl/status/status.h"
+
+namespace egosieve::kernels {
+
+// "CL_OUT_OF_RESOURCES" and so on; the number of a code that is not in the standard.
+std::string OpenClErrorName(cl_int code);
+
+// What failed (`doing`), in which call, with which code; ResourceExhausted for lack of memory,
+// Unavailable for a lost device, Internal for the rest.
+absl::Status OpenClStatus(std::string_view doing, const cl::Error& error);
+// The same with the compiler's log.
+absl::Status OpenClBuildStatus(std::string_view doing, const cl::BuildError& error);
+
+// Runs `body`; an OpenCL exception or a lack of host memory becomes a status.
+template <typename Body>
+absl::Status CatchOpenClErrors(std::string_view doing, Body&& body) {
+  try {
+    std::forward<Body>(body)();
+    return absl::OkStatus();
+  } catch (const cl::BuildError& error) {
+    return OpenClBuildStatus(doing, error);
+  } catch (const cl::Error& error) {
+    return OpenClStatus(doing, error);
+  } catch (const std::bad_alloc&) {
+    return absl::ResourceExhaustedError(std::string(doing) + ": out of host memory");
+  }
+}
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_RUNTIME_OPENCL_ERROR_H_

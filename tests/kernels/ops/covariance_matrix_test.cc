@@ -1,0 +1,197 @@
+#include "kernels/ops/covariance_matrix.h"
+
+#include <cmath>
+#include <limits>
+
+#include "gtest/gtest.h"
+#include "tests/kernels/test_data.h"
+
+namespace egosieve::kernels {
+namespace {
+
+// Pairs of points from which float32 arithmetic has something to lose: random, equal, nearly equal,
+// parallel (in x~, so far out) and nearly antipodal ones.
+std::vector<double> AwkwardPoints(std::mt19937_64& random, int64_t dimension) {
+  std::vector<double> points = RandomPoints(random, 40, dimension);
+  const auto append = [&](int64_t source, double factor, double shift) {
+    for (int64_t d = 0; d < dimension; ++d) {
+      points.push_back(std::clamp(
+          points[source * dimension + d] * factor + shift * Uniform(random, -1, 1), -1.0, 1.0));
+    }
+  };
+  for (int64_t i = 0; i < 12; ++i) {
+    append(i, 1.0, 0.0);
+    for (const double shift : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8}) {
+      append(i, 1.0, shift);
+      append(i, -1.0, shift);
+    }
+    append(i, -1.0, 0.0);
+    append(i, 0.5, 0.0);
+    append(i, -0.25, 0.0);
+  }
+  return points;
+}
+
+std::vector<CovarianceParameters> ArcsineFamilies() {
+  std::vector<CovarianceParameters> families;
+  for (const double weight : {0.05, 0.3, 1.0, 4.0, 30.0, 200.0, 1000.0}) {
+    families.push_back(ArcsineParameters(std::vector<double>(7, weight)));
+  }
+  families.push_back(ArcsineParameters({0.05, 1000, 1000, 1000, 1000, 1000, 1000}));
+  families.push_back(ArcsineParameters({1000, 0.05, 0.05, 0.05, 0.05, 0.05, 0.05}));
+  families.push_back(ArcsineParameters({0.05, 0.3, 1000, 4, 30, 200, 0.1}, 2.5));
+  families.push_back(ArcsineParameters({1000, 1, 0.05, 100, 10, 0.5, 1000}, 0.2));
+  return families;
+}
+
+template <typename T>
+double WorstError(const CovarianceParameters& parameters, const std::vector<double>& points) {
+  const int64_t dimension = parameters.input_dimension();
+  const int64_t n = static_cast<int64_t>(points.size()) / dimension;
+  GuardedMatrix<T> out(n, n, 3);
+  const ConstMatrixView<double> x(points.data(), n, dimension);
+  const absl::Status status = CrossCovariance<T>(*TestContext(), parameters, x, x, out.view());
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_TRUE(out.guards_intact());
+  double worst = 0.0;
+  for (int64_t i = 0; i < n; ++i) {
+    for (int64_t j = 0; j < n; ++j) {
+      const long double exact = ExactCovariance(parameters, x.row(i), x.row(j));
+      const double error = static_cast<double>(std::abs(out(i, j) - exact));
+      if (!(error <= worst)) worst = error;
+    }
+  }
+  return worst / (parameters.signal_stddev * parameters.signal_stddev);
+}
+
+TEST(CovarianceMatrix, ArcsineInFloatIsWithinOneMillionthOnAwkwardInputs) {
+  std::mt19937_64 random = TestRandom();
+  const std::vector<double> points = AwkwardPoints(random, 6);
+  for (const CovarianceParameters& parameters : ArcsineFamilies()) {
+    EXPECT_LE(WorstError<float>(parameters, points), 1e-6)
+        << "weights " << parameters.scales[0] << ", " << parameters.scales[1] << ", ...";
+  }
+}
+
+TEST(CovarianceMatrix, ArcsineInDoubleKeepsTheSameBoundInItsOwnRoundoff) {
+  std::mt19937_64 random = TestRandom();
+  const std::vector<double> points = AwkwardPoints(random, 6);
+  // The float bound, 1e-6 = 16.8 u, with u = 2^-53.
+  for (const CovarianceParameters& parameters : ArcsineFamilies()) {
+    EXPECT_LE(WorstError<double>(parameters, points), 16.8 * std::ldexp(1.0, -53));
+  }
+}
+
+TEST(CovarianceMatrix, SquaredExponentialIsAccurate) {
+  std::mt19937_64 random = TestRandom();
+  const std::vector<double> points = AwkwardPoints(random, 3);
+  for (const double length : {0.1, 1.0, 10.0}) {
+    const CovarianceParameters parameters =
+        SquaredExponentialParameters({length, length, 2 * length}, 1.5);
+    // Rounding x / l moves |x - x'| / l by at most 2 u sqrt(3) / l, and exp(-r^2 / 2) by 0.61 times
+    // that; the sum, the polynomial and the scaling add less than 10 u.
+    const double units = 0.61 * 2 * std::sqrt(3.0) / length + 10;
+    EXPECT_LE(WorstError<float>(parameters, points), units * std::ldexp(1.0, -24));
+    EXPECT_LE(WorstError<double>(parameters, points), units * std::ldexp(1.0, -53));
+  }
+}
+
+TEST(CovarianceMatrix, FarPointsOfTheSquaredExponentialVanish) {
+  const double x[] = {-1.0, 1.0};
+  const CovarianceParameters parameters = SquaredExponentialParameters({1e-3});
+  GuardedMatrix<float> out(2, 2);
+  ASSERT_TRUE(
+      CrossCovariance<float>(*TestContext(), parameters, {x, 2, 1}, {x, 2, 1}, out.view()).ok());
+  EXPECT_EQ(out(0, 0), 1.0f);
+  EXPECT_EQ(out(0, 1), 0.0f);
+}
+
+template <typename T>
+void ExpectTriangleAndFullAgree(int64_t n) {
+  std::mt19937_64 random = TestRandom();
+  const CovarianceParameters parameters = ArcsineParameters({1, 2, 3}, 1.2);
+  const std::vector<double> points = RandomPoints(random, n, 2);
+  const ConstMatrixView<double> x(points.data(), n, 2);
+  GuardedMatrix<T> full(n, n, 5);
+  GuardedMatrix<T> lower(n, n, 2);
+  ASSERT_TRUE(
+      CovarianceMatrix<T>(*TestContext(), parameters, x, 0.25, Triangle::kFull, full.view()).ok());
+  ASSERT_TRUE(
+      CovarianceMatrix<T>(*TestContext(), parameters, x, 0.25, Triangle::kLower, lower.view())
+          .ok());
+  EXPECT_TRUE(full.guards_intact());
+  EXPECT_TRUE(lower.guards_intact());
+  const double u = std::numeric_limits<T>::epsilon() / 2;
+  for (int64_t i = 0; i < n; ++i) {
+    for (int64_t j = 0; j < n; ++j) {
+      const double noise = i == j ? 0.25 : 0.0;
+      ASSERT_NEAR(full(i, j),
+                  static_cast<double>(ExactCovariance(parameters, x.row(i), x.row(j))) + noise,
+                  20 * u * 1.44);
+      ASSERT_EQ(full(i, j), full(j, i));
+      ASSERT_EQ(lower(i, j), j <= i ? full(i, j) : GuardedMatrix<T>::kCanary) << i << ", " << j;
+    }
+  }
+}
+
+TEST(CovarianceMatrix, TrianglesAtSizesAroundEveryBlock) {
+  for (const int64_t n : {0, 1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 31, 33, 100}) {
+    ExpectTriangleAndFullAgree<double>(n);
+    ExpectTriangleAndFullAgree<float>(n);
+  }
+}
+
+TEST(CovarianceMatrix, RectanglesOfEverySizeStayInTheirBounds) {
+  std::mt19937_64 random = TestRandom();
+  const CovarianceParameters parameters = ArcsineParameters({1, 2, 3});
+  const std::vector<double> points = RandomPoints(random, 40, 2);
+  for (const int64_t rows : {0, 1, 4, 5}) {
+    for (const int64_t cols : {0, 1, 7, 8, 9, 15, 16, 17, 33}) {
+      GuardedMatrix<float> out(rows, cols, 1);
+      ASSERT_TRUE(CrossCovariance<float>(*TestContext(), parameters, {points.data(), rows, 2},
+                                         {points.data() + 10, cols, 2}, out.view())
+                      .ok());
+      EXPECT_TRUE(out.guards_intact()) << rows << " x " << cols;
+      for (int64_t i = 0; i < rows; ++i) {
+        for (int64_t j = 0; j < cols; ++j) {
+          ASSERT_NEAR(
+              out(i, j),
+              static_cast<double>(ExactCovariance(parameters, &points[2 * i], &points[10 + 2 * j])),
+              1e-6);
+        }
+      }
+    }
+  }
+}
+
+TEST(CovarianceMatrix, BadArgumentsAreNamedAndNothingIsWritten) {
+  std::mt19937_64 random = TestRandom();
+  std::vector<double> points = RandomPoints(random, 10, 2);
+  const CovarianceParameters good = ArcsineParameters({1, 2, 3});
+  GuardedMatrix<double> out(10, 10);
+  const auto message_of = [&](const CovarianceParameters& parameters, ConstMatrixView<double> x,
+                              double noise) {
+    const absl::Status status =
+        CovarianceMatrix<double>(*TestContext(), parameters, x, noise, Triangle::kFull, out.view());
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_TRUE(out.untouched());
+    return std::string(status.message());
+  };
+  const ConstMatrixView<double> x(points.data(), 10, 2);
+  EXPECT_NE(message_of(ArcsineParameters({1, -2, 3}), x, 0.1).find("scales[1] = -2"),
+            std::string::npos);
+  EXPECT_NE(message_of(ArcsineParameters({1, NAN, 3}), x, 0.1).find("scales[1] = nan"),
+            std::string::npos);
+  EXPECT_NE(message_of(ArcsineParameters({1}), x, 0.1).find("dimension 0"), std::string::npos);
+  EXPECT_NE(
+      message_of(ArcsineParameters(std::vector<double>(34, 1.0)), x, 0.1).find("dimension 33"),
+      std::string::npos);
+  EXPECT_NE(message_of(good, {points.data(), 9, 2}, 0.1).find("out is 10 x 10"), std::string::npos);
+  EXPECT_NE(message_of(good, x, NAN).find("noise_variance = nan"), std::string::npos);
+  EXPECT_NE(message_of(good, x, -1.0).find("noise_variance = -1"), std::string::npos);
+  points[13] = NAN;
+  EXPECT_NE(message_of(good, x, 0.1).find("x(6, 1) = nan"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace egosieve::kernels

@@ -1,0 +1,384 @@
+#include "kernels/ops/dense_posterior.h"
+
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "gtest/gtest.h"
+#include "kernels/reference/dense_posterior.h"
+#include "kernels/runtime/tuning.h"
+#include "tests/kernels/test_data.h"
+
+namespace egosieve::kernels {
+namespace {
+
+struct Results {
+  GuardedMatrix<float> mean, variance, probability;
+  explicit Results(int64_t m) : mean(1, m), variance(1, m), probability(1, m) {}
+  PosteriorOutputs outputs() { return {mean.data(), variance.data(), probability.data()}; }
+  bool guards_intact() const {
+    return mean.guards_intact() && variance.guards_intact() && probability.guards_intact();
+  }
+};
+
+std::vector<float> RandomQueries(std::mt19937_64& random, int64_t m, int64_t dimension) {
+  std::vector<float> queries(m * dimension);
+  for (float& value : queries) value = static_cast<float>(Uniform(random, -1.0, 1.0));
+  return queries;
+}
+
+// Bounds against float64, u = 2^-24 the unit roundoff, k the covariances over sigma_f^2, each
+// within 1e-6.
+//
+//   mean:      |error| <= sigma_f^2 |alpha|_1 (1e-6 + (64 + n/64 + 2) u pi/2)      rounding of the
+//   blocked sum variance:  v = L^-1 k*: |dv| <= |L^-1| |dk| + c u cond(L) |v|; 2 |v| |dv| + n u
+//   |v|^2. With |v|^2 <= k** sigma_f^2 and
+//              |L^-1|_2 = 1 / sqrt(noise), |dk|_2 <= 1e-6 sigma_f^2 sqrt(n).
+// The second is taken with cond(L) <= sqrt((n pi/2 sigma_f^2 + noise) / noise) and c = 8.
+struct Bounds {
+  double mean;
+  double variance;
+};
+
+Bounds ErrorBounds(const Problem& problem, double noise_stddev) {
+  const double u = std::ldexp(1.0, -24);
+  const double n = static_cast<double>(problem.count);
+  const double signal = problem.covariance.signal_stddev * problem.covariance.signal_stddev;
+  double alpha_sum = 0.0;
+  for (const double value : problem.alpha) alpha_sum += std::abs(value);
+  const double prior = signal * M_PI / 2;
+  const double condition = std::sqrt((n * prior + noise_stddev * noise_stddev)) / noise_stddev;
+  const double v = std::sqrt(prior);
+  return {signal * alpha_sum * (1e-6 + (66 + n / 64) * u * M_PI / 2) + 1e-6,
+          2 * v * (1e-6 * signal * std::sqrt(n) / noise_stddev + 8 * u * condition * v) +
+              (n / 96 + 96) * u * prior};
+}
+
+class DensePosteriorTest : public testing::Test {
+ protected:
+  void ExpectMatchesReference(const Problem& problem, FactorKind kind, double noise_stddev,
+                              int64_t m) {
+    const PosteriorModel model = problem.model(kind);
+    auto posterior = DensePosterior::Create(TestContext(), model);
+    ASSERT_TRUE(posterior.ok()) << posterior.status();
+    const int64_t dimension = problem.covariance.input_dimension();
+    const std::vector<float> queries = RandomQueries(random_, m, dimension);
+    const ConstMatrixView<float> view(queries.data(), m, dimension);
+    Results results(m);
+    const auto counts = (*posterior)->Evaluate(view, results.outputs());
+    ASSERT_TRUE(counts.ok()) << counts.status();
+    EXPECT_TRUE(results.guards_intact());
+    std::vector<double> mean(m), variance(m), probability(m);
+    reference::DensePosterior(model).Evaluate(view, mean.data(), variance.data(),
+                                              probability.data());
+    const Bounds bounds = ErrorBounds(problem, noise_stddev);
+    // The probability's slope is at most phi(0) a by the mean and phi(1) a^2 / 2 by the variance.
+    const double probability_bound = 0.4 * model.squash_a * bounds.mean +
+                                     0.13 * model.squash_a * model.squash_a * bounds.variance +
+                                     1e-6;
+    for (int64_t q = 0; q < m; ++q) {
+      ASSERT_NEAR(results.mean(0, q), mean[q], bounds.mean) << "query " << q << " of " << m;
+      ASSERT_NEAR(results.variance(0, q), variance[q], bounds.variance)
+          << "query " << q << " of " << m;
+      ASSERT_NEAR(results.probability(0, q), probability[q], probability_bound)
+          << "query " << q << " of " << m;
+    }
+  }
+
+  std::mt19937_64 random_ = TestRandom();
+};
+
+TEST_F(DensePosteriorTest, AgreesWithTheReferenceAtSizesAroundEveryBlock) {
+  const CovarianceParameters covariance =
+      ArcsineParameters({1.0, 1.5, 2.0, 0.7, 1.0, 0.9, 1.1}, 1.3);
+  for (const int64_t n : {1, 7, 8, 9, 63, 64, 65, 95, 96, 97, 191, 192, 193, 300, 391}) {
+    const Problem problem = MakeProblem(random_, covariance, n, 0.3);
+    for (const FactorKind kind : {FactorKind::kCholesky, FactorKind::kInverseCholesky}) {
+      SCOPED_TRACE(testing::Message() << "n = " << n << ", factor kind " << static_cast<int>(kind));
+      ExpectMatchesReference(problem, kind, 0.3, 50);
+    }
+  }
+}
+
+TEST_F(DensePosteriorTest, AgreesWithTheReferenceAtNumbersOfQueriesAroundEveryTile) {
+  const Problem problem =
+      MakeProblem(random_, SquaredExponentialParameters({0.5, 1.5, 2.0}, 0.8), 120, 0.2);
+  for (const int64_t m : {0, 1, 15, 16, 17, 47, 48, 49, 95, 191, 192, 193, 400}) {
+    ExpectMatchesReference(problem, FactorKind::kCholesky, 0.2, m);
+  }
+}
+
+TEST_F(DensePosteriorTest, EveryDimensionUpToTheMaximumWorks) {
+  for (const int64_t dimension : {1, 2, 5, 31, 32}) {
+    const std::vector<double> scales(dimension + 1, 0.8);
+    const Problem problem = MakeProblem(random_, ArcsineParameters(scales), 50, 0.3);
+    ExpectMatchesReference(problem, FactorKind::kCholesky, 0.3, 20);
+  }
+}
+
+// With one training point and alpha = 1 the mean is the covariance itself.
+TEST_F(DensePosteriorTest, BothFormsOfTheArcsineKeepTheErrorBelowOneMillionth) {
+  const double alpha = 1.0;
+  for (const auto& [weight, form] :
+       {std::pair{0.05, "plain"}, {0.3, "plain"}, {4.0, "accurate"}, {300.0, "accurate"}}) {
+    for (int repeat = 0; repeat < 20; ++repeat) {
+      const std::vector<double> input = RandomPoints(random_, 1, 6);
+      PosteriorModel model;
+      model.covariance = ArcsineParameters(std::vector<double>(7, weight));
+      model.inputs = ConstMatrixView<double>(input.data(), 1, 6);
+      model.alpha = &alpha;
+      auto posterior = DensePosterior::Create(TestContext(), model);
+      ASSERT_TRUE(posterior.ok()) << posterior.status();
+      if (!TestIsOnReference()) {
+        EXPECT_NE((*posterior)->description().find(form), std::string::npos)
+            << (*posterior)->description();
+      }
+      std::vector<float> queries = RandomQueries(random_, 64, 6);
+      for (int q = 0; q < 32;
+           ++q) {  // the same point, moved little by little, and its mirror image
+        for (int d = 0; d < 6; ++d) {
+          queries[q * 6 + d] =
+              static_cast<float>((q % 2 == 0 ? 1 : -1) * input[d] * (1.0 - std::ldexp(1.0, -q)));
+        }
+      }
+      GuardedMatrix<float> mean(1, 64);
+      ASSERT_TRUE((*posterior)
+                      ->Evaluate(ConstMatrixView<float>(queries.data(), 64, 6), {mean.data()})
+                      .ok());
+      for (int q = 0; q < 64; ++q) {
+        double point[6];
+        std::copy_n(&queries[q * 6], 6, point);
+        ASSERT_NEAR(mean(0, q),
+                    static_cast<double>(ExactCovariance(model.covariance, point, input.data())),
+                    1e-6);
+      }
+    }
+  }
+}
+
+TEST_F(DensePosteriorTest, WithoutTrainingPointsItIsThePrior) {
+  Problem problem;
+  problem.covariance = ArcsineParameters({1.0, 2.0}, 1.5);
+  PosteriorModel model = problem.model(FactorKind::kCholesky);
+  auto posterior = DensePosterior::Create(TestContext(), model);
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  const float queries[] = {-0.5f, 0.0f, 0.75f};
+  Results results(3);
+  ASSERT_TRUE(
+      (*posterior)->Evaluate(ConstMatrixView<float>(queries, 3, 1), results.outputs()).ok());
+  for (int q = 0; q < 3; ++q) {
+    const double x = queries[q];
+    EXPECT_EQ(results.mean(0, q), 0.0f);
+    // Two roundings of a value below 4.
+    EXPECT_NEAR(results.variance(0, q),
+                static_cast<double>(ExactCovariance(problem.covariance, &x, &x)), 1e-6);
+  }
+}
+
+TEST_F(DensePosteriorTest, OutputsThatAreNotAskedForChangeNothingElse) {
+  const Problem problem = MakeProblem(random_, ArcsineParameters({1, 1, 1, 1, 1, 1, 1}), 130, 0.3);
+  auto posterior = DensePosterior::Create(TestContext(), problem.model(FactorKind::kCholesky));
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  const std::vector<float> queries = RandomQueries(random_, 100, 6);
+  const ConstMatrixView<float> view(queries.data(), 100, 6);
+  Results all(100);
+  ASSERT_TRUE((*posterior)->Evaluate(view, all.outputs()).ok());
+  for (int mask = 1; mask < 7; ++mask) {
+    Results some(100);
+    const PosteriorOutputs outputs = {mask & 1 ? some.mean.data() : nullptr,
+                                      mask & 2 ? some.variance.data() : nullptr,
+                                      mask & 4 ? some.probability.data() : nullptr};
+    ASSERT_TRUE((*posterior)->Evaluate(view, outputs).ok());
+    for (int q = 0; q < 100; ++q) {
+      if (mask & 1) {
+        EXPECT_EQ(some.mean(0, q), all.mean(0, q)) << mask << " " << q;
+      }
+      if (mask & 2) {
+        EXPECT_EQ(some.variance(0, q), all.variance(0, q));
+      }
+      if (mask & 4) {
+        EXPECT_EQ(some.probability(0, q), all.probability(0, q));
+      }
+    }
+    EXPECT_EQ(some.mean.untouched(), !(mask & 1));
+    EXPECT_EQ(some.variance.untouched(), !(mask & 2));
+    EXPECT_EQ(some.probability.untouched(), !(mask & 4));
+  }
+}
+
+TEST_F(DensePosteriorTest, ResultsDoNotDependOnTheTileBitForBit) {
+  const Problem problem = MakeProblem(random_, ArcsineParameters({1, 1, 1, 1, 1, 1, 1}), 205, 0.3);
+  const int64_t m = 700;
+  const std::vector<float> queries = RandomQueries(random_, m, 6);
+  Results whole(m);
+  for (const FactorKind kind : {FactorKind::kCholesky, FactorKind::kInverseCholesky}) {
+    auto posterior = DensePosterior::Create(TestContext(), problem.model(kind));
+    ASSERT_TRUE(posterior.ok()) << posterior.status();
+    ASSERT_TRUE(
+        (*posterior)->Evaluate(ConstMatrixView<float>(queries.data(), m, 6), whole.outputs()).ok());
+    DensePosteriorOptions small;
+    small.memory_cap_bytes = 1;
+    auto capped = DensePosterior::Create(TestContext(), problem.model(kind), small);
+    ASSERT_TRUE(capped.ok()) << capped.status();
+    for (const int64_t begin : {0, 1, 17, 333, 690}) {
+      Results part(m - begin);
+      ASSERT_TRUE(
+          (*capped)
+              ->Evaluate(ConstMatrixView<float>(&queries[begin * 6], m - begin, 6), part.outputs())
+              .ok());
+      for (int64_t q = begin; q < m; ++q) {
+        ASSERT_EQ(part.mean(0, q - begin), whole.mean(0, q));
+        ASSERT_EQ(part.variance(0, q - begin), whole.variance(0, q));
+        ASSERT_EQ(part.probability(0, q - begin), whole.probability(0, q));
+      }
+    }
+  }
+}
+
+TEST_F(DensePosteriorTest, ShapesOfTheKernelsChangeRoundingAlone) {
+  if (TestIsOnReference()) GTEST_SKIP() << "the reference has no shapes";
+  const double noise = 0.3;
+  const Problem problem =
+      MakeProblem(random_, ArcsineParameters({1, 1, 1, 1, 1, 1, 1}), 205, noise);
+  const std::vector<float> queries = RandomQueries(random_, 100, 6);
+  const ConstMatrixView<float> view(queries.data(), 100, 6);
+  std::vector<double> variance(100);
+  reference::DensePosterior(problem.model(FactorKind::kCholesky))
+      .Evaluate<float, double>(view, nullptr, variance.data(), nullptr);
+  for (const int lanes : {1, 4, 8, 16}) {
+    for (const int panel : {1, 5, 8}) {
+      ContextOptions options;
+      options.tuning = DefaultTuning(lanes);
+      options.tuning->panel = panel;
+      options.tuning->depth = 24;
+      options.tuning->panels_a_group = 3;
+      const auto context = OpenContext(options);
+      ASSERT_TRUE(context.ok()) << context.status();
+      for (const FactorKind kind : {FactorKind::kCholesky, FactorKind::kInverseCholesky}) {
+        auto posterior = DensePosterior::Create(*context, problem.model(kind));
+        ASSERT_TRUE(posterior.ok()) << posterior.status();
+        Results results(100);
+        ASSERT_TRUE((*posterior)->Evaluate(view, results.outputs()).ok());
+        EXPECT_TRUE(results.guards_intact());
+        const double bound = ErrorBounds(problem, noise).variance;
+        for (int q = 0; q < 100; ++q) ASSERT_NEAR(results.variance(0, q), variance[q], bound);
+      }
+    }
+  }
+}
+
+TEST_F(DensePosteriorTest, OnePosteriorServesSeveralThreads) {
+  const Problem problem = MakeProblem(random_, ArcsineParameters({1, 1, 1, 1, 1, 1, 1}), 150, 0.3);
+  auto posterior = DensePosterior::Create(TestContext(), problem.model(FactorKind::kCholesky));
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  const std::vector<float> queries = RandomQueries(random_, 500, 6);
+  const ConstMatrixView<float> view(queries.data(), 500, 6);
+  Results expected(500);
+  ASSERT_TRUE((*posterior)->Evaluate(view, expected.outputs()).ok());
+  std::vector<Results> results(4, Results(500));
+  std::vector<int> failures(4, 0);
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&, t] {
+      for (int repeat = 0; repeat < 10; ++repeat) {
+        failures[t] += (*posterior)->Evaluate(view, results[t].outputs()).ok() ? 0 : 1;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (int t = 0; t < 4; ++t) {
+    EXPECT_EQ(failures[t], 0);
+    for (int q = 0; q < 500; ++q) {
+      ASSERT_EQ(results[t].mean(0, q), expected.mean(0, q));
+      ASSERT_EQ(results[t].variance(0, q), expected.variance(0, q));
+      ASSERT_EQ(results[t].probability(0, q), expected.probability(0, q));
+    }
+  }
+}
+
+TEST_F(DensePosteriorTest, NegativeVariancesAreClampedAndCounted) {
+  // A factor that is too small by a thousand makes |L^-1 k*|^2 a million times too large.
+  Problem problem = MakeProblem(random_, ArcsineParameters({1, 1, 1, 1, 1, 1, 1}), 40, 0.3);
+  for (double& value : problem.cholesky) value *= 1e-3;
+  auto posterior = DensePosterior::Create(TestContext(), problem.model(FactorKind::kCholesky));
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  const std::vector<float> queries = RandomQueries(random_, 61, 6);
+  Results results(61);
+  const auto counts =
+      (*posterior)->Evaluate(ConstMatrixView<float>(queries.data(), 61, 6), results.outputs());
+  ASSERT_TRUE(counts.ok()) << counts.status();
+  EXPECT_EQ(counts->clamped_variances, 61);
+  for (int q = 0; q < 61; ++q) EXPECT_EQ(results.variance(0, q), 0.0f);
+}
+
+TEST_F(DensePosteriorTest, BadQueriesAreNamedAndNothingIsWritten) {
+  const Problem problem = MakeProblem(random_, ArcsineParameters({1, 1, 1, 1, 1, 1, 1}), 20, 0.3);
+  auto posterior = DensePosterior::Create(TestContext(), problem.model(FactorKind::kCholesky));
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  std::vector<float> queries = RandomQueries(random_, 300, 6);
+  for (const float bad :
+       {std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::infinity()}) {
+    queries[257 * 6 + 3] = bad;
+    Results results(300);
+    const auto counts =
+        (*posterior)->Evaluate(ConstMatrixView<float>(queries.data(), 300, 6), results.outputs());
+    EXPECT_EQ(counts.status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_NE(counts.status().message().find("queries(257, 3)"), std::string::npos)
+        << counts.status();
+    EXPECT_TRUE(results.mean.untouched() && results.variance.untouched() &&
+                results.probability.untouched());
+  }
+  queries[257 * 6 + 3] = 0.0f;
+  Results results(300);
+  EXPECT_TRUE((*posterior)
+                  ->Evaluate(ConstMatrixView<float>(queries.data(), 300, 6), results.outputs())
+                  .ok());
+  EXPECT_FALSE((*posterior)
+                   ->Evaluate(ConstMatrixView<float>(queries.data(), 360, 5), results.outputs())
+                   .ok());
+}
+
+TEST_F(DensePosteriorTest, BadModelsAreNamed) {
+  const auto message_of = [&](const PosteriorModel& model) {
+    const auto posterior = DensePosterior::Create(TestContext(), model);
+    EXPECT_EQ(posterior.status().code(), absl::StatusCode::kInvalidArgument);
+    return std::string(posterior.status().message());
+  };
+  Problem problem = MakeProblem(random_, ArcsineParameters({1, 1, 1}), 20, 0.3);
+  PosteriorModel model = problem.model(FactorKind::kCholesky);
+  model.factor.rows = 19;
+  EXPECT_NE(message_of(model).find("factor is 19 x 20"), std::string::npos);
+  model = problem.model(FactorKind::kCholesky);
+  model.alpha = nullptr;
+  EXPECT_NE(message_of(model).find("alpha"), std::string::npos);
+  model = problem.model(FactorKind::kCholesky);
+  model.squash_a = NAN;
+  EXPECT_NE(message_of(model).find("squash_a = nan"), std::string::npos);
+  problem.cholesky[5 * 20 + 5] = 0.0;
+  EXPECT_NE(message_of(problem.model(FactorKind::kCholesky)).find("factor(5, 5) = 0"),
+            std::string::npos);
+  problem.inputs[7] = INFINITY;
+  EXPECT_NE(message_of(problem.model(FactorKind::kNone)).find("inputs(3, 1) = inf"),
+            std::string::npos);
+  DensePosteriorOptions options;
+  options.memory_cap_bytes = 0;
+  EXPECT_FALSE(DensePosterior::Create(TestContext(), model, options).ok());
+}
+
+TEST_F(DensePosteriorTest, VariancesOfAModelWithoutAFactorAreRefused) {
+  const Problem problem = MakeProblem(random_, ArcsineParameters({1, 1, 1}), 20, 0.3);
+  auto posterior = DensePosterior::Create(TestContext(), problem.model(FactorKind::kNone));
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  const float query[2] = {0.1f, 0.2f};
+  Results results(1);
+  EXPECT_EQ((*posterior)
+                ->Evaluate(ConstMatrixView<float>(query, 1, 2), results.outputs())
+                .status()
+                .code(),
+            absl::StatusCode::kFailedPrecondition);
+  EXPECT_TRUE(
+      (*posterior)->Evaluate(ConstMatrixView<float>(query, 1, 2), {results.mean.data()}).ok());
+}
+
+}  // namespace
+}  // namespace egosieve::kernels
