@@ -1,0 +1,44 @@
+// Seeded models, images and queries that look like the segmenter's.
+#ifndef EGOSIEVE_BENCH_KERNELS_BENCHMARK_DATA_H_
+#define EGOSIEVE_BENCH_KERNELS_BENCHMARK_DATA_H_
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "kernels/base/covariance_parameters.h"
+#include "kernels/base/posterior_model.h"
+#include "kernels/runtime/context.h"
+
+namespace egosieve::kernels {
+
+// The device of EGOSIEVE_DEVICE or the default one; ends the program with a message when there is
+// none.
+std::shared_ptr<Context> BenchmarkContext();
+
+enum class WeightRange {
+  kGentle,  // weights of about 0.4
+  kSteep,   // squared weights up to e^6, as training finds them for positions
+};
+
+CovarianceParameters BenchmarkCovariance(WeightRange range);
+
+struct BenchmarkModel {
+  CovarianceParameters covariance;
+  int64_t count = 0;
+  std::vector<double> inputs;
+  std::vector<double> alpha;
+  std::vector<double> cholesky;
+  std::vector<double> inverse;  // of cholesky; for at most 1000 points
+  PosteriorModel model(FactorKind kind) const;
+};
+
+// n points of an image's inputs, labels with a moving blob, noise 0.3. Made once.
+const BenchmarkModel& ModelOf(int64_t n, WeightRange range);
+
+// Inputs of every `stride`-th pixel of a smooth image of 640 x 480 pixels, 6 values each.
+std::vector<float> ImageQueries(int stride);
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_BENCH_KERNELS_BENCHMARK_DATA_H_

@@ -1,0 +1,55 @@
+// The descriptor field of an image of a driving data set's size, at every pixel and at every fifth.
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "bench/kernels/benchmark_data.h"
+#include "bench/kernels/roofline.h"
+#include "kernels/ops/descriptor_field.h"
+#include "kernels/reference/image.h"
+
+namespace egosieve::kernels {
+namespace {
+
+void BM_DescriptorField(benchmark::State& state) {
+  const auto context = BenchmarkContext();
+  const int width = 1242;
+  const int height = 375;
+  std::mt19937_64 random(1);
+  std::vector<uint8_t> pixels(width * height * 3);
+  for (uint8_t& pixel : pixels) pixel = static_cast<uint8_t>(random());
+  const ImageView image = {pixels.data(), width, height, 3, width * 3};
+  const ImageGrid grid = {width, height, static_cast<int>(state.range(0))};
+  std::vector<float> out(grid.size() * kDescriptorDimension);
+  const MatrixView<float> view(out.data(), grid.size(), kDescriptorDimension);
+  const double copy = CopyBytesPerSecond();
+  for (auto _ : state) {
+    const absl::Status status = DescriptorField(*context, image, grid, {}, view);
+    if (!status.ok()) return state.SkipWithError(status.ToString().c_str());
+  }
+  std::vector<float> expected(out.size());
+  reference::DescriptorField(image, grid, 7,
+                             MatrixView<float>(expected.data(), grid.size(), kDescriptorDimension));
+  for (size_t i = 0; i < out.size(); ++i) {
+    if (!(std::abs(out[i] - expected[i]) <= 1e-6)) return state.SkipWithError("wrong descriptor");
+  }
+  const double bytes = static_cast<double>(pixels.size() + out.size() * sizeof(float));
+  state.counters["points_per_second"] = benchmark::Counter(
+      static_cast<double>(grid.size()), benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["fraction_of_copy_bandwidth"] =
+      benchmark::Counter(bytes / copy, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["copy_bytes_per_second"] = copy;
+}
+BENCHMARK(BM_DescriptorField)
+    ->Name("BM_DescriptorField/1242x375")
+    ->ArgName("stride")
+    ->Arg(1)
+    ->Arg(5)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace egosieve::kernels

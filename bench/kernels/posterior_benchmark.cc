@@ -1,0 +1,218 @@
+// Dense posteriors over an image of 640 x 480 pixels. Each benchmark checks a sample of its answers
+// against the float64 reference outside the timer.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "bench/kernels/benchmark_data.h"
+#include "bench/kernels/roofline.h"
+#include "kernels/base/prepared_points.h"
+#include "kernels/ops/dense_posterior.h"
+#include "kernels/reference/dense_posterior.h"
+
+namespace egosieve::kernels {
+namespace {
+
+// Vector operations (a multiply-add counts one) that one evaluation of the arcsine and its share of
+// the mean need, with 7 components:
+//   from the dot product   8 dot product, 2 h, 4 root, 8 polynomial and product, 2 sign, 1 alpha =
+//   25 where differences are  1 comparison for all; where a vector of queries has a lane that needs
+//   possible               them, 1 sign, 1 sum of e, 14 differences and squares, 1 selection = 17
+constexpr double kDotOperations = 25;
+constexpr double kComparison = 1;
+constexpr double kDifferenceOperations = 17;
+
+// Operations of one evaluation on average: the share of vectors that need differences is counted on
+// a sample of vectors of 16 queries.
+double OperationsAnEvaluation(const PosteriorModel& model, const std::vector<float>& queries) {
+  const int64_t width = PreparedComponents(model.covariance) + 1;
+  const double threshold = DifferenceThreshold(width - 1);
+  std::vector<float> a(width);
+  std::vector<float> b(width);
+  int64_t vectors = 0;
+  int64_t with_differences = 0;
+  double smallest = 1.0;
+  for (int64_t i = 0; i < model.inputs.rows; i += 17) {
+    PreparePoint(model.covariance, model.inputs.row(i), b.data(), 1);
+    smallest = std::min<double>(smallest, b[width - 1]);
+    for (size_t first = 0; first + 16 * 6 <= queries.size(); first += 16 * 6 * 101) {
+      bool any = false;
+      for (int lane = 0; lane < 16; ++lane) {
+        PreparePoint(model.covariance, &queries[first + lane * 6], a.data(), 1);
+        float dot = 0.0f;
+        for (int64_t c = 0; c + 1 < width; ++c) dot += a[c] * b[c];
+        any = any || 0.5 - 2.0 * std::abs(dot) < threshold;
+      }
+      ++vectors;
+      with_differences += any ? 1 : 0;
+    }
+  }
+  if (smallest > threshold) return kDotOperations;
+  return kDotOperations + kComparison +
+         kDifferenceOperations * static_cast<double>(with_differences) /
+             static_cast<double>(vectors);
+}
+
+// The largest difference from the reference over a sample of queries, in units of each output.
+std::string CheckSample(const PosteriorModel& model, const std::vector<float>& queries,
+                        const float* mean, const float* variance, const float* probability,
+                        double tolerance) {
+  constexpr int64_t kSample = 64;
+  const int64_t dimension = model.covariance.input_dimension();
+  const int64_t count = static_cast<int64_t>(queries.size()) / dimension;
+  std::vector<float> chosen;
+  std::vector<int64_t> rows;
+  for (int64_t s = 0; s < kSample; ++s) {
+    rows.push_back(s * (count - 1) / (kSample - 1));
+    chosen.insert(chosen.end(), &queries[rows.back() * dimension],
+                  &queries[rows.back() * dimension] + dimension);
+  }
+  std::vector<double> means(kSample), variances(kSample), probabilities(kSample);
+  PosteriorModel checked = model;
+  if (variance == nullptr) checked.factor_kind = FactorKind::kNone;
+  reference::DensePosterior(checked).Evaluate(
+      ConstMatrixView<float>(chosen.data(), kSample, dimension), means.data(),
+      variance == nullptr ? nullptr : variances.data(),
+      variance == nullptr ? nullptr : probabilities.data());
+  double worst = 0.0;
+  for (int64_t s = 0; s < kSample; ++s) {
+    worst = std::max(worst, std::abs(mean[rows[s]] - means[s]));
+    if (variance != nullptr) {
+      worst = std::max(worst, std::abs(variance[rows[s]] - variances[s]));
+      worst = std::max(worst, std::abs(probability[rows[s]] - probabilities[s]));
+    }
+  }
+  return worst <= tolerance ? "" : "off by " + std::to_string(worst);
+}
+
+void BM_DensePosteriorMean(benchmark::State& state, bool plain) {
+  const auto context = BenchmarkContext();
+  const int64_t n = state.range(0);
+  const BenchmarkModel& data = ModelOf(n, plain ? WeightRange::kGentle : WeightRange::kSteep);
+  const PosteriorModel model = data.model(FactorKind::kNone);
+  const auto posterior = DensePosterior::Create(context, model);
+  if (!posterior.ok()) return state.SkipWithError(posterior.status().ToString().c_str());
+  const std::vector<float> queries = ImageQueries(1);
+  const int64_t m = static_cast<int64_t>(queries.size()) / 6;
+  std::vector<float> mean(m);
+  const double peak = FmaPerSecond(*context);
+  // The first call compiles.
+  (void)(*posterior)->Evaluate(ConstMatrixView<float>(queries.data(), 1, 6), {mean.data()});
+  for (auto _ : state) {
+    const auto counts =
+        (*posterior)->Evaluate(ConstMatrixView<float>(queries.data(), m, 6), {mean.data()});
+    if (!counts.ok()) return state.SkipWithError(counts.status().ToString().c_str());
+  }
+  const std::string wrong = CheckSample(model, queries, mean.data(), nullptr, nullptr, 2e-2);
+  if (!wrong.empty()) return state.SkipWithError(wrong.c_str());
+  state.SetLabel((*posterior)->description());
+  const double evaluations = static_cast<double>(m) * n;
+  state.counters["evaluations_per_second"] =
+      benchmark::Counter(evaluations, benchmark::Counter::kIsIterationInvariantRate);
+  const double operations = OperationsAnEvaluation(model, queries);
+  state.counters["operations_an_evaluation"] = operations;
+  state.counters["fraction_of_fma_peak"] = benchmark::Counter(
+      evaluations * operations / peak, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["fma_peak"] = peak;
+}
+BENCHMARK_CAPTURE(BM_DensePosteriorMean, arcsine, false)
+    ->ArgName("n")
+    ->Arg(4000)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_DensePosteriorMean, arcsine_plain, true)
+    ->ArgName("n")
+    ->Arg(4000)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+// Mean, variance and probability of every `stride`-th pixel.
+void EvaluateAll(benchmark::State& state, const PosteriorModel& model, int stride,
+                 double strsm_seconds) {
+  const auto posterior = DensePosterior::Create(BenchmarkContext(), model);
+  if (!posterior.ok()) return state.SkipWithError(posterior.status().ToString().c_str());
+  const std::vector<float> queries = ImageQueries(stride);
+  const int64_t m = static_cast<int64_t>(queries.size()) / 6;
+  std::vector<float> mean(m), variance(m), probability(m);
+  // The first call compiles.
+  (void)(*posterior)
+      ->Evaluate(ConstMatrixView<float>(queries.data(), 1, 6),
+                 {mean.data(), variance.data(), probability.data()});
+  for (auto _ : state) {
+    const auto counts = (*posterior)
+                            ->Evaluate(ConstMatrixView<float>(queries.data(), m, 6),
+                                       {mean.data(), variance.data(), probability.data()});
+    if (!counts.ok()) return state.SkipWithError(counts.status().ToString().c_str());
+  }
+  const std::string wrong =
+      CheckSample(model, queries, mean.data(), variance.data(), probability.data(), 2e-2);
+  if (!wrong.empty()) return state.SkipWithError(wrong.c_str());
+  state.SetLabel((*posterior)->description());
+  state.counters["queries_per_second"] =
+      benchmark::Counter(static_cast<double>(m), benchmark::Counter::kIsIterationInvariantRate);
+  const double n = static_cast<double>(model.inputs.rows);
+  state.counters["gflops"] =
+      benchmark::Counter(1e-9 * n * n * m, benchmark::Counter::kIsIterationInvariantRate);
+  if (strsm_seconds > 0.0) {
+    state.counters["fraction_of_strsm"] =
+        benchmark::Counter(strsm_seconds, benchmark::Counter::kIsIterationInvariantRate);
+    state.counters["strsm_gflops"] = 1e-9 * n * n * m / strsm_seconds;
+  }
+}
+
+void BM_DensePosteriorVariance(benchmark::State& state) {
+  const int64_t n = state.range(0);
+  const int64_t m = static_cast<int64_t>(ImageQueries(5).size()) / 6;
+  static std::map<int64_t, double> strsm;
+  if (strsm.count(n) == 0) strsm[n] = StrsmSeconds(n, m);
+  EvaluateAll(state, ModelOf(n, WeightRange::kSteep).model(FactorKind::kCholesky), 5, strsm[n]);
+}
+BENCHMARK(BM_DensePosteriorVariance)
+    ->Name("BM_DensePosteriorVariance/arcsine")
+    ->ArgName("n")
+    ->Arg(4000)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+void BM_SparsePosterior(benchmark::State& state) {
+  EvaluateAll(state,
+              ModelOf(state.range(0), WeightRange::kSteep).model(FactorKind::kInverseCholesky), 1,
+              0.0);
+}
+BENCHMARK(BM_SparsePosterior)
+    ->Name("BM_SparsePosterior/arcsine")
+    ->ArgName("m")
+    ->Arg(256)
+    ->Arg(512)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+// What precedes the first query of a frame: checks, packing, upload.
+void BM_DensePosteriorCreate(benchmark::State& state) {
+  const PosteriorModel model =
+      ModelOf(state.range(0), WeightRange::kSteep).model(FactorKind::kCholesky);
+  for (auto _ : state) {
+    const auto posterior = DensePosterior::Create(BenchmarkContext(), model);
+    if (!posterior.ok()) return state.SkipWithError(posterior.status().ToString().c_str());
+  }
+}
+BENCHMARK(BM_DensePosteriorCreate)
+    ->Name("BM_DensePosteriorCreate/arcsine")
+    ->ArgName("n")
+    ->Arg(4000)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace egosieve::kernels

@@ -1,0 +1,99 @@
+#include "bench/kernels/roofline.h"
+
+#include <cblas.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "kernels/base/parallel_for.h"
+#include "kernels/runtime/buffer.h"
+#include "kernels/runtime/opencl_context.h"
+
+namespace egosieve::kernels {
+namespace {
+
+double SecondsOf(const std::function<void()>& body) {
+  const auto begin = std::chrono::steady_clock::now();
+  body();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+}  // namespace
+
+double FmaPerSecond(Context& context) {
+  if (context.is_reference()) return 0.0;
+  constexpr int kSteps = 1 << 20;
+  constexpr int kChains = 16;
+  const int lanes = context.tuning().float_lanes;
+  const std::string options =
+      "-cl-std=CL1.2 -DVEC=" + std::to_string(lanes) +
+      " -DCOMPONENTS=1 -DARCSINE=0 -DDIFFERENCE_BELOW=1 -DDOT_SUFFICES=0 -DCHAINS=" +
+      std::to_string(kChains);
+  auto kernel = context.Kernel("roofline.cl", options, "multiply_add");
+  if (!kernel.ok()) return 0.0;
+  const int items = context.info().compute_units;
+  std::vector<float> out(items * lanes);
+  double best = 0.0;
+  for (int repeat = 0; repeat < 5; ++repeat) {
+    OutputBuffer<float> result(context, MatrixView<float>(out.data(), 1, items * lanes));
+    SetArguments(*kernel, cl_int{kSteps}, 0.999f, 1e-3f, result.buffer());
+    const cl::CommandQueue queue = context.NewQueue();
+    const double seconds = SecondsOf([&] {
+      queue.enqueueNDRangeKernel(*kernel, cl::NullRange, cl::NDRange(items), cl::NDRange(1));
+      result.Finish(queue);
+    });
+    best = std::max(best, static_cast<double>(kSteps) * kChains * lanes * items / seconds);
+  }
+  return best;
+}
+
+double StrsmSeconds(int64_t n, int64_t m) {
+  std::vector<float> factor(n * n, 0.0f);
+  for (int64_t i = 0; i < n; ++i) {
+    for (int64_t j = 0; j < i; ++j)
+      factor[i * n + j] = 1e-3f * static_cast<float>((i * 31 + j * 17) % 7 - 3);
+    factor[i * n + i] = 1.0f;
+  }
+  std::vector<float> right(n * m, 1.0f);
+  const double blas = SecondsOf([&] {
+    cblas_strsm(CblasColMajor, CblasLeft, CblasUpper, CblasTrans, CblasNonUnit, static_cast<int>(n),
+                static_cast<int>(m), 1.0f, factor.data(), static_cast<int>(n), right.data(),
+                static_cast<int>(n));
+  });
+  std::fill(right.begin(), right.end(), 1.0f);
+  using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Eigen::Map<const RowMajor> lower(factor.data(), n, n);
+  const int64_t pieces = 8;
+  const double eigen = SecondsOf([&] {
+    ParallelFor(pieces, [&](int64_t p) {
+      const int64_t begin = m * p / pieces;
+      Eigen::Map<Eigen::MatrixXf> columns(right.data() + begin * n, n,
+                                          m * (p + 1) / pieces - begin);
+      lower.triangularView<Eigen::Lower>().solveInPlace(columns);
+    });
+  });
+  return std::min(blas, eigen);
+}
+
+double CopyBytesPerSecond() {
+  constexpr int64_t kPieces = 64;
+  constexpr int64_t kPieceBytes = int64_t{4} << 20;
+  std::vector<char> from(kPieces * kPieceBytes, 1);
+  std::vector<char> to(kPieces * kPieceBytes, 2);
+  double best = 0.0;
+  for (int repeat = 0; repeat < 3; ++repeat) {
+    const double seconds = SecondsOf([&] {
+      ParallelFor(kPieces, [&](int64_t p) {
+        std::memcpy(to.data() + p * kPieceBytes, from.data() + p * kPieceBytes, kPieceBytes);
+      });
+    });
+    best = std::max(best, 2.0 * kPieces * kPieceBytes / seconds);
+  }
+  return best;
+}
+
+}  // namespace egosieve::kernels

@@ -1,0 +1,129 @@
+#include "kernels/ops/covariance_gradient.h"
+
+#include <cmath>
+#include <limits>
+
+#include "gtest/gtest.h"
+#include "kernels/reference/covariance.h"
+#include "tests/kernels/test_data.h"
+
+namespace egosieve::kernels {
+namespace {
+
+// A symmetric matrix of which only the lower triangle is filled; NaN above it would show if it were
+// read.
+GuardedMatrix<double> LowerWeights(std::mt19937_64& random, int64_t n) {
+  GuardedMatrix<double> w(n, n, 3);
+  for (int64_t i = 0; i < n; ++i) {
+    for (int64_t j = 0; j < n; ++j) {
+      w.view()(i, j) =
+          j <= i ? Uniform(random, -1.0, 1.0) : std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  return w;
+}
+
+// sum_ij W_ij k(x_i, x_j) in long double.
+long double WeightedSum(const CovarianceParameters& parameters, ConstMatrixView<double> x,
+                        ConstMatrixView<double> w) {
+  long double sum = 0;
+  for (int64_t i = 0; i < x.rows; ++i) {
+    for (int64_t j = 0; j <= i; ++j) {
+      sum += (i == j ? 1 : 2) * w(i, j) * ExactCovariance(parameters, x.row(i), x.row(j));
+    }
+  }
+  return sum;
+}
+
+std::vector<CovarianceParameters> Covariances() {
+  return {ArcsineParameters({1.0, 1.5, 0.3, 4.0}, 1.3),
+          ArcsineParameters({0.05, 30.0, 5.0, 0.2}, 0.7),
+          SquaredExponentialParameters({0.5, 1.0, 3.0}, 1.2)};
+}
+
+// The exponent of a parameter t: scales, then sigma_f.
+void ScaleParameter(CovarianceParameters& parameters, size_t t, double factor) {
+  (t < parameters.scales.size() ? parameters.scales[t] : parameters.signal_stddev) *= factor;
+}
+
+TEST(CovarianceGradient, EqualsCentralDifferencesOfTheExactSum) {
+  std::mt19937_64 random = TestRandom();
+  const int64_t n = 21;
+  for (const CovarianceParameters& parameters : Covariances()) {
+    std::vector<double> points = RandomPoints(random, n, 3);
+    std::copy_n(points.begin(), 3, points.begin() + 9);  // duplicates
+    const ConstMatrixView<double> x(points.data(), n, 3);
+    GuardedMatrix<double> w = LowerWeights(random, n);
+    const auto gradient = CovarianceGradient(*TestContext(), parameters, x, w.view());
+    ASSERT_TRUE(gradient.ok()) << gradient.status();
+    ASSERT_EQ(gradient->size(), parameters.scales.size() + 1);
+    for (size_t t = 0; t < gradient->size(); ++t) {
+      // The difference's own error: step^2 / 6 times a third derivative of at most 8 k a pair, and
+      // 1e-19 / step.
+      const double step = 1e-5;
+      CovarianceParameters above = parameters;
+      CovarianceParameters below = parameters;
+      ScaleParameter(above, t, std::exp(step));
+      ScaleParameter(below, t, std::exp(-step));
+      const long double difference =
+          (WeightedSum(above, x, w.view()) - WeightedSum(below, x, w.view())) / (2 * step);
+      EXPECT_NEAR(
+          (*gradient)[t], static_cast<double>(difference),
+          8 * 1.6 * n * n * step * step / 6 * parameters.signal_stddev * parameters.signal_stddev)
+          << "parameter " << t;
+    }
+  }
+}
+
+TEST(CovarianceGradient, AgreesWithTheReferenceAtSizesAroundEveryBlock) {
+  std::mt19937_64 random = TestRandom();
+  for (const CovarianceParameters& parameters : Covariances()) {
+    for (const int64_t n : {0, 1, 3, 4, 5, 7, 8, 9, 16, 17, 63, 130}) {
+      const std::vector<double> points = RandomPoints(random, n, 3);
+      const ConstMatrixView<double> x(points.data(), n, 3);
+      GuardedMatrix<double> w = LowerWeights(random, n);
+      const auto gradient = CovarianceGradient(*TestContext(), parameters, x, w.view());
+      ASSERT_TRUE(gradient.ok()) << gradient.status();
+      const std::vector<double> expected = reference::CovarianceGradient(parameters, x, w.view());
+      // n^2 terms below 2 sigma_f^2 pi / 2 in size, each within 32 roundings.
+      const double tolerance = 1e-300 + 32 * std::ldexp(1.0, -53) * n * n * 3.2 *
+                                            parameters.signal_stddev * parameters.signal_stddev;
+      for (size_t t = 0; t < expected.size(); ++t) {
+        EXPECT_NEAR((*gradient)[t], expected[t], tolerance) << "parameter " << t << ", n = " << n;
+      }
+    }
+  }
+}
+
+TEST(CovarianceGradient, IsTheSameEveryTime) {
+  std::mt19937_64 random = TestRandom();
+  const std::vector<double> points = RandomPoints(random, 200, 3);
+  GuardedMatrix<double> w = LowerWeights(random, 200);
+  const CovarianceParameters parameters = ArcsineParameters({1, 1, 1, 1});
+  const auto first =
+      CovarianceGradient(*TestContext(), parameters, {points.data(), 200, 3}, w.view());
+  ASSERT_TRUE(first.ok());
+  for (int repeat = 0; repeat < 5; ++repeat) {
+    EXPECT_EQ(*CovarianceGradient(*TestContext(), parameters, {points.data(), 200, 3}, w.view()),
+              *first);
+  }
+}
+
+TEST(CovarianceGradient, BadArgumentsAreNamed) {
+  std::mt19937_64 random = TestRandom();
+  const std::vector<double> points = RandomPoints(random, 10, 3);
+  GuardedMatrix<double> w = LowerWeights(random, 10);
+  const CovarianceParameters parameters = ArcsineParameters({1, 1, 1, 1});
+  const ConstMatrixView<double> x(points.data(), 10, 3);
+  EXPECT_FALSE(
+      CovarianceGradient(*TestContext(), parameters, {points.data(), 9, 3}, w.view()).ok());
+  EXPECT_FALSE(
+      CovarianceGradient(*TestContext(), ArcsineParameters({1, 1, 0, 1}), x, w.view()).ok());
+  w.view()(7, 2) = INFINITY;
+  const auto gradient = CovarianceGradient(*TestContext(), parameters, x, w.view());
+  EXPECT_EQ(gradient.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(gradient.status().message().find("row 7 of w"), std::string::npos) << gradient.status();
+}
+
+}  // namespace
+}  // namespace egosieve::kernels

@@ -1,0 +1,149 @@
+#include "kernels/ops/descriptor_field.h"
+
+#include <cmath>
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "kernels/reference/image.h"
+#include "tests/kernels/test_data.h"
+
+namespace egosieve::kernels {
+namespace {
+
+struct TestImage {
+  std::vector<uint8_t> pixels;
+  ImageView view;
+};
+
+TestImage RandomImage(std::mt19937_64& random, int width, int height, int channels, int padding) {
+  TestImage image;
+  image.view.stride_bytes = width * channels + padding;
+  image.pixels.resize(height * image.view.stride_bytes);
+  for (uint8_t& pixel : image.pixels) pixel = static_cast<uint8_t>(random());
+  image.view = {image.pixels.data(), width, height, channels, image.view.stride_bytes};
+  return image;
+}
+
+// Intensities in [-1, 1] come from exact integer sums by three roundings, M by three more; u and v
+// by one of float64 values: 8 u with u = 2^-24.
+constexpr double kTolerance = 8.0 / (1 << 24);
+
+void ExpectFieldMatchesReference(const ImageView& image, int stride, int window) {
+  const ImageGrid grid = {image.width, image.height, stride};
+  DescriptorOptions options;
+  options.window_pixels = window;
+  GuardedMatrix<float> field(grid.size(), kDescriptorDimension, 2);
+  const absl::Status status = DescriptorField(*TestContext(), image, grid, options, field.view());
+  ASSERT_TRUE(status.ok()) << status;
+  EXPECT_TRUE(field.guards_intact());
+  GuardedMatrix<float> expected(grid.size(), kDescriptorDimension);
+  reference::DescriptorField(image, grid, window, expected.view());
+  std::vector<double> points;
+  for (int row = 0; row < grid.rows(); ++row) {
+    for (int column = 0; column < grid.columns(); ++column) {
+      points.push_back(grid.x_pixels(column));
+      points.push_back(grid.y_pixels(row));
+    }
+  }
+  GuardedMatrix<float> at(grid.size(), kDescriptorDimension);
+  const ConstMatrixView<double> view(points.data(), grid.size(), 2);
+  ASSERT_TRUE(DescriptorsAt(*TestContext(), image, view, options, at.view()).ok());
+  for (int64_t i = 0; i < grid.size(); ++i) {
+    for (int d = 0; d < kDescriptorDimension; ++d) {
+      ASSERT_NEAR(field(i, d), expected(i, d), kTolerance) << "grid point " << i << ", input " << d;
+      ASSERT_EQ(field(i, d), at(i, d)) << "grid point " << i << ", input " << d;
+    }
+  }
+}
+
+TEST(DescriptorField, AgreesWithTheReferenceForEveryShape) {
+  std::mt19937_64 random = TestRandom();
+  for (const auto& [width, height] :
+       {std::pair{1, 1}, {1, 9}, {9, 1}, {3, 2}, {16, 16}, {17, 33}, {130, 77}}) {
+    for (const int channels : {1, 3}) {
+      const TestImage image = RandomImage(random, width, height, channels, 5);
+      for (const int stride : {1, 2, 5, 200}) {
+        for (const int window : {1, 3, 7, 301}) {
+          SCOPED_TRACE(testing::Message() << width << " x " << height << " x " << channels
+                                          << ", stride " << stride << ", window " << window);
+          ExpectFieldMatchesReference(image.view, stride, window);
+        }
+      }
+    }
+  }
+}
+
+TEST(DescriptorField, AnEvenImageHasItsOwnColour) {
+  std::vector<uint8_t> pixels;
+  for (int i = 0; i < 20 * 10; ++i) pixels.insert(pixels.end(), {0, 51, 255});  // B, G, R
+  const ImageView image = {pixels.data(), 20, 10, 3, 60};
+  const ImageGrid grid = {20, 10, 5};
+  GuardedMatrix<float> field(grid.size(), 6);
+  ASSERT_TRUE(DescriptorField(*TestContext(), image, grid, {}, field.view()).ok());
+  // The first point is the upper left pixel, the last the lower right one; v spans 9/19 of u.
+  EXPECT_NEAR(field(0, 0), -1.0, kTolerance);
+  EXPECT_NEAR(field(0, 1), -9.0 / 19.0, kTolerance);
+  EXPECT_NEAR(field(grid.size() - 1, 0), 1.0, kTolerance);
+  EXPECT_NEAR(field(grid.size() - 1, 1), 9.0 / 19.0, kTolerance);
+  for (int64_t i = 0; i < grid.size(); ++i) {
+    EXPECT_NEAR(field(i, 2), 0.299 * 1.0 + 0.587 * -0.6 + 0.114 * -1.0, kTolerance);
+    EXPECT_NEAR(field(i, 3), 1.0, kTolerance);
+    EXPECT_NEAR(field(i, 4), -0.6, kTolerance);
+    EXPECT_NEAR(field(i, 5), -1.0, kTolerance);
+  }
+}
+
+TEST(DescriptorsAt, PointsBetweenPixelsTakeTheNearestWindowAndKeepTheirPlace) {
+  std::mt19937_64 random = TestRandom();
+  const TestImage image = RandomImage(random, 30, 20, 3, 0);
+  const double points[] = {7.4, 11.6, 7.0, 12.0, -0.5, 19.5, 0.0, 19.0};
+  GuardedMatrix<float> out(4, 6);
+  ASSERT_TRUE(DescriptorsAt(*TestContext(), image.view, {points, 4, 2}, {}, out.view()).ok());
+  for (int d = 2; d < 6; ++d) {
+    EXPECT_EQ(out(0, d), out(1, d));
+    EXPECT_EQ(out(2, d), out(3, d));
+  }
+  EXPECT_NEAR(out(0, 0), (2 * 7.4 - 29) / 29, kTolerance);
+  EXPECT_NEAR(out(0, 1), (2 * 11.6 - 19) / 29, kTolerance);
+}
+
+TEST(DescriptorField, BadArgumentsAreNamedAndNothingIsWritten) {
+  std::mt19937_64 random = TestRandom();
+  const TestImage image = RandomImage(random, 30, 20, 3, 0);
+  const ImageGrid grid = {30, 20, 5};
+  GuardedMatrix<float> out(grid.size(), 6);
+  const auto message_of = [&](const ImageView& view, const ImageGrid& at,
+                              const DescriptorOptions& options) {
+    const absl::Status status = DescriptorField(*TestContext(), view, at, options, out.view());
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_TRUE(out.untouched());
+    return std::string(status.message());
+  };
+  for (const int window : {0, -1, 6}) {
+    DescriptorOptions options;
+    options.window_pixels = window;
+    EXPECT_NE(message_of(image.view, grid, options).find("window_pixels"), std::string::npos);
+  }
+  EXPECT_NE(message_of(image.view, {30, 20, 0}, {}).find("stride"), std::string::npos);
+  EXPECT_NE(message_of(image.view, {31, 20, 5}, {}).find("31 x 20"), std::string::npos);
+  ImageView bad = image.view;
+  bad.channels = 4;
+  EXPECT_NE(message_of(bad, grid, {}).find("channels = 4"), std::string::npos);
+  bad = image.view;
+  bad.stride_bytes = 89;
+  EXPECT_NE(message_of(bad, grid, {}).find("stride_bytes = 89"), std::string::npos);
+  bad = image.view;
+  bad.data = nullptr;
+  EXPECT_NE(message_of(bad, grid, {}).find("without data"), std::string::npos);
+  for (const double coordinate : {-0.6, 29.6, static_cast<double>(NAN)}) {
+    const double point[] = {coordinate, 3.0};
+    GuardedMatrix<float> one(1, 6);
+    const absl::Status status =
+        DescriptorsAt(*TestContext(), image.view, {point, 1, 2}, {}, one.view());
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_TRUE(one.untouched());
+  }
+}
+
+}  // namespace
+}  // namespace egosieve::kernels

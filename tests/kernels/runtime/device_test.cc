@@ -1,0 +1,133 @@
+#include "kernels/runtime/device.h"
+
+#include <cstdlib>
+
+#include "gtest/gtest.h"
+#include "kernels/runtime/context.h"
+#include "kernels/runtime/opencl_context.h"
+#include "kernels/runtime/opencl_error.h"
+
+namespace egosieve::kernels {
+namespace {
+
+std::vector<DeviceInfo> MadeUpDevices() {
+  std::vector<DeviceInfo> devices(4);
+  devices[0].name = "Fast Processor";
+  devices[0].type = DeviceType::kCpu;
+  devices[1].name = "Great Graphics 9000";
+  devices[1].type = DeviceType::kGpu;
+  devices[2].name = "Other Graphics";
+  devices[2].type = DeviceType::kGpu;
+  devices[3].name = "reference";
+  devices[3].type = DeviceType::kReference;
+  for (int i = 0; i < 4; ++i) devices[i].index = i;
+  return devices;
+}
+
+int ChosenIndex(const std::vector<DeviceInfo>& devices, const std::string& choice) {
+  const auto chosen = ChooseDevice(devices, choice);
+  return chosen.ok() ? chosen->index : -1;
+}
+
+TEST(ChooseDevice, TakesIndexTypeOrPartOfAName) {
+  const std::vector<DeviceInfo> devices = MadeUpDevices();
+  EXPECT_EQ(ChosenIndex(devices, ""), 1);
+  EXPECT_EQ(ChosenIndex(devices, "0"), 0);
+  EXPECT_EQ(ChosenIndex(devices, "2"), 2);
+  EXPECT_EQ(ChosenIndex(devices, "cpu"), 0);
+  EXPECT_EQ(ChosenIndex(devices, "GPU"), 1);
+  EXPECT_EQ(ChosenIndex(devices, "other"), 2);
+  EXPECT_EQ(ChosenIndex(devices, "graphics"), 1);
+  EXPECT_EQ(ChosenIndex(devices, "reference"), 3);
+}
+
+TEST(ChooseDevice, WithoutAGpuTheCpuIsTheDefault) {
+  std::vector<DeviceInfo> devices = MadeUpDevices();
+  devices.erase(devices.begin() + 1, devices.begin() + 3);
+  EXPECT_EQ(ChosenIndex(devices, ""), 0);
+}
+
+TEST(ChooseDevice, UnknownChoicesListWhatThereIs) {
+  for (const char* choice : {"4", "-1", "99999999999999999999", "tpu"}) {
+    const auto chosen = ChooseDevice(MadeUpDevices(), choice);
+    EXPECT_EQ(chosen.status().code(), absl::StatusCode::kNotFound) << choice;
+    EXPECT_NE(chosen.status().message().find("Great Graphics 9000"), std::string::npos)
+        << chosen.status();
+  }
+}
+
+TEST(ChooseDevice, WithoutAnyDeviceItSaysWhatToInstall) {
+  const std::vector<DeviceInfo> reference_only(1, MadeUpDevices()[3]);
+  const auto chosen = ChooseDevice(reference_only, "");
+  EXPECT_EQ(chosen.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_NE(chosen.status().message().find("pocl-opencl-icd"), std::string::npos)
+      << chosen.status();
+  EXPECT_EQ(ChosenIndex(reference_only, "reference"), 3);
+}
+
+TEST(ListDevices, EndsWithTheReferenceAndNumbersItsElements) {
+  const auto devices = ListDevices();
+  ASSERT_TRUE(devices.ok()) << devices.status();
+  ASSERT_FALSE(devices->empty());
+  for (size_t i = 0; i < devices->size(); ++i) {
+    const DeviceInfo& device = (*devices)[i];
+    EXPECT_EQ(device.index, static_cast<int>(i));
+    EXPECT_FALSE(device.name.empty());
+    EXPECT_EQ(device.type == DeviceType::kReference, i + 1 == devices->size());
+    if (device.type != DeviceType::kReference) {
+      EXPECT_GT(device.compute_units, 0);
+      EXPECT_GT(device.memory_bytes, 0);
+      EXPECT_FALSE(device.vendor.empty());
+      EXPECT_FALSE(device.version.empty());
+    }
+  }
+}
+
+TEST(OpenContext, OptionsGoBeforeTheEnvironment) {
+  const char* old = std::getenv("EGOSIEVE_DEVICE");
+  const std::string saved = old == nullptr ? "" : old;
+  setenv("EGOSIEVE_DEVICE", "no such device", 1);
+  EXPECT_EQ(OpenContext().status().code(), absl::StatusCode::kNotFound);
+  ContextOptions options;
+  options.device = "reference";
+  const auto context = OpenContext(options);
+  ASSERT_TRUE(context.ok()) << context.status();
+  EXPECT_TRUE((*context)->is_reference());
+  if (old == nullptr) {
+    unsetenv("EGOSIEVE_DEVICE");
+  } else {
+    setenv("EGOSIEVE_DEVICE", saved.c_str(), 1);
+  }
+}
+
+TEST(OpenClErrors, BecomeStatusesWithCallAndCode) {
+  const absl::Status status = CatchOpenClErrors(
+      "doing this", [] { throw cl::Error(CL_OUT_OF_RESOURCES, "clEnqueueNDRangeKernel"); });
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(status.message(), "doing this: clEnqueueNDRangeKernel failed with CL_OUT_OF_RESOURCES");
+  EXPECT_EQ(CatchOpenClErrors("x", [] { throw cl::Error(CL_DEVICE_NOT_AVAILABLE, "y"); }).code(),
+            absl::StatusCode::kUnavailable);
+  EXPECT_EQ(CatchOpenClErrors("x", [] { throw cl::Error(-77777, "y"); }).message(),
+            "x: y failed with OpenCL error -77777");
+  EXPECT_EQ(CatchOpenClErrors("x", [] { throw std::bad_alloc(); }).code(),
+            absl::StatusCode::kResourceExhausted);
+  EXPECT_TRUE(CatchOpenClErrors("x", [] {}).ok());
+}
+
+TEST(Context, BuildErrorsCarryTheCompilersLogAndTheContextStaysUsable) {
+  const auto context = OpenContext();
+  ASSERT_TRUE(context.ok()) << context.status();
+  if ((*context)->is_reference()) GTEST_SKIP() << "the reference compiles nothing";
+  const auto kernel = (*context)->Kernel(
+      "image.cl", "-cl-std=CL1.2 -DVEC=1 -DCOMPONENTS=1 -DARCSINE=0 -DCHANNELS=oops",
+      "descriptor_field");
+  ASSERT_FALSE(kernel.ok());
+  EXPECT_NE(kernel.status().message().find("clBuildProgram"), std::string::npos) << kernel.status();
+  EXPECT_NE(kernel.status().message().find("oops"), std::string::npos) << kernel.status();
+  const std::string good = "-cl-std=CL1.2 -DVEC=1 -DCOMPONENTS=1 -DARCSINE=0 -DCHANNELS=3";
+  EXPECT_TRUE((*context)->Kernel("image.cl", good, "descriptor_field").ok());
+  EXPECT_FALSE((*context)->Kernel("image.cl", good, "no_such_kernel").ok());
+}
+
+}  // namespace
+}  // namespace egosieve::kernels
