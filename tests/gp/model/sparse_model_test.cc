@@ -237,11 +237,12 @@ TEST(SparseModel, GpmlsFitc) {
   queries << 0.0, 1.0;
   const auto prediction = model.Predict(ViewOf(queries), PredictWhat::kMeanAndVariance);
   ASSERT_TRUE(prediction.ok());
-  // 1e-10, times the condition of K_uu with its jitter of 1e-8, 1e9, in units of eps: 1e-7.
-  EXPECT_NEAR(prediction->mean[0], 1.561817148535710, 1e-7);
-  EXPECT_NEAR(prediction->mean[1], 1.538190666262153, 1e-7);
-  EXPECT_NEAR(prediction->variance[0] + 0.01, 0.01200964082733, 1e-7);
-  EXPECT_NEAR(prediction->variance[1] + 0.01, 0.02310954484178, 1e-7);
+  // The formulas in 60 digits; GPML prints variances that differ from these by its own rounding,
+  // 4e-9 and 7e-10, because it forms the difference of two inverses.
+  EXPECT_NEAR(prediction->mean[0], 1.56181714853809734, 1e-10);
+  EXPECT_NEAR(prediction->mean[1], 1.53819066623621307, 1e-10);
+  EXPECT_NEAR(prediction->variance[0] + 0.01, 0.0120096365425969990, 1e-10);
+  EXPECT_NEAR(prediction->variance[1] + 0.01, 0.0231095441761217867, 1e-10);
 }
 
 }  // namespace
