@@ -140,7 +140,7 @@ absl::Status SparseModel::AddTargets(ConstMatrixView<double> inputs,
   if (m == 0) {
     const PointSet before = points_;
     points_.Append(inputs, targets, frame);
-    const absl::Status status = Refresh();
+    absl::Status status = Refresh();
     if (!status.ok()) points_ = before;
     return status;
   }
@@ -189,7 +189,7 @@ absl::Status SparseModel::SetHyperparameters(const Hyperparameters& hyperparamet
                         input_dimension()));
   }
   const Hyperparameters before = std::exchange(hyperparameters_, hyperparameters);
-  const absl::Status status = Refresh();
+  absl::Status status = Refresh();
   if (!status.ok()) hyperparameters_ = before;
   return status;
 }
