@@ -15,9 +15,9 @@ const char* __tsan_default_suppressions() {
          "race:libLLVM\n"
          "race:libclang\n"
          "deadlock:libpocl\n"
-         "mutex:libpocl\n"
-         "called_from_lib:libpocl\n"
-         "called_from_lib:libLLVM\n";
+         "mutex:libpocl\n";
 }
+
+const char* __tsan_default_options() { return "ignore_noninstrumented_modules=1"; }
 
 }  // extern "C"
