@@ -44,3 +44,8 @@ def debian_libraries():
         build_file = "//third_party:hdf5.BUILD",
         path = "/usr/include/hdf5/serial",
     )
+    native.new_local_repository(
+        name = "debian_dygraphs",
+        build_file = "//third_party:dygraphs.BUILD",
+        path = "/usr/share/javascript/dygraphs",
+    )

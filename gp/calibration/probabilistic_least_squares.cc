@@ -1,0 +1,188 @@
+#include "gp/calibration/probabilistic_least_squares.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_format.h"
+
+namespace egosieve::gp {
+namespace {
+
+constexpr double kInverseSqrtTwoPi = 0.3989422804014327;
+
+double NormalDistribution(double z) { return 0.5 * std::erfc(-z * M_SQRT1_2); }
+
+// log Phi(z) and its derivative phi(z) / Phi(z), without underflow: below -20 by the asymptotic
+// series of Mills' ratio, Phi(z) = phi(z) / -z (1 - 1/z^2 + 3/z^4 - 15/z^6 + ...), whose sixth
+// term is under 3e-12 there.
+struct LogDistribution {
+  double value;
+  double derivative;
+};
+
+LogDistribution LogNormalDistribution(double z) {
+  if (z > -20.0) {
+    const double distribution = NormalDistribution(z);
+    return {std::log(distribution), kInverseSqrtTwoPi * std::exp(-0.5 * z * z) / distribution};
+  }
+  const double s = 1.0 / (z * z);
+  const double series = 1.0 - s * (1.0 - s * (3.0 - s * (15.0 - s * (105.0 - s * 945.0))));
+  return {-0.5 * z * z + std::log(kInverseSqrtTwoPi) - std::log(-z) + std::log(series),
+          -z / series};
+}
+
+// The objective in (t, b), t = log a, with its gradient and the Gauss-Newton curvature that takes
+// z as linear in (t, b): log Phi is concave in z, so the curvature is positive.
+struct Objective {
+  double likelihood = 0.0;
+  double value = 0.0;  // with the prior
+  double gradient[2] = {0.0, 0.0};
+  double curvature[3] = {0.0, 0.0, 0.0};  // tt, tb, bb of the negative
+};
+
+class SquashProblem {
+ public:
+  SquashProblem(absl::Span<const double> means, absl::Span<const double> variances,
+                absl::Span<const double> labels, const SquashFitOptions& options)
+      : means_(means), variances_(variances), labels_(labels), options_(options) {}
+
+  Objective Evaluate(double t, double b) const {
+    const double a = std::exp(t);
+    Objective result;
+    for (size_t i = 0; i < means_.size(); ++i) {
+      const double scale = 1.0 / std::sqrt(1.0 + a * a * variances_[i]);
+      const double z = (a * means_[i] + b) * scale;
+      const LogDistribution up = LogNormalDistribution(z);
+      const LogDistribution down = LogNormalDistribution(-z);
+      const double p = labels_[i];
+      result.likelihood +=
+          (p > 0.0 ? p * up.value : 0.0) + (p < 1.0 ? (1.0 - p) * down.value : 0.0);
+      const double slope = p * up.derivative - (1.0 - p) * down.derivative;
+      const double bend = p * up.derivative * (up.derivative + z) +
+                          (1.0 - p) * down.derivative * (down.derivative - z);
+      const double z_t = a * scale * (means_[i] - z * a * variances_[i] * scale);
+      const double z_b = scale;
+      result.gradient[0] += slope * z_t;
+      result.gradient[1] += slope * z_b;
+      result.curvature[0] += bend * z_t * z_t;
+      result.curvature[1] += bend * z_t * z_b;
+      result.curvature[2] += bend * z_b * z_b;
+    }
+    result.value = result.likelihood;
+    if (std::isfinite(options_.log_a_prior_stddev)) {
+      const double precision = 1.0 / (options_.log_a_prior_stddev * options_.log_a_prior_stddev);
+      result.value -= 0.5 * precision * t * t;
+      result.gradient[0] -= precision * t;
+      result.curvature[0] += precision;
+    }
+    return result;
+  }
+
+ private:
+  absl::Span<const double> means_;
+  absl::Span<const double> variances_;
+  absl::Span<const double> labels_;
+  const SquashFitOptions& options_;
+};
+
+absl::Status CheckPoints(absl::Span<const double> means, absl::Span<const double> variances,
+                         absl::Span<const double> labels) {
+  if (means.size() != variances.size() || means.size() != labels.size()) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%d means, %d variances and %d labels; the sizes must be equal",
+                        means.size(), variances.size(), labels.size()));
+  }
+  for (size_t i = 0; i < means.size(); ++i) {
+    if (!(std::isfinite(means[i]) && variances[i] >= 0.0 && std::isfinite(variances[i]) &&
+          labels[i] >= 0.0 && labels[i] <= 1.0)) {
+      return absl::InvalidArgumentError(absl::StrFormat(
+          "point %d: mean %g, variance %g, label %g; the mean must be finite, the variance finite "
+          "and not negative, the label in [0, 1]",
+          i, means[i], variances[i], labels[i]));
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+double SquashParameters::Probability(double mean, double variance) const {
+  return NormalDistribution((a * mean + b) / std::sqrt(1.0 + a * a * variance));
+}
+
+absl::Status SquashFitOptions::Validate() const {
+  if (!(minimum_a > 0.0 && maximum_a >= minimum_a && std::isfinite(maximum_a))) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "minimum_a = %g, maximum_a = %g; they must be positive, finite and in order", minimum_a,
+        maximum_a));
+  }
+  if (!(maximum_absolute_b >= 0.0 && std::isfinite(maximum_absolute_b))) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "maximum_absolute_b = %g; it must be finite and not negative", maximum_absolute_b));
+  }
+  if (!(maximum_iterations >= 0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("maximum_iterations = %d; it must not be negative", maximum_iterations));
+  }
+  if (!(log_a_prior_stddev > 0.0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("log_a_prior_stddev = %g; it must be positive", log_a_prior_stddev));
+  }
+  return absl::OkStatus();
+}
+
+double SquashLogLikelihood(const SquashParameters& parameters, absl::Span<const double> means,
+                           absl::Span<const double> variances, absl::Span<const double> labels) {
+  return SquashProblem(means, variances, labels, SquashFitOptions())
+      .Evaluate(std::log(parameters.a), parameters.b)
+      .likelihood;
+}
+
+absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
+                                    absl::Span<const double> variances,
+                                    absl::Span<const double> labels, const SquashParameters& start,
+                                    const SquashFitOptions& options) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  if (absl::Status status = CheckPoints(means, variances, labels); !status.ok()) return status;
+  const double t_low = std::log(options.minimum_a), t_high = std::log(options.maximum_a);
+  const double b_high = options.maximum_absolute_b;
+  double t = std::clamp(std::log(start.a), t_low, t_high);
+  double b = std::clamp(start.b, -b_high, b_high);
+  SquashFit fit;
+  const SquashProblem problem(means, variances, labels, options);
+  Objective now = problem.Evaluate(t, b);
+  double damping = 1e-3;  // Levenberg-Marquardt, relative to the curvature
+  for (; !means.empty() && fit.iterations < options.maximum_iterations; ++fit.iterations) {
+    // A coordinate that the gradient presses against its bound stays there.
+    const bool hold_t =
+        (t <= t_low && now.gradient[0] < 0.0) || (t >= t_high && now.gradient[0] > 0.0);
+    const bool hold_b =
+        (b <= -b_high && now.gradient[1] < 0.0) || (b >= b_high && now.gradient[1] > 0.0);
+    const double tt = now.curvature[0] * (1.0 + damping) + 1e-12;
+    const double bb = now.curvature[2] * (1.0 + damping) + 1e-12;
+    const double tb = hold_t || hold_b ? 0.0 : now.curvature[1];
+    const double g_t = hold_t ? 0.0 : now.gradient[0];
+    const double g_b = hold_b ? 0.0 : now.gradient[1];
+    const double determinant = tt * bb - tb * tb;
+    const double next_t =
+        std::clamp(t + std::clamp((bb * g_t - tb * g_b) / determinant, -2.0, 2.0), t_low, t_high);
+    const double next_b = std::clamp(b + (tt * g_b - tb * g_t) / determinant, -b_high, b_high);
+    if (std::abs(next_t - t) + std::abs(next_b - b) < 1e-10) break;
+    const Objective next = problem.Evaluate(next_t, next_b);
+    if (next.value >= now.value) {
+      t = next_t;
+      b = next_b;
+      now = next;
+      damping = std::max(1e-9, 0.1 * damping);
+    } else {
+      damping = 10.0 * damping;
+      if (damping > 1e12) break;
+    }
+  }
+  fit.parameters = {std::exp(t), b};
+  fit.log_likelihood = now.likelihood;
+  fit.at_bound = t <= t_low || t >= t_high || std::abs(b) >= b_high;
+  return fit;
+}
+
+}  // namespace egosieve::gp

@@ -1,0 +1,66 @@
+// Probabilistic least-squares classification: a regression's predictions squashed into
+// probabilities (paper, eq. 6; Rasmussen & Williams, 6.5 and eq. 6.41, whose square root the
+// paper's line lacks).
+//
+//   p(t = +1 | x) = Phi( (a mu + b) / sqrt(1 + a^2 s^2) )                               (S1)
+//
+// a, b maximise the leave-one-out likelihood, where a label p_i in [0, 1] weights both classes and
+// (mu_i, s_i^2) is the prediction of point i without point i:
+//
+//   l(a, b) = sum_i  p_i log Phi(z_i) + (1 - p_i) log Phi(-z_i),
+//   z_i = (a mu_i + b) / sqrt(1 + a^2 s_i^2)                                            (S2)
+//
+// l is unbounded in a on separable data, so a is kept in [0.3, 10] and b in [-b_max, b_max]. s^2 is
+// the variance of f, in the fit as in the prediction.
+#ifndef EGOSIEVE_GP_CALIBRATION_PROBABILISTIC_LEAST_SQUARES_H_
+#define EGOSIEVE_GP_CALIBRATION_PROBABILISTIC_LEAST_SQUARES_H_
+
+#include <cstdint>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+
+namespace egosieve::gp {
+
+struct SquashParameters {
+  double a = 1.0;
+  double b = 0.0;
+
+  // (S1).
+  double Probability(double mean, double variance) const;
+};
+
+struct SquashFitOptions {
+  double minimum_a = 0.3;
+  double maximum_a = 10.0;
+  double maximum_absolute_b = 5.0;
+  int maximum_iterations = 50;  // Newton steps; each passes over the points once or twice
+  // Standard deviation of a Gaussian prior on log a around 0, which decides where the data cannot
+  // (one class only, separable classes); infinity: none.
+  double log_a_prior_stddev = 2.0;
+
+  absl::Status Validate() const;
+};
+
+struct SquashFit {
+  SquashParameters parameters;
+  double log_likelihood = 0.0;  // (S2), without the prior
+  int iterations = 0;
+  bool at_bound = false;  // a or b lies on its bound
+};
+
+// (S2) at the parameters given.
+double SquashLogLikelihood(const SquashParameters& parameters, absl::Span<const double> means,
+                           absl::Span<const double> variances, absl::Span<const double> labels);
+
+// Maximises (S2) from `start`. No points: `start`, clamped to the bounds. InvalidArgument on sizes
+// that differ, labels outside [0, 1], negative or non-finite variances, non-finite means.
+absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
+                                    absl::Span<const double> variances,
+                                    absl::Span<const double> labels, const SquashParameters& start,
+                                    const SquashFitOptions& options = {});
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_CALIBRATION_PROBABILISTIC_LEAST_SQUARES_H_

@@ -1,0 +1,120 @@
+#include "gp/covariance/hyperparameters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "absl/strings/str_format.h"
+
+namespace egosieve::gp {
+namespace {
+
+using kernels::CovarianceFunction;
+using kernels::CovarianceParameters;
+
+int64_t ScaleCount(CovarianceFunction function, int64_t input_dimension) {
+  return function == CovarianceFunction::kArcsine ? input_dimension + 1 : input_dimension;
+}
+
+}  // namespace
+
+absl::Status Hyperparameters::Validate() const {
+  if (absl::Status status = covariance.Validate(); !status.ok()) return status;
+  if (!(noise_stddev > 0.0) || std::isinf(noise_stddev)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("noise_stddev = %g; it must be finite and positive", noise_stddev));
+  }
+  return absl::OkStatus();
+}
+
+std::vector<double> ToLogarithms(const Hyperparameters& hyperparameters) {
+  std::vector<double> theta;
+  theta.reserve(hyperparameters.count());
+  for (const double scale : hyperparameters.covariance.scales) theta.push_back(std::log(scale));
+  theta.push_back(std::log(hyperparameters.covariance.signal_stddev));
+  theta.push_back(std::log(hyperparameters.noise_stddev));
+  return theta;
+}
+
+absl::StatusOr<Hyperparameters> FromLogarithms(CovarianceFunction function,
+                                               absl::Span<const double> theta) {
+  if (theta.size() < 3) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "theta has %d values; it holds the scales, log sigma_f and log sigma_n", theta.size()));
+  }
+  const size_t scales = theta.size() - 2;
+  Hyperparameters hyperparameters;
+  hyperparameters.covariance.function = function;
+  for (size_t i = 0; i < scales; ++i) {
+    hyperparameters.covariance.scales.push_back(std::exp(theta[i]));
+  }
+  hyperparameters.covariance.signal_stddev = std::exp(theta[scales]);
+  hyperparameters.noise_stddev = std::exp(theta[scales + 1]);
+  if (absl::Status status = hyperparameters.Validate(); !status.ok()) return status;
+  return hyperparameters;
+}
+
+Hyperparameters DefaultHyperparameters(CovarianceFunction function, int64_t input_dimension) {
+  const double scale = function == CovarianceFunction::kArcsine ? std::exp(0.5 * 1.4) : 0.5;
+  Hyperparameters hyperparameters;
+  hyperparameters.covariance.function = function;
+  hyperparameters.covariance.scales.assign(ScaleCount(function, input_dimension), scale);
+  return hyperparameters;
+}
+
+HyperparameterBounds HyperparameterBounds::Default(CovarianceFunction function,
+                                                   int64_t input_dimension) {
+  const bool arcsine = function == CovarianceFunction::kArcsine;
+  const int64_t scales = ScaleCount(function, input_dimension);
+  HyperparameterBounds bounds;
+  bounds.lower.assign(scales, arcsine ? 0.5 * -5.0 : std::log(0.02));
+  bounds.upper.assign(scales, arcsine ? 0.5 * 7.0 : std::log(20.0));
+  bounds.lower.insert(bounds.lower.end(), {std::log(0.2), std::log(0.1)});
+  bounds.upper.insert(bounds.upper.end(), {std::log(5.0), std::log(1.5)});
+  return bounds;
+}
+
+void HyperparameterBounds::Clamp(std::vector<double>& theta) const {
+  for (size_t i = 0; i < theta.size(); ++i) theta[i] = std::clamp(theta[i], lower[i], upper[i]);
+}
+
+bool HyperparameterBounds::Contains(absl::Span<const double> theta) const {
+  if (theta.size() != lower.size()) return false;
+  for (size_t i = 0; i < theta.size(); ++i) {
+    if (!(theta[i] >= lower[i] && theta[i] <= upper[i])) return false;
+  }
+  return true;
+}
+
+absl::Status HyperparameterBounds::Validate(int64_t count) const {
+  if (static_cast<int64_t>(lower.size()) != count || static_cast<int64_t>(upper.size()) != count) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("bounds hold %d and %d values; there are %d hyperparameters", lower.size(),
+                        upper.size(), count));
+  }
+  for (int64_t i = 0; i < count; ++i) {
+    if (!(std::isfinite(lower[i]) && std::isfinite(upper[i]) && lower[i] <= upper[i])) {
+      return absl::InvalidArgumentError(absl::StrFormat(
+          "bounds[%d] = [%g, %g]; they must be finite and in order", i, lower[i], upper[i]));
+    }
+  }
+  return absl::OkStatus();
+}
+
+Hyperparameters RandomHyperparameters(CovarianceFunction function, int64_t input_dimension,
+                                      const HyperparameterBounds& bounds, uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  const auto draw = [&](size_t i) {
+    const double unit = static_cast<double>(generator() >> 11) * 0x1p-53;
+    return std::exp(bounds.lower[i] + unit * (bounds.upper[i] - bounds.lower[i]));
+  };
+  Hyperparameters hyperparameters = DefaultHyperparameters(function, input_dimension);
+  CovarianceParameters& covariance = hyperparameters.covariance;
+  size_t i = 0;
+  for (double& scale : covariance.scales) scale = draw(i++);
+  covariance.signal_stddev = draw(i++);
+  hyperparameters.noise_stddev = draw(i);
+  return hyperparameters;
+}
+
+}  // namespace egosieve::gp

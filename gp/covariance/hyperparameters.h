@@ -1,0 +1,69 @@
+// The hyperparameters of the Gaussian process, and the logarithms in which they are optimised.
+//
+//   theta = (log s_1, ..., log s_P, log sigma_f, log sigma_n)
+//
+// s are the covariance's scales (kernels/base/covariance_parameters.h): for the arcsine the weights
+// w_0, ..., w_D, P = D + 1; for the squared exponential the length-scales l_1, ..., l_D, P = D. All
+// are positive, so that the logarithms are free of constraints; bounds keep them where the data
+// cannot (a weight whose input does not matter runs to zero).
+#ifndef EGOSIEVE_GP_COVARIANCE_HYPERPARAMETERS_H_
+#define EGOSIEVE_GP_COVARIANCE_HYPERPARAMETERS_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "kernels/base/covariance_parameters.h"
+
+namespace egosieve::gp {
+
+struct Hyperparameters {
+  kernels::CovarianceParameters covariance;
+  double noise_stddev = 0.5;  // sigma_n
+
+  double noise_variance() const { return noise_stddev * noise_stddev; }
+  // scales.size() + 2.
+  int64_t count() const { return static_cast<int64_t>(covariance.scales.size()) + 2; }
+  // InvalidArgument, naming field and value, unless the covariance is valid and sigma_n finite and
+  // positive.
+  absl::Status Validate() const;
+};
+
+// theta; needs valid hyperparameters.
+std::vector<double> ToLogarithms(const Hyperparameters& hyperparameters);
+
+// The inverse of ToLogarithms. InvalidArgument unless theta has the size of a valid set and every
+// exponential is finite and positive.
+absl::StatusOr<Hyperparameters> FromLogarithms(kernels::CovarianceFunction function,
+                                               absl::Span<const double> theta);
+
+// A sane start for image descriptors in [-1, 1]^D. Arcsine: ln w^2 = 1.4 for every weight; squared
+// exponential: l = 0.5; sigma_f = 1, sigma_n = 0.5.
+Hyperparameters DefaultHyperparameters(kernels::CovarianceFunction function,
+                                       int64_t input_dimension);
+
+// lower_t <= theta_t <= upper_t, by element.
+struct HyperparameterBounds {
+  std::vector<double> lower;
+  std::vector<double> upper;
+
+  // Arcsine: ln w^2 in [-5, 7]; squared exponential: l in [0.02, 20]; sigma_f in [0.2, 5]; sigma_n
+  // in [0.1, 1.5].
+  static HyperparameterBounds Default(kernels::CovarianceFunction function,
+                                      int64_t input_dimension);
+  // theta moved into the bounds.
+  void Clamp(std::vector<double>& theta) const;
+  bool Contains(absl::Span<const double> theta) const;
+  // InvalidArgument unless both have `count` finite elements and lower <= upper.
+  absl::Status Validate(int64_t count) const;
+};
+
+// theta uniform within the bounds: the paper starts from random hyperparameters.
+Hyperparameters RandomHyperparameters(kernels::CovarianceFunction function, int64_t input_dimension,
+                                      const HyperparameterBounds& bounds, uint64_t seed);
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_COVARIANCE_HYPERPARAMETERS_H_

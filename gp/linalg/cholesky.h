@@ -1,0 +1,55 @@
+// Cholesky factorisation, triangular solves and triangular inverses of large matrices in float64,
+// shared among threads (gp/linalg/parallel_for.h) in fixed tiles: the same bits for any thread
+// count. All matrices are row-major views.
+//
+//   function             result                       cost (flops)
+//   FactorizeInParallel  L, A = L L^T                 n^3 / 3
+//   SolveLower           L^-1 B, c columns            c n^2
+//   SolveLowerTransposed L^-T B                       c n^2
+//   AppendRows           X L^-T, k rows               k n^2
+//   InvertLower          R = L^-1                     n^3 / 3
+//   MultiplyInverse      R^T R = (L L^T)^-1           n^3 / 3
+//   InverseColumnNorms   |L^-1 e_r|^2                 sum over r of (n - r)^2
+//
+// The first is left-looking: panel p of columns is  A_p - L_<p L_p,<p^T, then L_pp and the rows
+// below it (Golub & Van Loan, 4th ed., 4.2.5-4.2.7).
+#ifndef EGOSIEVE_GP_LINALG_CHOLESKY_H_
+#define EGOSIEVE_GP_LINALG_CHOLESKY_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/types/span.h"
+#include "kernels/base/matrix_view.h"
+
+namespace egosieve::gp {
+
+// The pivots' floors that `Factorize` functions take: factor * max(n, 1) * eps * diagonal_i.
+std::vector<double> PivotFloors(kernels::ConstMatrixView<double> a, int64_t order, double factor);
+
+// The lower triangle of A becomes L and the strict upper one zero. Returns -1, or the first row i
+// whose pivot (square of L(i,i)) is not above floors[i] or not finite; the lower triangle is then
+// in pieces.
+int64_t FactorizeInParallel(kernels::MatrixView<double> a, absl::Span<const double> floors);
+
+// B := L^-1 B and B := L^-T B. L's strict upper triangle is not read.
+void SolveLower(kernels::ConstMatrixView<double> l, kernels::MatrixView<double> b);
+void SolveLowerTransposed(kernels::ConstMatrixView<double> l, kernels::MatrixView<double> b);
+
+// X := X L^-T; X: k x n.
+void AppendRows(kernels::ConstMatrixView<double> l, kernels::MatrixView<double> x);
+
+// r := L^-1, with zeros above the diagonal.
+void InvertLower(kernels::ConstMatrixView<double> l, kernels::MatrixView<double> r);
+
+// The lower triangle of `out` := that of R^T R, R lower triangular; the strict upper triangle of
+// `out` may be overwritten.
+void MultiplyInverse(kernels::ConstMatrixView<double> r, kernels::MatrixView<double> out);
+
+// out_s = |L^-1 e_r|^2 for r = rows[s], increasing.
+void InverseColumnNorms(kernels::ConstMatrixView<double> l, absl::Span<const int64_t> rows,
+                        absl::Span<double> out);
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_LINALG_CHOLESKY_H_

@@ -1,0 +1,215 @@
+#include "gp/linalg/incremental_cholesky.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/str_format.h"
+#include "gp/linalg/cholesky.h"
+#include "gp/linalg/parallel_for.h"
+#include "gp/linalg/row_removal.h"
+#include "gp/linalg/tile_operations.h"
+
+namespace egosieve::gp {
+namespace {
+
+using kernels::ConstMatrixView;
+using kernels::MatrixView;
+
+constexpr int64_t kMinimumCapacity = 64;
+constexpr int64_t kCornerTile = 64;
+
+absl::Status RefusedPivot(int64_t row) {
+  return absl::FailedPreconditionError(absl::StrFormat(
+      "row %d: pivot not above its floor, the matrix is not positive definite to working "
+      "precision; drop the row (a duplicate?) or add noise to the diagonal",
+      row));
+}
+
+absl::Status CheckShape(const char* what, int64_t rows, int64_t cols, int64_t want_rows,
+                        int64_t want_cols) {
+  if (rows == want_rows && cols == want_cols) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrFormat("%s is %d x %d; it must be %d x %d", what, rows, cols, want_rows, want_cols));
+}
+
+absl::StatusOr<AlignedMatrix> ZeroMatrix(int64_t size) {
+  std::optional<AlignedMatrix> memory = AlignedMatrix::TryMake(size, size);
+  if (!memory.has_value()) {
+    return absl::ResourceExhaustedError(
+        absl::StrFormat("no memory for a factor of %d rows (%.1f GB)", size, 8e-9 * size * size));
+  }
+  AlignedMatrix matrix = *std::move(memory);
+  constexpr int64_t kRowsPerTask = 256;
+  ParallelFor((size + kRowsPerTask - 1) / kRowsPerTask, 4.0 * size * size, [&](int64_t t) {
+    const int64_t end = std::min(size, (t + 1) * kRowsPerTask);
+    std::fill(matrix.row(t * kRowsPerTask), matrix.row(end), 0.0);
+  });
+  return matrix;
+}
+
+// S := K22 - X X^T, lower triangle (and what lies above it within tiles of the diagonal).
+void SubtractGram(ConstMatrixView<double> x, MatrixView<double> s) {
+  const int64_t tiles = (x.rows + kCornerTile - 1) / kCornerTile;
+  ParallelFor(tiles * (tiles + 1) / 2, 1.0 * x.rows * x.rows * x.cols, [&](int64_t t) {
+    int64_t i = 0;
+    while ((i + 1) * (i + 2) / 2 <= t) ++i;
+    const int64_t row = i * kCornerTile;
+    const int64_t column = (t - i * (i + 1) / 2) * kCornerTile;
+    const int64_t rows = std::min(kCornerTile, x.rows - row);
+    const int64_t columns = std::min(kCornerTile, x.rows - column);
+    tile::SubtractProductTransposed(tile::Block(x, row, 0, rows, x.cols),
+                                    tile::Block(x, column, 0, columns, x.cols),
+                                    tile::Block(s, row, column, rows, columns));
+  });
+}
+
+}  // namespace
+
+absl::StatusOr<IncrementalCholesky> IncrementalCholesky::Clone() const {
+  IncrementalCholesky copy(options_);
+  if (absl::Status status = copy.Reserve(size_); !status.ok()) return status;
+  for (int64_t i = 0; i < size_; ++i) {
+    std::copy(factor_.row(i), factor_.row(i) + i + 1, copy.factor_.row(i));
+  }
+  copy.size_ = size_;
+  return copy;
+}
+
+ConstMatrixView<double> IncrementalCholesky::Factor() const { return factor_.block(size_, size_); }
+
+absl::Status IncrementalCholesky::Reserve(int64_t rows) {
+  if (rows <= factor_.rows()) return absl::OkStatus();
+  absl::StatusOr<AlignedMatrix> memory = ZeroMatrix(rows);
+  if (!memory.ok()) return memory.status();
+  AlignedMatrix larger = *std::move(memory);
+  for (int64_t i = 0; i < size_; ++i) {
+    std::copy(factor_.row(i), factor_.row(i) + i + 1, larger.row(i));
+  }
+  factor_ = std::move(larger);
+  return absl::OkStatus();
+}
+
+absl::Status IncrementalCholesky::Factorize(ConstMatrixView<double> k) {
+  if (absl::Status status = CheckShape("k", k.rows, k.cols, k.rows, k.rows); !status.ok()) {
+    return status;
+  }
+  return Factorize(k.rows, [&](MatrixView<double> out) {
+    for (int64_t i = 0; i < k.rows; ++i) std::copy(k.row(i), k.row(i) + i + 1, out.row(i));
+    return absl::OkStatus();
+  });
+}
+
+absl::Status IncrementalCholesky::Factorize(
+    int64_t n, absl::FunctionRef<absl::Status(MatrixView<double>)> fill) {
+  absl::StatusOr<AlignedMatrix> memory = ZeroMatrix(std::max(n, factor_.rows()));
+  if (!memory.ok()) return memory.status();
+  AlignedMatrix fresh = *std::move(memory);
+  const MatrixView<double> a = fresh.block(n, n);
+  if (absl::Status status = fill(a); !status.ok()) return status;
+  const int64_t bad = FactorizeInParallel(a, PivotFloors(a, n, options_.pivot_floor));
+  if (bad >= 0) return RefusedPivot(bad);
+  factor_ = std::move(fresh);
+  size_ = n;
+  return absl::OkStatus();
+}
+
+absl::Status IncrementalCholesky::Append(ConstMatrixView<double> below,
+                                         ConstMatrixView<double> corner) {
+  const int64_t n = size_;
+  const int64_t k = corner.rows;
+  if (absl::Status status = CheckShape("below", below.rows, below.cols, k, n); !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = CheckShape("corner", corner.rows, corner.cols, k, k); !status.ok()) {
+    return status;
+  }
+  if (n + k > factor_.rows()) {
+    const int64_t capacity =
+        std::max({n + k, factor_.rows() + factor_.rows() / 4, kMinimumCapacity});
+    if (absl::Status status = Reserve(capacity); !status.ok()) return status;
+  }
+  const MatrixView<double> whole = factor_.block(n + k, n + k);
+  const MatrixView<double> x = tile::Block(whole, n, 0, k, n);
+  const MatrixView<double> s = tile::Block(whole, n, n, k, k);
+  for (int64_t i = 0; i < k; ++i) {
+    std::copy(below.row(i), below.row(i) + n, x.row(i));
+    std::copy(corner.row(i), corner.row(i) + i + 1, s.row(i));
+  }
+  const std::vector<double> floors = PivotFloors(s, n + k, options_.pivot_floor);
+  AppendRows(Factor(), x);
+  SubtractGram(x, s);
+  const int64_t bad = FactorizeInParallel(s, floors);
+  if (bad >= 0) return RefusedPivot(n + bad);
+  size_ = n + k;
+  return absl::OkStatus();
+}
+
+absl::Status IncrementalCholesky::Remove(absl::Span<const int64_t> rows) {
+  for (size_t i = 0; i < rows.size(); ++i) {
+    if (!(rows[i] >= 0 && rows[i] < size_) || (i > 0 && rows[i] <= rows[i - 1])) {
+      return absl::InvalidArgumentError(absl::StrFormat(
+          "rows[%d] = %d; rows must be strictly increasing and in [0, %d)", i, rows[i], size_));
+    }
+  }
+  RemoveRows(factor_.block(size_, size_), rows);
+  size_ -= static_cast<int64_t>(rows.size());
+  return absl::OkStatus();
+}
+
+absl::Status IncrementalCholesky::Solve(MatrixView<double> b) const {
+  if (absl::Status status = HalfSolve(b); !status.ok()) return status;
+  return HalfSolveTransposed(b);
+}
+
+absl::Status IncrementalCholesky::HalfSolve(MatrixView<double> b) const {
+  if (absl::Status status = CheckShape("b", b.rows, b.cols, size_, b.cols); !status.ok()) {
+    return status;
+  }
+  SolveLower(Factor(), b);
+  return absl::OkStatus();
+}
+
+absl::Status IncrementalCholesky::HalfSolveTransposed(MatrixView<double> b) const {
+  if (absl::Status status = CheckShape("b", b.rows, b.cols, size_, b.cols); !status.ok()) {
+    return status;
+  }
+  SolveLowerTransposed(Factor(), b);
+  return absl::OkStatus();
+}
+
+double IncrementalCholesky::LogDeterminant() const {
+  double sum = 0.0;
+  for (int64_t i = 0; i < size_; ++i) sum += std::log(factor_.row(i)[i]);
+  return 2.0 * sum;
+}
+
+absl::Status IncrementalCholesky::InverseDiagonal(absl::Span<const int64_t> rows,
+                                                  absl::Span<double> out) const {
+  if (rows.size() != out.size()) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%d rows but room for %d results", rows.size(), out.size()));
+  }
+  for (size_t i = 0; i < rows.size(); ++i) {
+    if (!(rows[i] >= 0 && rows[i] < size_) || (i > 0 && rows[i] <= rows[i - 1])) {
+      return absl::InvalidArgumentError(absl::StrFormat(
+          "rows[%d] = %d; rows must be strictly increasing and in [0, %d)", i, rows[i], size_));
+    }
+  }
+  InverseColumnNorms(Factor(), rows, out);
+  return absl::OkStatus();
+}
+
+bool IncrementalCholesky::RefactoringIsCheaper(absl::Span<const int64_t> rows) const {
+  double removal = 0.0;
+  for (const int64_t row : rows) {
+    const double below = static_cast<double>(size_ - row);
+    removal += 2.0 * below * below;
+  }
+  const double left = static_cast<double>(size_ - static_cast<int64_t>(rows.size()));
+  return left * left * left / 3.0 < removal;
+}
+
+}  // namespace egosieve::gp

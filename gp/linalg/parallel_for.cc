@@ -1,0 +1,48 @@
+#include "gp/linalg/parallel_for.h"
+
+#include <algorithm>
+#include <atomic>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+namespace egosieve::gp {
+namespace {
+
+// What a thread should have to do before it is started: about a tenth of a millisecond's work.
+constexpr double kFlopsPerThread = 5e6;
+
+int MachineThreads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+
+std::atomic<int> maximum_threads{0};
+
+}  // namespace
+
+void SetMaximumThreads(int threads) { maximum_threads = std::max(threads, 0); }
+
+int MaximumThreads() {
+  const int threads = maximum_threads;
+  return threads > 0 ? threads : MachineThreads();
+}
+
+void ParallelFor(int64_t count, double flops, const std::function<void(int64_t)>& task) {
+  std::atomic<int64_t> next{0};
+  const auto work = [&] {
+    for (int64_t i = next++; i < count; i = next++) task(i);
+  };
+  const double worthwhile = 1.0 + flops / kFlopsPerThread;
+  const int64_t threads =
+      std::min<int64_t>({MaximumThreads(), count, static_cast<int64_t>(std::min(worthwhile, 1e6))});
+  std::vector<std::thread> helpers;
+  for (int64_t t = 1; t < threads; ++t) {
+    try {
+      helpers.emplace_back(work);
+    } catch (const std::system_error&) {
+      break;  // the threads that there are do all the work
+    }
+  }
+  work();
+  for (std::thread& helper : helpers) helper.join();
+}
+
+}  // namespace egosieve::gp

@@ -1,0 +1,212 @@
+#include "gp/linalg/row_removal.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <thread>
+#include <vector>
+
+#include "gp/linalg/aligned_matrix.h"
+#include "gp/linalg/parallel_for.h"
+#include "gp/linalg/tile_operations.h"
+
+namespace egosieve::gp {
+namespace {
+
+using tile::Block;
+using tile::ConstView;
+using tile::View;
+
+constexpr int64_t kBlockRows = 64;
+// Columns whose reflectors act together, T being that large: wide panels suit wide removals.
+constexpr int64_t kWidePanel = 32;
+constexpr int64_t kNarrowPanel = 16;
+constexpr int64_t kNarrowRemoval = 16;  // rows
+
+// Dots and updates of short vectors, written so that they vectorise in a fixed order.
+double Dot(const double* a, const double* b, int64_t n) {
+  double lanes[8] = {};
+  int64_t i = 0;
+  for (; i + 8 <= n; i += 8) {
+    for (int lane = 0; lane < 8; ++lane) lanes[lane] += a[i + lane] * b[i + lane];
+  }
+  double sum = ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5])) +
+               ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]));
+  for (; i < n; ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+class Removal {
+ public:
+  Removal(View l, absl::Span<const int64_t> rows)
+      : l_(l),
+        removed_(rows),
+        first_(rows.front()),
+        size_(l.rows - static_cast<int64_t>(rows.size())),
+        blocks_((size_ - first_ + kBlockRows - 1) / kBlockRows),
+        reflectors_(size_ - first_, static_cast<int64_t>(rows.size())),
+        panel_(static_cast<int64_t>(rows.size()) <= kNarrowRemoval ? kNarrowPanel : kWidePanel),
+        triangles_(size_ - first_, panel_),
+        finished_(blocks_) {
+    kept_.reserve(size_ - first_);
+    size_t next = 0;
+    for (int64_t row = first_; row < l.rows; ++row) {
+      if (next < rows.size() && rows[next] == row) {
+        ++next;
+      } else {
+        kept_.push_back(row);
+        active_.push_back(static_cast<int64_t>(next));
+      }
+    }
+    for (std::atomic<bool>& flag : finished_) flag = false;
+  }
+
+  void Run() {
+    const double rows = static_cast<double>(size_ - first_);
+    const double flops = rows * rows * static_cast<double>(2 * reflectors_.cols() + panel_);
+    ParallelFor(blocks_, flops, [this](int64_t block) { ProcessBlock(block); });
+  }
+
+ private:
+  // Row `index` (counted from first_): how many removed rows lie above it, and so how many leading
+  // columns of C2 are not zero.
+  int64_t Active(int64_t index) const { return active_[index]; }
+
+  static void WaitFor(const std::atomic<bool>& flag) {
+    while (!flag.load(std::memory_order_acquire)) std::this_thread::yield();
+  }
+
+  // Moves the block's rows to their new places and their removed columns to c2. In place: sources
+  // lie below targets, and earlier blocks have been moved.
+  void MoveRows(int64_t begin, int64_t end, View c2) {
+    for (int64_t index = begin; index < end; ++index) {
+      const double* source = l_.row(kept_[index]);
+      double* target = l_.row(first_ + index);
+      double* aside = c2.row(index - begin);
+      const int64_t active = Active(index);
+      std::copy(source, source + first_, target);
+      int64_t place = first_;
+      for (int64_t s = 0; s < active; ++s) {
+        aside[s] = source[removed_[s]];
+        const int64_t segment = removed_[s] + 1;
+        const int64_t segment_end = s + 1 < active ? removed_[s + 1] : kept_[index] + 1;
+        std::copy(source + segment, source + segment_end, target + place);
+        place += segment_end - segment;
+      }
+      std::fill(aside + active, aside + c2.cols, 0.0);
+    }
+  }
+
+  void ProcessBlock(int64_t block) {
+    const int64_t begin = block * kBlockRows;
+    const int64_t end = std::min(begin + kBlockRows, size_ - first_);
+    AlignedMatrix aside(end - begin, static_cast<int64_t>(removed_.size()));
+    AlignedMatrix work(kBlockRows, 2 * panel_);
+    while (moved_.load(std::memory_order_acquire) != block) std::this_thread::yield();
+    MoveRows(begin, end, aside.view());
+    moved_.store(block + 1, std::memory_order_release);
+
+    for (int64_t left = 0; left < block; ++left) {
+      WaitFor(finished_[left]);
+      for (int64_t panel = left * kBlockRows; panel < (left + 1) * kBlockRows; panel += panel_) {
+        ApplyPanel(panel, begin, end, begin, aside, work);
+      }
+    }
+    for (int64_t panel = begin; panel < end; panel += panel_) {
+      FactorPanel(panel, begin, aside);
+      ApplyPanel(panel, std::min(panel + panel_, end), end, begin, aside, work);
+    }
+    finished_[block].store(true, std::memory_order_release);
+  }
+
+  int64_t PanelEnd(int64_t panel) const { return std::min(panel + panel_, size_ - first_); }
+
+  // (2) for rows [begin, end), whose C2 starts at row begin - block_begin of `aside`.
+  void ApplyPanel(int64_t panel, int64_t begin, int64_t end, int64_t block_begin,
+                  AlignedMatrix& aside, AlignedMatrix& work) {
+    if (begin >= end) return;
+    const int64_t rows = end - begin;
+    const int64_t width = PanelEnd(panel) - panel;
+    const int64_t active = Active(panel + width - 1);
+    const View c1 = Block(l_, first_ + begin, first_ + panel, rows, width);
+    const View c2 = Block(aside.view(), begin - block_begin, 0, rows, active);
+    const ConstView v = Block(reflectors_.view(), panel, 0, width, active);
+    const ConstView t = Block(triangles_.view(), panel, 0, width, width);
+    const View w = Block(work.view(), 0, 0, rows, width);
+    const View wt = Block(work.view(), 0, panel_, rows, width);
+    for (int64_t i = 0; i < rows; ++i) {
+      std::copy(c1.row(i), c1.row(i) + width, w.row(i));
+      std::fill(wt.row(i), wt.row(i) + width, 0.0);
+    }
+    tile::AddProductTransposed(c2, v, w);
+    tile::AddProduct(w, t, wt);
+    for (int64_t i = 0; i < rows; ++i) {
+      for (int64_t j = 0; j < width; ++j) c1(i, j) -= wt(i, j);
+    }
+    tile::SubtractProduct(wt, v, c2);
+  }
+
+  // (1) for the rows of a panel, one after another, and the triangle T of their product.
+  void FactorPanel(int64_t panel, int64_t block_begin, AlignedMatrix& aside) {
+    const int64_t width = PanelEnd(panel) - panel;
+    const int64_t active = Active(panel + width - 1);
+    const View c1 = Block(l_, first_ + panel, first_ + panel, width, width);
+    const View c2 = Block(aside.view(), panel - block_begin, 0, width, active);
+    const View v = Block(reflectors_.view(), panel, 0, width, active);
+    const View t = Block(triangles_.view(), panel, 0, width, width);
+    for (int64_t j = 0; j < width; ++j) {
+      const double diagonal = c1(j, j);
+      const double square = Dot(c2.row(j), c2.row(j), active);
+      double tau = 0.0;
+      std::fill(v.row(j), v.row(j) + active, 0.0);
+      if (square > 0.0) {
+        const double norm = std::sqrt(diagonal * diagonal + square);
+        const double v0 = -square / (diagonal + norm);
+        tau = 2.0 * v0 * v0 / (square + v0 * v0);
+        for (int64_t s = 0; s < active; ++s) v(j, s) = c2(j, s) / v0;
+        c1(j, j) = norm;
+        for (int64_t i = j + 1; i < width; ++i) {
+          const double w = tau * (c1(i, j) + Dot(c2.row(i), v.row(j), active));
+          c1(i, j) -= w;
+          for (int64_t s = 0; s < active; ++s) c2(i, s) -= w * v(j, s);
+        }
+      }
+      FillTriangleColumn(v, t, j, tau);
+    }
+  }
+
+  // Column j of T: T_jj = tau_j, T_<j,j = -tau_j T_<j,<j V_<j v_j; zero below.
+  static void FillTriangleColumn(ConstView v, View t, int64_t j, double tau) {
+    double products[kWidePanel];
+    for (int64_t i = 0; i < j; ++i) products[i] = Dot(v.row(i), v.row(j), v.cols);
+    for (int64_t i = 0; i < j; ++i) {
+      double sum = 0.0;
+      for (int64_t p = i; p < j; ++p) sum += t(i, p) * products[p];
+      t(i, j) = -tau * sum;
+    }
+    t(j, j) = tau;
+    for (int64_t i = j + 1; i < t.rows; ++i) t(i, j) = 0.0;
+  }
+
+  View l_;
+  absl::Span<const int64_t> removed_;
+  int64_t first_;  // the first removed row: rows before it stay as they are
+  int64_t size_;   // rows that are left
+  int64_t blocks_;
+  std::vector<int64_t> kept_;    // old index of each row from first_ on
+  std::vector<int64_t> active_;  // see Active
+  AlignedMatrix reflectors_;     // V, a row for each row from first_ on
+  int64_t panel_;                // columns of a panel; divides kBlockRows
+  AlignedMatrix triangles_;      // T, a panel_ x panel_ block for each panel
+  std::atomic<int64_t> moved_{0};
+  std::vector<std::atomic<bool>> finished_;
+};
+
+}  // namespace
+
+void RemoveRows(View l, absl::Span<const int64_t> rows) {
+  if (rows.empty()) return;
+  Removal(l, rows).Run();
+}
+
+}  // namespace egosieve::gp

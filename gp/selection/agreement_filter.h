@@ -1,0 +1,37 @@
+// Novelty and consistency: does the model agree with the labels? (paper, section IV-E, steps 2, 3)
+//
+//   agrees(i)  :=  (q_i >= 1/2) == (p_i >= 1/2)                                             (G1)
+//
+// p_i is the point's label and q_i what the model says of it: a probability, or (mean + 1) / 2.
+// Novelty keeps new points that the model gets wrong (all of them where the model is empty: the
+// caller then has no q). Consistency keeps the model's points that it gets right.
+#ifndef EGOSIEVE_GP_SELECTION_AGREEMENT_FILTER_H_
+#define EGOSIEVE_GP_SELECTION_AGREEMENT_FILTER_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+
+namespace egosieve::gp {
+
+struct AgreementOptions {
+  // Width of the band around 1/2 in which the model counts as undecided: novelty keeps such points
+  // and consistency does not drop them. 0 is the paper's rule.
+  double undecided_band = 0.0;
+};
+
+// Step 2: rows of points that the model gets wrong or is undecided about, increasing.
+absl::StatusOr<std::vector<int64_t>> FilterByNovelty(absl::Span<const double> labels,
+                                                     absl::Span<const float> predictions,
+                                                     const AgreementOptions& options = {});
+
+// Step 3: rows of points that the model gets right or is undecided about, increasing.
+absl::StatusOr<std::vector<int64_t>> FilterByConsistency(absl::Span<const double> labels,
+                                                         absl::Span<const float> predictions,
+                                                         const AgreementOptions& options = {});
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_SELECTION_AGREEMENT_FILTER_H_

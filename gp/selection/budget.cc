@@ -1,0 +1,78 @@
+#include "gp/selection/budget.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "absl/strings/str_format.h"
+
+namespace egosieve::gp {
+
+absl::Status BudgetOptions::Validate() const {
+  if (!(budget >= 0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("budget = %d; it must not be negative", budget));
+  }
+  if (!(rare_class_share >= 0.0 && rare_class_share <= 0.5)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("rare_class_share = %g; it must be in [0, 0.5]", rare_class_share));
+  }
+  if (!(maximum_age_frames >= 0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("maximum_age_frames = %d; it must not be negative", maximum_age_frames));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<BudgetDecision> EnforceBudget(absl::Span<const double> labels,
+                                             absl::Span<const int64_t> birth_frames, int64_t frame,
+                                             const BudgetOptions& options,
+                                             absl::Span<const double> rank) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  if (labels.size() != birth_frames.size() || (!rank.empty() && rank.size() != labels.size())) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%d labels, %d birth frames and %d ranks; the sizes must be equal",
+                        labels.size(), birth_frames.size(), rank.size()));
+  }
+  BudgetDecision decision;
+  std::vector<int64_t> left;
+  int64_t class_sizes[2] = {0, 0};
+  for (int64_t i = 0; i < static_cast<int64_t>(labels.size()); ++i) {
+    if (!(labels[i] >= 0.0 && labels[i] <= 1.0) || (!rank.empty() && std::isnan(rank[i]))) {
+      return absl::InvalidArgumentError(absl::StrFormat(
+          "point %d: label %g; labels must be in [0, 1] and ranks numbers", i, labels[i]));
+    }
+    if (frame - birth_frames[i] > options.maximum_age_frames) {
+      decision.dropped.push_back(i);
+      ++decision.dropped_for_age;
+    } else {
+      left.push_back(i);
+      ++class_sizes[labels[i] >= 0.5 ? 1 : 0];
+    }
+  }
+  int64_t excess = static_cast<int64_t>(left.size()) - options.budget;
+  if (excess > 0) {
+    const int rare = class_sizes[1] < class_sizes[0] ? 1 : 0;
+    const int64_t share =
+        static_cast<int64_t>(std::floor(options.rare_class_share * options.budget));
+    int64_t droppable[2] = {class_sizes[0], class_sizes[1]};
+    droppable[rare] -= std::min(class_sizes[rare], share);  // (B1)
+    std::sort(left.begin(), left.end(), [&](int64_t i, int64_t j) {
+      return std::make_tuple(birth_frames[i], rank.empty() ? 0.0 : rank[i], i) <
+             std::make_tuple(birth_frames[j], rank.empty() ? 0.0 : rank[j], j);
+    });
+    for (const int64_t i : left) {
+      const int side = labels[i] >= 0.5 ? 1 : 0;
+      if (excess == 0) break;
+      if (droppable[side] == 0) continue;
+      --droppable[side];
+      --excess;
+      decision.dropped.push_back(i);
+      ++decision.dropped_for_budget;
+    }
+  }
+  std::sort(decision.dropped.begin(), decision.dropped.end());
+  return decision;
+}
+
+}  // namespace egosieve::gp

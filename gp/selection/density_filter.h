@@ -1,0 +1,39 @@
+// Thins points that say the same thing (paper, section IV-E, steps 1 and 4).
+//
+//   A point is dropped where a point kept before it lies closer than r and has its label on the
+//   same side of 1/2.                                                                      (D1)
+//
+// Points are taken in the caller's order of preference, so which one of a cluster stays is the
+// caller's choice (for a model: the newest, say). Every dropped point has a kept one of its side
+// within r; kept points of one side are at least r apart. Neighbours come from a k-d tree: about
+// n log n for moderate r.
+#ifndef EGOSIEVE_GP_SELECTION_DENSITY_FILTER_H_
+#define EGOSIEVE_GP_SELECTION_DENSITY_FILTER_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "kernels/base/matrix_view.h"
+
+namespace egosieve::gp {
+
+struct DensityFilterOptions {
+  double radius = 0.08;  // r, in input space; 0 keeps everything
+};
+
+// inputs: N x D; labels: N, in [0, 1]; order: a permutation of 0..N-1, first is preferred; empty:
+// as they come. Returns the kept rows, increasing. InvalidArgument on NaN, sizes or r < 0.
+absl::StatusOr<std::vector<int64_t>> FilterByDensity(kernels::ConstMatrixView<double> inputs,
+                                                     absl::Span<const double> labels,
+                                                     const DensityFilterOptions& options,
+                                                     absl::Span<const int64_t> order = {});
+absl::StatusOr<std::vector<int64_t>> FilterByDensity(kernels::ConstMatrixView<float> inputs,
+                                                     absl::Span<const double> labels,
+                                                     const DensityFilterOptions& options,
+                                                     absl::Span<const int64_t> order = {});
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_SELECTION_DENSITY_FILTER_H_

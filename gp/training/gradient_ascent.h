@@ -1,0 +1,37 @@
+// Gradient ascent by iRprop-: each coordinate has its own step, which grows while the gradient
+// keeps its sign and shrinks when it turns. Only signs are used, so that noise in the gradient's
+// size (a new subset of the data each frame) does little harm.
+//
+//   s_t := min(1.2 s_t, s_max)            where g_t g_t' > 0,  g' the gradient before
+//   s_t := max(0.5 s_t, s_min), g_t := 0  where g_t g_t' < 0
+//   theta_t := clamp(theta_t + sign(g_t) s_t)
+//
+// Reference: Igel & Huesken (2000), "Improving the Rprop learning algorithm".
+#ifndef EGOSIEVE_GP_TRAINING_GRADIENT_ASCENT_H_
+#define EGOSIEVE_GP_TRAINING_GRADIENT_ASCENT_H_
+
+#include <vector>
+
+#include "absl/types/span.h"
+#include "gp/covariance/hyperparameters.h"
+
+namespace egosieve::gp {
+
+struct RpropOptions {
+  double initial_step = 0.1;  // steps are in units of theta
+  double minimum_step = 1e-6;
+  double maximum_step = 0.5;
+};
+
+struct RpropState {
+  std::vector<double> steps;              // empty before the first step
+  std::vector<double> previous_gradient;  // likewise
+};
+
+// One step of theta along `gradient`. Sizes must be equal.
+void RpropStep(absl::Span<const double> gradient, const HyperparameterBounds& bounds,
+               const RpropOptions& options, RpropState& state, std::vector<double>& theta);
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_TRAINING_GRADIENT_ASCENT_H_

@@ -1,0 +1,264 @@
+#include "gp/training/hyperparameter_trainer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "absl/strings/str_format.h"
+#include "gp/calibration/leave_one_out.h"
+#include "gp/training/marginal_likelihood.h"
+#include "gp/training/simulated_annealing.h"
+#include "kernels/base/status_macros.h"
+
+namespace egosieve::gp {
+namespace {
+
+using kernels::ConstMatrixView;
+
+constexpr double kSmoothing = 0.2;  // weight of the newest value in smoothed ones
+
+// Independent seeds for every frame and purpose (splitmix64's finaliser).
+uint64_t Mix(uint64_t seed, uint64_t frame, uint64_t purpose) {
+  uint64_t z = seed + 0x9E3779B97F4A7C15u * (2 * frame + purpose + 1);
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+  return z ^ (z >> 31);
+}
+
+double LargestChange(const std::vector<double>& a, const std::vector<double>& b) {
+  double largest = 0.0;
+  for (size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::abs(a[i] - b[i]));
+  return largest;
+}
+
+absl::Status Positive(const char* name, int64_t value) {
+  if (value > 0) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrFormat("%s = %d; it must be positive", name, value));
+}
+
+absl::Status NotNegative(const char* name, double value) {
+  if (value >= 0.0) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrFormat("%s = %g; it must not be negative", name, value));
+}
+
+}  // namespace
+
+struct HyperparameterTrainer::Subset {
+  std::vector<double> inputs;
+  std::vector<double> targets;
+  int64_t dimension = 0;
+
+  ConstMatrixView<double> view() const {
+    return {inputs.data(), static_cast<int64_t>(targets.size()), dimension};
+  }
+};
+
+absl::Status TrainerOptions::Validate() const {
+  EGOSIEVE_RETURN_IF_ERROR(Positive("subset_size", subset_size));
+  EGOSIEVE_RETURN_IF_ERROR(Positive("annealing_subset_size", annealing_subset_size));
+  EGOSIEVE_RETURN_IF_ERROR(Positive("minimum_points", minimum_points));
+  EGOSIEVE_RETURN_IF_ERROR(Positive("settled_interval", settled_interval));
+  EGOSIEVE_RETURN_IF_ERROR(NotNegative("annealing_frames", annealing_frames));
+  EGOSIEVE_RETURN_IF_ERROR(NotNegative("annealing_evaluations", annealing_evaluations));
+  EGOSIEVE_RETURN_IF_ERROR(NotNegative("initial_gradient_steps", initial_gradient_steps));
+  EGOSIEVE_RETURN_IF_ERROR(NotNegative("gradient_steps_per_frame", gradient_steps_per_frame));
+  EGOSIEVE_RETURN_IF_ERROR(NotNegative("rebuild_threshold", rebuild_threshold));
+  EGOSIEVE_RETURN_IF_ERROR(NotNegative("settled_movement", settled_movement));
+  EGOSIEVE_RETURN_IF_ERROR(NotNegative("change_drop", change_drop));
+  if (!(minimum_class_share >= 0.0 && minimum_class_share <= 0.5)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("minimum_class_share = %g; it must be in [0, 0.5]", minimum_class_share));
+  }
+  if (!(prior_stddev > 0.0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("prior_stddev = %g; it must be positive", prior_stddev));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<HyperparameterTrainer> HyperparameterTrainer::Create(
+    const Hyperparameters& initial, const HyperparameterBounds& bounds,
+    const TrainerOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(initial.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(bounds.Validate(initial.count()));
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  HyperparameterTrainer trainer;
+  trainer.prior_centre_ = ToLogarithms(initial);
+  bounds.Clamp(trainer.prior_centre_);
+  trainer.bounds_ = bounds;
+  trainer.options_ = options;
+  trainer.state_.theta = trainer.prior_centre_;
+  EGOSIEVE_ASSIGN_OR_RETURN(trainer.hyperparameters_,
+                            FromLogarithms(initial.covariance.function, trainer.prior_centre_));
+  return trainer;
+}
+
+HyperparameterTrainer::Subset HyperparameterTrainer::Draw(ConstMatrixView<double> inputs,
+                                                          absl::Span<const double> targets,
+                                                          int64_t size, uint64_t seed) const {
+  Subset subset;
+  subset.dimension = inputs.cols;
+  for (const int64_t row : StratifiedSample(targets, size, options_.minimum_class_share, seed)) {
+    subset.inputs.insert(subset.inputs.end(), inputs.row(row), inputs.row(row) + inputs.cols);
+    subset.targets.push_back(targets[row]);
+  }
+  return subset;
+}
+
+absl::StatusOr<double> HyperparameterTrainer::Objective(kernels::Context& context,
+                                                        const Subset& subset,
+                                                        const std::vector<double>& theta,
+                                                        std::vector<double>* gradient) const {
+  EGOSIEVE_ASSIGN_OR_RETURN(const Hyperparameters hyperparameters,
+                            FromLogarithms(hyperparameters_.covariance.function, theta));
+  const auto likelihood = ComputeMarginalLikelihood(
+      context, hyperparameters, subset.view(), subset.targets,
+      gradient == nullptr ? LikelihoodOrder::kValue : LikelihoodOrder::kValueAndGradient);
+  if (absl::IsFailedPrecondition(likelihood.status())) {
+    if (gradient != nullptr) gradient->assign(theta.size(), 0.0);
+    return -std::numeric_limits<double>::infinity();
+  }
+  EGOSIEVE_RETURN_IF_ERROR(likelihood.status());
+  const double weight = 1.0 / static_cast<double>(subset.targets.size());
+  double value = likelihood->value;
+  if (gradient != nullptr) *gradient = likelihood->gradient;
+  for (size_t i = 0; i < theta.size(); ++i) {
+    const double deviation = (theta[i] - prior_centre_[i]) / options_.prior_stddev;
+    value -= 0.5 * deviation * deviation;
+    if (gradient != nullptr) (*gradient)[i] -= deviation / options_.prior_stddev;
+  }
+  if (gradient != nullptr) {
+    for (double& component : *gradient) component *= weight;
+  }
+  return weight * value;
+}
+
+absl::Status HyperparameterTrainer::AnnealTheta(kernels::Context& context, const Subset& subset,
+                                                TrainerState& state, TrainingReport& report) const {
+  AnnealingOptions options;
+  options.evaluations = options_.annealing_evaluations;
+  options.seed = Mix(options_.seed, state.frames_trained, 1);
+  EGOSIEVE_ASSIGN_OR_RETURN(const AnnealingResult result,
+                            Anneal(
+                                [&](const std::vector<double>& theta) {
+                                  return Objective(context, subset, theta, nullptr);
+                                },
+                                state.theta, bounds_, options));
+  state.theta = result.theta;
+  report.annealed = true;
+  report.evaluations += result.evaluations;
+  report.objective = result.objective;
+  return absl::OkStatus();
+}
+
+absl::Status HyperparameterTrainer::ClimbTheta(kernels::Context& context, const Subset& subset,
+                                               int64_t steps, TrainerState& state,
+                                               TrainingReport& report) const {
+  RpropOptions options;
+  options.minimum_step = 1e-4;
+  std::vector<double> gradient;
+  for (int64_t step = 0; step < steps; ++step) {
+    EGOSIEVE_ASSIGN_OR_RETURN(report.objective, Objective(context, subset, state.theta, &gradient));
+    ++report.evaluations;
+    RpropStep(gradient, bounds_, options, state.optimiser, state.theta);
+    ++report.steps;
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(kernels::Context& context,
+                                                                 ConstMatrixView<double> inputs,
+                                                                 absl::Span<const double> targets) {
+  if (static_cast<int64_t>(targets.size()) != inputs.rows) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%d inputs and %d targets", inputs.rows, targets.size()));
+  }
+  TrainingReport report;
+  const int64_t positives =
+      std::count_if(targets.begin(), targets.end(), [](double y) { return y >= 0.0; });
+  if (inputs.rows < options_.minimum_points) {
+    report.reason = "too few points";
+    return report;
+  }
+  if (positives == 0 || positives == inputs.rows) {
+    report.reason = "one class only";
+    return report;
+  }
+  TrainerState next = state_;
+  const uint64_t frame = static_cast<uint64_t>(state_.frames_trained);
+  const bool anneals = state_.frames_trained < options_.annealing_frames;
+  const bool settled = !anneals && state_.smoothed_movement < options_.settled_movement;
+  if (anneals || settled) {
+    const Subset subset =
+        Draw(inputs, targets, options_.annealing_subset_size, Mix(options_.seed, frame, 2));
+    if (anneals) {
+      EGOSIEVE_RETURN_IF_ERROR(AnnealTheta(context, subset, next, report));
+    } else {
+      EGOSIEVE_ASSIGN_OR_RETURN(report.objective, Objective(context, subset, next.theta, nullptr));
+      ++report.evaluations;
+    }
+  }
+  const bool changed =
+      settled && report.objective < state_.smoothed_objective - options_.change_drop;
+  if (changed) next.smoothed_movement = 1.0;
+  if (settled && !changed && state_.frames_since_step + 1 < options_.settled_interval) {
+    ++next.frames_since_step;
+    report.reason = "settled";
+  } else {
+    const Subset subset = Draw(inputs, targets, options_.subset_size, Mix(options_.seed, frame, 0));
+    report.subset_points = static_cast<int64_t>(subset.targets.size());
+    EGOSIEVE_RETURN_IF_ERROR(
+        ClimbTheta(context, subset,
+                   anneals ? options_.initial_gradient_steps : options_.gradient_steps_per_frame,
+                   next, report));
+    next.frames_since_step = 0;
+    report.movement = LargestChange(next.theta, state_.theta);
+    next.smoothed_movement += kSmoothing * (report.movement - next.smoothed_movement);
+  }
+  next.smoothed_objective =
+      frame == 0
+          ? report.objective
+          : next.smoothed_objective + kSmoothing * (report.objective - next.smoothed_objective);
+  ++next.frames_trained;
+  EGOSIEVE_ASSIGN_OR_RETURN(Hyperparameters hyperparameters,
+                            FromLogarithms(hyperparameters_.covariance.function, next.theta));
+  hyperparameters_ = std::move(hyperparameters);
+  state_ = std::move(next);
+  return report;
+}
+
+bool HyperparameterTrainer::ShouldRebuild(const Hyperparameters& used) const {
+  const std::vector<double> theta = ToLogarithms(used);
+  if (theta.size() != state_.theta.size()) return true;
+  return LargestChange(theta, state_.theta) > options_.rebuild_threshold;
+}
+
+absl::Status HyperparameterTrainer::Restore(const TrainerState& state) {
+  if (!bounds_.Contains(state.theta)) {
+    return absl::InvalidArgumentError("theta has another size or lies outside the bounds");
+  }
+  const size_t steps = state.optimiser.steps.size();
+  if (steps != state.optimiser.previous_gradient.size() ||
+      (steps != 0 && steps != state.theta.size())) {
+    return absl::InvalidArgumentError("the optimiser's steps have another size than theta");
+  }
+  for (size_t i = 0; i < steps; ++i) {
+    if (!(state.optimiser.steps[i] > 0.0 && std::isfinite(state.optimiser.steps[i]) &&
+          std::isfinite(state.optimiser.previous_gradient[i]))) {
+      return absl::InvalidArgumentError("the optimiser's steps are not finite and positive");
+    }
+  }
+  if (!(state.frames_trained >= 0 && state.frames_since_step >= 0 &&
+        state.smoothed_movement >= 0.0 && !std::isnan(state.smoothed_objective))) {
+    return absl::InvalidArgumentError("counts or smoothed values are negative or not numbers");
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(Hyperparameters hyperparameters,
+                            FromLogarithms(hyperparameters_.covariance.function, state.theta));
+  hyperparameters_ = std::move(hyperparameters);
+  state_ = state;
+  return absl::OkStatus();
+}
+
+}  // namespace egosieve::gp

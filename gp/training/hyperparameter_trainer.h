@@ -1,0 +1,118 @@
+// Online training of the hyperparameters (paper, section IV-B): simulated annealing and many
+// gradient steps at first, then a few gradient steps a frame, warm-started from the frame before.
+//
+//   J(theta) = log p(y_S | X_S, theta) / |S| - 1/2 sum_t ((theta_t - theta0_t) / prior_stddev)^2 /
+//   |S|
+//
+// S is a stratified subset of the model's points, drawn anew each frame: at most `subset_size`. J
+// is a mean over points, so that step sizes do not depend on |S|. theta stays within bounds.
+//
+// The schedule does less as theta settles: while the smoothed movement per frame is under
+// `settled_movement`, only every `settled_interval`-th frame takes steps; a fall of J by more than
+// `change_drop` against its smoothed value wakes it.
+//
+// All that is random depends on the seed and the number of frames trained on: the state is a small
+// plain struct, and a trainer restored from it goes on bit for bit.
+#ifndef EGOSIEVE_GP_TRAINING_HYPERPARAMETER_TRAINER_H_
+#define EGOSIEVE_GP_TRAINING_HYPERPARAMETER_TRAINER_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "gp/covariance/hyperparameters.h"
+#include "gp/training/gradient_ascent.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/runtime/context.h"
+
+namespace egosieve::gp {
+
+struct TrainerOptions {
+  int64_t subset_size = 800;             // |S| of gradient steps, points
+  int64_t annealing_subset_size = 300;   // |S| of the annealing, points
+  int64_t minimum_points = 30;           // fewer points, or one class only: no training
+  double minimum_class_share = 0.25;     // of S, for the rarer class as far as it has points
+  int64_t annealing_frames = 1;          // first frames that anneal
+  int64_t annealing_evaluations = 150;   // per annealing frame
+  int64_t initial_gradient_steps = 25;   // after annealing
+  int64_t gradient_steps_per_frame = 2;  // afterwards
+  double prior_stddev = 3.0;             // of log theta around theta0; infinity: no prior
+  double rebuild_threshold = 0.05;       // see ShouldRebuild
+  double settled_movement = 0.005;       // largest |change of theta_t| a frame
+  int64_t settled_interval = 5;          // frames
+  double change_drop = 0.1;              // nats a point
+  uint64_t seed = 1;
+
+  absl::Status Validate() const;
+};
+
+// Everything that distinguishes a trainer in the middle of its work from a fresh one.
+struct TrainerState {
+  std::vector<double> theta;
+  RpropState optimiser;
+  int64_t frames_trained = 0;     // frames that could be learnt from
+  int64_t frames_since_step = 0;  // of those
+  double smoothed_movement = 1.0;
+  double smoothed_objective = 0.0;  // of J
+};
+
+struct TrainingReport {
+  bool annealed = false;
+  int64_t evaluations = 0;    // of J, with or without its gradient
+  int64_t steps = 0;          // gradient steps taken
+  int64_t subset_points = 0;  // |S|
+  double objective = 0.0;     // J at the last theta evaluated, nats a point
+  double movement = 0.0;      // largest |change of theta_t| in this frame
+  const char* reason = "";    // why no step was taken, where none was
+};
+
+class HyperparameterTrainer {
+ public:
+  // theta0 = ToLogarithms(initial): start and centre of the prior.
+  static absl::StatusOr<HyperparameterTrainer> Create(const Hyperparameters& initial,
+                                                      const HyperparameterBounds& bounds,
+                                                      const TrainerOptions& options = {});
+
+  // One frame's training on the model's points. Where nothing can be learnt (too few points, one
+  // class) the report says so and theta stays. Unchanged after an error.
+  absl::StatusOr<TrainingReport> TrainFrame(kernels::Context& context,
+                                            kernels::ConstMatrixView<double> inputs,
+                                            absl::Span<const double> targets);
+
+  const Hyperparameters& hyperparameters() const { return hyperparameters_; }
+
+  // True where theta has moved from `used` (the model's) by more than rebuild_threshold in any
+  // logarithm: the factor should be rebuilt.
+  bool ShouldRebuild(const Hyperparameters& used) const;
+
+  const TrainerState& state() const { return state_; }
+  // InvalidArgument, unchanged, where sizes or values do not fit.
+  absl::Status Restore(const TrainerState& state);
+
+ private:
+  HyperparameterTrainer() = default;
+
+  // J on a subset; its gradient too where asked for. An indefinite matrix gives -infinity.
+  struct Subset;
+  absl::StatusOr<double> Objective(kernels::Context& context, const Subset& subset,
+                                   const std::vector<double>& theta,
+                                   std::vector<double>* gradient) const;
+  absl::Status AnnealTheta(kernels::Context& context, const Subset& subset, TrainerState& state,
+                           TrainingReport& report) const;
+  absl::Status ClimbTheta(kernels::Context& context, const Subset& subset, int64_t steps,
+                          TrainerState& state, TrainingReport& report) const;
+  Subset Draw(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
+              int64_t size, uint64_t seed) const;
+
+  Hyperparameters hyperparameters_;
+  std::vector<double> prior_centre_;
+  HyperparameterBounds bounds_;
+  TrainerOptions options_;
+  TrainerState state_;
+};
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_TRAINING_HYPERPARAMETER_TRAINER_H_

@@ -1,0 +1,257 @@
+#include "gp/linalg/incremental_cholesky.h"
+
+#include <Eigen/Cholesky>
+#include <limits>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "gmock/gmock.h"
+#include "gp/linalg/parallel_for.h"
+#include "gtest/gtest.h"
+#include "tests/gp/linalg/random_matrices.h"
+
+namespace egosieve::gp {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+// Cholesky's backward error (Higham, Accuracy and Stability, theorem 10.3) is at most
+// gamma_{n+1} |L| |L^T| by element, hence (n + 1) eps / 2 trace(K) in Frobenius' norm. The trace
+// is at most sqrt(n) |K|_F, but for these Gram matrices, whose elements are of one size, at most
+// 2 |K|_F + n noise. A removal from n rows applies at most n reflectors to each row of the factor,
+// each of relative error a few eps / 2 of random sign, on top. In units of n eps |K|_F:
+constexpr double kBackwardBound = 2.0;
+
+RowMatrix Factor(const IncrementalCholesky& cholesky) { return CopyOf(cholesky.Factor()); }
+
+void AppendRows(const RowMatrix& k, int64_t begin, int64_t end, IncrementalCholesky& cholesky) {
+  const RowMatrix below = k.block(begin, 0, end - begin, begin);
+  const RowMatrix corner = k.block(begin, begin, end - begin, end - begin);
+  const absl::Status status = cholesky.Append(ViewOf(below), ViewOf(corner));
+  ASSERT_TRUE(status.ok()) << status;
+}
+
+// `order`: rows of the largest matrix that the factor went through.
+void ExpectFactorOf(const RowMatrix& k, const IncrementalCholesky& cholesky, int64_t order) {
+  const RowMatrix l = Factor(cholesky);
+  ASSERT_EQ(l.rows(), k.rows());
+  for (int64_t i = 0; i < l.rows(); ++i) {
+    EXPECT_GT(l(i, i), 0.0) << i;
+    for (int64_t j = i + 1; j < l.rows(); ++j) ASSERT_EQ(l(i, j), 0.0) << i << " " << j;
+  }
+  EXPECT_LE(BackwardError(l, k, order), kBackwardBound);
+}
+
+class CholeskyLaws : public testing::TestWithParam<std::tuple<int, double>> {
+ protected:
+  int64_t n() const { return std::get<0>(GetParam()); }
+  double noise() const { return std::get<1>(GetParam()); }
+};
+
+TEST_P(CholeskyLaws, FactorizeGivesTheFactor) {
+  auto generator = TestGenerator();
+  const RowMatrix k = RandomGram(n(), noise(), generator);
+  IncrementalCholesky cholesky;
+  ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+  ExpectFactorOf(k, cholesky, k.rows());
+}
+
+TEST_P(CholeskyLaws, AppendInBlocksIsTheFactorOfTheWhole) {
+  auto generator = TestGenerator();
+  const RowMatrix k = RandomGram(n(), noise(), generator);
+  for (const int64_t block : {1, 7, 64, 200}) {
+    IncrementalCholesky cholesky;
+    for (int64_t begin = 0; begin < n(); begin += block) {
+      AppendRows(k, begin, std::min(begin + block, n()), cholesky);
+    }
+    ExpectFactorOf(k, cholesky, k.rows());
+  }
+}
+
+TEST_P(CholeskyLaws, RemoveIsTheFactorOfTheRest) {
+  auto generator = TestGenerator();
+  const RowMatrix k = RandomGram(n(), noise(), generator);
+  for (const int64_t count : {int64_t{0}, int64_t{1}, n() / 3, n() - 1, n()}) {
+    if (count < 0 || count > n()) continue;
+    std::vector<std::vector<int64_t>> sets = {RandomRows(n(), count, generator)};
+    sets.emplace_back(count);
+    std::iota(sets[1].begin(), sets[1].end(), int64_t{0});  // the oldest
+    sets.emplace_back(count);
+    std::iota(sets[2].begin(), sets[2].end(), n() - count);  // the newest
+    for (const auto& rows : sets) {
+      IncrementalCholesky cholesky;
+      ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+      ASSERT_TRUE(cholesky.Remove(rows).ok());
+      ExpectFactorOf(Select(k, Complement(n(), rows)), cholesky, k.rows());
+    }
+  }
+}
+
+TEST_P(CholeskyLaws, AppendThenRemoveIsBefore) {
+  auto generator = TestGenerator();
+  const int64_t added = 33;
+  const RowMatrix k = RandomGram(n() + added, noise(), generator);
+  IncrementalCholesky cholesky;
+  ASSERT_TRUE(cholesky.Factorize(ViewOf(RowMatrix(k.topLeftCorner(n(), n())))).ok());
+  const RowMatrix before = Factor(cholesky);
+  AppendRows(k, n(), n() + added, cholesky);
+  std::vector<int64_t> rows(added);
+  std::iota(rows.begin(), rows.end(), n());
+  ASSERT_TRUE(cholesky.Remove(rows).ok());
+  EXPECT_EQ(Factor(cholesky), before);  // the newest rows touch nothing above them
+}
+
+TEST_P(CholeskyLaws, SolvesHaveSmallResiduals) {
+  auto generator = TestGenerator();
+  const RowMatrix k = RandomGram(n(), noise(), generator);
+  IncrementalCholesky cholesky;
+  ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+  const RowMatrix b = RandomPoints(n(), 37, generator);
+  RowMatrix x = b;
+  ASSERT_TRUE(cholesky.Solve(ViewOf(x)).ok());
+  // (K + E) x = b with |E| <= (3 n + 1) eps |L| |L^T| (Higham, theorem 10.4).
+  const double unit = (3.0 * n() + 1.0) * kEpsilon;
+  EXPECT_LE((k * x - b).norm(), unit * k.trace() * x.norm());
+  RowMatrix half = b;
+  ASSERT_TRUE(cholesky.HalfSolve(ViewOf(half)).ok());
+  const RowMatrix l = Factor(cholesky);
+  EXPECT_LE((l * half - b).norm(), (n() + 1.0) * kEpsilon * l.norm() * half.norm());
+  RowMatrix other = b;
+  ASSERT_TRUE(cholesky.HalfSolveTransposed(ViewOf(other)).ok());
+  EXPECT_LE((l.transpose() * other - b).norm(), (n() + 1.0) * kEpsilon * l.norm() * other.norm());
+}
+
+TEST_P(CholeskyLaws, DeterminantAndInverseDiagonalAgreeWithEigen) {
+  auto generator = TestGenerator();
+  const RowMatrix k = RandomGram(n(), noise(), generator);
+  IncrementalCholesky cholesky;
+  ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+  const RowMatrix l = Factor(cholesky);
+  double log_determinant = 0.0;
+  for (int64_t i = 0; i < n(); ++i) log_determinant += 2.0 * std::log(l(i, i));
+  EXPECT_NEAR(cholesky.LogDeterminant(), log_determinant, n() * kEpsilon * 40.0);
+  const std::vector<int64_t> rows = RandomRows(n(), n() / 2, generator);
+  std::vector<double> diagonal(rows.size());
+  ASSERT_TRUE(cholesky.InverseDiagonal(rows, absl::MakeSpan(diagonal)).ok());
+  const RowMatrix inverse = l.triangularView<Eigen::Lower>().solve(RowMatrix::Identity(n(), n()));
+  for (size_t i = 0; i < rows.size(); ++i) {
+    // Two ways of substitution with the same factor: forward errors up to n eps cond(L), where
+    // cond(L)^2 = cond(K) <= trace / noise.
+    const double expected = inverse.col(rows[i]).squaredNorm();
+    const double condition = std::sqrt(k.trace() / noise());
+    EXPECT_NEAR(diagonal[i], expected, 2.0 * n() * kEpsilon * condition * expected);
+  }
+}
+
+TEST_P(CholeskyLaws, ThreadCountDoesNotChangeABit) {
+  auto generator = TestGenerator();
+  const RowMatrix k = RandomGram(n() + 70, noise(), generator);
+  const std::vector<int64_t> rows = RandomRows(n() + 70, n() / 2 + 5, generator);
+  std::vector<RowMatrix> factors;
+  for (const int threads : {1, 2, 5}) {
+    SetMaximumThreads(threads);
+    IncrementalCholesky cholesky;
+    ASSERT_TRUE(cholesky.Factorize(ViewOf(RowMatrix(k.topLeftCorner(n(), n())))).ok());
+    AppendRows(k, n(), n() + 70, cholesky);
+    ASSERT_TRUE(cholesky.Remove(rows).ok());
+    RowMatrix b = RowMatrix::Identity(cholesky.size(), cholesky.size());
+    ASSERT_TRUE(cholesky.Solve(ViewOf(b)).ok());
+    factors.push_back(Factor(cholesky));
+    factors.push_back(b);
+  }
+  SetMaximumThreads(0);
+  for (size_t i = 2; i < factors.size(); ++i) EXPECT_EQ(factors[i], factors[i % 2]);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, CholeskyLaws,
+                         testing::Combine(testing::Values(0, 1, 2, 7, 8, 9, 63, 64, 65, 200),
+                                          testing::Values(1.0, 1e-3, 1e-8)),
+                         [](const auto& info) {
+                           return absl::StrFormat(
+                               "n%d_noise1em%d", std::get<0>(info.param),
+                               std::lround(-std::log10(std::get<1>(info.param))));
+                         });
+
+TEST(IncrementalCholesky, LargeSizesCrossEveryTile) {
+  auto generator = TestGenerator();
+  const int64_t n = 700;
+  const RowMatrix k = RandomGram(n, 1e-3, generator);
+  IncrementalCholesky cholesky;
+  ASSERT_TRUE(cholesky.Factorize(ViewOf(RowMatrix(k.topLeftCorner(400, 400)))).ok());
+  AppendRows(k, 400, n, cholesky);
+  ExpectFactorOf(k, cholesky, k.rows());
+  const std::vector<int64_t> rows = RandomRows(n, 150, generator);
+  ASSERT_TRUE(cholesky.Remove(rows).ok());
+  ExpectFactorOf(Select(k, Complement(n, rows)), cholesky, k.rows());
+}
+
+TEST(IncrementalCholesky, RefusesDuplicatesAndStaysUnchanged) {
+  auto generator = TestGenerator();
+  const int64_t n = 90;
+  RowMatrix k = RandomGram(n, 1e-6, generator);
+  IncrementalCholesky cholesky;
+  ASSERT_TRUE(cholesky.Factorize(ViewOf(RowMatrix(k.topLeftCorner(80, 80)))).ok());
+  const RowMatrix before = Factor(cholesky);
+  k.row(85) = k.row(3);  // a duplicate without noise of its own
+  k.col(85) = k.col(3);
+  k(85, 85) = k(3, 3);
+  const RowMatrix below = k.block(80, 0, 10, 80);
+  const RowMatrix corner = k.block(80, 80, 10, 10);
+  absl::Status status = cholesky.Append(ViewOf(below), ViewOf(corner));
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("row 85"));
+  EXPECT_EQ(Factor(cholesky), before);
+  status = cholesky.Factorize(ViewOf(k));
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("row 85"));
+  EXPECT_EQ(Factor(cholesky), before);
+
+  RowMatrix poisoned = RandomGram(90, 1e-6, generator);
+  poisoned(70, 20) = std::numeric_limits<double>::quiet_NaN();
+  status = cholesky.Factorize(ViewOf(poisoned));
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("row 70"));
+  EXPECT_EQ(Factor(cholesky), before);
+
+  // After refusals the factor still grows rightly.
+  RowMatrix whole = RowMatrix::Identity(100, 100);
+  whole.topLeftCorner(80, 80) = k.topLeftCorner(80, 80);
+  AppendRows(whole, 80, 100, cholesky);
+  ExpectFactorOf(whole, cholesky, 100);
+}
+
+TEST(IncrementalCholesky, NoMemoryIsAnError) {
+  auto generator = TestGenerator();
+  const RowMatrix k = RandomGram(10, 1e-3, generator);
+  IncrementalCholesky cholesky;
+  ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+  EXPECT_EQ(cholesky.Reserve(int64_t{1} << 28).code(), absl::StatusCode::kResourceExhausted);
+  ExpectFactorOf(k, cholesky, 10);
+}
+
+TEST(IncrementalCholesky, RefusesBadArguments) {
+  auto generator = TestGenerator();
+  const RowMatrix k = RandomGram(10, 1e-3, generator);
+  IncrementalCholesky cholesky;
+  ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+  const RowMatrix before = Factor(cholesky);
+  using Rows = std::vector<int64_t>;
+  for (const Rows& rows : {Rows{-1}, Rows{10}, Rows{3, 3}, Rows{4, 2}}) {
+    EXPECT_EQ(cholesky.Remove(rows).code(), absl::StatusCode::kInvalidArgument);
+    std::vector<double> out(rows.size());
+    EXPECT_EQ(cholesky.InverseDiagonal(rows, absl::MakeSpan(out)).code(),
+              absl::StatusCode::kInvalidArgument);
+  }
+  RowMatrix b = RowMatrix::Zero(9, 2);
+  EXPECT_EQ(cholesky.Solve(ViewOf(b)).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(cholesky.Append(ViewOf(b), ViewOf(k)).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(cholesky.Factorize(ViewOf(b)).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Factor(cholesky), before);
+}
+
+}  // namespace
+}  // namespace egosieve::gp

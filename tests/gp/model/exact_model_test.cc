@@ -1,0 +1,300 @@
+#include "gp/model/exact_model.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gp/covariance/prior_variance.h"
+#include "gtest/gtest.h"
+#include "kernels/ops/covariance_matrix.h"
+#include "tests/gp/learning_problems.h"
+
+namespace egosieve::gp {
+namespace {
+
+using kernels::CovarianceFunction;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+using NarrowMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+ExactModel MakeModel(const Hyperparameters& hyperparameters) {
+  auto model = ExactModel::Create(TestContext(), hyperparameters);
+  EXPECT_TRUE(model.ok()) << model.status();
+  return *std::move(model);
+}
+
+RowMatrix Gram(const Hyperparameters& hyperparameters, const RowMatrix& x) {
+  RowMatrix k(x.rows(), x.rows());
+  const absl::Status status = kernels::CovarianceMatrix<double>(
+      *TestContext(), hyperparameters.covariance, ViewOf(x), hyperparameters.noise_variance(),
+      kernels::Triangle::kFull, ViewOf(k));
+  EXPECT_TRUE(status.ok()) << status;
+  return k;
+}
+
+void Add(const LabelledPoints& points, int64_t begin, int64_t end, int64_t frame,
+         ExactModel& model) {
+  const kernels::ConstMatrixView<double> x = ViewOf(points.inputs);
+  const absl::Status status =
+      model.Add(x.rows_between(begin, end),
+                absl::MakeConstSpan(points.labels).subspan(begin, end - begin), frame);
+  ASSERT_TRUE(status.ok()) << status;
+}
+
+// Everything that the model says follows from its points alone: compares with a plain solution.
+void ExpectModelOf(const RowMatrix& x, const std::vector<double>& y, const ExactModel& model) {
+  const int64_t n = x.rows();
+  ASSERT_EQ(model.size(), n);
+  const RowMatrix k = Gram(model.hyperparameters(), x);
+  const Eigen::Map<const Eigen::VectorXd> targets(y.data(), n);
+  const Eigen::LLT<Eigen::MatrixXd> llt(k);
+  const Eigen::VectorXd alpha = llt.solve(targets);
+  // Two backward stable solutions differ by at most about n eps cond(K); cond <= trace / noise.
+  const double relative = 4.0 * n * kEpsilon * k.trace() / model.hyperparameters().noise_variance();
+  const Eigen::Map<const Eigen::VectorXd> found(model.alpha().data(), n);
+  EXPECT_LE((found - alpha).norm(), relative * alpha.norm());
+  EXPECT_LE(BackwardError(CopyOf(model.factor().Factor()), k, 2 * n + 100), 2.0);
+}
+
+TEST(ExactModel, FollowsAdditionsAndRemovals) {
+  auto generator = TestGenerator();
+  for (const auto function :
+       {CovarianceFunction::kArcsine, CovarianceFunction::kSquaredExponential}) {
+    const LabelledPoints points = NoisyBlobs(160, 6, generator);
+    ExactModel model = MakeModel(UnevenHyperparameters(function, 6));
+    Add(points, 0, 40, 3, model);
+    Add(points, 40, 41, 4, model);
+    Add(points, 41, 160, 9, model);
+    ExpectModelOf(points.inputs, points.targets(), model);
+    const std::vector<int64_t> rows = {0, 5, 39, 40, 77, 159};
+    ASSERT_TRUE(model.Remove(rows).ok());
+    const std::vector<int64_t> kept = Complement(160, rows);
+    RowMatrix x(kept.size(), 6);
+    std::vector<double> y;
+    for (size_t i = 0; i < kept.size(); ++i) {
+      x.row(i) = points.inputs.row(kept[i]);
+      y.push_back(points.targets()[kept[i]]);
+      EXPECT_EQ(model.identities()[i], kept[i]);
+      EXPECT_EQ(model.birth_frames()[i], kept[i] < 40 ? 3 : kept[i] < 41 ? 4 : 9);
+    }
+    EXPECT_EQ(CopyOf(model.inputs()), x);
+    ExpectModelOf(x, y, model);
+    // Nearly all go: the rebuild is cheaper and must give the same model.
+    std::vector<int64_t> most(100);
+    std::iota(most.begin(), most.end(), int64_t{10});
+    ASSERT_TRUE(model.factor().RefactoringIsCheaper(most));
+    ASSERT_TRUE(model.Remove(most).ok());
+    RowMatrix rest(54, 6);
+    rest << x.topRows(10), x.bottomRows(44);
+    y.erase(y.begin() + 10, y.begin() + 110);
+    ExpectModelOf(rest, y, model);
+  }
+}
+
+TEST(ExactModel, PredictsAsTheFormulasSay) {
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(90, 4, generator);
+  ExactModel model = MakeModel(UnevenHyperparameters(CovarianceFunction::kArcsine, 4));
+  Add(points, 0, 90, 0, model);
+  const RowMatrix queries = RandomPoints(700, 4, generator).cast<float>().cast<double>();
+  const auto prediction = model.Predict(ViewOf(queries), PredictWhat::kMeanAndVariance);
+  ASSERT_TRUE(prediction.ok()) << prediction.status();
+
+  const Hyperparameters& theta = model.hyperparameters();
+  const RowMatrix k = Gram(theta, points.inputs);
+  RowMatrix cross(700, 90);
+  ASSERT_TRUE(kernels::CrossCovariance<double>(*TestContext(), theta.covariance, ViewOf(queries),
+                                               ViewOf(points.inputs), ViewOf(cross))
+                  .ok());
+  const Eigen::LLT<Eigen::MatrixXd> llt(k);
+  const std::vector<double> y = points.targets();
+  const Eigen::VectorXd mean = cross * llt.solve(Eigen::Map<const Eigen::VectorXd>(y.data(), 90));
+  const double tolerance = 4.0 * 90 * kEpsilon * k.trace() / theta.noise_variance();
+  for (int64_t i = 0; i < 700; ++i) {
+    const Eigen::VectorXd c = cross.row(i);
+    EXPECT_NEAR(prediction->mean[i], mean[i], tolerance);
+    const double variance =
+        PriorVariance(theta.covariance, queries.row(i).data()) - c.dot(llt.solve(c));
+    EXPECT_NEAR(prediction->variance[i], variance, tolerance);
+  }
+
+  // float32 on the device: the data's own rounding and 1e-6 sigma_f^2 a covariance.
+  const NarrowMatrix narrow = queries.cast<float>();
+  const auto fast = model.PredictMean({narrow.data(), 700, 4});
+  ASSERT_TRUE(fast.ok()) << fast.status();
+  double weight = 0.0;
+  for (const double a : model.alpha()) weight += std::abs(a);
+  for (int64_t i = 0; i < 700; ++i) {
+    EXPECT_NEAR((*fast)[i], prediction->mean[i], 2e-6 * 1.3 * 1.3 * weight);
+  }
+  const auto own = model.Predict(ViewOf(points.inputs), PredictWhat::kMean);
+  ASSERT_TRUE(own.ok());
+  const std::vector<double> shortcut = model.PredictOwnMean();
+  for (int64_t i = 0; i < 90; ++i) EXPECT_NEAR(shortcut[i], own->mean[i], tolerance);
+}
+
+TEST(ExactModel, PosteriorStaysAsTheModelWas) {
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(120, 6, generator);
+  ExactModel model = MakeModel(DefaultHyperparameters(CovarianceFunction::kArcsine, 6));
+  Add(points, 0, 100, 0, model);
+  const SquashParameters squash{2.0, 0.1};
+  const auto posterior = model.MakePosterior(squash);
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  const RowMatrix queries = RandomPoints(50, 6, generator).cast<float>().cast<double>();
+  const auto expected = model.Predict(ViewOf(queries), PredictWhat::kMeanAndVariance);
+  Add(points, 100, 120, 1, model);
+
+  const NarrowMatrix narrow = queries.cast<float>();
+  std::vector<float> mean(50), variance(50), probability(50);
+  kernels::PosteriorOutputs outputs{mean.data(), variance.data(), probability.data()};
+  const auto counts = (*posterior)->Evaluate({narrow.data(), 50, 6}, outputs);
+  ASSERT_TRUE(counts.ok()) << counts.status();
+  EXPECT_EQ((*posterior)->size(), 100);
+  for (int i = 0; i < 50; ++i) {
+    // float32 throughout: 100 covariances of error 1e-6 each, weighted by |alpha| and |L^-1 k|.
+    EXPECT_NEAR(mean[i], expected->mean[i], 1e-4);
+    EXPECT_NEAR(variance[i], expected->variance[i], 1e-4);
+    EXPECT_NEAR(probability[i], squash.Probability(expected->mean[i], expected->variance[i]), 1e-4);
+  }
+  std::vector<float> of_y = variance;
+  (*posterior)->AddNoiseVariance(absl::MakeSpan(of_y));
+  EXPECT_FLOAT_EQ(of_y[7], variance[7] + 0.25f);
+}
+
+TEST(ExactModel, EmptyModelAnswersWithThePrior) {
+  ExactModel model = MakeModel(DefaultHyperparameters(CovarianceFunction::kArcsine, 6));
+  const RowMatrix queries = RowMatrix::Constant(3, 6, 0.25);
+  const NarrowMatrix narrow = queries.cast<float>();
+  const auto mean = model.PredictMean({narrow.data(), 3, 6});
+  ASSERT_TRUE(mean.ok()) << mean.status();
+  EXPECT_THAT(*mean, ElementsAre(0.0f, 0.0f, 0.0f));
+  const auto prediction = model.Predict(ViewOf(queries), PredictWhat::kMeanAndVariance);
+  ASSERT_TRUE(prediction.ok()) << prediction.status();
+  EXPECT_EQ(prediction->mean[1], 0.0);
+  EXPECT_EQ(prediction->variance[1],
+            PriorVariance(model.hyperparameters().covariance, queries.row(1).data()));
+  EXPECT_EQ(model.LogMarginalLikelihood(), 0.0);
+  const auto posterior = model.MakePosterior({1.0, 0.0});
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  float probability = 0.0f;
+  kernels::PosteriorOutputs outputs;
+  outputs.probability = &probability;
+  const std::vector<float> query(6, 0.25f);
+  ASSERT_TRUE((*posterior)->Evaluate({query.data(), 1, 6}, outputs).ok());
+  EXPECT_EQ(probability, 0.5f);
+  EXPECT_TRUE(model.Remove({}).ok());
+  EXPECT_TRUE(model.Refactorize().ok());
+  const auto left_out = model.PredictLeaveOneOut();
+  ASSERT_TRUE(left_out.ok()) << left_out.status();
+  EXPECT_TRUE(left_out->mean.empty());
+}
+
+TEST(ExactModel, DuplicatesNeedNoJitterUnderNoise) {
+  ExactModel model = MakeModel(DefaultHyperparameters(CovarianceFunction::kArcsine, 2));
+  RowMatrix x = RowMatrix::Constant(300, 2, 0.3);
+  for (int i = 0; i < 300; i += 3) x(i, 0) += 1e-13;  // near duplicates among exact ones
+  std::vector<double> labels(300, 0.9);
+  labels[7] = 0.1;
+  ASSERT_TRUE(model.Add(ViewOf(x), labels, 0).ok());
+  ASSERT_TRUE(model.Add(ViewOf(x), labels, 1).ok());
+  EXPECT_EQ(model.jitter(), 0.0);
+}
+
+TEST(ExactModel, JitterClimbsWhereThereIsNoNoise) {
+  Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kArcsine, 2);
+  theta.noise_stddev = 1e-12;
+  ExactModel model = MakeModel(theta);
+  auto generator = TestGenerator();
+  RowMatrix x = RandomPoints(20, 2, generator);
+  x.row(19) = x.row(4);
+  const std::vector<double> labels(20, 1.0);
+  ASSERT_TRUE(model.Add(ViewOf(x), labels, 0).ok());
+  EXPECT_GT(model.jitter(), 0.0);
+  EXPECT_LE(model.jitter(), 1e-4);
+  EXPECT_EQ(model.size(), 20);
+  theta.noise_stddev = 0.3;
+  ASSERT_TRUE(model.SetHyperparameters(theta).ok());
+  EXPECT_EQ(model.jitter(), 0.0);
+}
+
+TEST(ExactModel, RefusesBadArgumentsAndStaysUnchanged) {
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(30, 3, generator);
+  ExactModel model = MakeModel(DefaultHyperparameters(CovarianceFunction::kArcsine, 3));
+  Add(points, 0, 30, 0, model);
+  const RowMatrix factor = CopyOf(model.factor().Factor());
+  const auto expect_invalid = [&](const absl::Status& status, const char* words) {
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(words));
+    EXPECT_EQ(model.size(), 30);
+    EXPECT_EQ(CopyOf(model.factor().Factor()), factor);
+  };
+  RowMatrix x = RowMatrix::Zero(2, 3);
+  expect_invalid(model.Add(ViewOf(x), {0.5, 1.5}, 1), "labels[1] = 1.5");
+  expect_invalid(model.Add(ViewOf(x), {0.5, std::nan("")}, 1), "labels[1] = nan");
+  expect_invalid(model.Add(ViewOf(x), {0.5}, 1), "2 inputs");
+  x(1, 2) = std::nan("");
+  expect_invalid(model.Add(ViewOf(x), {0.5, 0.5}, 1), "inputs(1, 2)");
+  const RowMatrix wide = RowMatrix::Zero(2, 4);
+  expect_invalid(model.Add(ViewOf(wide), {0.5, 0.5}, 1), "4 columns");
+  expect_invalid(model.Remove({3, 3}), "rows[1] = 3");
+  expect_invalid(model.Remove({30}), "rows[0] = 30");
+  Hyperparameters theta = model.hyperparameters();
+  theta.noise_stddev = 0.0;
+  expect_invalid(model.SetHyperparameters(theta), "noise_stddev");
+  expect_invalid(model.SetHyperparameters(DefaultHyperparameters(CovarianceFunction::kArcsine, 5)),
+                 "the covariance takes 5 inputs");
+  EXPECT_FALSE(model.Predict(ViewOf(wide), PredictWhat::kMean).ok());
+  EXPECT_FALSE(ExactModel::Create(nullptr, model.hyperparameters()).ok());
+  EXPECT_FALSE(ExactModel::Create(TestContext(), theta).ok());
+}
+
+TEST(ExactModel, RefactorizingForgetsTheHistory) {
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(200, 6, generator);
+  ExactModel wandering = MakeModel(DefaultHyperparameters(CovarianceFunction::kArcsine, 6));
+  Add(points, 0, 130, 0, wandering);
+  Add(points, 130, 200, 1, wandering);
+  std::vector<int64_t> rows(100);
+  std::iota(rows.begin(), rows.end(), int64_t{0});
+  ASSERT_TRUE(wandering.Remove(absl::MakeConstSpan(rows).first(30)).ok());
+  ASSERT_TRUE(wandering.Remove(absl::MakeConstSpan(rows).first(70)).ok());
+  ExactModel fresh = MakeModel(DefaultHyperparameters(CovarianceFunction::kArcsine, 6));
+  Add(points, 100, 200, 0, fresh);
+  ASSERT_TRUE(wandering.Refactorize().ok());
+  ASSERT_TRUE(fresh.Refactorize().ok());
+  EXPECT_EQ(CopyOf(wandering.factor().Factor()), CopyOf(fresh.factor().Factor()));
+  EXPECT_EQ(wandering.alpha(), fresh.alpha());
+}
+
+TEST(ExactModel, GpmlsNumbers) {
+  const auto data = GpmlDemo();
+  if (!data) GTEST_SKIP() << "EGOSIEVE_DATA does not hold gpml_demo.csv";
+  ExactModel model = MakeModel(GpmlNeuralNetwork(0.0, 0.0, std::log(0.1)));
+  ASSERT_TRUE(model.AddTargets(ViewOf(data->inputs), data->targets, 0).ok());
+  // GPML 3.6: infExact, covNNone. Tolerances: 1e-10 of the number.
+  EXPECT_NEAR(model.LogMarginalLikelihood(), -224.6467058483673, 224.6 * 1e-10);
+  const auto left_out = model.PredictLeaveOneOut();
+  ASSERT_TRUE(left_out.ok());
+  EXPECT_NEAR(left_out->LogProbability(model.targets()), -233.8821292629794, 233.9 * 1e-10);
+  RowMatrix queries(2, 1);
+  queries << 0.0, 1.0;
+  const auto prediction = model.Predict(ViewOf(queries), PredictWhat::kMeanAndVariance);
+  ASSERT_TRUE(prediction.ok());
+  EXPECT_NEAR(prediction->mean[0], 1.366929392622168, 1.4e-10);
+  EXPECT_NEAR(prediction->mean[1], 2.486821640898967, 2.5e-10);
+  EXPECT_NEAR(prediction->variance[0] + 0.01, 0.01163764014804, 1e-12);
+  EXPECT_NEAR(prediction->variance[1] + 0.01, 0.01511797539900, 1e-12);
+}
+
+}  // namespace
+}  // namespace egosieve::gp

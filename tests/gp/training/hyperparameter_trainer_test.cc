@@ -1,0 +1,189 @@
+#include "gp/training/hyperparameter_trainer.h"
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gp/training/marginal_likelihood.h"
+#include "gp/training/simulated_annealing.h"
+#include "gtest/gtest.h"
+#include "tests/gp/learning_problems.h"
+
+namespace egosieve::gp {
+namespace {
+
+using kernels::CovarianceFunction;
+
+constexpr CovarianceFunction kArcsine = CovarianceFunction::kArcsine;
+
+HyperparameterTrainer MakeTrainer(const TrainerOptions& options, int64_t dimension = 3) {
+  auto trainer =
+      HyperparameterTrainer::Create(DefaultHyperparameters(kArcsine, dimension),
+                                    HyperparameterBounds::Default(kArcsine, dimension), options);
+  EXPECT_TRUE(trainer.ok()) << trainer.status();
+  return *std::move(trainer);
+}
+
+TrainerOptions QuickOptions() {
+  TrainerOptions options;
+  options.subset_size = 150;
+  options.annealing_subset_size = 80;
+  options.annealing_evaluations = 40;
+  return options;
+}
+
+double MeanLikelihood(const Hyperparameters& theta, const LabelledPoints& points) {
+  const auto value = ComputeMarginalLikelihood(*TestContext(), theta, ViewOf(points.inputs),
+                                               points.targets(), LikelihoodOrder::kValue);
+  EXPECT_TRUE(value.ok()) << value.status();
+  return value->value / static_cast<double>(points.labels.size());
+}
+
+TEST(SimulatedAnnealing, LeavesTheLocalMaximum) {
+  // A broad local maximum of 1 at -2 and a narrower global one of 2 at 3; 0.3 wide.
+  const auto objective = [](const std::vector<double>& t) -> absl::StatusOr<double> {
+    return std::exp(-0.5 * (t[0] + 2.0) * (t[0] + 2.0)) +
+           2.0 * std::exp(-0.5 * (t[0] - 3.0) * (t[0] - 3.0) / 0.09);
+  };
+  AnnealingOptions options;
+  options.first_temperature = 1.0;
+  options.evaluations = 300;
+  const auto result = Anneal(objective, {-2.0}, {{-5.0}, {5.0}}, options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_NEAR(result->theta[0], 3.0, 0.3);
+  EXPECT_EQ(result->evaluations, 300);
+  const auto again = Anneal(objective, {-2.0}, {{-5.0}, {5.0}}, options);
+  EXPECT_EQ(result->theta, again->theta);
+  options.seed = 2;
+  EXPECT_NE(Anneal(objective, {-2.0}, {{-5.0}, {5.0}}, options)->theta, result->theta);
+}
+
+TEST(SimulatedAnnealing, NeverAcceptsWhatIsNoNumber) {
+  const auto objective = [](const std::vector<double>& t) -> absl::StatusOr<double> {
+    return t[0] > 0.0 ? std::nan("") : -t[0] * t[0];
+  };
+  const auto result = Anneal(objective, {-4.0}, {{-5.0}, {5.0}});
+  ASSERT_TRUE(result.ok());
+  EXPECT_LE(result->theta[0], 0.0);
+  EXPECT_GT(result->objective, -1.0);
+}
+
+TEST(HyperparameterTrainer, RaisesTheLikelihoodAndSettles) {
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(400, 3, generator);
+  HyperparameterTrainer trainer = MakeTrainer(QuickOptions());
+  const double before = MeanLikelihood(trainer.hyperparameters(), points);
+  const Hyperparameters start = trainer.hyperparameters();
+  int64_t idle = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    const auto report = trainer.TrainFrame(*TestContext(), ViewOf(points.inputs), points.targets());
+    ASSERT_TRUE(report.ok()) << report.status();
+    EXPECT_EQ(report->annealed, frame == 0);
+    idle += report->steps == 0;
+  }
+  EXPECT_GT(MeanLikelihood(trainer.hyperparameters(), points), before + 0.02);
+  EXPECT_TRUE(trainer.ShouldRebuild(start));
+  EXPECT_FALSE(trainer.ShouldRebuild(trainer.hyperparameters()));
+  EXPECT_EQ(trainer.state().frames_trained, 60);
+}
+
+TEST(HyperparameterTrainer, DoesLessWhenSettledAndNoticesChange) {
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(200, 3, generator);
+  TrainerOptions options = QuickOptions();
+  options.settled_movement = 1e9;  // settled from the second frame on
+  options.settled_interval = 4;
+  options.subset_size = options.annealing_subset_size = 200;  // all: no sampling noise in J
+  HyperparameterTrainer trainer = MakeTrainer(options);
+  std::vector<int64_t> steps;
+  for (int frame = 0; frame < 9; ++frame) {
+    const auto report = trainer.TrainFrame(*TestContext(), ViewOf(points.inputs), points.targets());
+    ASSERT_TRUE(report.ok()) << report.status();
+    steps.push_back(report->steps);
+  }
+  EXPECT_EQ(steps, (std::vector<int64_t>{25, 0, 0, 0, 2, 0, 0, 0, 2}));
+  // Labels that are noise now: the objective falls, and it takes steps at once.
+  LabelledPoints changed = points;
+  for (double& label : changed.labels) label = generator() % 2 == 0 ? 0.0 : 1.0;
+  const auto report = trainer.TrainFrame(*TestContext(), ViewOf(changed.inputs), changed.targets());
+  ASSERT_TRUE(report.ok());
+  EXPECT_EQ(report->steps, 2);
+}
+
+TEST(HyperparameterTrainer, GoesOnFromItsStateBitForBit) {
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(300, 3, generator);
+  const auto train = [&](HyperparameterTrainer& trainer, int frames) {
+    for (int frame = 0; frame < frames; ++frame) {
+      ASSERT_TRUE(trainer.TrainFrame(*TestContext(), ViewOf(points.inputs), points.targets()).ok());
+    }
+  };
+  HyperparameterTrainer whole = MakeTrainer(QuickOptions());
+  train(whole, 3);
+  HyperparameterTrainer resumed = MakeTrainer(QuickOptions());
+  ASSERT_TRUE(resumed.Restore(whole.state()).ok());
+  train(whole, 4);
+  train(resumed, 4);
+  EXPECT_EQ(whole.state().theta, resumed.state().theta);
+  EXPECT_EQ(whole.state().optimiser.steps, resumed.state().optimiser.steps);
+  EXPECT_EQ(whole.state().smoothed_objective, resumed.state().smoothed_objective);
+  TrainerOptions other = QuickOptions();
+  other.seed = 5;
+  HyperparameterTrainer different = MakeTrainer(other);
+  train(different, 3);
+  EXPECT_NE(different.state().theta, whole.state().theta);
+}
+
+TEST(HyperparameterTrainer, LearnsNothingFromTooLittle) {
+  HyperparameterTrainer trainer = MakeTrainer(QuickOptions());
+  auto generator = TestGenerator();
+  LabelledPoints points = NoisyBlobs(10, 3, generator);
+  auto report = trainer.TrainFrame(*TestContext(), ViewOf(points.inputs), points.targets());
+  ASSERT_TRUE(report.ok());
+  EXPECT_STREQ(report->reason, "too few points");
+  points = NoisyBlobs(100, 3, generator);
+  points.labels.assign(100, 0.2);
+  report = trainer.TrainFrame(*TestContext(), ViewOf(points.inputs), points.targets());
+  ASSERT_TRUE(report.ok());
+  EXPECT_STREQ(report->reason, "one class only");
+  report = trainer.TrainFrame(*TestContext(), ViewOf(RowMatrix(0, 3)), {});
+  ASSERT_TRUE(report.ok());
+  EXPECT_EQ(trainer.state().frames_trained, 0);
+  EXPECT_EQ(ToLogarithms(trainer.hyperparameters()),
+            ToLogarithms(DefaultHyperparameters(kArcsine, 3)));
+}
+
+TEST(HyperparameterTrainer, RefusesBadOptionsAndStates) {
+  const Hyperparameters theta = DefaultHyperparameters(kArcsine, 3);
+  const HyperparameterBounds bounds = HyperparameterBounds::Default(kArcsine, 3);
+  const auto refuses = [&](auto change) {
+    TrainerOptions options;
+    change(options);
+    return HyperparameterTrainer::Create(theta, bounds, options).status().code() ==
+           absl::StatusCode::kInvalidArgument;
+  };
+  EXPECT_TRUE(refuses([](TrainerOptions& o) { o.subset_size = 0; }));
+  EXPECT_TRUE(refuses([](TrainerOptions& o) { o.minimum_class_share = 0.6; }));
+  EXPECT_TRUE(refuses([](TrainerOptions& o) { o.minimum_class_share = std::nan(""); }));
+  EXPECT_TRUE(refuses([](TrainerOptions& o) { o.prior_stddev = 0.0; }));
+  EXPECT_TRUE(refuses([](TrainerOptions& o) { o.rebuild_threshold = std::nan(""); }));
+  EXPECT_FALSE(
+      HyperparameterTrainer::Create(theta, HyperparameterBounds::Default(kArcsine, 4)).ok());
+
+  HyperparameterTrainer trainer = MakeTrainer(QuickOptions());
+  const auto refuses_state = [&](auto change) {
+    TrainerState state = trainer.state();
+    change(state);
+    return trainer.Restore(state).code() == absl::StatusCode::kInvalidArgument;
+  };
+  EXPECT_TRUE(refuses_state([](TrainerState& s) { s.theta.pop_back(); }));
+  EXPECT_TRUE(refuses_state([](TrainerState& s) { s.theta[0] = 100.0; }));
+  EXPECT_TRUE(refuses_state([](TrainerState& s) { s.theta[1] = std::nan(""); }));
+  EXPECT_TRUE(refuses_state([](TrainerState& s) { s.optimiser.steps = {0.1}; }));
+  EXPECT_TRUE(refuses_state([](TrainerState& s) { s.frames_trained = -1; }));
+}
+
+}  // namespace
+}  // namespace egosieve::gp

@@ -1,0 +1,130 @@
+#include "gp/training/marginal_likelihood.h"
+
+#include <cmath>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "gp/model/exact_model.h"
+#include "gp/training/gradient_ascent.h"
+#include "gtest/gtest.h"
+#include "tests/gp/learning_problems.h"
+
+namespace egosieve::gp {
+namespace {
+
+using kernels::CovarianceFunction;
+
+absl::StatusOr<MarginalLikelihood> Likelihood(const Hyperparameters& theta, const RowMatrix& x,
+                                              const std::vector<double>& y) {
+  return ComputeMarginalLikelihood(*TestContext(), theta, ViewOf(x), y,
+                                   LikelihoodOrder::kValueAndGradient);
+}
+
+class GradientLaw : public testing::TestWithParam<std::tuple<CovarianceFunction, int, int>> {};
+
+TEST_P(GradientLaw, EqualsFiniteDifferences) {
+  const auto [function, dimension, n] = GetParam();
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(n, dimension, generator);
+  const std::vector<double> y = points.targets();
+  const Hyperparameters theta = UnevenHyperparameters(function, dimension);
+  const auto at = Likelihood(theta, points.inputs, y);
+  ASSERT_TRUE(at.ok()) << at.status();
+  const std::vector<double> logarithms = ToLogarithms(theta);
+  ASSERT_EQ(at->gradient.size(), logarithms.size());
+  for (size_t t = 0; t < logarithms.size(); ++t) {
+    // Five-point rule with h = 1e-3: truncation h^4/30 times the fifth derivative, about 1e-13 of
+    // the value's scale; rounding eps cond(K) |value| / h, cond(K) about n / 0.09.
+    const double h = 1e-3;
+    double values[4];
+    const double offsets[4] = {-2.0 * h, -h, h, 2.0 * h};
+    for (int i = 0; i < 4; ++i) {
+      std::vector<double> moved = logarithms;
+      moved[t] += offsets[i];
+      const auto there = Likelihood(*FromLogarithms(function, moved), points.inputs, y);
+      ASSERT_TRUE(there.ok()) << there.status();
+      values[i] = there->value;
+    }
+    const double difference =
+        (values[0] - 8.0 * values[1] + 8.0 * values[2] - values[3]) / (12.0 * h);
+    const double tolerance = 1e-9 * (1.0 + n) + 2.2e-16 * n / 0.09 * std::abs(at->value) / h;
+    EXPECT_NEAR(at->gradient[t], difference, tolerance) << "theta_" << t;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Covariances, GradientLaw,
+                         testing::Combine(testing::Values(CovarianceFunction::kArcsine,
+                                                          CovarianceFunction::kSquaredExponential),
+                                          testing::Values(1, 6, 32),
+                                          testing::Values(1, 2, 65, 300)));
+
+TEST(MarginalLikelihood, EqualsTheModelsOwn) {
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(150, 6, generator);
+  auto model =
+      ExactModel::Create(TestContext(), UnevenHyperparameters(CovarianceFunction::kArcsine, 6));
+  ASSERT_TRUE(model.ok());
+  ASSERT_TRUE(model->Add(ViewOf(points.inputs), points.labels, 0).ok());
+  const auto value =
+      ComputeMarginalLikelihood(*TestContext(), model->hyperparameters(), model->inputs(),
+                                model->targets(), LikelihoodOrder::kValue);
+  ASSERT_TRUE(value.ok());
+  EXPECT_NEAR(value->value, model->LogMarginalLikelihood(), 1e-9);
+  EXPECT_TRUE(value->gradient.empty());
+}
+
+TEST(MarginalLikelihood, NoPointsAndBadPoints) {
+  const Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kArcsine, 2);
+  const auto nothing = Likelihood(theta, RowMatrix(0, 2), {});
+  ASSERT_TRUE(nothing.ok()) << nothing.status();
+  EXPECT_EQ(nothing->value, 0.0);
+  EXPECT_EQ(nothing->gradient, std::vector<double>(5, 0.0));
+  const RowMatrix x = RowMatrix::Zero(2, 2);
+  EXPECT_EQ(Likelihood(theta, x, {1.0}).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Likelihood(theta, x, {1.0, std::nan("")}).status().code(),
+            absl::StatusCode::kInvalidArgument);
+  Hyperparameters noiseless = theta;
+  noiseless.noise_stddev = 1e-12;
+  EXPECT_EQ(Likelihood(noiseless, x, {1.0, 1.0}).status().code(),
+            absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(MarginalLikelihood, GpmlsNumbers) {
+  const auto data = GpmlDemo();
+  if (!data) GTEST_SKIP() << "EGOSIEVE_DATA does not hold gpml_demo.csv";
+  const auto at =
+      Likelihood(GpmlNeuralNetwork(0.0, 0.0, std::log(0.1)), data->inputs, data->targets);
+  ASSERT_TRUE(at.ok()) << at.status();
+  EXPECT_NEAR(at->value, -224.6467058483673, 224.6 * 1e-10);
+  // GPML differentiates the negative by log ell; log w = -log ell - log sqrt 2 for both weights.
+  EXPECT_NEAR(at->gradient[0] + at->gradient[1], 121.0143804398566, 121.0 * 1e-10);
+  EXPECT_NEAR(at->gradient[2], 88.35929876048047, 88.4 * 1e-10);
+  EXPECT_NEAR(at->gradient[3], 378.1658080336186, 378.2 * 1e-10);
+}
+
+TEST(MarginalLikelihood, GpmlsOptimum) {
+  const auto data = GpmlDemo();
+  if (!data) GTEST_SKIP() << "EGOSIEVE_DATA does not hold gpml_demo.csv";
+  // Ascent in (log ell, log sf, log sigma_n), as GPML parameterises it.
+  std::vector<double> theta = {0.0, 0.0, std::log(0.1)};
+  HyperparameterBounds bounds{{-5.0, -5.0, -5.0}, {5.0, 5.0, 5.0}};
+  RpropState state;
+  RpropOptions options;
+  options.minimum_step = 1e-12;
+  double value = 0.0;
+  for (int step = 0; step < 1500; ++step) {
+    const auto at =
+        Likelihood(GpmlNeuralNetwork(theta[0], theta[1], theta[2]), data->inputs, data->targets);
+    ASSERT_TRUE(at.ok()) << at.status();
+    value = at->value;
+    RpropStep({-(at->gradient[0] + at->gradient[1]), at->gradient[2], at->gradient[3]}, bounds,
+              options, state, theta);
+  }
+  EXPECT_NEAR(-value, 13.29869998982837, 1e-6);
+  EXPECT_NEAR(theta[0], -1.590889084812666, 1e-5);
+  EXPECT_NEAR(theta[1], 1.130955225185297, 1e-5);
+}
+
+}  // namespace
+}  // namespace egosieve::gp

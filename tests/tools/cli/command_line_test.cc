@@ -1,0 +1,147 @@
+#include "tools/cli/command_line.h"
+
+#include <fstream>
+#include <sstream>
+
+#include "absl/strings/match.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace egosieve::tools {
+namespace {
+
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+class FakeCommand : public Command {
+ public:
+  explicit FakeCommand(absl::StatusOr<ExitCode> result) : result_(std::move(result)) {}
+  std::string name() const override { return "sift"; }
+  std::string summary() const override { return "Sifts."; }
+  std::string example() const override { return "egosieve sift --stride=3"; }
+  void AddFlags(CLI::App& app) override {
+    app.add_option("--stride", stride_, "Pixels")->check(CLI::Range(1, 100));
+    app.add_option("--seed", seed_, "Number");
+    app.add_option("--name", name_, "Empty unless given");
+    app.add_option("--must", must_, "Needed")->required(required);
+  }
+  absl::StatusOr<ExitCode> Run() override {
+    last_stride = stride_;
+    return result_;
+  }
+  static inline int last_stride = 0;
+  static inline bool required = false;
+
+ private:
+  int stride_ = 5;
+  int seed_ = 0;
+  std::string name_, must_;
+  absl::StatusOr<ExitCode> result_;
+};
+
+struct Outcome {
+  int code;
+  std::string out, err;
+};
+
+Outcome Invoke(std::vector<std::string> arguments,
+               absl::StatusOr<ExitCode> result = ExitCode::kDone) {
+  CommandLine line("egosieve", "Segments.", "1.2.3");
+  line.Add(std::make_unique<FakeCommand>(std::move(result)));
+  std::ostringstream out, err;
+  const int code = line.Run(std::move(arguments), out, err);
+  return {code, out.str(), err.str()};
+}
+
+TEST(CommandLine, RunsTheCommandWithItsFlags) {
+  EXPECT_EQ(Invoke({"sift", "--stride=7"}).code, 0);
+  EXPECT_EQ(FakeCommand::last_stride, 7);
+  EXPECT_EQ(Invoke({"sift"}, ExitCode::kFramesFailed).code, 4);
+  EXPECT_EQ(FakeCommand::last_stride, 5);
+}
+
+TEST(CommandLine, HelpListsCommandsAndEndsWithTheExample) {
+  const Outcome all = Invoke({"--help"});
+  EXPECT_EQ(all.code, 0);
+  EXPECT_THAT(all.out, HasSubstr("sift  Sifts."));
+  const Outcome one = Invoke({"sift", "--help"});
+  EXPECT_EQ(one.code, 0);
+  EXPECT_THAT(one.out, HasSubstr("--stride"));
+  EXPECT_THAT(one.out, EndsWith("Example:\n  egosieve sift --stride=3\n"));
+  EXPECT_EQ(Invoke({"--version"}).out, "egosieve 1.2.3\n");
+}
+
+TEST(CommandLine, UsageErrorsNameTheFlagAndPointToHelp) {
+  const Outcome none = Invoke({});
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, HasSubstr("Usage: egosieve COMMAND"));
+
+  const Outcome flag = Invoke({"sift", "--strid=3"});
+  EXPECT_EQ(flag.code, 2);
+  EXPECT_EQ(flag.err,
+            "egosieve: unknown flag --strid; did you mean --stride? see egosieve sift --help\n");
+
+  const Outcome range = Invoke({"sift", "--stride=0"});
+  EXPECT_EQ(range.code, 2);
+  EXPECT_THAT(range.err, StartsWith("egosieve: --stride: "));
+  EXPECT_THAT(range.err, EndsWith("; see egosieve sift --help\n"));
+
+  const Outcome word = Invoke({"sift", "--seed=many"});
+  EXPECT_EQ(word.code, 2);
+  EXPECT_EQ(word.err,
+            "egosieve: --seed: cannot read 'many' as its value; see egosieve sift --help\n");
+
+  const Outcome extra = Invoke({"sift", "a.mp4"});
+  EXPECT_EQ(extra.code, 2);
+  EXPECT_THAT(extra.err, HasSubstr("unexpected argument 'a.mp4'"));
+
+  const Outcome command = Invoke({"shift"});
+  EXPECT_EQ(command.code, 2);
+  EXPECT_EQ(command.err,
+            "egosieve: unknown command shift; did you mean sift? see egosieve --help\n");
+}
+
+TEST(CommandLine, AStatusBecomesOneLineAndItsExitCode) {
+  const auto code = [](absl::Status status) { return Invoke({"sift"}, std::move(status)).code; };
+  EXPECT_EQ(code(absl::InvalidArgumentError("x")), 2);
+  EXPECT_EQ(code(absl::AlreadyExistsError("x")), 2);
+  EXPECT_EQ(code(absl::NotFoundError("x")), 3);
+  EXPECT_EQ(code(absl::DataLossError("x")), 3);
+  EXPECT_EQ(code(absl::CancelledError("x")), 130);
+  EXPECT_EQ(code(absl::ResourceExhaustedError("x")), 1);
+  EXPECT_EQ(Invoke({"sift"}, absl::NotFoundError("no a.mp4;\ngive a file")).err,
+            "egosieve: no a.mp4; give a file\n");
+}
+
+TEST(CommandLine, ConfigFilesHoldFlagsAndUnknownKeysAreErrors) {
+  const std::string path = testing::TempDir() + "/sift.toml";
+  FakeCommand::required = true;
+  EXPECT_EQ(Invoke({"sift"}).err, "egosieve: --must is required; see egosieve sift --help\n");
+  const Outcome printed = Invoke({"sift", "--stride=9", "--print_config"});
+  FakeCommand::required = false;
+  EXPECT_EQ(printed.code, 0);
+  EXPECT_THAT(printed.out, testing::Not(HasSubstr("name")));
+  std::ofstream(path) << printed.out;
+  EXPECT_EQ(Invoke({"sift", "--config", path}).code, 0) << printed.out;
+  EXPECT_EQ(FakeCommand::last_stride, 9);
+  EXPECT_EQ(Invoke({"sift", "--stride=4", "--config", path}).code, 0);
+  EXPECT_EQ(FakeCommand::last_stride, 4);
+
+  std::ofstream(path) << "stride = 3\nstrode = 4\n";
+  const Outcome unknown = Invoke({"sift", "--config", path});
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("unknown key 'strode'"));
+
+  const Outcome missing = Invoke({"sift", "--config=/nowhere/sift.toml"});
+  EXPECT_EQ(missing.code, 2);
+  EXPECT_THAT(missing.err, StartsWith("egosieve: cannot read /nowhere/sift.toml"));
+}
+
+TEST(NearestName, FindsSlipsOnly) {
+  EXPECT_EQ(NearestName("--strid", {"--stride", "--out"}), "--stride");
+  EXPECT_EQ(NearestName("--frobnicate", {"--stride", "--out"}), "");
+}
+
+}  // namespace
+}  // namespace egosieve::tools

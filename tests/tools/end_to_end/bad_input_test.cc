@@ -1,0 +1,232 @@
+// What a user can get wrong: each gives one line that says what is wrong and what to do, the right
+// exit code, and leaves nothing behind that was not there.
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "absl/strings/str_format.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/tools/testing/patch_drive.h"
+#include "tests/tools/testing/program.h"
+#include "tools/run_folder/run_folder.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+class BadInput : public testing::Test {
+ protected:
+  BadInput()
+      : root_(testing::TempDir() + "/" +
+              testing::UnitTest::GetInstance()->current_test_info()->name()),
+        input_(root_ + "/frames"),
+        out_(root_ + "/out") {
+    fs::remove_all(root_);
+    fs::create_directories(input_);
+  }
+
+  // Small and quick: the texture is dense.
+  static PatchDriveOptions Drive(int frames) {
+    PatchDriveOptions options;
+    options.width_pixels = 160;
+    options.height_pixels = 96;
+    options.frames = frames;
+    return options;
+  }
+  std::string Frame(int index) const { return input_ + absl::StrFormat("/%06d.png", index); }
+  void WriteFrames(int frames) { WritePatchDrive(root_, Drive(frames)); }
+
+  ProgramOutcome Segment(const std::string& input, std::vector<std::string> more = {}) const {
+    std::vector<std::string> arguments = {"segment", input, "--out=" + out_, "--progress=none",
+                                          "--budget=200"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunProgram(arguments);
+  }
+
+  // One line, the exit code, what it must say; and no run folder.
+  void ExpectRefused(const ProgramOutcome& outcome, int code, const std::string& what) const {
+    EXPECT_EQ(outcome.code, code) << outcome.err;
+    EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+    EXPECT_THAT(outcome.err, StartsWith("egosieve: "));
+    EXPECT_THAT(outcome.err, HasSubstr(what));
+    EXPECT_THAT(outcome.err, HasSubstr("; ")) << "it does not say what to do";
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_FALSE(fs::exists(out_ + "/run.json"));
+  }
+
+  // A run with a map for each of `frames` frames.
+  std::vector<FrameLine> ExpectAnswered(int frames) const {
+    const absl::StatusOr<RunFolder> folder = RunFolder::Open(out_);
+    if (!folder.ok()) {
+      ADD_FAILURE() << folder.status();
+      return {};
+    }
+    const std::vector<FrameLine> lines = *folder->ReadLines();
+    const RunDescription description = *folder->ReadDescription();
+    EXPECT_EQ(description.ended, "done");
+    EXPECT_EQ(lines.size(), static_cast<size_t>(frames));
+    for (const FrameLine& line : lines) {
+      EXPECT_TRUE(folder->ReadGridMaps(line, description, true).ok()) << line.index;
+    }
+    return lines;
+  }
+
+  std::string root_, input_, out_;
+};
+
+TEST_F(BadInput, AMissingFile) { ExpectRefused(Segment(root_ + "/no.mp4"), 3, "no.mp4"); }
+
+TEST_F(BadInput, ATextFileCalledMp4) {
+  std::ofstream(root_ + "/text.mp4") << "This is not a video.\n";
+  ExpectRefused(Segment(root_ + "/text.mp4"), 3, "text.mp4");
+}
+
+TEST_F(BadInput, AnEmptyFile) {
+  std::ofstream(root_ + "/empty.mp4");
+  ExpectRefused(Segment(root_ + "/empty.mp4"), 3, "empty.mp4");
+}
+
+TEST_F(BadInput, AnEmptyFolder) { ExpectRefused(Segment(input_), 3, "frames"); }
+
+TEST_F(BadInput, AGlobWithoutMatch) {
+  ExpectRefused(Segment(input_ + "/*.jpg"), 3, "frames/*.jpg");
+}
+
+TEST_F(BadInput, AFolderOfBrokenImages) {
+  for (int i = 0; i < 3; ++i) std::ofstream(Frame(i)) << "not a picture";
+  ExpectRefused(Segment(input_), 3, "frames");
+}
+
+TEST_F(BadInput, AFolderWithOneFrame) {
+  WriteFrames(1);
+  const ProgramOutcome outcome = Segment(input_);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("every map is the prior"));
+  EXPECT_THAT(outcome.err, HasSubstr("two at least"));
+  ExpectAnswered(1);
+}
+
+TEST_F(BadInput, ImagesOfDifferentSizes) {
+  WriteFrames(4);
+  cv::Mat image = cv::imread(Frame(2));
+  cv::resize(image, image, cv::Size(120, 80));
+  cv::imwrite(Frame(2), image);
+  const ProgramOutcome outcome = Segment(input_);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("1 frames are of another size"));
+  const std::vector<FrameLine> lines = ExpectAnswered(4);
+  ASSERT_EQ(lines.size(), 4u);
+  EXPECT_EQ(lines[2].width_pixels, 120);
+  EXPECT_FALSE(lines[2].reason.empty());
+}
+
+TEST_F(BadInput, Images16BitGreyAndWithAlpha) {
+  WriteFrames(4);
+  cv::Mat image = cv::imread(Frame(1));
+  image.convertTo(image, CV_16U, 257.0);
+  cv::imwrite(Frame(1), image);
+  cv::imwrite(Frame(2), cv::imread(Frame(2), cv::IMREAD_GRAYSCALE));
+  image = cv::imread(Frame(3));
+  cv::cvtColor(image, image, cv::COLOR_BGR2BGRA);
+  cv::imwrite(Frame(3), image);
+  const ProgramOutcome outcome = Segment(input_);
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.err, "");
+  ExpectAnswered(4);
+}
+
+TEST_F(BadInput, ABrokenImageAmongGoodOnes) {
+  WriteFrames(5);
+  fs::resize_file(Frame(2), fs::file_size(Frame(2)) / 2);
+  const ProgramOutcome outcome = Segment(input_);
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("000002.png"));
+  const std::vector<FrameLine> lines = *RunFolder::Open(out_)->ReadLines();
+  ASSERT_EQ(lines.size(), 5u);
+  EXPECT_EQ(lines[2].outcome, FrameLine::Outcome::kFailed);
+  EXPECT_EQ(lines[4].outcome, FrameLine::Outcome::kLearnt);
+}
+
+TEST_F(BadInput, ATruncatedVideo) {
+  const std::string path = root_ + "/drive.avi";
+  const PatchDriveOptions options = Drive(12);
+  cv::VideoWriter writer(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 10,
+                         cv::Size(options.width_pixels, options.height_pixels));
+  ASSERT_TRUE(writer.isOpened());
+  for (int i = 0; i < options.frames; ++i) writer.write(PatchFrame(options, i));
+  writer.release();
+  const uintmax_t size = fs::file_size(path);
+  fs::resize_file(path, size / 2);
+  const ProgramOutcome cut = Segment(path);
+  EXPECT_EQ(cut.code, 4) << cut.err;
+  EXPECT_EQ(CountLines(cut.err), 1) << cut.err;
+  EXPECT_THAT(cut.err, HasSubstr("drive.avi"));
+  EXPECT_GE(RunFolder::Open(out_)->ReadLines()->size(), 3u);
+
+  fs::remove_all(out_);
+  fs::resize_file(path, 100);  // not even the header is whole
+  ExpectRefused(Segment(path), 3, "drive.avi");
+}
+
+TEST_F(BadInput, AnOutputFolderThatHoldsSomething) {
+  WriteFrames(2);
+  fs::create_directories(out_);
+  std::ofstream(out_ + "/notes.txt") << "mine";
+  ExpectRefused(Segment(input_), 2, "--out");
+  ExpectRefused(Segment(input_, {"--overwrite"}), 2, "holds no run");
+  EXPECT_TRUE(fs::exists(out_ + "/notes.txt"));
+
+  fs::remove_all(out_);
+  EXPECT_EQ(Segment(input_).code, 0);
+  const ProgramOutcome again = Segment(input_);
+  EXPECT_EQ(again.code, 2);
+  EXPECT_THAT(again.err, HasSubstr("--overwrite"));
+  EXPECT_EQ(Segment(input_, {"--overwrite"}).code, 0);
+
+  fs::remove_all(out_);
+  std::ofstream(out_) << "a file";
+  ExpectRefused(Segment(input_), 2, "is a file");
+}
+
+TEST_F(BadInput, AnOutputFolderThatCannotBeWritten) {
+  WriteFrames(2);
+  out_ = "/proc/egosieve/out";
+  ExpectRefused(Segment(input_), 1, "cannot write /proc/egosieve/out");
+}
+
+TEST_F(BadInput, FlagsThatAreNone) {
+  WriteFrames(2);
+  ExpectRefused(Segment(input_, {"--strid=4"}), 2, "unknown flag --strid; did you mean --stride?");
+  ExpectRefused(Segment(input_, {"--frobnicate"}), 2, "--frobnicate");
+  ExpectRefused(Segment(input_, {"--stride=0"}), 2, "--stride: 0 is not from 1 to 1000");
+  ExpectRefused(Segment(input_, {"--stride=five"}), 2, "--stride");
+  ExpectRefused(Segment(input_, {"--window=4"}), 2, "window");
+  ExpectRefused(Segment(input_, {"--profile=best"}), 2, "'best' is none of default, paper");
+  ExpectRefused(Segment(input_, {"--from=5", "--to=3"}), 2, "--to=3");
+  ExpectRefused(Segment(input_, {"--from=99"}), 3, "has 2 frames");
+  ExpectRefused(Segment(input_, {"--device=abacus"}), 2, "abacus");
+  const ProgramOutcome no_out = RunProgram({"segment", input_});
+  EXPECT_EQ(no_out.code, 2);
+  EXPECT_THAT(no_out.err, HasSubstr("--out is required"));
+}
+
+TEST_F(BadInput, FoldersThatAreNoRuns) {
+  WriteFrames(2);
+  for (const char* command : {"reconstruct", "render", "report"}) {
+    ExpectRefused(RunProgram({command, input_}), 3, "run.json");
+    ExpectRefused(RunProgram({command, "/nowhere"}), 3, "/nowhere");
+  }
+  ExpectRefused(RunProgram({"evaluate", input_, "--truth=" + root_ + "/masks"}), 3, "run.json");
+}
+
+}  // namespace
+}  // namespace egosieve::tools

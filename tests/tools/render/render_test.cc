@@ -1,0 +1,89 @@
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/tools/testing/fake_run.h"
+#include "tests/tools/testing/run_command.h"
+#include "tools/render/overlay.h"
+#include "tools/render/render_command.h"
+#include "tools/render/render_run.h"
+
+namespace egosieve::tools {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(DrawOverlay, TintsByProbabilityAndKeepsSidesEven) {
+  const cv::Mat3b frame(121, 201, cv::Vec3b(100, 100, 100));
+  cv::Mat1f probability(frame.size(), 0.5f);
+  probability(cv::Rect(0, 0, 60, 121)) = 0.0f;
+  probability(cv::Rect(140, 0, 61, 121)) = 1.0f;
+  const cv::Mat3b overlay = DrawOverlay(frame, probability, "frame 7");
+  EXPECT_EQ(overlay.cols, 202);
+  EXPECT_GE(overlay.rows, 121 + 20);
+  EXPECT_EQ(overlay.rows % 2, 0);
+  const cv::Vec3b still = overlay(60, 20), moving = overlay(60, 180), unsure = overlay(60, 100);
+  EXPECT_GT(still[0], still[2] + 20);    // blue
+  EXPECT_GT(moving[2], moving[0] + 60);  // orange
+  EXPECT_EQ(unsure[0], unsure[2]);       // no colour
+  OverlayOptions bare;
+  bare.legend = false;
+  EXPECT_EQ(DrawOverlay(frame, probability, "", bare).size(), cv::Size(202, 122));
+}
+
+TEST(FrameRate, IsTheMedianAndHasADefault) {
+  std::vector<FrameLine> lines(4);
+  for (int i = 0; i < 4; ++i) lines[i].index = i;
+  EXPECT_EQ(FrameRate(lines), 10.0);
+  lines[1].time_seconds = 0.04;
+  lines[2].time_seconds = 0.08;
+  lines[3].time_seconds = 9.0;
+  EXPECT_NEAR(FrameRate(lines), 25.0, 1e-9);
+}
+
+TEST(RenderCommand, WritesImagesAndAVideoThatPlays) {
+  FakeRunOptions options;
+  options.width_pixels = 161;
+  options.height_pixels = 121;
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/render", options);
+  EXPECT_EQ(RunCommandForTest(MakeRenderCommand(), {run.folder.path()}).code, 0);
+  const cv::Mat image = cv::imread(run.folder.FrameFile("render", 5, ".png"));
+  ASSERT_FALSE(image.empty());
+  cv::VideoCapture video(run.folder.File("overlay.mp4"));
+  ASSERT_TRUE(video.isOpened());
+  int frames = 0;
+  cv::Mat decoded;
+  while (video.read(decoded)) {
+    EXPECT_EQ(decoded.size(), image.size());
+    ++frames;
+  }
+  EXPECT_EQ(frames, 6);
+  EXPECT_FALSE(std::filesystem::exists(run.folder.File("overlay.tmp.mp4")));
+}
+
+TEST(RenderCommand, SaysWhenTheInputIsGoneOrAnother) {
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/render_bad");
+  const std::string moved = run.frames + "_moved";
+  std::filesystem::remove_all(moved);
+  std::filesystem::rename(run.frames, moved);
+  const CommandOutcome gone = RunCommandForTest(MakeRenderCommand(), {run.folder.path()});
+  EXPECT_EQ(gone.code, 3);
+  EXPECT_THAT(gone.err, HasSubstr("--input="));
+  EXPECT_EQ(
+      RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--input=" + moved, "--no_video"})
+          .code,
+      0);
+  cv::imwrite(moved + "/000003.png", cv::Mat3b(10, 10));
+  const CommandOutcome other =
+      RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--input=" + moved, "--no_video"});
+  EXPECT_EQ(other.code, 3);
+  EXPECT_THAT(other.err, HasSubstr("frame 3"));
+  EXPECT_EQ(
+      RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--no_video", "--no_images"}).code,
+      2);
+}
+
+}  // namespace
+}  // namespace egosieve::tools

@@ -1,0 +1,107 @@
+#include "tools/run_folder/atomic_file.h"
+
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace egosieve::tools {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string FreshFolder() {
+  const std::string folder =
+      testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+TEST(WriteFileAtomically, ReplacesTheWholeFileAndLeavesNothingBeside) {
+  const std::string folder = FreshFolder();
+  ASSERT_TRUE(WriteFileAtomically(folder + "/a", "a long first content").ok());
+  ASSERT_TRUE(WriteFileAtomically(folder + "/a", "second").ok());
+  EXPECT_EQ(*ReadFile(folder + "/a"), "second");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+}
+
+TEST(WriteFileAtomically, NamesAPathThatCannotBeWritten) {
+  const absl::Status status = WriteFileAtomically("/nowhere/at/all", "x");
+  EXPECT_FALSE(status.ok());
+  EXPECT_THAT(std::string(status.message()), HasSubstr("/nowhere/at/all"));
+}
+
+// A limit on the file size stands for a full disk: the write fails after a part of the bytes.
+template <typename Body>
+int ExitCodeUnderFileSizeLimit(rlim_t bytes, const Body& body) {
+  const pid_t child = fork();
+  if (child == 0) {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{bytes, bytes};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    _exit(body() ? 0 : 1);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+TEST(WriteFileAtomically, AFullDiskLeavesTheOldFile) {
+  const std::string folder = FreshFolder();
+  ASSERT_TRUE(WriteFileAtomically(folder + "/a", "old").ok());
+  EXPECT_EQ(
+      ExitCodeUnderFileSizeLimit(1000,
+                                 [&] {
+                                   const absl::Status status =
+                                       WriteFileAtomically(folder + "/a", std::string(5000, 'x'));
+                                   return status.code() == absl::StatusCode::kResourceExhausted;
+                                 }),
+      0);
+  EXPECT_EQ(*ReadFile(folder + "/a"), "old");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+}
+
+TEST(LineLog, GrowsByWholeLines) {
+  const std::string path = FreshFolder() + "/log";
+  {
+    absl::StatusOr<LineLog> log = LineLog::Open(path);
+    ASSERT_TRUE(log.ok());
+    ASSERT_TRUE(log->Append("one").ok());
+    ASSERT_TRUE(log->Append("two").ok());
+  }
+  EXPECT_EQ(*ReadFile(path), "one\ntwo\n");
+}
+
+TEST(LineLog, CutsOffWhatACrashLeft) {
+  const std::string path = FreshFolder() + "/log";
+  std::ofstream(path) << "one\ntwo\nthr";
+  ASSERT_TRUE(LineLog::Open(path)->Append("three").ok());
+  EXPECT_EQ(*ReadFile(path), "one\ntwo\nthree\n");
+  ASSERT_TRUE(LineLog::OpenTruncated(path, 1)->Append("zwei").ok());
+  EXPECT_EQ(*ReadFile(path), "one\nzwei\n");
+  EXPECT_EQ(LineLog::OpenTruncated(path, 3).status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(*ReadFile(path), "one\nzwei\n");
+}
+
+TEST(LineLog, AFullDiskLeavesWholeLines) {
+  const std::string path = FreshFolder() + "/log";
+  EXPECT_EQ(ExitCodeUnderFileSizeLimit(100,
+                                       [&] {
+                                         absl::StatusOr<LineLog> log = LineLog::Open(path);
+                                         return log->Append(std::string(60, 'a')).ok() &&
+                                                !log->Append(std::string(60, 'b')).ok() &&
+                                                log->Append("c").ok();
+                                       }),
+            0);
+  EXPECT_EQ(*ReadFile(path), std::string(60, 'a') + "\nc\n");
+}
+
+}  // namespace
+}  // namespace egosieve::tools

@@ -1,0 +1,195 @@
+#include "tools/run_folder/run_folder.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/tools/testing/fake_run.h"
+#include "tools/run_folder/map_image.h"
+
+namespace egosieve::tools {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string Root() {
+  return testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
+}
+
+TEST(FrameLine, ALineComesBackAsItWas) {
+  FrameLine line;
+  line.index = 41;
+  line.time_seconds = 1.64;
+  line.outcome = FrameLine::Outcome::kLearnt;
+  line.features = 3000;
+  line.matches = 1502;
+  line.noise_pixels = 0.4;
+  line.factor_rebuilt = true;
+  line.jitter = 1e-9;
+  line.motion_model = "fundamental";
+  line.inliers = 1203;
+  line.labelled_static = 1301;
+  line.labelled_dynamic = 204;
+  line.points = {1505, 907, 488, 110, 19, 51, 7, 102};
+  line.model_size = 3999;
+  line.theta = {0.1, -1.0 / 3.0, 1e-300};
+  line.a = 2.5;
+  line.b = -0.25;
+  line.log_likelihood_per_point = -123.456;
+  line.dynamic_share = 0.125;
+  line.clamped_variances = 3;
+  line.saturated_deviations = 4;
+  line.milliseconds = {{"zeta", 1.5}, {"alpha", 2.5}};
+  const std::string text = ToText(line);
+  EXPECT_EQ(text.find('\n'), std::string::npos);
+  const absl::StatusOr<FrameLine> read = FrameLineFromText(text);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(ToText(*read), text);
+  EXPECT_EQ(read->points.dropped_by_budget, 102);
+  EXPECT_EQ(read->theta, line.theta);
+  EXPECT_EQ(read->milliseconds, line.milliseconds);
+  EXPECT_THAT(text, HasSubstr("\"reason\":null"));
+}
+
+TEST(FrameLine, NumbersThatAreNotFiniteAndBrokenTextSurvive) {
+  FrameLine line;
+  line.log_likelihood_per_point = std::numeric_limits<double>::quiet_NaN();
+  line.reason = "bad \xff\n\"name\"";
+  const absl::StatusOr<FrameLine> read = FrameLineFromText(ToText(line));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_TRUE(std::isnan(read->log_likelihood_per_point));
+  EXPECT_THAT(read->reason, HasSubstr("\"name\""));
+}
+
+TEST(FrameLine, DamageNamesTheField) {
+  nlohmann::ordered_json json = ToJson(FrameLine());
+  json["matches"] = "many";
+  EXPECT_THAT(std::string(FrameLineFromJson(json).status().message()), HasSubstr("'matches'"));
+  json = ToJson(FrameLine());
+  json.erase("theta");
+  EXPECT_THAT(std::string(FrameLineFromJson(json).status().message()), HasSubstr("'theta'"));
+  json = ToJson(FrameLine());
+  json["outcome"] = "lost";
+  EXPECT_THAT(std::string(FrameLineFromJson(json).status().message()), HasSubstr("'lost'"));
+  EXPECT_FALSE(FrameLineFromText("{\"index\":").ok());
+  EXPECT_FALSE(FrameLineFromText("[]").ok());
+}
+
+TEST(MapImage, ValuesComeBackWithinHalfAStep) {
+  const std::string path = Root() + ".png";
+  cv::Mat1f values(7, 9);
+  for (int i = 0; i < 63; ++i) values(i / 9, i % 9) = static_cast<float>(i) / 62.0f * 4.0f;
+  const absl::StatusOr<EncodedMap> encoded = EncodeMap(values, 4.0);
+  ASSERT_TRUE(encoded.ok());
+  EXPECT_EQ(encoded->saturated, 0);
+  ASSERT_TRUE(WriteFileAtomically(path, encoded->png).ok());
+  const absl::StatusOr<cv::Mat1f> read = ReadMap(path, values.size(), 4.0);
+  ASSERT_TRUE(read.ok()) << read.status();
+  // Half a step of 4 / 65535, and the rounding of a float of size 4.
+  EXPECT_LE(cv::norm(values, *read, cv::NORM_INF), 4.0 / 131070 + 4.0 * 0x1p-23);
+  EXPECT_EQ(ReadMap(path, cv::Size(8, 7), 4.0).status().code(), absl::StatusCode::kDataLoss);
+  values(3, 3) = 5.0f;
+  EXPECT_EQ(EncodeMap(values, 4.0)->saturated, 1);
+  values(3, 3) = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(std::string(EncodeMap(values, 4.0).status().message()), HasSubstr("column 3, row 3"));
+}
+
+TEST(MapImage, ATruncatedFileIsDataLoss) {
+  const FakeRun run = WriteFakeRun(Root());
+  const std::string path = run.folder.FrameFile("grid", 1, ".prob.png");
+  for (const size_t size : {size_t{0}, size_t{20}}) {
+    std::filesystem::resize_file(path, size);
+    const absl::Status status =
+        run.folder.ReadGridMaps(run.folder.ReadLines()->at(1), run.description, false).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+    EXPECT_THAT(std::string(status.message()), HasSubstr(path));
+  }
+}
+
+TEST(RunFolder, WhatIsWrittenIsRead) {
+  const FakeRun run = WriteFakeRun(Root());
+  const absl::StatusOr<RunFolder> opened = RunFolder::Open(run.folder.path());
+  ASSERT_TRUE(opened.ok());
+  const absl::StatusOr<RunDescription> description = opened->ReadDescription();
+  ASSERT_TRUE(description.ok()) << description.status();
+  EXPECT_EQ(ToText(*description), ToText(run.description));
+  EXPECT_EQ(description->grid.columns(), 20);
+  const auto lines = opened->ReadLines();
+  ASSERT_TRUE(lines.ok()) << lines.status();
+  ASSERT_EQ(lines->size(), 6u);
+  EXPECT_EQ((*lines)[4].reason, "7 matches; 8 are needed");
+  const auto maps = opened->ReadGridMaps((*lines)[2], *description, true);
+  ASSERT_TRUE(maps.ok());
+  EXPECT_EQ(maps->probability.size(), cv::Size(20, 14));
+  EXPECT_NEAR(maps->deviation(0, 0), 0.4, 4.0 / 131070 + 1e-7);
+}
+
+TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
+  const std::string root = Root();
+  std::filesystem::remove_all(root);
+  ASSERT_TRUE(RunFolder::Create(root + "/deep/er", false).ok());
+  const FakeRun run = WriteFakeRun(root);
+  const std::string path = run.folder.path();
+
+  EXPECT_EQ(RunFolder::Create(path, false).status().code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_THAT(std::string(RunFolder::Create(path, false).status().message()),
+              HasSubstr("--overwrite"));
+  std::ofstream(path + "/notes.txt") << "mine";
+  ASSERT_TRUE(RunFolder::Create(path, true).ok());
+  EXPECT_TRUE(std::filesystem::exists(path + "/notes.txt"));
+  EXPECT_FALSE(std::filesystem::exists(path + "/frames.jsonl"));
+  EXPECT_TRUE(std::filesystem::is_empty(path + "/grid"));
+
+  // Not a run: nothing is removed, whatever is asked.
+  EXPECT_EQ(RunFolder::Create(run.frames, true).status().code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_TRUE(std::filesystem::exists(run.frames + "/000000.png"));
+  EXPECT_EQ(RunFolder::Create(run.frames + "/000000.png", true).status().code(),
+            absl::StatusCode::kAlreadyExists);
+  EXPECT_FALSE(RunFolder::Create("/proc/egosieve", false).ok());
+}
+
+TEST(RunFolder, OpenSaysWhatIsMissing) {
+  EXPECT_EQ(RunFolder::Open("/nowhere").status().code(), absl::StatusCode::kNotFound);
+  const FakeRun run = WriteFakeRun(Root());
+  EXPECT_EQ(RunFolder::Open(run.frames).status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST(RunFolder, DamageIsReportedWithItsPlace) {
+  const FakeRun run = WriteFakeRun(Root());
+  const std::string log = run.folder.File("frames.jsonl");
+  const std::string text = *ReadFile(log);
+  std::ofstream(log) << text << "{\"index\": 6, \"ti";
+  EXPECT_EQ(run.folder.ReadLines()->size(), 6u);
+  std::ofstream(log) << text << "rubbish\n";
+  EXPECT_THAT(std::string(run.folder.ReadLines().status().message()), HasSubstr("line 7"));
+  std::ofstream(log) << text << text;
+  EXPECT_THAT(std::string(run.folder.ReadLines().status().message()),
+              HasSubstr("frame 0 comes after frame 5"));
+
+  std::ofstream(run.folder.File("run.json"))
+      << "{\"format\": \"egosieve run\", \"format_version\": 99}";
+  EXPECT_EQ(run.folder.ReadDescription().status().code(), absl::StatusCode::kFailedPrecondition);
+  std::ofstream(run.folder.File("run.json")) << "{\"format\": \"other\"}";
+  EXPECT_EQ(run.folder.ReadDescription().status().code(), absl::StatusCode::kDataLoss);
+}
+
+TEST(RunDescription, NamesTheFirstDifference) {
+  RunDescription before;
+  before.flags = {{"stride", "5"}, {"seed", "1"}};
+  RunDescription now = before;
+  EXPECT_EQ(DescribeDifference(before, now), "");
+  now.flags["stride"] = "3";
+  EXPECT_EQ(DescribeDifference(before, now), "--stride is '5' there and '3' here");
+  now = before;
+  now.flags.erase("seed");
+  EXPECT_EQ(DescribeDifference(before, now), "--seed is '1' there and absent here");
+  now = before;
+  now.device = "other";
+  EXPECT_THAT(DescribeDifference(before, now), HasSubstr("device"));
+}
+
+}  // namespace
+}  // namespace egosieve::tools

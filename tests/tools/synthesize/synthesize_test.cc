@@ -1,0 +1,152 @@
+#include "tools/synthesize/synthesize.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <string>
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class SynthesizeTest : public ::testing::Test {
+ protected:
+  SynthesizeTest() {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(::testing::TempDir()) / test->name();
+    fs::remove_all(folder_);
+    options_.output_folder = (folder_ / "drive").string();
+    options_.scenario = "crossing";
+    options_.rendering.width_pixels = 96;
+    options_.rendering.height_pixels = 54;
+    options_.rendering.frames = 3;
+  }
+
+  fs::path File(const std::string& name) const { return fs::path(options_.output_folder) / name; }
+  static std::string Bytes(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+  fs::path folder_;
+  SynthesizeOptions options_;
+};
+
+TEST_F(SynthesizeTest, FolderHoldsFramesMasksIdsAndAConsistentScene) {
+  int calls = 0;
+  ASSERT_TRUE(Synthesize(options_, [&](int done, int total) {
+                EXPECT_EQ(done, ++calls);
+                return total == 3;
+              }).ok());
+  EXPECT_EQ(calls, 3);
+  const auto scene = nlohmann::json::parse(Bytes(File("scene.json")));
+  EXPECT_EQ(scene.at("scenario"), "crossing");
+  EXPECT_EQ(scene.at("width"), 96);
+  ASSERT_EQ(scene.at("frames").size(), 3u);
+  for (int k = 0; k < 3; ++k) {
+    const std::string name = "00000" + std::to_string(k) + ".png";
+    const cv::Mat image = cv::imread(File("frames/" + name).string(), cv::IMREAD_UNCHANGED);
+    const cv::Mat mask = cv::imread(File("masks/" + name).string(), cv::IMREAD_UNCHANGED);
+    const cv::Mat ids = cv::imread(File("ids/" + name).string(), cv::IMREAD_UNCHANGED);
+    EXPECT_EQ(image.type(), CV_8UC3);
+    EXPECT_EQ(image.size(), cv::Size(96, 54));
+    ASSERT_EQ(mask.type(), CV_8UC1);
+    ASSERT_EQ(ids.type(), CV_16UC1);
+    // The objects' areas are those of ids/, and masks/ shows exactly the moving ones.
+    int moving_pixels = 0;
+    for (const auto& object : scene["frames"][k]["objects"]) {
+      const cv::Mat pixels = ids == object.at("id").get<int>();
+      EXPECT_EQ(cv::countNonZero(pixels), object.at("area_pixels").get<int>());
+      if (object.at("moving")) {
+        moving_pixels += cv::countNonZero(pixels);
+        EXPECT_EQ(cv::countNonZero(pixels & (mask != 255)), 0);
+      }
+    }
+    EXPECT_EQ(cv::countNonZero(mask), moving_pixels);
+    EXPECT_EQ(cv::countNonZero(mask == 255), moving_pixels);
+  }
+}
+
+TEST_F(SynthesizeTest, SameOptionsSameBytes) {
+  ASSERT_TRUE(Synthesize(options_).ok());
+  const std::string image = Bytes(File("frames/000002.png")), scene = Bytes(File("scene.json"));
+  options_.overwrite = true;
+  options_.rendering.threads = 1;
+  ASSERT_TRUE(Synthesize(options_).ok());
+  EXPECT_EQ(Bytes(File("frames/000002.png")), image);
+  EXPECT_EQ(Bytes(File("scene.json")), scene);
+  options_.seed = 2;
+  ASSERT_TRUE(Synthesize(options_).ok());
+  EXPECT_NE(Bytes(File("frames/000002.png")), image);
+}
+
+TEST_F(SynthesizeTest, VideoHasEveryFrame) {
+  options_.video = true;
+  ASSERT_TRUE(Synthesize(options_).ok());
+  EXPECT_FALSE(fs::exists(File("frames")));
+  cv::VideoCapture video(File("video.mp4").string());
+  int frames = 0;
+  for (cv::Mat frame; video.read(frame); ++frames) EXPECT_EQ(frame.size(), cv::Size(96, 54));
+  EXPECT_EQ(frames, 3);
+}
+
+TEST_F(SynthesizeTest, ForeignFilesAreNeverTouched) {
+  fs::create_directories(options_.output_folder);
+  std::ofstream(File("thesis.tex")) << "x";
+  options_.overwrite = true;
+  const absl::Status status = Synthesize(options_);
+  EXPECT_EQ(status.code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("thesis.tex"));
+  EXPECT_EQ(Bytes(File("thesis.tex")), "x");
+  EXPECT_FALSE(fs::exists(File("frames")));
+}
+
+TEST_F(SynthesizeTest, ForeignFilesInsideADriveKeepItWhole) {
+  ASSERT_TRUE(Synthesize(options_).ok());
+  std::ofstream(File("masks/notes.txt")) << "x";
+  options_.overwrite = true;
+  EXPECT_EQ(Synthesize(options_).code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_TRUE(fs::exists(File("frames/000002.png")));
+}
+
+TEST_F(SynthesizeTest, ADriveIsReplacedOnlyOnRequest) {
+  ASSERT_TRUE(Synthesize(options_).ok());
+  EXPECT_EQ(Synthesize(options_).code(), absl::StatusCode::kAlreadyExists);
+  options_.overwrite = true;
+  options_.rendering.frames = 2;
+  ASSERT_TRUE(Synthesize(options_).ok());
+  EXPECT_TRUE(fs::exists(File("frames/000001.png")));
+  EXPECT_FALSE(fs::exists(File("frames/000002.png")));
+}
+
+TEST_F(SynthesizeTest, InterruptionLeavesNoScene) {
+  const absl::Status status = Synthesize(options_, [](int done, int) { return done < 2; });
+  EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
+  EXPECT_TRUE(fs::exists(File("frames/000001.png")));
+  EXPECT_FALSE(fs::exists(File("frames/000002.png")));
+  EXPECT_FALSE(fs::exists(File("scene.json")));
+}
+
+TEST_F(SynthesizeTest, BadOptionsWriteNothing) {
+  options_.scenario = "motorway";
+  absl::Status status = Synthesize(options_);
+  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("standing_traffic"));
+  options_.scenario = "street";
+  options_.rendering.frames = 0;
+  status = Synthesize(options_);
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("frames = 0"));
+  EXPECT_FALSE(fs::exists(folder_));
+}
+
+}  // namespace
+}  // namespace egosieve::tools

@@ -1,0 +1,26 @@
+// A drive that is easy by construction: a textured plane slides past the camera, and a textured
+// square slides the other way over it
+// and starts again at the left when it has crossed. A homography explains the plane exactly.
+#ifndef EGOSIEVE_TESTS_TOOLS_TESTING_PATCH_DRIVE_H_
+#define EGOSIEVE_TESTS_TOOLS_TESTING_PATCH_DRIVE_H_
+
+#include <opencv2/core.hpp>
+#include <string>
+
+namespace egosieve::tools {
+
+struct PatchDriveOptions {
+  int width_pixels = 192;
+  int height_pixels = 128;
+  int frames = 8;
+};
+
+cv::Mat3b PatchFrame(const PatchDriveOptions& options, int index);
+cv::Mat1b PatchMask(const PatchDriveOptions& options, int index);
+
+// root/frames/NNNNNN.png and root/masks/NNNNNN.png; replaces what lies at `root`.
+void WritePatchDrive(const std::string& root, const PatchDriveOptions& options = {});
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TESTS_TOOLS_TESTING_PATCH_DRIVE_H_

@@ -1,0 +1,73 @@
+#include "tests/tools/testing/program.h"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "gtest/gtest.h"
+
+namespace egosieve::tools {
+namespace {
+
+std::string Contents(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+void Redirect(const std::string& path, int descriptor) {
+  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  if (file < 0 || dup2(file, descriptor) < 0) _exit(125);
+  close(file);
+}
+
+}  // namespace
+
+std::string ProgramPath() {
+  const char* path = std::getenv("EGOSIEVE_PROGRAM");
+  return path != nullptr ? path : "tools/egosieve";
+}
+
+pid_t StartProgram(const std::vector<std::string>& arguments, const std::string& out_path,
+                   const std::string& err_path) {
+  const std::string program = ProgramPath();
+  std::vector<char*> argv = {const_cast<char*>(program.c_str())};
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  const pid_t process = fork();
+  if (process == 0) {
+    Redirect(out_path, STDOUT_FILENO);
+    Redirect(err_path, STDERR_FILENO);
+    execv(program.c_str(), argv.data());
+    _exit(126);
+  }
+  return process;
+}
+
+int WaitForProgram(pid_t process) {
+  int status = 0;
+  waitpid(process, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+ProgramOutcome RunProgram(const std::vector<std::string>& arguments) {
+  const std::string out = testing::TempDir() + "/program.out";
+  const std::string err = testing::TempDir() + "/program.err";
+  ProgramOutcome outcome;
+  outcome.code = WaitForProgram(StartProgram(arguments, out, err));
+  outcome.out = Contents(out);
+  outcome.err = Contents(err);
+  return outcome;
+}
+
+int CountLines(const std::string& text) {
+  const int breaks = static_cast<int>(std::count(text.begin(), text.end(), '\n'));
+  return breaks + (!text.empty() && text.back() != '\n');
+}
+
+}  // namespace egosieve::tools

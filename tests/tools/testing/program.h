@@ -1,0 +1,32 @@
+// Runs the program as a user does: a process of its own, its output and exit code kept.
+#ifndef EGOSIEVE_TESTS_TOOLS_TESTING_PROGRAM_H_
+#define EGOSIEVE_TESTS_TOOLS_TESTING_PROGRAM_H_
+
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+namespace egosieve::tools {
+
+struct ProgramOutcome {
+  int code = -1;         // exit code, or 128 + the signal that ended it
+  std::string out, err;  // stdout and stderr
+};
+
+// The binary under test, from the environment variable EGOSIEVE_PROGRAM or the test's runfiles.
+std::string ProgramPath();
+
+ProgramOutcome RunProgram(const std::vector<std::string>& arguments);
+
+// For tests that send signals: starts without waiting.
+pid_t StartProgram(const std::vector<std::string>& arguments, const std::string& out_path,
+                   const std::string& err_path);
+int WaitForProgram(pid_t process);
+
+// What `text` has of lines, the last of which may lack its line break.
+int CountLines(const std::string& text);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TESTS_TOOLS_TESTING_PROGRAM_H_

@@ -1,0 +1,152 @@
+#include "vision/evidence/negative_depth.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/vision/evidence/point_street.h"
+
+namespace egosieve::vision {
+namespace {
+
+RelativePose PoseOf(const PointStreet& street, int a, int b, const Pinhole& camera) {
+  return EstimateRelativePose(street.Pairs(a, b), street.Fundamental(a, b), camera, {});
+}
+
+// Points straight ahead that travel with the camera, faster than it: the epipolar line is blind to
+// them, the sign of depth is not.
+TEST(NegativeDepth, SeesCarsThatPullAwayAndNoStaticPoint) {
+  StreetOptions options;
+  options.noise_pixels = 0.25;
+  options.mover_count = 100;
+  options.mover_travel = {0.03, 0.0, 1.5};  // 1.5 times the camera's travel
+  const PointStreet street(options);
+  const RelativePose pose = PoseOf(street, 0, 3, street.camera());
+  ASSERT_TRUE(pose.found());
+  std::vector<int64_t> indices;
+  const std::vector<PointPair> pairs = street.Pairs(0, 3, &indices);
+  int movers = 0, seen = 0, statics = 0, mistaken = 0;
+  for (size_t k = 0; k < pairs.size(); ++k) {
+    const SignedFlow flow = MeasureSignedFlow(street.camera(), pose, pairs[k]);
+    if (!flow.present) continue;
+    const bool negative = flow.along_pixels < -3 * flow.deviation_pixels;
+    if (street.moves(indices[k])) {
+      ++movers;
+      seen += negative ? 1 : 0;
+      EXPECT_LT(flow.along_pixels, 3 * flow.deviation_pixels);
+    } else {
+      ++statics;
+      mistaken += negative ? 1 : 0;
+    }
+  }
+  ASSERT_GT(movers, 80);
+  ASSERT_GT(statics, 300);
+  // Near the image's middle the flow is below the noise: 1.5 m at 20 m is 7 % of the distance to
+  // it, more than 3 deviations beyond 20 pixels.
+  EXPECT_GT(seen, 0.85 * movers);
+  EXPECT_LE(mistaken, 0.005 * statics);
+}
+
+TEST(NegativeDepth, DeviationIsThatOfTheNoise) {
+  // Points at infinity: s is nothing but noise and the error of the rotation.
+  StreetOptions options;
+  options.noise_pixels = 0.4;
+  options.static_count = 1500;
+  const PointStreet street(options);
+  const RelativePose pose = PoseOf(street, 0, 2, street.camera());
+  ASSERT_TRUE(pose.found());
+  const Eigen::Matrix3d turn = street.RotationBetween(0, 2);
+  std::mt19937_64 random(3);
+  const auto noise = [&] {
+    double sum = -6.0;
+    for (int n = 0; n < 12; ++n) sum += static_cast<double>(random() >> 11) * 0x1p-53;
+    return 0.4 * sum;
+  };
+  double squares = 0.0;
+  int count = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const double x = static_cast<double>(random() % 1200), y = static_cast<double>(random() % 370);
+    const Eigen::Vector2d far = street.camera().Project(turn * street.camera().Ray(x, y));
+    const SignedFlow flow = MeasureSignedFlow(
+        street.camera(), pose, {x + noise(), y + noise(), far(0) + noise(), far(1) + noise()});
+    if (!flow.present) continue;
+    squares += std::pow(flow.along_pixels / flow.deviation_pixels, 2);
+    ++count;
+  }
+  ASSERT_GT(count, 1900);
+  // The rotation's error is common to all points, hence the wide bounds; sigma itself is 10 % off.
+  EXPECT_GT(squares / count, 0.6);
+  EXPECT_LT(squares / count, 1.6);
+}
+
+TEST(NegativeDepth, HardlyDependsOnTheFocalLength) {
+  StreetOptions options;
+  options.noise_pixels = 0.2;
+  options.mover_count = 80;
+  options.mover_travel = {0.03, 0.0, 1.6};
+  const PointStreet street(options);
+  std::vector<int64_t> indices;
+  const std::vector<PointPair> pairs = street.Pairs(0, 3, &indices);
+  const RelativePose truth = PoseOf(street, 0, 3, street.camera());
+  for (const double share : {0.45, 0.7, 0.9, 1.2}) {
+    const Pinhole guess = Pinhole::Of(options.size, share * options.size.width);
+    const RelativePose pose = PoseOf(street, 0, 3, guess);
+    ASSERT_TRUE(pose.found()) << share;
+    int changed = 0;
+    for (const PointPair& pair : pairs) {
+      const SignedFlow a = MeasureSignedFlow(street.camera(), truth, pair);
+      const SignedFlow b = MeasureSignedFlow(guess, pose, pair);
+      if (!a.present || !b.present) continue;
+      const auto negative = [](const SignedFlow& flow) {
+        return flow.along_pixels < -3 * flow.deviation_pixels;
+      };
+      changed += negative(a) != negative(b) ? 1 : 0;
+    }
+    EXPECT_LT(changed, 0.02 * pairs.size()) << share;
+  }
+}
+
+TEST(NegativeDepth, ReversingTurnsTheSign) {
+  StreetOptions options;
+  options.travel = {0.0, 0.0, -1.0};
+  options.mover_count = 60;
+  options.mover_travel = {0.0, 0.0, -1.6};
+  const PointStreet street(options);
+  const RelativePose pose = PoseOf(street, 0, 2, street.camera());
+  ASSERT_TRUE(pose.found());
+  std::vector<int64_t> indices;
+  const std::vector<PointPair> pairs = street.Pairs(0, 2, &indices);
+  for (size_t k = 0; k < pairs.size(); ++k) {
+    const SignedFlow flow = MeasureSignedFlow(street.camera(), pose, pairs[k]);
+    if (!flow.present) continue;
+    // Places are exact: signs are exact.
+    EXPECT_EQ(flow.along_pixels > 0, !street.moves(indices[k])) << k;
+  }
+}
+
+TEST(NegativeDepth, AbsentWithoutTranslation) {
+  StreetOptions options;
+  options.travel.setZero();
+  options.yaw = 0.02;
+  options.noise_pixels = 0.2;
+  const PointStreet street(options);
+  StreetOptions moved = options;
+  moved.travel = {0.0, 0.0, 1.0};
+  const RelativePose pose = EstimateRelativePose(
+      street.Pairs(0, 1), PointStreet(moved).Fundamental(0, 1), street.camera(), {});
+  for (const PointPair& pair : street.Pairs(0, 1)) {
+    EXPECT_FALSE(MeasureSignedFlow(street.camera(), pose, pair).present);
+  }
+}
+
+TEST(NegativeDepth, AbsentForPlacesThatAreNone) {
+  const PointStreet street(StreetOptions{});
+  const RelativePose pose = PoseOf(street, 0, 1, street.camera());
+  ASSERT_TRUE(pose.found());
+  const double nan = std::nan("");
+  EXPECT_FALSE(MeasureSignedFlow(street.camera(), pose, {nan, 1, 2, 3}).present);
+  EXPECT_FALSE(MeasureSignedFlow(street.camera(), pose, {1, 2, nan, 3}).present);
+}
+
+}  // namespace
+}  // namespace egosieve::vision

@@ -1,0 +1,122 @@
+#include "vision/geometry/motion_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tests/vision/geometry/synthetic_pairs.h"
+#include "vision/geometry/residual.h"
+
+namespace egosieve::vision {
+namespace {
+
+using testing::CameraMotion;
+using testing::MakeSyntheticPairs;
+using testing::SyntheticOptions;
+using testing::SyntheticPairs;
+
+constexpr struct {
+  CameraMotion motion;
+  const char* name;
+  MotionModelKind expected;
+} kCases[] = {{CameraMotion::kStatic, "static", MotionModelKind::kStatic},
+              {CameraMotion::kRotation, "rotation", MotionModelKind::kHomography},
+              {CameraMotion::kPlanar, "planar", MotionModelKind::kHomography},
+              {CameraMotion::kForward, "forward", MotionModelKind::kFundamental},
+              {CameraMotion::kSideways, "sideways", MotionModelKind::kFundamental}};
+
+// 1000 pairs of frames: five motions, movers 0 to 40 %, noise 0 to 1 pixel.
+TEST(EstimateMotionModel, ChoosesTheRightModel) {
+  constexpr int kPerMotion = 200;
+  int right = 0;
+  for (const auto& test_case : kCases) {
+    std::map<MotionModelKind, int> chosen;
+    for (int i = 0; i < kPerMotion; ++i) {
+      SyntheticOptions scene;
+      scene.motion = test_case.motion;
+      scene.count = 1200;
+      scene.mover_share = 0.4 * (i % 9) / 8.0;
+      scene.noise_pixels = (i % 11) / 10.0;
+      scene.seed = 1000 + i;
+      MotionModelOptions options;
+      options.seed = i;
+      const auto model = EstimateMotionModel(MakeSyntheticPairs(scene).pairs, options);
+      ASSERT_TRUE(model.ok()) << model.status();
+      EXPECT_TRUE(model->trusted) << test_case.name << " " << i << ": " << model->reason;
+      ++chosen[model->kind];
+      right += model->kind == test_case.expected;
+      if (model->kind != test_case.expected) {
+        std::printf("%s: movers %.2f noise %.1f seed %d chose %s\n", test_case.name,
+                    scene.mover_share, scene.noise_pixels, i, Name(model->kind));
+      }
+    }
+    std::printf("%-9s static %3d  homography %3d  fundamental %3d\n", test_case.name,
+                chosen[MotionModelKind::kStatic], chosen[MotionModelKind::kHomography],
+                chosen[MotionModelKind::kFundamental]);
+  }
+  EXPECT_GE(right, 990) << "of 1000";
+}
+
+TEST(EstimateMotionModel, ForcedChoiceIsObeyed) {
+  SyntheticOptions scene;
+  scene.motion = CameraMotion::kRotation;
+  const SyntheticPairs pairs = MakeSyntheticPairs(scene);
+  MotionModelOptions options;
+  options.choice = MotionModelChoice::kFundamental;
+  EXPECT_EQ(EstimateMotionModel(pairs.pairs, options)->kind, MotionModelKind::kFundamental);
+  options.choice = MotionModelChoice::kHomography;
+  EXPECT_EQ(EstimateMotionModel(pairs.pairs, options)->kind, MotionModelKind::kHomography);
+}
+
+TEST(EstimateMotionModel, NoMajorityIsNotTrusted) {
+  SyntheticOptions scene;
+  scene.mover_share = 0.0;
+  scene.outlier_share = 0.95;
+  const auto model = EstimateMotionModel(MakeSyntheticPairs(scene).pairs, {});
+  ASSERT_TRUE(model.ok());
+  EXPECT_FALSE(model->trusted);
+  EXPECT_FALSE(model->reason.empty());
+}
+
+TEST(EstimateMotionModel, FewAndDegeneratePairsGiveADefinedResult) {
+  for (int count = 0; count <= 8; ++count) {
+    std::vector<PointPair> pairs;
+    for (int i = 0; i < count; ++i) {
+      pairs.push_back({37.0 * i, 11.0 * i * i, 40.0 * i + 1, 11.0 * i * i + 2});
+    }
+    EXPECT_TRUE(EstimateMotionModel(pairs, {}).ok()) << count;
+  }
+  const std::vector<PointPair> identical(500, PointPair{5, 6, 7, 8});
+  std::vector<PointPair> collinear, not_finite(50, PointPair{1, NAN, 2, 3});
+  for (int i = 0; i < 500; ++i) collinear.push_back({1.0 * i, 2.0 * i, 1.0 * i + 3, 2.0 * i + 6});
+  for (const auto& pairs : {identical, collinear, not_finite}) {
+    const auto model = EstimateMotionModel(pairs, {});
+    ASSERT_TRUE(model.ok()) << model.status();
+    for (const auto choice : {MotionModelChoice::kFundamental, MotionModelChoice::kHomography}) {
+      MotionModelOptions options;
+      options.choice = choice;
+      const auto forced = EstimateMotionModel(pairs, options);
+      ASSERT_TRUE(forced.ok());
+      if (forced->kind == MotionModelKind::kNone) {
+        EXPECT_FALSE(forced->trusted);
+        EXPECT_FALSE(forced->reason.empty());
+      }
+    }
+  }
+}
+
+TEST(MotionModelOptions, NonsenseIsRefused) {
+  MotionModelOptions options;
+  options.gric_sigma_pixels = NAN;
+  EXPECT_FALSE(options.Validate().ok());
+  options = {};
+  options.minimum_support = 1.5;
+  EXPECT_FALSE(EstimateMotionModel({}, options).ok());
+}
+
+}  // namespace
+}  // namespace egosieve::vision

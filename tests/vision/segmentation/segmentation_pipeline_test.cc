@@ -1,0 +1,168 @@
+#include "vision/segmentation/segmentation_pipeline.h"
+
+#include <algorithm>
+#include <atomic>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "kernels/runtime/context.h"
+#include "tests/vision/segmentation/moving_square.h"
+#include "vision/segmentation/bounded_queue.h"
+
+namespace egosieve::vision {
+namespace {
+
+// The moving square as an input of `count` frames, of which `damaged` cannot be read.
+class MovingSquareSource : public FrameSource {
+ public:
+  MovingSquareSource(int64_t count, std::vector<int64_t> damaged)
+      : count_(count), damaged_(std::move(damaged)) {}
+
+  absl::StatusOr<FrameRead> Next() override {
+    if (next_ >= count_) {
+      return EndOfFrames{count_, "the end"};
+    }
+    const int64_t index = next_++;
+    if (std::find(damaged_.begin(), damaged_.end(), index) != damaged_.end()) {
+      return DamagedFrame{index, "torn"};
+    }
+    return drive_.At(index);
+  }
+  absl::Status SeekTo(int64_t index) override {
+    next_ = index;
+    return absl::OkStatus();
+  }
+  int64_t next_index() const override { return next_; }
+  int64_t expected_frame_count() const override { return count_; }
+  std::string description() const override { return "moving square"; }
+
+ private:
+  MovingSquare drive_;
+  const int64_t count_;
+  const std::vector<int64_t> damaged_;
+  int64_t next_ = 0;
+};
+
+std::unique_ptr<OnlineSegmenter> MakeSegmenter() {
+  OnlineSegmenterOptions options = OnlineSegmenterOptions::Default();
+  options.labeller.feature_count = 500;
+  options.learner.training.annealing_evaluations = 10;
+  auto context = kernels::OpenContext();
+  EXPECT_TRUE(context.ok()) << context.status();
+  auto segmenter = OnlineSegmenter::Create(*context, options);
+  EXPECT_TRUE(segmenter.ok()) << segmenter.status();
+  return *std::move(segmenter);
+}
+
+struct DriveRun {
+  absl::StatusOr<PipelineSummary> summary = absl::UnknownError("not run");
+  std::vector<SegmentedFrame> frames;
+};
+
+DriveRun RunDrive(FrameSource& source, const PipelineOptions& options,
+                  const std::function<bool()>& stop_requested = nullptr) {
+  DriveRun run;
+  auto segmenter = MakeSegmenter();
+  run.summary =
+      RunPipeline(source, *segmenter, options, stop_requested, [&run](const SegmentedFrame& frame) {
+        run.frames.push_back(frame);
+        return absl::OkStatus();
+      });
+  return run;
+}
+
+TEST(SegmentationPipelineTest, OverlappedStagesGiveTheBytesOfOneFrameAfterTheOther) {
+  std::vector<DriveRun> runs;
+  for (const bool overlap : {false, true}) {
+    MovingSquareSource source(6, {3});
+    PipelineOptions options;
+    options.overlap = overlap;
+    options.queue_capacity = 2;
+    runs.push_back(RunDrive(source, options));
+    ASSERT_TRUE(runs.back().summary.ok()) << runs.back().summary.status();
+    EXPECT_EQ(runs.back().summary->segmented_frames, 5);
+    EXPECT_EQ(runs.back().summary->damaged_frames, 1);
+    EXPECT_EQ(runs.back().summary->warning, "the end");
+    EXPECT_FALSE(runs.back().summary->stopped);
+  }
+  ASSERT_EQ(runs[0].frames.size(), 6u);
+  ASSERT_EQ(runs[1].frames.size(), 6u);
+  for (size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(runs[1].frames[i].index, static_cast<int64_t>(i));
+    EXPECT_EQ(runs[1].frames[i].damage.has_value(), i == 3);
+    EXPECT_EQ(runs[1].frames[i].map.probability, runs[0].frames[i].map.probability);
+    EXPECT_EQ(runs[1].frames[i].map.deviation, runs[0].frames[i].map.deviation);
+    EXPECT_EQ(runs[1].frames[i].record.theta, runs[0].frames[i].record.theta);
+  }
+}
+
+TEST(SegmentationPipelineTest, TakesTheFramesBetweenFirstAndEnd) {
+  MovingSquareSource source(6, {});
+  PipelineOptions options;
+  options.first_frame = 2;
+  options.end_frame = 4;
+  const DriveRun run = RunDrive(source, options);
+  ASSERT_TRUE(run.summary.ok());
+  ASSERT_EQ(run.frames.size(), 2u);
+  EXPECT_EQ(run.frames[0].index, 2);
+  EXPECT_EQ(run.frames[1].index, 3);
+}
+
+TEST(SegmentationPipelineTest, FinishesWhatWasReadWhenAskedToStop) {
+  MovingSquareSource source(50, {});
+  std::atomic<int> reads = 0;
+  const DriveRun run = RunDrive(source, PipelineOptions(), [&reads] { return ++reads > 3; });
+  ASSERT_TRUE(run.summary.ok());
+  EXPECT_TRUE(run.summary->stopped);
+  EXPECT_EQ(run.frames.size(), 3u);
+}
+
+TEST(SegmentationPipelineTest, AnErrorOfTheSinkEndsTheRun) {
+  for (const bool overlap : {false, true}) {
+    MovingSquareSource source(50, {});
+    auto segmenter = MakeSegmenter();
+    PipelineOptions options;
+    options.overlap = overlap;
+    int seen = 0;
+    const auto summary =
+        RunPipeline(source, *segmenter, options, nullptr, [&seen](const SegmentedFrame&) {
+          return ++seen == 2 ? absl::ResourceExhaustedError("disk full") : absl::OkStatus();
+        });
+    EXPECT_EQ(summary.status(), absl::ResourceExhaustedError("disk full"));
+    EXPECT_EQ(seen, 2);
+    EXPECT_LT(source.next_index(), 50);
+  }
+}
+
+TEST(SegmentationPipelineTest, ValidateNamesFieldAndValue) {
+  MovingSquareSource source(1, {});
+  auto segmenter = MakeSegmenter();
+  PipelineOptions options;
+  options.queue_capacity = 0;
+  EXPECT_EQ(RunPipeline(source, *segmenter, options, nullptr, nullptr).status(),
+            absl::InvalidArgumentError("queue_capacity = 0; it must be at least 1"));
+}
+
+TEST(BoundedQueueTest, DeliversInOrderAndEndsWhenClosed) {
+  BoundedQueue<int> queue(3);
+  EXPECT_TRUE(queue.Push(1));
+  EXPECT_TRUE(queue.Push(2));
+  queue.Close();
+  EXPECT_FALSE(queue.Push(3));
+  EXPECT_EQ(queue.Pop(), 1);
+  EXPECT_EQ(queue.Pop(), 2);
+  EXPECT_EQ(queue.Pop(), std::nullopt);
+}
+
+TEST(BoundedQueueTest, CancelDropsWhatIsInside) {
+  BoundedQueue<int> queue(3);
+  queue.Push(1);
+  queue.Cancel();
+  EXPECT_EQ(queue.Pop(), std::nullopt);
+}
+
+}  // namespace
+}  // namespace egosieve::vision

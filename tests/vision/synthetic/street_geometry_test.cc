@@ -1,0 +1,143 @@
+// The geometry of synthetic frames: what poses and depth say is what the pictures show.
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "vision/synthetic/camera.h"
+#include "vision/synthetic/ray_caster.h"
+#include "vision/synthetic/street.h"
+
+namespace egosieve::vision {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+Scenario Make(const char* name, bool clean) {
+  ScenarioOptions options;
+  options.noise = options.motion_blur = !clean;
+  absl::StatusOr<Scenario> scenario = MakeScenario(name, 3, options);
+  EXPECT_TRUE(scenario.ok()) << scenario.status();
+  return *std::move(scenario);
+}
+
+Vector3d World(const Intrinsics& k, const Pose& pose, double x, double y, double depth) {
+  const Vector3d ray((x - k.centre_x) / k.focal_pixels, (y - k.centre_y) / k.focal_pixels, 1.0);
+  return pose.rotation * (depth * ray) + pose.centre;
+}
+
+Vector3d Camera(const Pose& pose, const Vector3d& world) {
+  return pose.rotation.transpose() * (world - pose.centre);
+}
+
+Vector2d Pixel(const Intrinsics& k, const Vector3d& camera) {
+  return {k.focal_pixels * camera.x() / camera.z() + k.centre_x,
+          k.focal_pixels * camera.y() / camera.z() + k.centre_y};
+}
+
+// Distance of (x2, y2) from the epipolar line of (x1, y1), pixels.
+double EpipolarDistance(const Eigen::Matrix3d& f, const Vector2d& p1, const Vector2d& p2) {
+  const Vector3d line = f * p1.homogeneous();
+  return std::abs(line.dot(p2.homogeneous())) / line.head<2>().norm();
+}
+
+double Grey(const cv::Mat& image, double x, double y) {
+  const int i = static_cast<int>(x), j = static_cast<int>(y);
+  const auto at = [&](int u, int v) {
+    const auto& p = image.at<cv::Vec3b>(v, u);
+    return (p[0] + p[1] + p[2]) / 3.0;
+  };
+  const double s = x - i, t = y - j;
+  return (at(i, j) * (1 - s) + at(i + 1, j) * s) * (1 - t) +
+         (at(i, j + 1) * (1 - s) + at(i + 1, j + 1) * s) * t;
+}
+
+double Median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+class StreetGeometryTest : public ::testing::TestWithParam<const char*> {};
+
+// Each static point of frame t, carried to frame t + 1 by depth and poses alone, is met there by a
+// ray at the same depth, unless something else hides it, and the pictures agree about its grey.
+TEST_P(StreetGeometryTest, StaticPointsReappearWhereThePosesPutThem) {
+  const Scenario scenario = Make(GetParam(), true);
+  const Intrinsics& k = scenario.intrinsics();
+  const SceneIndex index(scenario.scene());
+  for (const int t : {20, 90}) {
+    const SyntheticFrame first = *scenario.Render(t), second = *scenario.Render(t + 1);
+    const RayCaster caster(scenario.scene(), index, second.seconds, 640, 360);
+    const Eigen::Matrix3d f = FundamentalMatrix(k, first.pose, second.pose);
+    int checked = 0, met = 0;
+    std::vector<double> at_place, beside;
+    for (int y = 1; y < 359; y += 3) {
+      for (int x = 1; x < 639; x += 3) {
+        const double depth = first.depth.at<double>(y, x);
+        if (std::isinf(depth) || first.mask.at<uint8_t>(y, x) != 0) continue;
+        const Vector3d there = Camera(second.pose, World(k, first.pose, x, y, depth));
+        const Vector2d pixel = Pixel(k, there);
+        if (!(there.z() > 0.1 && pixel.x() > 1 && pixel.y() > 1 && pixel.x() < 634 &&
+              pixel.y() < 354))
+          continue;
+        ++checked;
+        const double seen = caster.Cast(pixel.x(), pixel.y()).depth();
+        // Depth is float64 throughout: 1e-6 leaves three digits for rays that graze the road.
+        if (std::abs(seen / there.z() - 1.0) > 1e-6) continue;
+        ++met;
+        EXPECT_LT(EpipolarDistance(f, Vector2d(x, y), pixel), 0.01);
+        const double grey = Grey(first.image, x, y);
+        at_place.push_back(std::abs(Grey(second.image, pixel.x(), pixel.y()) - grey));
+        beside.push_back(std::abs(Grey(second.image, pixel.x() + 4, pixel.y() + 3) - grey));
+      }
+    }
+    ASSERT_GT(checked, 10000);
+    EXPECT_GT(met, 0.93 * checked);  // the rest is newly hidden
+    // Between frames only texture filtering and clouds differ: a few grey levels.
+    EXPECT_LT(Median(at_place), 4.0);
+    EXPECT_LT(Median(at_place), 0.5 * Median(beside));
+  }
+}
+
+// Points on a mover, carried by its truth velocity as well, are met too.
+TEST_P(StreetGeometryTest, MovingPointsFollowTheirVelocity) {
+  const Scenario scenario = Make(GetParam(), true);
+  const Intrinsics& k = scenario.intrinsics();
+  const SceneIndex index(scenario.scene());
+  const double step = 1e-3;  // seconds: turns hardly change the velocity
+  int checked = 0, met = 0;
+  for (int t = 10; t < 150; t += 20) {
+    const SyntheticFrame frame = *scenario.Render(t);
+    const RayCaster later(scenario.scene(), index, frame.seconds + step, 640, 360);
+    for (int y = 0; y < 360; ++y) {
+      for (int x = 0; x < 640; ++x) {
+        const int id = frame.ids.at<uint16_t>(y, x);
+        if (id == 0 || frame.mask.at<uint8_t>(y, x) == 0) continue;
+        const auto object = std::find_if(frame.objects.begin(), frame.objects.end(),
+                                         [&](const ObjectState& o) { return o.id == id; });
+        if (object->object_class != ObjectClass::kCar) continue;  // rigid but for its round wheels
+        const Vector3d world =
+            World(k, frame.pose, x, y, frame.depth.at<double>(y, x)) + step * object->velocity;
+        const Vector3d there = Camera(later.pose(), world);
+        const Vector2d pixel = Pixel(k, there);
+        if (!(pixel.x() > 0 && pixel.y() > 0 && pixel.x() < 639 && pixel.y() < 359)) continue;
+        ++checked;
+        const Sample seen = later.Cast(pixel.x(), pixel.y());
+        met += seen.object == id - 1 && std::abs(seen.depth() / there.z() - 1.0) < 1e-5;
+      }
+    }
+  }
+  ASSERT_GT(checked, 500);
+  EXPECT_GT(met, 0.97 * checked);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenarios, StreetGeometryTest,
+                         ::testing::Values("street", "turning", "handheld", "crossing"),
+                         [](const auto& info) { return std::string(info.param); });
+
+}  // namespace
+}  // namespace egosieve::vision

@@ -1,0 +1,149 @@
+#include "vision/synthetic/street.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <opencv2/core.hpp>
+#include <set>
+
+namespace egosieve::vision {
+namespace {
+
+using ::testing::HasSubstr;
+
+ScenarioOptions Small() {
+  ScenarioOptions options;
+  options.width_pixels = 160;
+  options.height_pixels = 90;
+  return options;
+}
+
+bool SameBytes(const cv::Mat& a, const cv::Mat& b) {
+  if (a.size() != b.size() || a.type() != b.type()) return false;
+  for (int y = 0; y < a.rows; ++y) {
+    if (std::memcmp(a.ptr(y), b.ptr(y), a.cols * a.elemSize()) != 0) return false;
+  }
+  return true;
+}
+
+class EveryScenarioTest : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(EveryScenarioTest, TruthIsConsistent) {
+  const absl::StatusOr<Scenario> scenario = MakeScenario(GetParam(), 5, Small());
+  ASSERT_TRUE(scenario.ok()) << scenario.status();
+  int moving_pixels = 0;
+  for (const int t : {0, 45, 90, 149}) {
+    const SyntheticFrame frame = *scenario->Render(t);
+    ASSERT_EQ(frame.image.type(), CV_8UC3);
+    ASSERT_EQ(frame.image.size(), cv::Size(160, 90));
+    std::map<int, const ObjectState*> objects;
+    for (const ObjectState& object : frame.objects) objects[object.id] = &object;
+    std::map<int, int> areas;
+    for (int y = 0; y < 90; ++y) {
+      for (int x = 0; x < 160; ++x) {
+        const int id = frame.ids.at<uint16_t>(y, x);
+        const bool moving = frame.mask.at<uint8_t>(y, x) == 255;
+        EXPECT_GT(frame.depth.at<double>(y, x), 0.0);
+        EXPECT_EQ(moving, id != 0 && objects.at(id)->moving);
+        moving_pixels += moving;
+        if (id != 0) ++areas[id];
+      }
+    }
+    for (const auto& [id, object] : objects) {
+      EXPECT_EQ(object->area_pixels, areas[id]);
+      EXPECT_EQ(object->moving, object->velocity.norm() > 0.05);
+      EXPECT_EQ(object->moving, object->relation != Relation::kStanding);
+      EXPECT_GT(object->distance_metres, 0.5);  // nothing drives through the camera
+    }
+    // Neither black nor white, and not of one colour.
+    cv::Scalar mean, deviation;
+    cv::meanStdDev(frame.image, mean, deviation);
+    EXPECT_GT(mean[1], 25);
+    EXPECT_LT(mean[1], 200);
+    EXPECT_GT(deviation[1], 15);
+  }
+  EXPECT_EQ(moving_pixels == 0, GetParam() == "empty");
+}
+
+TEST_P(EveryScenarioTest, FramesDependOnNeitherThreadsNorPredecessors) {
+  ScenarioOptions options = Small();
+  const Scenario two = *MakeScenario(GetParam(), 6, options);
+  ASSERT_TRUE(two.Render(0).ok());
+  const SyntheticFrame after_another = *two.Render(31);
+  options.threads = 1;
+  const SyntheticFrame alone = *MakeScenario(GetParam(), 6, options)->Render(31);
+  EXPECT_TRUE(SameBytes(alone.image, after_another.image));
+  EXPECT_TRUE(SameBytes(alone.ids, after_another.ids));
+  EXPECT_TRUE(SameBytes(alone.depth, after_another.depth));
+  const SyntheticFrame other_seed = *MakeScenario(GetParam(), 7, options)->Render(31);
+  EXPECT_FALSE(SameBytes(alone.image, other_seed.image));
+}
+
+INSTANTIATE_TEST_SUITE_P(Names, EveryScenarioTest, ::testing::ValuesIn(ScenarioNames()),
+                         [](const auto& info) { return info.param; });
+
+// The relations of all movers that a drive shows with at least `area` pixels.
+std::multiset<Relation> MovingRelations(const char* name, int area) {
+  std::multiset<Relation> relations;
+  const Scenario scenario = *MakeScenario(name, 1, Small());
+  for (int t = 0; t < 150; t += 10) {
+    const SyntheticFrame frame = *scenario.Render(t);
+    for (const ObjectState& object : frame.objects) {
+      if (object.moving && object.area_pixels >= area) relations.insert(object.relation);
+    }
+  }
+  return relations;
+}
+
+TEST(StreetTest, ScenariosShowWhatTheyAreNamedAfter) {
+  EXPECT_GE(MovingRelations("ahead", 20).count(Relation::kAhead), 10u);
+  EXPECT_GE(MovingRelations("oncoming", 20).count(Relation::kOncoming), 10u);
+  EXPECT_GE(MovingRelations("crossing", 20).count(Relation::kCrossing), 10u);
+  EXPECT_GE(MovingRelations("overtaking", 20).count(Relation::kAhead), 10u);
+  EXPECT_GE(MovingRelations("pedestrians", 8).size(), 30u);
+}
+
+TEST(StreetTest, ACarThatStopsLeavesTheMaskAndComesBack) {
+  // The car ahead brakes to a stop and goes on; the camera waits behind it.
+  const Scenario scenario = *MakeScenario("stop_and_go", 1, Small());
+  std::map<int, std::set<bool>> seen;
+  for (int t = 0; t < 150; t += 5) {
+    const SyntheticFrame frame = *scenario.Render(t);
+    for (const ObjectState& object : frame.objects) {
+      if (object.area_pixels < 40) continue;
+      seen[object.id].insert(object.moving);
+      const cv::Mat pixels = frame.ids == object.id;
+      EXPECT_EQ(cv::countNonZero(pixels & frame.mask), object.moving ? object.area_pixels : 0);
+    }
+  }
+  EXPECT_TRUE(
+      std::any_of(seen.begin(), seen.end(), [](const auto& s) { return s.second.size() == 2; }));
+}
+
+TEST(StreetTest, TheCameraStopsInStopAndGoAndTurnsInTurning) {
+  const Scenario stop = *MakeScenario("stop_and_go", 1, Small());
+  EXPECT_LT((stop.PoseAt(75).centre - stop.PoseAt(80).centre).norm(), 1e-9);
+  EXPECT_GT((stop.PoseAt(0).centre - stop.PoseAt(5).centre).norm(), 1.0);
+  const Scenario turn = *MakeScenario("turning", 1, Small());
+  EXPECT_LT(turn.PoseAt(0).rotation.col(2).dot(turn.PoseAt(149).rotation.col(2)), 0.1);
+  const Scenario pan = *MakeScenario("panning", 1, Small());
+  EXPECT_LT((pan.PoseAt(0).centre - pan.PoseAt(149).centre).norm(), 1e-9);
+}
+
+TEST(StreetTest, WrongRequestsAreRefusedInWords) {
+  EXPECT_EQ(MakeScenario("motorway", 1).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(MakeScenario("motorway", 1).status().message()), HasSubstr("overtaking"));
+  ScenarioOptions options = Small();
+  options.frames_per_second = std::nan("");
+  EXPECT_EQ(MakeScenario("street", 1, options).status().code(), absl::StatusCode::kInvalidArgument);
+  const Scenario scenario = *MakeScenario("street", 1, Small());
+  EXPECT_EQ(scenario.Render(150).status().code(), absl::StatusCode::kOutOfRange);
+  EXPECT_EQ(scenario.Render(-1).status().code(), absl::StatusCode::kOutOfRange);
+}
+
+}  // namespace
+}  // namespace egosieve::vision

@@ -1,0 +1,45 @@
+// A command of the program `egosieve`: what its room gives to the command line.
+//
+// A room offers one function, `std::unique_ptr<Command> MakeXxxCommand()`, in its own header;
+// tools/egosieve.cc lists them. The command line (command_line.h) builds a parser, lets the command
+// add its flags, and runs it:
+//
+//   class SegmentCommand : public Command {
+//     std::string name() const override { return "segment"; }
+//     std::string summary() const override { return "Segments a drive."; }
+//     std::string example() const override { return "egosieve segment drive.mp4 --out=out"; }
+//     void AddFlags(CLI::App& app) override { app.add_option("--out", out_, "...")->required(); }
+//     absl::StatusOr<ExitCode> Run() override { ... }
+//   };
+#ifndef EGOSIEVE_TOOLS_CLI_COMMAND_H_
+#define EGOSIEVE_TOOLS_CLI_COMMAND_H_
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "tools/cli/exit_code.h"
+
+namespace egosieve::tools {
+
+class Command {
+ public:
+  virtual ~Command() = default;
+
+  virtual std::string name() const = 0;
+  // One sentence.
+  virtual std::string summary() const = 0;
+  // Command lines that work as they stand, one a line; --help ends with them.
+  virtual std::string example() const = 0;
+
+  // Binds flags to members. Lower case with underscores, units in the name or the description.
+  virtual void AddFlags(CLI::App& app) = 0;
+
+  // Called once the flags have been read. A Status is printed as one line ("what; what to do") and
+  // gives the exit code (exit_code.h); progress goes to stderr, results to stdout.
+  virtual absl::StatusOr<ExitCode> Run() = 0;
+};
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_CLI_COMMAND_H_

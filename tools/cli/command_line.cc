@@ -1,0 +1,217 @@
+#include "tools/cli/command_line.h"
+
+#include <algorithm>
+#include <exception>
+#include <numeric>
+#include <utility>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/strip.h"
+
+namespace egosieve::tools {
+namespace {
+
+size_t EditDistance(const std::string& a, const std::string& b) {
+  std::vector<size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), size_t{0});
+  for (size_t i = 1; i <= a.size(); ++i) {
+    size_t diagonal = std::exchange(row[0], i);
+    for (size_t j = 1; j <= b.size(); ++j) {
+      const size_t substituted = diagonal + (a[i - 1] != b[j - 1]);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
+    }
+  }
+  return row.back();
+}
+
+std::string DidYouMean(const std::string& word, const std::vector<std::string>& candidates) {
+  const std::string nearest = NearestName(word, candidates);
+  return nearest.empty() ? "" : absl::StrCat("did you mean ", nearest, "? ");
+}
+
+std::vector<std::string> LongFlags(const CLI::App& app) {
+  std::vector<std::string> flags;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) {
+      flags.push_back("--" + name);
+    }
+  }
+  return flags;
+}
+
+std::string DescribeExtras(const CLI::App& app) {
+  for (const std::string& argument : app.remaining()) {
+    if (absl::StartsWith(argument, "-")) {
+      const std::string flag(absl::StripAsciiWhitespace(argument.substr(0, argument.find('='))));
+      return absl::StrCat("unknown flag ", flag, "; ", DidYouMean(flag, LongFlags(app)));
+    }
+  }
+  return absl::StrCat("unexpected argument '", app.remaining().front(), "'; ");
+}
+
+// CLI11's messages in this program's words.
+std::string DescribeParseError(const CLI::App& app, const CLI::ParseError& error) {
+  const std::string message = error.what();
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+    return DescribeExtras(app);
+  }
+  if (dynamic_cast<const CLI::ConfigError*>(&error) != nullptr) {
+    const std::string key(absl::StripPrefix(message, "INI was not able to parse "));
+    return absl::StrCat("unknown key '", key, "' in the file of --config; ",
+                        DidYouMean("--" + key, LongFlags(app)));
+  }
+  if (dynamic_cast<const CLI::FileError*>(&error) != nullptr) {
+    return absl::StrCat("cannot read ", message.substr(0, message.find(" was not readable")),
+                        ", the file of --config; ");
+  }
+  if (dynamic_cast<const CLI::RequiresError*>(&error) != nullptr ||
+      dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) {
+    return absl::StrCat(message, "; ");
+  }
+  const absl::string_view kConversion = "Could not convert: ";
+  if (absl::StartsWith(message, kConversion)) {
+    const std::vector<std::string> parts =
+        absl::StrSplit(absl::StripPrefix(message, kConversion), absl::MaxSplits(" = ", 1));
+    return absl::StrCat(parts.front(), ": cannot read '", parts.back(), "' as its value; ");
+  }
+  return absl::StrCat(message, "; ");
+}
+
+// The flags as a file for --config, without those that have no value.
+std::string ConfigText(const CLI::App& app) {
+  std::string text;
+  for (const absl::string_view entry : absl::StrSplit(
+           app.config_to_str(/*default_also=*/true, /*write_description=*/true), "\n\n")) {
+    if (!absl::EndsWith(absl::StripAsciiWhitespace(entry), "=\"\"")) {
+      absl::StrAppend(&text, absl::StripAsciiWhitespace(entry), "\n\n");
+    }
+  }
+  return text;
+}
+
+std::string Indented(const std::string& lines) {
+  return absl::StrCat("  ", absl::StrReplaceAll(lines, {{"\n", "\n  "}}));
+}
+
+}  // namespace
+
+std::string NearestName(const std::string& word, const std::vector<std::string>& candidates) {
+  std::string nearest;
+  size_t least = word.size() / 3 + 1;
+  for (const std::string& candidate : candidates) {
+    if (const size_t distance = EditDistance(word, candidate); distance < least) {
+      least = distance;
+      nearest = candidate;
+    }
+  }
+  return nearest;
+}
+
+CommandLine::CommandLine(std::string program, std::string description, std::string version)
+    : program_(std::move(program)),
+      description_(std::move(description)),
+      version_(std::move(version)) {}
+
+void CommandLine::Add(std::unique_ptr<Command> command) { commands_.push_back(std::move(command)); }
+
+std::string CommandLine::Help() const {
+  size_t width = 0;
+  for (const auto& command : commands_) {
+    width = std::max(width, command->name().size());
+  }
+  std::string help =
+      absl::StrCat(description_, "\n\nUsage: ", program_, " COMMAND ...\n\nCommands:\n");
+  for (const auto& command : commands_) {
+    absl::StrAppendFormat(&help, "  %-*s  %s\n", static_cast<int>(width), command->name(),
+                          command->summary());
+  }
+  absl::StrAppend(
+      &help, "\n", program_, " COMMAND --help tells a command's flags, with an example.\n",
+      "\nExit codes: 0 done, 1 the machine is in the way (device, disk), 2 usage,\n"
+      "3 the input cannot be read, 4 finished with some frames failed, 130 interrupted.\n");
+  return help;
+}
+
+int CommandLine::Run(std::vector<std::string> arguments, std::ostream& out, std::ostream& err) {
+  if (arguments.empty()) {
+    err << Help();
+    return static_cast<int>(ExitCode::kUsage);
+  }
+  const std::string first = arguments.front();
+  if (first == "--help" || first == "-h" || first == "help") {
+    out << Help();
+    return static_cast<int>(ExitCode::kDone);
+  }
+  if (first == "--version" || first == "version") {
+    out << program_ << " " << version_ << "\n";
+    return static_cast<int>(ExitCode::kDone);
+  }
+  std::vector<std::string> names;
+  for (const auto& command : commands_) {
+    names.push_back(command->name());
+    if (command->name() == first) {
+      arguments.erase(arguments.begin());
+      return RunCommand(*command, std::move(arguments), out, err);
+    }
+  }
+  err << ErrorLine(absl::StrCat(absl::StartsWith(first, "-") ? "unknown flag " : "unknown command ",
+                                first, "; ", DidYouMean(first, names), "see ", program_, " --help"))
+      << "\n";
+  return static_cast<int>(ExitCode::kUsage);
+}
+
+int CommandLine::RunCommand(Command& command, std::vector<std::string> arguments, std::ostream& out,
+                            std::ostream& err) {
+  const std::string name = absl::StrCat(program_, " ", command.name());
+  CLI::App app(command.summary(), name);
+  app.option_defaults()->always_capture_default();
+  command.AddFlags(app);
+  app.set_help_flag("-h,--help", "Print this text and exit");
+  app.set_config("--config", "", "Read flags from a TOML file; the command line goes before it")
+      ->type_name("FILE");
+  app.allow_config_extras(CLI::config_extras_mode::error);
+  bool print_config = false;
+  app.add_flag("--print_config", print_config, "Print all flags as a file for --config and exit")
+      ->configurable(false);
+  app.footer(absl::StrCat("Example:\n", Indented(command.example())));
+
+  if (std::find(arguments.begin(), arguments.end(), "--print_config") != arguments.end()) {
+    for (CLI::Option* option : app.get_options()) {
+      option->required(false);
+    }
+  }
+
+  try {
+    std::reverse(arguments.begin(), arguments.end());
+    app.parse(std::move(arguments));
+    if (print_config) {
+      out << ConfigText(app);
+      return static_cast<int>(ExitCode::kDone);
+    }
+    const absl::StatusOr<ExitCode> result = command.Run();
+    if (result.ok()) {
+      return static_cast<int>(*result);
+    }
+    err << ErrorLine(result.status().message()) << "\n";
+    return static_cast<int>(ExitCodeForStatus(result.status()));
+  } catch (const CLI::CallForHelp&) {
+    out << app.help();
+    return static_cast<int>(ExitCode::kDone);
+  } catch (const CLI::ParseError& error) {
+    err << ErrorLine(absl::StrCat(DescribeParseError(app, error), "see ", name, " --help")) << "\n";
+    return static_cast<int>(ExitCode::kUsage);
+  } catch (const std::exception& error) {
+    err << ErrorLine(absl::StrCat("internal error: ", error.what(),
+                                  "; please report it with the command that you gave"))
+        << "\n";
+    return static_cast<int>(ExitCode::kEnvironment);
+  }
+}
+
+}  // namespace egosieve::tools

@@ -1,0 +1,42 @@
+// The program's command line: finds the command, reads its flags, runs it, says what went wrong.
+//
+// Every command has --help, --config=FILE (TOML with the names of the flags; unknown keys are
+// errors) and --print_config. Errors are one line on stderr, and the exit code is ExitCode's.
+#ifndef EGOSIEVE_TOOLS_CLI_COMMAND_LINE_H_
+#define EGOSIEVE_TOOLS_CLI_COMMAND_LINE_H_
+
+#include <memory>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "tools/cli/command.h"
+
+namespace egosieve::tools {
+
+class CommandLine {
+ public:
+  CommandLine(std::string program, std::string description, std::string version);
+
+  void Add(std::unique_ptr<Command> command);
+
+  // `arguments` excludes the program's name. Returns the process's exit code. Never throws.
+  int Run(std::vector<std::string> arguments, std::ostream& out, std::ostream& err);
+
+ private:
+  int RunCommand(Command& command, std::vector<std::string> arguments, std::ostream& out,
+                 std::ostream& err);
+  std::string Help() const;
+
+  std::string program_;
+  std::string description_;
+  std::string version_;
+  std::vector<std::unique_ptr<Command>> commands_;
+};
+
+// The candidate nearest to `word` by edit distance, or "" where none is near enough to be a slip.
+std::string NearestName(const std::string& word, const std::vector<std::string>& candidates);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_CLI_COMMAND_LINE_H_

@@ -1,0 +1,72 @@
+// How far a command is, on stderr.
+//
+//   auto   a bar with rate and time to go on a terminal; else a line every five seconds
+//   json   an object a line: {"command", "done", "total", "frames_per_second", "eta_seconds", ...}
+//   none   nothing
+#ifndef EGOSIEVE_TOOLS_CLI_PROGRESS_H_
+#define EGOSIEVE_TOOLS_CLI_PROGRESS_H_
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdint>
+#include <ostream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace egosieve::tools {
+
+enum class ProgressMode { kAuto, kJson, kNone };
+
+// The flag --progress.
+struct ProgressFlag {
+  ProgressMode mode = ProgressMode::kAuto;
+  void AddFlag(CLI::App& app);
+};
+
+class Progress {
+ public:
+  using Clock = std::chrono::steady_clock;
+  // What else is told: name and value, "model size" 3999 for example.
+  using Details = std::vector<std::pair<std::string, double>>;
+
+  // total: -1 where unknown; a hint, which `done` may pass.
+  Progress(std::string command, const ProgressFlag& flag, int64_t total);
+  // For tests: another stream, terminal or not.
+  Progress(std::string command, ProgressMode mode, int64_t total, std::ostream& stream,
+           bool terminal);
+  ~Progress() { Finish(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  // One more frame is done.
+  void Advance(const Details& details = {});
+  // Shows the last state and ends the bar's line. Later calls do nothing.
+  void Finish();
+
+ private:
+  void Show(Clock::time_point now);
+  std::string Text(double rate) const;
+  std::string Json(double rate) const;
+  double SecondsToGo(double rate) const;
+
+  std::string command_;
+  ProgressMode mode_;
+  int64_t total_;
+  std::ostream& stream_;
+  bool terminal_;
+  int64_t done_ = 0;
+  Details details_;
+  bool finished_ = false;
+  bool shown_ = false;
+  int64_t shown_done_ = 0;
+  Clock::time_point start_;
+  Clock::time_point last_shown_;
+};
+
+// "12 s", "3 min 05 s", "2 h 07 min"
+std::string DescribeDuration(double seconds);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_CLI_PROGRESS_H_

@@ -1,0 +1,15 @@
+#ifndef EGOSIEVE_TOOLS_DEVICES_DEVICES_COMMAND_H_
+#define EGOSIEVE_TOOLS_DEVICES_DEVICES_COMMAND_H_
+
+#include <memory>
+
+#include "tools/cli/command.h"
+
+namespace egosieve::tools {
+
+// egosieve devices: what --device= can choose from.
+std::unique_ptr<Command> MakeDevicesCommand();
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_DEVICES_DEVICES_COMMAND_H_

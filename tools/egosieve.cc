@@ -1,0 +1,29 @@
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "tools/cli/command_line.h"
+#include "tools/cli/version.h"
+#include "tools/devices/devices_command.h"
+#include "tools/evaluate/evaluate_command.h"
+#include "tools/reconstruct/reconstruct_command.h"
+#include "tools/render/render_command.h"
+#include "tools/report/report_command.h"
+#include "tools/segment/segment_command.h"
+#include "tools/synthesize/synthesize_command.h"
+
+int main(int argc, char** argv) {
+  using namespace egosieve::tools;  // NOLINT(build/namespaces)
+  CommandLine line(
+      "egosieve",
+      "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
+      kVersion);
+  line.Add(MakeSegmentCommand());
+  line.Add(MakeSynthesizeCommand());
+  line.Add(MakeReconstructCommand());
+  line.Add(MakeRenderCommand());
+  line.Add(MakeReportCommand());
+  line.Add(MakeEvaluateCommand());
+  line.Add(MakeDevicesCommand());
+  return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
+}

@@ -1,0 +1,15 @@
+#ifndef EGOSIEVE_TOOLS_EVALUATE_EVALUATE_COMMAND_H_
+#define EGOSIEVE_TOOLS_EVALUATE_EVALUATE_COMMAND_H_
+
+#include <memory>
+
+#include "tools/cli/command.h"
+
+namespace egosieve::tools {
+
+// egosieve evaluate DIR --truth=MASKS: eval.json, eval.csv, and a table.
+std::unique_ptr<Command> MakeEvaluateCommand();
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_EVALUATE_EVALUATE_COMMAND_H_

@@ -1,0 +1,49 @@
+// A folder of masks as truth: which mask belongs to which frame, and what its pixels say.
+//
+//   pixel   0 static, 128 void (the truth does not say), anything else dynamic; of a colour mask a
+//           pixel is dynamic where any channel is not 0 (void: all channels 128)
+//   frame   by name, where the input was a folder and every mask has the name, without extension,
+//   of
+//           a frame in it; else by number, where every mask's name has one (its last run of digits)
+//           and no two are the same: NNNNN.png is the mask of the frame with index NNNNN; else by
+//           order: the k-th file in natural order is the mask of the k-th frame
+#ifndef EGOSIEVE_TOOLS_EVALUATE_TRUTH_MASKS_H_
+#define EGOSIEVE_TOOLS_EVALUATE_TRUTH_MASKS_H_
+
+#include <cstdint>
+#include <map>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace egosieve::tools {
+
+enum class MatchMasks { kAuto, kName, kNumber, kOrder };
+
+struct TruthMasks {
+  std::string folder;
+  std::string matched_by;                // name, number or order
+  std::map<int64_t, std::string> paths;  // by frame
+};
+
+// `frame_names`: the frames' file names without extension, by index; empty where they have none.
+// NotFound where there is no such folder or no image in it; InvalidArgument where masks are to be
+// matched by name or number and cannot be.
+absl::StatusOr<TruthMasks> ListTruthMasks(const std::string& folder,
+                                          const std::vector<std::string>& frame_names,
+                                          MatchMasks match);
+
+// The names, without extension, of the images in a folder, in the order in which they are frames;
+// empty where `path` is no folder.
+std::vector<std::string> FrameNames(const std::string& path);
+
+enum TruthPixel : uint8_t { kTruthStatic = 0, kTruthVoid = 128, kTruthDynamic = 255 };
+
+// 0, 128 or 255 a pixel. DataLoss, naming the file, where it is no image or of another size.
+absl::StatusOr<cv::Mat1b> ReadTruthMask(const std::string& path, cv::Size expected);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_EVALUATE_TRUTH_MASKS_H_

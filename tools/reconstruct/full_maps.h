@@ -1,0 +1,33 @@
+// From the maps on a grid to maps of every pixel, and to three classes.
+//
+//   values   linear between the grid's pixels (kernels/ops/grid_interpolation.h)
+//   class    0 (static) where p < static_below, 255 (dynamic) where p > dynamic_above, else 128
+#ifndef EGOSIEVE_TOOLS_RECONSTRUCT_FULL_MAPS_H_
+#define EGOSIEVE_TOOLS_RECONSTRUCT_FULL_MAPS_H_
+
+#include <opencv2/core.hpp>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "kernels/base/image_grid.h"
+#include "kernels/runtime/context.h"
+
+namespace egosieve::tools {
+
+struct ClassThresholds {
+  double static_below = 0.4;    // in [0, dynamic_above]
+  double dynamic_above = 0.75;  // in [static_below, 1]
+
+  // InvalidArgument, naming flag, value and rule.
+  absl::Status Validate() const;
+};
+
+// values: grid.rows() x grid.columns().
+absl::StatusOr<cv::Mat1f> InterpolateMap(kernels::Context& context, const kernels::ImageGrid& grid,
+                                         const cv::Mat1f& values);
+
+cv::Mat1b ClassifyMap(const cv::Mat1f& probability, const ClassThresholds& thresholds);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_RECONSTRUCT_FULL_MAPS_H_

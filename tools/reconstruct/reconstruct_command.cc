@@ -1,0 +1,113 @@
+#include "tools/reconstruct/reconstruct_command.h"
+
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/device_flag.h"
+#include "tools/cli/frame_range.h"
+#include "tools/cli/interruption.h"
+#include "tools/cli/progress.h"
+#include "tools/reconstruct/full_maps.h"
+#include "tools/run_folder/map_image.h"
+#include "tools/run_folder/run_folder.h"
+
+namespace egosieve::tools {
+namespace {
+
+absl::Status WriteMap(const std::string& path, const cv::Mat1f& values, double full_scale) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const EncodedMap encoded, EncodeMap(values, full_scale));
+  return WriteFileAtomically(path, encoded.png);
+}
+
+absl::Status ReconstructFrame(kernels::Context& context, const RunFolder& folder,
+                              const RunDescription& description, const FrameLine& line,
+                              const ClassThresholds& thresholds) {
+  const kernels::ImageGrid grid = GridOf(line, description);
+  EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder.ReadGridMaps(line, description, true));
+  EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1f probability,
+                            InterpolateMap(context, grid, maps.probability));
+  EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1f deviation,
+                            InterpolateMap(context, grid, maps.deviation));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string classes,
+                            EncodePng(ClassifyMap(probability, thresholds)));
+  EGOSIEVE_RETURN_IF_ERROR(WriteMap(folder.FrameFile("full", line.index, ".std.png"), deviation,
+                                    description.deviation_full_scale));
+  EGOSIEVE_RETURN_IF_ERROR(
+      WriteMap(folder.FrameFile("full", line.index, ".prob.png"), probability, 1.0));
+  return WriteFileAtomically(folder.FrameFile("full", line.index, ".class.png"), classes);
+}
+
+class ReconstructCommand : public Command {
+ public:
+  std::string name() const override { return "reconstruct"; }
+  std::string summary() const override {
+    return "Writes maps of every pixel and three-class masks from a run's grid maps.";
+  }
+  std::string example() const override {
+    return "egosieve reconstruct out/drive --dynamic_above=0.8";
+  }
+
+  void AddFlags(CLI::App& app) override {
+    app.add_option("DIR", directory_, "The run folder; its full/ is written")
+        ->required()
+        ->type_name("")
+        ->configurable(false);
+    app.add_option("--static_below", thresholds_.static_below,
+                   "Probability of moving below which a pixel's class is static (0)")
+        ->type_name("P");
+    app.add_option("--dynamic_above", thresholds_.dynamic_above,
+                   "Probability of moving above which a pixel's class is dynamic (255)")
+        ->type_name("P");
+    range_.AddFlags(app);
+    device_.AddFlag(app);
+    progress_.AddFlag(app);
+  }
+
+  absl::StatusOr<ExitCode> Run() override {
+    EGOSIEVE_RETURN_IF_ERROR(thresholds_.Validate());
+    EGOSIEVE_RETURN_IF_ERROR(range_.Validate());
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder.ReadLines());
+    EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
+    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("full")));
+    CatchInterruptions();
+    Progress progress("reconstruct", progress_, static_cast<int64_t>(lines.size()));
+    int64_t frames = 0, failed = 0;
+    for (const FrameLine& line : lines) {
+      if (InterruptionRequested()) {
+        return absl::CancelledError(absl::StrCat("interrupted after ", frames, " frames"));
+      }
+      if (line.outcome == FrameLine::Outcome::kFailed) {
+        failed += range_.Contains(line.index);
+      } else if (range_.Contains(line.index)) {
+        EGOSIEVE_RETURN_IF_ERROR(
+            ReconstructFrame(*device.context, folder, description, line, thresholds_));
+        ++frames;
+      }
+      progress.Advance();
+    }
+    progress.Finish();
+    std::cout << absl::StrFormat("%d frames reconstructed in %s/full", frames, directory_);
+    std::cout << (failed > 0 ? absl::StrFormat("; %d have no map\n", failed) : "\n");
+    return failed > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
+  }
+
+ private:
+  std::string directory_;
+  ClassThresholds thresholds_;
+  FrameRange range_;
+  DeviceFlag device_;
+  ProgressFlag progress_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeReconstructCommand() { return std::make_unique<ReconstructCommand>(); }
+
+}  // namespace egosieve::tools

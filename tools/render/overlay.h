@@ -1,0 +1,30 @@
+// A frame with its probability map over it.
+//
+//   colour(p)  a diverging map, safe for colour-blind eyes: blue (0) - none (1/2) - orange (1)
+//   alpha(p)   how much of it covers the frame: 0.22 at p = 0, 0.10 at 1/2, 0.65 at 1
+//   contour    a light line, dark-edged, around the pixels with p above the threshold
+//
+// Under the picture lies a strip with the legend: the colours, the threshold, the frame's number
+// and time.
+#ifndef EGOSIEVE_TOOLS_RENDER_OVERLAY_H_
+#define EGOSIEVE_TOOLS_RENDER_OVERLAY_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+
+namespace egosieve::tools {
+
+struct OverlayOptions {
+  double threshold = 0.75;  // of the contour, in (0, 1)
+  bool legend = true;
+};
+
+// frame: CV_8UC3, B G R; probability: of the same size, in [0, 1]. `caption` stands in the legend.
+// The legend's strip is as wide as the frame; the result has even sides, as video encoders want it.
+cv::Mat3b DrawOverlay(const cv::Mat3b& frame, const cv::Mat1f& probability,
+                      const std::string& caption, const OverlayOptions& options = {});
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_RENDER_OVERLAY_H_

@@ -1,0 +1,64 @@
+#include "tools/render/overlay_video.h"
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+#include "absl/strings/str_cat.h"
+
+namespace egosieve::tools {
+namespace {
+
+struct Format {
+  const char* fourcc;
+  const char* suffix;
+  const char* warning;
+};
+
+constexpr std::array<Format, 3> kFormats = {
+    {{"avc1", ".mp4", ""},
+     {"mp4v", ".mp4",
+      "this FFmpeg writes no H.264 (libx264 is missing): the video is MPEG-4 part 2, which "
+      "browsers "
+      "do not play"},
+     {"MJPG", ".avi",
+      "this FFmpeg writes neither H.264 nor MPEG-4 (libx264 is missing): the video is Motion JPEG "
+      "in an .avi, which is large and which browsers do not play"}}};
+
+}  // namespace
+
+absl::StatusOr<OverlayVideo> OverlayVideo::Open(const std::string& path_without_suffix,
+                                                cv::Size size, double rate_hz) {
+  OverlayVideo video;
+  for (const Format& format : kFormats) {
+    video.path_ = absl::StrCat(path_without_suffix, format.suffix);
+    video.temporary_path_ = absl::StrCat(path_without_suffix, ".tmp", format.suffix);
+    video.warning_ = format.warning;
+    const char* code = format.fourcc;
+    const int fourcc = cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]);
+    if (video.writer_.open(video.temporary_path_, cv::CAP_FFMPEG, fourcc, rate_hz, size)) {
+      return video;
+    }
+  }
+  return absl::UnavailableError(
+      absl::StrCat("cannot write a video to ", path_without_suffix,
+                   ".mp4; check that the folder can be written, or use --no_video"));
+}
+
+absl::StatusOr<std::string> OverlayVideo::Finish() {
+  writer_.release();
+  std::error_code error;
+  if (std::filesystem::file_size(temporary_path_, error) == 0 || error) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("cannot write ", path_, "; make room for it, or use --no_video"));
+  }
+  if (std::rename(temporary_path_.c_str(), path_.c_str()) != 0) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot write ", path_, ": ", std::strerror(errno), "; check the folder"));
+  }
+  return path_;
+}
+
+}  // namespace egosieve::tools

@@ -1,0 +1,156 @@
+#include "tools/render/render_command.h"
+
+#include <iostream>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/checks.h"
+#include "tools/cli/device_flag.h"
+#include "tools/cli/frame_range.h"
+#include "tools/cli/interruption.h"
+#include "tools/cli/progress.h"
+#include "tools/render/overlay_video.h"
+#include "tools/render/render_run.h"
+#include "tools/run_folder/map_image.h"
+
+namespace egosieve::tools {
+namespace {
+
+class RenderCommand : public Command {
+ public:
+  std::string name() const override { return "render"; }
+  std::string summary() const override {
+    return "Draws a run's maps over its frames, as images and as a video.";
+  }
+  std::string example() const override { return "egosieve render out/drive --threshold=0.8"; }
+
+  void AddFlags(CLI::App& app) override {
+    app.add_option("DIR", directory_, "The run folder; its render/ and overlay.mp4 are written")
+        ->required()
+        ->type_name("")
+        ->configurable(false);
+    app.add_option("--input", input_, "Where the run's input is now, if it was moved")
+        ->type_name("PATH");
+    app.add_option("--threshold", overlay_.threshold,
+                   "Probability of moving at which the contour is drawn")
+        ->check(Between(0.0, 1.0))
+        ->type_name("P");
+    app.add_flag("--legend,!--no_legend", overlay_.legend, "Draw the legend");
+    app.add_flag("--images,!--no_images", images_, "Write render/NNNNNN.png");
+    app.add_flag("--video,!--no_video", video_, "Write overlay.mp4");
+    app.add_option("--rate", rate_hz_, "The video's frames a second; 0: the input's")
+        ->check(Between(0.0, 240.0))
+        ->type_name("HZ");
+    range_.AddFlags(app);
+    device_.AddFlag(app);
+    progress_.AddFlag(app);
+  }
+
+  absl::StatusOr<ExitCode> Run() override {
+    EGOSIEVE_RETURN_IF_ERROR(range_.Validate());
+    if (!images_ && !video_) {
+      return absl::InvalidArgumentError(
+          "--no_images and --no_video leave nothing to do; leave one of them out");
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
+    EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
+    EGOSIEVE_ASSIGN_OR_RETURN(OverlaySource overlays,
+                              OverlaySource::Open(device.context, folder, input_));
+    CatchInterruptions();
+    Progress progress("render", progress_, static_cast<int64_t>(overlays.lines().size()));
+    absl::Status status = absl::OkStatus();
+    for (const FrameLine& line : overlays.lines()) {
+      status = RenderFrame(folder, line, overlays);
+      if (!status.ok()) break;
+      progress.Advance();
+    }
+    progress.Finish();
+    // What was drawn before an error or an interruption makes a whole video, too.
+    EGOSIEVE_RETURN_IF_ERROR(FinishVideo());
+    EGOSIEVE_RETURN_IF_ERROR(status);
+    if (images_) {
+      std::cout << absl::StrFormat("%d overlays in %s\n", frames_, folder.File("render"));
+    }
+    return failed_ > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
+  }
+
+ private:
+  absl::Status RenderFrame(const RunFolder& folder, const FrameLine& line,
+                           OverlaySource& overlays) {
+    if (InterruptionRequested()) {
+      return absl::CancelledError(absl::StrCat("interrupted after ", frames_, " frames"));
+    }
+    if (!range_.Contains(line.index)) return absl::OkStatus();
+    if (line.outcome == FrameLine::Outcome::kFailed) {
+      ++failed_;
+      return absl::OkStatus();
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat3b picture, overlays.Draw(line, overlay_));
+    if (images_) {
+      EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("render")));
+      EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePng(picture));
+      EGOSIEVE_RETURN_IF_ERROR(
+          WriteFileAtomically(folder.FrameFile("render", line.index, ".png"), png));
+    }
+    if (video_) {
+      EGOSIEVE_RETURN_IF_ERROR(AppendToVideo(folder, picture, FrameRate(overlays.lines())));
+    }
+    ++frames_;
+    return absl::OkStatus();
+  }
+
+  // The first picture fixes the video's size; frames of another are left out of it.
+  absl::Status AppendToVideo(const RunFolder& folder, const cv::Mat3b& picture, double rate_hz) {
+    if (!writer_) {
+      EGOSIEVE_ASSIGN_OR_RETURN(OverlayVideo writer,
+                                OverlayVideo::Open(folder.File("overlay"), picture.size(),
+                                                   rate_hz_ > 0.0 ? rate_hz_ : rate_hz));
+      writer_ = std::move(writer);
+      video_size_ = picture.size();
+    }
+    if (picture.size() == video_size_) {
+      writer_->Append(picture);
+    } else {
+      ++other_sizes_;
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status FinishVideo() {
+    if (!writer_) return absl::OkStatus();
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string path, writer_->Finish());
+    std::cout << "video in " << path << "\n";
+    if (!writer_->warning().empty()) {
+      std::cerr << ErrorLine(absl::StrCat("warning: ", writer_->warning())) << "\n";
+    }
+    if (other_sizes_ > 0) {
+      std::cerr << ErrorLine(absl::StrCat("warning: ", other_sizes_,
+                                          " frames of another size are not in the video"))
+                << "\n";
+    }
+    return absl::OkStatus();
+  }
+
+  std::string directory_, input_;
+  OverlayOptions overlay_;
+  bool images_ = true, video_ = true;
+  double rate_hz_ = 0.0;
+  FrameRange range_;
+  DeviceFlag device_;
+  ProgressFlag progress_;
+
+  std::optional<OverlayVideo> writer_;
+  cv::Size video_size_;
+  int64_t frames_ = 0, failed_ = 0, other_sizes_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeRenderCommand() { return std::make_unique<RenderCommand>(); }
+
+}  // namespace egosieve::tools

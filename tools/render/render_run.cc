@@ -1,0 +1,64 @@
+#include "tools/render/render_run.h"
+
+#include <algorithm>
+#include <utility>
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/exit_code.h"
+#include "tools/reconstruct/full_maps.h"
+
+namespace egosieve::tools {
+
+absl::StatusOr<OverlaySource> OverlaySource::Open(std::shared_ptr<kernels::Context> context,
+                                                  const RunFolder& folder,
+                                                  const std::string& input) {
+  OverlaySource source(std::move(context), folder);
+  EGOSIEVE_ASSIGN_OR_RETURN(source.description_, folder.ReadDescription());
+  EGOSIEVE_ASSIGN_OR_RETURN(source.lines_, folder.ReadLines());
+  auto frames = vision::OpenFrameSource(input.empty() ? source.description_.input.path : input, {});
+  if (!frames.ok()) {
+    return absl::DataLossError(absl::StrCat(
+        frames.status().message(), input.empty() ? "; or say where it is now: --input=" : ""));
+  }
+  source.frames_ = *std::move(frames);
+  return source;
+}
+
+absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
+                                              const OverlayOptions& options) {
+  if (frames_->next_index() != line.index) {
+    EGOSIEVE_RETURN_IF_ERROR(AsInputError(frames_->SeekTo(line.index)));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const vision::FrameRead read, frames_->Next());
+  const vision::Frame* frame = std::get_if<vision::Frame>(&read);
+  if (frame == nullptr || frame->image.cols != line.width_pixels ||
+      frame->image.rows != line.height_pixels) {
+    return absl::DataLossError(
+        absl::StrCat("frame ", line.index, " of ", frames_->description(),
+                     " is not what was segmented; give the same input with --input="));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, false));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const cv::Mat1f probability,
+      InterpolateMap(*context_, GridOf(line, description_), maps.probability));
+  return DrawOverlay(frame->image, probability,
+                     absl::StrFormat("frame %d  %.2f s", line.index, line.time_seconds), options);
+}
+
+double FrameRate(const std::vector<FrameLine>& lines) {
+  std::vector<double> gaps;
+  for (size_t i = 1; i < lines.size(); ++i) {
+    const double gap = (lines[i].time_seconds - lines[i - 1].time_seconds) /
+                       static_cast<double>(lines[i].index - lines[i - 1].index);
+    if (gap > 0.0) gaps.push_back(gap);
+  }
+  if (gaps.empty()) return 10.0;
+  const auto middle = gaps.begin() + static_cast<int64_t>(gaps.size() / 2);
+  std::nth_element(gaps.begin(), middle, gaps.end());
+  return std::clamp(1.0 / *middle, 1.0, 60.0);
+}
+
+}  // namespace egosieve::tools

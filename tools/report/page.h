@@ -1,0 +1,45 @@
+// The report of a drive: one HTML page that needs nothing beside it.
+//
+// Charts are drawn by dygraphs (https://dygraphs.com, MIT licence), whose text is part of the page;
+// without JavaScript the figures, pictures and tables remain.
+#ifndef EGOSIEVE_TOOLS_REPORT_PAGE_H_
+#define EGOSIEVE_TOOLS_REPORT_PAGE_H_
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/string_view.h"
+#include "absl/types/span.h"
+#include "tools/evaluate/evaluation.h"
+#include "tools/run_folder/frame_line.h"
+#include "tools/run_folder/run_description.h"
+
+namespace egosieve::tools {
+
+struct ReportPicture {
+  std::string jpeg;  // the file's bytes
+  std::string caption;
+};
+
+struct ReportContent {
+  RunDescription description;
+  std::vector<FrameLine> lines;
+  std::optional<Evaluation> evaluation;
+  std::vector<ReportPicture> pictures;
+  std::string pictures_note;        // why there are none, or what they show
+  int64_t max_chart_points = 1500;  // frames beyond are averaged
+};
+
+std::string MakeReportPage(const ReportContent& content);
+
+// Text as it must stand between tags or in an attribute.
+std::string EscapeHtml(absl::string_view text);
+
+// "0-3, 7, 9-12" for increasing indices.
+std::string DescribeRanges(absl::Span<const int64_t> indices);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_REPORT_PAGE_H_

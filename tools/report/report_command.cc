@@ -1,0 +1,142 @@
+#include "tools/report/report_command.h"
+
+#include <algorithm>
+#include <iostream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/checks.h"
+#include "tools/cli/device_flag.h"
+#include "tools/cli/interruption.h"
+#include "tools/cli/progress.h"
+#include "tools/render/render_run.h"
+#include "tools/report/page.h"
+#include "tools/run_folder/atomic_file.h"
+#include "tools/run_folder/run_folder.h"
+
+namespace egosieve::tools {
+namespace {
+
+constexpr int kPictureWidth = 480;
+
+std::string Jpeg(const cv::Mat3b& picture) {
+  cv::Mat small = picture;
+  if (picture.cols > kPictureWidth) {
+    const double scale = static_cast<double>(kPictureWidth) / picture.cols;
+    cv::resize(picture, small, cv::Size(), scale, scale, cv::INTER_AREA);
+  }
+  std::vector<uchar> bytes;
+  cv::imencode(".jpg", small, bytes, {cv::IMWRITE_JPEG_QUALITY, 82});
+  return std::string(bytes.begin(), bytes.end());
+}
+
+// `count` lines evenly over those that have a map, the first and the last among them.
+std::vector<FrameLine> ChooseLines(const std::vector<FrameLine>& lines, int64_t count) {
+  std::vector<FrameLine> with_map;
+  std::copy_if(lines.begin(), lines.end(), std::back_inserter(with_map), [](const FrameLine& line) {
+    return line.outcome != FrameLine::Outcome::kFailed && line.model_size > 0;
+  });
+  const int64_t size = static_cast<int64_t>(with_map.size());
+  if (size <= count) return with_map;
+  std::vector<FrameLine> chosen;
+  for (int64_t i = 0; i < count; ++i) {
+    chosen.push_back(with_map[count == 1 ? size / 2 : i * (size - 1) / (count - 1)]);
+  }
+  return chosen;
+}
+
+class ReportCommand : public Command {
+ public:
+  std::string name() const override { return "report"; }
+  std::string summary() const override {
+    return "Makes one self-contained HTML page of a run: overlays, charts, what was not learnt.";
+  }
+  std::string example() const override { return "egosieve report out/drive"; }
+
+  void AddFlags(CLI::App& app) override {
+    app.add_option("DIR", directory_, "The run folder; its report.html is written")
+        ->required()
+        ->type_name("")
+        ->configurable(false);
+    app.add_option("--input", input_, "Where the run's input is now, if it was moved")
+        ->type_name("PATH");
+    app.add_option("--pictures", pictures_, "Overlays on the page, evenly over the drive")
+        ->check(Between(0, 1000))
+        ->type_name("NUMBER");
+    app.add_option("--threshold", overlay_.threshold,
+                   "Probability of moving at which the overlays' contour is drawn")
+        ->check(Between(0.0, 1.0))
+        ->type_name("P");
+    device_.AddFlag(app);
+    progress_.AddFlag(app);
+  }
+
+  absl::StatusOr<ExitCode> Run() override {
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
+    ReportContent content;
+    EGOSIEVE_ASSIGN_OR_RETURN(content.description, folder.ReadDescription());
+    EGOSIEVE_ASSIGN_OR_RETURN(content.lines, folder.ReadLines());
+    const absl::StatusOr<std::string> evaluation = ReadFile(folder.File("eval.json"));
+    if (evaluation.ok()) {
+      EGOSIEVE_ASSIGN_OR_RETURN(content.evaluation, EvaluationFromText(*evaluation));
+    }
+    CatchInterruptions();
+    EGOSIEVE_RETURN_IF_ERROR(AddPictures(folder, content));
+    const std::string path = folder.File("report.html");
+    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(path, MakeReportPage(content)));
+    std::cout << "report in " << path << "\n";
+    return ExitCode::kDone;
+  }
+
+ private:
+  // An input that is gone costs the page its pictures, not its charts.
+  absl::Status AddPictures(const RunFolder& folder, ReportContent& content) {
+    const std::vector<FrameLine> lines = ChooseLines(content.lines, pictures_);
+    if (lines.empty()) return absl::OkStatus();
+    EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
+    absl::StatusOr<OverlaySource> overlays = OverlaySource::Open(device.context, folder, input_);
+    if (!overlays.ok()) {
+      content.pictures_note =
+          absl::StrFormat("No pictures: %s", std::string(overlays.status().message()));
+      std::cerr << ErrorLine("warning: the report has no pictures: " +
+                             std::string(overlays.status().message()))
+                << "\n";
+      return absl::OkStatus();
+    }
+    content.pictures_note = absl::StrFormat(
+        "Orange: likely to move by itself; blue: likely part of the static scene; no colour: "
+        "unsure. The line is drawn at a probability of %.2f.",
+        overlay_.threshold);
+    Progress progress("report", progress_, static_cast<int64_t>(lines.size()));
+    OverlayOptions options = overlay_;
+    options.legend = false;
+    for (const FrameLine& line : lines) {
+      if (InterruptionRequested()) {
+        return absl::CancelledError("interrupted; nothing was written");
+      }
+      EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat3b picture, overlays->Draw(line, options));
+      content.pictures.push_back(
+          {Jpeg(picture), absl::StrFormat("frame %d, %.2f s: %.1f %% moves", line.index,
+                                          line.time_seconds, 100.0 * line.dynamic_share)});
+      progress.Advance();
+    }
+    return absl::OkStatus();
+  }
+
+  std::string directory_, input_;
+  int64_t pictures_ = 12;
+  OverlayOptions overlay_;
+  DeviceFlag device_;
+  ProgressFlag progress_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeReportCommand() { return std::make_unique<ReportCommand>(); }
+
+}  // namespace egosieve::tools

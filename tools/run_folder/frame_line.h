@@ -1,0 +1,81 @@
+// What is told of one frame: a line of frames.jsonl.
+//
+// All but `milliseconds` is a function of input, flags, device and build: two runs agree in every
+// byte of the line once that field is taken out.
+#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_FRAME_LINE_H_
+#define EGOSIEVE_TOOLS_RUN_FOLDER_FRAME_LINE_H_
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+
+namespace egosieve::tools {
+
+struct FrameLine {
+  enum class Outcome {
+    kLearnt,    // the model learnt from the pair that ends in this frame
+    kAnswered,  // the frame has its map, but nothing was learnt from it: `reason` says why
+    kFailed,    // no map: the frame could not be read; `reason` says why
+  };
+
+  // Points by what became of them in this frame. dropped_by_* name the filter that dropped them.
+  struct PointCounts {
+    int64_t candidates = 0;  // labelled features
+    int64_t dropped_by_density = 0;
+    int64_t dropped_by_novelty = 0;
+    int64_t added = 0;                   // to the model
+    int64_t dropped_by_consistency = 0;  // of the model's points, as all that follow
+    int64_t dropped_by_model_density = 0;
+    int64_t dropped_by_age = 0;
+    int64_t dropped_by_budget = 0;
+  };
+
+  int64_t index = 0;  // in the input, from 0
+  double time_seconds = 0.0;
+  Outcome outcome = Outcome::kAnswered;
+  std::string reason;    // empty where learnt
+  int width_pixels = 0;  // of the frame, which may differ from its neighbours'; 0 where it failed
+  int height_pixels = 0;
+
+  int64_t features = 0;
+  int64_t matches = 0;
+  std::string motion_model = "none";  // none, static, homography, fundamental
+  int64_t inliers = 0;                // of the motion model
+  double noise_pixels = 0.0;          // scale of the static features' residuals
+  int64_t labelled_static = 0;        // p < 1/2
+  int64_t labelled_dynamic = 0;       // p >= 1/2
+
+  PointCounts points;
+  int64_t model_size = 0;     // points, after this frame; 0: the map is the prior
+  std::vector<double> theta;  // logarithms: scales..., sigma_f, sigma_n
+  double a = 1.0;             // of p = Phi((a mean + b) / sqrt(1 + a^2 variance))
+  double b = 0.0;
+  double log_likelihood_per_point = 0.0;  // of the training subset; 0 where no step was taken
+  bool factor_rebuilt = false;
+  double jitter = 0.0;               // added to the noise variance for the factor's sake
+  double dynamic_share = 0.0;        // of the grid's pixels, with a probability of 1/2 or more
+  int64_t clamped_variances = 0;     // negative from rounding, set to 0
+  int64_t saturated_deviations = 0;  // beyond the scale of the deviation maps
+
+  // Stage and its time, in the order in which the stages ran.
+  std::vector<std::pair<std::string, double>> milliseconds;
+};
+
+nlohmann::ordered_json ToJson(const FrameLine& line);
+// DataLoss, naming the field, where one is missing or has another type.
+absl::StatusOr<FrameLine> FrameLineFromJson(const nlohmann::ordered_json& json);
+
+// One line, without its line break. Numbers that are not finite become null and are read as NaN.
+std::string ToText(const FrameLine& line);
+absl::StatusOr<FrameLine> FrameLineFromText(absl::string_view line);
+
+const char* OutcomeName(FrameLine::Outcome outcome);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_FRAME_LINE_H_

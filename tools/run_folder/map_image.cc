@@ -1,0 +1,80 @@
+#include "tools/run_folder/map_image.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "tools/run_folder/atomic_file.h"
+
+namespace egosieve::tools {
+namespace {
+
+constexpr double kFullPixel = 65535.0;
+
+}  // namespace
+
+absl::StatusOr<std::string> EncodePng(const cv::Mat& image) {
+  // Level 1 and the Sub filter: three times as fast as the defaults, a tenth larger on smooth maps.
+  const std::vector<int> flags = {cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_PNG_STRATEGY,
+                                  cv::IMWRITE_PNG_STRATEGY_FILTERED};
+  std::vector<uchar> bytes;
+  try {
+    if (!cv::imencode(".png", image, bytes, flags)) {
+      return absl::InternalError("the PNG encoder failed");
+    }
+  } catch (const cv::Exception& error) {
+    return absl::InternalError(absl::StrFormat("the PNG encoder failed: %s", error.what()));
+  }
+  return std::string(bytes.begin(), bytes.end());
+}
+
+absl::StatusOr<EncodedMap> EncodeMap(const cv::Mat1f& values, double full_scale) {
+  cv::Mat_<uint16_t> pixels(values.size());
+  EncodedMap encoded;
+  for (int row = 0; row < values.rows; ++row) {
+    for (int column = 0; column < values.cols; ++column) {
+      const double value = values(row, column);
+      if (!(value >= 0.0)) {
+        return absl::InvalidArgumentError(absl::StrFormat(
+            "map value %g at column %d, row %d; it must not be negative", value, column, row));
+      }
+      encoded.saturated += value > full_scale;
+      pixels(row, column) =
+          static_cast<uint16_t>(std::lround(kFullPixel * std::min(value / full_scale, 1.0)));
+    }
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(encoded.png, EncodePng(pixels));
+  return encoded;
+}
+
+absl::StatusOr<cv::Mat1f> ReadMap(const std::string& path, cv::Size expected, double full_scale) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
+  cv::Mat pixels;
+  try {
+    if (!bytes.empty()) {
+      pixels = cv::imdecode(
+          cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
+          cv::IMREAD_UNCHANGED);
+    }
+  } catch (const cv::Exception&) {
+    pixels.release();
+  }
+  if (pixels.empty() || pixels.type() != CV_16UC1) {
+    return absl::DataLossError(
+        absl::StrFormat("%s is not a 16-bit grey image; segment the drive again", path));
+  }
+  if (pixels.size() != expected) {
+    return absl::DataLossError(absl::StrFormat(
+        "%s has %d x %d pixels where run.json says %d x %d; segment the drive again", path,
+        pixels.cols, pixels.rows, expected.width, expected.height));
+  }
+  cv::Mat1f values;
+  pixels.convertTo(values, CV_32F, full_scale / kFullPixel);
+  return values;
+}
+
+}  // namespace egosieve::tools

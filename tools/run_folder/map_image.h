@@ -1,0 +1,32 @@
+// Maps as 16-bit grey PNG files.
+//
+//   pixel = round(65535 min(value / full_scale, 1)),   value >= 0
+//
+// so that a value comes back within full_scale / 131070, unless it saturated.
+#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_MAP_IMAGE_H_
+#define EGOSIEVE_TOOLS_RUN_FOLDER_MAP_IMAGE_H_
+
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "absl/status/statusor.h"
+
+namespace egosieve::tools {
+
+struct EncodedMap {
+  std::string png;
+  int64_t saturated = 0;  // values above full_scale
+};
+
+// InvalidArgument, naming the pixel, where a value is negative or not a number.
+absl::StatusOr<EncodedMap> EncodeMap(const cv::Mat1f& values, double full_scale);
+
+// DataLoss, naming `path`, unless the file is a 16-bit grey PNG of the size expected; NotFound.
+absl::StatusOr<cv::Mat1f> ReadMap(const std::string& path, cv::Size expected, double full_scale);
+
+// Any 8-bit image as PNG bytes.
+absl::StatusOr<std::string> EncodePng(const cv::Mat& image);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_MAP_IMAGE_H_

@@ -1,0 +1,74 @@
+#include "tools/segment/drive_input.h"
+
+#include <filesystem>
+#include <system_error>
+#include <utility>
+#include <variant>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/exit_code.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string KindOf(const std::string& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return "folder";
+  return fs::exists(path, error) ? "video" : "glob";
+}
+
+// Fowler-Noll-Vo, 64 bits, of the pixels and the number of frames that the input announces: enough
+// to tell another input at the same path.
+std::string Fingerprint(const cv::Mat& image, int64_t frames) {
+  uint64_t hash = 0xcbf29ce484222325;
+  for (int y = 0; y < image.rows; ++y) {
+    const uint8_t* row = image.ptr<uint8_t>(y);
+    for (size_t x = 0; x < image.cols * image.elemSize(); ++x) {
+      hash = (hash ^ row[x]) * 0x100000001b3;
+    }
+  }
+  return absl::StrFormat("%016x-%d", hash, frames);
+}
+
+}  // namespace
+
+absl::StatusOr<DriveInput> OpenDriveInput(const std::string& path, int64_t from) {
+  DriveInput input;
+  absl::StatusOr<std::unique_ptr<vision::FrameSource>> frames = vision::OpenFrameSource(path, {});
+  if (!frames.ok()) {
+    return AsInputError(frames.status());
+  }
+  input.frames = *std::move(frames);
+  EGOSIEVE_RETURN_IF_ERROR(AsInputError(input.frames->SeekTo(from)));
+  std::string damage;
+  while (true) {
+    const absl::StatusOr<vision::FrameRead> read = input.frames->Next();
+    if (!read.ok()) {
+      return AsInputError(read.status());
+    }
+    if (const auto* end = std::get_if<vision::EndOfFrames>(&*read)) {
+      return absl::DataLossError(
+          damage.empty() ? absl::StrCat(path, " has ", end->frame_count,
+                                        " frames; choose --from=", from, " below that")
+                         : absl::StrCat("no frame of ", path, " can be read: ", damage));
+    }
+    if (const auto* damaged = std::get_if<vision::DamagedFrame>(&*read)) {
+      damage = damaged->reason;
+      continue;
+    }
+    const cv::Mat& image = std::get<vision::Frame>(*read).image;
+    input.width_pixels = image.cols;
+    input.height_pixels = image.rows;
+    input.description.path = fs::absolute(path).lexically_normal().string();
+    input.description.kind = KindOf(path);
+    input.description.fingerprint = Fingerprint(image, input.frames->expected_frame_count());
+    return input;
+  }
+}
+
+}  // namespace egosieve::tools

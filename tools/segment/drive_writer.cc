@@ -1,0 +1,139 @@
+#include "tools/segment/drive_writer.h"
+
+#include <array>
+#include <chrono>
+#include <ctime>
+#include <utility>
+#include <vector>
+
+#include "kernels/base/status_macros.h"
+
+namespace egosieve::tools {
+namespace {
+
+FrameLine::PointCounts MakePoints(const vision::SelectionCounts& counts) {
+  FrameLine::PointCounts points;
+  points.candidates = counts.candidates;
+  points.dropped_by_density = counts.dropped_by_density;
+  points.dropped_by_novelty = counts.dropped_by_novelty;
+  points.added = counts.added;
+  points.dropped_by_consistency = counts.dropped_by_consistency;
+  points.dropped_by_model_density = counts.dropped_by_model_density;
+  points.dropped_by_age = counts.dropped_by_age;
+  points.dropped_by_budget = counts.dropped_by_budget;
+  return points;
+}
+
+std::vector<std::pair<std::string, double>> MakeMilliseconds(
+    double read, const vision::StageMilliseconds& stages) {
+  return {{"decode", read},
+          {"equalization", stages.equalization},
+          {"features", stages.features},
+          {"matching", stages.matching},
+          {"geometry", stages.geometry},
+          {"labelling", stages.labelling},
+          {"selection", stages.selection},
+          {"training", stages.training},
+          {"calibration", stages.calibration},
+          {"posterior", stages.posterior},
+          {"inference", stages.inference}};
+}
+
+FrameMaps MakeMaps(const vision::SegmentationMap& map) {
+  const auto as_image = [&](const std::vector<float>& values) {
+    return cv::Mat1f(map.grid.rows(), map.grid.columns(), const_cast<float*>(values.data()));
+  };
+  return {as_image(map.probability), as_image(map.deviation)};
+}
+
+}  // namespace
+
+std::string UtcNow() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc = {};
+  gmtime_r(&now, &utc);
+  std::array<char, 32> text = {};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text.data();
+}
+
+FrameLine MakeLine(const vision::SegmentedFrame& frame) {
+  const vision::FrameRecord& record = frame.record;
+  FrameLine line;
+  line.index = frame.index;
+  line.reason = record.reason;
+  line.milliseconds = MakeMilliseconds(frame.read_milliseconds, record.milliseconds);
+  if (frame.damage.has_value()) {
+    line.outcome = FrameLine::Outcome::kFailed;
+    return line;
+  }
+  line.outcome = record.learnt ? FrameLine::Outcome::kLearnt : FrameLine::Outcome::kAnswered;
+  line.time_seconds = record.time_seconds;
+  line.width_pixels = frame.map.grid.width;
+  line.height_pixels = frame.map.grid.height;
+  line.features = record.feature_count;
+  line.matches = record.match_count;
+  line.motion_model = vision::Name(record.motion_model);
+  line.inliers = record.inlier_count;
+  line.noise_pixels = record.noise_pixels;
+  line.labelled_static = record.static_label_count;
+  line.labelled_dynamic = record.dynamic_label_count;
+  line.points = MakePoints(record.selection);
+  line.model_size = record.model_size;
+  line.theta = record.theta;
+  line.a = record.squash_a;
+  line.b = record.squash_b;
+  line.log_likelihood_per_point = record.log_likelihood_per_point;
+  line.factor_rebuilt = record.factor_rebuilt;
+  line.jitter = record.jitter;
+  line.dynamic_share = record.dynamic_share;
+  line.clamped_variances = record.clamped_variances;
+  return line;
+}
+
+absl::StatusOr<DriveWriter> DriveWriter::Start(const RunFolder& folder,
+                                               const RunDescription& description) {
+  EGOSIEVE_RETURN_IF_ERROR(folder.WriteDescription(description));
+  EGOSIEVE_ASSIGN_OR_RETURN(LineLog log, folder.OpenLog());
+  return DriveWriter(folder, description, std::move(log));
+}
+
+absl::Status DriveWriter::Write(const vision::SegmentedFrame& frame) {
+  const auto start = std::chrono::steady_clock::now();
+  FrameLine line = MakeLine(frame);
+  if (line.outcome != FrameLine::Outcome::kFailed) {
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        line.saturated_deviations,
+        folder_.WriteGridMaps(line.index, MakeMaps(frame.map), description_.deviation_full_scale));
+  }
+  const std::chrono::duration<double, std::milli> writing =
+      std::chrono::steady_clock::now() - start;
+  line.milliseconds.emplace_back("writing", writing.count());
+  EGOSIEVE_RETURN_IF_ERROR(log_.Append(ToText(line)));
+
+  if (line.outcome == FrameLine::Outcome::kFailed) {
+    if (counts_.failed++ == 0) counts_.first_failure = line.reason;
+  } else {
+    ++counts_.answered;
+    counts_.learnt += line.outcome == FrameLine::Outcome::kLearnt;
+    counts_.other_sizes += line.width_pixels != description_.grid.width ||
+                           line.height_pixels != description_.grid.height;
+    if (line.outcome == FrameLine::Outcome::kAnswered) counts_.last_not_learnt = line.reason;
+  }
+  last_line_ = std::move(line);
+  return absl::OkStatus();
+}
+
+absl::Status DriveWriter::Finish(const std::string& ended, const std::string& message,
+                                 double seconds) {
+  description_.ended = ended;
+  description_.ended_message = message;
+  description_.frames_answered = counts_.answered;
+  description_.frames_learnt = counts_.learnt;
+  description_.frames_failed = counts_.failed;
+  description_.seconds = seconds;
+  description_.finished_utc = UtcNow();
+  return folder_.WriteDescription(description_);
+}
+
+}  // namespace egosieve::tools

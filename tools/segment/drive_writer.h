@@ -1,0 +1,58 @@
+// Writes what the segmenter makes of a drive into its run folder, frame by frame.
+#ifndef EGOSIEVE_TOOLS_SEGMENT_DRIVE_WRITER_H_
+#define EGOSIEVE_TOOLS_SEGMENT_DRIVE_WRITER_H_
+
+#include <cstdint>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "tools/run_folder/run_folder.h"
+#include "vision/segmentation/segmentation_pipeline.h"
+
+namespace egosieve::tools {
+
+// A frame's line, but for its outcome's cost in `writing` and its saturated deviations.
+FrameLine MakeLine(const vision::SegmentedFrame& frame);
+
+class DriveWriter {
+ public:
+  struct Counts {
+    int64_t answered = 0;  // have a map
+    int64_t learnt = 0;
+    int64_t failed = 0;
+    int64_t other_sizes = 0;      // answered, of another size than the run's first frame
+    std::string first_failure;    // its reason
+    std::string last_not_learnt;  // reason of the last that has a map and was not learnt from
+  };
+
+  // `folder` was made for a new run; `description` is written as it is.
+  static absl::StatusOr<DriveWriter> Start(const RunFolder& folder,
+                                           const RunDescription& description);
+
+  // The maps, then the line. After an error the folder holds the frames before.
+  absl::Status Write(const vision::SegmentedFrame& frame);
+
+  // Writes how the run ended into run.json.
+  absl::Status Finish(const std::string& ended, const std::string& message, double seconds);
+
+  const Counts& counts() const { return counts_; }
+  const FrameLine& last_line() const { return last_line_; }
+
+ private:
+  DriveWriter(const RunFolder& folder, const RunDescription& description, LineLog log)
+      : folder_(folder), description_(description), log_(std::move(log)) {}
+
+  RunFolder folder_;
+  RunDescription description_;
+  LineLog log_;
+  Counts counts_;
+  FrameLine last_line_;
+};
+
+// Now, in ISO 8601, to the second.
+std::string UtcNow();
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_SEGMENT_DRIVE_WRITER_H_

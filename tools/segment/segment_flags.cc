@@ -1,0 +1,166 @@
+#include "tools/segment/segment_flags.h"
+
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "tools/cli/checks.h"
+
+namespace egosieve::tools {
+namespace {
+
+using vision::OnlineSegmenterOptions;
+
+const Words<vision::FeatureSource>& FeatureWords() {
+  static const auto& words =
+      *new Words<vision::FeatureSource>{{"sift+corners", vision::FeatureSource::kSiftCorners},
+                                        {"flow", vision::FeatureSource::kFlow},
+                                        {"both", vision::FeatureSource::kBoth},
+                                        {"auto", vision::FeatureSource::kAuto}};
+  return words;
+}
+
+const Words<vision::MotionModelChoice>& MotionModelWords() {
+  static const auto& words = *new Words<vision::MotionModelChoice>{
+      {"auto", vision::MotionModelChoice::kAuto},
+      {"fundamental", vision::MotionModelChoice::kFundamental},
+      {"homography", vision::MotionModelChoice::kHomography}};
+  return words;
+}
+
+const Words<vision::LabelRule>& LabelWords() {
+  static const auto& words =
+      *new Words<vision::LabelRule>{{"scaled_distance", vision::LabelRule::kScaledDistance},
+                                    {"scaled_median", vision::LabelRule::kScaledMedian},
+                                    {"mixture", vision::LabelRule::kMixture}};
+  return words;
+}
+
+const Words<vision::Equalization>& EqualizationWords() {
+  static const auto& words =
+      *new Words<vision::Equalization>{{"none", vision::Equalization::kNone},
+                                       {"global", vision::Equalization::kGlobal},
+                                       {"clahe", vision::Equalization::kClahe}};
+  return words;
+}
+
+const Words<kernels::CovarianceFunction>& CovarianceWords() {
+  static const auto& words = *new Words<kernels::CovarianceFunction>{
+      {"arcsine", kernels::CovarianceFunction::kArcsine},
+      {"squared_exponential", kernels::CovarianceFunction::kSquaredExponential}};
+  return words;
+}
+
+template <typename Value>
+std::string NameOf(const Words<Value>& words, Value value) {
+  for (const auto& [name, candidate] : words) {
+    if (candidate == value) return name;
+  }
+  return "";
+}
+
+template <typename Value>
+void Override(const std::optional<std::string>& given, const Words<Value>& words, Value& target) {
+  for (const auto& [name, value] : words) {
+    if (given == name) target = value;
+  }
+}
+
+template <typename Given, typename Target>
+void Override(const std::optional<Given>& given, Target& target) {
+  if (given) target = static_cast<Target>(*given);
+}
+
+template <typename Value>
+void AddWordFlag(CLI::App& app, const std::string& flag, std::optional<std::string>& target,
+                 const Words<Value>& words, const std::string& description) {
+  const std::vector<std::string> names = NamesOf(words);
+  app.add_option(flag, target, description)
+      ->check(OneOf(names))
+      ->type_name(absl::StrJoin(names, "|"));
+}
+
+}  // namespace
+
+void SegmentFlags::AddFlags(CLI::App& app) {
+  app.add_option(
+         "--profile", profile_,
+         "default: the most accurate that keeps up; paper: faithful to the paper's sections "
+         "III to V. Flags below override what the profile says")
+      ->check(OneOf({"default", "paper"}))
+      ->type_name("default|paper");
+  app.add_option("--seed", seed_, "Of everything random")->type_name("NUMBER");
+  app.add_option("--stride", stride_,
+                 "Pixels between neighbouring grid pixels, at which the map is evaluated; 1: all")
+      ->check(Between(1, 1000))
+      ->type_name("PIXELS");
+  app.add_option(
+         "--window", window_,
+         "Side of the square window over which a descriptor's intensities are averaged; odd")
+      ->check(Between(1, 255))
+      ->type_name("PIXELS");
+  app.add_option("--budget", budget_, "Points that the model holds at most")
+      ->check(Between(int64_t{0}, int64_t{100000}))
+      ->type_name("POINTS");
+  app.add_option("--frame_gap", frame_gap_, "Frames between the two of a pair")
+      ->check(Between(1, 100))
+      ->type_name("FRAMES");
+  app.add_option("--feature_count", feature_count_,
+                 "SIFT features and corners asked for; 0: 7000 at 1242 x 375, by area")
+      ->check(Between(0, 1000000))
+      ->type_name("NUMBER");
+  AddWordFlag(app, "--features", features_, FeatureWords(), "Where labels come from");
+  AddWordFlag(app, "--motion_model", motion_model_, MotionModelWords(),
+              "What the camera's motion does to the static world's image");
+  AddWordFlag(app, "--labels", labels_, LabelWords(),
+              "How a feature's distance from the motion model becomes a label");
+  AddWordFlag(app, "--equalize", equalize_, EqualizationWords(),
+              "Luminance equalisation of each frame");
+  AddWordFlag(app, "--covariance", covariance_, CovarianceWords(),
+              "Covariance function of the Gaussian process");
+}
+
+OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
+  OnlineSegmenterOptions options =
+      profile_ == "paper" ? OnlineSegmenterOptions::Paper() : OnlineSegmenterOptions::Default();
+  options.SetSeed(seed_);
+  options.labeller.threads = threads;
+  Override(stride_, options.stride_pixels);
+  Override(window_, options.descriptor.window_pixels);
+  Override(budget_, options.learner.budget.budget);
+  Override(frame_gap_, options.labeller.frame_gap);
+  Override(feature_count_, options.labeller.feature_count);
+  Override(features_, FeatureWords(), options.labeller.features);
+  Override(motion_model_, MotionModelWords(), options.labeller.motion_model);
+  Override(labels_, LabelWords(), options.labeller.label_rule);
+  Override(equalize_, EqualizationWords(), options.labeller.equalization.method);
+  Override(covariance_, CovarianceWords(), options.learner.covariance);
+  return options;
+}
+
+std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions& options) {
+  const vision::FrameLabellerOptions& labeller = options.labeller;
+  const vision::OnlineLearnerOptions& learner = options.learner;
+  const auto yes_or_no = [](bool value) { return value ? "yes" : "no"; };
+  return {
+      {"stride", absl::StrCat(options.stride_pixels)},
+      {"window", absl::StrCat(options.descriptor.window_pixels)},
+      {"budget", absl::StrCat(learner.budget.budget)},
+      {"frame_gap", absl::StrCat(labeller.frame_gap)},
+      {"feature_count", absl::StrCat(labeller.feature_count)},
+      {"features", NameOf(FeatureWords(), labeller.features)},
+      {"motion_model", NameOf(MotionModelWords(), labeller.motion_model)},
+      {"labels", NameOf(LabelWords(), labeller.label_rule)},
+      {"equalize", NameOf(EqualizationWords(), labeller.equalization.method)},
+      {"covariance", NameOf(CovarianceWords(), learner.covariance)},
+      {"seed", absl::StrCat(labeller.seed)},
+      // What the profiles set and no flag does.
+      {"labelled_frame",
+       labeller.labelled_side == vision::LabelledSide::kFirstFrame ? "first" : "current"},
+      {"novelty_filter", yes_or_no(learner.novelty_filter)},
+      {"consistency_filter", yes_or_no(learner.consistency_filter)},
+      {"random_start", yes_or_no(learner.random_start)},
+  };
+}
+
+}  // namespace egosieve::tools

@@ -1,0 +1,47 @@
+// The flags of `segment` that shape its output, and the segmenter's options that they make.
+//
+// A profile sets everything; a flag that is given overrides what the profile says.
+#ifndef EGOSIEVE_TOOLS_SEGMENT_SEGMENT_FLAGS_H_
+#define EGOSIEVE_TOOLS_SEGMENT_SEGMENT_FLAGS_H_
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "vision/segmentation/online_segmenter.h"
+
+namespace egosieve::tools {
+
+class SegmentFlags {
+ public:
+  void AddFlags(CLI::App& app);
+
+  // The profile's options, overridden by what was given. `threads` is at least 1.
+  vision::OnlineSegmenterOptions MakeOptions(int threads) const;
+
+  uint64_t seed() const { return seed_; }
+
+ private:
+  std::string profile_ = "default";
+  uint64_t seed_ = 1;
+  std::optional<int> stride_;
+  std::optional<int> window_;
+  std::optional<int64_t> budget_;
+  std::optional<int> frame_gap_;
+  std::optional<int> feature_count_;
+  std::optional<std::string> features_;
+  std::optional<std::string> motion_model_;
+  std::optional<std::string> labels_;
+  std::optional<std::string> equalize_;
+  std::optional<std::string> covariance_;
+};
+
+// Every flag of SegmentFlags by the value that the options have, so that two runs with the same
+// output have the same map, whether a value was given or came from the profile.
+std::map<std::string, std::string> DescribeOptions(const vision::OnlineSegmenterOptions& options);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_SEGMENT_SEGMENT_FLAGS_H_

@@ -1,0 +1,21 @@
+// scene.json: what a synthetic drive was (the fields are explained in synthesize.h).
+#ifndef EGOSIEVE_TOOLS_SYNTHESIZE_SCENE_FILE_H_
+#define EGOSIEVE_TOOLS_SYNTHESIZE_SCENE_FILE_H_
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "vision/synthetic/street.h"
+
+namespace egosieve::tools {
+
+// Everything but the frames, which are to be appended to the array "frames".
+nlohmann::ordered_json DescribeScenario(const vision::Scenario& scenario, bool video);
+nlohmann::ordered_json DescribeFrame(const vision::SyntheticFrame& frame);
+
+// The document's text: a line a frame.
+std::string SceneText(const nlohmann::ordered_json& scene);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_SYNTHESIZE_SCENE_FILE_H_

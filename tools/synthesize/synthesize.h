@@ -1,0 +1,51 @@
+// Writes a synthetic drive (vision/synthetic/street.h) and its truth to a folder.
+//
+//   frames/NNNNNN.png   pictures; with `video`, video.mp4 (lossy) instead
+//   masks/NNNNNN.png    255 where what the pixel shows moves on its own, else 0
+//   ids/NNNNNN.png      16 bits: the object that the pixel shows, 0 for scenery
+//   scene.json          scenario, seed, intrinsics; per frame: time, pose, visible objects
+//
+// NNNNNN counts frames from 0. Each file is whole or absent, and scene.json is written last: a
+// folder without it was interrupted. scene.json's fields, beside self-explaining ones:
+//
+//   intrinsics          focal_pixels, centre_x, centre_y (pixel centres at integers)
+//   world_from_camera   3 rows of 4: X_world = R X_camera + centre; camera x right, y down,
+//                       z forward; world x east, y north, z up; metres
+//   objects             id (as in ids/), class, moving, relation (standing, ahead, oncoming,
+//                       crossing: its motion as the camera's driver sees it), heading_degrees
+//                       (world, from the x axis, counter-clockwise), velocity (world),
+//                       relative_velocity (camera axes, less the camera's own), distance_metres,
+//                       area_pixels, box (x, y, width, height)
+#ifndef EGOSIEVE_TOOLS_SYNTHESIZE_SYNTHESIZE_H_
+#define EGOSIEVE_TOOLS_SYNTHESIZE_SYNTHESIZE_H_
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "vision/synthetic/street.h"
+
+namespace egosieve::tools {
+
+struct SynthesizeOptions {
+  std::string scenario = "street";
+  uint64_t seed = 1;
+  std::string output_folder;
+  bool video = false;      // video.mp4 instead of frames/
+  bool overwrite = false;  // replace a former drive in the folder
+  vision::ScenarioOptions rendering;
+};
+
+// Called after each frame; returning false ends the work with Cancelled.
+using AfterFrame = std::function<bool(int done, int total)>;
+
+// InvalidArgument for options out of range; NotFound, listing the scenarios, for an unknown one;
+// AlreadyExists for a folder that holds something, unless `overwrite` is set and what it holds is a
+// drive: then that drive's files are removed, and only those. Unavailable, ResourceExhausted or
+// PermissionDenied where a file cannot be written.
+absl::Status Synthesize(const SynthesizeOptions& options, const AfterFrame& after_frame = nullptr);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_SYNTHESIZE_SYNTHESIZE_H_

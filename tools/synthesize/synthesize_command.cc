@@ -1,0 +1,97 @@
+#include "tools/synthesize/synthesize_command.h"
+
+#include <iostream>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/exit_code.h"
+#include "tools/cli/interruption.h"
+#include "tools/cli/progress.h"
+#include "tools/synthesize/synthesize.h"
+
+namespace egosieve::tools {
+namespace {
+
+// "street  a town drive: ...", a line a scenario.
+std::string ScenarioTable() {
+  std::string table;
+  for (const vision::ScenarioDescription& scenario : vision::Scenarios()) {
+    absl::StrAppendFormat(&table, "%-18s%s\n", std::string(scenario.name),
+                          std::string(scenario.summary));
+  }
+  return table;
+}
+
+class SynthesizeCommand : public Command {
+ public:
+  std::string name() const override { return "synthesize"; }
+  std::string summary() const override {
+    return "Writes a synthetic drive with exact masks of what moves.";
+  }
+  std::string example() const override {
+    return "egosieve synthesize --scenario=crossing --seed=3 --out=out/crossing\n"
+           "egosieve synthesize --list";
+  }
+
+  void AddFlags(CLI::App& app) override {
+    vision::ScenarioOptions& rendering = options_.rendering;
+    app.add_option("--scenario", options_.scenario, "What happens; --list names them")
+        ->capture_default_str()
+        ->type_name("NAME");
+    app.add_flag("--list", list_, "List the scenarios and do nothing else");
+    app.add_option("--out", options_.output_folder,
+                   "Folder for frames/, masks/, ids/ and scene.json")
+        ->type_name("DIR");
+    app.add_option("--seed", options_.seed, "Another town, other traffic")->capture_default_str();
+    app.add_option("--frames", rendering.frames, "How many")->capture_default_str();
+    app.add_option("--frames_per_second", rendering.frames_per_second, "Frame rate")
+        ->capture_default_str();
+    app.add_option("--width", rendering.width_pixels, "Pixels")->capture_default_str();
+    app.add_option("--height", rendering.height_pixels, "Pixels")->capture_default_str();
+    app.add_option("--field_of_view", rendering.field_of_view_degrees, "Horizontal, in degrees")
+        ->capture_default_str();
+    app.add_option("--threads", rendering.threads, "The result does not depend on them")
+        ->capture_default_str();
+    app.add_flag("--video", options_.video, "Write video.mp4 (lossy) instead of frames/");
+    app.add_flag("--overwrite", options_.overwrite, "Replace a former drive in the folder");
+    app.add_flag("--noise,!--no_noise", rendering.noise, "The sensor's noise (default: on)");
+    app.add_flag("--motion_blur,!--no_motion_blur", rendering.motion_blur,
+                 "Blur while the shutter is open (default: on)");
+    progress_.AddFlag(app);
+  }
+
+  absl::StatusOr<ExitCode> Run() override {
+    if (list_) {
+      std::cout << ScenarioTable();
+      return ExitCode::kDone;
+    }
+    if (options_.output_folder.empty()) {
+      return absl::InvalidArgumentError("no output folder; give --out=DIR");
+    }
+    CatchInterruptions();
+    Progress progress("synthesize", progress_, options_.rendering.frames);
+    const absl::Status status = Synthesize(options_, [&](int, int) {
+      progress.Advance();
+      return !InterruptionRequested();
+    });
+    if (absl::IsNotFound(status)) return AsUsageError(status);  // of a scenario
+    EGOSIEVE_RETURN_IF_ERROR(status);
+    progress.Finish();
+    std::cout << absl::StrCat(options_.rendering.frames, " frames of scenario ", options_.scenario,
+                              " in ", options_.output_folder, "\n");
+    return ExitCode::kDone;
+  }
+
+ private:
+  SynthesizeOptions options_;
+  bool list_ = false;
+  ProgressFlag progress_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeSynthesizeCommand() { return std::make_unique<SynthesizeCommand>(); }
+
+}  // namespace egosieve::tools

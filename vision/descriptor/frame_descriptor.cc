@@ -1,0 +1,54 @@
+#include "vision/descriptor/frame_descriptor.h"
+
+#include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+
+namespace egosieve::vision {
+namespace {
+
+absl::StatusOr<kernels::ImageView> View(const Frame& frame) {
+  const cv::Mat& image = frame.image;
+  if (image.empty() || image.type() != CV_8UC3) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("frame ", frame.index, ": the image is empty or not 8-bit BGR"));
+  }
+  kernels::ImageView view;
+  view.data = image.data;
+  view.width = image.cols;
+  view.height = image.rows;
+  view.channels = image.channels();
+  view.stride_bytes = static_cast<ptrdiff_t>(image.step[0]);
+  return view;
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<float>> DescribePositions(kernels::Context& context, const Frame& frame,
+                                                     kernels::ConstMatrixView<double> positions,
+                                                     const kernels::DescriptorOptions& options) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const kernels::ImageView view, View(frame));
+  std::vector<float> inputs(positions.rows * kernels::kDescriptorDimension);
+  EGOSIEVE_RETURN_IF_ERROR(kernels::DescriptorsAt(
+      context, view, positions, options,
+      kernels::MatrixView<float>(inputs.data(), positions.rows, kernels::kDescriptorDimension)));
+  return inputs;
+}
+
+absl::StatusOr<std::vector<float>> DescribeGrid(kernels::Context& context, const Frame& frame,
+                                                const kernels::ImageGrid& grid,
+                                                const kernels::DescriptorOptions& options) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const kernels::ImageView view, View(frame));
+  EGOSIEVE_RETURN_IF_ERROR(grid.Validate());
+  if (grid.width != view.width || grid.height != view.height) {
+    return absl::InvalidArgumentError(absl::StrCat("frame ", frame.index, " is ", view.width, "x",
+                                                   view.height, ", the grid ", grid.width, "x",
+                                                   grid.height));
+  }
+  std::vector<float> inputs(grid.size() * kernels::kDescriptorDimension);
+  EGOSIEVE_RETURN_IF_ERROR(kernels::DescriptorField(
+      context, view, grid, options,
+      kernels::MatrixView<float>(inputs.data(), grid.size(), kernels::kDescriptorDimension)));
+  return inputs;
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,32 @@
+// Depths behind the camera: impossible for a static point, usual for a car that pulls away.
+//
+//   s        = d.(x_2 - x_inf)                    signed flow along the epipolar line
+//   (epipolar_line.h) var s    = 2 sigma^2 + j C j^T                pixel noise in both frames, and
+//   the rotation's j        = -d^T (dproject/dA) [A]x            change of -s by a small rotation w
+//
+// with C the covariance of the rotation (relative_pose.h, P5). z = s / sqrt(var s) below about -3
+// cannot be static; above it says little, as most static points and most movers have s > 0.
+//
+// Nothing is said where the pose was not found or the point lies at the point of expansion.
+// Reference: Klappstein, Stein & Franke (2006), positive depth constraint.
+#ifndef EGOSIEVE_VISION_EVIDENCE_NEGATIVE_DEPTH_H_
+#define EGOSIEVE_VISION_EVIDENCE_NEGATIVE_DEPTH_H_
+
+#include "vision/evidence/pinhole.h"
+#include "vision/evidence/relative_pose.h"
+#include "vision/geometry/point_pair.h"
+
+namespace egosieve::vision {
+
+struct SignedFlow {
+  bool present = false;
+  double along_pixels = 0.0;      // s
+  double deviation_pixels = 0.0;  // sqrt(var s)
+};
+
+SignedFlow MeasureSignedFlow(const Pinhole& camera, const RelativePose& pose,
+                             const PointPair& pair);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_EVIDENCE_NEGATIVE_DEPTH_H_

@@ -1,0 +1,43 @@
+#ifndef EGOSIEVE_VISION_EVIDENCE_PINHOLE_H_
+#define EGOSIEVE_VISION_EVIDENCE_PINHOLE_H_
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+
+namespace egosieve::vision {
+
+// The simplest camera: square pixels, principal point in the middle of the image.
+//
+//   x = K X / X_3,   K = [ f 0 c_x; 0 f c_y; 0 0 1 ]
+struct Pinhole {
+  double focal_pixels = 1.0;
+  double centre_x = 0.0, centre_y = 0.0;
+
+  // focal_pixels of 0: a guess of 0.9 times the image's longer side, a field of view of 58 degrees.
+  static Pinhole Of(cv::Size image, double focal_pixels) {
+    Pinhole camera;
+    camera.focal_pixels = focal_pixels > 0
+                              ? focal_pixels
+                              : 0.9 * (image.width > image.height ? image.width : image.height);
+    camera.centre_x = 0.5 * (image.width - 1);
+    camera.centre_y = 0.5 * (image.height - 1);
+    return camera;
+  }
+
+  Eigen::Matrix3d Matrix() const {
+    Eigen::Matrix3d k;
+    k << focal_pixels, 0, centre_x, 0, focal_pixels, centre_y, 0, 0, 1;
+    return k;
+  }
+  Eigen::Vector3d Ray(double x, double y) const {
+    return {(x - centre_x) / focal_pixels, (y - centre_y) / focal_pixels, 1.0};
+  }
+  Eigen::Vector2d Project(const Eigen::Vector3d& point) const {
+    return {centre_x + focal_pixels * point(0) / point(2),
+            centre_y + focal_pixels * point(1) / point(2)};
+  }
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_EVIDENCE_PINHOLE_H_

@@ -1,0 +1,276 @@
+#include "vision/evidence/relative_pose.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "vision/evidence/epipolar_line.h"
+#include "vision/evidence/residual_scale.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int64_t kFewestPairs = 20;
+constexpr double kInlierMultiple = 3.0;    // of sigma, for (P3) and the parallax
+constexpr double kSignificant = 3.0;       // parallax of a point that votes, in sigma
+constexpr double kCertainRotation = 0.02;  // radians, the greatest deviation of a pose that is one
+
+using Matrix5d = Eigen::Matrix<double, 5, 5>;
+using Vector5d = Eigen::Matrix<double, 5, 1>;
+
+Eigen::Matrix3d Cross(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v(2), v(1), v(2), 0, -v(0), -v(1), v(0), 0;
+  return m;
+}
+
+struct RayPair {
+  Eigen::Vector3d first, second;
+  PointPair pixels;
+};
+
+std::vector<RayPair> Choose(const std::vector<PointPair>& pairs, const Pinhole& camera,
+                            int64_t max_pairs) {
+  const int64_t count = pairs.size();
+  const int64_t chosen = std::min(count, max_pairs);
+  std::vector<RayPair> rays;
+  rays.reserve(chosen);
+  for (int64_t k = 0; k < chosen; ++k) {
+    const PointPair& pair = pairs[k * count / chosen];
+    rays.push_back({camera.Ray(pair.x1, pair.y1), camera.Ray(pair.x2, pair.y2), pair});
+  }
+  return rays;
+}
+
+// Sampson's distance in units of the focal length, signed, and its gradient by (w, dt).
+struct Distance {
+  double value = 0.0;
+  Eigen::Vector3d by_rotation, by_translation;
+};
+
+Distance SignedSampson(const Eigen::Matrix3d& r, const Eigen::Vector3d& t, const RayPair& pair) {
+  const Eigen::Vector3d moved = r * pair.first;
+  const Eigen::Vector3d line2 = t.cross(moved);
+  const Eigen::Vector3d normal = pair.second.cross(t);  // e = moved . normal
+  const Eigen::Vector3d line1 = r.transpose() * normal;
+  const double squares = line2.head<2>().squaredNorm() + line1.head<2>().squaredNorm();
+  Distance distance{0.0, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  if (!(squares > 1e-18)) return distance;
+  const double scale = 1.0 / std::sqrt(squares);
+  distance.value = moved.dot(normal) * scale;
+  distance.by_rotation = moved.cross(normal) * scale;
+  distance.by_translation = moved.cross(pair.second) * scale;
+  return distance;
+}
+
+double Scale(const std::vector<RayPair>& rays, const Eigen::Matrix3d& r, const Eigen::Vector3d& t,
+             double floor) {
+  std::vector<double> distances;
+  distances.reserve(rays.size());
+  for (const RayPair& pair : rays) distances.push_back(SignedSampson(r, t, pair).value);
+  return ResidualScale(std::move(distances), /*dimensions=*/1, floor);
+}
+
+// Two directions orthogonal to t and to each other.
+Eigen::Matrix<double, 3, 2> Tangent(const Eigen::Vector3d& t) {
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+  int smallest = 0;
+  t.cwiseAbs().minCoeff(&smallest);
+  axis(smallest) = 1.0;
+  Eigen::Matrix<double, 3, 2> basis;
+  basis.col(0) = t.cross(axis).normalized();
+  basis.col(1) = t.cross(basis.col(0));
+  return basis;
+}
+
+// (P4), (P5). sigma in units of the focal length.
+void Refine(const std::vector<RayPair>& rays, int iterations, double floor, RelativePose& pose,
+            double& sigma) {
+  sigma = Scale(rays, pose.rotation, pose.translation, floor);
+  for (int k = 0; k <= iterations; ++k) {
+    const Eigen::Matrix<double, 3, 2> tangent = Tangent(pose.translation);
+    Matrix5d normal = Matrix5d::Zero();
+    Vector5d gradient = Vector5d::Zero();
+    for (const RayPair& pair : rays) {
+      const Distance d = SignedSampson(pose.rotation, pose.translation, pair);
+      const double ratio = d.value / (2.0 * sigma);
+      const double weight = 1.0 / (1.0 + ratio * ratio);
+      Vector5d jacobian;
+      jacobian << d.by_rotation, tangent.transpose() * d.by_translation;
+      const double w2 = weight * weight;  // squared: far points lose their say altogether
+      normal.noalias() += w2 * jacobian * jacobian.transpose();
+      gradient.noalias() += w2 * d.value * jacobian;
+    }
+    normal.diagonal().array() += 1e-12 * normal.trace() + 1e-300;
+    const Eigen::LDLT<Matrix5d> factor(normal);
+    if (k == iterations) {
+      const Matrix5d inverse = factor.solve(Matrix5d::Identity());
+      pose.rotation_covariance = sigma * sigma * inverse.topLeftCorner<3, 3>();
+      return;
+    }
+    const Vector5d step = -factor.solve(gradient);
+    // A step beyond a radian means that the two cannot be told apart: keep what there is.
+    if (!(step.norm() < 1.0)) {
+      k = iterations - 1;
+      continue;
+    }
+    pose.rotation = RotationOf(step.head<3>()) * pose.rotation;
+    pose.translation = (pose.translation + tangent * step.tail<2>()).normalized();
+    sigma = Scale(rays, pose.rotation, pose.translation, floor);
+  }
+}
+
+struct Votes {
+  int64_t in_front = 0, behind = 0;
+  std::vector<double> parallax;  // |s|, pixels, of the points near their lines
+};
+
+Votes Count(const std::vector<RayPair>& rays, const Pinhole& camera, const Eigen::Matrix3d& r,
+            const Eigen::Vector3d& t, double sigma_pixels) {
+  Votes votes;
+  for (const RayPair& pair : rays) {
+    const double distance = camera.focal_pixels * std::abs(SignedSampson(r, t, pair).value);
+    if (!(distance < kInlierMultiple * sigma_pixels)) continue;
+    const EpipolarLine line = LineOf(camera, r, t, pair.pixels.x1, pair.pixels.y1);
+    if (!line.valid) continue;
+    const double s = line.Along({pair.pixels.x2, pair.pixels.y2});
+    votes.parallax.push_back(std::abs(s));
+    if (!(std::abs(s) > kSignificant * sigma_pixels)) continue;
+    ++(s > 0 && line.Reachable(s) ? votes.in_front : votes.behind);
+  }
+  return votes;
+}
+
+// Those that may be static (P6).
+std::vector<RayPair> WithoutNegativeDepths(const std::vector<RayPair>& rays, const Pinhole& camera,
+                                           const RelativePose& pose) {
+  std::vector<RayPair> possible;
+  possible.reserve(rays.size());
+  for (const RayPair& pair : rays) {
+    const EpipolarLine line =
+        LineOf(camera, pose.rotation, pose.translation, pair.pixels.x1, pair.pixels.y1);
+    const double s = line.valid ? line.Along({pair.pixels.x2, pair.pixels.y2}) : 0.0;
+    if (s > -kSignificant * pose.noise_pixels) possible.push_back(pair);
+  }
+  return possible;
+}
+
+}  // namespace
+
+absl::Status RelativePoseOptions::Validate() const {
+  const auto error = [](auto... parts) {
+    return absl::InvalidArgumentError(absl::StrCat(parts...));
+  };
+  if (max_pairs < kFewestPairs) {
+    return error("max_pairs is ", max_pairs, "; it must be at least ", kFewestPairs);
+  }
+  if (iterations < 0) return error("iterations is ", iterations, "; it must not be negative");
+  if (!(noise_floor_pixels > 0) || !std::isfinite(noise_floor_pixels)) {
+    return error("noise_floor_pixels is ", noise_floor_pixels, "; it must be positive");
+  }
+  if (!(parallax_share > 0 && parallax_share < 1)) {
+    return error("parallax_share is ", parallax_share, "; it must be between 0 and 1");
+  }
+  if (!(parallax_multiple > 0) || !std::isfinite(parallax_multiple)) {
+    return error("parallax_multiple is ", parallax_multiple, "; it must be positive");
+  }
+  if (!(cheirality_margin >= 0.5 && cheirality_margin <= 1)) {
+    return error("cheirality_margin is ", cheirality_margin, "; it must lie in [0.5, 1]");
+  }
+  return absl::OkStatus();
+}
+
+const char* Name(PoseOutcome outcome) {
+  switch (outcome) {
+    case PoseOutcome::kFound:
+      return "found";
+    case PoseOutcome::kUndetermined:
+      return "undetermined";
+    case PoseOutcome::kNoTranslation:
+      return "no translation";
+    case PoseOutcome::kAmbiguousDirection:
+      return "ambiguous direction";
+  }
+  return "unknown";
+}
+
+Eigen::Matrix3d RotationOf(const Eigen::Vector3d& w) {
+  const double angle = w.norm();
+  if (!(angle > 1e-12)) return Eigen::Matrix3d::Identity() + Cross(w);
+  return Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
+}
+
+RelativePose EstimateRelativePose(const std::vector<PointPair>& pairs,
+                                  const Eigen::Matrix3d& fundamental, const Pinhole& camera,
+                                  const RelativePoseOptions& options) {
+  RelativePose pose;
+  if (static_cast<int64_t>(pairs.size()) < kFewestPairs || !fundamental.allFinite()) return pose;
+  const std::vector<RayPair> rays = Choose(pairs, camera, options.max_pairs);
+  const Eigen::Matrix3d k = camera.Matrix();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(k.transpose() * fundamental * k,
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (!(svd.singularValues()(1) > 0)) return pose;
+  Eigen::Matrix3d u = svd.matrixU(), v = svd.matrixV(), w;
+  if (u.determinant() < 0) u.col(2) *= -1;
+  if (v.determinant() < 0) v.col(2) *= -1;
+  w << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  const Eigen::Matrix3d one = u * w * v.transpose();
+  const Eigen::Matrix3d other = u * w.transpose() * v.transpose();
+  // The twins differ by half a turn about t: the smaller rotation is that of neighbouring frames.
+  pose.rotation = one.trace() > other.trace() ? one : other;
+  pose.translation = u.col(2);
+  if (!(pose.rotation.trace() > 1.0)) return pose;
+
+  double sigma = 0.0;
+  Refine(rays, options.iterations, options.noise_floor_pixels / camera.focal_pixels, pose, sigma);
+  pose.noise_pixels = sigma * camera.focal_pixels;
+  const double uncertainty = std::sqrt(pose.rotation_covariance.trace());
+  if (!(uncertainty < kCertainRotation)) return pose;
+  Votes votes = Count(rays, camera, pose.rotation, pose.translation, pose.noise_pixels);
+  if (static_cast<int64_t>(votes.parallax.size()) < kFewestPairs) return pose;
+  const auto quantile =
+      votes.parallax.begin() +
+      static_cast<int64_t>((1.0 - options.parallax_share) * (votes.parallax.size() - 1));
+  std::nth_element(votes.parallax.begin(), quantile, votes.parallax.end());
+  pose.parallax_pixels = *quantile;
+  if (!(pose.parallax_pixels > options.parallax_multiple * pose.noise_pixels)) {
+    pose.outcome = PoseOutcome::kNoTranslation;
+    return pose;
+  }
+  const Votes opposite = Count(rays, camera, pose.rotation, -pose.translation, pose.noise_pixels);
+  const bool turned = opposite.in_front > votes.in_front;
+  if (turned) pose.translation = -pose.translation;
+  const Votes& winner = turned ? opposite : votes;
+  const double all = static_cast<double>(winner.in_front + winner.behind);
+  if (!(winner.in_front >= options.cheirality_margin * all)) {
+    pose.outcome = PoseOutcome::kAmbiguousDirection;
+    return pose;
+  }
+  pose.outcome = PoseOutcome::kFound;
+  const std::vector<RayPair> possible = WithoutNegativeDepths(rays, camera, pose);
+  if (options.iterations == 0 || static_cast<int64_t>(possible.size()) < kFewestPairs) return pose;
+  Refine(possible, options.iterations, options.noise_floor_pixels / camera.focal_pixels, pose,
+         sigma);
+  pose.noise_pixels = sigma * camera.focal_pixels;
+  return pose;
+}
+
+Eigen::Matrix3d FundamentalOfPose(const RelativePose& pose, const Pinhole& camera) {
+  const Eigen::Matrix3d inverse = camera.Matrix().inverse();
+  return (inverse.transpose() * Cross(pose.translation) * pose.rotation * inverse).normalized();
+}
+
+RelativePose Inverse(const RelativePose& pose) {
+  RelativePose inverse = pose;
+  inverse.rotation = pose.rotation.transpose();
+  inverse.translation = -(inverse.rotation * pose.translation);
+  // exp(w) R turned round is R^T exp(-w) = exp(-R^T w) R^T.
+  inverse.rotation_covariance =
+      inverse.rotation * pose.rotation_covariance * inverse.rotation.transpose();
+  return inverse;
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,84 @@
+// The camera's rotation and its direction of travel between two frames, from the fundamental matrix
+// and a guess of the focal length.
+//
+//   X_2 = R X_1 + t,  |t| = 1,   E = [t]x R ~ K^T F K                                       (P1)
+//   E = U diag(1,1,0) V^T,   R = U W V^T or U W^T V^T,   t = +-U e_3                        (P2)
+//   of the four the one with most points of significant parallax before both cameras        (P3)
+//   minimise  sum_i rho(d_i / sigma)  over R (3) and t (2)                                  (P4)
+//   covariance  sigma^2 (J^T W J)^-1                                                        (P5)
+//   (P4), (P5) again, without the points that are significantly behind a camera             (P6)
+//
+// with Sampson's distance d, rho of Cauchy, sigma the scale of residual_scale.h. Rotations beyond
+// 90 degrees are refused in (P3): they are the twisted twins of small ones. (P4) makes the pose
+// agree with the guessed camera: what the guess gets wrong is taken up by R and t, so that the flow
+// that they predict hardly depends on it.
+//
+// The translation is significant where the parallax is: the share `parallax_share` of the points
+// whose distance to the line is small moves along it by more than `parallax_multiple` sigma beyond
+// what the rotation alone does. Where it is not (standing, turning on the spot, a far or flat
+// world), t means nothing, and so would every depth.
+//
+// Cost: 1 ms for 2000 pairs, of which more are not used.
+// References: Hartley & Zisserman, 2nd ed., 9.6; Nister (2004).
+#ifndef EGOSIEVE_VISION_EVIDENCE_RELATIVE_POSE_H_
+#define EGOSIEVE_VISION_EVIDENCE_RELATIVE_POSE_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "vision/evidence/pinhole.h"
+#include "vision/geometry/point_pair.h"
+
+namespace egosieve::vision {
+
+struct RelativePoseOptions {
+  int64_t max_pairs = 2000;         // spread evenly over the pairs given; at least 20
+  int iterations = 8;               // of (P4); 0 keeps (P2)
+  double noise_floor_pixels = 0.1;  // of sigma; positive
+  double parallax_share = 0.25;     // (0, 1)
+  double parallax_multiple = 5.0;   // positive
+  double cheirality_margin = 0.6;   // least share of the votes of (P3) that decides; [0.5, 1]
+
+  absl::Status Validate() const;
+};
+
+enum class PoseOutcome {
+  kFound,
+  kUndetermined,        // fewer than 20 pairs near their lines, or too alike to tell a pose from
+  kNoTranslation,       // parallax not significant
+  kAmbiguousDirection,  // (P3) undecided
+};
+
+const char* Name(PoseOutcome outcome);
+
+struct RelativePose {
+  PoseOutcome outcome = PoseOutcome::kUndetermined;
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R
+  Eigen::Vector3d translation = Eigen::Vector3d::UnitZ();  // t, unit
+  Eigen::Matrix3d rotation_covariance =
+      Eigen::Matrix3d::Zero();   // of w in R' = exp(w) R, radians^2
+  double noise_pixels = 0.0;     // sigma
+  double parallax_pixels = 0.0;  // exceeded by parallax_share of the points
+
+  bool found() const { return outcome == PoseOutcome::kFound; }
+};
+
+// fundamental: pixels, first frame to second. `options` must be valid.
+RelativePose EstimateRelativePose(const std::vector<PointPair>& pairs,
+                                  const Eigen::Matrix3d& fundamental, const Pinhole& camera,
+                                  const RelativePoseOptions& options);
+
+// K^-T [t]x R K^-1, unit Frobenius norm.
+Eigen::Matrix3d FundamentalOfPose(const RelativePose& pose, const Pinhole& camera);
+
+// The pose the other way, second frame to first.
+RelativePose Inverse(const RelativePose& pose);
+
+// exp of the cross product matrix of w (Rodrigues).
+Eigen::Matrix3d RotationOf(const Eigen::Vector3d& w);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_EVIDENCE_RELATIVE_POSE_H_

@@ -1,0 +1,113 @@
+#include "vision/features/feature_extractor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <opencv2/features2d.hpp>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+#include "vision/features/corner_detector.h"
+#include "vision/features/spread.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kCornerBorder = 3;
+constexpr int kCornerOctave = 0 | (1 << 8);  // octave 0, layer 1, in OpenCV's packing
+
+std::vector<cv::KeyPoint> Thin(const std::vector<cv::KeyPoint>& key_points, cv::Size size,
+                               int cell_pixels, int64_t count) {
+  std::vector<cv::Point2f> positions;
+  std::vector<float> responses;
+  for (const cv::KeyPoint& key_point : key_points) {
+    positions.push_back(key_point.pt);
+    responses.push_back(key_point.response);
+  }
+  std::vector<cv::KeyPoint> kept;
+  for (const int64_t i : SpreadOverGrid(positions, responses, size, cell_pixels, count)) {
+    kept.push_back(key_points[i]);
+  }
+  return kept;
+}
+
+std::vector<cv::KeyPoint> CornersAsKeyPoints(const cv::Mat& grey, const FeatureOptions& options) {
+  std::vector<cv::KeyPoint> key_points;
+  for (const Corner& corner :
+       DetectCorners(grey, static_cast<float>(options.corner_threshold), kCornerBorder)) {
+    key_points.emplace_back(corner.position, static_cast<float>(options.corner_size_pixels), 0.0F,
+                            corner.response, kCornerOctave);
+  }
+  return key_points;
+}
+
+void Append(const std::vector<cv::KeyPoint>& key_points, const cv::Mat& descriptors,
+            FeatureSet& features) {
+  for (size_t i = 0; i < key_points.size(); ++i) {
+    features.positions.push_back(key_points[i].pt);
+    const uint8_t* row = descriptors.ptr<uint8_t>(static_cast<int>(i));
+    features.descriptors.insert(features.descriptors.end(), row, row + kSiftDescriptorBytes);
+  }
+}
+
+}  // namespace
+
+absl::Status FeatureOptions::Validate() const {
+  const auto error = [](auto... parts) {
+    return absl::InvalidArgumentError(absl::StrCat(parts...));
+  };
+  if (count < 0) return error("count is ", count, "; it must not be negative");
+  if (!(key_point_share >= 0 && key_point_share <= 1)) {
+    return error("key_point_share is ", key_point_share, "; it must be from 0 to 1");
+  }
+  if (!(contrast_threshold >= 0) || !std::isfinite(contrast_threshold)) {
+    return error("contrast_threshold is ", contrast_threshold, "; it must not be negative");
+  }
+  if (!(corner_threshold >= 0) || !std::isfinite(corner_threshold)) {
+    return error("corner_threshold is ", corner_threshold, "; it must not be negative");
+  }
+  if (!(corner_size_pixels > 0 && corner_size_pixels <= 100)) {
+    return error("corner_size_pixels is ", corner_size_pixels, "; it must be in (0, 100]");
+  }
+  if (cell_pixels < 1) return error("cell_pixels is ", cell_pixels, "; it must be positive");
+  if (threads < 1 || threads > 256) return error("threads is ", threads, "; it must be 1 to 256");
+  return absl::OkStatus();
+}
+
+int64_t RequestedFeatureCount(const FeatureOptions& options, cv::Size size) {
+  if (options.count > 0) return options.count;
+  return std::llround(7000.0 * size.area() / (1242.0 * 375.0));
+}
+
+absl::StatusOr<FeatureSet> ExtractFeatures(const cv::Mat& grey, const FeatureOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  if (grey.empty() || grey.type() != CV_8UC1) {
+    return absl::InvalidArgumentError("features need a grey 8-bit image that is not empty");
+  }
+  FeatureSet features;
+  try {
+    const int64_t count = RequestedFeatureCount(options, grey.size());
+    const auto sift = cv::SIFT::create(0, 3, options.contrast_threshold, 10, 1.6, CV_8U);
+    std::vector<cv::KeyPoint> key_points, corners = CornersAsKeyPoints(grey, options);
+    if (options.key_point_share > 0) sift->detect(grey, key_points);
+
+    const int64_t share = std::llround(options.key_point_share * static_cast<double>(count));
+    const int64_t corner_count =
+        std::min<int64_t>(static_cast<int64_t>(corners.size()), count - share);
+    key_points = Thin(key_points, grey.size(), options.cell_pixels, count - corner_count);
+    corners = Thin(corners, grey.size(), options.cell_pixels,
+                   count - static_cast<int64_t>(key_points.size()));
+    cv::Mat descriptors;
+    if (!key_points.empty()) sift->compute(grey, key_points, descriptors);
+    Append(key_points, descriptors, features);
+    features.key_point_count = features.size();
+    if (!corners.empty()) sift->compute(grey, corners, descriptors);
+    Append(corners, descriptors, features);
+  } catch (const cv::Exception& error) {
+    return absl::InternalError(absl::StrCat("features: ", error.err));
+  }
+  return features;
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,72 @@
+// Points of a regular grid, tracked by dense inverse-search flow (DIS; Kroeger et al., 2016).
+//
+//   f = flow from first to second, b = flow from second to first
+//   x2 = x1 + f(x1),   e(x1) = | f(x1) + b(x2) |                     forward-backward error
+//   kept where e < error_floor + error_slope |f(x1)| and x2 lies in the image
+//
+// Flow is smooth and covers everything: it says something, and the same both ways, of a blank wall,
+// too. So each point is also asked whether the pictures agree: with P the patch of 7 x 7 pixels
+// around it and Q the other picture's, sampled along the flow,
+//
+//   textured   std P >= texture_levels
+//   agrees     sum (P - mean P)(Q - mean Q) >= agreement |P - mean P| |Q - mean Q|
+//
+// Points that are textured and do not agree are dropped; those without texture are kept and marked,
+// as the flow around them may well be theirs.
+//
+// Fields and pictures are sampled bilinearly. Cost: two flows, linear in the pixels.
+#ifndef EGOSIEVE_VISION_FEATURES_FLOW_GRID_H_
+#define EGOSIEVE_VISION_FEATURES_FLOW_GRID_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "vision/geometry/point_pair.h"
+
+namespace egosieve::vision {
+
+enum class FlowQuality { kUltrafast, kFast, kMedium };  // presets of OpenCV's DIS
+
+struct FlowGridOptions {
+  int stride_pixels = 5;                     // of the grid; positive
+  double error_floor = 1.0;                  // pixels; positive
+  double error_slope = 0.02;                 // >= 0
+  double texture_levels = 3.0;               // of 255; >= 0
+  double agreement = 0.5;                    // [-1, 1]
+  double contradiction = 0.2;                // [-1, agreement]
+  FlowQuality quality = FlowQuality::kFast;  // kMedium: 4 times slower, AUC higher by under 0.01
+
+  absl::Status Validate() const;
+};
+
+struct FlowPair {
+  cv::Mat forward;   // CV_32FC2, pixels, first to second
+  cv::Mat backward;  // second to first
+};
+
+// Grey CV_8UC1 images of one size, at least 16 pixels in each direction.
+absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second,
+                                     FlowQuality quality);
+
+struct TrackedGrid {
+  std::vector<PointPair> pairs;      // row by row of the grid
+  std::vector<uint8_t> is_textured;  // one a pair
+  int64_t point_count = 0;           // of the grid
+  int64_t textured_count = 0;        // of the grid, kept or not
+  int64_t agreeing_count = 0;        // kept, textured and agreeing
+};
+
+// The grid lies in the second image (`anchor_second`) or in the first; there its points are whole
+// pixels. The images are those that the flow was computed from.
+TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat& second,
+                      bool anchor_second, const FlowGridOptions& options);
+
+// Bilinear sample of a CV_32FC2 field, clamped at the border.
+cv::Point2f SampleField(const cv::Mat& field, cv::Point2f at);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_FEATURES_FLOW_GRID_H_

@@ -1,0 +1,49 @@
+#include "vision/frame/equalization.h"
+
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+
+namespace egosieve::vision {
+namespace {
+
+cv::Mat EqualizeChannel(const cv::Mat& luminance, const EqualizationOptions& options) {
+  cv::Mat result;
+  if (options.method == Equalization::kGlobal) {
+    cv::equalizeHist(luminance, result);
+  } else {
+    cv::createCLAHE(options.clahe_clip_limit, cv::Size(options.clahe_tiles, options.clahe_tiles))
+        ->apply(luminance, result);
+  }
+  return result;
+}
+
+}  // namespace
+
+absl::Status EqualizationOptions::Validate() const {
+  if (!(clahe_clip_limit > 0)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("clahe_clip_limit is ", clahe_clip_limit, "; it must be positive"));
+  }
+  if (clahe_tiles < 1 || clahe_tiles > 64) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("clahe_tiles is ", clahe_tiles, "; it must be from 1 to 64"));
+  }
+  return absl::OkStatus();
+}
+
+cv::Mat EqualizeLuminance(const cv::Mat& image, const EqualizationOptions& options) {
+  if (options.method == Equalization::kNone || image.empty()) return image;
+  if (image.channels() == 1) return EqualizeChannel(image, options);
+  cv::Mat luminance_chrominance, result;
+  cv::cvtColor(image, luminance_chrominance, cv::COLOR_BGR2YCrCb);
+  std::vector<cv::Mat> channels;
+  cv::split(luminance_chrominance, channels);
+  channels[0] = EqualizeChannel(channels[0], options);
+  cv::merge(channels, luminance_chrominance);
+  cv::cvtColor(luminance_chrominance, result, cv::COLOR_YCrCb2BGR);
+  return result;
+}
+
+}  // namespace egosieve::vision

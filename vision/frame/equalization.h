@@ -1,0 +1,33 @@
+// Luminance equalisation: takes out global changes of light and opens dark areas ("histogram
+// filter", paper, section III).
+//
+//   kGlobal   Y' = 255 (C(Y) - C_min) / (N - C_min), C the cumulative histogram of the frame
+//   kClahe    the same in tiles, with the histogram's slope clipped (Zuiderveld, 1994)
+//
+// Colour is kept: Y' replaces the luminance of Y Cr Cb.
+#ifndef EGOSIEVE_VISION_FRAME_EQUALIZATION_H_
+#define EGOSIEVE_VISION_FRAME_EQUALIZATION_H_
+
+#include <opencv2/core.hpp>
+
+#include "absl/status/status.h"
+
+namespace egosieve::vision {
+
+enum class Equalization { kNone, kGlobal, kClahe };
+
+struct EqualizationOptions {
+  Equalization method = Equalization::kNone;
+  double clahe_clip_limit = 2.0;  // of a tile's histogram, in units of its mean height; > 0
+  int clahe_tiles = 8;            // along each side of the image; 1 to 64
+
+  absl::Status Validate() const;
+};
+
+// image: CV_8UC1 or CV_8UC3 (B G R); returns a new image of the same type, or with kNone the image
+// itself. `options` must be valid.
+cv::Mat EqualizeLuminance(const cv::Mat& image, const EqualizationOptions& options);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_FRAME_EQUALIZATION_H_

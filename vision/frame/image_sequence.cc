@@ -1,0 +1,68 @@
+#include "vision/frame/image_sequence.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "vision/frame/image_decoding.h"
+
+namespace egosieve::vision {
+namespace {
+
+class ImageSequence : public FrameSource {
+ public:
+  ImageSequence(std::vector<std::string> paths, std::string description, double rate_hz)
+      : paths_(std::move(paths)), description_(std::move(description)), rate_hz_(rate_hz) {}
+
+  absl::StatusOr<FrameRead> Next() override {
+    const int64_t count = static_cast<int64_t>(paths_.size());
+    if (next_index_ >= count) return FrameRead(EndOfFrames{count, ""});
+    const int64_t index = next_index_++;
+    absl::StatusOr<DecodedImage> decoded = DecodeImageFile(paths_[index]);
+    if (!decoded.ok()) {
+      return FrameRead(DamagedFrame{index, std::string(decoded.status().message())});
+    }
+    Frame frame;
+    frame.index = index;
+    frame.time_seconds = static_cast<double>(index) / rate_hz_;
+    frame.image = decoded->image;
+    frame.is_grey = decoded->is_grey;
+    return FrameRead(std::move(frame));
+  }
+
+  absl::Status SeekTo(int64_t index) override {
+    if (index < 0) return absl::InvalidArgumentError(absl::StrCat("frame index ", index, " < 0"));
+    next_index_ = index;
+    return absl::OkStatus();
+  }
+
+  int64_t next_index() const override { return next_index_; }
+  int64_t expected_frame_count() const override { return static_cast<int64_t>(paths_.size()); }
+  std::string description() const override { return description_; }
+
+ private:
+  const std::vector<std::string> paths_;
+  const std::string description_;
+  const double rate_hz_;
+  int64_t next_index_ = 0;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<FrameSource>> OpenImageSequence(std::vector<std::string> paths,
+                                                               const std::string& description,
+                                                               const FrameSourceOptions& options) {
+  std::string first_reason;
+  for (const std::string& path : paths) {
+    const absl::StatusOr<DecodedImage> decoded = DecodeImageFile(path);
+    if (decoded.ok()) {
+      return std::unique_ptr<FrameSource>(
+          new ImageSequence(std::move(paths), description, options.nominal_rate_hz));
+    }
+    if (first_reason.empty()) first_reason = std::string(decoded.status().message());
+  }
+  return absl::InvalidArgumentError(absl::StrCat(
+      "none of the ", paths.size(), " picture files can be read; the first: ", first_reason,
+      "; give readable pictures"));
+}
+
+}  // namespace egosieve::vision

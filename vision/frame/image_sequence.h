@@ -1,0 +1,20 @@
+#ifndef EGOSIEVE_VISION_FRAME_IMAGE_SEQUENCE_H_
+#define EGOSIEVE_VISION_FRAME_IMAGE_SEQUENCE_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "vision/frame/frame_source.h"
+
+namespace egosieve::vision {
+
+// Frames from picture files, in the order given. InvalidArgument where not one of them can be read.
+absl::StatusOr<std::unique_ptr<FrameSource>> OpenImageSequence(std::vector<std::string> paths,
+                                                               const std::string& description,
+                                                               const FrameSourceOptions& options);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_FRAME_IMAGE_SEQUENCE_H_

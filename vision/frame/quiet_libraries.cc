@@ -1,0 +1,27 @@
+#include "vision/frame/quiet_libraries.h"
+
+#include <cstdlib>
+#include <mutex>
+#include <opencv2/core/utility.hpp>
+#include <opencv2/core/utils/logger.hpp>
+
+namespace egosieve::vision {
+namespace {
+
+int IgnoreError(int, const char*, const char*, const char*, int, void*) { return 0; }
+
+}  // namespace
+
+void QuietLibraries() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    if (std::getenv("OPENCV_LOG_LEVEL") == nullptr) {
+      cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+      cv::redirectError(IgnoreError);  // exceptions are still thrown
+    }
+    constexpr const char* kQuiet = "-8";  // AV_LOG_QUIET
+    setenv("OPENCV_FFMPEG_LOGLEVEL", kQuiet, /*overwrite=*/0);
+  });
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,154 @@
+#include "vision/geometry/motion_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "vision/geometry/ransac.h"
+#include "vision/geometry/residual.h"
+
+namespace egosieve::vision {
+namespace {
+
+struct Candidate {
+  MotionModelKind kind = MotionModelKind::kNone;
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
+  std::vector<double> residuals;
+};
+
+// (G1) divided by n.
+double MeanGric(const Candidate& candidate, double sigma) {
+  const bool is_fundamental = candidate.kind == MotionModelKind::kFundamental;
+  const int dimension = is_fundamental ? 3 : 2;
+  const int parameters =
+      is_fundamental ? 7 : (candidate.kind == MotionModelKind::kHomography ? 8 : 0);
+  const double n = static_cast<double>(candidate.residuals.size());
+  const double most = 4.0 - (dimension - 2) * std::log(4.0);
+  const double scale = (is_fundamental ? 1.0 : 0.5) / (sigma * sigma);
+  double sum = 0.0;
+  for (const double d : candidate.residuals) {
+    const double relative = d * d * scale;
+    sum += relative < most ? relative : most;
+  }
+  return sum / n + dimension * std::log(4.0) + parameters * std::log(4.0 * n) / n;
+}
+
+Candidate MakeCandidate(MotionModelKind kind, const Eigen::Matrix3d& matrix,
+                        const std::vector<PointPair>& pairs) {
+  return {kind, matrix, Residuals(kind, matrix, pairs, EpipolarDistance::kSampson)};
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// sigma of (G1).
+double NoiseForGric(const std::vector<Candidate>& candidates, double least) {
+  constexpr double kStandardDeviationsPerMedian = 1.4826;
+  for (const Candidate& candidate : candidates) {
+    if (candidate.kind != MotionModelKind::kFundamental) continue;
+    return std::max(least, kStandardDeviationsPerMedian * Median(candidate.residuals));
+  }
+  return least;
+}
+
+void Judge(const Candidate& chosen, const MotionModelOptions& options, MotionModel& model) {
+  model.kind = chosen.kind;
+  model.matrix = chosen.matrix;
+  model.inlier_count =
+      std::count_if(chosen.residuals.begin(), chosen.residuals.end(),
+                    [&](double residual) { return residual < options.support_pixels; });
+  const double support =
+      static_cast<double>(model.inlier_count) / static_cast<double>(model.pair_count);
+  model.trusted = support >= options.minimum_support;
+  if (!model.trusted) {
+    model.reason = absl::StrFormat("only %.0f %% of the matches agree on one motion of the camera",
+                                   100.0 * support);
+  }
+}
+
+void Choose(const std::vector<Candidate>& candidates, const MotionModelOptions& options,
+            MotionModel& model) {
+  const double sigma = NoiseForGric(candidates, options.gric_sigma_pixels);
+  const Candidate* best = nullptr;
+  double least = 0.0;
+  for (const Candidate& candidate : candidates) {
+    const double gric = MeanGric(candidate, sigma);
+    switch (candidate.kind) {
+      case MotionModelKind::kStatic:
+        model.static_gric = gric;
+        break;
+      case MotionModelKind::kHomography:
+        model.homography_gric = gric;
+        break;
+      default:
+        model.fundamental_gric = gric;
+    }
+    if (best == nullptr || gric < least) {
+      best = &candidate;
+      least = gric;
+    }
+  }
+  model.reason.clear();
+  Judge(*best, options, model);
+}
+
+}  // namespace
+
+absl::Status MotionModelOptions::Validate() const {
+  const auto positive = [](const char* name, double value) {
+    if (value > 0 && std::isfinite(value)) return absl::OkStatus();
+    return absl::InvalidArgumentError(absl::StrCat(name, " is ", value, "; it must be positive"));
+  };
+  EGOSIEVE_RETURN_IF_ERROR(positive("fundamental_threshold_pixels", fundamental_threshold_pixels));
+  EGOSIEVE_RETURN_IF_ERROR(positive("homography_threshold_pixels", homography_threshold_pixels));
+  EGOSIEVE_RETURN_IF_ERROR(positive("gric_sigma_pixels", gric_sigma_pixels));
+  EGOSIEVE_RETURN_IF_ERROR(positive("support_pixels", support_pixels));
+  if (!(minimum_support >= 0 && minimum_support <= 1)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("minimum_support is ", minimum_support, "; it must be from 0 to 1"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<MotionModel> EstimateMotionModel(const std::vector<PointPair>& pairs,
+                                                const MotionModelOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  MotionModel model;
+  model.pair_count = static_cast<int64_t>(pairs.size());
+  std::vector<Candidate> candidates;
+  if (options.choice == MotionModelChoice::kAuto && !pairs.empty()) {
+    candidates.push_back(
+        MakeCandidate(MotionModelKind::kStatic, Eigen::Matrix3d::Identity(), pairs));
+  }
+  RansacOptions ransac;
+  ransac.seed = options.seed;
+  if (options.choice != MotionModelChoice::kFundamental) {
+    ransac.threshold_pixels = options.homography_threshold_pixels;
+    const absl::StatusOr<RansacResult> homography = EstimateHomography(pairs, ransac);
+    if (homography.ok()) {
+      candidates.push_back(MakeCandidate(MotionModelKind::kHomography, homography->matrix, pairs));
+    } else {
+      model.reason = std::string(homography.status().message());
+    }
+  }
+  if (options.choice != MotionModelChoice::kHomography) {
+    ransac.threshold_pixels = options.fundamental_threshold_pixels;
+    const absl::StatusOr<RansacResult> fundamental = EstimateFundamental(pairs, ransac);
+    if (fundamental.ok()) {
+      candidates.push_back(
+          MakeCandidate(MotionModelKind::kFundamental, fundamental->matrix, pairs));
+    } else {
+      model.reason = std::string(fundamental.status().message());
+    }
+  }
+  if (candidates.empty()) return model;
+  Choose(candidates, options, model);
+  return model;
+}
+
+}  // namespace egosieve::vision

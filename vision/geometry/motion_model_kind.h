@@ -1,0 +1,30 @@
+// What the camera's own motion does to the image of a static world.
+#ifndef EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_KIND_H_
+#define EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_KIND_H_
+
+namespace egosieve::vision {
+
+enum class MotionModelKind {
+  kNone,         // nothing could be estimated
+  kStatic,       // x2 = x1: the camera stood still
+  kHomography,   // x2 ~ H x1: rotation, a plane, or too little parallax to tell
+  kFundamental,  // x2^T F x1 = 0: translation past a world with depth
+};
+
+inline const char* Name(MotionModelKind kind) {
+  switch (kind) {
+    case MotionModelKind::kNone:
+      return "none";
+    case MotionModelKind::kStatic:
+      return "static";
+    case MotionModelKind::kHomography:
+      return "homography";
+    case MotionModelKind::kFundamental:
+      return "fundamental";
+  }
+  return "unknown";
+}
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_KIND_H_

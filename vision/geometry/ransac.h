@@ -1,0 +1,57 @@
+// Robust estimation of the fundamental matrix and of the homography from point pairs with false
+// matches and independently moving objects among them: RANSAC with truncated squares (MSAC; Torr &
+// Zisserman, 2000), local optimisation (Chum et al., 2003) and early stop.
+//
+//   cost(model) = sum_i min(d_i^2 / T^2, 1)                                                 (R1)
+//   iterations until  (1 - w^m)^k <= 1 - confidence,   w = share of inliers, m = sample size  (R2)
+//
+// d is Sampson's distance for F, the transfer error for H, T the threshold. Each new best model is
+// refined by a few reweighted least-squares steps with Tukey's weights and a shrinking radius, each
+// kept only where it lowers (R1). Samples are refused that are degenerate, that hold two points
+// closer than `minimum_spacing_pixels`, or (F) whose orientations disagree. Models are tried on a
+// first random part of the pairs and, unless they are clearly worse there than the best so far, on
+// all.
+//
+// Same pairs and seed: same bytes. Cost: about 10 ms for 7000 pairs at half inliers.
+#ifndef EGOSIEVE_VISION_GEOMETRY_RANSAC_H_
+#define EGOSIEVE_VISION_GEOMETRY_RANSAC_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "vision/geometry/point_pair.h"
+
+namespace egosieve::vision {
+
+struct RansacOptions {
+  double threshold_pixels = 1.0;        // T; positive
+  double confidence = 0.9999;           // (0, 1)
+  int max_iterations = 2000;            // positive
+  double minimum_spacing_pixels = 2.0;  // between points of a sample, in both images; >= 0
+  int max_pairs = 4000;                 // pairs beyond this many are drawn from at random; >= 8
+  uint64_t seed = 1;
+
+  absl::Status Validate() const;
+};
+
+struct RansacResult {
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();  // pixels, first image to second
+  int64_t inlier_count = 0;                              // of the pairs used
+  int64_t used_count = 0;
+  double mean_cost = 1.0;  // (R1) over used_count
+  int iterations = 0;
+};
+
+// Errors: InvalidArgument for options and for fewer than 7 (F) or 4 (H) pairs; NotFound where no
+// sample gives a model (all points collinear, identical, ...).
+absl::StatusOr<RansacResult> EstimateFundamental(const std::vector<PointPair>& pairs,
+                                                 const RansacOptions& options);
+absl::StatusOr<RansacResult> EstimateHomography(const std::vector<PointPair>& pairs,
+                                                const RansacOptions& options);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_GEOMETRY_RANSAC_H_

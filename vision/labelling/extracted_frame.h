@@ -1,0 +1,35 @@
+// What is computed of a frame alone, once.
+#ifndef EGOSIEVE_VISION_LABELLING_EXTRACTED_FRAME_H_
+#define EGOSIEVE_VISION_LABELLING_EXTRACTED_FRAME_H_
+
+#include <mutex>
+#include <opencv2/core.hpp>
+
+#include "absl/status/statusor.h"
+#include "vision/features/feature_extractor.h"
+#include "vision/frame/frame.h"
+
+namespace egosieve::vision {
+
+// Shared by pointer and immutable to its users; features that were not asked for at once are
+// computed when first needed, the same whenever that is.
+struct ExtractedFrame {
+  Frame frame;
+  cv::Mat grey;  // CV_8UC1, equalised
+  FeatureOptions feature_options;
+  double equalization_milliseconds = 0.0;
+
+  // Thread-safe.
+  const absl::StatusOr<FeatureSet>& features() const {
+    std::call_once(once_, [this] { features_ = ExtractFeatures(grey, feature_options); });
+    return features_;
+  }
+
+ private:
+  mutable std::once_flag once_;
+  mutable absl::StatusOr<FeatureSet> features_ = absl::UnknownError("not computed");
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_EXTRACTED_FRAME_H_

@@ -1,0 +1,110 @@
+// The whole front end as one object: frames in, labelled places out.
+//
+//   1. grey, equalised picture                                   vision/frame/equalization.h
+//   2. features of the frame, computed once                      vision/features
+//   3. correspondences with the frame `frame_gap` before it      vision/matching,
+//   features/flow_grid.h
+//   4. motion model of the camera, selected and fitted           vision/geometry
+//   5. residual of each correspondence, and its probability of
+//      belonging to something that moves                         vision/labelling/label_rule.h
+//
+// Step 2 needs nothing but the frame: Extract() is const and may run ahead on other threads, in any
+// order. Label() does the rest and must see the frames in order.
+//
+// State, for resuming: what Label(t) returns depends on the frames t - frame_gap .. t and on
+// state(), a few numbers carried from frame to frame. So after Restore(state() as it was after
+// frame t) and Prime() with the frames t - frame_gap + 1 .. t in order, all later results have the
+// same bytes as without the interruption. Random numbers are drawn from (seed, frame index).
+//
+// Results do not depend on the number of threads.
+#ifndef EGOSIEVE_VISION_LABELLING_FRAME_LABELLER_H_
+#define EGOSIEVE_VISION_LABELLING_FRAME_LABELLER_H_
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "vision/frame/equalization.h"
+#include "vision/frame/frame.h"
+#include "vision/geometry/motion_model.h"
+#include "vision/labelling/labelled_frame.h"
+
+namespace egosieve::vision {
+
+enum class FeatureSource {
+  kSiftCorners,  // SIFT key points and Shi-Tomasi corners, matched by SIFT descriptors
+  kFlow,         // a regular grid, tracked by dense inverse-search flow
+  kBoth,         // both
+  kAuto,         // the grid where the flow holds for most of it, else both
+};
+
+enum class LabelRule {
+  kScaledDistance,  // p = d / paper_distance_pixels; matches further away are discarded as false
+  kScaledMedian,    // p = min(1, d / (median_multiple max(floor, 1.48 median d))); none discarded
+  kMixture,         // posterior of a static Gaussian against a dynamic uniform density
+};
+
+enum class LabelledSide { kFirstFrame, kCurrentFrame };
+
+struct FrameLabellerOptions {
+  FeatureSource features = FeatureSource::kAuto;
+  MotionModelChoice motion_model = MotionModelChoice::kAuto;
+  LabelRule label_rule = LabelRule::kScaledMedian;
+  LabelledSide labelled_side = LabelledSide::kCurrentFrame;
+  EqualizationOptions equalization;
+
+  int frame_gap = 1;                 // frames between the two of a pair; 1 to 100
+  int feature_count = 0;             // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area
+  double match_ratio = 0.8;          // nearest to second-nearest descriptor distance; (0, 1]
+  int flow_stride_pixels = 5;        // of the flow grid; 1 to 100
+  double paper_distance_pixels = 3;  // kScaledDistance: the furthest plausible distance; positive
+  double median_multiple = 12;       // kScaledMedian; positive
+  double noise_floor_pixels = 0.2;   // kScaledMedian, kMixture; positive
+  int minimum_matches = 30;          // fewer, and no label is given; at least 8
+  uint64_t seed = 1;
+  int threads = 2;  // 1 to 256
+
+  // Faithful to the paper: SIFT and corners, fundamental matrix, scaled distance, first frame.
+  static FrameLabellerOptions Paper();
+
+  // InvalidArgument, naming field, value and rule.
+  absl::Status Validate() const;
+};
+
+// What step 2 makes of a frame; shared and immutable.
+struct ExtractedFrame;
+
+class FrameLabeller {
+ public:
+  static absl::StatusOr<std::unique_ptr<FrameLabeller>> Create(const FrameLabellerOptions& options);
+  ~FrameLabeller();
+
+  // Label(Extract(frame)). An error means a frame that cannot be (not CV_8UC3, empty, an index that
+  // does not grow); the state is unchanged then. Frames that cannot be learnt from are outcomes.
+  absl::StatusOr<LabelledFrame> Process(const Frame& frame);
+
+  absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
+  absl::StatusOr<LabelledFrame> Label(std::shared_ptr<const ExtractedFrame> frame);
+
+  // Takes the frame into the history without labelling it.
+  absl::Status Prime(const Frame& frame);
+
+  // What is carried from frame to frame beside the frames themselves.
+  std::vector<double> state() const;
+  // Sets it and empties the history. InvalidArgument for numbers that are no state() of this
+  // version.
+  absl::Status Restore(const std::vector<double>& state);
+
+  const FrameLabellerOptions& options() const;
+
+ private:
+  class Implementation;
+  explicit FrameLabeller(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_FRAME_LABELLER_H_

@@ -1,0 +1,57 @@
+// From the distances d of matches to the motion model, in pixels, to probabilities p of being
+// dynamic.
+//
+//   scaled distance   p = d / d_max; d > d_max is a false match and gets no label      (paper,
+//   section III) scaled median     p = min(1, d / (c s)),  s = max(floor, 1.48 median d) (L1)
+//   mixture           p = w u / (w u + (1 - w) g(d)),  static: Gaussian of deviation sigma,
+//   dynamic: uniform
+//                     within R (L2)
+//
+//     m = 1 (F, distances to a line):    g(d) = 2 N(d; sigma),                  u = 1 / R
+//     m = 2 (H, distances to a point):   g(d) = exp(-d^2 / 2 sigma^2) / (2 pi sigma^2),   u = 1 /
+//     (pi R^2)
+//
+// w and sigma maximise the likelihood by expectation-maximisation: E is (L2), M is
+//
+//   w = mean p,    sigma^2 = max(floor^2, sum (1 - p) d^2 / (m sum (1 - p))) (L3)
+//
+// The estimate is drawn to the previous frame's by `memory`, as if that many matches had said so.
+#ifndef EGOSIEVE_VISION_LABELLING_LABEL_RULE_H_
+#define EGOSIEVE_VISION_LABELLING_LABEL_RULE_H_
+
+#include <vector>
+
+namespace egosieve::vision {
+
+// s of (L1).
+double NoiseScale(std::vector<double> distances, double floor_pixels);
+
+// (L1) for each distance; s > 0.
+std::vector<double> ScaledMedianLabels(const std::vector<double>& distances, double noise_pixels,
+                                       double multiple);
+
+struct MixtureState {
+  double noise_pixels = 0.0;   // sigma; 0: nothing known yet
+  double dynamic_share = 0.0;  // w
+};
+
+struct MixtureOptions {
+  int residual_dimension = 1;  // m: 1 for distances to lines, 2 to points
+  double noise_floor_pixels = 0.1;
+  double range_pixels = 30.0;  // R: the largest distance that counts
+  double memory_share = 0.2;   // of the matches of the frame, that the previous state weighs
+  int iterations = 30;
+};
+
+struct MixtureLabels {
+  std::vector<double> probability;
+  MixtureState state;
+};
+
+// (L2) with the parameters of (L3), from `previous`.
+MixtureLabels EstimateMixtureLabels(const std::vector<double>& distances,
+                                    const MixtureState& previous, const MixtureOptions& options);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_LABEL_RULE_H_

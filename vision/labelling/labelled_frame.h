@@ -1,0 +1,70 @@
+// What the front end hands to the learner: places in a frame and how probably each belongs to
+// something that moves by itself.
+#ifndef EGOSIEVE_VISION_LABELLING_LABELLED_FRAME_H_
+#define EGOSIEVE_VISION_LABELLING_LABELLED_FRAME_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "kernels/base/matrix_view.h"
+#include "vision/frame/frame.h"
+#include "vision/geometry/motion_model_kind.h"
+
+namespace egosieve::vision {
+
+enum class LabelOutcome {
+  kLabelled,         // labels are given
+  kNoPair,           // fewer than frame_gap + 1 frames seen so far, or since the last interruption
+  kSizeChanged,      // the frame is of another size than the ones before: a new start
+  kTooFewFeatures,   // black, white or without texture
+  kTooFewMatches,    // a cut, an obstructed lens, a turn by 90 degrees, ...
+  kDuplicateFrame,   // the same picture again, byte for byte
+  kUntrustedMotion,  // a motion model was found, but the frame gives no ground to believe it
+};
+
+const char* Name(LabelOutcome outcome);
+
+struct LabellingTimes {
+  double equalization_milliseconds = 0.0;
+  double features_milliseconds = 0.0;
+  double matching_milliseconds = 0.0;
+  double geometry_milliseconds = 0.0;
+  double labelling_milliseconds = 0.0;
+};
+
+// N labelled places. Where outcome is not kLabelled, N = 0 and `reason` says why in a sentence;
+// counts and times hold what is known.
+struct LabelledFrame {
+  LabelOutcome outcome = LabelOutcome::kNoPair;
+  std::string reason;
+
+  int64_t frame_index = 0;                      // the frame handed in: the later one of the pair
+  int64_t first_index = -1, second_index = -1;  // the pair, -1 without one
+  Frame labelled;                               // the frame whose pixels `positions` are in
+
+  std::vector<double> positions;        // N x 2, (x, y) in pixels of `labelled`, inside it
+  std::vector<double> other_positions;  // N x 2, in the pair's other frame
+  std::vector<double> probability;      // N, of being dynamic, in [0, 1]
+  std::vector<double> residual_pixels;  // N, distance to what the motion model allows
+
+  MotionModelKind motion_model = MotionModelKind::kNone;
+  cv::Matx33d motion_matrix = cv::Matx33d::eye();  // H or F, first frame to second, in pixels
+  bool motion_trusted = false;
+  int64_t feature_count = 0;    // of the frame handed in
+  int64_t match_count = 0;      // before anything was discarded
+  int64_t inlier_count = 0;     // of the motion model
+  int64_t discarded_count = 0;  // matches given no label
+  double noise_pixels = 0.0;    // scale of static points' residuals, one standard deviation
+  LabellingTimes times;
+
+  int64_t size() const { return static_cast<int64_t>(probability.size()); }
+  kernels::ConstMatrixView<double> positions_view() const {
+    return kernels::ConstMatrixView<double>(positions.data(), size(), 2);
+  }
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_LABELLED_FRAME_H_

@@ -1,0 +1,84 @@
+#include "vision/labelling/pair_builder.h"
+
+#include <algorithm>
+
+#include "kernels/base/status_macros.h"
+#include "vision/features/flow_grid.h"
+#include "vision/labelling/stopwatch.h"
+#include "vision/matching/feature_matcher.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kMinimumFlowSide = 16;
+// With FeatureSource::kAuto: of the grid's textured points, those whose flow must hold for features
+// to be spared.
+constexpr double kFlowSuffices = 0.35;
+
+absl::Status AddFeatureMatches(const ExtractedFrame& first, const ExtractedFrame& second,
+                               const FrameLabellerOptions& options, Stopwatch& watch,
+                               FramePairs& pairs) {
+  if (!first.features().ok()) return first.features().status();
+  if (!second.features().ok()) return second.features().status();
+  pairs.features_milliseconds += watch.LapMilliseconds();
+  const FeatureSet& a = *first.features();
+  const FeatureSet& b = *second.features();
+  MatchOptions matching;
+  matching.ratio = options.match_ratio;
+  matching.threads = options.threads;
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<Match> matches, MatchFeatures(a, b, matching));
+  for (const Match& match : matches) {
+    const cv::Point2f p = a.positions[match.first], q = b.positions[match.second];
+    pairs.labelled.push_back({p.x, p.y, q.x, q.y});
+    pairs.geometry.push_back(pairs.labelled.back());
+  }
+  pairs.feature_count += b.size();
+  pairs.match_count += static_cast<int64_t>(matches.size());
+  pairs.matching_milliseconds += watch.LapMilliseconds();
+  return absl::OkStatus();
+}
+
+// Returns the share of the grid's textured points whose flow holds.
+absl::StatusOr<double> AddFlowGrid(const ExtractedFrame& first, const ExtractedFrame& second,
+                                   const FrameLabellerOptions& options, Stopwatch& watch,
+                                   FramePairs& pairs) {
+  const cv::Mat& image = second.grey;
+  if (image.cols < kMinimumFlowSide || image.rows < kMinimumFlowSide) return 0.0;
+  FlowGridOptions grid;
+  if (getenv("Q")) grid.quality = (FlowQuality)atoi(getenv("Q"));
+  grid.stride_pixels = options.flow_stride_pixels;
+  EGOSIEVE_ASSIGN_OR_RETURN(const FlowPair flow,
+                            ComputeFlow(first.grey, second.grey, grid.quality));
+  const TrackedGrid tracked = TrackGrid(flow, first.grey, second.grey,
+                                        options.labelled_side == LabelledSide::kCurrentFrame, grid);
+  pairs.labelled.insert(pairs.labelled.end(), tracked.pairs.begin(), tracked.pairs.end());
+  for (size_t i = 0; i < tracked.pairs.size(); ++i) {
+    if (tracked.is_textured[i] != 0) pairs.geometry.push_back(tracked.pairs[i]);
+  }
+  pairs.feature_count += tracked.textured_count;
+  pairs.match_count += tracked.agreeing_count;
+  pairs.matching_milliseconds += watch.LapMilliseconds();
+  return static_cast<double>(tracked.agreeing_count) /
+         static_cast<double>(std::max<int64_t>(tracked.textured_count, 1));
+}
+
+}  // namespace
+
+absl::StatusOr<FramePairs> BuildPairs(const ExtractedFrame& first, const ExtractedFrame& second,
+                                      const FrameLabellerOptions& options) {
+  FramePairs pairs;
+  Stopwatch watch;
+  double flow_share = 0.0;
+  if (options.features != FeatureSource::kSiftCorners) {
+    EGOSIEVE_ASSIGN_OR_RETURN(flow_share, AddFlowGrid(first, second, options, watch, pairs));
+  }
+  const bool wants_features =
+      options.features == FeatureSource::kSiftCorners || options.features == FeatureSource::kBoth ||
+      (options.features == FeatureSource::kAuto && flow_share < kFlowSuffices);
+  if (wants_features) {
+    EGOSIEVE_RETURN_IF_ERROR(AddFeatureMatches(first, second, options, watch, pairs));
+  }
+  return pairs;
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,29 @@
+// Correspondences between two frames, from features and from flow.
+#ifndef EGOSIEVE_VISION_LABELLING_PAIR_BUILDER_H_
+#define EGOSIEVE_VISION_LABELLING_PAIR_BUILDER_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "vision/geometry/point_pair.h"
+#include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/frame_labeller.h"
+
+namespace egosieve::vision {
+
+struct FramePairs {
+  std::vector<PointPair> labelled;  // to be given labels
+  std::vector<PointPair> geometry;  // to estimate the motion from
+  int64_t feature_count = 0;        // features and textured grid points of the second frame
+  int64_t match_count = 0;          // of these, those found again in the other frame
+  double features_milliseconds = 0.0, matching_milliseconds = 0.0;
+};
+
+// Frames of one size. Errors are those of the libraries beneath.
+absl::StatusOr<FramePairs> BuildPairs(const ExtractedFrame& first, const ExtractedFrame& second,
+                                      const FrameLabellerOptions& options);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_PAIR_BUILDER_H_

@@ -1,0 +1,24 @@
+#ifndef EGOSIEVE_VISION_LABELLING_STOPWATCH_H_
+#define EGOSIEVE_VISION_LABELLING_STOPWATCH_H_
+
+#include <chrono>
+
+namespace egosieve::vision {
+
+class Stopwatch {
+ public:
+  // Since the last call, or since construction.
+  double LapMilliseconds() {
+    const auto now = std::chrono::steady_clock::now();
+    const std::chrono::duration<double, std::milli> lap = now - start_;
+    start_ = now;
+    return lap.count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_STOPWATCH_H_

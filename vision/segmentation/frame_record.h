@@ -1,0 +1,74 @@
+// The account of one frame: what was seen, what was learnt, what it cost. A line of frames.jsonl.
+#ifndef EGOSIEVE_VISION_SEGMENTATION_FRAME_RECORD_H_
+#define EGOSIEVE_VISION_SEGMENTATION_FRAME_RECORD_H_
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "vision/geometry/motion_model_kind.h"
+
+namespace egosieve::vision {
+
+// Points through the four filters (paper, section IV-E) and the budget.
+struct SelectionCounts {
+  int64_t candidates = 0;  // labelled features of the frame
+  int64_t dropped_by_density = 0;
+  int64_t dropped_by_novelty = 0;
+  int64_t added = 0;
+  int64_t dropped_by_consistency = 0;  // of the model's points, as all that follow
+  int64_t dropped_by_model_density = 0;
+  int64_t dropped_by_age = 0;
+  int64_t dropped_by_budget = 0;
+};
+
+struct StageMilliseconds {
+  double equalization = 0.0;
+  double features = 0.0;
+  double matching = 0.0;
+  double geometry = 0.0;
+  double labelling = 0.0;
+  double selection = 0.0;    // filters, their predictions, adding to and removing from the model
+  double training = 0.0;     // hyperparameters, and the factor's rebuilding
+  double calibration = 0.0;  // leave-one-out, a and b
+  double posterior = 0.0;    // making the dense posterior of the model
+  double inference = 0.0;    // descriptors and posterior on the grid
+
+  double total() const {
+    return equalization + features + matching + geometry + labelling + selection + training +
+           calibration + posterior + inference;
+  }
+};
+
+struct FrameRecord {
+  int64_t frame_index = 0;
+  double time_seconds = 0.0;
+
+  int64_t feature_count = 0;
+  int64_t match_count = 0;
+  int64_t inlier_count = 0;  // of the motion model
+  MotionModelKind motion_model = MotionModelKind::kNone;
+  double noise_pixels = 0.0;        // scale of the static features' residuals
+  int64_t static_label_count = 0;   // p < 1/2
+  int64_t dynamic_label_count = 0;  // p >= 1/2
+
+  SelectionCounts selection;
+  int64_t model_size = 0;
+  std::vector<double> theta;            // log scales..., log sigma_f, log sigma_n
+  double log_likelihood_per_point = 0;  // log p(y | X) / n of the model; 0 where it is empty
+  bool factor_rebuilt = false;
+  double jitter = 0.0;
+  double squash_a = 1.0;
+  double squash_b = 0.0;
+
+  double dynamic_share = 0.0;  // of the grid, probability >= 1/2
+  int64_t clamped_variances = 0;
+  StageMilliseconds milliseconds;
+
+  bool learnt = false;
+  std::string reason;  // why the frame was not learnt from; empty where it was
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SEGMENTATION_FRAME_RECORD_H_

@@ -1,0 +1,276 @@
+#include "vision/segmentation/online_learner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "gp/calibration/leave_one_out.h"
+#include "gp/selection/agreement_filter.h"
+#include "kernels/base/status_macros.h"
+#include "vision/segmentation/stage_timer.h"
+
+namespace egosieve::vision {
+namespace {
+
+template <typename T>
+std::vector<T> GatherRows(kernels::ConstMatrixView<T> matrix, absl::Span<const int64_t> rows) {
+  std::vector<T> gathered;
+  gathered.reserve(rows.size() * matrix.cols);
+  for (const int64_t row : rows) {
+    gathered.insert(gathered.end(), matrix.row(row), matrix.row(row) + matrix.cols);
+  }
+  return gathered;
+}
+
+std::vector<double> Gather(absl::Span<const double> values, absl::Span<const int64_t> rows) {
+  std::vector<double> gathered;
+  gathered.reserve(rows.size());
+  for (const int64_t row : rows) {
+    gathered.push_back(values[row]);
+  }
+  return gathered;
+}
+
+template <typename T>
+std::vector<double> LabelsFromTargets(const T& targets) {
+  std::vector<double> labels;
+  labels.reserve(targets.size());
+  for (const double target : targets) {
+    labels.push_back(0.5 * (target + 1.0));
+  }
+  return labels;
+}
+
+// Regression means, whose classes are -1 and 1, as the probabilities that agreement compares.
+template <typename T>
+std::vector<float> PredictionsFromMeans(const T& means) {
+  std::vector<float> predictions;
+  predictions.reserve(means.size());
+  for (const auto mean : means) {
+    predictions.push_back(static_cast<float>(0.5 * (mean + 1.0)));
+  }
+  return predictions;
+}
+
+// The rows of [0, count) that are not in `kept`, which increases.
+std::vector<int64_t> Complement(int64_t count, absl::Span<const int64_t> kept) {
+  std::vector<int64_t> rest;
+  size_t next = 0;
+  for (int64_t row = 0; row < count; ++row) {
+    if (next < kept.size() && kept[next] == row) {
+      ++next;
+    } else {
+      rest.push_back(row);
+    }
+  }
+  return rest;
+}
+
+}  // namespace
+
+absl::Status OnlineLearnerOptions::Validate() const {
+  EGOSIEVE_RETURN_IF_ERROR(budget.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(training.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(squash.Validate());
+  for (const auto* density : {&new_point_density, &model_density}) {
+    if (!(density->radius >= 0.0) || std::isinf(density->radius)) {
+      return absl::InvalidArgumentError(absl::StrFormat(
+          "density radius = %g; it must be finite and not negative", density->radius));
+    }
+  }
+  if (calibration_sample_size < 2) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "calibration_sample_size = %d; it must be at least 2", calibration_sample_size));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::unique_ptr<OnlineLearner>> OnlineLearner::Create(
+    std::shared_ptr<kernels::Context> context, int64_t input_dimension,
+    const OnlineLearnerOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  const auto bounds = gp::HyperparameterBounds::Default(options.covariance, input_dimension);
+  const gp::Hyperparameters start =
+      options.random_start
+          ? gp::RandomHyperparameters(options.covariance, input_dimension, bounds, options.seed)
+          : gp::DefaultHyperparameters(options.covariance, input_dimension);
+  EGOSIEVE_ASSIGN_OR_RETURN(gp::ExactModel model, gp::ExactModel::Create(context, start));
+  gp::TrainerOptions training = options.training;
+  training.seed = options.seed;
+  EGOSIEVE_ASSIGN_OR_RETURN(gp::HyperparameterTrainer trainer,
+                            gp::HyperparameterTrainer::Create(start, bounds, training));
+  return std::unique_ptr<OnlineLearner>(
+      new OnlineLearner(std::move(model), std::move(trainer), options));
+}
+
+OnlineLearner::OnlineLearner(gp::ExactModel model, gp::HyperparameterTrainer trainer,
+                             const OnlineLearnerOptions& options)
+    : options_(options), model_(std::move(model)), trainer_(std::move(trainer)) {}
+
+absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
+                                  absl::Span<const double> labels, int64_t frame_index,
+                                  FrameRecord& record) {
+  record.selection.candidates = inputs.rows;
+  {
+    StageTimer timer(record.milliseconds.selection);
+    EGOSIEVE_RETURN_IF_ERROR(UpdatePoints(inputs, labels, frame_index, record.selection));
+  }
+  {
+    StageTimer timer(record.milliseconds.training);
+    EGOSIEVE_RETURN_IF_ERROR(Train(record));
+  }
+  {
+    StageTimer timer(record.milliseconds.calibration);
+    EGOSIEVE_RETURN_IF_ERROR(Calibrate());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
+                                         absl::Span<const double> labels, int64_t frame_index,
+                                         SelectionCounts& counts) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> selected,
+                            SelectNewPoints(inputs, labels, counts));
+  Points arriving{GatherRows(inputs, selected), Gather(labels, selected)};
+  counts.added = arriving.size();
+  std::vector<int64_t> alive(model_.size());
+  if (options_.consistency_filter) {
+    EGOSIEVE_RETURN_IF_ERROR(Add(arriving, frame_index));
+    arriving = Points();
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        alive, gp::FilterByConsistency(LabelsFromTargets(model_.targets()),
+                                       PredictionsFromMeans(model_.PredictOwnMean())));
+    counts.dropped_by_consistency = model_.size() - static_cast<int64_t>(alive.size());
+  } else {
+    std::iota(alive.begin(), alive.end(), 0);
+  }
+  EGOSIEVE_RETURN_IF_ERROR(Thin(frame_index, alive, arriving, counts));
+  EGOSIEVE_RETURN_IF_ERROR(model_.Remove(Complement(model_.size(), alive)));
+  return Add(arriving, frame_index);
+}
+
+absl::Status OnlineLearner::Add(const Points& points, int64_t frame_index) {
+  return model_.Add(kernels::ConstMatrixView<float>(points.inputs.data(), points.size(),
+                                                    model_.input_dimension()),
+                    points.labels, frame_index);
+}
+
+absl::StatusOr<std::vector<int64_t>> OnlineLearner::SelectNewPoints(
+    kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
+    SelectionCounts& counts) const {
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> selected,
+                            gp::FilterByDensity(inputs, labels, options_.new_point_density));
+  counts.dropped_by_density = inputs.rows - static_cast<int64_t>(selected.size());
+  if (!options_.novelty_filter || model_.size() == 0) {
+    return selected;
+  }
+  const std::vector<float> candidates = GatherRows(inputs, selected);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const std::vector<float> means,
+      model_.PredictMean(kernels::ConstMatrixView<float>(
+          candidates.data(), static_cast<int64_t>(selected.size()), inputs.cols)));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const std::vector<int64_t> novel,
+      gp::FilterByNovelty(Gather(labels, selected), PredictionsFromMeans(means)));
+  counts.dropped_by_novelty = static_cast<int64_t>(selected.size() - novel.size());
+  std::vector<int64_t> rows;
+  rows.reserve(novel.size());
+  for (const int64_t index : novel) {
+    rows.push_back(selected[index]);
+  }
+  return rows;
+}
+
+absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& alive, Points& arriving,
+                                 SelectionCounts& counts) const {
+  // The model's points that are alive, then those that arrive: from the oldest to the newest.
+  const int64_t dimension = model_.input_dimension();
+  const int64_t alive_count = static_cast<int64_t>(alive.size());
+  std::vector<double> inputs = GatherRows(model_.inputs(), alive);
+  inputs.insert(inputs.end(), arriving.inputs.begin(), arriving.inputs.end());
+  std::vector<double> labels = LabelsFromTargets(Gather(model_.targets(), alive));
+  labels.insert(labels.end(), arriving.labels.begin(), arriving.labels.end());
+  const int64_t total = static_cast<int64_t>(labels.size());
+
+  std::vector<int64_t> newest_first(total);
+  std::iota(newest_first.rbegin(), newest_first.rend(), 0);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      std::vector<int64_t> kept,
+      gp::FilterByDensity(kernels::ConstMatrixView<double>(inputs.data(), total, dimension), labels,
+                          options_.model_density, newest_first));
+  counts.dropped_by_model_density = total - static_cast<int64_t>(kept.size());
+
+  std::vector<int64_t> birth_frames;
+  birth_frames.reserve(kept.size());
+  for (const int64_t row : kept) {
+    birth_frames.push_back(row < alive_count ? model_.birth_frames()[alive[row]] : frame_index);
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const gp::BudgetDecision decision,
+      gp::EnforceBudget(Gather(labels, kept), birth_frames, frame_index, options_.budget));
+  counts.dropped_by_age = decision.dropped_for_age;
+  counts.dropped_by_budget = decision.dropped_for_budget;
+
+  std::vector<int64_t> alive_kept, arriving_kept;
+  for (const int64_t index : Complement(static_cast<int64_t>(kept.size()), decision.dropped)) {
+    const int64_t row = kept[index];
+    if (row < alive_count) {
+      alive_kept.push_back(alive[row]);
+    } else {
+      arriving_kept.push_back(row - alive_count);
+    }
+  }
+  alive = std::move(alive_kept);
+  arriving = Points{GatherRows(kernels::ConstMatrixView<float>(arriving.inputs.data(),
+                                                               arriving.size(), dimension),
+                               arriving_kept),
+                    Gather(arriving.labels, arriving_kept)};
+  return absl::OkStatus();
+}
+
+absl::Status OnlineLearner::Train(FrameRecord& record) {
+  EGOSIEVE_RETURN_IF_ERROR(
+      trainer_.TrainFrame(*model_.context(), model_.inputs(), model_.targets()).status());
+  if (trainer_.ShouldRebuild(model_.hyperparameters())) {
+    EGOSIEVE_RETURN_IF_ERROR(model_.SetHyperparameters(trainer_.hyperparameters()));
+    record.factor_rebuilt = true;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status OnlineLearner::Calibrate() {
+  if (model_.size() < 2) {
+    return absl::OkStatus();
+  }
+  const std::vector<int64_t> sample =
+      gp::StratifiedSample(model_.targets(), options_.calibration_sample_size,
+                           options_.training.minimum_class_share, options_.seed);
+  EGOSIEVE_ASSIGN_OR_RETURN(const gp::LeaveOneOut predictions, model_.PredictLeaveOneOut(sample));
+  const std::vector<double> labels = LabelsFromTargets(Gather(model_.targets(), predictions.rows));
+  const double noise_variance = model_.hyperparameters().noise_variance();
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const gp::SquashFit fit,
+      gp::FitSquash(predictions.mean, predictions.LatentVariance(noise_variance), labels, squash_,
+                    options_.squash));
+  squash_ = fit.parameters;
+  return absl::OkStatus();
+}
+
+void OnlineLearner::Describe(FrameRecord& record) const {
+  record.model_size = model_.size();
+  record.theta = gp::ToLogarithms(model_.hyperparameters());
+  record.log_likelihood_per_point =
+      model_.LogMarginalLikelihood() / static_cast<double>(std::max<int64_t>(1, model_.size()));
+  record.jitter = model_.jitter();
+  record.squash_a = squash_.a;
+  record.squash_b = squash_.b;
+}
+
+absl::StatusOr<std::shared_ptr<const gp::Posterior>> OnlineLearner::MakePosterior() const {
+  return model_.MakePosterior(squash_);
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,107 @@
+// What happens to the Gaussian process when a frame's labels arrive (paper, section IV):
+//
+//   1. density       thin the new points                                            IV-E, 1
+//   2. novelty       keep those that the model gets wrong (all while it is empty)   IV-E, 2
+//      add           the factor grows                                               IV-D
+//   3. consistency   drop model points that are still classified wrongly            IV-E, 3
+//   4. density       thin the model, newest preferred                               IV-E, 4
+//   5. budget        drop the oldest beyond the budget, the rarer class protected
+//      remove        one removal of all that 3 to 5 name                            IV-D
+//   6. training      annealing at first, then a few gradient steps                  IV-B
+//   7. calibration   a, b by leave-one-out on a stratified sample                   IV-C
+//
+// Steps 2 and 3 can be switched off: with clean labels they cost accuracy. Without step 3 nothing
+// has to be predicted by the grown model, and steps 4 and 5 are decided before points are added, so
+// that the factor never grows by what is dropped at once.
+#ifndef EGOSIEVE_VISION_SEGMENTATION_ONLINE_LEARNER_H_
+#define EGOSIEVE_VISION_SEGMENTATION_ONLINE_LEARNER_H_
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "gp/calibration/probabilistic_least_squares.h"
+#include "gp/model/exact_model.h"
+#include "gp/model/posterior.h"
+#include "gp/selection/budget.h"
+#include "gp/selection/density_filter.h"
+#include "gp/training/hyperparameter_trainer.h"
+#include "kernels/base/covariance_parameters.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/runtime/context.h"
+#include "vision/segmentation/frame_record.h"
+
+namespace egosieve::vision {
+
+struct OnlineLearnerOptions {
+  kernels::CovarianceFunction covariance = kernels::CovarianceFunction::kArcsine;
+  bool random_start = false;  // hyperparameters drawn within their bounds, as in the paper
+  gp::DensityFilterOptions new_point_density{0.08};
+  bool novelty_filter = false;
+  bool consistency_filter = false;
+  gp::DensityFilterOptions model_density{0.056};
+  gp::BudgetOptions budget;
+  gp::TrainerOptions training;
+  int64_t calibration_sample_size = 600;  // points; at least 2
+  gp::SquashFitOptions squash;
+  uint64_t seed = 1;
+
+  absl::Status Validate() const;
+};
+
+class OnlineLearner {
+ public:
+  static absl::StatusOr<std::unique_ptr<OnlineLearner>> Create(
+      std::shared_ptr<kernels::Context> context, int64_t input_dimension,
+      const OnlineLearnerOptions& options);
+
+  // Steps 1 to 7. inputs: N x D; labels: N, in [0, 1]. Fills the record's fields on selection,
+  // model, theta, calibration and their times. After an error the model is whole, but part of the
+  // steps may have been taken.
+  absl::Status Learn(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
+                     int64_t frame_index, FrameRecord& record);
+
+  // The fields of the record that describe the model as it is.
+  void Describe(FrameRecord& record) const;
+
+  absl::StatusOr<std::shared_ptr<const gp::Posterior>> MakePosterior() const;
+
+  const gp::ExactModel& model() const { return model_; }
+  const gp::SquashParameters& squash() const { return squash_; }
+
+ private:
+  struct Points {
+    std::vector<float> inputs;  // N x D
+    std::vector<double> labels;
+
+    int64_t size() const { return static_cast<int64_t>(labels.size()); }
+  };
+
+  OnlineLearner(gp::ExactModel model, gp::HyperparameterTrainer trainer,
+                const OnlineLearnerOptions& options);
+
+  absl::StatusOr<std::vector<int64_t>> SelectNewPoints(kernels::ConstMatrixView<float> inputs,
+                                                       absl::Span<const double> labels,
+                                                       SelectionCounts& counts) const;
+  absl::Status UpdatePoints(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
+                            int64_t frame_index, SelectionCounts& counts);
+  absl::Status Add(const Points& points, int64_t frame_index);
+  // Steps 4 and 5 on the model's rows `alive` and the points about to be added: both are reduced to
+  // what stays.
+  absl::Status Thin(int64_t frame_index, std::vector<int64_t>& alive, Points& arriving,
+                    SelectionCounts& counts) const;
+  absl::Status Train(FrameRecord& record);
+  absl::Status Calibrate();
+
+  OnlineLearnerOptions options_;
+  gp::ExactModel model_;
+  gp::HyperparameterTrainer trainer_;
+  gp::SquashParameters squash_;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SEGMENTATION_ONLINE_LEARNER_H_

@@ -1,0 +1,185 @@
+#include "vision/segmentation/online_segmenter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "kernels/base/image_grid.h"
+#include "kernels/base/status_macros.h"
+#include "vision/descriptor/frame_descriptor.h"
+#include "vision/frame/equalization.h"
+#include "vision/segmentation/stage_timer.h"
+
+namespace egosieve::vision {
+namespace {
+
+// A model of more points than this costs more than it gains: DESIGN's figures, and bench results.
+constexpr int64_t kDefaultBudget = 1500;
+constexpr int64_t kPaperBudget = 4000;
+
+void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
+  record.feature_count = labels.feature_count;
+  record.match_count = labels.match_count;
+  record.inlier_count = labels.inlier_count;
+  record.motion_model = labels.motion_model;
+  record.noise_pixels = labels.noise_pixels;
+  record.reason = labels.reason;
+  record.dynamic_label_count = std::count_if(labels.probability.begin(), labels.probability.end(),
+                                             [](double probability) { return probability >= 0.5; });
+  record.static_label_count = labels.size() - record.dynamic_label_count;
+  record.milliseconds.equalization = labels.times.equalization_milliseconds;
+  record.milliseconds.features = labels.times.features_milliseconds;
+  record.milliseconds.matching = labels.times.matching_milliseconds;
+  record.milliseconds.geometry = labels.times.geometry_milliseconds;
+  record.milliseconds.labelling = labels.times.labelling_milliseconds;
+}
+
+}  // namespace
+
+OnlineSegmenterOptions OnlineSegmenterOptions::Default() {
+  OnlineSegmenterOptions options;
+  options.learner.budget.budget = kDefaultBudget;
+  return options;
+}
+
+OnlineSegmenterOptions OnlineSegmenterOptions::Paper() {
+  OnlineSegmenterOptions options;
+  options.labeller = FrameLabellerOptions::Paper();
+  options.learner.random_start = true;
+  options.learner.novelty_filter = true;
+  options.learner.consistency_filter = true;
+  options.learner.budget.budget = kPaperBudget;
+  return options;
+}
+
+void OnlineSegmenterOptions::SetSeed(uint64_t seed) {
+  labeller.seed = seed;
+  learner.seed = seed;
+}
+
+absl::Status OnlineSegmenterOptions::Validate() const {
+  EGOSIEVE_RETURN_IF_ERROR(labeller.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(learner.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(descriptor.Validate());
+  if (stride_pixels < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("stride_pixels = %d; it must be at least 1", stride_pixels));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::unique_ptr<OnlineSegmenter>> OnlineSegmenter::Create(
+    std::shared_ptr<kernels::Context> context, const OnlineSegmenterOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<FrameLabeller> labeller,
+                            FrameLabeller::Create(options.labeller));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      std::unique_ptr<OnlineLearner> learner,
+      OnlineLearner::Create(context, kernels::kDescriptorDimension, options.learner));
+  return std::unique_ptr<OnlineSegmenter>(
+      new OnlineSegmenter(std::move(context), options, std::move(labeller), std::move(learner)));
+}
+
+OnlineSegmenter::OnlineSegmenter(std::shared_ptr<kernels::Context> context,
+                                 const OnlineSegmenterOptions& options,
+                                 std::unique_ptr<FrameLabeller> labeller,
+                                 std::unique_ptr<OnlineLearner> learner)
+    : context_(std::move(context)),
+      options_(options),
+      labeller_(std::move(labeller)),
+      learner_(std::move(learner)) {}
+
+Frame OnlineSegmenter::Equalized(const Frame& frame) const {
+  Frame equalized = frame;
+  equalized.image = EqualizeLuminance(frame.image, options_.labeller.equalization);
+  return equalized;
+}
+
+absl::StatusOr<std::shared_ptr<const ExtractedFrame>> OnlineSegmenter::Extract(
+    const Frame& frame) const {
+  return labeller_->Extract(frame);
+}
+
+absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
+    const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted) {
+  Learnt learnt;
+  FrameRecord& record = learnt.record;
+  record.frame_index = frame.index;
+  record.time_seconds = frame.time_seconds;
+  EGOSIEVE_ASSIGN_OR_RETURN(learnt.labels, labeller_->Label(std::move(extracted)));
+  const LabelledFrame& labels = learnt.labels;
+  RecordLabels(labels, record);
+  if (labels.size() > 0) {
+    std::vector<float> inputs;
+    {
+      StageTimer timer(record.milliseconds.selection);
+      EGOSIEVE_ASSIGN_OR_RETURN(
+          inputs, DescribePositions(*context_, Equalized(labels.labelled), labels.positions_view(),
+                                    options_.descriptor));
+    }
+    posterior_.reset();
+    const absl::Status status =
+        learner_->Learn(kernels::ConstMatrixView<float>(inputs.data(), labels.size(),
+                                                        kernels::kDescriptorDimension),
+                        labels.probability, frame.index, record);
+    record.learnt = status.ok();
+    if (!status.ok()) {
+      record.reason = absl::StrFormat("the model could not learn: %s", status.message());
+    }
+  }
+  learner_->Describe(record);
+  if (posterior_ == nullptr) {
+    StageTimer timer(record.milliseconds.posterior);
+    EGOSIEVE_ASSIGN_OR_RETURN(posterior_, learner_->MakePosterior());
+  }
+  learnt.posterior = posterior_;
+  return learnt;
+}
+
+absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
+                                                       const gp::Posterior& posterior,
+                                                       FrameRecord& record) const {
+  StageTimer timer(record.milliseconds.inference);
+  SegmentationMap map;
+  map.frame_index = frame.index;
+  map.grid = kernels::ImageGrid{frame.image.cols, frame.image.rows, options_.stride_pixels};
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const std::vector<float> field,
+      DescribeGrid(*context_, Equalized(frame), map.grid, options_.descriptor));
+  const int64_t size = map.grid.size();
+  map.probability.resize(size);
+  map.mean.resize(size);
+  map.deviation.resize(size);
+  kernels::PosteriorOutputs outputs;
+  outputs.mean = map.mean.data();
+  outputs.variance = map.deviation.data();
+  outputs.probability = map.probability.data();
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const kernels::PosteriorCounts counts,
+      posterior.Evaluate(
+          kernels::ConstMatrixView<float>(field.data(), size, kernels::kDescriptorDimension),
+          outputs));
+  for (float& value : map.deviation) {
+    value = std::sqrt(value);
+  }
+  map.clamped_variances = counts.clamped_variances;
+  record.clamped_variances = counts.clamped_variances;
+  const int64_t dynamic = std::count_if(map.probability.begin(), map.probability.end(),
+                                        [](float probability) { return probability >= 0.5f; });
+  record.dynamic_share = static_cast<double>(dynamic) / static_cast<double>(size);
+  return map;
+}
+
+absl::StatusOr<OnlineSegmenter::Result> OnlineSegmenter::Process(const Frame& frame) {
+  EGOSIEVE_ASSIGN_OR_RETURN(std::shared_ptr<const ExtractedFrame> extracted, Extract(frame));
+  EGOSIEVE_ASSIGN_OR_RETURN(Learnt learnt, Learn(frame, std::move(extracted)));
+  Result result;
+  result.record = std::move(learnt.record);
+  result.labels = std::move(learnt.labels);
+  EGOSIEVE_ASSIGN_OR_RETURN(result.map, Infer(frame, *learnt.posterior, result.record));
+  return result;
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,88 @@
+// The online segmenter: frames in, maps of what moves by itself out. The one place where the front
+// end (vision/labelling) and the Gaussian process (gp) meet.
+//
+//   Extract  frame -> features                               any order, any thread
+//   Learn    features -> labels -> model -> posterior        frames in order, one thread
+//   Infer    frame, posterior -> map                         any order, any thread
+//
+// Process does the three. The map of frame t is evaluated on frame t after the pair that ends in t
+// was learnt; frames before the first pair get the prior. No frame is an error for what it shows:
+// where nothing can be learnt the map comes from the model as it is, and the record says why.
+#ifndef EGOSIEVE_VISION_SEGMENTATION_ONLINE_SEGMENTER_H_
+#define EGOSIEVE_VISION_SEGMENTATION_ONLINE_SEGMENTER_H_
+
+#include <memory>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "gp/model/posterior.h"
+#include "kernels/ops/descriptor_field.h"
+#include "kernels/runtime/context.h"
+#include "vision/frame/frame.h"
+#include "vision/labelling/frame_labeller.h"
+#include "vision/segmentation/frame_record.h"
+#include "vision/segmentation/online_learner.h"
+#include "vision/segmentation/segmentation_map.h"
+
+namespace egosieve::vision {
+
+struct OnlineSegmenterOptions {
+  FrameLabellerOptions labeller;
+  OnlineLearnerOptions learner;
+  kernels::DescriptorOptions descriptor;
+  int stride_pixels = 5;  // of the grid on which the posterior is evaluated; at least 1
+
+  // What works best on handheld and driving video.
+  static OnlineSegmenterOptions Default();
+  // Faithful to the paper's sections III to V.
+  static OnlineSegmenterOptions Paper();
+
+  // One seed for everything that is random.
+  void SetSeed(uint64_t seed);
+  absl::Status Validate() const;
+};
+
+class OnlineSegmenter {
+ public:
+  static absl::StatusOr<std::unique_ptr<OnlineSegmenter>> Create(
+      std::shared_ptr<kernels::Context> context, const OnlineSegmenterOptions& options);
+
+  struct Learnt {
+    std::shared_ptr<const gp::Posterior> posterior;
+    LabelledFrame labels;
+    FrameRecord record;
+  };
+  struct Result {
+    SegmentationMap map;
+    LabelledFrame labels;
+    FrameRecord record;
+  };
+
+  absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
+  absl::StatusOr<Learnt> Learn(const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted);
+  // Fills `record.milliseconds.inference`, `dynamic_share` and `clamped_variances` as well.
+  absl::StatusOr<SegmentationMap> Infer(const Frame& frame, const gp::Posterior& posterior,
+                                        FrameRecord& record) const;
+
+  absl::StatusOr<Result> Process(const Frame& frame);
+
+  const OnlineSegmenterOptions& options() const { return options_; }
+  const OnlineLearner& learner() const { return *learner_; }
+
+ private:
+  OnlineSegmenter(std::shared_ptr<kernels::Context> context, const OnlineSegmenterOptions& options,
+                  std::unique_ptr<FrameLabeller> labeller, std::unique_ptr<OnlineLearner> learner);
+
+  // The frame as the descriptors see it: equalised where that is asked for.
+  Frame Equalized(const Frame& frame) const;
+
+  std::shared_ptr<kernels::Context> context_;
+  OnlineSegmenterOptions options_;
+  std::unique_ptr<FrameLabeller> labeller_;
+  std::unique_ptr<OnlineLearner> learner_;
+  std::shared_ptr<const gp::Posterior> posterior_;  // of the model as it is; null: to be made
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SEGMENTATION_ONLINE_SEGMENTER_H_

@@ -1,0 +1,226 @@
+#include "vision/segmentation/segmentation_pipeline.h"
+
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "vision/segmentation/bounded_queue.h"
+#include "vision/segmentation/stage_timer.h"
+
+namespace egosieve::vision {
+namespace {
+
+// A frame on its way, with what the stages behind have still to use.
+struct InFlight {
+  SegmentedFrame result;
+  std::shared_ptr<const ExtractedFrame> extracted;
+  std::shared_ptr<const gp::Posterior> posterior;
+};
+
+// The stages as functions of one frame; the drivers below run them in turn or on threads.
+class Stages {
+ public:
+  Stages(FrameSource& source, OnlineSegmenter& segmenter, const PipelineOptions& options,
+         const std::function<bool()>& stop_requested, const SegmentedFrameSink& sink)
+      : source_(source),
+        segmenter_(segmenter),
+        options_(options),
+        stop_requested_(stop_requested),
+        sink_(sink) {}
+
+  // Nothing at the end of the run.
+  absl::StatusOr<std::optional<InFlight>> Read() {
+    if (options_.end_frame >= 0 && source_.next_index() >= options_.end_frame) {
+      return std::nullopt;
+    }
+    if (stop_requested_ && stop_requested_()) {
+      summary_.stopped = true;
+      return std::nullopt;
+    }
+    InFlight item;
+    StageTimer timer(item.result.read_milliseconds);
+    EGOSIEVE_ASSIGN_OR_RETURN(FrameRead read, source_.Next());
+    if (auto* end = std::get_if<EndOfFrames>(&read)) {
+      summary_.warning = std::move(end->warning);
+      return std::nullopt;
+    }
+    if (auto* damaged = std::get_if<DamagedFrame>(&read)) {
+      item.result.index = damaged->index;
+      item.result.record.frame_index = damaged->index;
+      item.result.record.reason = damaged->reason;
+      item.result.damage = std::move(damaged->reason);
+    } else {
+      item.result.frame = std::move(std::get<Frame>(read));
+      item.result.index = item.result.frame.index;
+    }
+    return item;
+  }
+
+  absl::Status Extract(InFlight& item) const {
+    if (item.result.damage.has_value()) {
+      return absl::OkStatus();
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(item.extracted, segmenter_.Extract(item.result.frame));
+    return absl::OkStatus();
+  }
+
+  absl::Status Learn(InFlight& item) {
+    if (item.result.damage.has_value()) {
+      ++summary_.damaged_frames;
+      return absl::OkStatus();
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(OnlineSegmenter::Learnt learnt,
+                              segmenter_.Learn(item.result.frame, std::move(item.extracted)));
+    item.posterior = std::move(learnt.posterior);
+    item.result.labels = std::move(learnt.labels);
+    item.result.record = std::move(learnt.record);
+    ++summary_.segmented_frames;
+    summary_.unlearnt_frames += item.result.record.learnt ? 0 : 1;
+    return absl::OkStatus();
+  }
+
+  absl::Status Infer(InFlight& item) const {
+    if (item.result.damage.has_value()) {
+      return absl::OkStatus();
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        item.result.map, segmenter_.Infer(item.result.frame, *item.posterior, item.result.record));
+    item.posterior.reset();
+    return absl::OkStatus();
+  }
+
+  absl::Status Sink(const InFlight& item) const { return sink_(item.result); }
+
+  PipelineSummary TakeSummary() { return std::move(summary_); }
+
+ private:
+  FrameSource& source_;
+  OnlineSegmenter& segmenter_;
+  const PipelineOptions& options_;
+  const std::function<bool()>& stop_requested_;
+  const SegmentedFrameSink& sink_;
+  // Written by Read (stopped, warning) and Learn (counts): different members, read after the join.
+  PipelineSummary summary_;
+};
+
+absl::Status RunInTurn(Stages& stages) {
+  while (true) {
+    EGOSIEVE_ASSIGN_OR_RETURN(std::optional<InFlight> item, stages.Read());
+    if (!item.has_value()) {
+      return absl::OkStatus();
+    }
+    EGOSIEVE_RETURN_IF_ERROR(stages.Extract(*item));
+    EGOSIEVE_RETURN_IF_ERROR(stages.Learn(*item));
+    EGOSIEVE_RETURN_IF_ERROR(stages.Infer(*item));
+    EGOSIEVE_RETURN_IF_ERROR(stages.Sink(*item));
+  }
+}
+
+// Keeps the first error and ends the stages before the one that failed; those behind it finish what
+// they were given.
+class OverlappedRun {
+ public:
+  OverlappedRun(Stages& stages, int queue_capacity) : stages_(stages) {
+    for (int i = 0; i < kQueues; ++i) {
+      queues_.push_back(std::make_unique<BoundedQueue<InFlight>>(queue_capacity));
+    }
+  }
+
+  absl::Status Run() {
+    std::vector<std::thread> threads;
+    threads.emplace_back([this] { ReadAll(); });
+    threads.emplace_back(
+        [this] { Transform(0, [this](InFlight& i) { return stages_.Extract(i); }); });
+    threads.emplace_back(
+        [this] { Transform(1, [this](InFlight& i) { return stages_.Learn(i); }); });
+    threads.emplace_back(
+        [this] { Transform(2, [this](InFlight& i) { return stages_.Infer(i); }); });
+    threads.emplace_back([this] { Transform(3, [this](InFlight& i) { return stages_.Sink(i); }); });
+    for (std::thread& thread : threads) {
+      thread.join();
+    }
+    return status_;
+  }
+
+ private:
+  static constexpr int kQueues = 4;
+
+  void Fail(const absl::Status& status, int queues_before) {
+    {
+      std::lock_guard lock(mutex_);
+      status_.Update(status);
+    }
+    for (int i = 0; i < queues_before; ++i) {
+      queues_[i]->Cancel();
+    }
+  }
+
+  void ReadAll() {
+    while (true) {
+      absl::StatusOr<std::optional<InFlight>> item = stages_.Read();
+      if (!item.ok()) {
+        Fail(item.status(), 0);
+      }
+      if (!item.ok() || !item->has_value() || !queues_[0]->Push(std::move(**item))) {
+        queues_[0]->Close();
+        return;
+      }
+    }
+  }
+
+  template <typename Stage>
+  void Transform(int input, const Stage& stage) {
+    const bool last = input + 1 == kQueues;
+    while (std::optional<InFlight> item = queues_[input]->Pop()) {
+      const absl::Status status = stage(*item);
+      if (!status.ok()) {
+        Fail(status, input + 1);
+        break;
+      }
+      if (!last && !queues_[input + 1]->Push(*std::move(item))) {
+        break;
+      }
+    }
+    if (!last) {
+      queues_[input + 1]->Close();
+    }
+  }
+
+  Stages& stages_;
+  std::vector<std::unique_ptr<BoundedQueue<InFlight>>> queues_;
+  std::mutex mutex_;
+  absl::Status status_;
+};
+
+}  // namespace
+
+absl::Status PipelineOptions::Validate() const {
+  if (queue_capacity < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("queue_capacity = %d; it must be at least 1", queue_capacity));
+  }
+  if (first_frame < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("first_frame = %d; it must not be negative", first_frame));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<PipelineSummary> RunPipeline(FrameSource& source, OnlineSegmenter& segmenter,
+                                            const PipelineOptions& options,
+                                            const std::function<bool()>& stop_requested,
+                                            const SegmentedFrameSink& sink) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(source.SeekTo(options.first_frame));
+  Stages stages(source, segmenter, options, stop_requested, sink);
+  EGOSIEVE_RETURN_IF_ERROR(options.overlap ? OverlappedRun(stages, options.queue_capacity).Run()
+                                           : RunInTurn(stages));
+  return stages.TakeSummary();
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,77 @@
+#include "vision/synthetic/camera.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+
+#include "vision/synthetic/noise.h"
+
+namespace egosieve::vision {
+namespace {
+
+double SmoothNoise(double t, uint32_t seed) {
+  return ValueNoise(static_cast<float>(t), seed) +
+         0.4 * ValueNoise(static_cast<float>(2.3 * t), seed + 1);
+}
+
+}  // namespace
+
+Eigen::Matrix3d Intrinsics::Matrix() const {
+  Eigen::Matrix3d k;
+  k << focal_pixels, 0.0, centre_x, 0.0, focal_pixels, centre_y, 0.0, 0.0, 1.0;
+  return k;
+}
+
+Eigen::Matrix3d FundamentalMatrix(const Intrinsics& intrinsics, const Pose& first,
+                                  const Pose& second) {
+  const Eigen::Vector3d t = second.rotation.transpose() * (first.centre - second.centre);
+  Eigen::Matrix3d cross;
+  cross << 0.0, -t.z(), t.y(), t.z(), 0.0, -t.x(), -t.y(), t.x(), 0.0;
+  const Eigen::Matrix3d k_inverse = intrinsics.Matrix().inverse();
+  return k_inverse.transpose() * cross * second.rotation.transpose() * first.rotation * k_inverse;
+}
+
+Pose CameraRig::At(double seconds) const {
+  const DriveState state = drive.At(seconds);
+  const double s = state.travelled;
+  double heave = 0.016 * unevenness * SmoothNoise(s / 3.1, seed + 1);
+  double pitch = pitch_radians + 0.006 * unevenness * SmoothNoise(s / 4.3, seed + 2);
+  double roll = 0.006 * unevenness * SmoothNoise(s / 5.7, seed + 3);
+  double yaw = state.pose.heading_radians + yaw_radians + pan_radians_per_second * seconds +
+               0.002 * unevenness * SmoothNoise(s / 6.1, seed + 4);
+  for (const double bump : bumps_metres) {
+    const double past = (s - bump) / 0.9;
+    const double lift = std::exp(-past * past);
+    heave += 0.06 * lift;
+    pitch += 0.045 * past * lift;
+  }
+  const double braking = (drive.Speed(seconds - 0.15) - drive.Speed(seconds + 0.15)) / 0.3;
+  pitch += 0.004 * braking;
+  yaw += sway_radians * SmoothNoise(seconds * 0.7, seed + 5);
+  pitch += 0.5 * sway_radians * SmoothNoise(seconds * 0.9, seed + 6);
+  roll += 0.35 * sway_radians * SmoothNoise(seconds * 0.8, seed + 7);
+  // Steps of 0.7 m; a hand at rest does not bob.
+  const double step = 2.0 * M_PI * s / 0.7;
+  heave += bob_metres * std::sin(step);
+  const double aside = 0.7 * bob_metres * std::sin(0.5 * step);
+
+  using Eigen::AngleAxisd;
+  Eigen::Matrix3d body_from_camera;
+  body_from_camera << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+  Pose pose;
+  pose.rotation = AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix() *
+                  AngleAxisd(pitch, Eigen::Vector3d::UnitY()).toRotationMatrix() *
+                  AngleAxisd(roll, Eigen::Vector3d::UnitX()).toRotationMatrix() * body_from_camera;
+  const double heading = state.pose.heading_radians;
+  pose.centre << state.pose.position -
+                     aside * Eigen::Vector2d(std::sin(heading), -std::cos(heading)),
+      height_metres + heave;
+  return pose;
+}
+
+Eigen::Vector3d CameraRig::Velocity(double seconds) const {
+  constexpr double kStep = 1e-3;
+  return (At(seconds + kStep).centre - At(seconds - kStep).centre) / (2.0 * kStep);
+}
+
+}  // namespace egosieve::vision

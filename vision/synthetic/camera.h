@@ -1,0 +1,58 @@
+// A pinhole camera and what carries it.
+//
+//   (C1) pixel = (f X/Z + c_x, f Y/Z + c_y), camera axes x right, y down, z forward, pixel centres
+//        at integers
+//   (C2) X_world = R X_camera + centre
+//   (C3) points at rest seen in frames 1 and 2 satisfy x2^T F x1 = 0,
+//        F = K^-T [t]x R2^T R1 K^-1,  t = R2^T (centre1 - centre2)
+//
+// On a car the camera looks along the heading and rides on springs: smooth heave, pitch and roll
+// from the road's unevenness, a bump where the road has one, a nod under acceleration. In a hand it
+// sways in all three angles and bobs with the steps.
+#ifndef EGOSIEVE_VISION_SYNTHETIC_CAMERA_H_
+#define EGOSIEVE_VISION_SYNTHETIC_CAMERA_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "vision/synthetic/drive.h"
+
+namespace egosieve::vision {
+
+struct Intrinsics {
+  double focal_pixels = 0.0;
+  double centre_x = 0.0;
+  double centre_y = 0.0;
+  Eigen::Matrix3d Matrix() const;
+};
+
+struct Pose {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // world from camera
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();        // in the world
+};
+
+// (C3); zero where the centres coincide.
+Eigen::Matrix3d FundamentalMatrix(const Intrinsics& intrinsics, const Pose& first,
+                                  const Pose& second);
+
+struct CameraRig {
+  Drive drive;
+  double height_metres = 1.45;
+  double yaw_radians = 0.0;     // relative to the heading
+  double pitch_radians = 0.02;  // downwards
+  double unevenness = 1.0;      // of the road; 0: none
+  double sway_radians = 0.0;    // amplitude of a hand's rotation
+  double bob_metres = 0.0;      // amplitude of steps
+  double pan_radians_per_second = 0.0;
+  std::vector<double> bumps_metres;  // arc lengths from the start where the road has a bump
+  uint32_t seed = 0;
+
+  Pose At(double seconds) const;
+  // Of the centre, metres per second.
+  Eigen::Vector3d Velocity(double seconds) const;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SYNTHETIC_CAMERA_H_

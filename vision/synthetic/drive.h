@@ -1,0 +1,85 @@
+// How things travel: a path in the plane and a speed over time.
+//
+//   (T1) path    straight pieces and arcs, joined smoothly, with lateral shifts o(s) laid over them
+//                (s: arc length of the pieces): p(s) = base(s) + o(s) normal(s)
+//   (T2) speed   piecewise linear in time between keys, constant before the first and after the
+//   last (T3) s(t)    = s_0 + integral of (T2): exact, quadratic between keys
+//
+// Everything is a closed form of t, so any frame can be made without the ones before it.
+#ifndef EGOSIEVE_VISION_SYNTHETIC_DRIVE_H_
+#define EGOSIEVE_VISION_SYNTHETIC_DRIVE_H_
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace egosieve::vision {
+
+struct PathPoint {
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();
+  double heading_radians = 0.0;  // from the x axis, counter-clockwise
+};
+
+class Path {
+ public:
+  Path() = default;
+  Path(const Eigen::Vector2d& start, double heading_radians);
+
+  Path& Straight(double length_metres);
+  // Left for positive angles.
+  Path& Turn(double radius_metres, double angle_radians);
+  // Moves to the left by `offset_metres` between arc lengths `from` and `to`.
+  Path& Shift(double from, double to, double offset_metres);
+
+  // Beyond its ends the path goes straight on.
+  PathPoint At(double s) const;
+
+ private:
+  struct Piece {
+    PathPoint start;
+    double begin = 0.0;  // arc length
+    double length = 0.0;
+    double curvature = 0.0;  // signed, 1/m
+  };
+  struct LateralShift {
+    double from, to, offset;
+  };
+  PathPoint End() const;
+
+  PathPoint start_;
+  std::vector<Piece> pieces_;
+  std::vector<LateralShift> shifts_;
+};
+
+struct SpeedKey {
+  double seconds = 0.0;
+  double metres_per_second = 0.0;
+};
+
+struct DriveState {
+  PathPoint pose;
+  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  // metres per second
+  double speed = 0.0;
+  double travelled = 0.0;  // metres since t = 0; negative before
+};
+
+class Drive {
+ public:
+  Drive() = default;
+  // Keys in order of time; none: it stands. `start` is the arc length at t = 0.
+  Drive(Path path, double start, std::vector<SpeedKey> keys);
+
+  DriveState At(double seconds) const;
+  double Speed(double seconds) const;      // (T2)
+  double Travelled(double seconds) const;  // (T3), less s_0
+
+ private:
+  double Integral(double seconds) const;  // of (T2), from the first key
+
+  Path path_;
+  double start_ = 0.0;
+  std::vector<SpeedKey> keys_;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SYNTHETIC_DRIVE_H_

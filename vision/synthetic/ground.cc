@@ -1,0 +1,163 @@
+#include "vision/synthetic/ground.h"
+
+#include <cmath>
+
+#include "vision/synthetic/noise.h"
+#include "vision/synthetic/street_grid.h"
+
+namespace egosieve::vision {
+namespace {
+
+// Coordinates across and along the street that the point lies on; `to_junction` from the centre of
+// the nearest crossing street.
+struct StreetPoint {
+  float across;
+  float along;
+  float to_junction;
+};
+
+// Rectangular repairs of the asphalt, one in some cells: contrast, and dark seams at their edges.
+float Repairs(float x, float y, uint32_t seed, float footprint) {
+  constexpr float kCell = 4.7f;
+  const float cx = std::floor(x / kCell), cy = std::floor(y / kCell);
+  const uint32_t h = Hash(seed, static_cast<int32_t>(cx), static_cast<int32_t>(cy));
+  if (Unit(h) > 0.42f) return 0.0f;
+  const float u = x - cx * kCell, v = y - cy * kCell;
+  const float x0 = 1.6f * Unit(Hash(h + 1)), x1 = kCell - 1.6f * Unit(Hash(h + 2));
+  const float y0 = 2.0f * Unit(Hash(h + 3)), y1 = kCell - 2.0f * Unit(Hash(h + 4));
+  const float inside = SoftBox(x0, x1, u, footprint) * SoftBox(y0, y1, v, footprint);
+  const float core =
+      SoftBox(x0 + 0.05f, x1 - 0.05f, u, footprint) * SoftBox(y0 + 0.05f, y1 - 0.05f, v, footprint);
+  const float shade = 0.5f * (Unit(Hash(h + 5)) - 0.6f);
+  return shade * core - 0.5f * (inside - core);
+}
+
+float Cracks(float x, float y, uint32_t seed, float footprint) {
+  const float bend = 0.6f * ValueNoise(x * 0.9f, y * 0.9f, seed + 3);
+  const float ridge = std::abs(ValueNoise(x * 0.33f + bend, y * 0.33f - bend, seed));
+  const float width = 0.012f;
+  return -0.55f * SoftStep(-width, -ridge, 0.01f + 0.3f * footprint) / (1.0f + 12.0f * footprint);
+}
+
+float Manhole(float x, float y, uint32_t seed, float footprint) {
+  constexpr float kCell = 13.0f;
+  const float cx = std::floor(x / kCell), cy = std::floor(y / kCell);
+  const uint32_t h = Hash(seed, static_cast<int32_t>(cx), static_cast<int32_t>(cy));
+  const float u = x - (cx + 0.2f + 0.6f * Unit(h)) * kCell;
+  const float v = y - (cy + 0.2f + 0.6f * Unit(Hash(h + 1))) * kCell;
+  const float r = std::hypot(u, v);
+  if (r > 0.5f) return 0.0f;
+  const float lid = 1.0f - SoftStep(0.32f, r, footprint);
+  const float rim = SoftBox(0.32f, 0.4f, r, footprint);
+  const float pattern =
+      SoftStep(0.0f, std::sin(u * 42.0f) * std::sin(v * 42.0f), 60.0f * footprint);
+  return lid * (0.25f * pattern - 0.3f) - 0.6f * rim;
+}
+
+// White paint of one street: how much of the point it covers.
+float Markings(const StreetPoint& p, uint32_t seed, float footprint) {
+  constexpr float kZebraFrom = 6.6f, kZebraTo = 9.8f;
+  const float a = std::abs(p.across), j = std::abs(p.to_junction);
+  if (a > kKerb) return 0.0f;
+  if (j < kZebraTo + 0.5f) {
+    const float stripe = std::abs(p.across - std::round(p.across));
+    return SoftBox(kZebraFrom, kZebraTo, j, footprint) *
+           (1.0f - SoftStep(0.26f, stripe, footprint));
+  }
+  const bool right_hand = (p.across < 0.0f) == (p.to_junction < 0.0f);
+  float paint = 0.0f;
+  if (j < 12.0f) {  // the stop line of traffic that comes towards the junction
+    if (right_hand && a < kLaneWidth) paint = SoftBox(10.8f, 11.3f, j, footprint);
+    return std::max(paint, 1.0f - SoftStep(0.08f, a, footprint));
+  }
+  const float dash = p.along - 6.0f * std::floor(p.along / 6.0f);
+  paint = (1.0f - SoftStep(0.07f, a, footprint)) * SoftBox(0.5f, 3.6f, dash, footprint);
+  const float edge = std::abs(a - static_cast<float>(kLaneWidth));
+  const float bay = p.along - 5.6f * std::floor(p.along / 5.6f);
+  paint = std::max(paint,
+                   (1.0f - SoftStep(0.05f, edge, footprint)) * SoftBox(0.4f, 5.2f, bay, footprint));
+  if (a > kLaneWidth)
+    paint = std::max(paint, 1.0f - SoftStep(0.05f, std::abs(bay - 2.8f), footprint));
+  const float worn = FractalNoise(p.along, p.across, seed, footprint, {0.7f, 4, 0.8f});
+  return paint * Clamp01(0.85f - 0.5f * std::max(0.0f, worn));
+}
+
+}  // namespace
+
+float Speckles(float x, float y, uint32_t seed, float cell, float density, float footprint) {
+  const float cx = std::floor(x / cell), cy = std::floor(y / cell);
+  const uint32_t h = Hash(seed, static_cast<int32_t>(cx), static_cast<int32_t>(cy));
+  if (Unit(h) > density) return 0.0f;
+  const float radius = cell * (0.17f + 0.15f * Unit(Hash(h + 1)));
+  const float u = x - cell * (cx + 0.3f + 0.4f * Unit(Hash(h + 2)));
+  const float v = y - cell * (cy + 0.3f + 0.4f * Unit(Hash(h + 3)));
+  const float turn = 3.1416f * Unit(Hash(h + 4)), c = std::cos(turn), s = std::sin(turn);
+  const float slim = 1.0f + 1.2f * Unit(Hash(h + 5));
+  const float r = std::hypot(c * u + s * v, slim * (c * v - s * u));
+  const float strength = Unit(Hash(h + 6)) - 0.5f;
+  return (strength + std::copysign(0.25f, strength)) *
+         (1.0f - SoftStep(radius, r, 0.7f * footprint + 0.35f * radius));
+}
+
+float Litter(float x, float y, uint32_t seed, float coarsest, float density, float footprint) {
+  float sum = 0.0f;
+  for (uint32_t k = 0; k < 7; ++k) {
+    const float fine = Clamp01(0.25f * coarsest / footprint - 1.0f);
+    if (!(fine > 0.0f)) break;
+    // Turned and shifted, so that the cells of different sizes do not line up.
+    const float turned = 0.8f * x - 0.6f * y;
+    y = 0.6f * x + 0.8f * y;
+    x = turned;
+    sum += std::min(1.0f, std::sqrt(0.3f / coarsest)) * fine *
+           Speckles(x, y, seed + 31 * k, coarsest, density, footprint);
+    coarsest *= 0.5f;
+  }
+  return sum;
+}
+
+Color GroundAlbedo(const GroundStyle& style, const Eigen::Vector2d& point, float footprint) {
+  const double dx = point.x() - NearestMultiple(point.x(), kPitchX);
+  const double dy = point.y() - NearestMultiple(point.y(), kPitchY);
+  const float x = static_cast<float>(point.x()), y = static_cast<float>(point.y());
+  float shade = 0.0f;
+  if (style.texture > 0.0f) {
+    const uint32_t s = style.seed;
+    shade = 0.22f * FractalNoise(x, y, s, footprint, {3.0f, 9, 1.0f});
+    shade += Repairs(x, y, s + 101, footprint) + Cracks(x, y, s + 103, footprint);
+    shade += Manhole(x, y, s + 107, footprint);
+    shade += 1.7f * Litter(x, y, s + 109, 1.3f, 0.75f, footprint);
+  }
+  const float grey = 0.2f * std::exp(std::clamp(style.texture * shade, -1.7f, 1.3f));
+  Color albedo = Color(1.0f, 0.99f, 0.97f) * grey;
+  if (style.markings) {
+    const bool along_x = std::abs(dy) <= kKerb, along_y = std::abs(dx) <= kKerb;
+    float paint = 0.0f;
+    if (along_x != along_y) {
+      const StreetPoint p = along_x
+                                ? StreetPoint{static_cast<float>(dy), x, static_cast<float>(dx)}
+                                : StreetPoint{static_cast<float>(-dx), y, static_cast<float>(dy)};
+      paint = Markings(p, style.seed + 127, footprint);
+    }
+    albedo += paint * (Color(0.72f, 0.72f, 0.68f) - albedo);
+  }
+  return albedo;
+}
+
+Color PavementAlbedo(uint32_t seed, float texture, const Eigen::Vector2d& point, float footprint) {
+  const float x = static_cast<float>(point.x()), y = static_cast<float>(point.y());
+  constexpr float kSlab = 0.75f;
+  const float cx = std::floor(x / kSlab), cy = std::floor(y / kSlab);
+  const uint32_t h = Hash(seed, static_cast<int32_t>(cx), static_cast<int32_t>(cy));
+  const float u = x - cx * kSlab, v = y - cy * kSlab;
+  const float inside =
+      SoftBox(0.015f, kSlab - 0.015f, u, footprint) * SoftBox(0.015f, kSlab - 0.015f, v, footprint);
+  float shade = 0.5f * (Unit(h) - 0.5f) * Clamp01(kSlab / (2.0f * footprint) - 1.0f) +
+                0.45f * (inside - 1.0f);
+  shade += 0.18f * FractalNoise(x, y, seed + 5, footprint, {2.0f, 9, 1.0f});
+  shade += 1.7f * Litter(x, y, seed + 9, 0.9f, 0.75f, footprint);
+  const float warm = 0.04f * (Unit(Hash(h + 1)) - 0.5f);
+  return Color(1.0f + warm, 0.98f, 0.93f - warm) *
+         (0.32f * std::exp(std::clamp(texture * shade, -1.5f, 0.9f)));
+}
+
+}  // namespace egosieve::vision

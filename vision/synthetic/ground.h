@@ -1,0 +1,35 @@
+// The road's surface: asphalt with repairs, cracks, stains, manholes and litter; lane markings,
+// parking lines, zebra crossings and stop lines where the street grid has them, worn.
+#ifndef EGOSIEVE_VISION_SYNTHETIC_GROUND_H_
+#define EGOSIEVE_VISION_SYNTHETIC_GROUND_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "vision/synthetic/primitive.h"
+
+namespace egosieve::vision {
+
+struct GroundStyle {
+  uint32_t seed = 0;
+  float texture = 1.0f;  // contrast of the asphalt's texture; 0: none
+  bool markings = true;
+};
+
+// Albedo at (x, y), metres, as a pixel of that footprint (metres) sees it.
+Color GroundAlbedo(const GroundStyle& style, const Eigen::Vector2d& point, float footprint);
+
+// Slabs of concrete; `texture` as above.
+Color PavementAlbedo(uint32_t seed, float texture, const Eigen::Vector2d& point, float footprint);
+
+// Spots of grit, litter, leaves and stains, at most one a square cell: 0 where there is none,
+// otherwise signed contrast.
+float Speckles(float x, float y, uint32_t seed, float cell, float density, float footprint);
+
+// Speckles of seven sizes, cells of `coarsest` metres and its halves: each as fine as a pixel can
+// see.
+float Litter(float x, float y, uint32_t seed, float coarsest, float density, float footprint);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SYNTHETIC_GROUND_H_

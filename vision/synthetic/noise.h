@@ -1,0 +1,74 @@
+// Hash-based noise: every value is a pure function of its arguments, so that textures are attached
+// to surfaces, never repeat, and do not depend on the order of evaluation.
+//
+//   (N1) value noise   v(x, y) in [-1, 1]: hashes of the four surrounding integer points, blended
+//        with s(t) = t^2 (3 - 2 t)
+//   (N2) fractal       f(x, y) = sum_k p^k m(l_k) v(R^k (x, y) / l_k),  l_k = l_0 / 2^k, R a
+//   rotation
+//        that keeps the lattices of different octaves apart
+//   (N3) anti-aliasing m(l) = clamp(l / footprint - 1, 0, 1): an octave whose wavelength l a
+//        pixel's footprint cannot resolve fades out before it aliases
+//
+// Reference: Ebert et al., Texturing and Modeling: A Procedural Approach, 3rd ed., chapters 2
+// and 6.
+#ifndef EGOSIEVE_VISION_SYNTHETIC_NOISE_H_
+#define EGOSIEVE_VISION_SYNTHETIC_NOISE_H_
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace egosieve::vision {
+
+inline uint32_t Hash(uint32_t x) {
+  x ^= x >> 16;
+  x *= 0x7feb352dU;
+  x ^= x >> 15;
+  x *= 0x846ca68bU;
+  x ^= x >> 16;
+  return x;
+}
+
+inline uint32_t Hash(uint32_t seed, int32_t x) {
+  return Hash(seed ^ (static_cast<uint32_t>(x) * 0x9e3779b1U));
+}
+
+inline uint32_t Hash(uint32_t seed, int32_t x, int32_t y) {
+  return Hash(seed ^ (static_cast<uint32_t>(x) * 0x9e3779b1U) ^
+              (static_cast<uint32_t>(y) * 0x85ebca77U + 0x165667b1U));
+}
+
+// Uniform in [0, 1), from the upper 24 bits.
+inline float Unit(uint32_t hash) { return static_cast<float>(hash >> 8) * 0x1p-24f; }
+
+inline float Clamp01(float x) { return std::clamp(x, 0.0f, 1.0f); }
+
+// 0 below `edge`, 1 above it, linear over `width` around it: an edge as a pixel of that footprint
+// sees it.
+inline float SoftStep(float edge, float x, float width) {
+  return Clamp01((x - edge) / std::max(width, 1e-6f) + 0.5f);
+}
+
+// 1 inside [low, high], 0 outside, softened as above.
+inline float SoftBox(float low, float high, float x, float width) {
+  return SoftStep(low, x, width) - SoftStep(high, x, width);
+}
+
+inline float Mix(float a, float b, float t) { return a + (b - a) * t; }
+
+float ValueNoise(float x, uint32_t seed);                    // (N1) in one dimension
+float ValueNoise(float x, float y, uint32_t seed);           // (N1)
+float ValueNoise(float x, float y, float z, uint32_t seed);  // (N1) in three dimensions
+
+struct FractalBand {
+  float coarsest = 1.0f;     // l_0, the longest wavelength, in the units of x and y
+  int octaves = 5;           // at most
+  float persistence = 0.7f;  // p
+};
+
+// (N2), (N3). Not normalised: the first octave has amplitude 1.
+float FractalNoise(float x, float y, uint32_t seed, float footprint, const FractalBand& band);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SYNTHETIC_NOISE_H_

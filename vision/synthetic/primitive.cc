@@ -1,0 +1,196 @@
+#include "vision/synthetic/primitive.h"
+
+#include <cmath>
+#include <utility>
+
+#include "vision/synthetic/noise.h"
+
+namespace egosieve::vision {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Interval {
+  double near = -std::numeric_limits<double>::infinity();
+  double far = std::numeric_limits<double>::infinity();
+  int near_face = -1;
+  int far_face = -1;
+  bool empty() const { return !(near < far); }
+};
+
+inline void ClipSlab(double o, double d, double half, int low_face, Interval* interval) {
+  if (d == 0.0) {
+    if (!(std::abs(o) <= half)) interval->far = -std::numeric_limits<double>::infinity();
+    return;
+  }
+  const double inverse = 1.0 / d;
+  const double side = inverse < 0.0 ? half : -half;  // where the ray enters
+  const double enter = (side - o) * inverse, leave = (-side - o) * inverse;
+  const int enter_face = low_face + (inverse < 0.0 ? 1 : 0);
+  if (enter > interval->near) {
+    interval->near = enter;
+    interval->near_face = enter_face;
+  }
+  if (leave < interval->far) {
+    interval->far = leave;
+    interval->far_face = 2 * low_face + 1 - enter_face;
+  }
+}
+
+inline void ClipHalfSpace(const HalfSpace& space, const Vector3d& o, const Vector3d& d, int face,
+                          Interval* interval) {
+  const double speed = space.normal.dot(d);
+  const double room = space.offset - space.normal.dot(o);
+  if (speed == 0.0) {
+    if (!(room >= 0.0)) interval->far = -std::numeric_limits<double>::infinity();
+    return;
+  }
+  const double t = room / speed;
+  if (speed < 0.0 && t > interval->near) {
+    interval->near = t;
+    interval->near_face = face;
+  } else if (speed > 0.0 && t < interval->far) {
+    interval->far = t;
+    interval->far_face = face;
+  }
+}
+
+// a t^2 + 2 b t + c <= 0.
+inline bool ClipQuadric(double a, double b, double c, Interval* interval) {
+  const double discriminant = b * b - a * c;
+  if (!(discriminant > 0.0) || !(a > 0.0)) {
+    return !(a > 0.0) && c <= 0.0;  // parallel to a cylinder's axis, inside it
+  }
+  const double root = std::sqrt(discriminant);
+  interval->near = (-b - root) / a;
+  interval->far = (-b + root) / a;
+  interval->near_face = interval->far_face = 0;
+  return true;
+}
+
+Interval ConvexInterval(const Primitive& p, const Vector3d& o, const Vector3d& d) {
+  Interval interval;
+  const Vector3d& h = p.half_size;
+  switch (p.shape) {
+    case Shape::kBox:
+      ClipSlab(o.x(), d.x(), h.x(), 0, &interval);
+      ClipSlab(o.y(), d.y(), h.y(), 2, &interval);
+      ClipSlab(o.z(), d.z(), h.z(), 4, &interval);
+      break;
+    case Shape::kEllipsoid: {
+      const Vector3d so = o.cwiseQuotient(h), sd = d.cwiseQuotient(h);
+      if (!ClipQuadric(sd.squaredNorm(), so.dot(sd), so.squaredNorm() - 1.0, &interval)) {
+        interval.far = interval.near;
+      }
+      break;
+    }
+    case Shape::kCylinder: {
+      const double ox = o.x() / h.x(), oy = o.y() / h.y(), dx = d.x() / h.x(), dy = d.y() / h.y();
+      if (!ClipQuadric(dx * dx + dy * dy, ox * dx + oy * dy, ox * ox + oy * oy - 1.0, &interval)) {
+        interval.far = interval.near;
+        break;
+      }
+      ClipSlab(o.z(), d.z(), h.z(), 1, &interval);
+      break;
+    }
+    case Shape::kProfile:
+      for (size_t k = 0; k < p.profile->half_spaces.size(); ++k) {
+        ClipHalfSpace(p.profile->half_spaces[k], o, d, static_cast<int>(k), &interval);
+      }
+      break;
+  }
+  return interval;
+}
+
+Vector3d LocalNormal(const Primitive& p, const Vector3d& local, int face) {
+  switch (p.shape) {
+    case Shape::kBox: {
+      Vector3d normal = Vector3d::Zero();
+      normal[face / 2] = face % 2 == 0 ? -1.0 : 1.0;
+      return normal;
+    }
+    case Shape::kEllipsoid:
+      return local.cwiseQuotient(p.half_size.cwiseProduct(p.half_size)).normalized();
+    case Shape::kCylinder:
+      if (face == 0) return Vector3d(local.x(), local.y(), 0.0).normalized();
+      return Vector3d(0.0, 0.0, face == 1 ? -1.0 : 1.0);
+    case Shape::kProfile:
+      return p.profile->half_spaces[face].normal;
+  }
+  return Vector3d::UnitZ();
+}
+
+// Whether a cutout material has a hole at this point of its surface.
+bool IsHole(const Primitive& p, const Vector3d& local, int face) {
+  if (p.appearance.material == Material::kFoliage) {
+    const Eigen::Vector3f q = (local * 3.3).cast<float>();
+    const float coarse = ValueNoise(q.x(), q.y(), q.z(), p.appearance.seed);
+    if (coarse > 0.75f) return false;
+    const float fine = ValueNoise(q.x() * 3.7f, q.y() * 3.7f, q.z() * 3.7f, p.appearance.seed + 77);
+    return coarse + 1.2f * fine < -0.15f;
+  }
+  if (p.appearance.material == Material::kSpokes && face != 0) {
+    const double radius = std::hypot(local.x(), local.y()) / p.half_size.x();
+    if (radius > 0.87 || radius < 0.12) return false;
+    const double angle = std::atan2(local.y(), local.x()) * (8.0 / M_PI);
+    return std::abs(angle - std::round(angle)) > 0.06;
+  }
+  return false;
+}
+
+bool HasHoles(Material material) {
+  return material == Material::kFoliage || material == Material::kSpokes;
+}
+
+}  // namespace
+
+std::shared_ptr<const Profile> MakeProfile(const std::vector<Eigen::Vector2d>& points,
+                                           double half_width, double lean) {
+  auto profile = std::make_shared<Profile>();
+  Eigen::Vector3d& h = profile->half_size;
+  for (size_t k = 0; k < points.size(); ++k) {
+    const Eigen::Vector2d& from = points[k];
+    const Eigen::Vector2d edge = points[(k + 1) % points.size()] - from;
+    const Vector3d normal = Vector3d(edge.y(), 0.0, -edge.x()).normalized();
+    profile->half_spaces.push_back({normal, normal.x() * from.x() + normal.z() * from.y()});
+    h = h.cwiseMax(Vector3d(std::abs(from.x()), half_width - std::min(0.0, lean * from.y()),
+                            std::abs(from.y())));
+  }
+  for (const double side : {-1.0, 1.0}) {
+    const double scale = 1.0 / std::hypot(1.0, lean);
+    profile->half_spaces.push_back({Vector3d(0.0, side, lean) * scale, half_width * scale});
+  }
+  return profile;
+}
+
+Eigen::AlignedBox3d Primitive::Bounds() const {
+  const Vector3d& h = profile ? profile->half_size : half_size;
+  const Vector3d reach = rotation.cwiseAbs() * h;
+  return Eigen::AlignedBox3d(origin - reach, origin + reach);
+}
+
+bool Intersect(const Primitive& primitive, const Ray& ray, double t_min, Hit* hit) {
+  const Vector3d o = primitive.rotation.transpose() * (ray.origin - primitive.origin);
+  const Vector3d d = primitive.rotation.transpose() * ray.direction;
+  const Interval interval = ConvexInterval(primitive, o, d);
+  if (interval.empty() || !(interval.far > t_min) || !(interval.near < hit->t)) return false;
+  const bool cutout = HasHoles(primitive.appearance.material);
+  const std::pair<double, int> ends[] = {{interval.near, interval.near_face},
+                                         {interval.far, interval.far_face}};
+  for (const auto& [t, face] : ends) {
+    if (!(t > t_min && t < hit->t) || face < 0) {
+      if (cutout) continue;
+      return false;
+    }
+    const Vector3d local = o + t * d;
+    if (cutout && IsHole(primitive, local, face)) continue;
+    hit->t = t;
+    hit->face = face;
+    hit->local = local;
+    hit->local_normal = LocalNormal(primitive, local, face);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace egosieve::vision

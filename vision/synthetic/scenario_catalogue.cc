@@ -1,0 +1,191 @@
+#include "vision/synthetic/scenario_catalogue.h"
+
+#include <cmath>
+
+#include "vision/synthetic/street_grid.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr ObjectClass kCar = ObjectClass::kCar;
+constexpr ObjectClass kVan = ObjectClass::kVan;
+constexpr ObjectClass kBus = ObjectClass::kBus;
+
+void Street(SceneBuilder& s) {
+  s.DriveCamera(-62.0, {{0.0, 8.0}, {4.0, 9.0}, {8.0, 7.5}});
+  s.scene.camera.bumps_metres = {38.0};
+  s.CrossingStream(3.2, 8.0);
+  s.OncomingStream(34.0, 9.0);
+  s.Ahead(kCar, -36.0, {{0.0, 8.5}, {5.0, 9.8}, {9.0, 8.0}});
+  s.Cyclist(-30.0, 4.5, false);
+  s.Walkers(9.0);
+}
+
+void Crossing(SceneBuilder& s) {
+  s.DriveCamera(-70.0, {{0.0, 7.5}});
+  s.Crossing(kBus, 0, 1, 2.6, 7.0);
+  s.CrossingStream(1.9, 9.0);
+  for (double x = 14.0; x < 40.0; x += 8.0) s.Oncoming(kCar, x, {});  // wait at the stop line
+  s.Walkers(5.0);
+}
+
+void Oncoming(SceneBuilder& s) {
+  s.DriveCamera(-62.0, {{0.0, 9.0}});
+  s.Oncoming(kBus, 40.0, {{0.0, 8.0}});
+  s.OncomingStream(22.0, 10.0);
+}
+
+void Ahead(SceneBuilder& s) {
+  s.DriveCamera(-62.0, {{0.0, 9.0}});
+  // Falls back, holds its distance, pulls away.
+  s.Ahead(kCar, -46.0, {{0.0, 9.0}, {2.0, 9.0}, {4.0, 7.6}, {5.0, 9.0}, {7.0, 9.0}, {9.0, 11.5}});
+  s.Ahead(kVan, -26.0, {{0.0, 9.0}, {3.0, 10.0}});
+}
+
+void Overtaking(SceneBuilder& s) {
+  s.DriveCamera(-62.0, {{0.0, 7.0}});
+  s.Overtaker(kCar, -74.0, 13.0, 46.0);
+  s.Overtaker(kVan, -98.0, 12.0, 0.0);
+  s.Overtaker(kCar, -122.0, 13.0, 95.0);
+  s.Cyclist(-44.0, 3.8, false);
+  s.Cyclist(-22.0, 4.4, false);
+}
+
+void StandingTraffic(SceneBuilder& s) {
+  s.DriveCamera(-62.0, {{0.0, 6.5}});
+  for (double x = -46.0; x < 110.0; x += 7.2) s.Oncoming(x > 0 && x < 8.0 ? kVan : kCar, x, {});
+  s.Ahead(kCar, 12.0, {{6.0, 0.0}, {9.0, 7.5}});
+  s.Ahead(kBus, 24.0, {{5.0, 0.0}, {8.0, 8.0}});
+  s.Walkers(5.0);
+}
+
+void StopAndGo(SceneBuilder& s) {
+  s.DriveCamera(-52.0, {{0.0, 8.0}, {1.0, 8.0}, {4.2, 0.0}, {6.6, 0.0}, {9.5, 7.0}});
+  s.Ahead(kCar, -41.0, {{0.0, 8.0}, {0.7, 8.0}, {3.9, 0.0}, {6.0, 0.0}, {8.6, 8.0}});
+  s.CrossingStream(1.6, 8.5);
+  s.CrossingWalker(-8.0, 1, 4.6, 1.5);
+  s.CrossingWalker(-7.4, -1, 4.9, 1.4);
+  s.OncomingStream(45.0, 8.0);
+  s.Walkers(6.0);
+}
+
+void Pedestrians(SceneBuilder& s) {
+  s.DriveCamera(-58.0, {{0.0, 5.0}});
+  for (int k = 0; k < 7; ++k) {
+    const double x = -40.0 + 11.0 * k + s.Uniform(-2.0, 2.0);
+    const double before = s.CameraArrival(x - 4.0);
+    s.CrossingWalker(x, k % 2 == 0 ? 1 : -1, before - s.Uniform(5.5, 8.5), s.Uniform(1.2, 1.8));
+  }
+  s.CrossingWalker(-8.2, 1, 1.5, 1.4);
+  s.CrossingWalker(-7.2, -1, 2.2, 1.3);
+  s.Walkers(32.0);
+}
+
+void Turning(SceneBuilder& s) {
+  s.TurnCamera(-42.0, 1, {{0.0, 8.0}, {2.5, 8.0}, {4.5, 4.5}, {7.5, 4.5}, {9.5, 8.0}});
+  s.CrossingStream(2.6, 8.0);
+  s.OncomingStream(40.0, 8.0);
+  s.Crossing(kCar, 0, -1, 8.0, 7.0);
+  s.Walkers(8.0);
+}
+
+void Bus(SceneBuilder& s) {
+  s.DriveCamera(-62.0, {{0.0, 7.0}});
+  s.Ahead(kBus, -42.0, {{0.0, 7.5}, {3.0, 6.5}, {6.0, 8.0}});
+  s.Oncoming(kBus, 30.0, {{0.0, 7.0}});
+  s.Cyclist(-20.0, 5.0, true);
+  s.Cyclist(-10.0, 4.5, true);
+  s.Crossing(kBus, 1, -1, 6.0, 8.0);
+  s.Walkers(6.0);
+}
+
+void Handheld(SceneBuilder& s) {
+  s.WalkCamera(-40.0, 1.3, 0.10, 0.35);
+  s.CrossingStream(2.5, 8.0);
+  s.OncomingStream(26.0, 8.5);
+  s.Ahead(kCar, -62.0, {{0.0, 9.0}});
+  s.Ahead(kVan, -92.0, {{0.0, 9.0}});
+  s.Ahead(kCar, -120.0, {{0.0, 9.0}});
+  s.Cyclist(-52.0, 4.5, false);
+  s.Walkers(12.0);
+}
+
+void Panning(SceneBuilder& s) {
+  s.WalkCamera(-24.0, 0.0, 0.03, 1.1);
+  s.scene.camera.pan_radians_per_second = -0.10;
+  s.OncomingStream(22.0, 8.0);
+  for (int k = 0; k < 5; ++k) s.Ahead(k == 2 ? kBus : kCar, -50.0 - 24.0 * k, {{0.0, 8.5}});
+  s.Walkers(10.0);
+}
+
+void Clouds(SceneBuilder& s) {
+  Street(s);
+  s.scene.light.cloud_cover = 0.9;
+  s.scene.light.wind = {14.0, 9.0};
+  s.town.max_height_metres = 36.0;
+  s.town.min_height_metres = 12.0;
+}
+
+void Textureless(SceneBuilder& s) {
+  Street(s);
+  s.scene.ground.texture = 0.0f;
+  s.scene.ground.markings = false;
+  s.scene.texture = 0.25f;
+}
+
+void Night(SceneBuilder& s) {
+  s.scene.light.night = true;
+  s.scene.light.sky = Color(0.016f, 0.019f, 0.03f);
+  s.scene.light.bounce = Color(0.012f, 0.011f, 0.01f);
+  s.scene.sensor.exposure = 3.2;
+  s.scene.sensor.read_noise = 0.012;
+  s.scene.sensor.shot_noise = 0.025;
+  s.scene.sensor.shutter_seconds = 0.012;
+  Street(s);
+}
+
+void Empty(SceneBuilder& s) {
+  s.DriveCamera(-62.0, {{0.0, 9.0}});
+  s.scene.camera.bumps_metres = {30.0};
+  for (double x = 14.0; x < 40.0; x += 9.0) s.Oncoming(kCar, x, {});
+}
+
+}  // namespace
+
+const std::vector<SceneRecipe>& Recipes() {
+  static const auto* const recipes = new std::vector<SceneRecipe>{
+      {"street", "a town drive: cars ahead, oncoming and crossing, a cyclist, people", Street},
+      {"crossing", "towards a junction that cars and a bus cross", Crossing},
+      {"oncoming", "a stream of oncoming cars and a bus", Oncoming},
+      {"ahead", "a car ahead in the lane: same speed, slower, faster", Ahead},
+      {"overtaking", "cars overtake the camera, the camera overtakes cyclists", Overtaking},
+      {"standing_traffic", "past a standing queue; two vehicles ahead start to move",
+       StandingTraffic},
+      {"stop_and_go", "the camera stops behind a car while others cross, and goes on", StopAndGo},
+      {"pedestrians", "people on the pavements and across the road", Pedestrians},
+      {"turning", "the camera turns left at a junction", Turning},
+      {"bus", "buses ahead, oncoming and crossing; cyclists", Bus},
+      {"handheld", "a camera in the hand of someone who walks", Handheld},
+      {"panning", "a camera that turns on the spot: no parallax", Panning},
+      {"clouds", "fast clouds and tall houses change the light", Clouds},
+      {"textureless", "a road without texture or markings, plain walls", Textureless},
+      {"night", "street lamps and headlights, a noisy sensor", Night},
+      {"empty", "a drive on which nothing else moves", Empty},
+  };
+  return *recipes;
+}
+
+const SceneRecipe* FindRecipe(std::string_view name) {
+  for (const SceneRecipe& recipe : Recipes()) {
+    if (recipe.name == name) return &recipe;
+  }
+  return nullptr;
+}
+
+Scene BuildScene(const SceneRecipe& recipe, uint64_t seed, double duration_seconds) {
+  SceneBuilder builder(seed, duration_seconds);
+  recipe.build(builder);
+  return builder.Finish();
+}
+
+}  // namespace egosieve::vision

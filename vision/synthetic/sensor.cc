@@ -1,0 +1,111 @@
+#include "vision/synthetic/sensor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "vision/synthetic/noise.h"
+#include "vision/synthetic/parallel_rows.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kCurveEntries = 16384;
+constexpr float kCurveEnd = 5.0f;  // 1 - exp(-5) is white to within a grey level
+
+std::vector<float> ResponseCurve() {  // (P4)
+  std::vector<float> curve(kCurveEntries);
+  for (int k = 0; k < kCurveEntries; ++k) {
+    const double linear = 1.0 - std::exp(-kCurveEnd * k / kCurveEntries);
+    const double srgb =
+        linear < 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+    const double bent = srgb * srgb * (3.0 - 2.0 * srgb);
+    curve[k] = static_cast<float>(255.0 * (0.3 * srgb + 0.7 * bent));
+  }
+  return curve;
+}
+
+// Sum of four bytes, centred and scaled to variance 1: close enough to Gaussian up to 3 sigma.
+float PseudoGaussian(uint32_t hash) {
+  const uint32_t sum = (hash & 255u) + ((hash >> 8) & 255u) + ((hash >> 16) & 255u) + (hash >> 24);
+  return (static_cast<float>(sum) - 510.0f) / 147.8f;
+}
+
+cv::Vec3f Bilinear(const cv::Mat& image, float x, float y) {
+  x = std::clamp(x, 0.0f, static_cast<float>(image.cols - 1));
+  y = std::clamp(y, 0.0f, static_cast<float>(image.rows - 1));
+  const int i = std::min(static_cast<int>(x), std::max(image.cols - 2, 0));
+  const int j = std::min(static_cast<int>(y), std::max(image.rows - 2, 0));
+  const float s = x - static_cast<float>(i), t = y - static_cast<float>(j);
+  const int i1 = std::min(i + 1, image.cols - 1), j1 = std::min(j + 1, image.rows - 1);
+  const auto* top = image.ptr<cv::Vec3f>(j);
+  const auto* bottom = image.ptr<cv::Vec3f>(j1);
+  return (top[i] * (1 - s) + top[i1] * s) * (1 - t) + (bottom[i] * (1 - s) + bottom[i1] * s) * t;
+}
+
+cv::Vec3f Blurred(const cv::Mat& radiance, const cv::Mat& motion, int x, int y) {  // (P1)
+  const cv::Vec2f path = motion.at<cv::Vec2f>(y, x);
+  const float length = std::hypot(path[0], path[1]);
+  if (!(length > 0.6f)) return radiance.at<cv::Vec3f>(y, x);
+  const int samples = std::min(static_cast<int>(std::ceil(length)) + 1, 9);
+  cv::Vec3f sum(0, 0, 0);
+  for (int k = 0; k < samples; ++k) {
+    const float t = (static_cast<float>(k) + 0.5f) / static_cast<float>(samples) - 0.5f;
+    sum += Bilinear(radiance, static_cast<float>(x) + t * path[0],
+                    static_cast<float>(y) + t * path[1]);
+  }
+  return sum * (1.0f / static_cast<float>(samples));
+}
+
+// (P1) of the whole picture, then the lens's spread (P2).
+cv::Mat Optics(const cv::Mat& radiance, const cv::Mat& motion, int threads) {
+  cv::Mat moved = radiance;
+  if (!motion.empty()) {
+    moved = cv::Mat(radiance.size(), CV_32FC3);
+    ParallelRows(radiance.rows, threads, [&](int y) {
+      for (int x = 0; x < radiance.cols; ++x)
+        moved.at<cv::Vec3f>(y, x) = Blurred(radiance, motion, x, y);
+    });
+  }
+  constexpr float kSide = 0.11f;  // of the energy, in the pixels above, below, left and right
+  cv::Mat spread(radiance.size(), CV_32FC3);
+  ParallelRows(radiance.rows, threads, [&](int y) {
+    const auto* above = moved.ptr<cv::Vec3f>(std::max(y - 1, 0));
+    const auto* here = moved.ptr<cv::Vec3f>(y);
+    const auto* below = moved.ptr<cv::Vec3f>(std::min(y + 1, moved.rows - 1));
+    auto* out = spread.ptr<cv::Vec3f>(y);
+    for (int x = 0; x < moved.cols; ++x) {
+      const cv::Vec3f& left = here[std::max(x - 1, 0)];
+      const cv::Vec3f& right = here[std::min(x + 1, moved.cols - 1)];
+      out[x] = here[x] * (1.0f - 4.0f * kSide) + (above[x] + below[x] + left + right) * kSide;
+    }
+  });
+  return spread;
+}
+
+}  // namespace
+
+cv::Mat Expose(const cv::Mat& radiance, const cv::Mat& motion, const SensorSettings& settings,
+               double gain, uint32_t seed, int threads) {
+  static const auto* const curve = new std::vector<float>(ResponseCurve());
+  const cv::Mat light = Optics(radiance, motion, threads);
+  cv::Mat image(radiance.size(), CV_8UC3);
+  const float read = static_cast<float>(settings.read_noise * settings.read_noise);
+  const float shot = static_cast<float>(settings.shot_noise * settings.shot_noise);
+  ParallelRows(radiance.rows, threads, [&](int y) {
+    for (int x = 0; x < radiance.cols; ++x) {
+      const uint32_t pixel = Hash(seed, x, y);
+      auto& out = image.at<cv::Vec3b>(y, x);
+      for (int c = 0; c < 3; ++c) {
+        float e = static_cast<float>(gain) * light.at<cv::Vec3f>(y, x)[c];
+        e += std::sqrt(read + shot * e) *
+             PseudoGaussian(Hash(pixel + static_cast<uint32_t>(c)));  // (P3)
+        const float place = std::clamp(e * (kCurveEntries / kCurveEnd), 0.0f, kCurveEntries - 1.0f);
+        out[2 - c] = cv::saturate_cast<uchar>((*curve)[static_cast<size_t>(place)]);
+      }
+    }
+  });
+  return image;
+}
+
+}  // namespace egosieve::vision

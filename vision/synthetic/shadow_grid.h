@@ -1,0 +1,46 @@
+// Finds what may stand between a point and the sun.
+//
+// A primitive shades the point P only if the line through P along the sun's direction meets its
+// bounding box; that line meets the ground at
+//
+//   (S1) G = P - to_sun P_z / to_sun_z
+//
+// so P's shaders are among the primitives whose box, pushed down along the same direction, covers
+// G. The grid holds these footprints in square cells: a query looks into one cell.
+#ifndef EGOSIEVE_VISION_SYNTHETIC_SHADOW_GRID_H_
+#define EGOSIEVE_VISION_SYNTHETIC_SHADOW_GRID_H_
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+namespace egosieve::vision {
+
+class ShadowGrid {
+ public:
+  ShadowGrid() = default;
+  // Footprints of `bounds` that fall outside `area` are dropped: nothing there is shaded.
+  ShadowGrid(const std::vector<Eigen::AlignedBox3d>& bounds, const Eigen::Vector3d& to_sun,
+             const Eigen::AlignedBox2d& area, double cell_metres);
+
+  struct Range {
+    const int32_t* begin = nullptr;
+    const int32_t* end = nullptr;
+  };
+  // Indices into `bounds` of what may shade the point.
+  Range Candidates(const Eigen::Vector3d& point) const;
+
+ private:
+  Eigen::Vector3d to_sun_ = Eigen::Vector3d::UnitZ();
+  Eigen::AlignedBox2d area_;
+  double cell_ = 1.0;
+  int columns_ = 0;
+  int rows_ = 0;
+  std::vector<int32_t> starts_;
+  std::vector<int32_t> indices_;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SYNTHETIC_SHADOW_GRID_H_

@@ -1,0 +1,270 @@
+#include "vision/synthetic/street.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "vision/synthetic/noise.h"
+#include "vision/synthetic/parallel_rows.h"
+#include "vision/synthetic/ray_caster.h"
+#include "vision/synthetic/scenario_catalogue.h"
+#include "vision/synthetic/sensor.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr double kMovingMetresPerSecond = 0.05;
+
+// The picture before the sensor, and what each pixel's central ray met.
+struct Canvas {
+  std::vector<Sample> samples;
+  cv::Mat radiance;  // CV_32FC3
+
+  const Sample& at(int x, int y) const {
+    return samples[static_cast<size_t>(y) * radiance.cols + x];
+  }
+};
+
+bool IsEdge(const Canvas& canvas, int x, int y) {
+  const int32_t here = canvas.at(x, y).Surface();
+  return (x > 0 && canvas.at(x - 1, y).Surface() != here) ||
+         (y > 0 && canvas.at(x, y - 1).Surface() != here) ||
+         (x + 1 < canvas.radiance.cols && canvas.at(x + 1, y).Surface() != here) ||
+         (y + 1 < canvas.radiance.rows && canvas.at(x, y + 1).Surface() != here);
+}
+
+Canvas Paint(const RayCaster& caster, const ScenarioOptions& options) {
+  const int width = options.width_pixels, height = options.height_pixels;
+  Canvas canvas;
+  canvas.samples.resize(static_cast<size_t>(width) * height);
+  canvas.radiance.create(height, width, CV_32FC3);
+  ParallelRows(height, options.threads, [&](int y) {
+    for (int x = 0; x < width; ++x)
+      canvas.samples[static_cast<size_t>(y) * width + x] = caster.Cast(x, y);
+  });
+  ParallelRows(height, options.threads, [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      Color color = Color::Zero();
+      if (IsEdge(canvas, x, y)) {
+        // Bright lamps are cut off, or their edges could not be smoothed.
+        for (const auto& offset : kSubpixels)
+          color += 0.25f * caster.Radiance(x + offset[0], y + offset[1]).min(4.0f);
+      } else {
+        color = caster.RadianceInside(x, y, canvas.at(x, y));
+      }
+      canvas.radiance.at<cv::Vec3f>(y, x) = {color[0], color[1], color[2]};
+    }
+  });
+  return canvas;
+}
+
+Eigen::Vector2d Project(const Intrinsics& k, const Pose& pose, const Eigen::Vector3d& point,
+                        bool direction) {
+  const Eigen::Vector3d local =
+      pose.rotation.transpose() * (direction ? point : (point - pose.centre).eval());
+  const double z = std::max(local.z(), 1e-3);
+  return {k.focal_pixels * local.x() / z + k.centre_x, k.focal_pixels * local.y() / z + k.centre_y};
+}
+
+// Pixels travelled while the shutter is open, for each pixel's own surface.
+cv::Mat ShutterMotion(const Scene& scene, const RayCaster& caster, const Canvas& canvas,
+                      double seconds, int threads) {
+  const double half = 0.5 * scene.sensor.shutter_seconds;
+  const Pose before = scene.camera.At(seconds - half), after = scene.camera.At(seconds + half);
+  std::vector<Eigen::Vector3d> shift(scene.objects.size());
+  for (size_t k = 0; k < shift.size(); ++k) {
+    const Eigen::Vector2d v = scene.objects[k].drive.At(seconds).velocity;
+    shift[k] = {half * v.x(), half * v.y(), 0.0};
+  }
+  cv::Mat motion(canvas.radiance.size(), CV_32FC2);
+  ParallelRows(motion.rows, threads, [&](int y) {
+    for (int x = 0; x < motion.cols; ++x) {
+      const double depth = canvas.at(x, y).depth();
+      const bool sky = std::isinf(depth);
+      const Eigen::Vector3d point = caster.PointAt(x, y, depth);
+      const int object = canvas.at(x, y).object;
+      const Eigen::Vector3d step = object < 0 ? Eigen::Vector3d::Zero().eval() : shift[object];
+      const Eigen::Vector2d from = Project(scene.intrinsics, before, point - step, sky);
+      const Eigen::Vector2d to = Project(scene.intrinsics, after, point + step, sky);
+      motion.at<cv::Vec2f>(y, x) = {static_cast<float>(to.x() - from.x()),
+                                    static_cast<float>(to.y() - from.y())};
+    }
+  });
+  return motion;
+}
+
+// Follows the light of the last half second, as an automatic exposure does.
+double ExposureGain(const Scene& scene, const RayCaster& caster, double seconds) {
+  if (scene.light.night) return scene.sensor.exposure;
+  double clouds = 0.0;
+  for (int k = 0; k < 5; ++k)
+    clouds += 0.2 * caster.Clouds(scene.camera.At(seconds - 0.1 * k).centre, seconds - 0.1 * k);
+  return scene.sensor.exposure / (0.5 + 0.5 * clouds);
+}
+
+Relation RelationTo(const ObjectState& object, const Pose& camera) {
+  if (!object.moving) return Relation::kStanding;
+  const Eigen::Vector3d axis = camera.rotation.col(2);
+  const Eigen::Vector2d forward = axis.head<2>().normalized();
+  const double cosine = forward.dot(object.velocity.head<2>().normalized());
+  if (cosine > M_SQRT1_2) return Relation::kAhead;
+  return cosine < -M_SQRT1_2 ? Relation::kOncoming : Relation::kCrossing;
+}
+
+ObjectState DescribeObject(const Scene& scene, int index, const Pose& pose, double seconds) {
+  const SceneObject& object = scene.objects[index];
+  const DriveState drive = object.drive.At(seconds);
+  ObjectState state;
+  state.id = index + 1;
+  state.object_class = object.look.object_class;
+  state.moving = drive.speed > kMovingMetresPerSecond;
+  state.position << drive.pose.position, object.ground_metres;
+  state.heading_radians = drive.pose.heading_radians;
+  state.velocity << drive.velocity, 0.0;
+  state.relative_velocity =
+      pose.rotation.transpose() * (state.velocity - scene.camera.Velocity(seconds));
+  state.distance_metres = (state.position - pose.centre).norm();
+  state.relation = RelationTo(state, pose);
+  return state;
+}
+
+void FillTruth(const Scene& scene, const Canvas& canvas, SyntheticFrame* frame) {
+  frame->mask = cv::Mat::zeros(canvas.radiance.size(), CV_8UC1);
+  frame->ids = cv::Mat::zeros(canvas.radiance.size(), CV_16UC1);
+  frame->depth.create(canvas.radiance.size(), CV_64FC1);
+  std::map<int, ObjectState> visible;
+  for (int y = 0; y < canvas.radiance.rows; ++y) {
+    for (int x = 0; x < canvas.radiance.cols; ++x) {
+      const int object = canvas.at(x, y).object;
+      frame->depth.at<double>(y, x) = canvas.at(x, y).depth();
+      if (object < 0) continue;
+      auto [it, is_new] = visible.try_emplace(object);
+      ObjectState& state = it->second;
+      if (is_new) {
+        state = DescribeObject(scene, object, frame->pose, frame->seconds);
+        state.box = cv::Rect(x, y, 1, 1);
+      }
+      state.box |= cv::Rect(x, y, 1, 1);
+      ++state.area_pixels;
+      frame->ids.at<uint16_t>(y, x) = static_cast<uint16_t>(state.id);
+      if (state.moving) frame->mask.at<uint8_t>(y, x) = 255;
+    }
+  }
+  for (auto& [object, state] : visible) frame->objects.push_back(state);
+}
+
+}  // namespace
+
+absl::Status ScenarioOptions::Validate() const {
+  const auto in_range = [](const char* field, double value, double low, double high) {
+    if (value >= low && value <= high) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%s = %g; it must be from %g to %g", field, value, low, high));
+  };
+  const absl::Status checks[] = {in_range("width_pixels", width_pixels, 16, 8192),
+                                 in_range("height_pixels", height_pixels, 16, 8192),
+                                 in_range("frames", frames, 1, 100000),
+                                 in_range("frames_per_second", frames_per_second, 1, 1000),
+                                 in_range("field_of_view_degrees", field_of_view_degrees, 10, 150),
+                                 in_range("threads", threads, 1, 256)};
+  for (const absl::Status& check : checks) {
+    if (!check.ok()) return check;
+  }
+  return absl::OkStatus();
+}
+
+const char* RelationName(Relation relation) {
+  switch (relation) {
+    case Relation::kStanding:
+      return "standing";
+    case Relation::kAhead:
+      return "ahead";
+    case Relation::kOncoming:
+      return "oncoming";
+    case Relation::kCrossing:
+      return "crossing";
+  }
+  return "";
+}
+
+Scenario::Scenario(std::string name, uint64_t seed, const ScenarioOptions& options, Scene scene)
+    : name_(std::move(name)),
+      seed_(seed),
+      options_(options),
+      scene_(std::make_unique<Scene>(std::move(scene))),
+      index_(std::make_unique<SceneIndex>(*scene_)) {}
+Scenario::~Scenario() = default;
+Scenario::Scenario(Scenario&&) noexcept = default;
+Scenario& Scenario::operator=(Scenario&&) noexcept = default;
+
+Pose Scenario::PoseAt(int frame) const {
+  return scene_->camera.At(frame / options_.frames_per_second);
+}
+
+absl::StatusOr<SyntheticFrame> Scenario::Render(int frame) const {
+  if (frame < 0 || frame >= options_.frames) {
+    return absl::OutOfRangeError(absl::StrFormat("frame %d of scenario %s; it has frames 0 to %d",
+                                                 frame, name_, options_.frames - 1));
+  }
+  SyntheticFrame out;
+  out.index = frame;
+  out.seconds = frame / options_.frames_per_second;
+  const RayCaster caster(*scene_, *index_, out.seconds, options_.width_pixels,
+                         options_.height_pixels);
+  out.pose = caster.pose();
+  const Canvas canvas = Paint(caster, options_);
+  SensorSettings sensor = scene_->sensor;
+  if (!options_.noise) sensor.read_noise = sensor.shot_noise = 0.0;
+  cv::Mat motion;
+  if (options_.motion_blur)
+    motion = ShutterMotion(*scene_, caster, canvas, out.seconds, options_.threads);
+  out.image = Expose(canvas.radiance, motion, sensor, ExposureGain(*scene_, caster, out.seconds),
+                     Hash(scene_->seed + 41, frame), options_.threads);
+  FillTruth(*scene_, canvas, &out);
+  return out;
+}
+
+std::vector<std::string> ScenarioNames() {
+  std::vector<std::string> names;
+  for (const ScenarioDescription& scenario : Scenarios()) names.emplace_back(scenario.name);
+  return names;
+}
+
+absl::StatusOr<Scenario> MakeScenario(std::string_view name, uint64_t seed,
+                                      const ScenarioOptions& options) {
+  const absl::Status valid = options.Validate();
+  if (!valid.ok()) return valid;
+  const SceneRecipe* recipe = FindRecipe(name);
+  if (recipe == nullptr) {
+    return absl::NotFoundError(absl::StrFormat("no scenario is called \"%s\"; there are: %s",
+                                               std::string(name),
+                                               absl::StrJoin(ScenarioNames(), ", ")));
+  }
+  Scene scene = BuildScene(*recipe, seed, options.frames / options.frames_per_second);
+  scene.intrinsics.focal_pixels =
+      0.5 * options.width_pixels / std::tan(options.field_of_view_degrees * M_PI / 360.0);
+  scene.intrinsics.centre_x = 0.5 * (options.width_pixels - 1);
+  scene.intrinsics.centre_y = 0.5 * (options.height_pixels - 1);
+  if (scene.objects.size() > 65534) {
+    return absl::ResourceExhaustedError(absl::StrFormat(
+        "scenario %s with %d frames has %d objects; ids have 16 bits: ask for fewer frames",
+        std::string(name), options.frames, scene.objects.size()));
+  }
+  return Scenario(std::string(name), seed, options, std::move(scene));
+}
+
+const std::vector<ScenarioDescription>& Scenarios() {
+  static const auto* const list = [] {
+    auto* descriptions = new std::vector<ScenarioDescription>;
+    for (const SceneRecipe& recipe : Recipes())
+      descriptions->push_back({recipe.name, recipe.summary});
+    return descriptions;
+  }();
+  return *list;
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,27 @@
+// The plan of the synthetic town: streets on a rectangular grid, blocks between them.
+//
+// World axes: x along the main streets, y to the left of it, z up, metres; the road's surface is
+// z = 0. Streets run along x at y = j pitch_y and along y at x = i pitch_x, for all integers i, j.
+// Across a street, from its centre line: a driving lane a side, a parking strip, the kerb, the
+// pavement, the houses. Traffic keeps to the right.
+#ifndef EGOSIEVE_VISION_SYNTHETIC_STREET_GRID_H_
+#define EGOSIEVE_VISION_SYNTHETIC_STREET_GRID_H_
+
+#include <cmath>
+
+namespace egosieve::vision {
+
+inline constexpr double kPitchX = 92.0;
+inline constexpr double kPitchY = 74.0;
+inline constexpr double kLaneWidth = 3.3;  // one lane a side
+inline constexpr double kKerb = 5.5;       // from the centre line; beyond: pavement
+inline constexpr double kHouseLine = 9.2;  // from the centre line
+inline constexpr double kKerbHeight = 0.12;
+inline constexpr double kLaneCentre = kLaneWidth / 2;
+inline constexpr double kParkingCentre = (kLaneWidth + kKerb) / 2;
+
+inline double NearestMultiple(double x, double pitch) { return pitch * std::round(x / pitch); }
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SYNTHETIC_STREET_GRID_H_

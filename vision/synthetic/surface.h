@@ -1,0 +1,17 @@
+// What a ray sees where it meets a primitive: albedo and emitted light, drawn from the primitive's
+// appearance and the point in its own frame, so that texture moves with its object.
+#ifndef EGOSIEVE_VISION_SYNTHETIC_SURFACE_H_
+#define EGOSIEVE_VISION_SYNTHETIC_SURFACE_H_
+
+#include "vision/synthetic/facade.h"
+#include "vision/synthetic/ground.h"
+#include "vision/synthetic/primitive.h"
+
+namespace egosieve::vision {
+
+// `footprint`: side of a pixel on the surface, metres. `texture`: contrast of scenery, 0 to 1.
+SurfaceColor SurfaceAt(const Primitive& primitive, const Hit& hit, float footprint, float texture);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SYNTHETIC_SURFACE_H_

@@ -1,0 +1,47 @@
+// Which primitives each square tile of the image can see, nearest first.
+//
+// Rays are o + t d with d of unit component along the optical axis, so t is the depth Z. A
+// primitive is listed in the tiles that the projection of its bounding box touches (grown by a
+// pixel), with the smallest depth of the box: once a hit is nearer than the next entry's depth, the
+// rest of the list cannot matter.
+#ifndef EGOSIEVE_VISION_SYNTHETIC_VISIBILITY_H_
+#define EGOSIEVE_VISION_SYNTHETIC_VISIBILITY_H_
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "vision/synthetic/camera.h"
+
+namespace egosieve::vision {
+
+class TileVisibility {
+ public:
+  static constexpr int kTile = 16;  // pixels
+
+  struct Entry {
+    float depth = 0.0f;
+    int32_t primitive = 0;
+  };
+
+  // Indices count through `scenery` and on through `movable`.
+  TileVisibility(const std::vector<Eigen::AlignedBox3d>& scenery,
+                 const std::vector<Eigen::AlignedBox3d>& movable, const Intrinsics& intrinsics,
+                 const Pose& pose, int width, int height, double far_metres);
+
+  int columns() const { return columns_; }
+  int rows() const { return rows_; }
+  const Entry* begin(int tile) const { return entries_.data() + starts_[tile]; }
+  const Entry* end(int tile) const { return entries_.data() + starts_[tile + 1]; }
+
+ private:
+  int columns_ = 0;
+  int rows_ = 0;
+  std::vector<int32_t> starts_;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SYNTHETIC_VISIBILITY_H_

@@ -1,0 +1,36 @@
+#ifndef EGOSIEVE_VISION_TRACKING_TRACK_H_
+#define EGOSIEVE_VISION_TRACKING_TRACK_H_
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <opencv2/core.hpp>
+
+namespace egosieve::vision {
+
+inline constexpr int kTrackHistory = 16;
+
+// One scene point followed through consecutive frames. Of a track of any length the places in the
+// last kTrackHistory frames are kept.
+struct Track {
+  int64_t id = -1;     // never given twice in a drive
+  int64_t length = 0;  // frames since it was born, the current one included
+  std::array<cv::Point2f, kTrackHistory> places;  // [k]: k frames before the current one, pixels
+
+  // Whether places[k] is there.
+  bool Reaches(int k) const { return k >= 0 && k < kTrackHistory && k < length; }
+
+  // The track continued to `place` in the next frame.
+  Track Continued(cv::Point2f place) const {
+    Track next;
+    next.id = id;
+    next.length = length + 1;
+    next.places[0] = place;
+    std::copy(places.begin(), places.end() - 1, next.places.begin() + 1);
+    return next;
+  }
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_TRACKING_TRACK_H_
