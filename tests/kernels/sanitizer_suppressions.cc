@@ -1,5 +1,6 @@
-// What the sanitizers are told to leave out: allocations and accesses of the OpenCL driver (PoCL, LLVM, clang), which is
-// not built with them. A test that opens a device on PoCL depends on this library.
+// What the sanitizers are told to leave out: allocations and accesses of the OpenCL driver (PoCL,
+// LLVM, clang), which is not built with them. A test that opens a device on PoCL depends on this
+// library.
 extern "C" {
 
 // The driver keeps its compiler's tables until the process ends.
