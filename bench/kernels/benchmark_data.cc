@@ -43,7 +43,7 @@ std::shared_ptr<Context> BenchmarkContext() {
 }
 
 CovarianceParameters BenchmarkCovariance(WeightRange range) {
-  const std::vector<double> gentle = {1.0, 0.8, 1.0, 1.0, 0.7, 0.7, 0.7};
+  const std::vector<double> gentle = {0.4, 0.4, 0.4, 0.4, 0.3, 0.3, 0.3};
   const std::vector<double> steep = {2.0, 15.0, 12.0, 2.0, 1.5, 1.5, 1.5};
   return {CovarianceFunction::kArcsine, range == WeightRange::kGentle ? gentle : steep, 1.0};
 }

@@ -17,7 +17,7 @@ namespace egosieve::kernels {
 std::shared_ptr<Context> BenchmarkContext();
 
 enum class WeightRange {
-  kGentle,  // weights of about 1
+  kGentle,  // weights of about 0.4
   kSteep,   // squared weights up to e^6, as training finds them for positions
 };
 

@@ -59,12 +59,14 @@ BENCHMARK_TEMPLATE(BM_CovarianceMatrix, double)
     ->ArgName("n")
     ->Arg(800)
     ->Arg(4000)
+    ->MeasureProcessCPUTime()
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_TEMPLATE(BM_CovarianceMatrix, float)
     ->Name("BM_CovarianceMatrix/arcsine_float32")
     ->ArgName("n")
     ->Arg(4000)
+    ->MeasureProcessCPUTime()
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
@@ -105,6 +107,7 @@ BENCHMARK(BM_CovarianceGradient)
     ->ArgName("n")
     ->Arg(800)
     ->Arg(2000)
+    ->MeasureProcessCPUTime()
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 

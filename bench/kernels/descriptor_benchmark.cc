@@ -47,6 +47,7 @@ BENCHMARK(BM_DescriptorField)
     ->ArgName("stride")
     ->Arg(1)
     ->Arg(5)
+    ->MeasureProcessCPUTime()
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 

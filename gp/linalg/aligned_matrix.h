@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <memory>
 #include <new>
+#include <optional>
 
 #include "kernels/base/matrix_view.h"
 
@@ -20,6 +21,15 @@ class AlignedMatrix {
     if (bytes > 0) {
       data_.reset(static_cast<double*>(std::aligned_alloc(kAlignmentBytes, bytes)));
       if (data_ == nullptr) throw std::bad_alloc();
+    }
+  }
+
+  // Nothing where the memory is not to be had.
+  static std::optional<AlignedMatrix> TryMake(int64_t rows, int64_t cols) {
+    try {
+      return AlignedMatrix(rows, cols);
+    } catch (const std::bad_alloc&) {
+      return std::nullopt;
     }
   }
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
+#include "absl/status/statusor.h"
 #include "absl/strings/str_format.h"
 #include "gp/linalg/cholesky.h"
 #include "gp/linalg/parallel_for.h"
@@ -33,10 +35,15 @@ absl::Status CheckShape(const char* what, int64_t rows, int64_t cols, int64_t wa
       absl::StrFormat("%s is %d x %d; it must be %d x %d", what, rows, cols, want_rows, want_cols));
 }
 
-AlignedMatrix ZeroMatrix(int64_t size) {
-  AlignedMatrix matrix(size, size);
+absl::StatusOr<AlignedMatrix> ZeroMatrix(int64_t size) {
+  std::optional<AlignedMatrix> memory = AlignedMatrix::TryMake(size, size);
+  if (!memory.has_value()) {
+    return absl::ResourceExhaustedError(
+        absl::StrFormat("no memory for a factor of %d rows (%.1f GB)", size, 8e-9 * size * size));
+  }
+  AlignedMatrix matrix = *std::move(memory);
   constexpr int64_t kRowsPerTask = 256;
-  ParallelFor((size + kRowsPerTask - 1) / kRowsPerTask, [&](int64_t t) {
+  ParallelFor((size + kRowsPerTask - 1) / kRowsPerTask, 4.0 * size * size, [&](int64_t t) {
     const int64_t end = std::min(size, (t + 1) * kRowsPerTask);
     std::fill(matrix.row(t * kRowsPerTask), matrix.row(end), 0.0);
   });
@@ -46,7 +53,7 @@ AlignedMatrix ZeroMatrix(int64_t size) {
 // S := K22 - X X^T, lower triangle (and what lies above it within tiles of the diagonal).
 void SubtractGram(ConstMatrixView<double> x, MatrixView<double> s) {
   const int64_t tiles = (x.rows + kCornerTile - 1) / kCornerTile;
-  ParallelFor(tiles * (tiles + 1) / 2, [&](int64_t t) {
+  ParallelFor(tiles * (tiles + 1) / 2, 1.0 * x.rows * x.rows * x.cols, [&](int64_t t) {
     int64_t i = 0;
     while ((i + 1) * (i + 2) / 2 <= t) ++i;
     const int64_t row = i * kCornerTile;
@@ -61,9 +68,9 @@ void SubtractGram(ConstMatrixView<double> x, MatrixView<double> s) {
 
 }  // namespace
 
-IncrementalCholesky IncrementalCholesky::Clone() const {
+absl::StatusOr<IncrementalCholesky> IncrementalCholesky::Clone() const {
   IncrementalCholesky copy(options_);
-  copy.Reserve(size_);
+  if (absl::Status status = copy.Reserve(size_); !status.ok()) return status;
   for (int64_t i = 0; i < size_; ++i) {
     std::copy(factor_.row(i), factor_.row(i) + i + 1, copy.factor_.row(i));
   }
@@ -73,13 +80,16 @@ IncrementalCholesky IncrementalCholesky::Clone() const {
 
 ConstMatrixView<double> IncrementalCholesky::Factor() const { return factor_.block(size_, size_); }
 
-void IncrementalCholesky::Reserve(int64_t rows) {
-  if (rows <= factor_.rows()) return;
-  AlignedMatrix larger = ZeroMatrix(rows);
+absl::Status IncrementalCholesky::Reserve(int64_t rows) {
+  if (rows <= factor_.rows()) return absl::OkStatus();
+  absl::StatusOr<AlignedMatrix> memory = ZeroMatrix(rows);
+  if (!memory.ok()) return memory.status();
+  AlignedMatrix larger = *std::move(memory);
   for (int64_t i = 0; i < size_; ++i) {
     std::copy(factor_.row(i), factor_.row(i) + i + 1, larger.row(i));
   }
   factor_ = std::move(larger);
+  return absl::OkStatus();
 }
 
 absl::Status IncrementalCholesky::Factorize(ConstMatrixView<double> k) {
@@ -94,7 +104,9 @@ absl::Status IncrementalCholesky::Factorize(ConstMatrixView<double> k) {
 
 absl::Status IncrementalCholesky::Factorize(
     int64_t n, absl::FunctionRef<absl::Status(MatrixView<double>)> fill) {
-  AlignedMatrix fresh = ZeroMatrix(std::max(n, factor_.rows()));
+  absl::StatusOr<AlignedMatrix> memory = ZeroMatrix(std::max(n, factor_.rows()));
+  if (!memory.ok()) return memory.status();
+  AlignedMatrix fresh = *std::move(memory);
   const MatrixView<double> a = fresh.block(n, n);
   if (absl::Status status = fill(a); !status.ok()) return status;
   const int64_t bad = FactorizeInParallel(a, PivotFloors(a, n, options_.pivot_floor));
@@ -115,7 +127,9 @@ absl::Status IncrementalCholesky::Append(ConstMatrixView<double> below,
     return status;
   }
   if (n + k > factor_.rows()) {
-    Reserve(std::max({n + k, factor_.rows() + factor_.rows() / 4, kMinimumCapacity}));
+    const int64_t capacity =
+        std::max({n + k, factor_.rows() + factor_.rows() / 4, kMinimumCapacity});
+    if (absl::Status status = Reserve(capacity); !status.ok()) return status;
   }
   const MatrixView<double> whole = factor_.block(n + k, n + k);
   const MatrixView<double> x = tile::Block(whole, n, 0, k, n);

@@ -32,6 +32,7 @@
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "kernels/base/matrix_view.h"
@@ -52,15 +53,16 @@ class IncrementalCholesky {
   IncrementalCholesky(IncrementalCholesky&&) = default;
   IncrementalCholesky& operator=(IncrementalCholesky&&) = default;
   // A copy of its own, n^2 in size: never made by accident.
-  IncrementalCholesky Clone() const;
+  absl::StatusOr<IncrementalCholesky> Clone() const;
 
   int64_t size() const { return size_; }
 
   // L: n x n, row-major; elements above the diagonal are zero. Valid until the next change.
   kernels::ConstMatrixView<double> Factor() const;
 
-  // Room for `rows` rows without another allocation.
-  void Reserve(int64_t rows);
+  // Room for `rows` rows without another allocation. ResourceExhausted, unchanged, where the memory
+  // is not to be had; so too from the functions that grow the factor.
+  absl::Status Reserve(int64_t rows);
 
   // Replaces the factor by that of `k` (n x n, lower triangle read). FailedPrecondition, naming the
   // row, where a pivot is under the floor or not a number; the factor is then unchanged.

@@ -9,6 +9,9 @@
 namespace egosieve::gp {
 namespace {
 
+// What a thread should have to do before it is started: about a tenth of a millisecond's work.
+constexpr double kFlopsPerThread = 5e6;
+
 int MachineThreads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
 
 std::atomic<int> maximum_threads{0};
@@ -22,12 +25,14 @@ int MaximumThreads() {
   return threads > 0 ? threads : MachineThreads();
 }
 
-void ParallelFor(int64_t count, const std::function<void(int64_t)>& task) {
+void ParallelFor(int64_t count, double flops, const std::function<void(int64_t)>& task) {
   std::atomic<int64_t> next{0};
   const auto work = [&] {
     for (int64_t i = next++; i < count; i = next++) task(i);
   };
-  const int64_t threads = std::min<int64_t>(MaximumThreads(), count);
+  const double worthwhile = 1.0 + flops / kFlopsPerThread;
+  const int64_t threads =
+      std::min<int64_t>({MaximumThreads(), count, static_cast<int64_t>(std::min(worthwhile, 1e6))});
   std::vector<std::thread> helpers;
   for (int64_t t = 1; t < threads; ++t) {
     try {

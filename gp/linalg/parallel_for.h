@@ -13,7 +13,8 @@ namespace egosieve::gp {
 
 // Runs task(0), ..., task(count - 1), each once, and returns when all have ended. Tasks start in
 // increasing order, so one may wait for the end of another of smaller index. They must not throw.
-void ParallelFor(int64_t count, const std::function<void(int64_t)>& task);
+// flops: roughly what all of them cost together; little work is left to fewer threads.
+void ParallelFor(int64_t count, double flops, const std::function<void(int64_t)>& task);
 
 // The most threads that one ParallelFor uses, the caller's included; at first as many as the
 // machine has processors. Values under 1 mean that.

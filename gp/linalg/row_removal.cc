@@ -18,7 +18,10 @@ using tile::ConstView;
 using tile::View;
 
 constexpr int64_t kBlockRows = 64;
-constexpr int64_t kPanel = 32;  // columns whose reflectors act together; divides kBlockRows
+// Columns whose reflectors act together, T being that large: wide panels suit wide removals.
+constexpr int64_t kWidePanel = 32;
+constexpr int64_t kNarrowPanel = 16;
+constexpr int64_t kNarrowRemoval = 16;  // rows
 
 // Dots and updates of short vectors, written so that they vectorise in a fixed order.
 double Dot(const double* a, const double* b, int64_t n) {
@@ -42,7 +45,8 @@ class Removal {
         size_(l.rows - static_cast<int64_t>(rows.size())),
         blocks_((size_ - first_ + kBlockRows - 1) / kBlockRows),
         reflectors_(size_ - first_, static_cast<int64_t>(rows.size())),
-        triangles_(size_ - first_, kPanel),
+        panel_(static_cast<int64_t>(rows.size()) <= kNarrowRemoval ? kNarrowPanel : kWidePanel),
+        triangles_(size_ - first_, panel_),
         finished_(blocks_) {
     kept_.reserve(size_ - first_);
     size_t next = 0;
@@ -58,7 +62,9 @@ class Removal {
   }
 
   void Run() {
-    ParallelFor(blocks_, [this](int64_t block) { ProcessBlock(block); });
+    const double rows = static_cast<double>(size_ - first_);
+    const double flops = rows * rows * static_cast<double>(2 * reflectors_.cols() + panel_);
+    ParallelFor(blocks_, flops, [this](int64_t block) { ProcessBlock(block); });
   }
 
  private:
@@ -95,25 +101,25 @@ class Removal {
     const int64_t begin = block * kBlockRows;
     const int64_t end = std::min(begin + kBlockRows, size_ - first_);
     AlignedMatrix aside(end - begin, static_cast<int64_t>(removed_.size()));
-    AlignedMatrix work(kBlockRows, 2 * kPanel);
+    AlignedMatrix work(kBlockRows, 2 * panel_);
     while (moved_.load(std::memory_order_acquire) != block) std::this_thread::yield();
     MoveRows(begin, end, aside.view());
     moved_.store(block + 1, std::memory_order_release);
 
     for (int64_t left = 0; left < block; ++left) {
       WaitFor(finished_[left]);
-      for (int64_t panel = left * kBlockRows; panel < (left + 1) * kBlockRows; panel += kPanel) {
+      for (int64_t panel = left * kBlockRows; panel < (left + 1) * kBlockRows; panel += panel_) {
         ApplyPanel(panel, begin, end, begin, aside, work);
       }
     }
-    for (int64_t panel = begin; panel < end; panel += kPanel) {
+    for (int64_t panel = begin; panel < end; panel += panel_) {
       FactorPanel(panel, begin, aside);
-      ApplyPanel(panel, std::min(panel + kPanel, end), end, begin, aside, work);
+      ApplyPanel(panel, std::min(panel + panel_, end), end, begin, aside, work);
     }
     finished_[block].store(true, std::memory_order_release);
   }
 
-  int64_t PanelEnd(int64_t panel) const { return std::min(panel + kPanel, size_ - first_); }
+  int64_t PanelEnd(int64_t panel) const { return std::min(panel + panel_, size_ - first_); }
 
   // (2) for rows [begin, end), whose C2 starts at row begin - block_begin of `aside`.
   void ApplyPanel(int64_t panel, int64_t begin, int64_t end, int64_t block_begin,
@@ -127,7 +133,7 @@ class Removal {
     const ConstView v = Block(reflectors_.view(), panel, 0, width, active);
     const ConstView t = Block(triangles_.view(), panel, 0, width, width);
     const View w = Block(work.view(), 0, 0, rows, width);
-    const View wt = Block(work.view(), 0, kPanel, rows, width);
+    const View wt = Block(work.view(), 0, panel_, rows, width);
     for (int64_t i = 0; i < rows; ++i) {
       std::copy(c1.row(i), c1.row(i) + width, w.row(i));
       std::fill(wt.row(i), wt.row(i) + width, 0.0);
@@ -171,7 +177,7 @@ class Removal {
 
   // Column j of T: T_jj = tau_j, T_<j,j = -tau_j T_<j,<j V_<j v_j; zero below.
   static void FillTriangleColumn(ConstView v, View t, int64_t j, double tau) {
-    double products[kPanel];
+    double products[kWidePanel];
     for (int64_t i = 0; i < j; ++i) products[i] = Dot(v.row(i), v.row(j), v.cols);
     for (int64_t i = 0; i < j; ++i) {
       double sum = 0.0;
@@ -190,7 +196,8 @@ class Removal {
   std::vector<int64_t> kept_;    // old index of each row from first_ on
   std::vector<int64_t> active_;  // see Active
   AlignedMatrix reflectors_;     // V, a row for each row from first_ on
-  AlignedMatrix triangles_;      // T, a kPanel x kPanel block for each panel
+  int64_t panel_;                // columns of a panel; divides kBlockRows
+  AlignedMatrix triangles_;      // T, a panel_ x panel_ block for each panel
   std::atomic<int64_t> moved_{0};
   std::vector<std::atomic<bool>> finished_;
 };

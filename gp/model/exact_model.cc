@@ -19,6 +19,7 @@ using kernels::MatrixView;
 
 constexpr double kFirstJitter = 1e-10;  // of sigma_f^2
 constexpr double kLastJitter = 1e-4;
+constexpr int64_t kLargestIdentity = int64_t{1} << 62;
 constexpr int64_t kPredictionTile = 512;  // points predicted at a time
 
 template <typename T>
@@ -72,6 +73,51 @@ void EraseRows(std::vector<T>& values, int64_t width, absl::Span<const int64_t> 
 }
 
 }  // namespace
+
+absl::Status ExactModelState::Validate() const {
+  EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
+  const int64_t dimension = hyperparameters.covariance.input_dimension();
+  const size_t n = targets.size();
+  if (inputs.size() != n * dimension || identities.size() != n || birth_frames.size() != n) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%d values of inputs of dimension %d, %d targets, %d identities and %d "
+                        "birth frames do not fit",
+                        inputs.size(), dimension, n, identities.size(), birth_frames.size()));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(
+      ConstMatrixView<double>(inputs.data(), static_cast<int64_t>(n), dimension), dimension));
+  EGOSIEVE_RETURN_IF_ERROR(CheckTargets(targets, static_cast<int64_t>(n)));
+  if (!(next_identity >= 0 && next_identity <= kLargestIdentity)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("next_identity = %d; it must be in [0, 2^62]", next_identity));
+  }
+  for (size_t i = 0; i < n; ++i) {
+    if (!(identities[i] > (i == 0 ? -1 : identities[i - 1]) && identities[i] < next_identity)) {
+      return absl::InvalidArgumentError(absl::StrFormat(
+          "identities[%d] = %d; they must increase from 0 to under next_identity = %d", i,
+          identities[i], next_identity));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<ExactModel> ExactModel::Restore(std::shared_ptr<kernels::Context> context,
+                                               const ExactModelState& state) {
+  EGOSIEVE_RETURN_IF_ERROR(state.Validate());
+  EGOSIEVE_ASSIGN_OR_RETURN(ExactModel model, Create(std::move(context), state.hyperparameters));
+  EGOSIEVE_RETURN_IF_ERROR(model.Rebuild(state.hyperparameters, state.inputs, 0.0, false));
+  model.inputs_ = state.inputs;
+  model.targets_ = state.targets;
+  model.identities_ = state.identities;
+  model.birth_frames_ = state.birth_frames;
+  model.next_identity_ = state.next_identity;
+  model.UpdateAlpha();
+  return model;
+}
+
+ExactModelState ExactModel::State() const {
+  return {hyperparameters_, inputs_, targets_, identities_, birth_frames_, next_identity_};
+}
 
 absl::StatusOr<ExactModel> ExactModel::Create(std::shared_ptr<kernels::Context> context,
                                               const Hyperparameters& hyperparameters) {

@@ -43,6 +43,20 @@ struct Prediction {
   std::vector<double> variance;  // of f; empty where it was not asked for
 };
 
+// A model as a value: everything but the factor, which follows from it.
+struct ExactModelState {
+  Hyperparameters hyperparameters;
+  std::vector<double> inputs;  // n x D
+  std::vector<double> targets;
+  std::vector<int64_t> identities;
+  std::vector<int64_t> birth_frames;
+  int64_t next_identity = 0;
+
+  // InvalidArgument, naming the field, unless sizes fit, numbers are finite, and identities are
+  // increasing, not negative and under next_identity.
+  absl::Status Validate() const;
+};
+
 enum class PredictWhat { kMean, kMeanAndVariance };
 
 class ExactModel {
@@ -50,6 +64,10 @@ class ExactModel {
   // InvalidArgument on a null context or invalid hyperparameters.
   static absl::StatusOr<ExactModel> Create(std::shared_ptr<kernels::Context> context,
                                            const Hyperparameters& hyperparameters);
+
+  // A model from its state, as it is after Refactorize. Errors as for Create and Add.
+  static absl::StatusOr<ExactModel> Restore(std::shared_ptr<kernels::Context> context,
+                                            const ExactModelState& state);
 
   ExactModel(ExactModel&&) = default;
   ExactModel& operator=(ExactModel&&) = default;
@@ -75,6 +93,8 @@ class ExactModel {
   // Rebuilds the factor from the points: its bits then depend on points and hyperparameters alone,
   // not on the history. A checkpoint and the run that wrote it go on alike after this.
   absl::Status Refactorize();
+
+  ExactModelState State() const;
 
   int64_t size() const { return static_cast<int64_t>(targets_.size()); }
   int64_t input_dimension() const { return hyperparameters_.covariance.input_dimension(); }

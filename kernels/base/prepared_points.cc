@@ -37,6 +37,12 @@ void PreparePoint(const CovarianceParameters& parameters, const Input* x, Real* 
   out[components * step] = static_cast<Real>(std::max(0.25 * e, kSmallestQuarter));
 }
 
+double DifferenceThreshold(int64_t components) {
+  const double roundings = static_cast<double>((components + 1) / 2 + 3);
+  const double s = roundings * std::ldexp(1.0, -24) / 1.7e-6;
+  return s < 0.5 ? 0.5 - std::sqrt(0.25 - s * s) : 1.0;
+}
+
 template void PreparePoint<double, double>(const CovarianceParameters&, const double*, double*,
                                            int64_t);
 template void PreparePoint<double, float>(const CovarianceParameters&, const double*, float*,

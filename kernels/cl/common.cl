@@ -3,6 +3,8 @@
 //   VEC         lanes of a vector: 1, 4, 8 or 16
 //   COMPONENTS  coordinates of a prepared point (kernels/base/prepared_points.h), its e not counted
 //   ARCSINE     1: arcsine covariance; 0: squared exponential
+//   DIFFERENCE_BELOW  h below which the arcsine in float takes differences of vectors
+//   DOT_SUFFICES      1: no pair of points has so small an h
 
 #ifdef REAL_IS_DOUBLE
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
@@ -46,23 +48,13 @@ inline REALV with_sign(REALV magnitude, REALV x) {
   return AS_REALV(AS_BITSV(magnitude) ^ (AS_BITSV(x) & (BITS)REAL_SIGN));
 }
 
-// sqrt of values in [0, 1/2 + rounding].
 #if !defined(REAL_IS_DOUBLE) && VEC == 16 && defined(__AVX512F__)
-// One Newton step on the 14-bit reciprocal root: relative error below 2^-23, at a fraction of the cost of the root.
+#define HAS_AVX512_FLOAT16
 typedef float X86_FLOAT16 __attribute__((__vector_size__(64)));
-inline REALV root(REALV x) {
-  const X86_FLOAT16 argument = __builtin_astype(x, X86_FLOAT16);
-  const REALV y =
-      __builtin_astype(__builtin_ia32_rsqrt14ps512_mask(argument, argument, (ushort)0xffff), REALV);
-  const REALV u = x * y;
-  return fma(u * 0.5f, fma(-u, y, (REALV)1.0f), u);
-}
-#else
-inline REALV root(REALV x) { return sqrt(x); }
 #endif
 
-// pi/2 - 2 asin sqrt(h), 0 <= h <= 1/2: sqrt(h) times a polynomial in h, the interpolant of
-// -2 asin(sqrt h) / sqrt h at Chebyshev's nodes of [0, 1/2]; absolute error 3e-8 (float), 4e-17 (double).
+// pi/2 - 2 asin sqrt(h), 0 <= h <= 1/2: sqrt(h) times a polynomial in h, the interpolant of -2 asin(sqrt h) / sqrt h at
+// Chebyshev's nodes of [0, 1/2]; absolute error 3e-8 (float), 4e-17 (double).
 #ifdef REAL_IS_DOUBLE
 inline REALV arccosine_of_half(REALV h) {
   REALV p = (REALV)-1.7785808735277375;
@@ -84,19 +76,30 @@ inline REALV arccosine_of_half(REALV h) {
   p = fma(p, h, (REALV)-0.15000000000803632);
   p = fma(p, h, (REALV)-0.33333333333329973);
   p = fma(p, h, (REALV)-2.0);
-  return fma(root(h), p, (REALV)1.57079632679489661923);
+  return fma(sqrt(h), p, (REALV)1.57079632679489661923);
 }
 #else
 inline REALV arccosine_of_half(REALV h) {
-  REALV p = (REALV)-0.21934796647758228f;
-  p = fma(p, h, (REALV)0.18017243342154809f);
-  p = fma(p, h, (REALV)-0.15107950764443931f);
-  p = fma(p, h, (REALV)-0.033462777900934777f);
-  p = fma(p, h, (REALV)-0.092961698925873748f);
-  p = fma(p, h, (REALV)-0.14976228883644654f);
-  p = fma(p, h, (REALV)-0.33333909343218687f);
-  p = fma(p, h, (REALV)-1.9999999774223924f);
-  return fma(root(h), p, (REALV)1.57079632679489661923f);
+  // Of half of the polynomial: twice the root comes cheaper.
+  REALV p = (REALV)-0.10967398323879114f;
+  p = fma(p, h, (REALV)0.09008621671077404f);
+  p = fma(p, h, (REALV)-0.07553975382221965f);
+  p = fma(p, h, (REALV)-0.016731388950467388f);
+  p = fma(p, h, (REALV)-0.046480849462936874f);
+  p = fma(p, h, (REALV)-0.07488114441822327f);
+  p = fma(p, h, (REALV)-0.16666954671609343f);
+  p = fma(p, h, (REALV)-0.9999999887211962f);
+#ifdef HAS_AVX512_FLOAT16
+  // One Newton step on the 14-bit reciprocal root y: 2 sqrt(h) = (h y) (3 - (h y) y) to a relative 2^-23, at a fraction
+  // of the cost of the root.
+  const X86_FLOAT16 argument = __builtin_astype(h, X86_FLOAT16);
+  const REALV y = __builtin_astype(__builtin_ia32_rsqrt14ps512_mask(argument, argument, (ushort)0xffff), REALV);
+  const REALV u = h * y;
+  const REALV twice_root = u * fma(-u, y, (REALV)3.0f);
+#else
+  const REALV twice_root = (REALV)2.0f * sqrt(h);
+#endif
+  return fma(twice_root, p, (REALV)1.57079632679489661923f);
 }
 #endif
 
@@ -144,39 +147,60 @@ inline REALV exp_of_negative(REALV x) {
 #endif
 
 #if ARCSINE
-// s and h = (1 - |z|) / 2 of prepared_points.h, equation (2), for a vector of points a and one point b.
-inline void arcsine_terms(const REALV* a, __global const REAL* b, REALV* dot, REALV* h) {
-  REALV sum = a[0] * b[0];
+// 4 times this is z. Two chains: half the latency and half the rounding of one.
+inline REALV half_vectors_dot(const REALV* a, __global const REAL* b) {
+  REALV even = a[0] * b[0];
+  REALV odd = a[1] * b[1];
 #pragma unroll
-  for (int c = 1; c < COMPONENTS; ++c) {
-    sum = fma(a[c], (REALV)b[c], sum);
-  }
-  const REALV sign = with_sign((REALV)1, sum);
+  for (int c = 2; c < COMPONENTS; c += 2) even = fma(a[c], (REALV)b[c], even);
+#pragma unroll
+  for (int c = 3; c < COMPONENTS; c += 2) odd = fma(a[c], (REALV)b[c], odd);
+  return even + odd;
+}
+
+// h = (1 - |z|) / 2 of prepared_points.h, equation (2), for s = the sign of `dot`.
+inline REALV half_of_difference(const REALV* a, __global const REAL* b, REALV dot) {
+  const REALV sign = with_sign((REALV)1, dot);
   REALV square = a[COMPONENTS] + b[COMPONENTS];
 #pragma unroll
   for (int c = 0; c < COMPONENTS; ++c) {
     const REALV difference = fma(-sign, (REALV)b[c], a[c]);
     square = fma(difference, difference, square);
   }
-  *dot = sum;
-  *h = square;
+  return square;
+}
+
+// Whether any lane of h is below DIFFERENCE_BELOW.
+inline bool any_small(REALV h) {
+#ifdef HAS_AVX512_FLOAT16
+  return __builtin_ia32_cmpps512_mask(__builtin_astype(h, X86_FLOAT16), __builtin_astype((REALV)DIFFERENCE_BELOW, X86_FLOAT16),
+                                      17, (ushort)0xffff, 4) != 0;
+#elif VEC == 1
+  return h < (REALV)DIFFERENCE_BELOW;
+#else
+  return any(h < (REALV)DIFFERENCE_BELOW);
+#endif
 }
 #endif
 
 // k / sigma_f^2 of a vector of prepared points a (components, then e) and one prepared point b.
+//
+// The arcsine in float32 takes h from z itself, lane by lane, where h is at least DIFFERENCE_BELOW: where the host knows
+// that the dot product's rounding stays below 1e-6 (DifferenceThreshold in kernels/ops/kernel_options.h). DOT_SUFFICES:
+// it knows that no lane will be below.
 inline REALV unit_covariance(const REALV* a, __global const REAL* b) {
 #if ARCSINE
-  REALV dot, h;
-#if PLAIN_ARCSINE
-  // From z itself: 1 - |z| loses its low digits to cancellation. The host bounds the error before it chooses this.
-  dot = a[0] * b[0];
-#pragma unroll
-  for (int c = 1; c < COMPONENTS; ++c) {
-    dot = fma(a[c], (REALV)b[c], dot);
-  }
-  h = fmax(fma(fabs(dot), (REALV)-2, (REALV)0.5f), (REALV)0);
+  const REALV dot = half_vectors_dot(a, b);
+#ifdef REAL_IS_DOUBLE
+  const REALV h = half_of_difference(a, b, dot);
 #else
-  arcsine_terms(a, b, &dot, &h);
+  REALV h = fma(fabs(dot), (REALV)-2, (REALV)0.5f);
+#if !DOT_SUFFICES
+  if (any_small(h)) {
+    const REALV accurate = half_of_difference(a, b, dot);
+    h = h < (REALV)DIFFERENCE_BELOW ? accurate : h;
+  }
+#endif
 #endif
   return with_sign(arccosine_of_half(h), dot);
 #else

@@ -32,8 +32,8 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void covariance_gradient
         weight = LOADV(lanes);
       }
 #if ARCSINE
-      REALV dot, h;
-      arcsine_terms(z, x, &dot, &h);
+      const REALV dot = half_vectors_dot(z, x);
+      const REALV h = half_of_difference(z, x, dot);
       const REALV sign = with_sign((REALV)1, dot);
       const REALV signed_weight = weight * sign;
       sums[COMPONENTS] = fma(signed_weight * (REALV)2, arccosine_of_half(h), sums[COMPONENTS]);

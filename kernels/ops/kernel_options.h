@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/base/prepared_points.h"
@@ -17,17 +18,21 @@ namespace egosieve::kernels {
 // Lanes of a vector of T.
 template <typename T>
 int Lanes(const Context& context) {
-  return sizeof(T) == sizeof(float) ? context.float_lanes()
-                                    : std::max(context.float_lanes() / 2, 1);
+  return sizeof(T) == sizeof(float) ? context.tuning().float_lanes
+                                    : std::max(context.tuning().float_lanes / 2, 1);
 }
 
 // The macros of kernels/cl/common.cl.
 template <typename T>
-std::string CovarianceBuildOptions(const Context& context, const CovarianceParameters& parameters) {
-  return absl::StrCat(
-      "-cl-std=CL1.2", sizeof(T) == sizeof(double) ? " -DREAL_IS_DOUBLE" : "",
-      " -DVEC=", Lanes<T>(context), " -DCOMPONENTS=", PreparedComponents(parameters),
-      " -DPLAIN_ARCSINE=0 -DARCSINE=", parameters.function == CovarianceFunction::kArcsine ? 1 : 0);
+std::string CovarianceBuildOptions(const Context& context, const CovarianceParameters& parameters,
+                                   bool dot_suffices = false) {
+  return absl::StrCat("-cl-std=CL1.2", sizeof(T) == sizeof(double) ? " -DREAL_IS_DOUBLE" : "",
+                      " -DVEC=", Lanes<T>(context),
+                      " -DCOMPONENTS=", PreparedComponents(parameters),
+                      absl::StrFormat(" -DDIFFERENCE_BELOW=%.9ff",
+                                      DifferenceThreshold(PreparedComponents(parameters))),
+                      " -DDOT_SUFFICES=", dot_suffices ? 1 : 0,
+                      " -DARCSINE=", parameters.function == CovarianceFunction::kArcsine ? 1 : 0);
 }
 
 // Prepared points, components + 1 values a point.

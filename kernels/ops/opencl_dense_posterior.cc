@@ -1,6 +1,7 @@
 #include "kernels/ops/opencl_dense_posterior.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,12 +18,9 @@
 namespace egosieve::kernels::opencl {
 namespace {
 
-// Blocking of dense_posterior.cl.
-struct Blocking {
-  FactorBlocking factor;
-  int width = 3;        // vectors of queries in a register block
-  int micro_tiles = 4;  // register blocks of queries in a tile
-};
+FactorBlocking BlockingOf(const KernelTuning& tuning) {
+  return {tuning.panel, tuning.panel * tuning.panels_a_group, tuning.depth};
+}
 
 constexpr int64_t kMaxChunkQueries = 65536;
 
@@ -44,19 +42,22 @@ struct HostArrays {
 
 class DeviceModel {
  public:
-  DeviceModel(const Context& context, const PosteriorModel& model, const Blocking& blocking)
+  DeviceModel(const Context& context, const PosteriorModel& model, const FactorBlocking& blocking)
       : count_(model.inputs.rows) {
     const double signal_variance = model.covariance.signal_stddev * model.covariance.signal_stddev;
     host_.inputs = PrepareRows<double, float>(model.covariance, model.inputs);
-    for (int64_t i = 0; i < count_; ++i)
+    const int64_t width = PreparedComponents(model.covariance) + 1;
+    for (int64_t i = 0; i < count_; ++i) {
       host_.alpha.push_back(static_cast<float>(signal_variance * model.alpha[i]));
+      smallest_h_ = std::min(smallest_h_, host_.inputs[(i + 1) * width - 1]);
+    }
     // Buffers must not be empty.
     host_.inputs.resize(std::max<size_t>(host_.inputs.size(), 1));
     host_.alpha.resize(std::max<size_t>(host_.alpha.size(), 1));
     inputs_ = InputBuffer(context, host_.inputs);
     alpha_ = InputBuffer(context, host_.alpha);
     if (model.factor_kind != FactorKind::kNone && count_ > 0) {
-      host_.factor = PackFactor(model.factor_kind, model.factor, blocking.factor);
+      host_.factor = PackFactor(model.factor_kind, model.factor, blocking);
       factor_ = InputBuffer(context, host_.factor.data(), host_.factor.size() * sizeof(float));
     } else {
       factor_ = alpha_;
@@ -64,12 +65,15 @@ class DeviceModel {
   }
 
   int64_t count() const { return count_; }
+  // Of the arcsine: a lower bound of h = (1 - |z|) / 2 over all queries; see DotSuffices.
+  float smallest_h() const { return smallest_h_; }
   const cl::Buffer& inputs() const { return inputs_; }
   const cl::Buffer& alpha() const { return alpha_; }
   const cl::Buffer& factor() const { return factor_; }
 
  private:
   int64_t count_;
+  float smallest_h_ = 1.0f;
   HostArrays host_;
   cl::Buffer inputs_;
   cl::Buffer alpha_;
@@ -86,14 +90,14 @@ class OpenClPosterior : public DensePosterior {
         factor_kind_(model.inputs.rows == 0 ? FactorKind::kNone : model.factor_kind),
         squash_a_(static_cast<float>(model.squash_a)),
         squash_b_(static_cast<float>(model.squash_b)),
+        tuning_(context_->tuning()),
+        blocking_(BlockingOf(tuning_)),
         model_(*context_, model, blocking_) {}
 
   absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
                                            const PosteriorOutputs& outputs) const override;
 
-  std::string description() const override {
-    return absl::StrFormat("%s: float32, accurate arcsine", context_->info().name);
-  }
+  std::string description() const override;
 
  private:
   // Sizes that the memory cap leaves.
@@ -101,11 +105,16 @@ class OpenClPosterior : public DensePosterior {
     int micro_tiles = 1;
     int work_items = 1;
     int64_t scratch_floats = 0;  // of one work-item
+    int64_t tile_queries = 0;
     int64_t chunk_queries = 0;
   };
   Tiling ChooseTiling(FactorKind kind, int64_t query_count) const;
+  bool DotSuffices() const;
   std::string BuildOptions(FactorKind kind) const;
-  int micro_tile_queries() const { return blocking_.width * context_->float_lanes(); }
+  int Width(FactorKind kind) const {
+    return kind == FactorKind::kNone ? tuning_.mean_width : tuning_.width;
+  }
+  int MicroTileQueries(FactorKind kind) const { return Width(kind) * tuning_.float_lanes; }
   // Throws cl::Error. Returns the number of clamped variances.
   int64_t EvaluateChunk(cl::Kernel& kernel, const cl::CommandQueue& queue, const Tiling& tiling,
                         const cl::Buffer& scratch, ConstMatrixView<float> queries,
@@ -117,25 +126,44 @@ class OpenClPosterior : public DensePosterior {
   FactorKind factor_kind_;
   float squash_a_;
   float squash_b_;
-  Blocking blocking_;
+  KernelTuning tuning_;
+  FactorBlocking blocking_;
   DeviceModel model_;
 };
 
+// |z| <= |a^| = sqrt(1 - e_a) for every query, so h >= (1 - sqrt(1 - e_a)) / 2 >= e_a / 4, which is
+// what the prepared training inputs hold.
+bool OpenClPosterior::DotSuffices() const {
+  return covariance_.function == CovarianceFunction::kArcsine &&
+         model_.smallest_h() > DifferenceThreshold(PreparedComponents(covariance_));
+}
+
+std::string OpenClPosterior::description() const {
+  const std::string& device = context_->info().name;
+  if (covariance_.function == CovarianceFunction::kSquaredExponential) {
+    return absl::StrCat(device, ": float32, squared exponential");
+  }
+  const double threshold = DifferenceThreshold(PreparedComponents(covariance_));
+  return absl::StrFormat(
+      "%s: float32, %s arcsine: (1 - |z|) / 2 >= %.2g for this model, differences needed below "
+      "%.2g",
+      device, DotSuffices() ? "plain" : "accurate", model_.smallest_h(), threshold);
+}
+
 std::string OpenClPosterior::BuildOptions(FactorKind kind) const {
   const int factor = kind == FactorKind::kNone ? 0 : kind == FactorKind::kCholesky ? 1 : 2;
-  return absl::StrCat(CovarianceBuildOptions<float>(*context_, covariance_), " -DFACTOR=", factor,
-                      " -DPANEL=", blocking_.factor.panel, " -DWIDTH=", blocking_.width,
-                      " -DGROUP=", blocking_.factor.group, " -DDEPTH=", blocking_.factor.depth);
+  return absl::StrCat(CovarianceBuildOptions<float>(*context_, covariance_, DotSuffices()),
+                      " -DFACTOR=", factor, " -DPANEL=", blocking_.panel, " -DWIDTH=", Width(kind),
+                      " -DGROUP=", blocking_.group, " -DDEPTH=", blocking_.depth);
 }
 
 OpenClPosterior::Tiling OpenClPosterior::ChooseTiling(FactorKind kind, int64_t query_count) const {
-  const int64_t rows =
-      kind == FactorKind::kNone ? 0 : PaddedCount(model_.count(), blocking_.factor.panel);
-  const int64_t micro_floats = (rows + 2) * micro_tile_queries();
+  const int64_t rows = kind == FactorKind::kNone ? 0 : PaddedCount(model_.count(), blocking_.panel);
+  const int64_t micro_floats = (rows + 2) * MicroTileQueries(kind);
   const int64_t query_floats = PreparedComponents(covariance_) + 4;  // prepared, and the outputs
   const int64_t cap_floats = options_.memory_cap_bytes / static_cast<int64_t>(sizeof(float));
   Tiling tiling;
-  tiling.micro_tiles = blocking_.micro_tiles;
+  tiling.micro_tiles = tuning_.micro_tiles;
   tiling.work_items = std::max(context_->info().compute_units, 1);
   // Half of the cap for scratch, the other half for queries; a single micro-tile is the least there
   // can be.
@@ -148,7 +176,8 @@ OpenClPosterior::Tiling OpenClPosterior::ChooseTiling(FactorKind kind, int64_t q
     --tiling.work_items;
   }
   tiling.scratch_floats = tiling.micro_tiles * micro_floats;
-  const int64_t tile = tiling.micro_tiles * micro_tile_queries();
+  const int64_t tile = tiling.micro_tiles * MicroTileQueries(kind);
+  tiling.tile_queries = tile;
   const int64_t most = std::min({kMaxChunkQueries, cap_floats / 2 / query_floats, query_count});
   tiling.chunk_queries = std::max<int64_t>((most + tile - 1) / tile, 1) * tile;
   return tiling;
@@ -158,8 +187,8 @@ int64_t OpenClPosterior::EvaluateChunk(cl::Kernel& kernel, const cl::CommandQueu
                                        const Tiling& tiling, const cl::Buffer& scratch,
                                        ConstMatrixView<float> queries,
                                        const PosteriorOutputs& outputs) const {
-  const PreparedColumns<float> columns = PrepareColumns<float, float>(
-      covariance_, queries, static_cast<int64_t>(tiling.micro_tiles) * micro_tile_queries());
+  const PreparedColumns<float> columns =
+      PrepareColumns<float, float>(covariance_, queries, tiling.tile_queries);
   std::vector<cl_int> counters = {0, 0};  // the next tile, clamped variances
   // An output that is not wanted is never written: any array serves in its place.
   float unused = 0.0f;
@@ -176,8 +205,8 @@ int64_t OpenClPosterior::EvaluateChunk(cl::Kernel& kernel, const cl::CommandQueu
       static_cast<float>(covariance_.signal_stddev * covariance_.signal_stddev);
   SetArguments(kernel, query_buffer, cl_long{columns.stride}, cl_long{queries.rows},
                model_.inputs(), model_.alpha(), static_cast<cl_int>(model_.count()),
-               static_cast<cl_int>(PaddedCount(model_.count(), blocking_.factor.panel)),
-               model_.factor(), signal_variance, squash_a_, squash_b_, cl_int{tiling.micro_tiles},
+               static_cast<cl_int>(PaddedCount(model_.count(), blocking_.panel)), model_.factor(),
+               signal_variance, squash_a_, squash_b_, cl_int{tiling.micro_tiles},
                cl_int{OutputMask(outputs)}, scratch, cl_long{tiling.scratch_floats},
                counter_buffer.buffer(), mean.buffer(), variance.buffer(), probability.buffer());
   queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(tiling.work_items), cl::NDRange(1));

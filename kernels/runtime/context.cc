@@ -7,6 +7,7 @@
 #include "kernels/runtime/opencl_context.h"
 #include "kernels/runtime/opencl_device.h"
 #include "kernels/runtime/opencl_error.h"
+#include "kernels/runtime/program_cache.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -20,10 +21,16 @@ int FloatLanes(const cl::Device& device, bool is_gpu) {
 
 }  // namespace
 
-Context::Context(DeviceInfo info, cl::Device device, bool /*program_cache*/)
-    : info_(std::move(info)), device_(std::move(device)), context_(device_) {
+Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& options)
+    : info_(std::move(info)),
+      device_(std::move(device)),
+      context_(device_),
+      program_cache_(options.program_cache) {
   shares_host_memory_ = info_.type == DeviceType::kCpu;
-  float_lanes_ = FloatLanes(device_, info_.type == DeviceType::kGpu);
+  tuning_ =
+      options.tuning.has_value()
+          ? *options.tuning
+          : LoadTuning(info_, DefaultTuning(FloatLanes(device_, info_.type == DeviceType::kGpu)));
 }
 
 absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::string& options) {
@@ -37,8 +44,7 @@ absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::s
       CatchOpenClErrors("building " + std::string(file) + " for " + info_.name, [&] {
         const std::string source =
             std::string(cl_sources::Text("common.cl")) + std::string(cl_sources::Text(file));
-        program = cl::Program(context_, source);
-        program.build(device_, options.c_str());
+        program = BuildProgram(context_, device_, info_, source, options, program_cache_);
       }));
   programs_.emplace(key, program);
   return program;
@@ -54,6 +60,7 @@ absl::StatusOr<cl::Kernel> Context::Kernel(std::string_view file, const std::str
 }
 
 absl::StatusOr<std::shared_ptr<Context>> OpenContext(const ContextOptions& options) {
+  if (options.tuning.has_value()) EGOSIEVE_RETURN_IF_ERROR(options.tuning->Validate());
   const char* environment = std::getenv("EGOSIEVE_DEVICE");
   const std::string choice =
       options.device.empty() && environment != nullptr ? environment : options.device;
@@ -72,8 +79,7 @@ absl::StatusOr<std::shared_ptr<Context>> OpenContext(const ContextOptions& optio
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<OpenClDevice> opencl_devices, ListOpenClDevices());
   std::shared_ptr<Context> context;
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("opening " + chosen.name, [&] {
-    context = std::make_shared<Context>(chosen, opencl_devices.at(chosen.index).device,
-                                        options.program_cache);
+    context = std::make_shared<Context>(chosen, opencl_devices.at(chosen.index).device, options);
   }));
   return context;
 }

@@ -3,9 +3,11 @@
 #define EGOSIEVE_KERNELS_RUNTIME_CONTEXT_H_
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "kernels/runtime/tuning.h"
 
 namespace egosieve::kernels {
 
@@ -15,6 +17,8 @@ struct ContextOptions {
   std::string device;
   // Compiled programs are kept in the user's cache folder.
   bool program_cache = true;
+  // Shapes of the kernels. Unset: the device's table in the user's cache folder, else defaults.
+  std::optional<KernelTuning> tuning;
 };
 
 class Context;

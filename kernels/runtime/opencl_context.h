@@ -16,6 +16,7 @@
 #include "absl/synchronization/mutex.h"
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/device.h"
+#include "kernels/runtime/tuning.h"
 
 namespace egosieve::kernels {
 
@@ -23,15 +24,14 @@ class Context {
  public:
   // The reference.
   explicit Context(DeviceInfo info) : info_(std::move(info)) {}
-  Context(DeviceInfo info, cl::Device device, bool program_cache);
+  Context(DeviceInfo info, cl::Device device, const ContextOptions& options);
 
   const DeviceInfo& info() const { return info_; }
   bool is_reference() const { return info_.type == DeviceType::kReference; }
   bool is_gpu() const { return info_.type == DeviceType::kGpu; }
   // Buffers can be the caller's own memory, without copies.
   bool shares_host_memory() const { return shares_host_memory_; }
-  // Lanes of a float vector that the device runs at once: 16, 8, 4 or 1.
-  int float_lanes() const { return float_lanes_; }
+  const KernelTuning& tuning() const { return tuning_; }
 
   const cl::Context& cl_context() const { return context_; }
   const cl::Device& cl_device() const { return device_; }
@@ -49,7 +49,8 @@ class Context {
   cl::Device device_;
   cl::Context context_;
   bool shares_host_memory_ = false;
-  int float_lanes_ = 1;
+  bool program_cache_ = false;
+  KernelTuning tuning_;
   absl::Mutex mutex_;
   std::map<std::string, cl::Program> programs_ ABSL_GUARDED_BY(mutex_);
 };

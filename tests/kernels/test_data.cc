@@ -5,6 +5,7 @@
 
 #include "gtest/gtest.h"
 #include "kernels/reference/covariance.h"
+#include "kernels/runtime/opencl_context.h"
 
 namespace egosieve::kernels {
 
@@ -113,5 +114,7 @@ std::shared_ptr<Context> TestContext() {
   EXPECT_TRUE(context.ok()) << context.status();
   return context.ok() ? *context : nullptr;
 }
+
+bool TestIsOnReference() { return TestContext()->is_reference(); }
 
 }  // namespace egosieve::kernels

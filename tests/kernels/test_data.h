@@ -85,6 +85,8 @@ Problem MakeProblem(std::mt19937_64& random, const CovarianceParameters& covaria
 // The device of EGOSIEVE_DEVICE or the default one, opened once.
 std::shared_ptr<Context> TestContext();
 
+bool TestIsOnReference();
+
 }  // namespace egosieve::kernels
 
 #endif  // EGOSIEVE_TESTS_KERNELS_TEST_DATA_H_

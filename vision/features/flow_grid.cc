@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
 #include "absl/strings/str_cat.h"
@@ -23,6 +24,59 @@ int Preset(FlowQuality quality) {
   return cv::DISOpticalFlow::PRESET_MEDIUM;
 }
 
+// Patches of a picture against those of another, warped onto it by a flow.
+class PatchComparison {
+ public:
+  struct Result {
+    double deviation = 0.0;    // of the picture's patch, grey levels
+    double correlation = 0.0;  // normalised; 0 where either patch is flat
+  };
+
+  PatchComparison(const cv::Mat& picture, const cv::Mat& other, const cv::Mat& flow)
+      : picture_(picture) {
+    cv::Mat map(flow.size(), CV_32FC2);
+    for (int y = 0; y < flow.rows; ++y) {
+      const cv::Point2f* in = flow.ptr<cv::Point2f>(y);
+      cv::Point2f* out = map.ptr<cv::Point2f>(y);
+      for (int x = 0; x < flow.cols; ++x) out[x] = cv::Point2f(x + in[x].x, y + in[x].y);
+    }
+    cv::remap(other, warped_, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  }
+
+  Result At(int x, int y) const {
+    const int left = std::max(x - kRadius, 0), right = std::min(x + kRadius, picture_.cols - 1);
+    const int top = std::max(y - kRadius, 0), bottom = std::min(y + kRadius, picture_.rows - 1);
+    int64_t a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+    for (int row = top; row <= bottom; ++row) {
+      const uint8_t* p = picture_.ptr<uint8_t>(row);
+      const uint8_t* q = warped_.ptr<uint8_t>(row);
+      for (int column = left; column <= right; ++column) {
+        const int u = p[column], v = q[column];
+        a += u;
+        b += v;
+        aa += u * u;
+        bb += v * v;
+        ab += u * v;
+      }
+    }
+    // n times the sums of squares and products about the means: whole numbers.
+    const int64_t n = int64_t{right - left + 1} * (bottom - top + 1);
+    const double squares_a = static_cast<double>(n * aa - a * a);
+    const double squares_b = static_cast<double>(n * bb - b * b);
+    Result result;
+    result.deviation = std::sqrt(squares_a) / static_cast<double>(n);
+    if (squares_a > 0.0 && squares_b > 0.0) {
+      result.correlation = static_cast<double>(n * ab - a * b) / std::sqrt(squares_a * squares_b);
+    }
+    return result;
+  }
+
+ private:
+  static constexpr int kRadius = 3;
+  const cv::Mat& picture_;
+  cv::Mat warped_;
+};
+
 }  // namespace
 
 absl::Status FlowGridOptions::Validate() const {
@@ -37,6 +91,14 @@ absl::Status FlowGridOptions::Validate() const {
   if (!(error_slope >= 0) || !std::isfinite(error_slope)) {
     return absl::InvalidArgumentError(
         absl::StrCat("error_slope is ", error_slope, "; it must not be negative"));
+  }
+  if (!(texture_levels >= 0) || !std::isfinite(texture_levels)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("texture_levels is ", texture_levels, "; it must not be negative"));
+  }
+  if (!(agreement >= -1 && agreement <= 1)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("agreement is ", agreement, "; it must be from -1 to 1"));
   }
   return absl::OkStatus();
 }
@@ -73,26 +135,34 @@ cv::Point2f SampleField(const cv::Mat& field, cv::Point2f at) {
          fy * ((1 - fx) * at_pixel(y1, x0) + fx * at_pixel(y1, x1));
 }
 
-std::vector<PointPair> TrackGrid(const FlowPair& flow, bool anchor_second,
-                                 const FlowGridOptions& options) {
+TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat& second,
+                      bool anchor_second, const FlowGridOptions& options) {
   const cv::Mat& there = anchor_second ? flow.backward : flow.forward;
   const cv::Mat& back = anchor_second ? flow.forward : flow.backward;
-  std::vector<PointPair> pairs;
+  const PatchComparison patches(anchor_second ? second : first, anchor_second ? first : second,
+                                there);
+  TrackedGrid grid;
   for (int y = options.stride_pixels / 2; y < there.rows; y += options.stride_pixels) {
     for (int x = options.stride_pixels / 2; x < there.cols; x += options.stride_pixels) {
+      ++grid.point_count;
+      const PatchComparison::Result patch = patches.At(x, y);
+      const bool textured = patch.deviation >= options.texture_levels;
+      grid.textured_count += textured;
       const cv::Point2f f = there.at<cv::Point2f>(y, x);
       const cv::Point2f moved(x + f.x, y + f.y);
       const bool inside = moved.x >= 0 && moved.y >= 0 && moved.x <= there.cols - 1 &&
                           moved.y <= there.rows - 1;  // false for NaN
-      if (!inside) continue;
+      if (!inside || (textured && !(patch.correlation >= options.agreement))) continue;
       const cv::Point2f b = SampleField(back, moved);
       const double error = std::hypot(f.x + b.x, f.y + b.y);
       if (!(error < options.error_floor + options.error_slope * std::hypot(f.x, f.y))) continue;
       const PointPair pair{static_cast<double>(x), static_cast<double>(y), moved.x, moved.y};
-      pairs.push_back(anchor_second ? PointPair{pair.x2, pair.y2, pair.x1, pair.y1} : pair);
+      grid.pairs.push_back(anchor_second ? PointPair{pair.x2, pair.y2, pair.x1, pair.y1} : pair);
+      grid.is_textured.push_back(textured ? 1 : 0);
+      grid.agreeing_count += textured;
     }
   }
-  return pairs;
+  return grid;
 }
 
 }  // namespace egosieve::vision

@@ -4,10 +4,21 @@
 //   x2 = x1 + f(x1),   e(x1) = | f(x1) + b(x2) |                     forward-backward error
 //   kept where e < error_floor + error_slope |f(x1)| and x2 lies in the image
 //
-// Both fields are sampled bilinearly. Cost: two flows, linear in the pixels.
+// Flow is smooth and covers everything: it says something, and the same both ways, of a blank wall,
+// too. So each point is also asked whether the pictures agree: with P the patch of 7 x 7 pixels
+// around it and Q the other picture's, sampled along the flow,
+//
+//   textured   std P >= texture_levels
+//   agrees     sum (P - mean P)(Q - mean Q) >= agreement |P - mean P| |Q - mean Q|
+//
+// Points that are textured and do not agree are dropped; those without texture are kept and marked,
+// as the flow around them may well be theirs.
+//
+// Fields and pictures are sampled bilinearly. Cost: two flows, linear in the pixels.
 #ifndef EGOSIEVE_VISION_FEATURES_FLOW_GRID_H_
 #define EGOSIEVE_VISION_FEATURES_FLOW_GRID_H_
 
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -20,9 +31,11 @@ namespace egosieve::vision {
 enum class FlowQuality { kUltrafast, kFast, kMedium };  // presets of OpenCV's DIS
 
 struct FlowGridOptions {
-  int stride_pixels = 5;      // of the grid; positive
-  double error_floor = 1.0;   // pixels; positive
-  double error_slope = 0.02;  // >= 0
+  int stride_pixels = 5;        // of the grid; positive
+  double error_floor = 1.0;     // pixels; positive
+  double error_slope = 0.02;    // >= 0
+  double texture_levels = 3.0;  // of 255; >= 0
+  double agreement = 0.5;       // [-1, 1]
   FlowQuality quality = FlowQuality::kMedium;
 
   absl::Status Validate() const;
@@ -37,10 +50,18 @@ struct FlowPair {
 absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second,
                                      FlowQuality quality);
 
+struct TrackedGrid {
+  std::vector<PointPair> pairs;      // row by row of the grid
+  std::vector<uint8_t> is_textured;  // one a pair; these agree, too
+  int64_t point_count = 0;           // of the grid
+  int64_t textured_count = 0;        // of the grid, kept or not
+  int64_t agreeing_count = 0;        // kept and textured
+};
+
 // The grid lies in the second image (`anchor_second`) or in the first; there its points are whole
-// pixels. Row by row.
-std::vector<PointPair> TrackGrid(const FlowPair& flow, bool anchor_second,
-                                 const FlowGridOptions& options);
+// pixels. The images are those that the flow was computed from.
+TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat& second,
+                      bool anchor_second, const FlowGridOptions& options);
 
 // Bilinear sample of a CV_32FC2 field, clamped at the border.
 cv::Point2f SampleField(const cv::Mat& field, cv::Point2f at);

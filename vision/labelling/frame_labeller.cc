@@ -21,6 +21,9 @@ namespace {
 constexpr double kStateVersion = 1.0;
 constexpr size_t kStateSize = 3;
 constexpr uint64_t kGeometryStep = 1;
+// Matches among features that look alike by chance come to a few in a hundred; pictures of one
+// scene share more.
+constexpr double kLeastMatchShare = 0.06;
 
 bool SamePixels(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
@@ -155,7 +158,7 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
   result.second_index = second.frame.index;
   EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs, BuildPairs(first, second, options_));
   result.feature_count = pairs.feature_count;
-  result.match_count = static_cast<int64_t>(pairs.labelled.size());
+  result.match_count = pairs.match_count;
   result.times.features_milliseconds = pairs.features_milliseconds;
   result.times.matching_milliseconds = pairs.matching_milliseconds;
   if (result.feature_count < options_.minimum_matches) {
@@ -163,7 +166,9 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
                absl::StrCat("only ", result.feature_count, " features: no texture"), result);
     return absl::OkStatus();
   }
-  if (result.match_count < options_.minimum_matches) {
+  const double share =
+      static_cast<double>(result.match_count) / static_cast<double>(result.feature_count);
+  if (result.match_count < options_.minimum_matches || share < kLeastMatchShare) {
     SetOutcome(LabelOutcome::kTooFewMatches,
                absl::StrCat("only ", result.match_count, " of ", result.feature_count,
                             " features have a match"),

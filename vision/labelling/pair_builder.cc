@@ -1,5 +1,7 @@
 #include "vision/labelling/pair_builder.h"
 
+#include <algorithm>
+
 #include "kernels/base/status_macros.h"
 #include "vision/features/flow_grid.h"
 #include "vision/labelling/stopwatch.h"
@@ -9,8 +11,8 @@ namespace egosieve::vision {
 namespace {
 
 constexpr int kMinimumFlowSide = 16;
-// With FeatureSource::kAuto: of the grid's points, those whose flow must hold for features to be
-// spared.
+// With FeatureSource::kAuto: of the grid's textured points, those whose flow must hold for features
+// to be spared.
 constexpr double kFlowSuffices = 0.7;
 
 absl::Status AddFeatureMatches(const ExtractedFrame& first, const ExtractedFrame& second,
@@ -28,13 +30,15 @@ absl::Status AddFeatureMatches(const ExtractedFrame& first, const ExtractedFrame
   for (const Match& match : matches) {
     const cv::Point2f p = a.positions[match.first], q = b.positions[match.second];
     pairs.labelled.push_back({p.x, p.y, q.x, q.y});
+    pairs.geometry.push_back(pairs.labelled.back());
   }
   pairs.feature_count += b.size();
+  pairs.match_count += static_cast<int64_t>(matches.size());
   pairs.matching_milliseconds += watch.LapMilliseconds();
   return absl::OkStatus();
 }
 
-// Returns the share of the grid's points whose flow holds.
+// Returns the share of the grid's textured points whose flow holds.
 absl::StatusOr<double> AddFlowGrid(const ExtractedFrame& first, const ExtractedFrame& second,
                                    const FrameLabellerOptions& options, Stopwatch& watch,
                                    FramePairs& pairs) {
@@ -44,14 +48,17 @@ absl::StatusOr<double> AddFlowGrid(const ExtractedFrame& first, const ExtractedF
   grid.stride_pixels = options.flow_stride_pixels;
   EGOSIEVE_ASSIGN_OR_RETURN(const FlowPair flow,
                             ComputeFlow(first.grey, second.grey, grid.quality));
-  const std::vector<PointPair> tracked =
-      TrackGrid(flow, options.labelled_side == LabelledSide::kCurrentFrame, grid);
-  pairs.labelled.insert(pairs.labelled.end(), tracked.begin(), tracked.end());
-  const double points = static_cast<double>(image.total()) /
-                        (static_cast<double>(grid.stride_pixels) * grid.stride_pixels);
-  pairs.feature_count += static_cast<int64_t>(points);
+  const TrackedGrid tracked = TrackGrid(flow, first.grey, second.grey,
+                                        options.labelled_side == LabelledSide::kCurrentFrame, grid);
+  pairs.labelled.insert(pairs.labelled.end(), tracked.pairs.begin(), tracked.pairs.end());
+  for (size_t i = 0; i < tracked.pairs.size(); ++i) {
+    if (tracked.is_textured[i] != 0) pairs.geometry.push_back(tracked.pairs[i]);
+  }
+  pairs.feature_count += tracked.textured_count;
+  pairs.match_count += tracked.agreeing_count;
   pairs.matching_milliseconds += watch.LapMilliseconds();
-  return static_cast<double>(tracked.size()) / points;
+  return static_cast<double>(tracked.agreeing_count) /
+         static_cast<double>(std::max<int64_t>(tracked.textured_count, 1));
 }
 
 }  // namespace
@@ -70,7 +77,6 @@ absl::StatusOr<FramePairs> BuildPairs(const ExtractedFrame& first, const Extract
   if (wants_features) {
     EGOSIEVE_RETURN_IF_ERROR(AddFeatureMatches(first, second, options, watch, pairs));
   }
-  pairs.geometry = pairs.labelled;
   return pairs;
 }
 

@@ -15,7 +15,8 @@ namespace egosieve::vision {
 struct FramePairs {
   std::vector<PointPair> labelled;  // to be given labels
   std::vector<PointPair> geometry;  // to estimate the motion from
-  int64_t feature_count = 0;        // features or grid points of the second frame
+  int64_t feature_count = 0;        // features and textured grid points of the second frame
+  int64_t match_count = 0;          // of these, those found again in the other frame
   double features_milliseconds = 0.0, matching_milliseconds = 0.0;
 };
 

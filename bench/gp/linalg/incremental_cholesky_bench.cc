@@ -99,8 +99,8 @@ void MeasureUpdate(benchmark::State& state, const RowMatrix& start, const RowMat
   const IncrementalCholesky initial = FactorOf(start);
   std::vector<double> seconds;
   for (auto _ : state) {
-    IncrementalCholesky copy = initial.Clone();
-    copy.Reserve(state.range(0) + state.range(1));
+    IncrementalCholesky copy = *initial.Clone();
+    if (!copy.Reserve(state.range(0) + state.range(1)).ok()) std::abort();
     const auto begin = Clock::now();
     update(copy);
     seconds.push_back(Seconds(begin));

@@ -224,6 +224,15 @@ TEST(IncrementalCholesky, RefusesDuplicatesAndStaysUnchanged) {
   ExpectFactorOf(whole, cholesky, 100);
 }
 
+TEST(IncrementalCholesky, NoMemoryIsAnError) {
+  auto generator = TestGenerator();
+  const RowMatrix k = RandomGram(10, 1e-3, generator);
+  IncrementalCholesky cholesky;
+  ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+  EXPECT_EQ(cholesky.Reserve(int64_t{1} << 28).code(), absl::StatusCode::kResourceExhausted);
+  ExpectFactorOf(k, cholesky, 10);
+}
+
 TEST(IncrementalCholesky, RefusesBadArguments) {
   auto generator = TestGenerator();
   const RowMatrix k = RandomGram(10, 1e-3, generator);

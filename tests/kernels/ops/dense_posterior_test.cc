@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <limits>
+#include <thread>
 
 #include "gtest/gtest.h"
 #include "kernels/reference/dense_posterior.h"
+#include "kernels/runtime/tuning.h"
 #include "tests/kernels/test_data.h"
 
 namespace egosieve::kernels {
@@ -114,6 +116,46 @@ TEST_F(DensePosteriorTest, EveryDimensionUpToTheMaximumWorks) {
   }
 }
 
+// With one training point and alpha = 1 the mean is the covariance itself.
+TEST_F(DensePosteriorTest, BothFormsOfTheArcsineKeepTheErrorBelowOneMillionth) {
+  const double alpha = 1.0;
+  for (const auto& [weight, form] :
+       {std::pair{0.05, "plain"}, {0.3, "plain"}, {4.0, "accurate"}, {300.0, "accurate"}}) {
+    for (int repeat = 0; repeat < 20; ++repeat) {
+      const std::vector<double> input = RandomPoints(random_, 1, 6);
+      PosteriorModel model;
+      model.covariance = ArcsineParameters(std::vector<double>(7, weight));
+      model.inputs = ConstMatrixView<double>(input.data(), 1, 6);
+      model.alpha = &alpha;
+      auto posterior = DensePosterior::Create(TestContext(), model);
+      ASSERT_TRUE(posterior.ok()) << posterior.status();
+      if (!TestIsOnReference()) {
+        EXPECT_NE((*posterior)->description().find(form), std::string::npos)
+            << (*posterior)->description();
+      }
+      std::vector<float> queries = RandomQueries(random_, 64, 6);
+      for (int q = 0; q < 32;
+           ++q) {  // the same point, moved little by little, and its mirror image
+        for (int d = 0; d < 6; ++d) {
+          queries[q * 6 + d] =
+              static_cast<float>((q % 2 == 0 ? 1 : -1) * input[d] * (1.0 - std::ldexp(1.0, -q)));
+        }
+      }
+      GuardedMatrix<float> mean(1, 64);
+      ASSERT_TRUE((*posterior)
+                      ->Evaluate(ConstMatrixView<float>(queries.data(), 64, 6), {mean.data()})
+                      .ok());
+      for (int q = 0; q < 64; ++q) {
+        double point[6];
+        std::copy_n(&queries[q * 6], 6, point);
+        ASSERT_NEAR(mean(0, q),
+                    static_cast<double>(ExactCovariance(model.covariance, point, input.data())),
+                    1e-6);
+      }
+    }
+  }
+}
+
 TEST_F(DensePosteriorTest, WithoutTrainingPointsItIsThePrior) {
   Problem problem;
   problem.covariance = ArcsineParameters({1.0, 2.0}, 1.5);
@@ -189,6 +231,67 @@ TEST_F(DensePosteriorTest, ResultsDoNotDependOnTheTileBitForBit) {
         ASSERT_EQ(part.variance(0, q - begin), whole.variance(0, q));
         ASSERT_EQ(part.probability(0, q - begin), whole.probability(0, q));
       }
+    }
+  }
+}
+
+TEST_F(DensePosteriorTest, ShapesOfTheKernelsChangeRoundingAlone) {
+  if (TestIsOnReference()) GTEST_SKIP() << "the reference has no shapes";
+  const double noise = 0.3;
+  const Problem problem =
+      MakeProblem(random_, ArcsineParameters({1, 1, 1, 1, 1, 1, 1}), 205, noise);
+  const std::vector<float> queries = RandomQueries(random_, 100, 6);
+  const ConstMatrixView<float> view(queries.data(), 100, 6);
+  std::vector<double> variance(100);
+  reference::DensePosterior(problem.model(FactorKind::kCholesky))
+      .Evaluate<float, double>(view, nullptr, variance.data(), nullptr);
+  for (const int lanes : {1, 4, 8, 16}) {
+    for (const int panel : {1, 5, 8}) {
+      ContextOptions options;
+      options.tuning = DefaultTuning(lanes);
+      options.tuning->panel = panel;
+      options.tuning->depth = 24;
+      options.tuning->panels_a_group = 3;
+      const auto context = OpenContext(options);
+      ASSERT_TRUE(context.ok()) << context.status();
+      for (const FactorKind kind : {FactorKind::kCholesky, FactorKind::kInverseCholesky}) {
+        auto posterior = DensePosterior::Create(*context, problem.model(kind));
+        ASSERT_TRUE(posterior.ok()) << posterior.status();
+        Results results(100);
+        ASSERT_TRUE((*posterior)->Evaluate(view, results.outputs()).ok());
+        EXPECT_TRUE(results.guards_intact());
+        const double bound = ErrorBounds(problem, noise).variance;
+        for (int q = 0; q < 100; ++q) ASSERT_NEAR(results.variance(0, q), variance[q], bound);
+      }
+    }
+  }
+}
+
+TEST_F(DensePosteriorTest, OnePosteriorServesSeveralThreads) {
+  const Problem problem = MakeProblem(random_, ArcsineParameters({1, 1, 1, 1, 1, 1, 1}), 150, 0.3);
+  auto posterior = DensePosterior::Create(TestContext(), problem.model(FactorKind::kCholesky));
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  const std::vector<float> queries = RandomQueries(random_, 500, 6);
+  const ConstMatrixView<float> view(queries.data(), 500, 6);
+  Results expected(500);
+  ASSERT_TRUE((*posterior)->Evaluate(view, expected.outputs()).ok());
+  std::vector<Results> results(4, Results(500));
+  std::vector<int> failures(4, 0);
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&, t] {
+      for (int repeat = 0; repeat < 10; ++repeat) {
+        failures[t] += (*posterior)->Evaluate(view, results[t].outputs()).ok() ? 0 : 1;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (int t = 0; t < 4; ++t) {
+    EXPECT_EQ(failures[t], 0);
+    for (int q = 0; q < 500; ++q) {
+      ASSERT_EQ(results[t].mean(0, q), expected.mean(0, q));
+      ASSERT_EQ(results[t].variance(0, q), expected.variance(0, q));
+      ASSERT_EQ(results[t].probability(0, q), expected.probability(0, q));
     }
   }
 }

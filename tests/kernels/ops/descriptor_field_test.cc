@@ -58,7 +58,7 @@ void ExpectFieldMatchesReference(const ImageView& image, int stride, int window)
 
 TEST(DescriptorField, AgreesWithTheReferenceForEveryShape) {
   std::mt19937_64 random = TestRandom();
-  for (const auto [width, height] :
+  for (const auto& [width, height] :
        {std::pair{1, 1}, {1, 9}, {9, 1}, {3, 2}, {16, 16}, {17, 33}, {130, 77}}) {
     for (const int channels : {1, 3}) {
       const TestImage image = RandomImage(random, width, height, channels, 5);

@@ -14,7 +14,7 @@ constexpr double kTolerance = 8.0 / (1 << 24);
 
 TEST(GridInterpolation, AgreesWithTheReferenceAndIsExactAtGridPixels) {
   std::mt19937_64 random = TestRandom();
-  for (const auto [width, height] :
+  for (const auto& [width, height] :
        {std::pair{1, 1}, {1, 7}, {7, 1}, {6, 11}, {30, 23}, {101, 64}}) {
     for (const int stride : {1, 2, 5, 7, 300}) {
       SCOPED_TRACE(testing::Message() << width << " x " << height << ", stride " << stride);

@@ -1,0 +1,179 @@
+#include "gp/io/model_file.h"
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "gp/io/array_file.h"
+#include "gp/io/whole_file.h"
+#include "kernels/base/status_macros.h"
+
+namespace egosieve::gp {
+namespace {
+
+using kernels::CovarianceFunction;
+
+template <typename T>
+NamedArray Vector(std::vector<T> elements) {
+  NamedArray array;
+  array.shape = {static_cast<int64_t>(elements.size())};
+  array.elements = std::move(elements);
+  return array;
+}
+
+// Takes the array of this name and type out of the map. rank 1 arrays of another size than
+// `want_size` are refused; -1 takes any.
+template <typename T>
+absl::StatusOr<std::vector<T>> Take(const char* name, int64_t want_size, ArrayMap& arrays) {
+  const auto found = arrays.find(name);
+  if (found == arrays.end()) {
+    return absl::DataLossError(absl::StrFormat("the array %s is missing", name));
+  }
+  auto* elements = std::get_if<std::vector<T>>(&found->second.elements);
+  if (elements == nullptr) {
+    return absl::DataLossError(absl::StrFormat("the array %s has another type", name));
+  }
+  if (want_size >= 0 && static_cast<int64_t>(elements->size()) != want_size) {
+    return absl::DataLossError(absl::StrFormat("the array %s has %d elements; it must have %d",
+                                               name, elements->size(), want_size));
+  }
+  return std::move(*elements);
+}
+
+absl::Status CheckVersion(ArrayMap& arrays) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> version,
+                            Take<int64_t>("format_version", 1, arrays));
+  if (version[0] == kModelFormatVersion) return absl::OkStatus();
+  if (version[0] < 1) {
+    return absl::DataLossError(absl::StrFormat("format version %d", version[0]));
+  }
+  return absl::UnimplementedError(
+      absl::StrFormat("format version %d; this program reads up to %d: use a newer one", version[0],
+                      kModelFormatVersion));
+}
+
+absl::Status TakeModel(ArrayMap& arrays, ExactModelState& model) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> function,
+                            Take<int64_t>("covariance_function", 1, arrays));
+  if (function[0] != 0 && function[0] != 1) {
+    return absl::DataLossError(absl::StrFormat("covariance function %d", function[0]));
+  }
+  kernels::CovarianceParameters& covariance = model.hyperparameters.covariance;
+  covariance.function =
+      function[0] == 0 ? CovarianceFunction::kArcsine : CovarianceFunction::kSquaredExponential;
+  EGOSIEVE_ASSIGN_OR_RETURN(covariance.scales, Take<double>("scales", -1, arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> signal_noise,
+                            Take<double>("signal_noise", 2, arrays));
+  covariance.signal_stddev = signal_noise[0];
+  model.hyperparameters.noise_stddev = signal_noise[1];
+  EGOSIEVE_RETURN_IF_ERROR(model.hyperparameters.Validate());
+  EGOSIEVE_ASSIGN_OR_RETURN(model.targets, Take<double>("targets", -1, arrays));
+  const int64_t n = static_cast<int64_t>(model.targets.size());
+  EGOSIEVE_ASSIGN_OR_RETURN(model.inputs,
+                            Take<double>("inputs", n * covariance.input_dimension(), arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(model.identities, Take<int64_t>("identities", n, arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(model.birth_frames, Take<int64_t>("birth_frames", n, arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> next,
+                            Take<int64_t>("next_identity", 1, arrays));
+  model.next_identity = next[0];
+  return model.Validate();
+}
+
+absl::Status TakeTrainer(ArrayMap& arrays, std::optional<TrainerState>& trainer) {
+  if (arrays.find("trainer_theta") == arrays.end()) return absl::OkStatus();
+  TrainerState state;
+  EGOSIEVE_ASSIGN_OR_RETURN(state.theta, Take<double>("trainer_theta", -1, arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(state.optimiser.steps, Take<double>("trainer_steps", -1, arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(state.optimiser.previous_gradient,
+                            Take<double>("trainer_gradient", -1, arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> counts,
+                            Take<int64_t>("trainer_counts", 2, arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> smoothed,
+                            Take<double>("trainer_smoothed", 2, arrays));
+  state.frames_trained = counts[0];
+  state.frames_since_step = counts[1];
+  state.smoothed_movement = smoothed[0];
+  state.smoothed_objective = smoothed[1];
+  trainer = std::move(state);
+  return absl::OkStatus();
+}
+
+absl::Status CheckSquash(const SquashParameters& squash) {
+  if (squash.a > 0.0 && std::isfinite(squash.a) && std::isfinite(squash.b)) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(absl::StrFormat(
+      "squash a = %g, b = %g; a must be positive and both finite", squash.a, squash.b));
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
+  const ExactModelState& model = file.model;
+  EGOSIEVE_RETURN_IF_ERROR(model.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(CheckSquash(file.squash));
+  const kernels::CovarianceParameters& covariance = model.hyperparameters.covariance;
+  ArrayMap arrays;
+  arrays["format_version"] = Vector<int64_t>({kModelFormatVersion});
+  arrays["covariance_function"] =
+      Vector<int64_t>({covariance.function == CovarianceFunction::kArcsine ? 0 : 1});
+  arrays["scales"] = Vector(covariance.scales);
+  arrays["signal_noise"] =
+      Vector<double>({covariance.signal_stddev, model.hyperparameters.noise_stddev});
+  arrays["inputs"] = Vector(model.inputs);
+  arrays["inputs"].shape = {static_cast<int64_t>(model.targets.size()),
+                            covariance.input_dimension()};
+  arrays["targets"] = Vector(model.targets);
+  arrays["identities"] = Vector(model.identities);
+  arrays["birth_frames"] = Vector(model.birth_frames);
+  arrays["next_identity"] = Vector<int64_t>({model.next_identity});
+  arrays["squash"] = Vector<double>({file.squash.a, file.squash.b});
+  arrays["annotations"] =
+      Vector(std::vector<uint8_t>(file.annotations.begin(), file.annotations.end()));
+  if (file.trainer.has_value()) {
+    const TrainerState& state = *file.trainer;
+    arrays["trainer_theta"] = Vector(state.theta);
+    arrays["trainer_steps"] = Vector(state.optimiser.steps);
+    arrays["trainer_gradient"] = Vector(state.optimiser.previous_gradient);
+    arrays["trainer_counts"] = Vector<int64_t>({state.frames_trained, state.frames_since_step});
+    arrays["trainer_smoothed"] =
+        Vector<double>({state.smoothed_movement, state.smoothed_objective});
+  }
+  return SerializeArrays(arrays);
+}
+
+absl::StatusOr<ModelFile> ParseModel(std::string_view bytes, const ModelFileLimits& limits) {
+  EGOSIEVE_ASSIGN_OR_RETURN(ArrayMap arrays, ParseArrays(bytes));
+  EGOSIEVE_RETURN_IF_ERROR(CheckVersion(arrays));
+  ModelFile file;
+  EGOSIEVE_RETURN_IF_ERROR(TakeModel(arrays, file.model));
+  if (static_cast<int64_t>(file.model.targets.size()) > limits.maximum_points) {
+    return absl::FailedPreconditionError(absl::StrFormat(
+        "%d points; at most %d are read", file.model.targets.size(), limits.maximum_points));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> squash, Take<double>("squash", 2, arrays));
+  file.squash = {squash[0], squash[1]};
+  EGOSIEVE_RETURN_IF_ERROR(CheckSquash(file.squash));
+  EGOSIEVE_RETURN_IF_ERROR(TakeTrainer(arrays, file.trainer));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> annotations,
+                            Take<uint8_t>("annotations", -1, arrays));
+  file.annotations.assign(annotations.begin(), annotations.end());
+  return file;
+}
+
+absl::Status WriteModelFile(const std::string& path, const ModelFile& file) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, SerializeModel(file));
+  return WriteWholeFile(path, bytes);
+}
+
+absl::StatusOr<ModelFile> ReadModelFile(const std::string& path, const ModelFileLimits& limits) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path, limits.maximum_bytes));
+  absl::StatusOr<ModelFile> file = ParseModel(bytes, limits);
+  if (file.ok()) return file;
+  return absl::Status(file.status().code(),
+                      absl::StrCat(path, " is no readable model: ", file.status().message()));
+}
+
+}  // namespace egosieve::gp

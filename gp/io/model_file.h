@@ -1,0 +1,66 @@
+// Model files: what an online model is, to go on from or to predict with elsewhere.
+//
+// The format is NumPy's .npz (gp/io/array_file.h): in Python, numpy.load(path) gives the arrays
+//
+//   format_version        i8 [1]     kModelFormatVersion
+//   covariance_function   i8 [1]     0 arcsine, 1 squared exponential
+//   scales                f8 [P]     kernels/base/covariance_parameters.h
+//   signal_noise          f8 [2]     sigma_f, sigma_n
+//   inputs                f8 [n, D]
+//   targets               f8 [n]     y
+//   identities            i8 [n]     increasing
+//   birth_frames          i8 [n]
+//   next_identity         i8 [1]
+//   squash                f8 [2]     a, b
+//   trainer_*             the state of the trainer, where there is one
+//   annotations           u1 [...]   bytes of the caller's, uninterpreted
+//
+// The factor is not stored: it is n^2 numbers that follow from the rest. A run that calls
+// ExactModel::Refactorize when it writes, and one that goes on from the file, do the same to the
+// last bit.
+#ifndef EGOSIEVE_GP_IO_MODEL_FILE_H_
+#define EGOSIEVE_GP_IO_MODEL_FILE_H_
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "gp/calibration/probabilistic_least_squares.h"
+#include "gp/model/exact_model.h"
+#include "gp/training/hyperparameter_trainer.h"
+
+namespace egosieve::gp {
+
+inline constexpr int64_t kModelFormatVersion = 1;
+
+struct ModelFile {
+  ExactModelState model;
+  SquashParameters squash;
+  std::optional<TrainerState> trainer;
+  std::string annotations;
+};
+
+struct ModelFileLimits {
+  int64_t maximum_bytes = int64_t{1} << 30;  // larger files are refused unread
+  int64_t maximum_points = 20000;            // more, and their factor would take over 3 GB
+};
+
+// Whole or not at all (gp/io/whole_file.h). InvalidArgument for a model that does not validate.
+absl::Status WriteModelFile(const std::string& path, const ModelFile& file);
+
+// Errors name the file. DataLoss where it is damaged, truncated or not a model; Unimplemented where
+// a later version wrote it; InvalidArgument where its arrays do not make a model;
+// FailedPrecondition where it passes a limit.
+absl::StatusOr<ModelFile> ReadModelFile(const std::string& path,
+                                        const ModelFileLimits& limits = {});
+
+// The same in memory. Equal models give equal bytes.
+absl::StatusOr<std::string> SerializeModel(const ModelFile& file);
+absl::StatusOr<ModelFile> ParseModel(std::string_view bytes, const ModelFileLimits& limits = {});
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_IO_MODEL_FILE_H_

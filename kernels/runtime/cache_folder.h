@@ -1,0 +1,29 @@
+// The user's cache folder and the files in it.
+#ifndef EGOSIEVE_KERNELS_RUNTIME_CACHE_FOLDER_H_
+#define EGOSIEVE_KERNELS_RUNTIME_CACHE_FOLDER_H_
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "absl/status/status.h"
+
+namespace egosieve::kernels {
+
+// $EGOSIEVE_CACHE_DIR, else $XDG_CACHE_HOME/egosieve, else $HOME/.cache/egosieve; empty when none
+// is set. It need not exist.
+std::string CacheFolder();
+
+// FNV-1a, 64 bits.
+uint64_t HashBytes(std::string_view bytes);
+
+// The whole file; empty when it cannot be read.
+std::string ReadCacheFile(const std::string& path);
+
+// Makes the folders, writes a temporary file and renames it, so that a reader never sees half of
+// it.
+absl::Status WriteCacheFile(const std::string& path, std::string_view bytes);
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_RUNTIME_CACHE_FOLDER_H_

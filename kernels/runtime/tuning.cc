@@ -1,0 +1,108 @@
+#include "kernels/runtime/tuning.h"
+
+#include <array>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
+#include "kernels/runtime/cache_folder.h"
+
+namespace egosieve::kernels {
+namespace {
+
+struct Field {
+  const char* name;
+  int KernelTuning::*member;
+  int least;
+  int most;
+};
+
+constexpr std::array<Field, 7> kFields = {{
+    {"float_lanes", &KernelTuning::float_lanes, 1, 16},
+    {"mean_width", &KernelTuning::mean_width, 1, 8},
+    {"width", &KernelTuning::width, 1, 8},
+    {"panel", &KernelTuning::panel, 1, 32},
+    {"panels_a_group", &KernelTuning::panels_a_group, 1, 64},
+    {"depth", &KernelTuning::depth, 8, 4096},
+    {"micro_tiles", &KernelTuning::micro_tiles, 1, 64},
+}};
+
+}  // namespace
+
+absl::Status KernelTuning::Validate() const {
+  for (const Field& field : kFields) {
+    const int value = this->*field.member;
+    if (value < field.least || value > field.most) {
+      return absl::InvalidArgumentError(absl::StrFormat(
+          "%s = %d; it must be from %d to %d", field.name, value, field.least, field.most));
+    }
+  }
+  if (float_lanes != 1 && float_lanes != 4 && float_lanes != 8 && float_lanes != 16) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("float_lanes = %d; it must be 1, 4, 8 or 16", float_lanes));
+  }
+  return absl::OkStatus();
+}
+
+KernelTuning DefaultTuning(int float_lanes) {
+  KernelTuning tuning;
+  tuning.float_lanes = float_lanes;
+  if (float_lanes < 16) {
+    // 16 registers instead of 32.
+    tuning.mean_width = 1;
+    tuning.width = 2;
+    tuning.panel = 6;
+    tuning.panels_a_group = 16;
+  }
+  if (float_lanes == 1) {
+    tuning.width = 8;
+    tuning.micro_tiles = 2;
+  }
+  return tuning;
+}
+
+std::string FormatTuning(const KernelTuning& tuning) {
+  std::string text;
+  for (const Field& field : kFields)
+    absl::StrAppend(&text, field.name, " ", tuning.*field.member, "\n");
+  return text;
+}
+
+KernelTuning ParseTuning(std::string_view text, const KernelTuning& defaults) {
+  KernelTuning tuning = defaults;
+  for (const absl::string_view line :
+       absl::StrSplit(absl::string_view(text.data(), text.size()), '\n')) {
+    const std::vector<absl::string_view> words = absl::StrSplit(line, ' ', absl::SkipWhitespace());
+    int value;
+    if (words.size() != 2 || !absl::SimpleAtoi(words[1], &value)) continue;
+    for (const Field& field : kFields) {
+      if (words[0] == field.name) tuning.*field.member = value;
+    }
+  }
+  return tuning.Validate().ok() ? tuning : defaults;
+}
+
+std::string TuningPath(const DeviceInfo& device) {
+  const std::string folder = CacheFolder();
+  if (folder.empty()) return "";
+  const uint64_t key = HashBytes(
+      absl::StrCat(device.name, "\n", device.vendor, "\n", device.platform, "\n", device.driver));
+  return absl::StrFormat("%s/tuning/%016x.txt", folder, key);
+}
+
+KernelTuning LoadTuning(const DeviceInfo& device, const KernelTuning& defaults) {
+  const std::string path = TuningPath(device);
+  return path.empty() ? defaults : ParseTuning(ReadCacheFile(path), defaults);
+}
+
+absl::Status SaveTuning(const DeviceInfo& device, const KernelTuning& tuning) {
+  const std::string path = TuningPath(device);
+  if (path.empty()) {
+    return absl::FailedPreconditionError(
+        "there is no cache folder: set HOME, XDG_CACHE_HOME or EGOSIEVE_CACHE_DIR");
+  }
+  return WriteCacheFile(path, FormatTuning(tuning));
+}
+
+}  // namespace egosieve::kernels

@@ -1,0 +1,50 @@
+// The shapes of the kernels that suit one device best: what the tuner (tools/tune) searches for.
+//
+// A table is a text file of lines "name value" in the user's cache folder, one file a device, read
+// when a context is opened; unknown names, values out of range and damaged files are ignored, and
+// the defaults hold.
+#ifndef EGOSIEVE_KERNELS_RUNTIME_TUNING_H_
+#define EGOSIEVE_KERNELS_RUNTIME_TUNING_H_
+
+#include <string>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "kernels/runtime/device.h"
+
+namespace egosieve::kernels {
+
+struct KernelTuning {
+  int float_lanes = 4;      // lanes of a float vector: 1, 4, 8 or 16
+  int mean_width = 2;       // vectors of queries at once where means alone are wanted: 1 to 8
+  int width = 3;            // vectors of queries in a register block of the factor's kernel: 1 to 8
+  int panel = 8;            // rows of the factor in a register block: 1 to 32
+  int panels_a_group = 12;  // register blocks in a cache block of rows: 1 to 64
+  int depth = 192;          // columns of the factor in a cache block: 8 to 4096
+  int micro_tiles = 4;      // register blocks of queries in a tile: 1 to 64
+
+  // InvalidArgument, naming field and value.
+  absl::Status Validate() const;
+  friend bool operator==(const KernelTuning& a, const KernelTuning& b) = default;
+};
+
+// What suits devices with vectors of `float_lanes` lanes without any search.
+KernelTuning DefaultTuning(int float_lanes);
+
+std::string FormatTuning(const KernelTuning& tuning);
+
+// `defaults` with the values that `text` names; `defaults` alone when the result would not be
+// valid.
+KernelTuning ParseTuning(std::string_view text, const KernelTuning& defaults);
+
+// Where the table of a device lies; empty when there is no cache folder.
+std::string TuningPath(const DeviceInfo& device);
+
+KernelTuning LoadTuning(const DeviceInfo& device, const KernelTuning& defaults);
+
+// Written beside the table and renamed over it.
+absl::Status SaveTuning(const DeviceInfo& device, const KernelTuning& tuning);
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_RUNTIME_TUNING_H_

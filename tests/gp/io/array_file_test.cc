@@ -1,0 +1,132 @@
+#include "gp/io/array_file.h"
+
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "gtest/gtest.h"
+
+namespace egosieve::gp {
+namespace {
+
+ArrayMap SomeArrays() {
+  ArrayMap arrays;
+  arrays["doubles"] = {{2, 3}, std::vector<double>{1.5, -0.0, 3e300, 4, 5e-324, 6}};
+  arrays["integers"] = {{3}, std::vector<int64_t>{-1, 0, std::numeric_limits<int64_t>::max()}};
+  arrays["bytes"] = {{4}, std::vector<uint8_t>{0, 255, 'a', '\n'}};
+  arrays["nothing"] = {{0, 6}, std::vector<double>{}};
+  return arrays;
+}
+
+void ExpectEqual(const ArrayMap& a, const ArrayMap& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (const auto& [name, array] : a) {
+    const auto found = b.find(name);
+    ASSERT_NE(found, b.end()) << name;
+    EXPECT_EQ(array.shape, found->second.shape) << name;
+    EXPECT_EQ(array.elements, found->second.elements) << name;
+  }
+}
+
+std::string SomeBytes() {
+  auto bytes = SerializeArrays(SomeArrays());
+  EXPECT_TRUE(bytes.ok()) << bytes.status();
+  return *std::move(bytes);
+}
+
+TEST(ArrayFile, ReadsWhatItWrites) {
+  const std::string bytes = SomeBytes();
+  const auto arrays = ParseArrays(bytes);
+  ASSERT_TRUE(arrays.ok()) << arrays.status();
+  ExpectEqual(*arrays, SomeArrays());
+  EXPECT_EQ(bytes, SomeBytes());
+  const auto none = ParseArrays(*SerializeArrays({}));
+  ASSERT_TRUE(none.ok()) << none.status();
+  EXPECT_TRUE(none->empty());
+}
+
+// An independent reader of zip archives and of their checksums, where Python is installed.
+TEST(ArrayFile, IsAZipArchiveForOthers) {
+  const std::string path = testing::TempDir() + "/arrays.npz";
+  std::ofstream(path, std::ios::binary) << SomeBytes();
+  if (std::system("python3 -c pass > /dev/null 2>&1") != 0) GTEST_SKIP() << "no python3";
+  const std::string check =
+      "python3 -c \"import sys, zipfile, struct\n"
+      "z = zipfile.ZipFile(sys.argv[1])\n"
+      "assert z.testzip() is None\n"
+      "assert z.namelist() == ['bytes.npy', 'doubles.npy', 'integers.npy', 'nothing.npy']\n"
+      "d = z.read('doubles.npy')\n"
+      "assert d[:8] == b'\\x93NUMPY\\x01\\x00'\n"
+      "h = struct.unpack('<H', d[8:10])[0]\n"
+      "assert (10 + h) % 64 == 0\n"
+      "assert eval(d[10:10 + h]) == {'descr': '<f8', 'fortran_order': False, 'shape': (2, 3)}\n"
+      "assert struct.unpack('<6d', d[10 + h:])[3] == 4.0\n"
+      "\" " +
+      path;
+  EXPECT_EQ(std::system(check.c_str()), 0);
+}
+
+TEST(ArrayFile, EveryTruncationIsAnError) {
+  const std::string bytes = SomeBytes();
+  for (size_t size = 0; size < bytes.size(); ++size) {
+    EXPECT_EQ(ParseArrays(bytes.substr(0, size)).status().code(), absl::StatusCode::kDataLoss)
+        << size;
+  }
+}
+
+TEST(ArrayFile, EveryDamagedByteIsAnErrorOrHarmless) {
+  const std::string bytes = SomeBytes();
+  std::mt19937_64 generator(1);
+  int errors = 0;
+  for (size_t place = 0; place < bytes.size(); ++place) {
+    std::string damaged = bytes;
+    damaged[place] = static_cast<char>(damaged[place] ^ (1 + generator() % 255));
+    const auto arrays = ParseArrays(damaged);
+    errors += !arrays.ok();
+    // Bytes that nobody reads (times, attributes) may differ; names may; contents may not.
+    if (arrays.ok()) {
+      for (const auto& [name, array] : *arrays) {
+        bool known = false;
+        for (const auto& [other_name, other] : SomeArrays()) {
+          known = known || (other.shape == array.shape && other.elements == array.elements);
+        }
+        EXPECT_TRUE(known) << "byte " << place << " changed " << name;
+      }
+    }
+  }
+  EXPECT_GT(errors, static_cast<int>(bytes.size()) / 2);
+}
+
+TEST(ArrayFile, NoiseIsAnError) {
+  std::mt19937_64 generator(2);
+  const std::string bytes = SomeBytes();
+  for (int round = 0; round < 20000; ++round) {
+    std::string noise = bytes;
+    const int changes = 1 + static_cast<int>(generator() % 40);
+    for (int i = 0; i < changes; ++i) {
+      noise[generator() % noise.size()] = static_cast<char>(generator());
+    }
+    (void)ParseArrays(noise);  // no crash, no report of a sanitizer
+  }
+}
+
+// Huge numbers where lengths and shapes stand must not become allocations.
+TEST(ArrayFile, HugeLengthsAreErrors) {
+  std::string bytes = SomeBytes();
+  const size_t shape = bytes.find("(2, 3)");
+  ASSERT_NE(shape, std::string::npos);
+  bytes.replace(shape, 16, "(99999999999999)");
+  EXPECT_FALSE(ParseArrays(bytes).ok());
+  for (const size_t field : {10u, 12u, 16u}) {  // counts and the offset, in the end's record
+    std::string other = SomeBytes();
+    const size_t end = other.size() - 22;
+    for (int i = 0; i < 2; ++i) other[end + field + i] = '\xFF';
+    EXPECT_EQ(ParseArrays(other).status().code(), absl::StatusCode::kDataLoss) << field;
+  }
+}
+
+}  // namespace
+}  // namespace egosieve::gp

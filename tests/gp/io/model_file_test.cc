@@ -1,0 +1,223 @@
+#include "gp/io/model_file.h"
+
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gp/io/array_file.h"
+#include "gp/io/whole_file.h"
+#include "gtest/gtest.h"
+#include "tests/gp/learning_problems.h"
+
+namespace egosieve::gp {
+namespace {
+
+using kernels::CovarianceFunction;
+using testing::HasSubstr;
+
+std::string NewFolder() {
+  std::string folder = testing::TempDir() + "/model_file_XXXXXX";
+  EXPECT_NE(mkdtemp(folder.data()), nullptr);
+  return folder;
+}
+
+std::vector<std::string> FilesIn(const std::string& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    names.push_back(entry.path().filename().string());
+  }
+  return names;
+}
+
+struct Learner {
+  ExactModel model;
+  HyperparameterTrainer trainer;
+  SquashParameters squash{1.0, 0.0};
+};
+
+Learner MakeLearner() {
+  const Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kArcsine, 6);
+  TrainerOptions options;
+  options.subset_size = 100;
+  options.annealing_evaluations = 10;
+  return {*ExactModel::Create(TestContext(), theta),
+          *HyperparameterTrainer::Create(
+              theta, HyperparameterBounds::Default(CovarianceFunction::kArcsine, 6), options)};
+}
+
+// A frame of learning: points in, points out, a training step, a rebuild, calibration.
+void Learn(int64_t frame, Learner& learner) {
+  std::mt19937_64 generator(frame);
+  const LabelledPoints points = NoisyBlobs(60, 6, generator);
+  ASSERT_TRUE(learner.model.Add(ViewOf(points.inputs), points.labels, frame).ok());
+  if (learner.model.size() > 150) {
+    ASSERT_TRUE(learner.model.Remove(RandomRows(learner.model.size(), 40, generator)).ok());
+  }
+  ASSERT_TRUE(
+      learner.trainer.TrainFrame(*TestContext(), learner.model.inputs(), learner.model.targets())
+          .ok());
+  if (learner.trainer.ShouldRebuild(learner.model.hyperparameters())) {
+    ASSERT_TRUE(learner.model.SetHyperparameters(learner.trainer.hyperparameters()).ok());
+  }
+  const auto left_out = learner.model.PredictLeaveOneOut();
+  ASSERT_TRUE(left_out.ok());
+  std::vector<double> labels;
+  for (const double y : learner.model.targets()) labels.push_back(0.5 * (y + 1.0));
+  learner.squash =
+      FitSquash(left_out->mean,
+                left_out->LatentVariance(learner.model.hyperparameters().noise_variance()), labels,
+                learner.squash)
+          ->parameters;
+}
+
+ModelFile Checkpoint(const Learner& learner) {
+  return {learner.model.State(), learner.squash, learner.trainer.state(), "frame 7\0of 9"};
+}
+
+TEST(ModelFile, ARunGoesOnFromItsCheckpointBitForBit) {
+  const std::string path = NewFolder() + "/model.npz";
+  Learner whole = MakeLearner();
+  for (int64_t frame = 0; frame < 6; ++frame) Learn(frame, whole);
+  ASSERT_TRUE(whole.model.Refactorize().ok());
+  ASSERT_TRUE(WriteModelFile(path, Checkpoint(whole)).ok());
+
+  const auto file = ReadModelFile(path);
+  ASSERT_TRUE(file.ok()) << file.status();
+  Learner resumed = MakeLearner();
+  resumed.model = *ExactModel::Restore(TestContext(), file->model);
+  ASSERT_TRUE(resumed.trainer.Restore(*file->trainer).ok());
+  resumed.squash = file->squash;
+  EXPECT_EQ(CopyOf(resumed.model.factor().Factor()), CopyOf(whole.model.factor().Factor()));
+  for (int64_t frame = 6; frame < 11; ++frame) {
+    Learn(frame, whole);
+    Learn(frame, resumed);
+  }
+  EXPECT_EQ(*SerializeModel(Checkpoint(whole)), *SerializeModel(Checkpoint(resumed)));
+  EXPECT_EQ(CopyOf(resumed.model.factor().Factor()), CopyOf(whole.model.factor().Factor()));
+  EXPECT_EQ(resumed.model.alpha(), whole.model.alpha());
+}
+
+TEST(ModelFile, KeepsEverything) {
+  Learner learner = MakeLearner();
+  Learn(0, learner);
+  const ModelFile before = Checkpoint(learner);
+  const auto after = ParseModel(*SerializeModel(before));
+  ASSERT_TRUE(after.ok()) << after.status();
+  EXPECT_EQ(after->model.inputs, before.model.inputs);
+  EXPECT_EQ(after->model.identities, before.model.identities);
+  EXPECT_EQ(after->model.next_identity, 60);
+  EXPECT_EQ(after->annotations, before.annotations);
+  EXPECT_EQ(after->trainer->theta, before.trainer->theta);
+  ModelFile without = before;
+  without.trainer.reset();
+  without.model.hyperparameters =
+      DefaultHyperparameters(CovarianceFunction::kSquaredExponential, 6);
+  const auto other = ParseModel(*SerializeModel(without));
+  ASSERT_TRUE(other.ok());
+  EXPECT_FALSE(other->trainer.has_value());
+  EXPECT_EQ(other->model.hyperparameters.covariance.function,
+            CovarianceFunction::kSquaredExponential);
+  const Learner empty = MakeLearner();
+  EXPECT_TRUE(ParseModel(*SerializeModel(Checkpoint(empty))).ok());
+}
+
+TEST(ModelFile, OtherVersionsAndInvalidModelsAreErrors) {
+  Learner learner = MakeLearner();
+  Learn(0, learner);
+  const auto altered = [&](auto change) {
+    ArrayMap arrays = *ParseArrays(*SerializeModel(Checkpoint(learner)));
+    change(arrays);
+    return ParseModel(*SerializeArrays(arrays)).status();
+  };
+  const auto doubles = [](ArrayMap& arrays, const char* name) -> std::vector<double>& {
+    return std::get<std::vector<double>>(arrays[name].elements);
+  };
+  const auto integers = [](ArrayMap& arrays, const char* name) -> std::vector<int64_t>& {
+    return std::get<std::vector<int64_t>>(arrays[name].elements);
+  };
+  EXPECT_TRUE(altered([](ArrayMap&) {}).ok());
+  const absl::Status newer = altered([&](ArrayMap& a) { integers(a, "format_version")[0] = 2; });
+  EXPECT_EQ(newer.code(), absl::StatusCode::kUnimplemented);
+  EXPECT_THAT(std::string(newer.message()), HasSubstr("newer"));
+  for (const char* name : {"scales", "inputs", "targets", "identities", "squash", "annotations",
+                           "trainer_steps", "format_version"}) {
+    EXPECT_FALSE(altered([&](ArrayMap& a) { a.erase(name); }).ok()) << name;
+    EXPECT_FALSE(altered([&](ArrayMap& a) {
+                   a[name] = {{1}, std::vector<uint8_t>{7}};
+                 }).ok() &&
+                 std::string(name) != "annotations")
+        << name;
+  }
+  EXPECT_FALSE(altered([&](ArrayMap& a) { doubles(a, "inputs")[3] = std::nan(""); }).ok());
+  EXPECT_FALSE(altered([&](ArrayMap& a) { doubles(a, "targets")[3] = INFINITY; }).ok());
+  EXPECT_FALSE(altered([&](ArrayMap& a) { doubles(a, "scales")[0] = -1.0; }).ok());
+  EXPECT_FALSE(altered([&](ArrayMap& a) { doubles(a, "signal_noise")[1] = 0.0; }).ok());
+  EXPECT_FALSE(altered([&](ArrayMap& a) { doubles(a, "squash")[0] = 0.0; }).ok());
+  EXPECT_FALSE(altered([&](ArrayMap& a) { integers(a, "identities")[5] = 2; }).ok());
+  EXPECT_FALSE(altered([&](ArrayMap& a) { integers(a, "next_identity")[0] = 10; }).ok());
+  EXPECT_FALSE(altered([&](ArrayMap& a) {
+                 integers(a, "next_identity")[0] = std::numeric_limits<int64_t>::max();
+               }).ok());
+  EXPECT_EQ(ParseModel(*SerializeModel(Checkpoint(learner)), {1 << 30, 59}).status().code(),
+            absl::StatusCode::kFailedPrecondition);
+  EXPECT_FALSE(altered([&](ArrayMap& a) { integers(a, "covariance_function")[0] = 9; }).ok());
+
+  ModelFile bad = Checkpoint(learner);
+  bad.model.targets.pop_back();
+  const std::string folder = NewFolder();
+  EXPECT_EQ(WriteModelFile(folder + "/m.npz", bad).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(FilesIn(folder), testing::IsEmpty());
+}
+
+TEST(WholeFile, ReplacesWholeFilesOnly) {
+  const std::string folder = NewFolder();
+  const std::string path = folder + "/m.npz";
+  ASSERT_TRUE(WriteWholeFile(path, "old").ok());
+  ASSERT_TRUE(WriteWholeFile(path, "new contents").ok());
+  EXPECT_EQ(*ReadWholeFile(path, 100), "new contents");
+  EXPECT_THAT(FilesIn(folder), testing::ElementsAre("m.npz"));
+  EXPECT_EQ(WriteWholeFile(folder + "/none/m.npz", "x").code(), absl::StatusCode::kNotFound);
+
+  // A disk that is full, by a limit on the size of files: the old one stays and nothing else.
+  struct rlimit before;
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const struct rlimit tight = {1000, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &tight), 0);
+  const absl::Status full = WriteWholeFile(path, std::string(5000, 'x'));
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(full.code(), absl::StatusCode::kResourceExhausted) << full;
+  EXPECT_EQ(*ReadWholeFile(path, 100), "new contents");
+  EXPECT_THAT(FilesIn(folder), testing::ElementsAre("m.npz"));
+}
+
+TEST(WholeFile, WhatCannotBeReadIsAnError) {
+  const std::string folder = NewFolder();
+  EXPECT_EQ(ReadModelFile(folder + "/none").status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(ReadModelFile(folder).status().code(), absl::StatusCode::kFailedPrecondition);
+  const std::string pipe = folder + "/pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(ReadModelFile(pipe).status().code(), absl::StatusCode::kFailedPrecondition);
+  const std::string path = folder + "/m.npz";
+  std::ofstream(path) << "not a model";
+  const absl::Status status = ReadModelFile(path).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(std::string(status.message()), HasSubstr(path));
+  // A sparse file of 8 GiB: refused by its size, unread.
+  std::filesystem::resize_file(path, std::uintmax_t{8} << 30);
+  EXPECT_EQ(ReadModelFile(path).status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
+}  // namespace
+}  // namespace egosieve::gp

@@ -1,0 +1,196 @@
+#include "tools/tune/tuner.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <random>
+
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/ops/dense_posterior.h"
+#include "kernels/runtime/opencl_context.h"
+
+namespace egosieve::tune {
+namespace {
+
+using kernels::DensePosterior;
+using kernels::KernelTuning;
+
+constexpr int kDimension = 6;
+
+// A model with made-up numbers: times do not depend on them, and its answers stay of order one.
+struct Problem {
+  explicit Problem(const TuneOptions& options)
+      : inputs(options.training_points * kDimension),
+        alpha(options.training_points),
+        factor(options.training_points * options.training_points, 0.0),
+        queries(std::max(options.mean_queries, options.variance_queries) * kDimension) {
+    std::mt19937_64 random(1);
+    const auto uniform = [&] { return std::ldexp(static_cast<double>(random() >> 11), -52) - 1.0; };
+    const int64_t n = options.training_points;
+    for (double& value : inputs) value = uniform();
+    for (double& value : alpha) value = uniform() / std::sqrt(n);
+    for (float& value : queries) value = static_cast<float>(uniform());
+    for (int64_t i = 0; i < n; ++i) {
+      for (int64_t j = 0; j < i; ++j) factor[i * n + j] = 0.5 * uniform() / std::sqrt(n);
+      factor[i * n + i] = 2.0 * std::sqrt(n);
+    }
+    model.covariance = {
+        kernels::CovarianceFunction::kArcsine, {1.0, 5.0, 4.0, 1.5, 1.0, 1.0, 1.0}, 1.0};
+    model.inputs = kernels::ConstMatrixView<double>(inputs.data(), n, kDimension);
+    model.alpha = alpha.data();
+    model.factor_kind = kernels::FactorKind::kCholesky;
+    model.factor = kernels::ConstMatrixView<double>(factor.data(), n, n);
+  }
+
+  std::vector<double> inputs;
+  std::vector<double> alpha;
+  std::vector<double> factor;
+  std::vector<float> queries;
+  kernels::PosteriorModel model;
+};
+
+enum class Workload { kMean, kVariance };
+
+struct Timing {
+  double seconds = std::numeric_limits<double>::infinity();
+  std::vector<float> answers;
+};
+
+// Of a CPU device the processor time of this process over the device's cores, which other programs
+// disturb least; of others the wall's.
+double Seconds(const kernels::DeviceInfo& device) {
+  timespec now;
+  const bool is_cpu = device.type == kernels::DeviceType::kCpu;
+  clock_gettime(is_cpu ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_MONOTONIC, &now);
+  return (now.tv_sec + 1e-9 * now.tv_nsec) / (is_cpu ? std::max(device.compute_units, 1) : 1);
+}
+
+class Search {
+ public:
+  explicit Search(const TuneOptions& options) : options_(options), problem_(options) {}
+
+  absl::StatusOr<TuneResult> Run();
+
+ private:
+  // Stops early where `hopeless_seconds` is exceeded.
+  absl::StatusOr<Timing> Time(const KernelTuning& tuning, Workload workload,
+                              double hopeless_seconds = std::numeric_limits<double>::infinity());
+  void TryField(const char* name, int KernelTuning::*field, const std::vector<int>& values,
+                Workload workload, Timing& best);
+  bool AnswersAgree(const std::vector<float>& a, const std::vector<float>& b) const;
+
+  TuneOptions options_;
+  Problem problem_;
+  TuneResult result_;
+};
+
+absl::StatusOr<Timing> Search::Time(const KernelTuning& tuning, Workload workload,
+                                    double hopeless_seconds) {
+  kernels::ContextOptions context_options;
+  context_options.device = options_.device;
+  context_options.tuning = tuning;
+  EGOSIEVE_ASSIGN_OR_RETURN(auto context, kernels::OpenContext(context_options));
+  EGOSIEVE_ASSIGN_OR_RETURN(auto posterior, DensePosterior::Create(context, problem_.model));
+  const bool mean_only = workload == Workload::kMean;
+  const int64_t count = mean_only ? options_.mean_queries : options_.variance_queries;
+  const kernels::ConstMatrixView<float> queries(problem_.queries.data(), count, kDimension);
+  Timing timing;
+  timing.answers.resize(count);
+  kernels::PosteriorOutputs outputs;
+  (mean_only ? outputs.mean : outputs.variance) = timing.answers.data();
+  // The first run compiles and is not timed. A shape several times slower than the best needs no
+  // second run.
+  for (int run = 0; run <= options_.repeats; ++run) {
+    const double begin = Seconds(context->info());
+    EGOSIEVE_RETURN_IF_ERROR(posterior->Evaluate(queries, outputs).status());
+    const double seconds = Seconds(context->info()) - begin;
+    if (run > 0) timing.seconds = std::min(timing.seconds, seconds);
+    if (timing.seconds > hopeless_seconds && run > 0) break;
+  }
+  return timing;
+}
+
+// Shapes change the order of sums of order one, by rounding alone.
+bool Search::AnswersAgree(const std::vector<float>& a, const std::vector<float>& b) const {
+  for (size_t i = 0; i < a.size(); ++i) {
+    if (!(std::abs(a[i] - b[i]) <= 1e-4f * (1.0f + std::abs(a[i])))) return false;
+  }
+  return true;
+}
+
+void Search::TryField(const char* name, int KernelTuning::*field, const std::vector<int>& values,
+                      Workload workload, Timing& best) {
+  for (const int value : values) {
+    KernelTuning candidate = result_.after;
+    if (candidate.*field == value) continue;
+    candidate.*field = value;
+    const auto timing = Time(candidate, workload, 3.0 * best.seconds);
+    ++result_.shapes_timed;
+    const bool usable = timing.ok() && AnswersAgree(timing->answers, best.answers);
+    if (!usable) ++result_.shapes_dropped;
+    if (options_.progress) {
+      options_.progress(usable ? absl::StrFormat("%s %d: %.3f ms (best %.3f)", name, value,
+                                                 1e3 * timing->seconds, 1e3 * best.seconds)
+                               : absl::StrFormat("%s %d: dropped", name, value));
+    }
+    if (usable && timing->seconds < best.seconds * (1.0 - options_.least_gain)) {
+      best.seconds = timing->seconds;
+      result_.after = candidate;
+    }
+  }
+}
+
+absl::StatusOr<TuneResult> Search::Run() {
+  kernels::ContextOptions context_options;
+  context_options.device = options_.device;
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto context, kernels::OpenContext(context_options));
+  if (context->is_reference()) {
+    return absl::FailedPreconditionError(
+        "the reference has no shapes to tune; choose an OpenCL device");
+  }
+  result_.device = context->info().name;
+  result_.before = result_.after = context->tuning();
+  EGOSIEVE_ASSIGN_OR_RETURN(Timing mean, Time(result_.before, Workload::kMean));
+  EGOSIEVE_ASSIGN_OR_RETURN(Timing variance, Time(result_.before, Workload::kVariance));
+  result_.mean_seconds_before = mean.seconds;
+  result_.variance_seconds_before = variance.seconds;
+  TryField("float_lanes", &KernelTuning::float_lanes, {1, 4, 8, 16}, Workload::kMean, mean);
+  TryField("mean_width", &KernelTuning::mean_width, {1, 2, 3, 4}, Workload::kMean, mean);
+  TryField("width", &KernelTuning::width, {1, 2, 3, 4}, Workload::kVariance, variance);
+  TryField("panel", &KernelTuning::panel, {4, 6, 8, 9, 10, 12, 14}, Workload::kVariance, variance);
+  TryField("depth", &KernelTuning::depth, {64, 128, 192, 256, 384, 512}, Workload::kVariance,
+           variance);
+  TryField("panels_a_group", &KernelTuning::panels_a_group, {4, 8, 12, 16, 24}, Workload::kVariance,
+           variance);
+  TryField("micro_tiles", &KernelTuning::micro_tiles, {1, 2, 4, 8}, Workload::kVariance, variance);
+  result_.mean_seconds_after = mean.seconds;
+  result_.variance_seconds_after = variance.seconds;
+  return result_;
+}
+
+}  // namespace
+
+absl::Status TuneOptions::Validate() const {
+  if (training_points < 1 || mean_queries < 1 || variance_queries < 1 || repeats < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("training_points = %d, mean_queries = %d, variance_queries = %d, repeats = "
+                        "%d; all must be at least 1",
+                        training_points, mean_queries, variance_queries, repeats));
+  }
+  if (!(least_gain >= 0.0 && least_gain < 1.0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("least_gain = %g; it must be in [0, 1)", least_gain));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<TuneResult> Tune(const TuneOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  return Search(options).Run();
+}
+
+}  // namespace egosieve::tune

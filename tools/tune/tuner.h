@@ -1,0 +1,55 @@
+// Searches the shapes of the kernels that run fastest on a device (kernels/runtime/tuning.h).
+//
+// A search along one coordinate after another: each field is tried at its candidate values with the
+// others held, and the fastest is kept when it is faster than what was there by more than
+// `least_gain`. A shape's time is the least of several runs of the dense posterior, means alone for
+// the fields of the mean's kernel, with variances for those of the factor's. Every candidate's
+// answers are compared with those of the shape that the search began with; one whose answers differ
+// by more than rounding, or which does not compile or run, is dropped.
+#ifndef EGOSIEVE_TOOLS_TUNE_TUNER_H_
+#define EGOSIEVE_TOOLS_TUNE_TUNER_H_
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "kernels/runtime/context.h"
+#include "kernels/runtime/tuning.h"
+
+namespace egosieve::tune {
+
+struct TuneOptions {
+  std::string device;              // as kernels::ContextOptions::device
+  int64_t training_points = 2000;  // of the model that is timed
+  int64_t mean_queries = 32768;
+  int64_t variance_queries = 1536;
+  int repeats = 5;           // runs of a shape, of which the fastest counts
+  double least_gain = 0.02;  // a fraction of the time, below which a change is noise
+  // Called with a line for each shape that was timed; may be empty.
+  std::function<void(const std::string&)> progress;
+
+  // InvalidArgument, naming field and value.
+  absl::Status Validate() const;
+};
+
+struct TuneResult {
+  std::string device;  // its name
+  kernels::KernelTuning before;
+  kernels::KernelTuning after;
+  double mean_seconds_before = 0.0;
+  double mean_seconds_after = 0.0;
+  double variance_seconds_before = 0.0;
+  double variance_seconds_after = 0.0;
+  int shapes_timed = 0;
+  int shapes_dropped = 0;
+};
+
+// Begins with the device's table, or its defaults. FailedPrecondition for the reference, which has
+// no shapes. Writes nothing: kernels::SaveTuning does.
+absl::StatusOr<TuneResult> Tune(const TuneOptions& options);
+
+}  // namespace egosieve::tune
+
+#endif  // EGOSIEVE_TOOLS_TUNE_TUNER_H_
