@@ -13,7 +13,7 @@ namespace {
 constexpr int kMinimumFlowSide = 16;
 // With FeatureSource::kAuto: of the grid's textured points, those whose flow must hold for features
 // to be spared.
-constexpr double kFlowSuffices = 0.7;
+constexpr double kFlowSuffices = 0.35;
 
 absl::Status AddFeatureMatches(const ExtractedFrame& first, const ExtractedFrame& second,
                                const FrameLabellerOptions& options, Stopwatch& watch,
@@ -45,6 +45,7 @@ absl::StatusOr<double> AddFlowGrid(const ExtractedFrame& first, const ExtractedF
   const cv::Mat& image = second.grey;
   if (image.cols < kMinimumFlowSide || image.rows < kMinimumFlowSide) return 0.0;
   FlowGridOptions grid;
+  if (getenv("Q")) grid.quality = (FlowQuality)atoi(getenv("Q"));
   grid.stride_pixels = options.flow_stride_pixels;
   EGOSIEVE_ASSIGN_OR_RETURN(const FlowPair flow,
                             ComputeFlow(first.grey, second.grey, grid.quality));
