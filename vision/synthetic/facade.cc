@@ -20,8 +20,8 @@ Color Blend(const Color& a, const Color& b, float t) { return a + (b - a) * t; }
 // The wall itself: bricks or render, stains that run down, dirt above the ground.
 Color WallAlbedo(const Wall& wall, float u, float v, float footprint) {
   const bool brick = Unit(Hash(wall.house + 11)) < 0.45f;
-  float shade = 0.26f * FractalNoise(u, v * 0.6f, wall.wall, footprint, {3.5f, 8, 0.72f});
-  shade += 0.5f * Speckles(u, v, wall.wall + 21, 0.8f, 0.22f, footprint);
+  float shade = 0.20f * FractalNoise(u, v * 0.8f, wall.wall, footprint, {3.5f, 9, 1.0f});
+  shade += 1.7f * Litter(u, v, wall.wall + 21, 1.6f, 0.7f, footprint);
   if (brick) {
     const float row = std::floor(v / 0.12f);
     const float column = std::floor(u / 0.34f + 0.5f * row);
@@ -55,7 +55,7 @@ SurfaceColor WindowColor(const Wall& wall, uint32_t h, float u, float v, float w
   if (bars < 0.4f)
     inside *= 1.0f - (1.0f - SoftStep(0.03f, std::abs(v - 0.68f * height), footprint));
   const float reflection =
-      0.10f + 0.09f * FractalNoise(u + 9.0f * kind, v, h, footprint, {1.4f, 5, 0.75f});
+      0.10f + 0.07f * FractalNoise(u + 9.0f * kind, v, h, footprint, {1.4f, 6, 0.9f});
   Color glass = Color(0.75f, 0.9f, 1.05f) * std::max(0.02f, reflection);
   const float blind = height * (1.0f - 0.85f * Unit(Hash(h + 2)));
   if (kind < 0.30f) {  // a blind, partly drawn

@@ -85,18 +85,34 @@ float Markings(const StreetPoint& p, uint32_t seed, float footprint) {
 }  // namespace
 
 float Speckles(float x, float y, uint32_t seed, float cell, float density, float footprint) {
-  if (footprint > 0.3f * cell) return 0.0f;
   const float cx = std::floor(x / cell), cy = std::floor(y / cell);
   const uint32_t h = Hash(seed, static_cast<int32_t>(cx), static_cast<int32_t>(cy));
   if (Unit(h) > density) return 0.0f;
-  const float radius = cell * (0.08f + 0.16f * Unit(Hash(h + 1)));
+  const float radius = cell * (0.17f + 0.15f * Unit(Hash(h + 1)));
   const float u = x - cell * (cx + 0.3f + 0.4f * Unit(Hash(h + 2)));
   const float v = y - cell * (cy + 0.3f + 0.4f * Unit(Hash(h + 3)));
-  const float stretch = 0.6f + 0.9f * Unit(Hash(h + 4));
-  const float r = std::hypot(u * stretch, v / stretch);
-  const float contrast = Unit(Hash(h + 5)) < 0.6f ? -0.55f : 0.9f;
-  return contrast * (0.4f + 0.6f * Unit(Hash(h + 6))) *
-         (1.0f - SoftStep(radius, r, footprint + 0.1f * radius));
+  const float turn = 3.1416f * Unit(Hash(h + 4)), c = std::cos(turn), s = std::sin(turn);
+  const float slim = 1.0f + 1.2f * Unit(Hash(h + 5));
+  const float r = std::hypot(c * u + s * v, slim * (c * v - s * u));
+  const float strength = Unit(Hash(h + 6)) - 0.5f;
+  return (strength + std::copysign(0.25f, strength)) *
+         (1.0f - SoftStep(radius, r, 0.7f * footprint + 0.35f * radius));
+}
+
+float Litter(float x, float y, uint32_t seed, float coarsest, float density, float footprint) {
+  float sum = 0.0f;
+  for (uint32_t k = 0; k < 7; ++k) {
+    const float fine = Clamp01(0.25f * coarsest / footprint - 1.0f);
+    if (!(fine > 0.0f)) break;
+    // Turned and shifted, so that the cells of different sizes do not line up.
+    const float turned = 0.8f * x - 0.6f * y;
+    y = 0.6f * x + 0.8f * y;
+    x = turned;
+    sum += std::min(1.0f, std::sqrt(0.3f / coarsest)) * fine *
+           Speckles(x, y, seed + 31 * k, coarsest, density, footprint);
+    coarsest *= 0.5f;
+  }
+  return sum;
 }
 
 Color GroundAlbedo(const GroundStyle& style, const Eigen::Vector2d& point, float footprint) {
@@ -106,13 +122,12 @@ Color GroundAlbedo(const GroundStyle& style, const Eigen::Vector2d& point, float
   float shade = 0.0f;
   if (style.texture > 0.0f) {
     const uint32_t s = style.seed;
-    shade = 0.30f * FractalNoise(x, y, s, footprint, {3.0f, 8, 0.74f});
+    shade = 0.22f * FractalNoise(x, y, s, footprint, {3.0f, 9, 1.0f});
     shade += Repairs(x, y, s + 101, footprint) + Cracks(x, y, s + 103, footprint);
     shade += Manhole(x, y, s + 107, footprint);
-    shade += Speckles(x, y, s + 109, 0.9f, 0.45f, footprint);
-    shade += 0.8f * Speckles(x + 7.7f, y, s + 113, 0.31f, 0.4f, footprint);
+    shade += 1.7f * Litter(x, y, s + 109, 1.3f, 0.75f, footprint);
   }
-  const float grey = 0.2f * std::exp(std::clamp(style.texture * shade, -1.6f, 1.4f));
+  const float grey = 0.2f * std::exp(std::clamp(style.texture * shade, -1.7f, 1.3f));
   Color albedo = Color(1.0f, 0.99f, 0.97f) * grey;
   if (style.markings) {
     const bool along_x = std::abs(dy) <= kKerb, along_y = std::abs(dx) <= kKerb;
@@ -138,8 +153,8 @@ Color PavementAlbedo(uint32_t seed, float texture, const Eigen::Vector2d& point,
       SoftBox(0.015f, kSlab - 0.015f, u, footprint) * SoftBox(0.015f, kSlab - 0.015f, v, footprint);
   float shade = 0.5f * (Unit(h) - 0.5f) * Clamp01(kSlab / (2.0f * footprint) - 1.0f) +
                 0.45f * (inside - 1.0f);
-  shade += 0.28f * FractalNoise(x, y, seed + 5, footprint, {2.0f, 7, 0.72f});
-  shade += 0.8f * Speckles(x, y, seed + 9, 0.5f, 0.45f, footprint);
+  shade += 0.18f * FractalNoise(x, y, seed + 5, footprint, {2.0f, 9, 1.0f});
+  shade += 1.7f * Litter(x, y, seed + 9, 0.9f, 0.75f, footprint);
   const float warm = 0.04f * (Unit(Hash(h + 1)) - 0.5f);
   return Color(1.0f + warm, 0.98f, 0.93f - warm) *
          (0.32f * std::exp(std::clamp(texture * shade, -1.5f, 0.9f)));

@@ -22,8 +22,13 @@ Color GroundAlbedo(const GroundStyle& style, const Eigen::Vector2d& point, float
 // Slabs of concrete; `texture` as above.
 Color PavementAlbedo(uint32_t seed, float texture, const Eigen::Vector2d& point, float footprint);
 
-// Spots of litter, leaves and chewing gum: 0 no spot, otherwise signed contrast.
+// Spots of grit, litter, leaves and stains, at most one a square cell: 0 where there is none,
+// otherwise signed contrast.
 float Speckles(float x, float y, uint32_t seed, float cell, float density, float footprint);
+
+// Speckles of seven sizes, cells of `coarsest` metres and its halves: each as fine as a pixel can
+// see.
+float Litter(float x, float y, uint32_t seed, float coarsest, float density, float footprint);
 
 }  // namespace egosieve::vision
 

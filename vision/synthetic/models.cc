@@ -235,15 +235,18 @@ void AppendTree(const Eigen::Vector3d& foot, double height, uint32_t seed,
   tree.Add(Shape::kCylinder, {0, 0, trunk / 2}, {0.02 * height, 0.02 * height, trunk / 2},
            {Material::kBark, seed, Color(0.16f, 0.12f, 0.09f), false});
   const float tint = Unit(Hash(seed + 2));
-  const Color leaves(0.07f + 0.06f * tint, 0.15f + 0.05f * tint, 0.035f);
-  for (int k = 0; k < 5; ++k) {
-    const double angle = 6.2832 * (k + Unit(Hash(seed + 10 + k))) / 4.0;
-    const double out = k == 4 ? 0.0 : 0.55 * spread;
-    const double size = spread * (0.75 + 0.35 * Unit(Hash(seed + 20 + k)));
+  const Color leaves(0.12f + 0.10f * tint, 0.23f + 0.07f * tint, 0.05f);
+  constexpr int kClumps = 8;
+  for (int k = 0; k < kClumps; ++k) {
+    const uint32_t h = Hash(seed + 10, k);
+    const double level = (k + 0.5) / kClumps;  // 0 below, 1 at the top
+    const double angle = 2.4 * k + 1.5 * Unit(h);
+    const double out = spread * (0.75 - 0.65 * level) * (0.7 + 0.5 * Unit(Hash(h + 1)));
+    const double size = spread * (0.62 - 0.15 * level) * (0.75 + 0.5 * Unit(Hash(h + 2)));
     const Vector3d centre(out * std::cos(angle), out * std::sin(angle),
-                          trunk + spread * (k == 4 ? 1.1 : 0.25 + 0.5 * Unit(Hash(seed + 30 + k))));
-    tree.Add(Shape::kEllipsoid, centre, {size, size, 0.85 * size},
-             {Material::kFoliage, Hash(seed + 40 + k), leaves, false});
+                          trunk + spread * (0.1 + 1.5 * level));
+    tree.Add(Shape::kEllipsoid, centre, {size, size * (0.8 + 0.3 * Unit(Hash(h + 3))), 0.75 * size},
+             {Material::kFoliage, h, leaves * (0.75f + 0.5f * Unit(Hash(h + 4))), false});
   }
 }
 

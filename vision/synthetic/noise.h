@@ -6,7 +6,7 @@
 //   (N2) fractal       f(x, y) = sum_k p^k m(l_k) v(R^k (x, y) / l_k),  l_k = l_0 / 2^k, R a
 //   rotation
 //        that keeps the lattices of different octaves apart
-//   (N3) anti-aliasing m(l) = clamp(l / (1.5 footprint) - 1, 0, 1): an octave whose wavelength l a
+//   (N3) anti-aliasing m(l) = clamp(l / footprint - 1, 0, 1): an octave whose wavelength l a
 //        pixel's footprint cannot resolve fades out before it aliases
 //
 // Reference: Ebert et al., Texturing and Modeling: A Procedural Approach, 3rd ed., chapters 2

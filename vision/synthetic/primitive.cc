@@ -123,10 +123,11 @@ Vector3d LocalNormal(const Primitive& p, const Vector3d& local, int face) {
 // Whether a cutout material has a hole at this point of its surface.
 bool IsHole(const Primitive& p, const Vector3d& local, int face) {
   if (p.appearance.material == Material::kFoliage) {
-    const Eigen::Vector3f q = (local * 3.1).cast<float>();
+    const Eigen::Vector3f q = (local * 3.3).cast<float>();
     const float coarse = ValueNoise(q.x(), q.y(), q.z(), p.appearance.seed);
-    const float fine = ValueNoise(q.x() * 4.0f, q.y() * 4.0f, q.z() * 4.0f, p.appearance.seed + 77);
-    return coarse + 0.9f * fine < -0.28f;
+    if (coarse > 0.75f) return false;
+    const float fine = ValueNoise(q.x() * 3.7f, q.y() * 3.7f, q.z() * 3.7f, p.appearance.seed + 77);
+    return coarse + 1.2f * fine < -0.15f;
   }
   if (p.appearance.material == Material::kSpokes && face != 0) {
     const double radius = std::hypot(local.x(), local.y()) / p.half_size.x();

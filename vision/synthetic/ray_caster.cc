@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "vision/synthetic/noise.h"
-#include "vision/synthetic/surface.h"
 
 namespace egosieve::vision {
 namespace {
@@ -15,7 +14,7 @@ using Eigen::Vector3d;
 
 constexpr double kFarMetres = 320.0;
 constexpr double kMovableMetres = 220.0;  // farther ones are a pixel or two
-constexpr double kHazeMetres = 900.0;
+constexpr double kHazeMetres = 1800.0;
 constexpr double kShadowCellMetres = 3.0;
 
 std::vector<AlignedBox3d> BoundsOf(const std::vector<Primitive>& primitives) {
@@ -104,10 +103,10 @@ Color RayCaster::Sky(const Vector3d& direction) const {
   const float scale = 1.0f / (up + 0.12f);
   const float u = static_cast<float>(d.x()) * scale, v = static_cast<float>(d.y()) * scale;
   const float cloud =
-      0.35f * FractalNoise(u, v, scene_.seed + 31, 0.004f * scale * scale, {1.3f, 8, 0.62f});
+      0.42f * FractalNoise(u, v, scene_.seed + 31, 0.004f * scale * scale, {1.3f, 8, 0.7f});
   const float cover =
       Clamp01(2.2f * (cloud + 0.25f * static_cast<float>(scene_.light.cloud_cover)));
-  const float thick = 1.05f - 0.5f * Clamp01(cloud);
+  const float thick = 1.25f - 0.75f * Clamp01(cloud + 0.2f);
   return sky + cover * (Color(1.0f, 0.99f, 0.97f) * thick - sky);
 }
 
@@ -152,7 +151,7 @@ Color RayCaster::LampLight(const Vector3d& point, const Vector3d& normal) const 
   return sum * Color(1.0f, 0.78f, 0.5f) + head * Color(1.0f, 0.96f, 0.88f);
 }
 
-Color RayCaster::Light(const Vector3d& point, const Vector3d& normal) const {
+Color RayCaster::Light(const Vector3d& point, const Vector3d& normal, bool* lit) const {
   const LightSettings& light = scene_.light;
   const float up = static_cast<float>(0.5 + 0.5 * normal.z());
   Color sum = light.sky * up + light.bounce * (1.0f - up);
@@ -160,13 +159,13 @@ Color RayCaster::Light(const Vector3d& point, const Vector3d& normal) const {
   const double facing = normal.dot(light.to_sun);
   if (facing > 0.0) {
     const float clouds = Clouds(point, seconds_);
-    if (!Shaded(point, normal)) sum += light.sun * (static_cast<float>(facing) * clouds);
+    *lit = !Shaded(point, normal);
+    if (*lit) sum += light.sun * (static_cast<float>(facing) * clouds);
   }
   return sum;
 }
 
-Sample RayCaster::Cast(double x, double y) const {
-  const Ray ray{pose_.centre, RayDirection(x, y)};
+Hit RayCaster::Trace(const Ray& ray, double x, double y) const {
   const int column =
       std::clamp(static_cast<int>(std::lround(x)), 0, width_ - 1) / TileVisibility::kTile;
   const int row =
@@ -178,38 +177,73 @@ Sample RayCaster::Cast(double x, double y) const {
     if (entry->depth >= hit.t) break;
     if (Intersect(At(entry->primitive), ray, 1e-3, &hit)) hit.primitive = entry->primitive;
   }
-  Sample sample;
-  sample.depth = hit.t;
-  if (std::isinf(hit.t)) {
-    sample.radiance = Sky(ray.direction);
-    return sample;
-  }
+  return hit;
+}
+
+Vector3d RayCaster::NormalAt(const Hit& hit, const Ray& ray) const {
+  if (hit.primitive < 0) return Vector3d::UnitZ();
+  const Vector3d normal = At(hit.primitive).rotation * hit.local_normal;
+  return normal.dot(ray.direction) > 0.0 ? -normal : normal;  // the inside of a crown
+}
+
+SurfaceColor RayCaster::Texture(const Hit& hit, const Ray& ray, const Vector3d& normal,
+                                double pixel_share) const {
+  const double slope = std::max(-normal.dot(ray.direction) / ray.direction.norm(), 0.02);
+  // Between the pixel's extent across the view and along it, t / (f slope).
+  const float footprint = static_cast<float>(
+      pixel_share * hit.t / (scene_.intrinsics.focal_pixels * std::pow(slope, 0.6)));
+  if (hit.primitive >= 0) return SurfaceAt(At(hit.primitive), hit, footprint, scene_.texture);
   const Vector3d point = ray.origin + hit.t * ray.direction;
-  const double pixel = hit.t / scene_.intrinsics.focal_pixels;
-  SurfaceColor surface;
-  Vector3d normal = Vector3d::UnitZ();
-  const double length = ray.direction.norm();
-  if (hit.primitive >= 0) {
-    const Primitive& primitive = At(hit.primitive);
-    normal = primitive.rotation * hit.local_normal;
-    if (normal.dot(ray.direction) > 0.0) normal = -normal;  // the inside of a crown
-    const double slope = std::max(-normal.dot(ray.direction) / length, 0.03);
-    surface =
-        SurfaceAt(primitive, hit, static_cast<float>(pixel / std::pow(slope, 0.7)), scene_.texture);
-    sample.object = primitive.object;
-    sample.surface =
-        8u + 16u * static_cast<uint32_t>(hit.primitive) + static_cast<uint32_t>(hit.face);
-  } else {
-    const double slope = std::max(-ray.direction.z() / length, 0.01);
-    surface.albedo = GroundAlbedo(scene_.ground, point.head<2>(),
-                                  static_cast<float>(pixel / std::pow(slope, 0.7)));
-    sample.surface = 1;
-  }
-  const Color radiance = surface.albedo * Light(point, normal) + surface.emission;
-  const float clear = static_cast<float>(std::exp(-hit.t / kHazeMetres));
+  return {GroundAlbedo(scene_.ground, point.head<2>(), footprint), Color::Zero()};
+}
+
+Color RayCaster::ThroughHaze(const Color& radiance, double depth) const {
+  const float clear = static_cast<float>(std::exp(-depth / kHazeMetres));
   const Color haze = scene_.light.night ? Color(0.02f, 0.022f, 0.03f) : Color(0.72f, 0.77f, 0.82f);
-  sample.radiance = radiance * clear + haze * (1.0f - clear);
+  return radiance * clear + haze * (1.0f - clear);
+}
+
+Sample RayCaster::Cast(double x, double y) const {
+  const Ray ray{pose_.centre, RayDirection(x, y)};
+  Sample sample;
+  sample.hit = Trace(ray, x, y);
+  if (std::isinf(sample.depth())) return sample;
+  const Vector3d normal = NormalAt(sample.hit, ray);
+  sample.light = Light(ray.origin + sample.hit.t * ray.direction, normal, &sample.lit);
+  if (sample.hit.primitive >= 0) sample.object = At(sample.hit.primitive).object;
   return sample;
+}
+
+Color RayCaster::Radiance(double x, double y) const {
+  const Ray ray{pose_.centre, RayDirection(x, y)};
+  const Sample sample = Cast(x, y);
+  if (std::isinf(sample.depth())) return Sky(ray.direction);
+  const SurfaceColor surface = Texture(sample.hit, ray, NormalAt(sample.hit, ray), 0.7);
+  return ThroughHaze(surface.albedo * sample.light + surface.emission, sample.depth());
+}
+
+Color RayCaster::RadianceInside(double x, double y, const Sample& sample) const {
+  if (std::isinf(sample.depth())) return Sky(RayDirection(x, y));
+  SurfaceColor sum;
+  int count = 0;
+  for (const auto& offset : kSubpixels) {
+    const Ray ray{pose_.centre, RayDirection(x + offset[0], y + offset[1])};
+    Hit hit;
+    hit.primitive = sample.hit.primitive;
+    if (hit.primitive < 0) {
+      if (!(ray.direction.z() < 0.0)) continue;
+      hit.t = -ray.origin.z() / ray.direction.z();
+    } else if (!Intersect(At(hit.primitive), ray, 1e-3, &hit)) {
+      continue;
+    }
+    const SurfaceColor surface = Texture(hit, ray, NormalAt(hit, ray), 0.7);
+    sum.albedo += surface.albedo;
+    sum.emission += surface.emission;
+    ++count;
+  }
+  if (count == 0) return Radiance(x, y);
+  return ThroughHaze((sum.albedo * sample.light + sum.emission) / static_cast<float>(count),
+                     sample.depth());
 }
 
 }  // namespace egosieve::vision

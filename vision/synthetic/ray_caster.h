@@ -1,7 +1,7 @@
 // One instant of a scene, ready to be looked at along any ray.
 //
 //   (R1) radiance = albedo ( sun max(0, n.l) lit + sky (1 + n_z)/2 + bounce (1 - n_z)/2 + lamps ) +
-//   emission (R2) haze: radiance e^(-Z/900) + haze (1 - e^(-Z/900))
+//   emission (R2) haze: radiance e^(-Z/1800) + haze (1 - e^(-Z/1800))
 //
 // `lit` is 0 in the shadow of any primitive and follows the clouds otherwise. All functions are
 // const and may be called from several threads.
@@ -10,11 +10,13 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
 #include "vision/synthetic/scene.h"
 #include "vision/synthetic/shadow_grid.h"
+#include "vision/synthetic/surface.h"
 #include "vision/synthetic/visibility.h"
 
 namespace egosieve::vision {
@@ -27,12 +29,24 @@ class SceneIndex {
   ShadowGrid shadows;
 };
 
+// What a ray meets, and the light there.
 struct Sample {
-  Color radiance = Color::Zero();
-  double depth = 0.0;    // Z, metres; infinite: the sky
-  int object = -1;       // index in Scene::objects
-  uint32_t surface = 0;  // differs where primitive or face differ
+  Hit hit;
+  Color light = Color::Zero();  // (R1) but for albedo and emission
+  bool lit = false;             // by the sun
+  int object = -1;              // index in Scene::objects
+
+  double depth() const { return hit.t; }  // Z, metres; infinite: the sky
+  // Differs where neighbouring pixels should be smoothed: another primitive, face or shadow.
+  int32_t Surface() const {
+    if (std::isinf(hit.t)) return 0;
+    return 2 * (16 * (hit.primitive + 1) + hit.face) + (lit ? 2 : 1);
+  }
 };
+
+// Rays of a smoothed pixel, on a rotated grid.
+inline constexpr double kSubpixels[4][2] = {
+    {-0.375, -0.125}, {0.125, -0.375}, {0.375, 0.125}, {-0.125, 0.375}};
 
 class RayCaster {
  public:
@@ -42,6 +56,11 @@ class RayCaster {
   const Pose& pose() const { return pose_; }
   // (x, y) in pixels, inside the image or within half a pixel of it.
   Sample Cast(double x, double y) const;
+  // (R1) and (R2) along one ray.
+  Color Radiance(double x, double y) const;
+  // Mean over a pixel that sees one surface: `sample` is its central ray's. Texture is taken at
+  // four points, light at the centre alone.
+  Color RadianceInside(double x, double y, const Sample& sample) const;
   // Share of the sun's light that the clouds let through to a point, at any time.
   float Clouds(const Eigen::Vector3d& point, double seconds) const;
   // The world point at depth Z on the ray of a pixel; its direction if Z is infinite.
@@ -50,8 +69,14 @@ class RayCaster {
  private:
   Eigen::Vector3d RayDirection(double x, double y) const;
   const Primitive& At(int index) const;
+  Hit Trace(const Ray& ray, double x, double y) const;
+  Eigen::Vector3d NormalAt(const Hit& hit, const Ray& ray) const;
+  // `pixel_share`: of the pixel's width that one ray stands for.
+  SurfaceColor Texture(const Hit& hit, const Ray& ray, const Eigen::Vector3d& normal,
+                       double pixel_share) const;
+  Color ThroughHaze(const Color& radiance, double depth) const;
   Color Sky(const Eigen::Vector3d& direction) const;
-  Color Light(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
+  Color Light(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, bool* lit) const;
   Color LampLight(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
   bool Shaded(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
 

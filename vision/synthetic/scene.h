@@ -23,19 +23,19 @@ struct SceneObject {
 
 struct LightSettings {
   Eigen::Vector3d to_sun = Eigen::Vector3d(0.35, -0.5, 0.79);  // unit
-  Color sun = Color(1.9f, 1.75f, 1.5f);
-  Color sky = Color(0.55f, 0.65f, 0.8f);             // ambient from above
-  Color bounce = Color(0.3f, 0.27f, 0.23f);          // ambient from below
+  Color sun = Color(2.7f, 2.5f, 2.15f);
+  Color sky = Color(0.42f, 0.50f, 0.64f);            // ambient from above
+  Color bounce = Color(0.24f, 0.21f, 0.18f);         // ambient from below
   double cloud_cover = 0.25;                         // how much of the sun clouds may take
   Eigen::Vector2d wind = Eigen::Vector2d(4.0, 2.0);  // metres per second
   bool night = false;
 };
 
 struct SensorSettings {
-  double shutter_seconds = 0.006;
+  double shutter_seconds = 0.002;
   double read_noise = 0.004;  // of full scale, linear light
   double shot_noise = 0.010;  // standard deviation at full scale; grows with the root of the signal
-  double exposure = 1.0;      // gain
+  double exposure = 0.9;      // gain
 };
 
 struct Scene {

@@ -13,13 +13,14 @@ namespace {
 constexpr int kCurveEntries = 16384;
 constexpr float kCurveEnd = 5.0f;  // 1 - exp(-5) is white to within a grey level
 
-std::vector<float> ResponseCurve() {  // (P3)
+std::vector<float> ResponseCurve() {  // (P4)
   std::vector<float> curve(kCurveEntries);
   for (int k = 0; k < kCurveEntries; ++k) {
     const double linear = 1.0 - std::exp(-kCurveEnd * k / kCurveEntries);
     const double srgb =
         linear < 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
-    curve[k] = static_cast<float>(255.0 * srgb);
+    const double bent = srgb * srgb * (3.0 - 2.0 * srgb);
+    curve[k] = static_cast<float>(255.0 * (0.3 * srgb + 0.7 * bent));
   }
   return curve;
 }
@@ -56,24 +57,49 @@ cv::Vec3f Blurred(const cv::Mat& radiance, const cv::Mat& motion, int x, int y) 
   return sum * (1.0f / static_cast<float>(samples));
 }
 
+// (P1) of the whole picture, then the lens's spread (P2).
+cv::Mat Optics(const cv::Mat& radiance, const cv::Mat& motion, int threads) {
+  cv::Mat moved = radiance;
+  if (!motion.empty()) {
+    moved = cv::Mat(radiance.size(), CV_32FC3);
+    ParallelRows(radiance.rows, threads, [&](int y) {
+      for (int x = 0; x < radiance.cols; ++x)
+        moved.at<cv::Vec3f>(y, x) = Blurred(radiance, motion, x, y);
+    });
+  }
+  constexpr float kSide = 0.11f;  // of the energy, in the pixels above, below, left and right
+  cv::Mat spread(radiance.size(), CV_32FC3);
+  ParallelRows(radiance.rows, threads, [&](int y) {
+    const auto* above = moved.ptr<cv::Vec3f>(std::max(y - 1, 0));
+    const auto* here = moved.ptr<cv::Vec3f>(y);
+    const auto* below = moved.ptr<cv::Vec3f>(std::min(y + 1, moved.rows - 1));
+    auto* out = spread.ptr<cv::Vec3f>(y);
+    for (int x = 0; x < moved.cols; ++x) {
+      const cv::Vec3f& left = here[std::max(x - 1, 0)];
+      const cv::Vec3f& right = here[std::min(x + 1, moved.cols - 1)];
+      out[x] = here[x] * (1.0f - 4.0f * kSide) + (above[x] + below[x] + left + right) * kSide;
+    }
+  });
+  return spread;
+}
+
 }  // namespace
 
 cv::Mat Expose(const cv::Mat& radiance, const cv::Mat& motion, const SensorSettings& settings,
                double gain, uint32_t seed, int threads) {
   static const auto* const curve = new std::vector<float>(ResponseCurve());
+  const cv::Mat light = Optics(radiance, motion, threads);
   cv::Mat image(radiance.size(), CV_8UC3);
   const float read = static_cast<float>(settings.read_noise * settings.read_noise);
   const float shot = static_cast<float>(settings.shot_noise * settings.shot_noise);
   ParallelRows(radiance.rows, threads, [&](int y) {
     for (int x = 0; x < radiance.cols; ++x) {
-      const cv::Vec3f light =
-          motion.empty() ? radiance.at<cv::Vec3f>(y, x) : Blurred(radiance, motion, x, y);
       const uint32_t pixel = Hash(seed, x, y);
       auto& out = image.at<cv::Vec3b>(y, x);
       for (int c = 0; c < 3; ++c) {
-        float e = static_cast<float>(gain) * light[c];
+        float e = static_cast<float>(gain) * light.at<cv::Vec3f>(y, x)[c];
         e += std::sqrt(read + shot * e) *
-             PseudoGaussian(Hash(pixel + static_cast<uint32_t>(c)));  // (P2)
+             PseudoGaussian(Hash(pixel + static_cast<uint32_t>(c)));  // (P3)
         const float place = std::clamp(e * (kCurveEntries / kCurveEnd), 0.0f, kCurveEntries - 1.0f);
         out[2 - c] = cv::saturate_cast<uchar>((*curve)[static_cast<size_t>(place)]);
       }

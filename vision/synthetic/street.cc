@@ -21,50 +21,45 @@ constexpr double kMovingMetresPerSecond = 0.05;
 
 // The picture before the sensor, and what each pixel's central ray met.
 struct Canvas {
+  std::vector<Sample> samples;
   cv::Mat radiance;  // CV_32FC3
-  cv::Mat surface;   // CV_32SC1
-  cv::Mat object;    // CV_32SC1, -1: none
-  cv::Mat depth;     // CV_64FC1
+
+  const Sample& at(int x, int y) const {
+    return samples[static_cast<size_t>(y) * radiance.cols + x];
+  }
 };
 
-Canvas CastCentres(const RayCaster& caster, const ScenarioOptions& options) {
-  const cv::Size size(options.width_pixels, options.height_pixels);
-  Canvas canvas{cv::Mat(size, CV_32FC3), cv::Mat(size, CV_32SC1), cv::Mat(size, CV_32SC1),
-                cv::Mat(size, CV_64FC1)};
-  ParallelRows(size.height, options.threads, [&](int y) {
-    for (int x = 0; x < size.width; ++x) {
-      const Sample sample = caster.Cast(x, y);
-      canvas.radiance.at<cv::Vec3f>(y, x) = {sample.radiance[0], sample.radiance[1],
-                                             sample.radiance[2]};
-      canvas.surface.at<int>(y, x) = static_cast<int>(sample.surface);
-      canvas.object.at<int>(y, x) = sample.object;
-      canvas.depth.at<double>(y, x) = sample.depth;
+bool IsEdge(const Canvas& canvas, int x, int y) {
+  const int32_t here = canvas.at(x, y).Surface();
+  return (x > 0 && canvas.at(x - 1, y).Surface() != here) ||
+         (y > 0 && canvas.at(x, y - 1).Surface() != here) ||
+         (x + 1 < canvas.radiance.cols && canvas.at(x + 1, y).Surface() != here) ||
+         (y + 1 < canvas.radiance.rows && canvas.at(x, y + 1).Surface() != here);
+}
+
+Canvas Paint(const RayCaster& caster, const ScenarioOptions& options) {
+  const int width = options.width_pixels, height = options.height_pixels;
+  Canvas canvas;
+  canvas.samples.resize(static_cast<size_t>(width) * height);
+  canvas.radiance.create(height, width, CV_32FC3);
+  ParallelRows(height, options.threads, [&](int y) {
+    for (int x = 0; x < width; ++x)
+      canvas.samples[static_cast<size_t>(y) * width + x] = caster.Cast(x, y);
+  });
+  ParallelRows(height, options.threads, [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      Color color = Color::Zero();
+      if (IsEdge(canvas, x, y)) {
+        // Bright lamps are cut off, or their edges could not be smoothed.
+        for (const auto& offset : kSubpixels)
+          color += 0.25f * caster.Radiance(x + offset[0], y + offset[1]).min(4.0f);
+      } else {
+        color = caster.RadianceInside(x, y, canvas.at(x, y));
+      }
+      canvas.radiance.at<cv::Vec3f>(y, x) = {color[0], color[1], color[2]};
     }
   });
   return canvas;
-}
-
-bool IsEdge(const cv::Mat& surface, int x, int y) {
-  const int here = surface.at<int>(y, x);
-  return (x > 0 && surface.at<int>(y, x - 1) != here) ||
-         (y > 0 && surface.at<int>(y - 1, x) != here) ||
-         (x + 1 < surface.cols && surface.at<int>(y, x + 1) != here) ||
-         (y + 1 < surface.rows && surface.at<int>(y + 1, x) != here);
-}
-
-void SmoothEdges(const RayCaster& caster, const ScenarioOptions& options, Canvas* canvas) {
-  static constexpr double kOffsets[4][2] = {
-      {-0.375, -0.125}, {0.125, -0.375}, {0.375, 0.125}, {-0.125, 0.375}};
-  ParallelRows(options.height_pixels, options.threads, [&](int y) {
-    for (int x = 0; x < options.width_pixels; ++x) {
-      if (!IsEdge(canvas->surface, x, y)) continue;
-      Color sum = Color::Zero();
-      for (const auto& offset : kOffsets)
-        sum += caster.Cast(x + offset[0], y + offset[1]).radiance.min(4.0f);
-      sum *= 0.25f;
-      canvas->radiance.at<cv::Vec3f>(y, x) = {sum[0], sum[1], sum[2]};
-    }
-  });
 }
 
 Eigen::Vector2d Project(const Intrinsics& k, const Pose& pose, const Eigen::Vector3d& point,
@@ -85,13 +80,13 @@ cv::Mat ShutterMotion(const Scene& scene, const RayCaster& caster, const Canvas&
     const Eigen::Vector2d v = scene.objects[k].drive.At(seconds).velocity;
     shift[k] = {half * v.x(), half * v.y(), 0.0};
   }
-  cv::Mat motion(canvas.depth.size(), CV_32FC2);
+  cv::Mat motion(canvas.radiance.size(), CV_32FC2);
   ParallelRows(motion.rows, threads, [&](int y) {
     for (int x = 0; x < motion.cols; ++x) {
-      const double depth = canvas.depth.at<double>(y, x);
+      const double depth = canvas.at(x, y).depth();
       const bool sky = std::isinf(depth);
       const Eigen::Vector3d point = caster.PointAt(x, y, depth);
-      const int object = canvas.object.at<int>(y, x);
+      const int object = canvas.at(x, y).object;
       const Eigen::Vector3d step = object < 0 ? Eigen::Vector3d::Zero().eval() : shift[object];
       const Eigen::Vector2d from = Project(scene.intrinsics, before, point - step, sky);
       const Eigen::Vector2d to = Project(scene.intrinsics, after, point + step, sky);
@@ -138,13 +133,14 @@ ObjectState DescribeObject(const Scene& scene, int index, const Pose& pose, doub
 }
 
 void FillTruth(const Scene& scene, const Canvas& canvas, SyntheticFrame* frame) {
-  frame->mask = cv::Mat::zeros(canvas.object.size(), CV_8UC1);
-  frame->ids = cv::Mat::zeros(canvas.object.size(), CV_16UC1);
-  frame->depth = canvas.depth;
+  frame->mask = cv::Mat::zeros(canvas.radiance.size(), CV_8UC1);
+  frame->ids = cv::Mat::zeros(canvas.radiance.size(), CV_16UC1);
+  frame->depth.create(canvas.radiance.size(), CV_64FC1);
   std::map<int, ObjectState> visible;
-  for (int y = 0; y < canvas.object.rows; ++y) {
-    for (int x = 0; x < canvas.object.cols; ++x) {
-      const int object = canvas.object.at<int>(y, x);
+  for (int y = 0; y < canvas.radiance.rows; ++y) {
+    for (int x = 0; x < canvas.radiance.cols; ++x) {
+      const int object = canvas.at(x, y).object;
+      frame->depth.at<double>(y, x) = canvas.at(x, y).depth();
       if (object < 0) continue;
       auto [it, is_new] = visible.try_emplace(object);
       ObjectState& state = it->second;
@@ -220,8 +216,7 @@ absl::StatusOr<SyntheticFrame> Scenario::Render(int frame) const {
   const RayCaster caster(*scene_, *index_, out.seconds, options_.width_pixels,
                          options_.height_pixels);
   out.pose = caster.pose();
-  Canvas canvas = CastCentres(caster, options_);
-  SmoothEdges(caster, options_, &canvas);
+  const Canvas canvas = Paint(caster, options_);
   SensorSettings sensor = scene_->sensor;
   if (!options_.noise) sensor.read_noise = sensor.shot_noise = 0.0;
   cv::Mat motion;

@@ -1,12 +1,12 @@
 // Drives through a synthetic town with exact truth: for every frame the picture, the pixels that
 // belong to something that moves on its own, depth, the camera's pose and every object's motion.
 //
-// A frame is ray-cast (ray_caster.h), so truth and picture come from the same ray through a pixel's
-// centre. Edges are smoothed by four more rays where neighbouring pixels see different surfaces;
-// then come motion blur, noise and the response curve (sensor.h). Shadows, however they move,
-// belong to what they fall on. A frame is a pure function of scenario, seed, options and its index:
-// neither its predecessors nor the number of threads matter. Cost: about 0.1 s of processor time
-// for 640 x 360 pixels.
+// A frame is ray-cast (ray_caster.h); truth is what the ray through a pixel's centre meets. Pixels
+// whose neighbours see another surface or shadow are smoothed by four more rays; the others take
+// their texture at four points. Then come motion blur, lens, noise and response (sensor.h).
+// Shadows, however they move, belong to what they fall on. A frame is a pure function of scenario,
+// seed, options and its index: neither its predecessors nor the number of threads matter. Cost:
+// about a quarter of a second of processor time for 640 x 360 pixels.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_STREET_H_
 #define EGOSIEVE_VISION_SYNTHETIC_STREET_H_
 

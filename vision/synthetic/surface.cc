@@ -38,8 +38,9 @@ Point FacePoint(const Primitive& primitive, const Hit& hit, float footprint) {
 }
 
 Color Grainy(const Color& color, const Point& p, uint32_t seed, float coarsest, float contrast) {
-  const float noise = FractalNoise(p.u, p.v, seed, p.footprint, {coarsest, 7, 0.72f});
-  return color * std::exp(std::clamp(contrast * noise, -1.5f, 0.9f));
+  const float noise = FractalNoise(p.u, p.v, seed, p.footprint, {coarsest, 8, 1.02f});
+  const float spots = Litter(p.u, p.v, seed + 51, coarsest, 0.7f, p.footprint);
+  return color * std::exp(std::clamp(contrast * (0.7f * noise + 2.6f * spots), -1.5f, 0.9f));
 }
 
 SurfaceColor House(const Primitive& primitive, const Hit& hit, const Point& p, float texture) {
@@ -202,15 +203,22 @@ Color Wheel(const Primitive& primitive, const Hit& hit, const Point& p) {
   return Color(0.035f, 0.035f, 0.038f) + rim * (bright * Color(1.0f, 1.0f, 1.03f));
 }
 
-Color Leaves(const Primitive& primitive, const Hit& hit) {
+Color Leaves(const Primitive& primitive, const Hit& hit, float footprint) {
   const Eigen::Vector3f q = hit.local.cast<float>();
   const uint32_t seed = primitive.appearance.seed;
-  const float coarse = ValueNoise(q.x() * 2.2f, q.y() * 2.2f, q.z() * 2.2f, seed + 1);
-  const float fine = ValueNoise(q.x() * 9.0f, q.y() * 9.0f, q.z() * 9.0f, seed + 2);
-  const float finest = ValueNoise(q.x() * 21.0f, q.y() * 21.0f, q.z() * 21.0f, seed + 3);
-  const float shade = std::exp(0.45f * coarse + 0.6f * fine + 0.35f * finest - 0.1f);
-  return primitive.appearance.color * Color(1.0f + 0.2f * coarse, 1.0f, 1.0f - 0.2f * coarse) *
-         shade;
+  float shade = -0.1f, amplitude = 0.6f;
+  float frequency = 1.7f;  // 1/m
+  for (uint32_t k = 0; k < 5; ++k) {
+    const float fine = Clamp01(1.0f / (1.5f * frequency * footprint) - 1.0f);
+    if (!(fine > 0.0f)) break;
+    shade += fine * amplitude *
+             ValueNoise(q.x() * frequency, q.y() * frequency, q.z() * frequency, seed + k);
+    frequency *= 2.1f;
+    amplitude *= 0.95f;
+  }
+  const float yellow = ValueNoise(q.x() * 4.0f, q.y() * 4.0f, q.z() * 4.0f, seed + 9);
+  return primitive.appearance.color * Color(1.0f + 0.25f * yellow, 1.0f, 1.0f - 0.2f * yellow) *
+         std::exp(std::clamp(1.3f * shade, -2.0f, 1.1f));
 }
 
 SurfaceColor Sign(const Primitive& primitive, const Hit& hit, const Point& p) {
@@ -258,7 +266,7 @@ SurfaceColor SurfaceAt(const Primitive& primitive, const Hit& hit, float footpri
     case Material::kWheel:
       return {Wheel(primitive, hit, p), Color::Zero()};
     case Material::kFoliage:
-      return {Leaves(primitive, hit), Color::Zero()};
+      return {Leaves(primitive, hit, footprint), Color::Zero()};
     case Material::kSign:
       return Sign(primitive, hit, p);
     case Material::kRoof:

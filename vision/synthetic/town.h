@@ -13,10 +13,10 @@ namespace egosieve::vision {
 struct TownOptions {
   uint32_t seed = 0;
   double reach_metres = 150.0;  // around the points that the camera passes
-  double min_height_metres = 6.0;
-  double max_height_metres = 17.0;
+  double min_height_metres = 8.0;
+  double max_height_metres = 24.0;
   double parked = 0.55;  // share of the parking bays that are taken
-  double trees = 0.6;    // share of the places for trees that have one
+  double trees = 0.75;    // share of the places for trees that have one
   bool lights_on = false;
 };
 

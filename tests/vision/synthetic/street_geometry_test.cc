@@ -85,7 +85,7 @@ TEST_P(StreetGeometryTest, StaticPointsReappearWhereThePosesPutThem) {
               pixel.y() < 354))
           continue;
         ++checked;
-        const double seen = caster.Cast(pixel.x(), pixel.y()).depth;
+        const double seen = caster.Cast(pixel.x(), pixel.y()).depth();
         // Depth is float64 throughout: 1e-6 leaves three digits for rays that graze the road.
         if (std::abs(seen / there.z() - 1.0) > 1e-6) continue;
         ++met;
@@ -127,7 +127,7 @@ TEST_P(StreetGeometryTest, MovingPointsFollowTheirVelocity) {
         if (!(pixel.x() > 0 && pixel.y() > 0 && pixel.x() < 639 && pixel.y() < 359)) continue;
         ++checked;
         const Sample seen = later.Cast(pixel.x(), pixel.y());
-        met += seen.object == id - 1 && std::abs(seen.depth / there.z() - 1.0) < 1e-5;
+        met += seen.object == id - 1 && std::abs(seen.depth() / there.z() - 1.0) < 1e-5;
       }
     }
   }
