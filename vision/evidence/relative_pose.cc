@@ -4,20 +4,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "vision/evidence/epipolar_line.h"
+#include "vision/evidence/residual_scale.h"
 
 namespace egosieve::vision {
 namespace {
 
 constexpr int64_t kFewestPairs = 20;
-constexpr double kInlierMultiple = 3.0;  // of sigma, for (P3) and the parallax
-constexpr double kSignificant = 3.0;     // parallax of a point that votes, in sigma
-constexpr double kMadToDeviation = 1.4826;
-constexpr double kCut = 2.5;               // of the deviation, in sigma
-constexpr double kCutVariance = 0.9112;    // of a normal number cut there
+constexpr double kInlierMultiple = 3.0;    // of sigma, for (P3) and the parallax
+constexpr double kSignificant = 3.0;       // parallax of a point that votes, in sigma
 constexpr double kCertainRotation = 0.02;  // radians, the greatest deviation of a pose that is one
 
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
@@ -68,38 +66,12 @@ Distance SignedSampson(const Eigen::Matrix3d& r, const Eigen::Vector3d& t, const
   return distance;
 }
 
-double Median(std::vector<double>& values) {
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double Scale(const std::vector<RayPair>& rays, const Eigen::Matrix3d& r, const Eigen::Vector3d& t,
              double floor) {
   std::vector<double> distances;
   distances.reserve(rays.size());
-  for (const RayPair& pair : rays) distances.push_back(std::abs(SignedSampson(r, t, pair).value));
-  return std::max(floor, kMadToDeviation * Median(distances));
-}
-
-// The deviation of the distances below kCut times itself.
-double CutScale(const std::vector<RayPair>& rays, const Eigen::Matrix3d& r,
-                const Eigen::Vector3d& t, double floor, double sigma) {
-  std::vector<double> squares;
-  squares.reserve(rays.size());
-  for (const RayPair& pair : rays) squares.push_back(std::pow(SignedSampson(r, t, pair).value, 2));
-  for (int k = 0; k < 5; ++k) {
-    double sum = 0.0;
-    int64_t count = 0;
-    for (const double square : squares) {
-      if (!(square < kCut * kCut * sigma * sigma)) continue;
-      sum += square;
-      ++count;
-    }
-    if (count == 0) break;
-    sigma = std::max(floor, std::sqrt(sum / (kCutVariance * static_cast<double>(count))));
-  }
-  return sigma;
+  for (const RayPair& pair : rays) distances.push_back(SignedSampson(r, t, pair).value);
+  return ResidualScale(std::move(distances), /*dimensions=*/1, floor);
 }
 
 // Two directions orthogonal to t and to each other.
@@ -135,7 +107,6 @@ void Refine(const std::vector<RayPair>& rays, int iterations, double floor, Rela
     normal.diagonal().array() += 1e-12 * normal.trace() + 1e-300;
     const Eigen::LDLT<Matrix5d> factor(normal);
     if (k == iterations) {
-      sigma = CutScale(rays, pose.rotation, pose.translation, floor, sigma);
       const Matrix5d inverse = factor.solve(Matrix5d::Identity());
       pose.rotation_covariance = sigma * sigma * inverse.topLeftCorner<3, 3>();
       return;

@@ -1,19 +1,17 @@
 // The camera's rotation and its direction of travel between two frames, from the fundamental matrix
 // and a guess of the focal length.
 //
-//   X_2 = R X_1 + t,  |t| = 1,     E = [t]x R ~ K^T F K (P1) E = U diag(1,1,0) V^T:   R = U W V^T
-//   or U W^T V^T,  t = +-U e_3                             (P2) of the four the one that has most
-//   points of significant parallax in front of both cameras   (P3) minimise  sum_i rho(d_i / sigma)
-//   over R (3) and t (2)                                       (P4) covariance  sigma^2 (J^T W
-//   J)^-1                                                            (P5)
+//   X_2 = R X_1 + t,  |t| = 1,   E = [t]x R ~ K^T F K                                       (P1)
+//   E = U diag(1,1,0) V^T,   R = U W V^T or U W^T V^T,   t = +-U e_3                        (P2)
+//   of the four the one with most points of significant parallax before both cameras        (P3)
+//   minimise  sum_i rho(d_i / sigma)  over R (3) and t (2)                                  (P4)
+//   covariance  sigma^2 (J^T W J)^-1                                                        (P5)
+//   (P4), (P5) again, without the points that are significantly behind a camera             (P6)
 //
-//   (P4) and (P5) again, without the points that are significantly behind a camera            (P6)
-//
-// with Sampson's distance d, rho of Cauchy, sigma = 1.48 median d; at the end sigma is freed of the
-// movers' part in the median: the deviation of the d below 2.5 sigma, corrected for the cut.
-// Rotations beyond 90 degrees are refused in (P3): they are the twisted twins of small ones. (P4)
-// makes the pose agree with the guessed camera: what the guess gets wrong is taken up by R and t,
-// so that the flow that they predict hardly depends on it.
+// with Sampson's distance d, rho of Cauchy, sigma the scale of residual_scale.h. Rotations beyond
+// 90 degrees are refused in (P3): they are the twisted twins of small ones. (P4) makes the pose
+// agree with the guessed camera: what the guess gets wrong is taken up by R and t, so that the flow
+// that they predict hardly depends on it.
 //
 // The translation is significant where the parallax is: the share `parallax_share` of the points
 // whose distance to the line is small moves along it by more than `parallax_multiple` sigma beyond

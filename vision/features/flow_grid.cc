@@ -100,6 +100,10 @@ absl::Status FlowGridOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("agreement is ", agreement, "; it must be from -1 to 1"));
   }
+  if (!(contradiction >= -1 && contradiction <= agreement)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "contradiction is ", contradiction, "; it must be from -1 to agreement, ", agreement));
+  }
   return absl::OkStatus();
 }
 
@@ -147,19 +151,20 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
       ++grid.point_count;
       const PatchComparison::Result patch = patches.At(x, y);
       const bool textured = patch.deviation >= options.texture_levels;
+      const bool agrees = textured && patch.correlation >= options.agreement;
       grid.textured_count += textured;
       const cv::Point2f f = there.at<cv::Point2f>(y, x);
       const cv::Point2f moved(x + f.x, y + f.y);
       const bool inside = moved.x >= 0 && moved.y >= 0 && moved.x <= there.cols - 1 &&
                           moved.y <= there.rows - 1;  // false for NaN
-      if (!inside || (textured && !(patch.correlation >= options.agreement))) continue;
+      if (!inside || (textured && !(patch.correlation >= options.contradiction))) continue;
       const cv::Point2f b = SampleField(back, moved);
       const double error = std::hypot(f.x + b.x, f.y + b.y);
       if (!(error < options.error_floor + options.error_slope * std::hypot(f.x, f.y))) continue;
       const PointPair pair{static_cast<double>(x), static_cast<double>(y), moved.x, moved.y};
       grid.pairs.push_back(anchor_second ? PointPair{pair.x2, pair.y2, pair.x1, pair.y1} : pair);
       grid.is_textured.push_back(textured ? 1 : 0);
-      grid.agreeing_count += textured;
+      grid.agreeing_count += agrees;
     }
   }
   return grid;

@@ -31,12 +31,13 @@ namespace egosieve::vision {
 enum class FlowQuality { kUltrafast, kFast, kMedium };  // presets of OpenCV's DIS
 
 struct FlowGridOptions {
-  int stride_pixels = 5;        // of the grid; positive
-  double error_floor = 1.0;     // pixels; positive
-  double error_slope = 0.02;    // >= 0
-  double texture_levels = 3.0;  // of 255; >= 0
-  double agreement = 0.5;       // [-1, 1]
-  FlowQuality quality = FlowQuality::kMedium;
+  int stride_pixels = 5;                     // of the grid; positive
+  double error_floor = 1.0;                  // pixels; positive
+  double error_slope = 0.02;                 // >= 0
+  double texture_levels = 3.0;               // of 255; >= 0
+  double agreement = 0.5;                    // [-1, 1]
+  double contradiction = 0.2;                // [-1, agreement]
+  FlowQuality quality = FlowQuality::kFast;  // kMedium: 4 times slower, AUC higher by under 0.01
 
   absl::Status Validate() const;
 };
@@ -52,10 +53,10 @@ absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second
 
 struct TrackedGrid {
   std::vector<PointPair> pairs;      // row by row of the grid
-  std::vector<uint8_t> is_textured;  // one a pair; these agree, too
+  std::vector<uint8_t> is_textured;  // one a pair
   int64_t point_count = 0;           // of the grid
   int64_t textured_count = 0;        // of the grid, kept or not
-  int64_t agreeing_count = 0;        // kept and textured
+  int64_t agreeing_count = 0;        // kept, textured and agreeing
 };
 
 // The grid lies in the second image (`anchor_second`) or in the first; there its points are whole

@@ -13,7 +13,7 @@ namespace {
 constexpr int kMinimumFlowSide = 16;
 // With FeatureSource::kAuto: of the grid's textured points, those whose flow must hold for features
 // to be spared.
-constexpr double kFlowSuffices = 0.7;
+constexpr double kFlowSuffices = 0.35;
 
 absl::Status AddFeatureMatches(const ExtractedFrame& first, const ExtractedFrame& second,
                                const FrameLabellerOptions& options, Stopwatch& watch,

@@ -29,8 +29,8 @@ cv::Mat3b Texture(cv::Size size, uint64_t seed, const cv::Scalar& base) {
 
 cv::Rect Square(const PatchDriveOptions& options, int index) {
   const int side = options.height_pixels / 3;
-  return cv::Rect(options.width_pixels / 8 + 5 * index, options.height_pixels / 3, side, side) &
-         cv::Rect(0, 0, options.width_pixels, options.height_pixels);
+  const int x = (options.width_pixels / 8 + 5 * index) % (options.width_pixels - side);
+  return cv::Rect(x, options.height_pixels / 3, side, side);
 }
 
 }  // namespace

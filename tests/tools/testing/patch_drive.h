@@ -1,5 +1,6 @@
 // A drive that is easy by construction: a textured plane slides past the camera, and a textured
-// square slides the other way over it. A homography explains the plane exactly.
+// square slides the other way over it
+// and starts again at the left when it has crossed. A homography explains the plane exactly.
 #ifndef EGOSIEVE_TESTS_TOOLS_TESTING_PATCH_DRIVE_H_
 #define EGOSIEVE_TESTS_TOOLS_TESTING_PATCH_DRIVE_H_
 

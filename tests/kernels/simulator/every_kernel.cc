@@ -1,0 +1,179 @@
+// Runs every kernel once on the device that is there, scalar and in vectors, on small inputs that
+// end inside a vector, a panel and a tile, and compares with the reference. Run under a simulator
+// that watches every access, it shows what the kernels touch. Exit code 0: all agree.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "kernels/ops/covariance_gradient.h"
+#include "kernels/ops/covariance_matrix.h"
+#include "kernels/ops/dense_posterior.h"
+#include "kernels/ops/descriptor_field.h"
+#include "kernels/ops/grid_interpolation.h"
+#include "kernels/reference/covariance.h"
+#include "kernels/reference/dense_posterior.h"
+#include "kernels/reference/image.h"
+#include "kernels/runtime/opencl_context.h"
+
+namespace egosieve::kernels {
+namespace {
+
+constexpr int64_t kPoints = 21;
+constexpr int64_t kQueries = 37;
+constexpr double kTolerance = 1e-4;  // accuracy is other tests' matter
+
+int failures = 0;
+
+void Expect(bool good, const std::string& what) {
+  if (good) return;
+  std::fprintf(stderr, "%s\n", what.c_str());
+  ++failures;
+}
+
+template <typename A, typename B>
+void ExpectNear(const std::vector<A>& actual, const std::vector<B>& expected,
+                const std::string& what) {
+  double worst = 0.0;
+  for (size_t i = 0; i < expected.size(); ++i) {
+    const double error =
+        std::abs(static_cast<double>(actual[i]) - static_cast<double>(expected[i]));
+    if (!(error <= worst)) worst = error;
+  }
+  Expect(worst <= kTolerance, what + " is off by " + std::to_string(worst));
+}
+
+struct Inputs {
+  explicit Inputs(std::mt19937_64& random) {
+    const auto uniform = [&] { return std::ldexp(static_cast<double>(random() >> 11), -52) - 1.0; };
+    for (int64_t i = 0; i < kPoints * 2; ++i) points.push_back(uniform());
+    for (int64_t i = 0; i < kQueries * 2; ++i) queries.push_back(static_cast<float>(uniform()));
+    for (int64_t i = 0; i < kPoints; ++i) {
+      alpha.push_back(uniform());
+      for (int64_t j = 0; j < kPoints; ++j) factor.push_back(i == j ? 3.0 : 0.1 * uniform());
+    }
+  }
+  ConstMatrixView<double> x() const { return {points.data(), kPoints, 2}; }
+  std::vector<double> points, alpha, factor;
+  std::vector<float> queries;
+};
+
+template <typename T>
+void RunCovariance(Context& context, const CovarianceParameters& parameters, const Inputs& inputs) {
+  std::vector<T> actual(kPoints * kPoints), expected(kPoints * kPoints);
+  for (const Triangle triangle : {Triangle::kFull, Triangle::kLower}) {
+    Expect(CovarianceMatrix<T>(context, parameters, inputs.x(), 0.0, triangle,
+                               {actual.data(), kPoints, kPoints})
+               .ok(),
+           "covariance matrix failed");
+    reference::CovarianceBlock<T>(parameters, inputs.x(), inputs.x(), triangle == Triangle::kLower,
+                                  {expected.data(), kPoints, kPoints});
+    ExpectNear(actual, expected, "covariance matrix");
+  }
+  const auto gradient =
+      CovarianceGradient(context, parameters, inputs.x(), {inputs.factor.data(), kPoints, kPoints});
+  Expect(gradient.ok(), "covariance gradient failed");
+  if (gradient.ok()) {
+    ExpectNear(*gradient,
+               reference::CovarianceGradient(parameters, inputs.x(),
+                                             {inputs.factor.data(), kPoints, kPoints}),
+               "covariance gradient");
+  }
+}
+
+void RunPosterior(const std::shared_ptr<Context>& context, const CovarianceParameters& parameters,
+                  const Inputs& inputs) {
+  for (const FactorKind kind :
+       {FactorKind::kNone, FactorKind::kCholesky, FactorKind::kInverseCholesky}) {
+    PosteriorModel model;
+    model.covariance = parameters;
+    model.inputs = inputs.x();
+    model.alpha = inputs.alpha.data();
+    model.factor_kind = kind;
+    model.factor = {inputs.factor.data(), kPoints, kPoints};
+    const auto posterior = DensePosterior::Create(context, model);
+    Expect(posterior.ok(), "posterior failed");
+    if (!posterior.ok()) continue;
+    std::vector<float> mean(kQueries), variance(kQueries), probability(kQueries);
+    std::vector<double> means(kQueries), variances(kQueries), probabilities(kQueries);
+    const bool all = kind != FactorKind::kNone;
+    const ConstMatrixView<float> queries(inputs.queries.data(), kQueries, 2);
+    const auto counts = (*posterior)
+                            ->Evaluate(queries, {mean.data(), all ? variance.data() : nullptr,
+                                                 all ? probability.data() : nullptr});
+    Expect(counts.ok(), "evaluation failed");
+    reference::DensePosterior(model).Evaluate(queries, means.data(),
+                                              all ? variances.data() : nullptr,
+                                              all ? probabilities.data() : nullptr);
+    ExpectNear(mean, means, "mean");
+    ExpectNear(variance, variances, "variance");
+    ExpectNear(probability, probabilities, "probability");
+  }
+}
+
+void RunImage(Context& context, std::mt19937_64& random) {
+  for (const int channels : {1, 3}) {
+    std::vector<uint8_t> pixels(19 * 11 * channels);
+    for (uint8_t& pixel : pixels) pixel = static_cast<uint8_t>(random());
+    const ImageView image = {pixels.data(), 19, 11, channels, 19 * channels};
+    for (const int stride : {1, 5}) {
+      const ImageGrid grid = {19, 11, stride};
+      std::vector<float> actual(grid.size() * 6), expected(grid.size() * 6);
+      Expect(DescriptorField(context, image, grid, {}, {actual.data(), grid.size(), 6}).ok(),
+             "field failed");
+      reference::DescriptorField(image, grid, 7, {expected.data(), grid.size(), 6});
+      ExpectNear(actual, expected, "descriptor field");
+      std::vector<float> map(19 * 11), expected_map(19 * 11);
+      const ConstMatrixView<float> values(expected.data(), grid.rows(), grid.columns());
+      Expect(GridInterpolation(context, grid, values, {map.data(), 11, 19}).ok(),
+             "interpolation failed");
+      reference::GridInterpolation(grid, values, {expected_map.data(), 11, 19});
+      ExpectNear(map, expected_map, "interpolation");
+    }
+    const std::vector<double> points = {0.0, 0.0, 18.0, 10.0, 7.3, 4.6};
+    std::vector<float> actual(18), expected(18);
+    Expect(DescriptorsAt(context, image, {points.data(), 3, 2}, {}, {actual.data(), 3, 6}).ok(),
+           "points failed");
+    reference::DescriptorsAt(image, {points.data(), 3, 2}, 7, {expected.data(), 3, 6});
+    ExpectNear(actual, expected, "descriptors");
+  }
+}
+
+int Run(const std::string& device) {
+  std::mt19937_64 random(1);
+  const Inputs inputs(random);
+  for (const int lanes : {1, 4, 16}) {
+    ContextOptions options;
+    options.device = device;
+    options.program_cache = false;
+    options.tuning = DefaultTuning(lanes);
+    options.tuning->panels_a_group = 2;
+    options.tuning->panel = 4;
+    options.tuning->depth = 8;
+    options.tuning->width = 2;
+    const auto context = OpenContext(options);
+    if (!context.ok()) {
+      std::fprintf(stderr, "%s\n", context.status().ToString().c_str());
+      return 2;
+    }
+    std::printf("%s, %d lanes\n", (*context)->info().name.c_str(), lanes);
+    for (const CovarianceParameters& parameters :
+         {CovarianceParameters{CovarianceFunction::kArcsine, {0.3, 0.3, 0.3}, 1.0},
+          CovarianceParameters{CovarianceFunction::kArcsine, {1.0, 5.0, 2.0}, 1.0},
+          CovarianceParameters{CovarianceFunction::kSquaredExponential, {0.5, 1.0}, 1.0}}) {
+      RunCovariance<float>(**context, parameters, inputs);
+      RunCovariance<double>(**context, parameters, inputs);
+      RunPosterior(*context, parameters, inputs);
+    }
+    RunImage(**context, random);
+  }
+  return failures == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace egosieve::kernels
+
+int main(int argc, char** argv) { return egosieve::kernels::Run(argc > 1 ? argv[1] : ""); }

@@ -1,0 +1,156 @@
+// The whole way of a drive through the program: synthesize, segment, evaluate, reconstruct, render,
+// report.
+#include <signal.h>
+
+#include <chrono>
+#include <filesystem>
+#include <thread>
+
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/tools/testing/patch_drive.h"
+#include "tests/tools/testing/program.h"
+#include "tools/evaluate/evaluation.h"
+#include "tools/run_folder/run_folder.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
+
+std::string Root() {
+  const std::string root =
+      testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
+  fs::remove_all(root);
+  return root;
+}
+
+void ExpectDone(const std::vector<std::string>& arguments) {
+  const ProgramOutcome outcome = RunProgram(arguments);
+  EXPECT_EQ(outcome.code, 0) << arguments.front() << ": " << outcome.err;
+}
+
+Evaluation ReadEvaluation(const std::string& run) {
+  return *EvaluationFromText(*ReadFile(run + "/eval.json"));
+}
+
+// All that a run's bytes hold but for its times: lines without milliseconds, and the maps.
+std::string Fingerprint(const std::string& run) {
+  const RunFolder folder = *RunFolder::Open(run);
+  const std::vector<FrameLine> lines = *folder.ReadLines();
+  std::string all;
+  for (FrameLine line : lines) {
+    line.milliseconds.clear();
+    all += ToText(line) + "\n";
+    if (line.outcome != FrameLine::Outcome::kFailed) {
+      all += *ReadFile(folder.FrameFile("grid", line.index, ".prob.png"));
+      all += *ReadFile(folder.FrameFile("grid", line.index, ".std.png"));
+    }
+  }
+  return all;
+}
+
+TEST(Chain, FromNothingToAReport) {
+  const std::string root = Root(), run = root + "/run";
+  ExpectDone({"synthesize", "--scenario=handheld", "--frames=10", "--width=400", "--height=240",
+              "--out=" + root + "/drive", "--progress=none"});
+  ExpectDone(
+      {"segment", root + "/drive/frames", "--out=" + run, "--budget=800", "--progress=none"});
+  ExpectDone({"evaluate", run, "--truth=" + root + "/drive/masks", "--progress=none"});
+  ExpectDone({"reconstruct", run, "--progress=none"});
+  ExpectDone({"render", run, "--progress=none"});
+  ExpectDone({"report", run, "--progress=none"});
+
+  // Chance gives 0.5; what is asked of the method's accuracy is asked on longer drives.
+  EXPECT_GE(*ReadEvaluation(run).pooled_auc, 0.7);
+  const RunFolder folder = *RunFolder::Open(run);
+  for (int index = 0; index < 10; ++index) {
+    EXPECT_TRUE(fs::exists(folder.FrameFile("grid", index, ".prob.png")));
+    EXPECT_TRUE(fs::exists(folder.FrameFile("full", index, ".std.png")));
+    EXPECT_TRUE(fs::exists(folder.FrameFile("full", index, ".class.png")));
+    EXPECT_TRUE(fs::exists(folder.FrameFile("render", index, ".png")));
+  }
+  EXPECT_GT(fs::file_size(run + "/overlay.mp4"), 1000u);
+  EXPECT_GT(fs::file_size(run + "/report.html"), 100000u);
+  EXPECT_THAT(RunProgram({"evaluate", run, "--truth=" + root + "/drive/masks"}).out,
+              ContainsRegex("pooled AUC 0\\.[0-9]+ over 9 frames\n$"));
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(run)) {
+    EXPECT_NE(entry.path().extension(), ".tmp") << entry.path();
+  }
+}
+
+TEST(Chain, AnEasyDriveIsSegmentedWell) {
+  const std::string root = Root(), run = root + "/run";
+  WritePatchDrive(root);
+  ExpectDone({"segment", root + "/frames", "--out=" + run, "--budget=800", "--progress=none"});
+  ExpectDone({"evaluate", run, "--truth=" + root + "/masks", "--progress=none"});
+  EXPECT_GE(*ReadEvaluation(run).pooled_auc, 0.95);
+}
+
+TEST(Chain, TheBytesDoNotDependOnThreads) {
+  const std::string root = Root();
+  WritePatchDrive(root);
+  for (const char* threads : {"1", "4"}) {
+    ExpectDone({"segment", root + "/frames", "--out=" + root + "/run" + threads, "--budget=300",
+                "--progress=none", std::string("--threads=") + threads});
+  }
+  ExpectDone({"segment", root + "/frames", "--out=" + root + "/other", "--budget=300",
+              "--progress=none", "--seed=2"});
+  // Compared as truths: the strings are long and binary.
+  EXPECT_TRUE(Fingerprint(root + "/run1") == Fingerprint(root + "/run4"));
+  EXPECT_FALSE(Fingerprint(root + "/run1") == Fingerprint(root + "/other"));
+}
+
+TEST(Chain, AnInterruptedRunIsWhole) {
+  const std::string root = Root(), run = root + "/run";
+  PatchDriveOptions options;
+  options.frames = 40;
+  WritePatchDrive(root, options);
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const pid_t process = StartProgram(
+        {"segment", root + "/frames", "--out=" + run, "--overwrite", "--progress=none"},
+        root + "/out.txt", root + "/err.txt");
+    // Until it has written a few frames.
+    while (!fs::exists(run + "/grid/000003.prob.png")) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    kill(process, signal);
+    EXPECT_EQ(WaitForProgram(process), 130);
+    EXPECT_THAT(*ReadFile(root + "/err.txt"), HasSubstr("egosieve: interrupted; "));
+    const RunFolder folder = *RunFolder::Open(run);
+    const RunDescription description = *folder.ReadDescription();
+    const std::vector<FrameLine> lines = *folder.ReadLines();
+    EXPECT_EQ(description.ended, "interrupted");
+    EXPECT_GE(lines.size(), 4u);
+    EXPECT_LT(lines.size(), 40u);
+    for (const FrameLine& line : lines) {
+      EXPECT_TRUE(folder.ReadGridMaps(line, description, true).ok());
+    }
+    fs::remove_all(run);
+  }
+}
+
+TEST(Chain, ProgressAsJsonIsJson) {
+  const std::string root = Root();
+  PatchDriveOptions options;
+  options.frames = 3;
+  WritePatchDrive(root, options);
+  const ProgramOutcome outcome = RunProgram(
+      {"segment", root + "/frames", "--out=" + root + "/run", "--budget=100", "--progress=json"});
+  int64_t done = 0;
+  for (const absl::string_view line : absl::StrSplit(outcome.err, '\n', absl::SkipEmpty())) {
+    const auto json = nlohmann::json::parse(line.begin(), line.end(), nullptr, false);
+    ASSERT_TRUE(json.is_object()) << line;
+    EXPECT_EQ(json["done"], ++done);
+    EXPECT_EQ(json["total"], 3);
+    EXPECT_TRUE(json["model_size"].is_number());
+  }
+  EXPECT_EQ(done, 3);
+}
+
+}  // namespace
+}  // namespace egosieve::tools

@@ -1,0 +1,330 @@
+#include "vision/evidence/evidence_accumulator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+#include "vision/evidence/negative_depth.h"
+#include "vision/evidence/residual_scale.h"
+#include "vision/geometry/residual.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr size_t kFewestResiduals = 20;
+constexpr double kPoseExplains = 1.1;  // greatest scale of the pose's distances over the given F's
+
+bool IsKnown(cv::Point2f p) { return std::isfinite(p.x) && std::isfinite(p.y); }
+
+PointPair PairOf(const EvidencePoint& point) {
+  return {point.before.x, point.before.y, point.now.x, point.now.y};
+}
+
+PointTriple TripleOf(const EvidencePoint& point) {
+  return {{point.earlier.x, point.earlier.y},
+          {point.before.x, point.before.y},
+          {point.now.x, point.now.y}};
+}
+
+// One bound of an option: the value, whether it holds, and the rule in words.
+absl::Status Check(const char* name, double value, bool holds, const char* rule) {
+  if (holds && std::isfinite(value)) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(name, " is ", value, "; it must ", rule));
+}
+
+absl::Status CheckFrame(const EvidenceFrame& frame, int64_t last_index) {
+  if (frame.index < 0 || frame.index <= last_index) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("frame ", frame.index, " after frame ", last_index, "; indices must grow"));
+  }
+  if (frame.gap < 1) {
+    return absl::InvalidArgumentError(absl::StrCat("gap is ", frame.gap, "; it must be positive"));
+  }
+  if (frame.size.width < 1 || frame.size.height < 1) {
+    return absl::InvalidArgumentError(absl::StrCat("image size is ", frame.size.width, " x ",
+                                                   frame.size.height, "; it must be positive"));
+  }
+  if (!frame.grey.empty() && (frame.grey.type() != CV_8UC1 || frame.grey.size() != frame.size)) {
+    return absl::InvalidArgumentError("the image must be 8-bit grey and of the size given");
+  }
+  return absl::OkStatus();
+}
+
+// The points' indices by increasing track id, those without an id left out.
+absl::StatusOr<std::vector<int64_t>> ByTrack(const std::vector<EvidencePoint>& points) {
+  std::vector<int64_t> order;
+  order.reserve(points.size());
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (points[i].track_id >= 0) order.push_back(i);
+  }
+  const auto id = [&](int64_t i) { return points[i].track_id; };
+  std::sort(order.begin(), order.end(), [&](int64_t a, int64_t b) { return id(a) < id(b); });
+  for (size_t k = 1; k < order.size(); ++k) {
+    if (id(order[k]) == id(order[k - 1])) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("track ", id(order[k]), " is given for two points"));
+    }
+  }
+  return order;
+}
+
+// The greatest part of the sum in the sum's own direction.
+EvidenceTerm Decisive(const std::array<double, kEvidenceTerms>& sums, bool dynamic) {
+  const auto chosen = dynamic ? std::max_element(sums.begin(), sums.end())
+                              : std::min_element(sums.begin(), sums.end());
+  return static_cast<EvidenceTerm>(chosen - sums.begin());
+}
+
+}  // namespace
+
+// Steps 1 and 2 of a frame.
+struct EvidenceAccumulator::Motion {
+  MotionModelKind kind = MotionModelKind::kNone;
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
+  Pinhole camera;
+  RelativePose pose;
+  ThreeViewMotion three_views;
+  bool pose_line = false;
+  double noise_pixels = 0.0;
+};
+
+absl::Status EvidenceOptions::Validate() const {
+  EGOSIEVE_RETURN_IF_ERROR(
+      Check("focal_pixels", focal_pixels, focal_pixels >= 0, "not be negative"));
+  EGOSIEVE_RETURN_IF_ERROR(
+      Check("forgetting", forgetting, forgetting >= 0 && forgetting < 1, "lie in [0, 1)"));
+  EGOSIEVE_RETURN_IF_ERROR(
+      Check("tempering", tempering, tempering > 0 && tempering <= 1, "lie in (0, 1]"));
+  EGOSIEVE_RETURN_IF_ERROR(
+      Check("noise_memory", noise_memory, noise_memory >= 0 && noise_memory < 1, "lie in [0, 1)"));
+  EGOSIEVE_RETURN_IF_ERROR(
+      Check("noise_floor_pixels", noise_floor_pixels, noise_floor_pixels > 0, "be positive"));
+  EGOSIEVE_RETURN_IF_ERROR(pose.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(three_views.Validate());
+  return own_car_options.Validate();
+}
+
+EvidencePoint PointOfTrack(const Track& track, int gap) {
+  EvidencePoint point;
+  point.track_id = track.id;
+  point.now = track.places[0];
+  if (track.Reaches(gap)) point.before = track.places[gap];
+  if (track.Reaches(2 * gap)) point.earlier = track.places[2 * gap];
+  return point;
+}
+
+absl::StatusOr<EvidenceAccumulator> EvidenceAccumulator::Create(const EvidenceOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  return EvidenceAccumulator(options);
+}
+
+EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& frame,
+                                                          EvidenceState& next) const {
+  Motion motion;
+  motion.kind = frame.motion_matrix.allFinite() ? frame.motion_model : MotionModelKind::kNone;
+  motion.matrix = frame.motion_matrix;
+  motion.camera = Pinhole::Of(frame.size, options_.focal_pixels);
+  if (motion.kind == MotionModelKind::kNone) return motion;
+
+  std::vector<PointPair> pairs;
+  std::vector<PointTriple> triples;
+  for (const EvidencePoint& point : frame.points) {
+    if (!point.estimates || !IsKnown(point.now) || !IsKnown(point.before)) continue;
+    pairs.push_back(PairOf(point));
+    if (IsKnown(point.earlier)) triples.push_back(TripleOf(point));
+  }
+  const auto scale = [&](const Eigen::Matrix3d& matrix) {
+    const std::vector<double> residuals =
+        Residuals(motion.kind, matrix, pairs, EpipolarDistance::kSampson);
+    const int dimensions = motion.kind == MotionModelKind::kFundamental ? 1 : 2;
+    return residuals.size() < kFewestResiduals
+               ? 0.0
+               : ResidualScale(residuals, dimensions, options_.noise_floor_pixels);
+  };
+  double noise = scale(motion.matrix);
+  if (motion.kind == MotionModelKind::kFundamental) {
+    motion.pose = EstimateRelativePose(pairs, motion.matrix, motion.camera, options_.pose);
+    const Eigen::Matrix3d of_pose = FundamentalOfPose(motion.pose, motion.camera);
+    const double pose_noise = scale(of_pose);
+    motion.pose_line = motion.pose.found() && pose_noise <= kPoseExplains * noise;
+    if (motion.pose_line) {
+      motion.matrix = of_pose;
+      noise = pose_noise;
+    }
+    const auto past = std::find_if(next.poses.begin(), next.poses.end(), [&](const auto& pose) {
+      return pose.index == frame.index - frame.gap && pose.gap == frame.gap;
+    });
+    if (options_.three_view && past != next.poses.end()) {
+      motion.three_views =
+          FitThreeViews(triples, past->pose, motion.pose, motion.camera, options_.three_views);
+    }
+  }
+  if (!(noise > 0.0)) {
+    motion.kind = MotionModelKind::kNone;
+    return motion;
+  }
+  const double memory = next.has_noise ? options_.noise_memory : 0.0;
+  next.log_noise = memory * next.log_noise + (1.0 - memory) * std::log(noise);
+  next.has_noise = true;
+  // A frame that is noisier than the drive (a jolt, blur) is judged by its own noise.
+  motion.noise_pixels = std::max(noise, std::exp(next.log_noise));
+  return motion;
+}
+
+void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& motion,
+                                  EvidenceResult& result) const {
+  if (motion.kind == MotionModelKind::kNone) return;
+  const auto set = [](EvidenceTerm term, double ratio, PointEvidence& evidence) {
+    evidence.log_ratio[static_cast<int>(term)] = ratio;
+    evidence.present[static_cast<int>(term)] = true;
+  };
+  for (size_t i = 0; i < frame.points.size(); ++i) {
+    const EvidencePoint& point = frame.points[i];
+    if (!IsKnown(point.now) || !IsKnown(point.before)) continue;
+    PointEvidence& evidence = result.points[i];
+    const PointPair pair = PairOf(point);
+    if (options_.epipolar) {
+      const double residual =
+          Residuals(motion.kind, motion.matrix, {pair}, EpipolarDistance::kSampson)[0];
+      set(EvidenceTerm::kEpipolar, DistanceLogRatio(residual / motion.noise_pixels), evidence);
+    }
+    if (options_.negative_depth) {
+      const SignedFlow flow = MeasureSignedFlow(motion.camera, motion.pose, pair);
+      if (flow.present) {
+        set(EvidenceTerm::kNegativeDepth, DepthLogRatio(flow.along_pixels / flow.deviation_pixels),
+            evidence);
+      }
+    }
+    if (options_.three_view && IsKnown(point.earlier)) {
+      const ThreeViewResidual residual =
+          MeasureThreeViews(motion.three_views, motion.camera, TripleOf(point));
+      if (residual.present) {
+        set(EvidenceTerm::kThreeView,
+            DistanceLogRatio(residual.along_pixels / residual.deviation_pixels), evidence);
+      }
+    }
+  }
+}
+
+void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
+                               EvidenceResult& result) const {
+  std::vector<EvidenceState::Memory> sums(frame.points.size());
+  std::vector<double> totals(frame.points.size(), 0.0), estimating;
+  const double tempering = options_.accumulation ? options_.tempering : 1.0;
+  for (size_t i = 0; i < frame.points.size(); ++i) {
+    PointEvidence& evidence = result.points[i];
+    const int64_t id = frame.points[i].track_id;
+    const auto memory = std::lower_bound(
+        next.memories.begin(), next.memories.end(), id,
+        [](const EvidenceState::Memory& m, int64_t wanted) { return m.track_id < wanted; });
+    const bool remembered =
+        options_.accumulation && id >= 0 && memory != next.memories.end() && memory->track_id == id;
+    sums[i].track_id = id;
+    evidence.judged = remembered;
+    std::array<double, kEvidenceTerms> parts{};
+    double now = 0.0;
+    for (int k = 0; k < kEvidenceTerms; ++k) {
+      const auto term = static_cast<EvidenceTerm>(k);
+      if (remembered) sums[i].sums[k] = options_.forgetting * memory->sums[k];
+      if (evidence.present[k]) {
+        evidence.judged = true;
+        sums[i].sums[k] += evidence.log_ratio[k];
+        now += VisibleLogRatio(term, evidence.log_ratio[k]);
+      }
+      if (sums[i].sums[k] == 0.0) continue;
+      parts[k] = VisibleLogRatio(term, tempering * sums[i].sums[k]);
+      totals[i] += parts[k];
+    }
+    evidence.decided_by = Decisive(parts, totals[i] > 0);
+    evidence.from_memory = remembered && !(now * totals[i] > 0);
+    evidence.own_car = options_.own_car && IsKnown(frame.points[i].now) &&
+                       IsOwnCar(next.own_car, frame.points[i].now);
+    if (evidence.judged && !evidence.own_car && frame.points[i].estimates) {
+      estimating.push_back(totals[i]);
+    }
+  }
+  if (!estimating.empty()) {
+    next.mover_share =
+        options_.noise_memory * next.mover_share +
+        (1 - options_.noise_memory) * EstimateMoverShare(estimating, next.mover_share);
+  }
+  next.memories.clear();
+  for (size_t i = 0; i < frame.points.size(); ++i) {
+    PointEvidence& evidence = result.points[i];
+    if (evidence.own_car) {
+      evidence.probability = 0.0;
+      continue;
+    }
+    if (!evidence.judged) continue;
+    evidence.probability = ProbabilityOf(totals[i], next.mover_share);
+    if (options_.accumulation && sums[i].track_id >= 0) next.memories.push_back(sums[i]);
+  }
+  std::sort(next.memories.begin(), next.memories.end(),
+            [](const auto& a, const auto& b) { return a.track_id < b.track_id; });
+}
+
+absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& frame) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckFrame(frame, state_.last_index));
+  EGOSIEVE_RETURN_IF_ERROR(ByTrack(frame.points).status());
+  EvidenceState next = state_;
+  if (next.size != frame.size) {
+    next = {};
+    next.size = frame.size;
+  }
+  next.last_index = frame.index;
+
+  EvidenceResult result;
+  result.points.resize(frame.points.size());
+  const Motion motion = MotionOf(frame, next);
+  if (options_.own_car && !frame.grey.empty()) {
+    WorldMotion world;
+    world.has_line = motion.pose.found();
+    world.homography = motion.matrix;
+    world.pose = motion.pose;
+    world.camera = motion.camera;
+    const bool known = world.has_line || motion.kind == MotionModelKind::kHomography;
+    LearnOwnCar(frame.grey, frame.index, frame.gap, known ? &world : nullptr,
+                options_.own_car_options, next.own_car);
+  }
+  Measure(frame, motion, result);
+  Fuse(frame, next, result);
+  std::erase_if(next.poses,
+                [&](const auto& pose) { return pose.index <= frame.index - frame.gap; });
+  if (motion.pose.found()) next.poses.push_back({frame.index, frame.gap, motion.pose});
+
+  result.pose = motion.pose.outcome;
+  result.three_views = motion.three_views.found;
+  result.pose_line = motion.pose_line;
+  result.noise_pixels = motion.noise_pixels;
+  result.mover_share = next.mover_share;
+  state_ = std::move(next);
+  return result;
+}
+
+void EvidenceAccumulator::Interrupt() {
+  state_.memories.clear();
+  state_.poses.clear();
+  state_.own_car.images.clear();
+}
+
+absl::Status EvidenceAccumulator::Restore(EvidenceState state) {
+  const bool sorted =
+      std::is_sorted(state.memories.begin(), state.memories.end(),
+                     [](const auto& a, const auto& b) { return a.track_id < b.track_id; });
+  const size_t blocks = state.own_car.blocks.area();
+  const bool whole = sorted && std::isfinite(state.log_noise) && state.mover_share > 0 &&
+                     state.mover_share < 1 && state.own_car.sums.size() == blocks &&
+                     state.own_car.is_own.size() == blocks;
+  if (!whole) return absl::InvalidArgumentError("the state of the evidence is not whole");
+  for (const OwnCarState::HalfImage& image : state.own_car.images) {
+    if (image.pixels.size() != static_cast<size_t>(image.size.area())) {
+      return absl::InvalidArgumentError("the state of the evidence has a torn image");
+    }
+  }
+  state_ = std::move(state);
+  return absl::OkStatus();
+}
+
+}  // namespace egosieve::vision

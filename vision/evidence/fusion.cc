@@ -1,0 +1,62 @@
+#include "vision/evidence/fusion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace egosieve::vision {
+namespace {
+
+constexpr double kFewestShare = 0.01, kMostShare = 0.5;
+constexpr int kShareSteps = 20;
+
+}  // namespace
+
+double DistanceLogRatio(double z) {
+  if (std::isnan(z)) return 0.0;
+  const double square = std::min(z * z, 1e12);
+  // Both densities are of |z|: t_3 is 2 Gamma(2) / (sqrt(3 pi) Gamma(3/2)) (1 + z^2/3)^-2.
+  const double student =
+      std::log(4.0 / (std::numbers::pi * std::sqrt(3.0))) - 2.0 * std::log1p(square / 3.0);
+  const double cauchy = std::log(2.0 / (std::numbers::pi * kMoverScale)) -
+                        std::log1p(square / (kMoverScale * kMoverScale));
+  return cauchy - student;
+}
+
+double StudentThree(double z) {
+  const double u = z / std::sqrt(3.0);
+  return 0.5 + (u / (1.0 + u * u) + std::atan(u)) / std::numbers::pi;
+}
+
+double DepthLogRatio(double z) {
+  if (!(z < 0.0)) return 0.0;
+  // Below, 1/2 + atan cancels; the ratio there is beyond doubt anyway.
+  return -std::log(2.0 * StudentThree(std::max(z, -1000.0)));
+}
+
+double VisibleLogRatio(EvidenceTerm term, double ratio) {
+  const double hidden = kHiddenShare[static_cast<int>(term)];
+  // exp overflows beyond 700; there the hidden share no longer matters.
+  if (ratio > 50.0) return ratio + std::log1p(-hidden);
+  return std::log(hidden + (1.0 - hidden) * std::exp(ratio));
+}
+
+double ProbabilityOf(double log_ratio, double mover_share) {
+  return 1.0 / (1.0 + std::exp(-log_ratio - std::log(mover_share / (1.0 - mover_share))));
+}
+
+double EstimateMoverShare(const std::vector<double>& log_ratios, double start) {
+  double share = std::clamp(start, kFewestShare, kMostShare);
+  if (log_ratios.empty()) return share;
+  for (int k = 0; k < kShareSteps; ++k) {
+    double sum = 0.0;
+    for (const double ratio : log_ratios) sum += ProbabilityOf(ratio, share);
+    const double next =
+        std::clamp(sum / static_cast<double>(log_ratios.size()), kFewestShare, kMostShare);
+    if (std::abs(next - share) < 1e-4) return next;
+    share = next;
+  }
+  return share;
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,59 @@
+// From residuals to one probability.
+//
+// All residuals come as z = r / deviation, the deviation being the term's own, estimated from the
+// static majority. Static points are distributed as Student's t with 3 degrees of freedom, whose
+// tails allow for the odd bad place; movers lie anywhere, on a scale of S deviations.
+// Log-likelihood ratios, dynamic against static:
+//
+//   distance    l(z) = log c(|z| / S) / S - log t_3(|z|),  c Cauchy's density                  (F1)
+//   depth       l(z) = max(0, -log 2 T_3(z)),              T_3 the distribution function       (F2)
+//
+// (F2): the depth of a static point is uniform over all positive ones, of a mover over both signs;
+// a positive depth says nothing. Along a track each term's ratios add up with forgetting,
+//
+//   A <- lambda A + l                                                                        (F3)
+//   L = sum_terms log(h + (1 - h) exp(kappa A))                                              (F4)
+//
+// kappa < 1 because neighbouring frames share places and so errors. h is the share of movers that a
+// term cannot see however long it looks: cars along the epipolar line, cars at constant speed. It
+// caps what a term can say for standing still (log h), and not what it says against. lambda, kappa
+// and h are properties of the estimator, not of a drive. With pi the share of movers
+//
+//   p = 1 / (1 + exp(-L - log(pi / (1 - pi))))                                                (F5)
+//   pi <- mean of p                                                                           (F6)
+//
+// (F6) is the step of expectation maximisation for the mixing weight, tracked over the frames.
+#ifndef EGOSIEVE_VISION_EVIDENCE_FUSION_H_
+#define EGOSIEVE_VISION_EVIDENCE_FUSION_H_
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace egosieve::vision {
+
+enum class EvidenceTerm { kEpipolar, kNegativeDepth, kThreeView };
+inline constexpr int kEvidenceTerms = 3;
+
+inline constexpr double kMoverScale = 15.0;                                          // S
+inline constexpr std::array<double, kEvidenceTerms> kHiddenShare = {0.1, 0.0, 0.6};  // h
+
+// (F1), (F2); 0 for z that is not a number.
+double DistanceLogRatio(double z);
+double DepthLogRatio(double z);
+
+// Distribution function of Student's t with 3 degrees of freedom.
+double StudentThree(double z);
+
+// One term of (F4), from kappa A.
+double VisibleLogRatio(EvidenceTerm term, double ratio);
+
+// (F5).
+double ProbabilityOf(double log_ratio, double mover_share);
+
+// (F6) to convergence from `start`, within [0.01, 0.5]; start where there is no ratio.
+double EstimateMoverShare(const std::vector<double>& log_ratios, double start);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_EVIDENCE_FUSION_H_

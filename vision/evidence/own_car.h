@@ -1,0 +1,75 @@
+// Parts of the image that stand still while the world moves: bonnet, wiper at rest, time stamp,
+// logo.
+//
+// The image at half resolution, smoothed, in blocks of 8 x 8. Between the frames t - g and t, with
+// D = I_t - I_(t-g) and G the mean gradient of the two, a block of a static world moves by v + s d,
+// s >= 0: v to the point at infinity and on along the epipolar line (or by v alone, that of a
+// homography). Two hypotheses for a block of N pixels, linear in the motion:
+//
+//   still   C_0 = sum D^2                                                                      (O1)
+//   world   C_1 = min_{s >= 0} sum (D + G.(v + s d))^2                                         (O2)
+//   l = clamp((C_1 - C_0) / (2 N sigma^2), -1, 1),    A <- clamp(memory A + l, -limit, limit)  (O3)
+//
+// sigma is the image noise: the lower quartile of sqrt(C_0 / N) over the blocks, at least the
+// floor. What is far away and straight ahead also stands still, but v then says so: C_1 = C_0, and
+// nothing is learnt. What travels along (the car ahead) does turn with the camera: v holds for it
+// too. So it takes turning and pitching, which driving has. A block belongs to the own car from A >
+// on until A < off.
+//
+// State: A and the flag of each block, and the half images of the last g frames. Cost: about 2 ms
+// at 1242 x 375.
+#ifndef EGOSIEVE_VISION_EVIDENCE_OWN_CAR_H_
+#define EGOSIEVE_VISION_EVIDENCE_OWN_CAR_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "vision/evidence/pinhole.h"
+#include "vision/evidence/relative_pose.h"
+
+namespace egosieve::vision {
+
+struct OwnCarOptions {
+  double on = 10.0;          // positive, at most `limit`
+  double off = 3.0;          // below `on`
+  double limit = 30.0;       // of |A|
+  double memory = 0.98;      // a frame; (0, 1)
+  double noise_floor = 1.5;  // grey levels; positive
+
+  absl::Status Validate() const;
+};
+
+struct OwnCarState {
+  struct HalfImage {
+    int64_t index = -1;
+    cv::Size size;
+    std::vector<uint8_t> pixels;  // row-major
+  };
+  cv::Size blocks;
+  std::vector<float> sums;        // A, row-major
+  std::vector<uint8_t> is_own;    // flags
+  std::vector<HalfImage> images;  // by increasing index
+};
+
+// How a static world moves between t - g and t: a homography, or rotation and travel.
+struct WorldMotion {
+  bool has_line = false;                                     // d exists
+  Eigen::Matrix3d homography = Eigen::Matrix3d::Identity();  // x + v ~ H x, pixels
+  RelativePose pose;                                         // read where has_line
+  Pinhole camera;
+};
+
+// Takes the frame in; learns where `motion` is not null and frame t - g is among those kept.
+// grey: CV_8UC1. `options` must be valid.
+void LearnOwnCar(const cv::Mat& grey, int64_t index, int gap, const WorldMotion* motion,
+                 const OwnCarOptions& options, OwnCarState& state);
+
+// Whether a place, in pixels of the whole image, is the own car's.
+bool IsOwnCar(const OwnCarState& state, cv::Point2f place);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_EVIDENCE_OWN_CAR_H_
