@@ -58,7 +58,7 @@ class DeviceModel {
     alpha_ = InputBuffer(context, host_.alpha);
     if (model.factor_kind != FactorKind::kNone && count_ > 0) {
       host_.factor = PackFactor(model.factor_kind, model.factor, blocking);
-      factor_ = InputBuffer(context, host_.factor.data(), host_.factor.size() * sizeof(float));
+      factor_ = InputBuffer(context, host_.factor);
     } else {
       factor_ = alpha_;
     }

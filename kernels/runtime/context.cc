@@ -26,6 +26,7 @@ Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& optio
       device_(std::move(device)),
       context_(device_),
       program_cache_(options.program_cache) {
+  info_.float64 = info_.float64 && options.float64;
   shares_host_memory_ = info_.type == DeviceType::kCpu;
   tuning_ =
       options.tuning.has_value()

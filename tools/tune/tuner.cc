@@ -124,6 +124,10 @@ bool Search::AnswersAgree(const std::vector<float>& a, const std::vector<float>&
 
 void Search::TryField(const char* name, int KernelTuning::*field, const std::vector<int>& values,
                       Workload workload, Timing& best) {
+  if (!options_.fields.empty() &&
+      std::find(options_.fields.begin(), options_.fields.end(), name) == options_.fields.end()) {
+    return;
+  }
   for (const int value : values) {
     KernelTuning candidate = result_.after;
     if (candidate.*field == value) continue;
