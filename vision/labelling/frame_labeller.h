@@ -62,6 +62,7 @@ struct FrameLabellerOptions {
   double paper_distance_pixels = 3;  // kScaledDistance: the furthest plausible distance; positive
   double median_multiple = 12;       // kScaledMedian; positive
   double noise_floor_pixels = 0.2;   // kScaledMedian, kMixture; positive
+  double flow_noise_share = 0.03;    // k of label_rule.h (L0); not negative
   int minimum_matches = 30;          // fewer, and no label is given; at least 8
   uint64_t seed = 1;
   int threads = 2;  // 1 to 256

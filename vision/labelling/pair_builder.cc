@@ -45,7 +45,6 @@ absl::StatusOr<double> AddFlowGrid(const ExtractedFrame& first, const ExtractedF
   const cv::Mat& image = second.grey;
   if (image.cols < kMinimumFlowSide || image.rows < kMinimumFlowSide) return 0.0;
   FlowGridOptions grid;
-  if (getenv("Q")) grid.quality = (FlowQuality)atoi(getenv("Q"));
   grid.stride_pixels = options.flow_stride_pixels;
   EGOSIEVE_ASSIGN_OR_RETURN(const FlowPair flow,
                             ComputeFlow(first.grey, second.grey, grid.quality));
