@@ -170,13 +170,13 @@ OpenClPosterior::Tiling OpenClPosterior::ChooseTiling(FactorKind kind, int64_t q
   // Half of the cap for scratch, the other half for queries; a work-group of single micro-tiles is
   // the least there can be.
   const auto scratch = [&] {
-    return tiling.micro_tiles * tiling.work_groups * tuning_.work_group * micro_floats;
+    return int64_t{tiling.micro_tiles} * tiling.work_groups * tuning_.work_group * micro_floats;
   };
   while (tiling.micro_tiles > 1 && scratch() > cap_floats / 2) tiling.micro_tiles /= 2;
   while (tiling.work_groups > 1 && scratch() > cap_floats / 2) --tiling.work_groups;
   tiling.work_items = tiling.work_groups * tuning_.work_group;
   tiling.scratch_floats = tiling.micro_tiles * micro_floats;
-  const int64_t tile = tiling.micro_tiles * MicroTileQueries(kind);
+  const int64_t tile = int64_t{tiling.micro_tiles} * MicroTileQueries(kind);
   tiling.tile_queries = tile;
   const int64_t most = std::min({kMaxChunkQueries, cap_floats / 2 / query_floats, query_count});
   tiling.chunk_queries = std::max<int64_t>((most + tile - 1) / tile, 1) * tile;
