@@ -8,7 +8,7 @@
 
 namespace {
 
-// Times are the wall's throughout: names need not say so.
+// Leaves out of a benchmark's name how its time was taken ("/real_time").
 template <typename Reporter>
 class ShortNames : public Reporter {
  public:

@@ -249,7 +249,8 @@ TEST_F(DensePosteriorTest, ShapesOfTheKernelsChangeRoundingAlone) {
   // depth.
   for (const auto& [lanes, panel] : {std::pair{1, 5}, {4, 1}, {8, 6}, {16, 7}}) {
     ContextOptions options;
-    options.tuning = DefaultTuning(lanes);
+    options.tuning = lanes == 1 ? DefaultGpuTuning() : DefaultTuning(lanes);
+    if (lanes == 1) options.tuning->work_group = 4;
     options.tuning->panel = panel;
     options.tuning->depth = 24;
     options.tuning->panels_a_group = 3;
