@@ -56,6 +56,9 @@ struct MotionModel {
   int64_t pair_count = 0;
   double static_gric = 0.0, homography_gric = 0.0,
          fundamental_gric = 0.0;  // per pair; 0: not tried
+  // Median transfer error of the best homography: what the homography leaves unexplained is
+  // parallax. 0 where no homography was tried.
+  double parallax_pixels = 0.0;
   bool trusted = false;
   std::string reason;  // why it is not trusted, or why there is none
 };

@@ -184,6 +184,7 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
   result.motion_model = model.kind;
   result.motion_matrix = ToMatx(model.matrix);
   result.motion_trusted = model.trusted;
+  result.parallax_pixels = model.parallax_pixels;
   result.inlier_count = model.inlier_count;
   if (!model.trusted) {
     SetOutcome(LabelOutcome::kUntrustedMotion, model.reason, result);

@@ -51,6 +51,7 @@ struct LabelledFrame {
 
   MotionModelKind motion_model = MotionModelKind::kNone;
   cv::Matx33d motion_matrix = cv::Matx33d::eye();  // H or F, first frame to second, in pixels
+  double parallax_pixels = 0.0;  // median of what a homography leaves; 0 where none was tried
   bool motion_trusted = false;
   int64_t feature_count = 0;    // of the frame handed in: key points, corners, textured grid points
   int64_t match_count = 0;      // before anything was discarded

@@ -221,5 +221,35 @@ TEST_F(RealData, TheBetterMotionModelIsChosen) {
   EXPECT_GE(all.right_within_a_hundredth, 0.9 * all.frames);
 }
 
+// Our own threads and OpenCV's pool: neither shows in the results.
+TEST_F(RealData, SameBytesForOneTwoAndFourThreads) {
+  const std::vector<Frame> driving = ReadFrames(data_ + "/kt3dmoseg/Seq013_Clip02/frames");
+  const std::vector<Frame> hand_held = ReadFrames(data_ + "/davis/bmx-trees/frames");
+  const int pool = cv::getNumThreads();
+  for (const auto* frames : {&driving, &hand_held}) {
+    for (FrameLabellerOptions options : {FrameLabellerOptions(), FrameLabellerOptions::Paper()}) {
+      std::vector<LabelledFrame> reference;
+      for (const int threads : {1, 2, 4}) {
+        cv::setNumThreads(threads);
+        options.threads = threads;
+        auto labeller = *FrameLabeller::Create(options);
+        for (size_t t = 0; t < 4; ++t) {
+          const auto labelled = labeller->Process((*frames)[t]);
+          ASSERT_TRUE(labelled.ok()) << labelled.status();
+          if (threads == 1) {
+            reference.push_back(*labelled);
+            continue;
+          }
+          EXPECT_EQ(labelled->positions, reference[t].positions);
+          EXPECT_EQ(labelled->other_positions, reference[t].other_positions);
+          EXPECT_EQ(labelled->probability, reference[t].probability);
+          EXPECT_EQ(labelled->motion_matrix, reference[t].motion_matrix);
+        }
+      }
+    }
+  }
+  cv::setNumThreads(pool);
+}
+
 }  // namespace
 }  // namespace egosieve::vision
