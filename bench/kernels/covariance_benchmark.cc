@@ -35,6 +35,8 @@ void BM_CovarianceMatrix(benchmark::State& state) {
   std::vector<T> out(n * n);
   const MatrixView<T> view(out.data(), n, n);
   const double copy = CopyBytesPerSecond();
+  // The first call compiles.
+  (void)CovarianceMatrix<T>(*context, parameters, x, 0.09, Triangle::kLower, view);
   for (auto _ : state) {
     const absl::Status status =
         CovarianceMatrix<T>(*context, parameters, x, 0.09, Triangle::kLower, view);
@@ -86,6 +88,8 @@ void BM_CovarianceGradient(benchmark::State& state) {
   const ConstMatrixView<double> weights(w.data(), n, n);
   std::vector<double> gradient;
   const double peak = FmaPerSecond(*context) / 2;  // float64
+  // The first call compiles.
+  (void)CovarianceGradient(*context, parameters, x, weights);
   for (auto _ : state) {
     const auto result = CovarianceGradient(*context, parameters, x, weights);
     if (!result.ok()) return state.SkipWithError(result.status().ToString().c_str());

@@ -60,7 +60,8 @@ struct EvidenceOptions {
 // A point of frame t and where it was before, pixels; NaN where that is not known.
 struct EvidencePoint {
   static constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
-  int64_t track_id = -1;                    // -1: no memory
+  int64_t track_id = -1;                    // -1: leaves no memory
+  int64_t parent_id = -1;                   // its id in the last frame; -1: has no memory
   cv::Point2f now;                          // in frame t
   cv::Point2f before{kUnknown, kUnknown};   // in frame t - g
   cv::Point2f earlier{kUnknown, kUnknown};  // in frame t - 2 g

@@ -152,7 +152,7 @@ int Run(const std::string& device) {
     options.tuning = DefaultTuning(lanes);
     options.tuning->panels_a_group = 2;
     options.tuning->panel = 4;
-    options.tuning->depth = 8;
+    options.tuning->depth = 12;
     options.tuning->width = 2;
     const auto context = OpenContext(options);
     if (!context.ok()) {
