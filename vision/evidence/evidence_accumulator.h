@@ -46,8 +46,8 @@ struct EvidenceOptions {
   bool own_car = true;
 
   double focal_pixels = 0.0;        // 0: guessed (pinhole.h); the result hardly depends on it
-  double forgetting = 0.8;          // lambda of (F3); [0, 1)
-  double tempering = 0.5;           // kappa of (F3); (0, 1]
+  double forgetting = 0.5;          // lambda of (F3); [0, 1)
+  double tempering = 0.7;           // kappa of (F3); (0, 1]
   double noise_memory = 0.9;        // of scales and the share of movers, a frame; [0, 1)
   double noise_floor_pixels = 0.1;  // of the scale of residuals; positive
   RelativePoseOptions pose;

@@ -90,7 +90,10 @@ TEST(EvidenceAccumulator, CarsAheadThatPullAwayAreFoundByTheirDepth) {
 
 TEST(EvidenceAccumulator, MemoryOutlastsFramesWithoutEvidenceAndFades) {
   const PointStreet street(Busy());
-  EvidenceAccumulator accumulator = Accumulator();
+  EvidenceOptions options;
+  options.forgetting = 0.8;  // half is left after three frames
+  options.tempering = 0.5;
+  EvidenceAccumulator accumulator = Accumulator(options);
   for (int t = 0; t <= 5; ++t) ASSERT_TRUE(accumulator.Add(FrameOf(street, t)).ok());
   double last = 1.0;
   for (int t = 6; t <= 8; ++t) {
