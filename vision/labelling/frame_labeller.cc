@@ -158,7 +158,7 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
   result.second_index = second.frame.index;
   EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs, BuildPairs(first, second, options_));
   result.feature_count = pairs.feature_count;
-  result.match_count = pairs.match_count;
+  result.match_count = static_cast<int64_t>(pairs.labelled.size());
   result.times.features_milliseconds = pairs.features_milliseconds;
   result.times.matching_milliseconds = pairs.matching_milliseconds;
   if (result.feature_count < options_.minimum_matches) {
@@ -167,10 +167,10 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
     return absl::OkStatus();
   }
   const double share =
-      static_cast<double>(result.match_count) / static_cast<double>(result.feature_count);
-  if (result.match_count < options_.minimum_matches || share < kLeastMatchShare) {
+      static_cast<double>(pairs.match_count) / static_cast<double>(result.feature_count);
+  if (pairs.match_count < options_.minimum_matches || share < kLeastMatchShare) {
     SetOutcome(LabelOutcome::kTooFewMatches,
-               absl::StrCat("only ", result.match_count, " of ", result.feature_count,
+               absl::StrCat("only ", pairs.match_count, " of ", result.feature_count,
                             " features have a match"),
                result);
     return absl::OkStatus();
@@ -184,6 +184,7 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
   result.motion_model = model.kind;
   result.motion_matrix = ToMatx(model.matrix);
   result.motion_trusted = model.trusted;
+  result.parallax_pixels = model.parallax_pixels;
   result.inlier_count = model.inlier_count;
   if (!model.trusted) {
     SetOutcome(LabelOutcome::kUntrustedMotion, model.reason, result);
@@ -203,20 +204,27 @@ void FrameLabeller::Implementation::GiveLabels(const ExtractedFrame& labelled,
   const std::vector<double> residuals =
       Residuals(model.kind, model.matrix, pairs,
                 paper ? EpipolarDistance::kPointToLine : EpipolarDistance::kSampson);
-  result.noise_pixels = NoiseScale(residuals, options_.noise_floor_pixels);
+  std::vector<double> distances = residuals;
+  if (!paper) {
+    std::vector<double> lengths;
+    lengths.reserve(pairs.size());
+    for (const PointPair& p : pairs) lengths.push_back(std::hypot(p.x2 - p.x1, p.y2 - p.y1));
+    ReduceToShortFlow(lengths, options_.flow_noise_share, options_.noise_floor_pixels, distances);
+  }
+  result.noise_pixels = NoiseScale(distances, options_.noise_floor_pixels);
   std::vector<double> probability;
   switch (options_.label_rule) {
     case LabelRule::kScaledDistance:
-      for (const double d : residuals) probability.push_back(d / options_.paper_distance_pixels);
+      for (const double d : distances) probability.push_back(d / options_.paper_distance_pixels);
       break;
     case LabelRule::kScaledMedian:
-      probability = ScaledMedianLabels(residuals, result.noise_pixels, options_.median_multiple);
+      probability = ScaledMedianLabels(distances, result.noise_pixels, options_.median_multiple);
       break;
     case LabelRule::kMixture: {
       MixtureOptions mixture;
       mixture.residual_dimension = model.kind == MotionModelKind::kFundamental ? 1 : 2;
       mixture.noise_floor_pixels = options_.noise_floor_pixels;
-      MixtureLabels labels = EstimateMixtureLabels(residuals, mixture_, mixture);
+      MixtureLabels labels = EstimateMixtureLabels(distances, mixture_, mixture);
       mixture_ = labels.state;
       result.noise_pixels = labels.state.noise_pixels;
       probability = std::move(labels.probability);

@@ -13,6 +13,7 @@ FrameLabellerOptions FrameLabellerOptions::Paper() {
   options.label_rule = LabelRule::kScaledDistance;
   options.labelled_side = LabelledSide::kFirstFrame;
   options.equalization.method = Equalization::kGlobal;
+  options.drop_lone_matches = false;
   return options;
 }
 
@@ -39,6 +40,9 @@ absl::Status FrameLabellerOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(positive("paper_distance_pixels", paper_distance_pixels));
   EGOSIEVE_RETURN_IF_ERROR(positive("median_multiple", median_multiple));
   EGOSIEVE_RETURN_IF_ERROR(positive("noise_floor_pixels", noise_floor_pixels));
+  if (!(flow_noise_share >= 0.0) || std::isinf(flow_noise_share)) {
+    return error("flow_noise_share is ", flow_noise_share, "; it must be finite and not negative");
+  }
   if (minimum_matches < 8) {
     return error("minimum_matches is ", minimum_matches, "; it must be at least 8");
   }

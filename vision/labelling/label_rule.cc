@@ -32,6 +32,13 @@ double Posterior(double d, double sigma, double share, const MixtureOptions& opt
 
 }  // namespace
 
+void ReduceToShortFlow(const std::vector<double>& lengths_pixels, double share, double floor_pixels,
+                       std::vector<double>& distances) {
+  for (size_t i = 0; i < distances.size(); ++i) {
+    distances[i] /= std::hypot(1.0, share * lengths_pixels[i] / floor_pixels);
+  }
+}
+
 double NoiseScale(std::vector<double> distances, double floor_pixels) {
   return std::max(floor_pixels, kStandardDeviationsPerMedian * Median(std::move(distances)));
 }
