@@ -22,17 +22,13 @@ constexpr int64_t kTile = 128;
 constexpr int64_t kPredictionTile = 512;
 constexpr double kReverseJitter = 1e-13;  // of I - A^-1's unit scale; see ReverseFactor
 
-double Square(const double* row, int64_t n) {
-  double sum = 0.0;
-  for (int64_t i = 0; i < n; ++i) sum += row[i] * row[i];
-  return sum;
-}
-
 double Dot(const double* a, const double* b, int64_t n) {
   double sum = 0.0;
   for (int64_t i = 0; i < n; ++i) sum += a[i] * b[i];
   return sum;
 }
+
+double Square(const double* row, int64_t n) { return Dot(row, row, n); }
 
 // A += sign sum_i v_i v_i^T / lambda_i, the lower triangle's tiles. v: k x m.
 void AddTerms(ConstMatrixView<double> v, const double* lambda, double sign, MatrixView<double> a) {
@@ -109,6 +105,17 @@ absl::StatusOr<SparseModel> SparseModel::Create(std::shared_ptr<kernels::Context
   model.context_ = std::move(context);
   model.hyperparameters_ = hyperparameters;
   model.options_ = options;
+  return model;
+}
+
+absl::StatusOr<SparseModel> SparseModel::Restore(std::shared_ptr<kernels::Context> context,
+                                                 const ExactModelState& state,
+                                                 const SparseModelOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(state.Validate());
+  EGOSIEVE_ASSIGN_OR_RETURN(SparseModel model,
+                            Create(std::move(context), state.hyperparameters, options));
+  model.points_ = state.points;
+  EGOSIEVE_RETURN_IF_ERROR(model.Refresh());
   return model;
 }
 

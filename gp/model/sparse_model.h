@@ -63,6 +63,11 @@ class SparseModel {
                                             const Hyperparameters& hyperparameters,
                                             const SparseModelOptions& options = {});
 
+  // A model from the points and hyperparameters of any model, as it is after Refresh.
+  static absl::StatusOr<SparseModel> Restore(std::shared_ptr<kernels::Context> context,
+                                             const ExactModelState& state,
+                                             const SparseModelOptions& options = {});
+
   SparseModel(SparseModel&&) = default;
   SparseModel& operator=(SparseModel&&) = default;
 
@@ -81,6 +86,10 @@ class SparseModel {
   // Chooses the inducing inputs anew and sums everything afresh: what follows then depends on the
   // points and hyperparameters alone.
   absl::Status Refresh();
+
+  // What Restore takes; gp/io/model_file.h stores it. A run that calls Refresh when it writes, and
+  // one that goes on from the state, do the same to the last bit.
+  ExactModelState State() const { return {hyperparameters_, points_}; }
 
   int64_t size() const { return points_.size(); }
   int64_t inducing_size() const { return factor_.rows(); }

@@ -109,6 +109,7 @@ absl::Status EvidenceOptions::Validate() const {
 EvidencePoint PointOfTrack(const Track& track, int gap) {
   EvidencePoint point;
   point.track_id = track.id;
+  point.parent_id = track.parent_id;
   point.now = track.places[0];
   if (track.Reaches(gap)) point.before = track.places[gap];
   if (track.Reaches(2 * gap)) point.earlier = track.places[2 * gap];
@@ -215,13 +216,13 @@ void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
   const double tempering = options_.accumulation ? options_.tempering : 1.0;
   for (size_t i = 0; i < frame.points.size(); ++i) {
     PointEvidence& evidence = result.points[i];
-    const int64_t id = frame.points[i].track_id;
+    const int64_t id = frame.points[i].parent_id;
     const auto memory = std::lower_bound(
         next.memories.begin(), next.memories.end(), id,
         [](const EvidenceState::Memory& m, int64_t wanted) { return m.track_id < wanted; });
     const bool remembered =
         options_.accumulation && id >= 0 && memory != next.memories.end() && memory->track_id == id;
-    sums[i].track_id = id;
+    sums[i].track_id = frame.points[i].track_id;
     evidence.judged = remembered;
     std::array<double, kEvidenceTerms> parts{};
     double now = 0.0;

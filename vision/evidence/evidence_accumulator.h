@@ -46,8 +46,8 @@ struct EvidenceOptions {
   bool own_car = true;
 
   double focal_pixels = 0.0;        // 0: guessed (pinhole.h); the result hardly depends on it
-  double forgetting = 0.8;          // lambda of (F3); [0, 1)
-  double tempering = 0.5;           // kappa of (F3); (0, 1]
+  double forgetting = 0.5;          // lambda of (F3); [0, 1)
+  double tempering = 0.7;           // kappa of (F3); (0, 1]
   double noise_memory = 0.9;        // of scales and the share of movers, a frame; [0, 1)
   double noise_floor_pixels = 0.1;  // of the scale of residuals; positive
   RelativePoseOptions pose;
@@ -60,7 +60,8 @@ struct EvidenceOptions {
 // A point of frame t and where it was before, pixels; NaN where that is not known.
 struct EvidencePoint {
   static constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
-  int64_t track_id = -1;                    // -1: no memory
+  int64_t track_id = -1;                    // -1: leaves no memory
+  int64_t parent_id = -1;                   // its id in the last frame; -1: has no memory
   cv::Point2f now;                          // in frame t
   cv::Point2f before{kUnknown, kUnknown};   // in frame t - g
   cv::Point2f earlier{kUnknown, kUnknown};  // in frame t - 2 g

@@ -1,5 +1,6 @@
 #include "vision/evidence/own_car.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -10,7 +11,9 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr int kBlock = 8;  // pixels of the half image
+constexpr int kBlock = 8;                             // pixels of the half image
+constexpr double kStillCost = 4.0, kStillGain = 9.0;  // of (O4), in sigma^2
+constexpr double kStillShift = 0.15;                  // pixels of the half image
 constexpr double kGradientOfSobel = 1.0 / 8.0;
 
 cv::Mat HalfOf(const cv::Mat& grey) {
@@ -78,6 +81,21 @@ double WorldCost(const BlockSums& sums, const BlockMotion& motion) {
   return at_infinity - slope * slope / curvature;
 }
 
+// (O4): whether (O1) is out of the question.
+bool IsMoving(const BlockSums& sums, double pixels, double variance) {
+  if (!(sums.dd <= kStillCost * pixels * variance)) return true;
+  const double determinant = sums.gg.determinant();
+  const double trace = sums.gg.trace();
+  // Along an edge only the motion across it is known.
+  const Eigen::Matrix2d damped = sums.gg + (1e-6 * trace + 1e-9) * Eigen::Matrix2d::Identity();
+  if (!(determinant > 1e-3 * trace * trace)) {
+    const double across = trace > 0 ? sums.dg.norm() / trace : 0.0;
+    return across > kStillShift && across * sums.dg.norm() > kStillGain * variance;
+  }
+  const Eigen::Vector2d w = -damped.inverse() * sums.dg;
+  return w.norm() > kStillShift && -w.dot(sums.dg) > kStillGain * variance;
+}
+
 void LearnFrom(const cv::Mat& before, const cv::Mat& now, const WorldMotion& motion,
                const OwnCarOptions& options, OwnCarState& state) {
   cv::Mat difference, mean, gx, gy;
@@ -111,6 +129,7 @@ void LearnFrom(const cv::Mat& before, const cv::Mat& now, const WorldMotion& mot
     if (block.valid) {
       ratio = (WorldCost(sums[k], block) - sums[k].dd) / (2.0 * pixels[k] * variance);
     }
+    if (ratio > 0.0 && IsMoving(sums[k], pixels[k], variance)) ratio = -1.0;
     const double sum = options.memory * state.sums[k] + std::clamp(ratio, -1.0, 1.0);
     state.sums[k] = static_cast<float>(std::clamp(sum, -options.limit, options.limit));
     if (state.sums[k] > options.on) state.is_own[k] = 1;

@@ -6,9 +6,12 @@
 // s >= 0: v to the point at infinity and on along the epipolar line (or by v alone, that of a
 // homography). Two hypotheses for a block of N pixels, linear in the motion:
 //
-//   still   C_0 = sum D^2                                                                      (O1)
-//   world   C_1 = min_{s >= 0} sum (D + G.(v + s d))^2                                         (O2)
-//   l = clamp((C_1 - C_0) / (2 N sigma^2), -1, 1),    A <- clamp(memory A + l, -limit, limit)  (O3)
+//   still   C_0 = sum D^2                                                                    (O1)
+//   world   C_1 = min_{s >= 0} sum (D + G.(v + s d))^2                                       (O2)
+//   other   C_2 = min_w sum (D + G.w)^2                                                      (O3)
+//   l = clamp((C_1 - C_0) / (2 N sigma^2), -1, 1),  and -1 where the block is not still:
+//       C_0 > 4 N sigma^2,  or  C_0 - C_2 > 9 sigma^2 and |w| > 0.15                         (O4)
+//   A <- clamp(memory A + l, -limit, limit)                                                  (O5)
 //
 // sigma is the image noise: the lower quartile of sqrt(C_0 / N) over the blocks, at least the
 // floor. What is far away and straight ahead also stands still, but v then says so: C_1 = C_0, and
@@ -33,10 +36,10 @@
 namespace egosieve::vision {
 
 struct OwnCarOptions {
-  double on = 10.0;          // positive, at most `limit`
-  double off = 3.0;          // below `on`
-  double limit = 30.0;       // of |A|
-  double memory = 0.98;      // a frame; (0, 1)
+  double on = 25.0;          // positive, at most `limit`
+  double off = 8.0;          // below `on`
+  double limit = 50.0;       // of |A|
+  double memory = 0.99;      // a frame; (0, 1)
   double noise_floor = 1.5;  // grey levels; positive
 
   absl::Status Validate() const;

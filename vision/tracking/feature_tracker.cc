@@ -49,6 +49,10 @@ absl::Status FeatureTrackerOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("reference_frames is ", reference_frames, "; it must be positive"));
   }
+  if (frame_step < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("frame_step is ", frame_step, "; it must be positive"));
+  }
   return absl::OkStatus();
 }
 
@@ -67,7 +71,8 @@ absl::Status FeatureTracker::Advance(int64_t frame_index, const FeatureSet& feat
     return absl::InvalidArgumentError(absl::StrCat(
         features.descriptors.size(), " descriptor bytes for ", features.size(), " features"));
   }
-  const bool follows = !state_.tracks.empty() && frame_index == state_.frame_index + 1;
+  const bool follows =
+      !state_.tracks.empty() && frame_index == state_.frame_index + options_.frame_step;
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int32_t> predecessors,
                             Predecessors(follows ? matches : std::vector<Match>(),
                                          state_.tracks.size(), features.size()));

@@ -9,10 +9,10 @@
 //
 //   |a - a_ref| > max_descriptor_distance:  the track ends, a new one begins                   (T1)
 //
-// Matches must be one to one (mutual). A frame index that does not follow the last one, a dropped
-// frame for instance, ends all tracks. Memory is bounded by the features of one frame, about 300
-// bytes each. Cost: linear in the features. state() is all there is: a tracker restored from it
-// goes on bit for bit.
+// Matches must be one to one (mutual). A frame index that is not `frame_step` beyond the last one,
+// a dropped frame for instance, ends all tracks. Memory is bounded by the features of one frame,
+// about 300 bytes each. Cost: linear in the features. state() is all there is: a tracker restored
+// from it goes on bit for bit.
 #ifndef EGOSIEVE_VISION_TRACKING_FEATURE_TRACKER_H_
 #define EGOSIEVE_VISION_TRACKING_FEATURE_TRACKER_H_
 
@@ -32,6 +32,7 @@ struct FeatureTrackerOptions {
   // Euclidean, of 8-bit SIFT descriptors, whose length is about 512; positive.
   double max_descriptor_distance = 350;
   int reference_frames = 16;  // after which the reference is renewed; positive
+  int frame_step = 1;         // from one frame of a chain to the next; positive
 
   absl::Status Validate() const;
 };
@@ -51,9 +52,9 @@ class FeatureTracker {
   static absl::StatusOr<FeatureTracker> Create(const FeatureTrackerOptions& options);
 
   // matches: from the last frame's features (first) to this one's (second); not read where
-  // frame_index is not the last one's successor. InvalidArgument for an index that does not grow,
-  // for features that are not whole, or for matches out of range or not one to one; the state is
-  // unchanged then.
+  // frame_index is not `frame_step` beyond the last. InvalidArgument for an index that does not
+  // grow, for features that are not whole, or for matches out of range or not one to one; the state
+  // is unchanged then.
   absl::Status Advance(int64_t frame_index, const FeatureSet& features,
                        const std::vector<Match>& matches);
 

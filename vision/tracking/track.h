@@ -13,8 +13,9 @@ inline constexpr int kTrackHistory = 16;
 // One scene point followed through consecutive frames. Of a track of any length the places in the
 // last kTrackHistory frames are kept.
 struct Track {
-  int64_t id = -1;     // never given twice in a drive
-  int64_t length = 0;  // frames since it was born, the current one included
+  int64_t id = -1;         // never given twice in a drive
+  int64_t parent_id = -1;  // its id in the frame before; another one's where that has split; or -1
+  int64_t length = 0;      // frames since it was born, the current one included
   std::array<cv::Point2f, kTrackHistory> places;  // [k]: k frames before the current one, pixels
 
   // Whether places[k] is there.
@@ -24,6 +25,7 @@ struct Track {
   Track Continued(cv::Point2f place) const {
     Track next;
     next.id = id;
+    next.parent_id = id;
     next.length = length + 1;
     next.places[0] = place;
     std::copy(places.begin(), places.end() - 1, next.places.begin() + 1);

@@ -199,6 +199,32 @@ TEST(SparseModel, EmptyAndEmptiedModelsAnswerWithThePrior) {
   EXPECT_EQ(model.inducing_size(), 1);
 }
 
+TEST(SparseModel, GoesOnFromItsStateBitForBit) {
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(400, 3, generator);
+  const kernels::ConstMatrixView<double> x = ViewOf(points.inputs);
+  const auto labels = absl::MakeConstSpan(points.labels);
+  SparseModelOptions options;
+  options.inducing_points = 60;
+  SparseModel whole = MakeModel(DefaultHyperparameters(CovarianceFunction::kArcsine, 3), options);
+  ASSERT_TRUE(whole.Add(x.rows_between(0, 200), labels.first(200), 0).ok());
+  ASSERT_TRUE(whole.Add(x.rows_between(200, 230), labels.subspan(200, 30), 1).ok());
+  ASSERT_TRUE(whole.Refresh().ok());
+  auto resumed = SparseModel::Restore(TestContext(), whole.State(), options);
+  ASSERT_TRUE(resumed.ok()) << resumed.status();
+  for (SparseModel* model : {&whole, &*resumed}) {
+    ASSERT_TRUE(model->Add(x.rows_between(230, 250), labels.subspan(230, 20), 2).ok());
+    ASSERT_TRUE(model->Remove({1, 5, 100}).ok());
+    ASSERT_TRUE(model->Add(x.rows_between(250, 400), labels.subspan(250, 150), 3).ok());
+  }
+  const auto a = whole.Predict(x, PredictWhat::kMeanAndVariance);
+  const auto b = resumed->Predict(x, PredictWhat::kMeanAndVariance);
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_EQ(a->mean, b->mean);
+  EXPECT_EQ(a->variance, b->variance);
+  EXPECT_EQ(whole.points().identities, resumed->points().identities);
+}
+
 TEST(SparseModel, RefusesBadArguments) {
   const Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kArcsine, 2);
   SparseModelOptions options;

@@ -65,6 +65,7 @@ absl::StatusOr<ClipScore> ScoreClip(const LabelledClip& clip,
     for (const Track& track : frame.labelled) {
       EvidencePoint point = PointOfTrack(track, gap);
       point.track_id += kLabelledIds;
+      if (point.parent_id >= 0) point.parent_id += kLabelledIds;
       point.estimates = false;
       input.points.push_back(point);
     }

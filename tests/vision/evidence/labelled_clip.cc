@@ -49,6 +49,7 @@ void AddLabelled(const std::map<int, LabelledTrack>& tracks, int index,
       track.places[track.length++] = place->second;
     }
     if (track.length == 0) continue;
+    if (track.length > 1) track.parent_id = id;
     frame.labelled.push_back(track);
     frame.moving.push_back(labelled.label != 1);
   }
@@ -56,19 +57,22 @@ void AddLabelled(const std::map<int, LabelledTrack>& tracks, int index,
 
 }  // namespace
 
-absl::StatusOr<LabelledClip> LoadLabelledClip(const std::string& directory) {
+absl::StatusOr<LabelledClip> LoadLabelledClip(const std::string& directory, int max_frames,
+                                              int64_t features_wanted) {
   EGOSIEVE_ASSIGN_OR_RETURN(const auto tracks, ReadTracks(directory + "/tracks.csv"));
   EGOSIEVE_ASSIGN_OR_RETURN(FeatureTracker tracker, FeatureTracker::Create({}));
   LabelledClip clip;
   clip.name = directory.substr(directory.find_last_of('/') + 1);
   FeatureSet previous;
-  for (int index = 1;; ++index) {
+  FeatureOptions options;
+  options.count = features_wanted;
+  for (int index = 1; index <= max_frames; ++index) {
     char name[32];
     std::snprintf(name, sizeof(name), "/frames/%06d.png", index);
     const cv::Mat grey = cv::imread(directory + name, cv::IMREAD_GRAYSCALE);
     if (grey.empty()) break;
     clip.size = grey.size();
-    EGOSIEVE_ASSIGN_OR_RETURN(FeatureSet features, ExtractFeatures(grey, FeatureOptions()));
+    EGOSIEVE_ASSIGN_OR_RETURN(FeatureSet features, ExtractFeatures(grey, options));
     std::vector<Match> matches;
     if (index > 1) {
       EGOSIEVE_ASSIGN_OR_RETURN(matches, MatchFeatures(previous, features, MatchOptions()));

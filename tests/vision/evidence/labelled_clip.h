@@ -25,8 +25,10 @@ struct LabelledClip {
   std::vector<Frame> frames;
 };
 
-// directory/{frames/%06d.png, tracks.csv}.
-absl::StatusOr<LabelledClip> LoadLabelledClip(const std::string& directory);
+// directory/{frames/%06d.png, tracks.csv}; the first `max_frames`, `features` asked for in each (0:
+// by the image's area).
+absl::StatusOr<LabelledClip> LoadLabelledClip(const std::string& directory, int max_frames = 1000,
+                                              int64_t features = 0);
 
 // Area under the ROC curve of positives above negatives, ties counting half; 0.5 without either.
 double AreaUnderCurve(const std::vector<double>& positives, const std::vector<double>& negatives);

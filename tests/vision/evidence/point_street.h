@@ -122,6 +122,7 @@ class PointStreet {
         if (track.length < kTrackHistory) track.places[track.length] = cv::Point2f(p(0), p(1));
         ++track.length;
       }
+      if (track.length > 1) track.parent_id = i;
       if (track.length > 0) tracks.push_back(track);
     }
     return tracks;

@@ -70,6 +70,17 @@ TEST(FeatureTracker, DroppedFrameEndsAllTracks) {
   }
 }
 
+TEST(FeatureTracker, ChainsOfEveryThirdFrame) {
+  FeatureTrackerOptions options;
+  options.frame_step = 3;
+  FeatureTracker tracker = Tracker(options);
+  ASSERT_TRUE(tracker.Advance(1, Scene(3, 0), {}).ok());
+  ASSERT_TRUE(tracker.Advance(4, Scene(3, 2), Identity(3)).ok());
+  EXPECT_EQ(tracker.tracks()[0].length, 2);
+  ASSERT_TRUE(tracker.Advance(5, Scene(3, 2), Identity(3)).ok());
+  EXPECT_EQ(tracker.tracks()[0].length, 1);
+}
+
 TEST(FeatureTracker, EndAllStartsAnewWithNewIds) {
   FeatureTracker tracker = Tracker();
   ASSERT_TRUE(tracker.Advance(0, Scene(3, 0), {}).ok());
@@ -169,8 +180,15 @@ TEST(FeatureTracker, FramesWithoutFeatures) {
 }
 
 TEST(FeatureTracker, OptionsAreChecked) {
-  EXPECT_FALSE(FeatureTracker::Create({.max_descriptor_distance = std::nan("")}).ok());
-  EXPECT_FALSE(FeatureTracker::Create({.reference_frames = 0}).ok());
+  FeatureTrackerOptions options;
+  options.max_descriptor_distance = std::nan("");
+  EXPECT_FALSE(FeatureTracker::Create(options).ok());
+  options = {};
+  options.reference_frames = 0;
+  EXPECT_FALSE(FeatureTracker::Create(options).ok());
+  options = {};
+  options.frame_step = 0;
+  EXPECT_FALSE(FeatureTracker::Create(options).ok());
 }
 
 }  // namespace

@@ -1,0 +1,106 @@
+// A frame's tracks and evidence at n features: chaining matches, and all terms fused.
+#include <benchmark/benchmark.h>
+
+#include <cstdlib>
+#include <random>
+#include <vector>
+
+#include "tests/vision/evidence/point_street.h"
+#include "vision/evidence/evidence_accumulator.h"
+#include "vision/tracking/feature_tracker.h"
+#include "vision/tracking/grid_tracker.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kFrames = 8, kGap = 2;
+
+void BM_FeatureTracker(benchmark::State& state) {
+  const int64_t n = state.range(0);
+  std::mt19937_64 random(1);
+  FeatureSet features;
+  std::vector<Match> matches;
+  for (int64_t i = 0; i < n; ++i) {
+    features.positions.emplace_back(static_cast<float>(random() % 1242),
+                                    static_cast<float>(random() % 375));
+    for (int k = 0; k < kSiftDescriptorBytes; ++k) features.descriptors.push_back(random() % 90);
+    if (i % 4 != 0) matches.push_back({static_cast<int32_t>(i), static_cast<int32_t>(i), 0.5F});
+  }
+  auto tracker = FeatureTracker::Create({});
+  int64_t frame = 0;
+  for (auto _ : state) {
+    if (!tracker->Advance(frame++, features, matches).ok()) std::abort();
+  }
+  if (tracker->tracks()[1].length != frame) std::abort();
+  state.SetItemsProcessed(state.iterations() * n);
+}
+BENCHMARK(BM_FeatureTracker)->Arg(7000)->Unit(benchmark::kMillisecond);
+
+void BM_GridTracker(benchmark::State& state) {
+  const cv::Size size(1242, 375);
+  std::vector<PointPair> links;
+  for (int y = 2; y < size.height; y += 5) {
+    for (int x = 2; x < size.width; x += 5) {
+      links.push_back({0.97 * (x - 600) + 600, 0.97 * (y - 180) + 180, static_cast<double>(x),
+                       static_cast<double>(y)});
+    }
+  }
+  auto tracker = GridTracker::Create({});
+  int64_t frame = 0;
+  for (auto _ : state) {
+    if (!tracker->Advance(frame++, size, links).ok()) std::abort();
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(links.size()));
+}
+BENCHMARK(BM_GridTracker)->Unit(benchmark::kMillisecond);
+
+// `with_image` adds the own car.
+void BM_Evidence(benchmark::State& state, bool with_image) {
+  StreetOptions options;
+  options.static_count = static_cast<int>(state.range(0)) * 9 / 10;
+  options.mover_count = static_cast<int>(state.range(0)) / 10;
+  options.noise_pixels = 0.2;
+  options.travel = {0.0, 0.0, 0.2};  // slow: most points stay in view
+  options.mover_travel = {0.05, 0.0, 0.3};
+  const PointStreet street(options);
+  std::mt19937_64 random(2);
+  cv::Mat grey(options.size, CV_8UC1);
+  for (int y = 0; y < grey.rows; ++y) {
+    for (int x = 0; x < grey.cols; ++x) grey.at<uint8_t>(y, x) = random() % 256;
+  }
+  std::vector<EvidenceFrame> frames;
+  for (int t = 0; t < kFrames; ++t) {
+    EvidenceFrame frame;
+    frame.gap = kGap;
+    frame.size = options.size;
+    if (with_image) frame.grey = grey;
+    if (t >= kGap) {
+      frame.motion_model = MotionModelKind::kFundamental;
+      frame.motion_matrix = street.Fundamental(t - kGap, t);
+    }
+    for (const Track& track : street.Tracks(t)) frame.points.push_back(PointOfTrack(track, kGap));
+    frames.push_back(frame);
+  }
+  auto accumulator = EvidenceAccumulator::Create({});
+  int64_t index = 0;
+  for (const EvidenceFrame& first : frames) {
+    EvidenceFrame frame = first;
+    frame.index = index++;
+    if (!accumulator->Add(frame).ok()) std::abort();
+  }
+  EvidenceFrame last = frames.back();
+  bool three_views = true;
+  for (auto _ : state) {
+    last.index = index++;
+    const auto result = accumulator->Add(last);
+    three_views = three_views && result.ok() && result->three_views;
+  }
+  if (!three_views) std::abort();
+  state.counters["points"] = static_cast<double>(last.points.size());
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(last.points.size()));
+}
+BENCHMARK_CAPTURE(BM_Evidence, points, false)->Arg(8500)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_Evidence, points_and_image, true)->Arg(8500)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace egosieve::vision

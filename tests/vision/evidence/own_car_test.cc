@@ -1,0 +1,135 @@
+#include "vision/evidence/own_car.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace egosieve::vision {
+namespace {
+
+const cv::Size kSize(320, 160);
+const cv::Rect kBonnet(64, 112, 192, 48);
+
+// Smooth noise, the same for the same place.
+double Texture(double x, double y) {
+  return 128 + 40 * std::sin(0.21 * x + 0.05 * y) + 35 * std::sin(0.13 * y - 0.17 * x + 1) +
+         30 * std::sin(0.29 * y + 0.03 * x + 2);
+}
+
+// A world that is shifted by (x, y), and a bonnet in front of it that is not.
+cv::Mat Picture(double x, double y, bool bonnet, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  cv::Mat image(kSize, CV_8UC1);
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
+      const bool own = bonnet && kBonnet.contains({u, v});
+      const double value = own ? Texture(3 * u + 500, 2 * v) : Texture(u - x, v - y);
+      image.at<uint8_t>(v, u) =
+          cv::saturate_cast<uint8_t>(value + static_cast<double>(random() % 5) - 2);
+    }
+  }
+  return image;
+}
+
+WorldMotion Shift(double x, double y) {
+  WorldMotion motion;
+  motion.homography << 1, 0, x, 0, 1, y, 0, 0, 1;
+  return motion;
+}
+
+// Share of the blocks' centres that are flagged inside (or outside) the bonnet, one block of
+// margin.
+double FlaggedShare(const OwnCarState& state, bool inside) {
+  int flagged = 0, count = 0;
+  for (int y = 8; y < kSize.height; y += 16) {
+    for (int x = 8; x < kSize.width; x += 16) {
+      const cv::Rect grown(kBonnet.x - 16, kBonnet.y - 16, kBonnet.width + 32, kBonnet.height + 32);
+      const cv::Rect shrunk(kBonnet.x + 16, kBonnet.y + 16, kBonnet.width - 32,
+                            kBonnet.height - 16);
+      if (inside ? !shrunk.contains({x, y}) : grown.contains({x, y})) continue;
+      ++count;
+      flagged += IsOwnCar(state, cv::Point2f(x, y)) ? 1 : 0;
+    }
+  }
+  return static_cast<double>(flagged) / count;
+}
+
+// Pitch and yaw back and forth; `moves` false: the camera stands.
+OwnCarState Drive(int frames, bool bonnet, double amplitude, OwnCarState state = {}) {
+  const auto sway = [&](int t) {
+    return Eigen::Vector2d(2 * amplitude * std::sin(1.3 * t), amplitude * std::sin(2.1 * t));
+  };
+  for (int t = 0; t < frames; ++t) {
+    const Eigen::Vector2d at = sway(t), step = at - sway(t - 1);
+    const WorldMotion motion = Shift(step(0), step(1));
+    const int64_t index = t + (state.images.empty() ? 0 : state.images.back().index + 1 - t);
+    LearnOwnCar(Picture(at(0), at(1), bonnet, t), index, 1, &motion, {}, state);
+  }
+  return state;
+}
+
+TEST(OwnCar, ABonnetIsFoundAndTheWorldIsNot) {
+  const OwnCarState state = Drive(60, true, 1.0);
+  EXPECT_GT(FlaggedShare(state, true), 0.8);
+  EXPECT_EQ(FlaggedShare(state, false), 0.0);
+}
+
+TEST(OwnCar, NothingIsFoundWithoutOne) {
+  const OwnCarState state = Drive(60, false, 1.0);
+  EXPECT_EQ(FlaggedShare(state, true), 0.0);
+  EXPECT_EQ(FlaggedShare(state, false), 0.0);
+}
+
+TEST(OwnCar, NothingIsLearntWhileTheCameraStands) {
+  const OwnCarState state = Drive(80, true, 0.0);
+  EXPECT_EQ(FlaggedShare(state, true), 0.0);
+  EXPECT_EQ(FlaggedShare(state, false), 0.0);
+}
+
+// What a camera follows by hand stays near its place, but not in it.
+TEST(OwnCar, AFollowedObjectIsNotTheOwnCar) {
+  OwnCarState state;
+  for (int t = 0; t < 80; ++t) {
+    const auto world = [](int k) { return Eigen::Vector2d(1.5 * k, 0.5 * std::sin(k)); };
+    const auto object = [](int k) { return Eigen::Vector2d(1.2 * std::sin(0.9 * k), 0.0); };
+    cv::Mat image = Picture(world(t)(0), world(t)(1), false, t);
+    const cv::Rect place(112, 48, 96, 64);
+    Picture(object(t)(0), object(t)(1), false, t + 1000)(place).copyTo(image(place));
+    const Eigen::Vector2d step = world(t) - world(t - 1);
+    const WorldMotion motion = Shift(step(0), step(1));
+    LearnOwnCar(image, t, 1, &motion, {}, state);
+  }
+  for (int y = 0; y < kSize.height; y += 16) {
+    for (int x = 0; x < kSize.width; x += 16) EXPECT_FALSE(IsOwnCar(state, cv::Point2f(x, y)));
+  }
+}
+
+TEST(OwnCar, HysteresisKeepsAndAtLastGivesBack) {
+  OwnCarState state = Drive(60, true, 1.0);
+  state = Drive(3, false, 1.0, state);
+  EXPECT_GT(FlaggedShare(state, true), 0.8);
+  state = Drive(120, false, 1.0, state);
+  EXPECT_EQ(FlaggedShare(state, true), 0.0);
+}
+
+TEST(OwnCar, StateIsBoundedAndStartsAnewWithTheSize) {
+  OwnCarState state = Drive(20, true, 1.0);
+  EXPECT_EQ(state.images.size(), 1U);
+  for (const float sum : state.sums) EXPECT_LE(std::abs(sum), OwnCarOptions().limit);
+  LearnOwnCar(cv::Mat(100, 60, CV_8UC1, cv::Scalar(9)), 100, 3, nullptr, {}, state);
+  EXPECT_EQ(state.images.size(), 1U);
+  EXPECT_EQ(state.blocks, cv::Size(4, 7));
+  EXPECT_FALSE(IsOwnCar(state, {200, 150}));
+  EXPECT_FALSE(IsOwnCar(state, {std::nanf(""), 1}));
+}
+
+TEST(OwnCar, OptionsAreChecked) {
+  EXPECT_TRUE(OwnCarOptions().Validate().ok());
+  EXPECT_FALSE(OwnCarOptions({.on = 1, .off = 2}).Validate().ok());
+  EXPECT_FALSE(OwnCarOptions({.memory = 1.0}).Validate().ok());
+  EXPECT_FALSE(OwnCarOptions({.noise_floor = std::nan("")}).Validate().ok());
+}
+
+}  // namespace
+}  // namespace egosieve::vision

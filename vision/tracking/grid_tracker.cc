@@ -1,0 +1,206 @@
+#include "vision/tracking/grid_tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+
+namespace egosieve::vision {
+namespace {
+
+// The least length and, by that, how much of the past they have in common.
+int64_t CommonLength(const Track* const (&around)[4]) {
+  int64_t length = around[0]->length;
+  for (const Track* track : around) length = std::min(length, track->length);
+  return length;
+}
+
+cv::Point2f Offset(const Track& track, int k) { return track.places[k] - track.places[0]; }
+
+cv::Point2f Step(const Track& track, int k) { return track.places[k] - track.places[k - 1]; }
+
+int NodeCount(int pixels, int stride) {
+  const int first = stride / 2;
+  return pixels > first ? (pixels - 1 - first) / stride + 1 : 0;
+}
+
+}  // namespace
+
+absl::Status GridTrackerOptions::Validate() const {
+  if (stride_pixels < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("stride_pixels is ", stride_pixels, "; it must be positive"));
+  }
+  if (frame_step < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("frame_step is ", frame_step, "; it must be positive"));
+  }
+  if (!(agreement_floor > 0) || !std::isfinite(agreement_floor)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("agreement_floor is ", agreement_floor, "; it must be positive"));
+  }
+  if (!(agreement_slope >= 0) || !std::isfinite(agreement_slope)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("agreement_slope is ", agreement_slope, "; it must not be negative"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<GridTracker> GridTracker::Create(const GridTrackerOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  return GridTracker(options);
+}
+
+int64_t GridTracker::NearestNode(cv::Point2f place) const {
+  const int stride = options_.stride_pixels;
+  const auto nearest = [&](float pixels, int count) {
+    const auto node = std::lround((pixels - stride / 2) / static_cast<float>(stride));
+    return std::clamp<int64_t>(node, 0, count - 1);
+  };
+  return nearest(place.y, state_.nodes.height) * state_.nodes.width +
+         nearest(place.x, state_.nodes.width);
+}
+
+Track GridTracker::Inherit(cv::Point2f node, cv::Point2f before) const {
+  const int stride = options_.stride_pixels;
+  const auto cell = [&](float pixels, int count, int& low, int& high) {
+    const float at = (pixels - stride / 2) / static_cast<float>(stride);
+    const float inside = std::clamp(at, 0.0F, static_cast<float>(count - 1));
+    low = static_cast<int>(inside);
+    high = std::min(low + 1, count - 1);
+    return inside - static_cast<float>(low);
+  };
+  int left, right, top, bottom;
+  const float fx = cell(before.x, state_.nodes.width, left, right);
+  const float fy = cell(before.y, state_.nodes.height, top, bottom);
+  const auto at = [&](int row, int column) {
+    return &state_.tracks[static_cast<size_t>(row) * state_.nodes.width + column];
+  };
+  const Track* const around[4] = {at(top, left), at(top, right), at(bottom, left),
+                                  at(bottom, right)};
+  const float weights[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
+  const Track& nearest = state_.tracks[NearestNode(before)];
+
+  Track track;
+  track.parent_id = nearest.id;
+  track.places[0] = node;
+  track.places[1] = before;
+  const int64_t common = CommonLength(around);
+  bool agree = true;
+  track.length = 2;
+  for (int k = 1; k + 1 < kTrackHistory && k < nearest.length; ++k) {
+    cv::Point2f offset = Offset(nearest, k);
+    agree = agree && k < common;
+    if (agree) {
+      cv::Point2f mean(0, 0);
+      const cv::Point2f step = Step(nearest, k);
+      double spread = 0.0;
+      for (int n = 0; n < 4; ++n) {
+        mean += weights[n] * Offset(*around[n], k);
+        const cv::Point2f other = Step(*around[n], k);
+        spread = std::max(spread, std::hypot<double>(other.x - step.x, other.y - step.y));
+      }
+      agree = spread <= options_.agreement_floor +
+                            options_.agreement_slope * std::hypot<double>(step.x, step.y);
+      if (agree) offset = mean;
+    }
+    track.places[k + 1] = before + offset;
+    ++track.length;
+  }
+  if (track.length == kTrackHistory) track.length = nearest.length + 1;
+  return track;
+}
+
+int64_t GridTracker::NodeOf(const PointPair& link, cv::Size nodes) const {
+  const int stride = options_.stride_pixels;
+  const double column = (link.x2 - stride / 2) / stride, row = (link.y2 - stride / 2) / stride;
+  const bool is_node = column == std::floor(column) && row == std::floor(row) && column >= 0 &&
+                       row >= 0 && column < nodes.width && row < nodes.height;
+  return is_node ? static_cast<int64_t>(row) * nodes.width + static_cast<int64_t>(column) : -1;
+}
+
+absl::Status GridTracker::Advance(int64_t frame_index, cv::Size image_size,
+                                  const std::vector<PointPair>& links) {
+  if (frame_index < 0 || frame_index <= state_.frame_index) {
+    return absl::InvalidArgumentError(absl::StrCat("frame ", frame_index, " after frame ",
+                                                   state_.frame_index, "; indices must grow"));
+  }
+  const int stride = options_.stride_pixels;
+  GridTrackerState next;
+  next.frame_index = frame_index;
+  next.next_id = state_.next_id;
+  next.nodes = {NodeCount(image_size.width, stride), NodeCount(image_size.height, stride)};
+  if (next.nodes.width < 1 || next.nodes.height < 1) {
+    return absl::InvalidArgumentError(absl::StrCat("an image of ", image_size.width, " x ",
+                                                   image_size.height, " has no node of the grid"));
+  }
+  next.tracks.resize(next.nodes.area());
+  for (size_t n = 0; n < next.tracks.size(); ++n) {
+    const int row = static_cast<int>(n) / next.nodes.width;
+    const int column = static_cast<int>(n) % next.nodes.width;
+    next.tracks[n].length = 1;
+    next.tracks[n].places[0] = cv::Point2f(static_cast<float>(stride / 2 + column * stride),
+                                           static_cast<float>(stride / 2 + row * stride));
+  }
+  const bool follows = !state_.tracks.empty() &&
+                       frame_index == state_.frame_index + options_.frame_step &&
+                       next.nodes == state_.nodes;
+  if (follows) EGOSIEVE_RETURN_IF_ERROR(Link(image_size, links, next));
+  for (Track& track : next.tracks) {
+    if (track.id < 0) track.id = next.next_id++;
+  }
+  state_ = std::move(next);
+  return absl::OkStatus();
+}
+
+absl::Status GridTracker::Link(cv::Size image_size, const std::vector<PointPair>& links,
+                               GridTrackerState& next) const {
+  std::vector<int64_t> heirs(state_.tracks.size(), -1);  // by parent
+  std::vector<float> distances(state_.tracks.size(), 0.0F);
+  for (const PointPair& link : links) {
+    const int64_t n = NodeOf(link, next.nodes);
+    const bool inside = link.x1 >= 0 && link.y1 >= 0 && link.x1 <= image_size.width - 1 &&
+                        link.y1 <= image_size.height - 1;  // false for NaN
+    if (n < 0 || !inside || next.tracks[n].length != 1) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "the link from (", link.x1, ", ", link.y1, ") to (", link.x2, ", ", link.y2,
+          ") must begin in the image and end in a node of the grid that no other ends in"));
+    }
+    const cv::Point2f before(link.x1, link.y1);
+    next.tracks[n] = Inherit(next.tracks[n].places[0], before);
+    const int64_t parent = NearestNode(before);
+    const cv::Point2f off = before - state_.tracks[parent].places[0];
+    const float distance = off.dot(off);
+    if (heirs[parent] >= 0 && distances[parent] <= distance) continue;
+    heirs[parent] = n;
+    distances[parent] = distance;
+  }
+  for (size_t p = 0; p < heirs.size(); ++p) {
+    if (heirs[p] >= 0) next.tracks[heirs[p]].id = state_.tracks[p].id;
+  }
+  return absl::OkStatus();
+}
+
+void GridTracker::EndAll() { state_.tracks.clear(); }
+
+absl::Status GridTracker::Restore(GridTrackerState state) {
+  const bool whole =
+      state.tracks.empty() || static_cast<int64_t>(state.tracks.size()) == state.nodes.area();
+  if (!whole) {
+    return absl::InvalidArgumentError(absl::StrCat("grid tracker state has ", state.tracks.size(),
+                                                   " tracks for ", state.nodes.area(), " nodes"));
+  }
+  for (const Track& track : state.tracks) {
+    if (track.id < 0 || track.id >= state.next_id || track.length < 1) {
+      return absl::InvalidArgumentError(absl::StrCat("grid tracker state has a track ", track.id,
+                                                     " of length ", track.length,
+                                                     "; the next id is ", state.next_id));
+    }
+  }
+  state_ = std::move(state);
+  return absl::OkStatus();
+}
+
+}  // namespace egosieve::vision
