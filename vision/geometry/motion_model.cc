@@ -18,8 +18,35 @@ struct Candidate {
   std::vector<double> residuals;
 };
 
+// w_i of (G1): their mean is 1.
+std::vector<double> EvenWeights(const std::vector<PointPair>& pairs) {
+  constexpr int kColumns = 12, kRows = 6;
+  constexpr double kFewest = 5.0;  // a cell with fewer pairs than this weighs less than the others
+  double right = 1.0, bottom = 1.0;
+  for (const PointPair& pair : pairs) {
+    right = std::max(right, pair.x2);
+    bottom = std::max(bottom, pair.y2);
+  }
+  const auto cell_of = [&](const PointPair& pair) {
+    const double column = std::clamp(pair.x2 / right * kColumns, 0.0, kColumns - 1.0);
+    const double row = std::clamp(pair.y2 / bottom * kRows, 0.0, kRows - 1.0);
+    const bool usable = std::isfinite(column) && std::isfinite(row);
+    return usable ? static_cast<int>(row) * kColumns + static_cast<int>(column) : 0;
+  };
+  std::vector<double> counts(kColumns * kRows, 0.0);
+  for (const PointPair& pair : pairs) counts[cell_of(pair)] += 1.0;
+  std::vector<double> weights;
+  double sum = 0.0;
+  for (const PointPair& pair : pairs) {
+    weights.push_back(1.0 / std::max(counts[cell_of(pair)], kFewest));
+    sum += weights.back();
+  }
+  for (double& weight : weights) weight *= static_cast<double>(pairs.size()) / sum;
+  return weights;
+}
+
 // (G1) divided by n.
-double MeanGric(const Candidate& candidate, double sigma) {
+double MeanGric(const Candidate& candidate, const std::vector<double>& weights, double sigma) {
   const bool is_fundamental = candidate.kind == MotionModelKind::kFundamental;
   const int dimension = is_fundamental ? 3 : 2;
   const int parameters =
@@ -28,9 +55,9 @@ double MeanGric(const Candidate& candidate, double sigma) {
   const double most = 4.0 - (dimension - 2) * std::log(4.0);
   const double scale = (is_fundamental ? 1.0 : 0.5) / (sigma * sigma);
   double sum = 0.0;
-  for (const double d : candidate.residuals) {
-    const double relative = d * d * scale;
-    sum += relative < most ? relative : most;
+  for (size_t i = 0; i < weights.size(); ++i) {
+    const double relative = candidate.residuals[i] * candidate.residuals[i] * scale;
+    sum += weights[i] * (relative < most ? relative : most);
   }
   return sum / n + dimension * std::log(4.0) + parameters * std::log(4.0 * n) / n;
 }
@@ -71,13 +98,14 @@ void Judge(const Candidate& chosen, const MotionModelOptions& options, MotionMod
   }
 }
 
-void Choose(const std::vector<Candidate>& candidates, const MotionModelOptions& options,
-            MotionModel& model) {
+void Choose(const std::vector<Candidate>& candidates, const std::vector<PointPair>& pairs,
+            const MotionModelOptions& options, MotionModel& model) {
+  const std::vector<double> weights = EvenWeights(pairs);
   const double sigma = NoiseForGric(candidates, options.gric_sigma_pixels);
   const Candidate* best = nullptr;
   double least = 0.0;
   for (const Candidate& candidate : candidates) {
-    const double gric = MeanGric(candidate, sigma);
+    const double gric = MeanGric(candidate, weights, sigma);
     switch (candidate.kind) {
       case MotionModelKind::kStatic:
         model.static_gric = gric;
@@ -148,7 +176,7 @@ absl::StatusOr<MotionModel> EstimateMotionModel(const std::vector<PointPair>& pa
     }
   }
   if (candidates.empty()) return model;
-  Choose(candidates, options, model);
+  Choose(candidates, pairs, options, model);
   return model;
 }
 

@@ -16,6 +16,9 @@
 // and carries the noise of both, hence the root. sigma is gric_sigma_pixels, or the noise itself
 // where that is more: 1.48 times the median of Sampson's distance to F.
 //
+// The weights w_i, of mean 1, give equal areas of the image an equal say (12 x 6 cells): the
+// distance, which a homography explains, is where most pairs survive at speed.
+//
 // The least is chosen; of the static model and the homography the simpler where they are equal.
 //
 // Trust. A majority is what tells the camera's motion from an object's, so the model is believed
@@ -39,11 +42,11 @@ enum class MotionModelChoice { kAuto, kFundamental, kHomography };
 
 struct MotionModelOptions {
   MotionModelChoice choice = MotionModelChoice::kAuto;
-  double fundamental_threshold_pixels = 0.5;  // RANSAC's T for F; positive
-  double homography_threshold_pixels = 1.0;   // RANSAC's T for H; positive
-  double gric_sigma_pixels = 1.0;             // sigma in (G1); positive
-  double support_pixels = 2.0;                // positive
-  double minimum_support = 0.3;               // share of pairs, [0, 1]
+  double fundamental_threshold_pixels = 0.25;  // RANSAC's T for F; positive
+  double homography_threshold_pixels = 1.0;    // RANSAC's T for H; positive
+  double gric_sigma_pixels = 1.0;              // sigma in (G1); positive
+  double support_pixels = 2.0;                 // positive
+  double minimum_support = 0.3;                // share of pairs, [0, 1]
   uint64_t seed = 1;
 
   absl::Status Validate() const;
