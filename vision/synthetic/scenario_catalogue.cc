@@ -12,13 +12,14 @@ constexpr ObjectClass kVan = ObjectClass::kVan;
 constexpr ObjectClass kBus = ObjectClass::kBus;
 
 void Street(SceneBuilder& s) {
-  s.DriveCamera(-62.0, {{0.0, 8.0}, {4.0, 9.0}, {8.0, 7.5}});
-  s.scene.camera.bumps_metres = {38.0};
-  s.CrossingStream(3.2, 8.0);
-  s.OncomingStream(34.0, 9.0);
-  s.Ahead(kCar, -36.0, {{0.0, 8.5}, {5.0, 9.8}, {9.0, 8.0}});
-  s.Cyclist(-30.0, 4.5, false);
-  s.Walkers(9.0);
+  s.DriveCamera(-36.0, {{0.0, 5.5}, {5.0, 5.0}, {8.0, 7.0}});
+  s.scene.camera.bumps_metres = {24.0};
+  s.CrossingStream(1.3, 8.0);
+  s.CrossingWalkers(7.0);
+  s.Ahead(kCar, -16.0, {{0.0, 6.0}, {5.0, 8.0}});
+  s.OncomingStream(45.0, 8.0);
+  s.Cyclist(-14.0, 3.6, false);
+  s.Walkers(4.0);
 }
 
 void Junction(SceneBuilder& s) {
@@ -32,11 +33,11 @@ void Junction(SceneBuilder& s) {
 }
 
 void Crossing(SceneBuilder& s) {
-  s.DriveCamera(-70.0, {{0.0, 7.5}});
-  s.Crossing(kBus, 0, 1, 2.6, 7.0);
-  s.CrossingStream(1.9, 9.0);
+  s.DriveCamera(-40.0, {{0.0, 4.5}});
+  s.Crossing(kBus, 0, 1, 3.0, 7.0);
+  s.CrossingStream(1.2, 8.0);
   for (double x = 14.0; x < 40.0; x += 8.0) s.Oncoming(kCar, x, {});  // wait at the stop line
-  s.Walkers(5.0);
+  s.Walkers(3.0);
 }
 
 void Oncoming(SceneBuilder& s) {
@@ -81,14 +82,10 @@ void StopAndGo(SceneBuilder& s) {
 
 void Pedestrians(SceneBuilder& s) {
   s.DriveCamera(-58.0, {{0.0, 5.0}});
-  for (int k = 0; k < 7; ++k) {
-    const double x = -40.0 + 11.0 * k + s.Uniform(-2.0, 2.0);
-    const double before = s.CameraArrival(x - 4.0);
-    s.CrossingWalker(x, k % 2 == 0 ? 1 : -1, before - s.Uniform(5.5, 8.5), s.Uniform(1.2, 1.8));
-  }
+  s.CrossingWalkers(4.0);
   s.CrossingWalker(-8.2, 1, 1.5, 1.4);
   s.CrossingWalker(-7.2, -1, 2.2, 1.3);
-  s.Walkers(32.0);
+  s.Walkers(20.0);
 }
 
 void Turning(SceneBuilder& s) {

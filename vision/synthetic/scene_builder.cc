@@ -172,6 +172,17 @@ void SceneBuilder::CrossingWalker(double x, int side, double seconds, double spe
       0.0);
 }
 
+void SceneBuilder::CrossingWalkers(double spacing_metres) {
+  for (double x = CameraX(0.0) + 9.0; x < CameraX(duration_);
+       x += spacing_metres * Uniform(0.7, 1.3)) {
+    // Whoever comes from the right has left the camera's lane when it arrives; whoever comes from
+    // the left has not reached it.
+    const bool from_right = Uniform(0.0, 1.0) < 0.6;
+    const double ahead = from_right ? Uniform(4.6, 5.6) : Uniform(2.0, 3.0);
+    CrossingWalker(x, from_right ? 1 : -1, CameraArrival(x) - ahead, Uniform(1.3, 1.7));
+  }
+}
+
 void SceneBuilder::Walkers(double per_100_metres) {
   const double from = CameraX(0.0) - 10.0, to = CameraX(duration_) + 70.0;
   const int count = static_cast<int>((to - from) * per_100_metres / 100.0);

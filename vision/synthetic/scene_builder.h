@@ -51,6 +51,8 @@ class SceneBuilder {
   // Crosses street j = 0 at x, stepping off at `seconds`, from the south for side = +1.
   void CrossingWalker(double x, int side, double seconds, double speed);
 
+  // People who cross the camera's street before it, one every `spacing_metres` of its way.
+  void CrossingWalkers(double spacing_metres);
   // Sprinkles walkers on both pavements, `per_100_metres` of them along the camera's way.
   void Walkers(double per_100_metres);
   // Oncoming traffic with gaps of about `gap_metres` at that speed.

@@ -32,7 +32,7 @@ struct ScenarioOptions {
   int width_pixels = 640;
   int height_pixels = 360;
   int frames = 150;
-  double frames_per_second = 15.0;
+  double frames_per_second = 10.0;
   double field_of_view_degrees = 75.0;  // horizontal
   bool noise = true;
   bool motion_blur = true;

@@ -11,7 +11,7 @@
 
 namespace egosieve::vision {
 
-inline constexpr double kPitchX = 92.0;
+inline constexpr double kPitchX = 66.0;
 inline constexpr double kPitchY = 74.0;
 inline constexpr double kLaneWidth = 3.3;  // one lane a side
 inline constexpr double kKerb = 5.5;       // from the centre line; beyond: pavement

@@ -16,7 +16,7 @@ struct TownOptions {
   double min_height_metres = 8.0;
   double max_height_metres = 24.0;
   double parked = 0.55;  // share of the parking bays that are taken
-  double trees = 0.75;    // share of the places for trees that have one
+  double trees = 0.75;   // share of the places for trees that have one
   bool lights_on = false;
 };
 
