@@ -163,7 +163,7 @@ absl::StatusOr<Evaluation> EvaluateRun(const RunFolder& folder, const std::strin
   bool learnt = options.with_prior;
   for (const FrameLine& line : lines) {
     learnt |= line.model_size > 0;
-    if (line.outcome == FrameLine::Outcome::kFailed) continue;  // its mask counts as without a map
+    if (!line.has_map()) continue;  // its mask counts as without a map
     const auto mask = paths.extract(line.index);
     if (mask.empty()) {
       ++evaluation.frames_without_mask;

@@ -83,7 +83,7 @@ class ReconstructCommand : public Command {
       if (InterruptionRequested()) {
         return absl::CancelledError(absl::StrCat("interrupted after ", frames, " frames"));
       }
-      if (line.outcome == FrameLine::Outcome::kFailed) {
+      if (!line.has_map()) {
         failed += range_.Contains(line.index);
       } else if (range_.Contains(line.index)) {
         EGOSIEVE_RETURN_IF_ERROR(

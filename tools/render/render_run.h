@@ -29,7 +29,7 @@ class OverlaySource {
   const RunDescription& description() const { return description_; }
   const std::vector<FrameLine>& lines() const { return lines_; }
 
-  // The overlay of a line that did not fail. DataLoss where the input's frame is gone, damaged or
+  // The overlay of a frame that did not fail. DataLoss where the input's frame is gone, damaged or
   // of another size.
   absl::StatusOr<cv::Mat3b> Draw(const FrameLine& line, const OverlayOptions& options);
 

@@ -20,7 +20,8 @@ struct FrameLine {
   enum class Outcome {
     kLearnt,    // the model learnt from the pair that ends in this frame
     kAnswered,  // the frame has its map, but nothing was learnt from it: `reason` says why
-    kFailed,    // no map: the frame could not be read; `reason` says why
+    kFailed,    // the frame could not be read: its map, if any, is that of the frame before it;
+                // `reason` says why
   };
 
   // Points by what became of them in this frame. dropped_by_* name the filter that dropped them.
@@ -39,7 +40,7 @@ struct FrameLine {
   double time_seconds = 0.0;
   Outcome outcome = Outcome::kAnswered;
   std::string reason;    // empty where learnt
-  int width_pixels = 0;  // of the frame, which may differ from its neighbours'; 0 where it failed
+  int width_pixels = 0;  // of the frame, which may differ from its neighbours'; 0: it has no map
   int height_pixels = 0;
 
   int64_t features = 0;
@@ -61,6 +62,8 @@ struct FrameLine {
   double dynamic_share = 0.0;        // of the grid's pixels, with a probability of 1/2 or more
   int64_t clamped_variances = 0;     // negative from rounding, set to 0
   int64_t saturated_deviations = 0;  // beyond the scale of the deviation maps
+
+  bool has_map() const { return width_pixels > 0; }
 
   // Stage and its time, in the order in which the stages ran.
   std::vector<std::pair<std::string, double>> milliseconds;

@@ -60,7 +60,7 @@ class RunFolder {
   // (means only) is not written.
   absl::StatusOr<int64_t> WriteGridMaps(int64_t index, const FrameMaps& maps,
                                         double deviation_full_scale) const;
-  // The maps of a frame that did not fail. The deviation is left empty where `with_deviation` is
+  // The maps of a line that has them. The deviation is left empty where `with_deviation` is
   // not set.
   absl::StatusOr<FrameMaps> ReadGridMaps(const FrameLine& line, const RunDescription& description,
                                          bool with_deviation) const;

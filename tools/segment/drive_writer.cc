@@ -110,8 +110,28 @@ absl::StatusOr<DriveWriter> DriveWriter::Continue(const RunFolder& folder,
   DriveWriter writer(folder, description, std::move(log));
   for (const FrameLine& line : lines) {
     writer.Count(line);
+    writer.last_line_ = line;
   }
   return writer;
+}
+
+absl::Status DriveWriter::AnswerFromBefore(FrameLine& line) const {
+  if (!last_line_.has_map()) return absl::OkStatus();
+  for (const char* suffix : {".std.png", ".prob.png"}) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string png,
+                              ReadFile(folder_.FrameFile("grid", last_line_.index, suffix)));
+    EGOSIEVE_RETURN_IF_ERROR(
+        WriteFileAtomically(folder_.FrameFile("grid", line.index, suffix), png));
+  }
+  line.width_pixels = last_line_.width_pixels;
+  line.height_pixels = last_line_.height_pixels;
+  line.time_seconds = last_line_.time_seconds;
+  line.model_size = last_line_.model_size;
+  line.theta = last_line_.theta;
+  line.a = last_line_.a;
+  line.b = last_line_.b;
+  line.dynamic_share = last_line_.dynamic_share;
+  return absl::OkStatus();
 }
 
 void DriveWriter::Count(const FrameLine& line) {
@@ -129,7 +149,9 @@ void DriveWriter::Count(const FrameLine& line) {
 absl::Status DriveWriter::Write(const vision::SegmentedFrame& frame) {
   const auto start = std::chrono::steady_clock::now();
   FrameLine line = MakeLine(frame);
-  if (line.outcome != FrameLine::Outcome::kFailed) {
+  if (line.outcome == FrameLine::Outcome::kFailed) {
+    EGOSIEVE_RETURN_IF_ERROR(AnswerFromBefore(line));
+  } else {
     EGOSIEVE_ASSIGN_OR_RETURN(
         line.saturated_deviations,
         folder_.WriteGridMaps(line.index, MakeMaps(frame.map), description_.deviation_full_scale));

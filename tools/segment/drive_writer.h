@@ -20,9 +20,9 @@ FrameLine MakeLine(const vision::SegmentedFrame& frame);
 class DriveWriter {
  public:
   struct Counts {
-    int64_t answered = 0;  // have a map
+    int64_t answered = 0;  // could be read and have their map
     int64_t learnt = 0;
-    int64_t failed = 0;
+    int64_t failed = 0;           // could not be read
     int64_t other_sizes = 0;      // answered, of another size than the run's first frame
     std::string first_failure;    // its reason
     std::string last_not_learnt;  // reason of the last that has a map and was not learnt from
@@ -51,6 +51,8 @@ class DriveWriter {
   DriveWriter(const RunFolder& folder, const RunDescription& description, LineLog log)
       : folder_(folder), description_(description), log_(std::move(log)) {}
 
+  // A frame that could not be read gets the map of the one before it, where there is one.
+  absl::Status AnswerFromBefore(FrameLine& line) const;
   void Count(const FrameLine& line);
 
   RunFolder folder_;

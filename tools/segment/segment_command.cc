@@ -243,7 +243,8 @@ class SegmentCommand : public Command {
     bool failed = counts.failed > 0;
     if (counts.failed > 0) {
       Warn(absl::StrCat(counts.failed,
-                        " frames have no map, the first because: ", counts.first_failure));
+                        " frames could not be read and have the map of the frame before: ",
+                        counts.first_failure));
     }
     if (!summary.warning.empty()) {
       Warn(summary.warning);

