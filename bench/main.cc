@@ -1,16 +1,18 @@
 // Runs the benchmarks that are linked in. --json=FILE writes Google Benchmark's JSON to FILE; all
 // other flags are its own.
 #include <benchmark/benchmark.h>
+#include <unistd.h>
 
 #include <string>
 #include <vector>
 
 namespace {
 
-// Times are the wall's throughout: names need not say so.
+// Leaves out of a benchmark's name how its time was taken ("/real_time").
 template <typename Reporter>
 class ShortNames : public Reporter {
  public:
+  using Reporter::Reporter;
   void ReportRuns(const std::vector<benchmark::BenchmarkReporter::Run>& runs) override {
     std::vector<benchmark::BenchmarkReporter::Run> renamed = runs;
     for (auto& run : renamed) run.run_name.time_type.clear();
@@ -39,7 +41,9 @@ int main(int argc, char** argv) {
   int count = static_cast<int>(pointers.size());
   benchmark::Initialize(&count, pointers.data());
   if (benchmark::ReportUnrecognizedArguments(count, pointers.data())) return 2;
-  ShortNames<benchmark::ConsoleReporter> console;
+  ShortNames<benchmark::ConsoleReporter> console(isatty(STDOUT_FILENO)
+                                                     ? benchmark::ConsoleReporter::OO_Color
+                                                     : benchmark::ConsoleReporter::OO_None);
   ShortNames<benchmark::JSONReporter> json;
   if (writes_json) {
     benchmark::RunSpecifiedBenchmarks(&console, &json);

@@ -6,11 +6,13 @@
 #include "tools/cli/version.h"
 #include "tools/devices/devices_command.h"
 #include "tools/evaluate/evaluate_command.h"
+#include "tools/model/model_command.h"
 #include "tools/reconstruct/reconstruct_command.h"
 #include "tools/render/render_command.h"
 #include "tools/report/report_command.h"
 #include "tools/segment/segment_command.h"
 #include "tools/synthesize/synthesize_command.h"
+#include "tools/tune/tune_command.h"
 
 int main(int argc, char** argv) {
   using namespace egosieve::tools;  // NOLINT(build/namespaces)
@@ -24,6 +26,8 @@ int main(int argc, char** argv) {
   line.Add(MakeRenderCommand());
   line.Add(MakeReportCommand());
   line.Add(MakeEvaluateCommand());
+  line.Add(MakeModelCommand());
   line.Add(MakeDevicesCommand());
+  line.Add(MakeTuneCommand());
   return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
 }

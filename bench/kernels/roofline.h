@@ -2,6 +2,7 @@
 #ifndef EGOSIEVE_BENCH_KERNELS_ROOFLINE_H_
 #define EGOSIEVE_BENCH_KERNELS_ROOFLINE_H_
 
+#include <chrono>
 #include <cstdint>
 
 #include "kernels/runtime/context.h"
@@ -18,6 +19,18 @@ double StrsmSeconds(int64_t n, int64_t m);
 
 // Bytes a second of a copy in memory on all cores, read and written bytes counted.
 double CopyBytesPerSecond();
+
+// The wall's seconds an iteration of a benchmark's loop, for counters that are no rates.
+class LoopTimer {
+ public:
+  double SecondsAnIteration(int64_t iterations) const {
+    const auto elapsed = std::chrono::steady_clock::now() - begin_;
+    return std::chrono::duration<double>(elapsed).count() / static_cast<double>(iterations);
+  }
+
+ private:
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
 
 }  // namespace egosieve::kernels
 

@@ -69,15 +69,15 @@ absl::Status TakeModel(ArrayMap& arrays, ExactModelState& model) {
   covariance.signal_stddev = signal_noise[0];
   model.hyperparameters.noise_stddev = signal_noise[1];
   EGOSIEVE_RETURN_IF_ERROR(model.hyperparameters.Validate());
-  EGOSIEVE_ASSIGN_OR_RETURN(model.targets, Take<double>("targets", -1, arrays));
-  const int64_t n = static_cast<int64_t>(model.targets.size());
-  EGOSIEVE_ASSIGN_OR_RETURN(model.inputs,
+  EGOSIEVE_ASSIGN_OR_RETURN(model.points.targets, Take<double>("targets", -1, arrays));
+  const int64_t n = static_cast<int64_t>(model.points.targets.size());
+  EGOSIEVE_ASSIGN_OR_RETURN(model.points.inputs,
                             Take<double>("inputs", n * covariance.input_dimension(), arrays));
-  EGOSIEVE_ASSIGN_OR_RETURN(model.identities, Take<int64_t>("identities", n, arrays));
-  EGOSIEVE_ASSIGN_OR_RETURN(model.birth_frames, Take<int64_t>("birth_frames", n, arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(model.points.identities, Take<int64_t>("identities", n, arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(model.points.birth_frames, Take<int64_t>("birth_frames", n, arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> next,
                             Take<int64_t>("next_identity", 1, arrays));
-  model.next_identity = next[0];
+  model.points.next_identity = next[0];
   return model.Validate();
 }
 
@@ -122,13 +122,13 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
   arrays["scales"] = Vector(covariance.scales);
   arrays["signal_noise"] =
       Vector<double>({covariance.signal_stddev, model.hyperparameters.noise_stddev});
-  arrays["inputs"] = Vector(model.inputs);
-  arrays["inputs"].shape = {static_cast<int64_t>(model.targets.size()),
+  arrays["inputs"] = Vector(model.points.inputs);
+  arrays["inputs"].shape = {static_cast<int64_t>(model.points.targets.size()),
                             covariance.input_dimension()};
-  arrays["targets"] = Vector(model.targets);
-  arrays["identities"] = Vector(model.identities);
-  arrays["birth_frames"] = Vector(model.birth_frames);
-  arrays["next_identity"] = Vector<int64_t>({model.next_identity});
+  arrays["targets"] = Vector(model.points.targets);
+  arrays["identities"] = Vector(model.points.identities);
+  arrays["birth_frames"] = Vector(model.points.birth_frames);
+  arrays["next_identity"] = Vector<int64_t>({model.points.next_identity});
   arrays["squash"] = Vector<double>({file.squash.a, file.squash.b});
   arrays["annotations"] =
       Vector(std::vector<uint8_t>(file.annotations.begin(), file.annotations.end()));
@@ -149,9 +149,9 @@ absl::StatusOr<ModelFile> ParseModel(std::string_view bytes, const ModelFileLimi
   EGOSIEVE_RETURN_IF_ERROR(CheckVersion(arrays));
   ModelFile file;
   EGOSIEVE_RETURN_IF_ERROR(TakeModel(arrays, file.model));
-  if (static_cast<int64_t>(file.model.targets.size()) > limits.maximum_points) {
+  if (static_cast<int64_t>(file.model.points.targets.size()) > limits.maximum_points) {
     return absl::FailedPreconditionError(absl::StrFormat(
-        "%d points; at most %d are read", file.model.targets.size(), limits.maximum_points));
+        "%d points; at most %d are read", file.model.points.targets.size(), limits.maximum_points));
   }
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> squash, Take<double>("squash", 2, arrays));
   file.squash = {squash[0], squash[1]};

@@ -1,7 +1,10 @@
 // Owned row-major float64 storage, aligned to 64 bytes, rows padded to whole cache lines. Contents
-// are not initialised.
+// are not initialised. Large matrices ask for huge pages: tiles touch many rows, each of them on
+// pages of its own.
 #ifndef EGOSIEVE_GP_LINALG_ALIGNED_MATRIX_H_
 #define EGOSIEVE_GP_LINALG_ALIGNED_MATRIX_H_
+
+#include <sys/mman.h>
 
 #include <cstdint>
 #include <cstdlib>
@@ -19,7 +22,7 @@ class AlignedMatrix {
   AlignedMatrix(int64_t rows, int64_t cols) : rows_(rows), cols_(cols), stride_(Padded(cols)) {
     const size_t bytes = static_cast<size_t>(rows * stride_) * sizeof(double);
     if (bytes > 0) {
-      data_.reset(static_cast<double*>(std::aligned_alloc(kAlignmentBytes, bytes)));
+      data_.reset(Allocate(bytes));
       if (data_ == nullptr) throw std::bad_alloc();
     }
   }
@@ -50,6 +53,20 @@ class AlignedMatrix {
 
  private:
   static constexpr int64_t kAlignmentBytes = 64;
+  static constexpr size_t kHugePageBytes = size_t{2} << 20;
+
+  static double* Allocate(size_t bytes) {
+    if (bytes < 4 * kHugePageBytes) {
+      return static_cast<double*>(std::aligned_alloc(kAlignmentBytes, bytes));
+    }
+    const size_t whole = (bytes + kHugePageBytes - 1) / kHugePageBytes * kHugePageBytes;
+    void* data = std::aligned_alloc(kHugePageBytes, whole);
+#ifdef MADV_HUGEPAGE
+    if (data != nullptr) madvise(data, whole, MADV_HUGEPAGE);  // advice: its failure is harmless
+#endif
+    return static_cast<double*>(data);
+  }
+
   // A stride of a multiple of 4096 bytes would put a column's elements into one cache set.
   static int64_t Padded(int64_t cols) {
     const int64_t line = kAlignmentBytes / static_cast<int64_t>(sizeof(double));

@@ -19,105 +19,26 @@ using kernels::MatrixView;
 
 constexpr double kFirstJitter = 1e-10;  // of sigma_f^2
 constexpr double kLastJitter = 1e-4;
-constexpr int64_t kLargestIdentity = int64_t{1} << 62;
 constexpr int64_t kPredictionTile = 512;  // points predicted at a time
-
-template <typename T>
-absl::Status CheckPoints(ConstMatrixView<T> points, int64_t dimension) {
-  if (points.rows > 0 && points.cols != dimension) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("inputs have %d columns; the covariance takes %d", points.cols, dimension));
-  }
-  for (int64_t i = 0; i < points.rows; ++i) {
-    for (int64_t d = 0; d < points.cols; ++d) {
-      if (!std::isfinite(points(i, d))) {
-        return absl::InvalidArgumentError(
-            absl::StrFormat("inputs(%d, %d) = %g; it must be finite", i, d, points(i, d)));
-      }
-    }
-  }
-  return absl::OkStatus();
-}
-
-absl::Status CheckTargets(absl::Span<const double> targets, int64_t count) {
-  if (static_cast<int64_t>(targets.size()) != count) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d inputs and %d labels or targets", count, targets.size()));
-  }
-  for (size_t i = 0; i < targets.size(); ++i) {
-    if (!std::isfinite(targets[i])) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("targets[%d] = %g; it must be finite", i, targets[i]));
-    }
-  }
-  return absl::OkStatus();
-}
-
-// The elements of `values` (of `width` a row) whose rows are not in `rows`.
-template <typename T>
-void EraseRows(std::vector<T>& values, int64_t width, absl::Span<const int64_t> rows) {
-  const int64_t n = static_cast<int64_t>(values.size()) / width;
-  int64_t place = 0;
-  size_t next = 0;
-  for (int64_t i = 0; i < n; ++i) {
-    if (next < rows.size() && rows[next] == i) {
-      ++next;
-      continue;
-    }
-    if (place != i) {
-      std::copy_n(values.begin() + i * width, width, values.begin() + place * width);
-    }
-    ++place;
-  }
-  values.resize(place * width);
-}
 
 }  // namespace
 
 absl::Status ExactModelState::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
-  const int64_t dimension = hyperparameters.covariance.input_dimension();
-  const size_t n = targets.size();
-  if (inputs.size() != n * dimension || identities.size() != n || birth_frames.size() != n) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d values of inputs of dimension %d, %d targets, %d identities and %d "
-                        "birth frames do not fit",
-                        inputs.size(), dimension, n, identities.size(), birth_frames.size()));
-  }
-  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(
-      ConstMatrixView<double>(inputs.data(), static_cast<int64_t>(n), dimension), dimension));
-  EGOSIEVE_RETURN_IF_ERROR(CheckTargets(targets, static_cast<int64_t>(n)));
-  if (!(next_identity >= 0 && next_identity <= kLargestIdentity)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("next_identity = %d; it must be in [0, 2^62]", next_identity));
-  }
-  for (size_t i = 0; i < n; ++i) {
-    if (!(identities[i] > (i == 0 ? -1 : identities[i - 1]) && identities[i] < next_identity)) {
-      return absl::InvalidArgumentError(absl::StrFormat(
-          "identities[%d] = %d; they must increase from 0 to under next_identity = %d", i,
-          identities[i], next_identity));
-    }
-  }
-  return absl::OkStatus();
+  return points.Validate(hyperparameters.covariance.input_dimension());
 }
 
 absl::StatusOr<ExactModel> ExactModel::Restore(std::shared_ptr<kernels::Context> context,
                                                const ExactModelState& state) {
   EGOSIEVE_RETURN_IF_ERROR(state.Validate());
   EGOSIEVE_ASSIGN_OR_RETURN(ExactModel model, Create(std::move(context), state.hyperparameters));
-  EGOSIEVE_RETURN_IF_ERROR(model.Rebuild(state.hyperparameters, state.inputs, 0.0, false));
-  model.inputs_ = state.inputs;
-  model.targets_ = state.targets;
-  model.identities_ = state.identities;
-  model.birth_frames_ = state.birth_frames;
-  model.next_identity_ = state.next_identity;
+  EGOSIEVE_RETURN_IF_ERROR(model.Rebuild(state.hyperparameters, state.points.inputs, 0.0, false));
+  model.points_ = state.points;
   model.UpdateAlpha();
   return model;
 }
 
-ExactModelState ExactModel::State() const {
-  return {hyperparameters_, inputs_, targets_, identities_, birth_frames_, next_identity_};
-}
+ExactModelState ExactModel::State() const { return {hyperparameters_, points_}; }
 
 absl::StatusOr<ExactModel> ExactModel::Create(std::shared_ptr<kernels::Context> context,
                                               const Hyperparameters& hyperparameters) {
@@ -131,24 +52,13 @@ absl::StatusOr<ExactModel> ExactModel::Create(std::shared_ptr<kernels::Context> 
 
 absl::Status ExactModel::Add(ConstMatrixView<float> inputs, absl::Span<const double> labels,
                              int64_t frame) {
-  std::vector<double> wide(inputs.rows * inputs.cols);
-  for (int64_t i = 0; i < inputs.rows; ++i) {
-    std::copy_n(inputs.row(i), inputs.cols, wide.begin() + i * inputs.cols);
-  }
+  const std::vector<double> wide = Widen(inputs);
   return Add(ConstMatrixView<double>(wide.data(), inputs.rows, inputs.cols), labels, frame);
 }
 
 absl::Status ExactModel::Add(ConstMatrixView<double> inputs, absl::Span<const double> labels,
                              int64_t frame) {
-  std::vector<double> targets;
-  targets.reserve(labels.size());
-  for (size_t i = 0; i < labels.size(); ++i) {
-    if (!(labels[i] >= 0.0 && labels[i] <= 1.0)) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("labels[%d] = %g; it must be in [0, 1]", i, labels[i]));
-    }
-    targets.push_back(2.0 * labels[i] - 1.0);  // (M1)
-  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> targets, TargetsOfLabels(labels));  // (M1)
   return AddTargets(inputs, targets, frame);
 }
 
@@ -158,20 +68,16 @@ absl::Status ExactModel::AddTargets(ConstMatrixView<double> inputs,
   EGOSIEVE_RETURN_IF_ERROR(CheckTargets(targets, inputs.rows));
   if (inputs.rows == 0) return absl::OkStatus();
 
-  std::vector<double> all(inputs_);
-  for (int64_t i = 0; i < inputs.rows; ++i) {
-    all.insert(all.end(), inputs.row(i), inputs.row(i) + inputs.cols);
-  }
   absl::Status status = AppendToFactor(inputs);
-  if (absl::IsFailedPrecondition(status)) status = Rebuild(hyperparameters_, all, jitter_, true);
-  EGOSIEVE_RETURN_IF_ERROR(status);
-
-  inputs_ = std::move(all);
-  for (const double target : targets) {
-    targets_.push_back(target);
-    birth_frames_.push_back(frame);
-    identities_.push_back(next_identity_++);
+  if (absl::IsFailedPrecondition(status)) {
+    std::vector<double> all(points_.inputs);
+    for (int64_t i = 0; i < inputs.rows; ++i) {
+      all.insert(all.end(), inputs.row(i), inputs.row(i) + inputs.cols);
+    }
+    status = Rebuild(hyperparameters_, all, jitter_, true);
   }
+  EGOSIEVE_RETURN_IF_ERROR(status);
+  points_.Append(inputs, targets, frame);
   UpdateAlpha();
   return absl::OkStatus();
 }
@@ -215,24 +121,16 @@ absl::Status ExactModel::Rebuild(const Hyperparameters& hyperparameters,
 }
 
 absl::Status ExactModel::Remove(absl::Span<const int64_t> rows) {
-  for (size_t i = 0; i < rows.size(); ++i) {
-    if (!(rows[i] >= 0 && rows[i] < size()) || (i > 0 && rows[i] <= rows[i - 1])) {
-      return absl::InvalidArgumentError(absl::StrFormat(
-          "rows[%d] = %d; rows must be strictly increasing and in [0, %d)", i, rows[i], size()));
-    }
-  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckRows(rows, size()));
   if (rows.empty()) return absl::OkStatus();
-  std::vector<double> left(inputs_);
-  EraseRows(left, input_dimension(), rows);
+  PointSet left = points_;
+  left.Remove(rows);
   // The update cannot fail, so it also serves where a rebuild does.
   if (!factor_.RefactoringIsCheaper(rows) ||
-      !Rebuild(hyperparameters_, left, jitter_, false).ok()) {
+      !Rebuild(hyperparameters_, left.inputs, jitter_, false).ok()) {
     EGOSIEVE_RETURN_IF_ERROR(factor_.Remove(rows));
   }
-  inputs_ = std::move(left);
-  EraseRows(targets_, 1, rows);
-  EraseRows(identities_, 1, rows);
-  EraseRows(birth_frames_, 1, rows);
+  points_ = std::move(left);
   UpdateAlpha();
   return absl::OkStatus();
 }
@@ -245,7 +143,7 @@ absl::Status ExactModel::SetHyperparameters(const Hyperparameters& hyperparamete
         absl::StrFormat("the covariance takes %d inputs; the model's points have %d", dimension,
                         input_dimension()));
   }
-  EGOSIEVE_RETURN_IF_ERROR(Rebuild(hyperparameters, inputs_, 0.0, false));
+  EGOSIEVE_RETURN_IF_ERROR(Rebuild(hyperparameters, points_.inputs, 0.0, false));
   hyperparameters_ = hyperparameters;
   UpdateAlpha();
   return absl::OkStatus();
@@ -256,14 +154,10 @@ absl::Status ExactModel::Refactorize() {
 }
 
 void ExactModel::UpdateAlpha() {
-  alpha_ = targets_;
+  alpha_ = points_.targets;
   const MatrixView<double> column(alpha_.data(), size(), 1);
   SolveLower(factor_.Factor(), column);
   SolveLowerTransposed(factor_.Factor(), column);
-}
-
-ConstMatrixView<double> ExactModel::inputs() const {
-  return {inputs_.data(), size(), input_dimension()};
 }
 
 absl::StatusOr<std::vector<float>> ExactModel::PredictMean(ConstMatrixView<float> points) const {
@@ -282,7 +176,7 @@ absl::StatusOr<std::vector<float>> ExactModel::PredictMean(ConstMatrixView<float
 std::vector<double> ExactModel::PredictOwnMean() const {
   // K alpha = (L L^T) alpha - (sigma_n^2 + jitter) alpha = y - (sigma_n^2 + jitter) alpha.
   const double diagonal = hyperparameters_.noise_variance() + jitter_;
-  std::vector<double> mean(targets_);
+  std::vector<double> mean(points_.targets);
   for (size_t i = 0; i < mean.size(); ++i) mean[i] -= diagonal * alpha_[i];
   return mean;
 }
@@ -321,13 +215,13 @@ absl::StatusOr<Prediction> ExactModel::Predict(ConstMatrixView<double> points,
 
 double ExactModel::LogMarginalLikelihood() const {
   double fit = 0.0;
-  for (size_t i = 0; i < targets_.size(); ++i) fit += targets_[i] * alpha_[i];
+  for (size_t i = 0; i < alpha_.size(); ++i) fit += targets()[i] * alpha_[i];
   return -0.5 *
          (fit + factor_.LogDeterminant() + static_cast<double>(size()) * std::log(2.0 * M_PI));
 }
 
 absl::StatusOr<LeaveOneOut> ExactModel::PredictLeaveOneOut(absl::Span<const int64_t> rows) const {
-  return ComputeLeaveOneOut(factor_, targets_, alpha_, rows);
+  return ComputeLeaveOneOut(factor_, points_.targets, alpha_, rows);
 }
 
 absl::StatusOr<std::shared_ptr<const Posterior>> ExactModel::MakePosterior(

@@ -32,6 +32,7 @@
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/incremental_cholesky.h"
+#include "gp/model/point_set.h"
 #include "gp/model/posterior.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
@@ -46,14 +47,8 @@ struct Prediction {
 // A model as a value: everything but the factor, which follows from it.
 struct ExactModelState {
   Hyperparameters hyperparameters;
-  std::vector<double> inputs;  // n x D
-  std::vector<double> targets;
-  std::vector<int64_t> identities;
-  std::vector<int64_t> birth_frames;
-  int64_t next_identity = 0;
+  PointSet points;
 
-  // InvalidArgument, naming the field, unless sizes fit, numbers are finite, and identities are
-  // increasing, not negative and under next_identity.
   absl::Status Validate() const;
 };
 
@@ -96,7 +91,7 @@ class ExactModel {
 
   ExactModelState State() const;
 
-  int64_t size() const { return static_cast<int64_t>(targets_.size()); }
+  int64_t size() const { return points_.size(); }
   int64_t input_dimension() const { return hyperparameters_.covariance.input_dimension(); }
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
   const std::shared_ptr<kernels::Context>& context() const { return context_; }
@@ -104,10 +99,10 @@ class ExactModel {
   double jitter() const { return jitter_; }
 
   // Views are valid until the next change.
-  kernels::ConstMatrixView<double> inputs() const;                      // n x D
-  absl::Span<const double> targets() const { return targets_; }         // y = 2 p - 1
-  absl::Span<const int64_t> identities() const { return identities_; }  // increasing
-  absl::Span<const int64_t> birth_frames() const { return birth_frames_; }
+  kernels::ConstMatrixView<double> inputs() const { return points_.view(input_dimension()); }
+  absl::Span<const double> targets() const { return points_.targets; }         // y = 2 p - 1
+  absl::Span<const int64_t> identities() const { return points_.identities; }  // increasing
+  absl::Span<const int64_t> birth_frames() const { return points_.birth_frames; }
   const IncrementalCholesky& factor() const { return factor_; }
   absl::Span<const double> alpha() const { return alpha_; }
 
@@ -145,12 +140,8 @@ class ExactModel {
   Hyperparameters hyperparameters_;
   IncrementalCholesky factor_;
   double jitter_ = 0.0;
-  std::vector<double> inputs_;  // n x D
-  std::vector<double> targets_;
+  PointSet points_;
   std::vector<double> alpha_;
-  std::vector<int64_t> identities_;
-  std::vector<int64_t> birth_frames_;
-  int64_t next_identity_ = 0;
 };
 
 }  // namespace egosieve::gp

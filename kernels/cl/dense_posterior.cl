@@ -5,6 +5,7 @@
 //   GROUP    rows of the factor in a cache block, a multiple of PANEL
 //   DEPTH    columns of the factor in a cache block, GROUP a multiple or a divisor
 //   FACTOR   0 none, 1 Cholesky (blocked substitution), 2 inverse Cholesky (product)
+//   WORK_GROUP  work-items that run side by side, each on tiles of its own: 1 on CPUs
 #define QUERIES (WIDTH * VEC)
 
 #define WANT_MEAN 1
@@ -184,7 +185,7 @@ inline void apply_factor(__global const float* restrict factor, const int n, con
 
 // A work-item takes tiles of `micro_tiles` micro-tiles, one after another, until the counter next_tile says that none is
 // left: it keeps its own scratch, and who takes which tile changes no result.
-__kernel __attribute__((reqd_work_group_size(1, 1, 1))) void dense_posterior(
+__kernel __attribute__((reqd_work_group_size(WORK_GROUP, 1, 1))) void dense_posterior(
     __global const float* restrict queries, const long query_stride, const long query_count,
     __global const float* restrict inputs, __global const float* restrict alpha, const int input_count, const int padded_count,
     __global const float* restrict factor, const float signal_variance, const float squash_a, const float squash_b,

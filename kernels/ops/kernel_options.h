@@ -8,8 +8,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "kernels/base/aligned_array.h"
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/base/matrix_view.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/prepared_points.h"
 #include "kernels/runtime/opencl_context.h"
 
@@ -50,19 +52,30 @@ std::vector<T> PrepareRows(const CovarianceParameters& parameters, ConstMatrixVi
 // zero.
 template <typename T>
 struct PreparedColumns {
-  std::vector<T> values;
+  AlignedArray<T> values;
   int64_t stride = 0;
 };
 
 template <typename Input, typename T>
 PreparedColumns<T> PrepareColumns(const CovarianceParameters& parameters,
                                   ConstMatrixView<Input> points, int64_t multiple) {
+  // Points a piece of work: few enough for all cores, enough to be worth handing out.
+  constexpr int64_t kPiece = 2048;
   PreparedColumns<T> columns;
   columns.stride = (points.rows + multiple - 1) / multiple * multiple;
-  columns.values.assign((PreparedComponents(parameters) + 1) * columns.stride, T{0});
-  for (int64_t i = 0; i < points.rows; ++i) {
-    PreparePoint(parameters, points.row(i), &columns.values[i], columns.stride);
-  }
+  const int64_t width = PreparedComponents(parameters) + 1;
+  columns.values = AlignedArray<T>(std::max<int64_t>(width * columns.stride, 1));
+  ParallelFor((columns.stride + kPiece - 1) / kPiece, [&](int64_t piece) {
+    const int64_t begin = piece * kPiece;
+    const int64_t end = std::min(begin + kPiece, columns.stride);
+    for (int64_t i = begin; i < std::min(end, points.rows); ++i) {
+      PreparePoint(parameters, points.row(i), &columns.values[i], columns.stride);
+    }
+    for (int64_t c = 0; c < width; ++c) {
+      for (int64_t i = std::max(begin, points.rows); i < end; ++i)
+        columns.values[c * columns.stride + i] = T{0};
+    }
+  });
   return columns;
 }
 

@@ -58,7 +58,7 @@ class DeviceModel {
     alpha_ = InputBuffer(context, host_.alpha);
     if (model.factor_kind != FactorKind::kNone && count_ > 0) {
       host_.factor = PackFactor(model.factor_kind, model.factor, blocking);
-      factor_ = InputBuffer(context, host_.factor.data(), host_.factor.size() * sizeof(float));
+      factor_ = InputBuffer(context, host_.factor);
     } else {
       factor_ = alpha_;
     }
@@ -103,6 +103,7 @@ class OpenClPosterior : public DensePosterior {
   // Sizes that the memory cap leaves.
   struct Tiling {
     int micro_tiles = 1;
+    int work_groups = 1;
     int work_items = 1;
     int64_t scratch_floats = 0;  // of one work-item
     int64_t tile_queries = 0;
@@ -154,7 +155,8 @@ std::string OpenClPosterior::BuildOptions(FactorKind kind) const {
   const int factor = kind == FactorKind::kNone ? 0 : kind == FactorKind::kCholesky ? 1 : 2;
   return absl::StrCat(CovarianceBuildOptions<float>(*context_, covariance_, DotSuffices()),
                       " -DFACTOR=", factor, " -DPANEL=", blocking_.panel, " -DWIDTH=", Width(kind),
-                      " -DGROUP=", blocking_.group, " -DDEPTH=", blocking_.depth);
+                      " -DGROUP=", blocking_.group, " -DDEPTH=", blocking_.depth,
+                      " -DWORK_GROUP=", tuning_.work_group);
 }
 
 OpenClPosterior::Tiling OpenClPosterior::ChooseTiling(FactorKind kind, int64_t query_count) const {
@@ -164,19 +166,17 @@ OpenClPosterior::Tiling OpenClPosterior::ChooseTiling(FactorKind kind, int64_t q
   const int64_t cap_floats = options_.memory_cap_bytes / static_cast<int64_t>(sizeof(float));
   Tiling tiling;
   tiling.micro_tiles = tuning_.micro_tiles;
-  tiling.work_items = std::max(context_->info().compute_units, 1);
-  // Half of the cap for scratch, the other half for queries; a single micro-tile is the least there
-  // can be.
-  while (tiling.micro_tiles > 1 &&
-         tiling.micro_tiles * tiling.work_items * micro_floats > cap_floats / 2) {
-    tiling.micro_tiles /= 2;
-  }
-  while (tiling.work_items > 1 &&
-         tiling.micro_tiles * tiling.work_items * micro_floats > cap_floats / 2) {
-    --tiling.work_items;
-  }
+  tiling.work_groups = std::max(context_->info().compute_units, 1) * tuning_.groups_a_unit;
+  // Half of the cap for scratch, the other half for queries; a work-group of single micro-tiles is
+  // the least there can be.
+  const auto scratch = [&] {
+    return int64_t{tiling.micro_tiles} * tiling.work_groups * tuning_.work_group * micro_floats;
+  };
+  while (tiling.micro_tiles > 1 && scratch() > cap_floats / 2) tiling.micro_tiles /= 2;
+  while (tiling.work_groups > 1 && scratch() > cap_floats / 2) --tiling.work_groups;
+  tiling.work_items = tiling.work_groups * tuning_.work_group;
   tiling.scratch_floats = tiling.micro_tiles * micro_floats;
-  const int64_t tile = tiling.micro_tiles * MicroTileQueries(kind);
+  const int64_t tile = int64_t{tiling.micro_tiles} * MicroTileQueries(kind);
   tiling.tile_queries = tile;
   const int64_t most = std::min({kMaxChunkQueries, cap_floats / 2 / query_floats, query_count});
   tiling.chunk_queries = std::max<int64_t>((most + tile - 1) / tile, 1) * tile;
@@ -209,7 +209,8 @@ int64_t OpenClPosterior::EvaluateChunk(cl::Kernel& kernel, const cl::CommandQueu
                signal_variance, squash_a_, squash_b_, cl_int{tiling.micro_tiles},
                cl_int{OutputMask(outputs)}, scratch, cl_long{tiling.scratch_floats},
                counter_buffer.buffer(), mean.buffer(), variance.buffer(), probability.buffer());
-  queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(tiling.work_items), cl::NDRange(1));
+  queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(tiling.work_items),
+                             cl::NDRange(tuning_.work_group));
   for (OutputBuffer<float>* result : {&mean, &variance, &probability}) result->Finish(queue);
   counter_buffer.Finish(queue);
   return counters[1];

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "kernels/base/aligned_array.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/opencl_context.h"
 
@@ -19,6 +20,11 @@ cl::Buffer InputBuffer(const Context& context, const void* data, size_t bytes);
 
 template <typename T>
 cl::Buffer InputBuffer(const Context& context, const std::vector<T>& values) {
+  return InputBuffer(context, values.data(), values.size() * sizeof(T));
+}
+
+template <typename T>
+cl::Buffer InputBuffer(const Context& context, const AlignedArray<T>& values) {
   return InputBuffer(context, values.data(), values.size() * sizeof(T));
 }
 

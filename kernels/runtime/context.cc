@@ -12,11 +12,11 @@
 namespace egosieve::kernels {
 namespace {
 
-// PoCL reports the width of its target; some drivers report 1 or odd values.
-int FloatLanes(const cl::Device& device, bool is_gpu) {
-  if (is_gpu) return 1;
+KernelTuning DefaultsOf(const cl::Device& device, DeviceType type) {
+  if (type == DeviceType::kGpu) return DefaultGpuTuning();
+  // PoCL reports the width of its target; some drivers report 1 or odd values.
   const cl_uint native = device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>();
-  return native >= 16 ? 16 : native >= 8 ? 8 : 4;
+  return DefaultTuning(native >= 16 ? 16 : native >= 8 ? 8 : 4);
 }
 
 }  // namespace
@@ -26,11 +26,10 @@ Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& optio
       device_(std::move(device)),
       context_(device_),
       program_cache_(options.program_cache) {
+  info_.float64 = info_.float64 && options.float64;
   shares_host_memory_ = info_.type == DeviceType::kCpu;
-  tuning_ =
-      options.tuning.has_value()
-          ? *options.tuning
-          : LoadTuning(info_, DefaultTuning(FloatLanes(device_, info_.type == DeviceType::kGpu)));
+  tuning_ = options.tuning.has_value() ? *options.tuning
+                                       : LoadTuning(info_, DefaultsOf(device_, info_.type));
 }
 
 absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::string& options) {

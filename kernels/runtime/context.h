@@ -17,6 +17,8 @@ struct ContextOptions {
   std::string device;
   // Compiled programs are kept in the user's cache folder.
   bool program_cache = true;
+  // False: as on a device without it; what needs it is computed on the host.
+  bool float64 = true;
   // Shapes of the kernels. Unset: the device's table in the user's cache folder, else defaults.
   std::optional<KernelTuning> tuning;
 };

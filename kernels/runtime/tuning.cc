@@ -18,7 +18,7 @@ struct Field {
   int most;
 };
 
-constexpr std::array<Field, 7> kFields = {{
+constexpr std::array<Field, 9> kFields = {{
     {"float_lanes", &KernelTuning::float_lanes, 1, 16},
     {"mean_width", &KernelTuning::mean_width, 1, 8},
     {"width", &KernelTuning::width, 1, 8},
@@ -26,6 +26,8 @@ constexpr std::array<Field, 7> kFields = {{
     {"panels_a_group", &KernelTuning::panels_a_group, 1, 64},
     {"depth", &KernelTuning::depth, 8, 4096},
     {"micro_tiles", &KernelTuning::micro_tiles, 1, 64},
+    {"work_group", &KernelTuning::work_group, 1, 1024},
+    {"groups_a_unit", &KernelTuning::groups_a_unit, 1, 64},
 }};
 
 }  // namespace
@@ -43,6 +45,16 @@ absl::Status KernelTuning::Validate() const {
         absl::StrFormat("float_lanes = %d; it must be 1, 4, 8 or 16", float_lanes));
   }
   return absl::OkStatus();
+}
+
+KernelTuning DefaultGpuTuning() {
+  KernelTuning tuning = DefaultTuning(1);
+  tuning.width = 4;
+  tuning.mean_width = 4;
+  tuning.micro_tiles = 1;
+  tuning.work_group = 64;
+  tuning.groups_a_unit = 16;
+  return tuning;
 }
 
 KernelTuning DefaultTuning(int float_lanes) {

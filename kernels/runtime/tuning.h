@@ -22,6 +22,8 @@ struct KernelTuning {
   int panels_a_group = 12;  // register blocks in a cache block of rows: 1 to 64
   int depth = 192;          // columns of the factor in a cache block: 8 to 4096
   int micro_tiles = 4;      // register blocks of queries in a tile: 1 to 64
+  int work_group = 1;       // work-items side by side, each with its own tile: 1 to 1024
+  int groups_a_unit = 1;    // work-groups a compute unit: 1 to 64
 
   // InvalidArgument, naming field and value.
   absl::Status Validate() const;
@@ -30,6 +32,8 @@ struct KernelTuning {
 
 // What suits devices with vectors of `float_lanes` lanes without any search.
 KernelTuning DefaultTuning(int float_lanes);
+// Scalar work-items side by side in their thousands.
+KernelTuning DefaultGpuTuning();
 
 std::string FormatTuning(const KernelTuning& tuning);
 

@@ -1,5 +1,6 @@
-// What the sanitizers are told to leave out: allocations and accesses of the OpenCL driver (PoCL, LLVM, clang), which is
-// not built with them. A test that opens a device on PoCL depends on this library.
+// What the sanitizers are told to leave out: allocations and accesses of the OpenCL driver (PoCL,
+// LLVM, clang), which is not built with them. A test that opens a device on PoCL depends on this
+// library.
 extern "C" {
 
 // The driver keeps its compiler's tables until the process ends.
@@ -15,9 +16,9 @@ const char* __tsan_default_suppressions() {
          "race:libLLVM\n"
          "race:libclang\n"
          "deadlock:libpocl\n"
-         "mutex:libpocl\n"
-         "called_from_lib:libpocl\n"
-         "called_from_lib:libLLVM\n";
+         "mutex:libpocl\n";
 }
+
+const char* __tsan_default_options() { return "ignore_noninstrumented_modules=1"; }
 
 }  // extern "C"

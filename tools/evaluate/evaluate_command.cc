@@ -17,7 +17,7 @@ class EvaluateCommand : public Command {
  public:
   std::string name() const override { return "evaluate"; }
   std::string summary() const override {
-    return "Scores a run's maps against truth masks: AUC per frame, its mean, and pooled.";
+    return "Scores a run's maps against truth masks: ranking, thresholds, calibration, objects.";
   }
   std::string example() const override { return "egosieve evaluate out/drive --truth=drive/masks"; }
 
@@ -43,6 +43,15 @@ class EvaluateCommand : public Command {
              "frame's index), by order; auto: the first of these that fits");
     app.add_flag("--with_prior", options_.with_prior,
                  "Score the frames before the first that was learnt from, too");
+    app.add_option("--threshold", options_.scores.threshold,
+                   "Probability from which a pixel is called moving, for IoU, F and objects")
+        ->capture_default_str();
+    app.add_option("--object_iou", options_.scores.objects.iou_threshold,
+                   "IoU from which an object counts as found")
+        ->capture_default_str();
+    app.add_option("--object_area", options_.scores.objects.min_area,
+                   "Pixels of the image below which an object is not counted")
+        ->capture_default_str();
     progress_.AddFlag(app);
   }
 

@@ -1,57 +1,114 @@
 #include "tools/evaluate/evaluate_run.h"
 
-#include <cmath>
+#include <algorithm>
 #include <filesystem>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
-#include "tools/evaluation/roc.h"
+#include "tools/evaluation/drive_scores.h"
+#include "tools/evaluation/synthetic_truth.h"
 #include "tools/run_folder/map_image.h"
 
 namespace egosieve::tools {
 namespace {
 
-// 16-bit scores: the map's own pixels, which ReadMap divided by 65535.
-uint16_t Score(float probability) {
-  return static_cast<uint16_t>(std::lround(probability * 65535.0f));
+// Maps in [0, 1] or [0, full_scale] as the 16-bit pixels that they were read from.
+cv::Mat1w AsWritten(const cv::Mat1f& values, double full_scale) {
+  cv::Mat1w pixels(values.size());
+  for (int y = 0; y < values.rows; ++y) {
+    for (int x = 0; x < values.cols; ++x) pixels(y, x) = ScoreOf(values(y, x) / full_scale);
+  }
+  return pixels;
 }
 
-absl::StatusOr<cv::Mat1f> ReadScored(const RunFolder& folder, const RunDescription& description,
+// The maps that are scored; the deviation is left empty where the run has none.
+absl::StatusOr<FrameMaps> ReadScored(const RunFolder& folder, const RunDescription& description,
                                      const FrameLine& line, ScoredPixels pixels) {
   if (pixels == ScoredPixels::kGrid) {
-    EGOSIEVE_ASSIGN_OR_RETURN(FrameMaps maps, folder.ReadGridMaps(line, description, false));
-    return maps.probability;
+    absl::StatusOr<FrameMaps> maps = folder.ReadGridMaps(line, description, true);
+    return absl::IsNotFound(maps.status()) ? folder.ReadGridMaps(line, description, false) : maps;
   }
-  absl::StatusOr<cv::Mat1f> full = ReadMap(folder.FrameFile("full", line.index, ".prob.png"),
-                                           cv::Size(line.width_pixels, line.height_pixels), 1.0);
-  if (absl::IsNotFound(full.status())) {
+  const cv::Size size(line.width_pixels, line.height_pixels);
+  absl::StatusOr<cv::Mat1f> probability =
+      ReadMap(folder.FrameFile("full", line.index, ".prob.png"), size, 1.0);
+  if (absl::IsNotFound(probability.status())) {
     return absl::FailedPreconditionError(
         absl::StrCat("the run has no full/ map of frame ", line.index,
                      "; run egosieve reconstruct on it first, or use --pixels=grid"));
   }
-  return full;
+  EGOSIEVE_RETURN_IF_ERROR(probability.status());
+  absl::StatusOr<cv::Mat1f> deviation = ReadMap(folder.FrameFile("full", line.index, ".std.png"),
+                                                size, description.deviation_full_scale);
+  return FrameMaps{*std::move(probability), deviation.ok() ? *std::move(deviation) : cv::Mat1f()};
 }
 
-FrameEvaluation ScoreFrame(const cv::Mat1f& probability, const cv::Mat1b& truth,
-                           const kernels::ImageGrid& grid, RocHistogram& roc) {
-  FrameEvaluation frame;
+template <typename T>
+cv::Mat_<T> AtGrid(const cv::Mat_<T>& image, const kernels::ImageGrid& grid) {
+  cv::Mat_<T> sampled(grid.rows(), grid.columns());
   for (int row = 0; row < grid.rows(); ++row) {
     for (int column = 0; column < grid.columns(); ++column) {
-      const uint8_t label = truth(grid.y_pixels(row), grid.x_pixels(column));
-      if (label == kTruthVoid) {
-        ++frame.void_pixels;
-        continue;
-      }
-      const bool dynamic = label == kTruthDynamic;
-      ++(dynamic ? frame.dynamic_pixels : frame.static_pixels);
-      roc.Add(Score(probability(row, column)), dynamic);
+      sampled(row, column) = image(grid.y_pixels(row), grid.x_pixels(column));
     }
   }
-  frame.auc = roc.Auc();
-  return frame;
+  return sampled;
 }
+
+// Scores frames; knows the objects where the truth is a synthetic drive.
+class FrameScorer {
+ public:
+  static absl::StatusOr<FrameScorer> Create(const std::string& truth,
+                                            const EvaluateOptions& options, int stride) {
+    EGOSIEVE_RETURN_IF_ERROR(options.scores.Validate());
+    DriveScoresOptions scores = options.scores;
+    if (options.pixels == ScoredPixels::kGrid) {
+      scores.objects.min_area = std::max(1, scores.objects.min_area / (stride * stride));
+    }
+    FrameScorer scorer(scores);
+    if (IsSyntheticTruth(truth)) {
+      EGOSIEVE_ASSIGN_OR_RETURN(scorer.synthetic_, ReadSyntheticTruth(truth));
+    }
+    return scorer;
+  }
+
+  absl::StatusOr<FrameEvaluation> Score(const FrameLine& line, const RunDescription& description,
+                                        const FrameMaps& maps, const cv::Mat1b& truth,
+                                        const kernels::ImageGrid& grid) {
+    ScoredFrame frame;
+    frame.index = line.index;
+    frame.probability = AsWritten(maps.probability, 1.0);
+    if (!maps.deviation.empty()) {
+      frame.deviation = AsWritten(maps.deviation, description.deviation_full_scale);
+    }
+    frame.truth = AtGrid(truth, grid);
+    if (synthetic_.frames.count(line.index) > 0) {
+      EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1i ids, synthetic_.ReadMovingIds(line.index));
+      if (ids.size() == truth.size()) {
+        frame.ids = AtGrid(ids, grid);
+        frame.objects = &synthetic_.frames.at(line.index);
+      }
+    }
+    EGOSIEVE_RETURN_IF_ERROR(scores_.Add(frame));
+    FrameEvaluation evaluation;
+    evaluation.index = line.index;
+    evaluation.void_pixels = cv::countNonZero(frame.truth == kTruthVoid);
+    evaluation.dynamic_pixels = cv::countNonZero(frame.truth == kTruthDynamic);
+    evaluation.static_pixels = static_cast<int64_t>(frame.truth.total()) - evaluation.void_pixels -
+                               evaluation.dynamic_pixels;
+    evaluation.auc = scores_.frames().back().auc;
+    return evaluation;
+  }
+
+  const DriveScores& scores() const { return scores_; }
+
+ private:
+  explicit FrameScorer(const DriveScoresOptions& options) : scores_(options) {}
+
+  DriveScores scores_;
+  SyntheticTruth synthetic_;
+};
 
 // Which lines have masks, and the masks' paths. By order, mask k is that of the k-th line.
 std::map<int64_t, std::string> MasksByIndex(const TruthMasks& masks,
@@ -68,8 +125,10 @@ std::map<int64_t, std::string> MasksByIndex(const TruthMasks& masks,
   return paths;
 }
 
-void Summarise(const RocHistogram& pooled, Evaluation& evaluation) {
-  evaluation.pooled_auc = pooled.Auc();
+void Summarise(const DriveScores& scores, Evaluation& evaluation) {
+  evaluation.pooled_auc = scores.pooled().Auc();
+  evaluation.scores = scores.ToJson();
+  evaluation.scores_summary = scores.Summary();
   double sum = 0.0;
   int64_t count = 0;
   for (const FrameEvaluation& frame : evaluation.frames) {
@@ -99,7 +158,8 @@ absl::StatusOr<Evaluation> EvaluateRun(const RunFolder& folder, const std::strin
   evaluation.truth = std::filesystem::absolute(truth).lexically_normal().string();
   evaluation.matched_by = masks.matched_by;
   evaluation.pixels = options.pixels == ScoredPixels::kGrid ? "grid" : "full";
-  RocHistogram pooled;
+  EGOSIEVE_ASSIGN_OR_RETURN(FrameScorer scorer,
+                            FrameScorer::Create(truth, options, description.grid.stride));
   bool learnt = options.with_prior;
   for (const FrameLine& line : lines) {
     learnt |= line.model_size > 0;
@@ -110,18 +170,16 @@ absl::StatusOr<Evaluation> EvaluateRun(const RunFolder& folder, const std::strin
     } else if (!learnt) {
       ++evaluation.frames_of_prior;
     } else {
-      EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1f probability,
+      EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps,
                                 ReadScored(folder, description, line, options.pixels));
       EGOSIEVE_ASSIGN_OR_RETURN(
           const cv::Mat1b labels,
           ReadTruthMask(mask.mapped(), cv::Size(line.width_pixels, line.height_pixels)));
       kernels::ImageGrid grid = GridOf(line, description);
       grid.stride = options.pixels == ScoredPixels::kGrid ? grid.stride : 1;
-      RocHistogram roc;
-      FrameEvaluation frame = ScoreFrame(probability, labels, grid, roc);
-      frame.index = line.index;
+      EGOSIEVE_ASSIGN_OR_RETURN(const FrameEvaluation frame,
+                                scorer.Score(line, description, maps, labels, grid));
       evaluation.frames.push_back(frame);
-      pooled.Merge(roc);
     }
     if (!after_frame()) {
       return absl::CancelledError("interrupted; nothing was written");
@@ -134,7 +192,7 @@ absl::StatusOr<Evaluation> EvaluateRun(const RunFolder& folder, const std::strin
                      lines.size(), " frames, ", masks.paths.size(), " masks, matched by ",
                      masks.matched_by, "); give the masks of this drive, or choose --match"));
   }
-  Summarise(pooled, evaluation);
+  Summarise(scorer.scores(), evaluation);
   return evaluation;
 }
 

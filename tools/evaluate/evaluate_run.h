@@ -12,6 +12,7 @@
 #include "absl/status/statusor.h"
 #include "tools/evaluate/evaluation.h"
 #include "tools/evaluate/truth_masks.h"
+#include "tools/evaluation/drive_scores.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -22,6 +23,15 @@ struct EvaluateOptions {
   ScoredPixels pixels = ScoredPixels::kGrid;
   MatchMasks match = MatchMasks::kAuto;
   bool with_prior = false;
+  // Its areas are in pixels of the image, whatever is scored.
+  DriveScoresOptions scores = DefaultScores();
+
+  // Objects below 100 pixels of the image are not counted.
+  static DriveScoresOptions DefaultScores() {
+    DriveScoresOptions options;
+    options.objects.min_area = 100;
+    return options;
+  }
 };
 
 // FailedPrecondition where no frame has both a map and a mask: no figure is computed from nothing.

@@ -58,6 +58,7 @@ std::string ToText(const Evaluation& evaluation) {
                      {"frames_of_prior", evaluation.frames_of_prior},
                      {"frames_without_map", evaluation.frames_without_map},
                      {"frames_without_mask", evaluation.frames_without_mask},
+                     {"scores", evaluation.scores},
                      {"frames", frames}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -75,6 +76,7 @@ absl::StatusOr<Evaluation> EvaluationFromText(absl::string_view text) {
   fields.Read("frames_of_prior", evaluation.frames_of_prior);
   fields.Read("frames_without_map", evaluation.frames_without_map);
   fields.Read("frames_without_mask", evaluation.frames_without_mask);
+  fields.Read("scores", evaluation.scores);
   fields.Read("frames", frames);
   EGOSIEVE_RETURN_IF_ERROR(fields.status());
   evaluation.pooled_auc = NumberOrNothing(pooled_auc);
@@ -115,6 +117,7 @@ std::string ToTable(const Evaluation& evaluation) {
                 &table);
   absl::StrAppendFormat(&table, "scored: %s pixels; masks matched by %s\n", evaluation.pixels,
                         evaluation.matched_by);
+  absl::StrAppend(&table, evaluation.scores_summary);
   if (evaluation.mean_auc) {
     absl::StrAppendFormat(&table, "mean AUC %.4f over %d frames\n", *evaluation.mean_auc, with_auc);
   }

@@ -3,6 +3,7 @@
 #define EGOSIEVE_TOOLS_EVALUATE_EVALUATION_H_
 
 #include <cstdint>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,6 +35,9 @@ struct Evaluation {
   int64_t frames_of_prior = 0;      // left out: their map is the prior, nothing was learnt before
   int64_t frames_without_map = 0;   // left out: they have a mask, but no map
   int64_t frames_without_mask = 0;  // left out: they have a map, but no mask
+
+  nlohmann::ordered_json scores;  // all other figures, as in tools/evaluation/drive_scores.h
+  std::string scores_summary;     // the first of them for people, a line each; not in the file
 };
 
 std::string ToText(const Evaluation& evaluation);

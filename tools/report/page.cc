@@ -11,6 +11,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
+#include "tools/cli/progress.h"
 #include "tools/report/chart.h"
 #include "tools/report/embedded_files.h"
 
@@ -32,13 +33,6 @@ double TotalMilliseconds(const FrameLine& line) {
     total += milliseconds;
   }
   return total;
-}
-
-std::string Duration(double seconds) {
-  const int64_t whole = std::llround(seconds);
-  if (whole < 90) return absl::StrFormat("%.1f s", seconds);
-  if (whole < 5400) return absl::StrFormat("%d min %02d s", whole / 60, whole % 60);
-  return absl::StrFormat("%d h %02d min", whole / 3600, whole / 60 % 60);
 }
 
 std::string Tile(absl::string_view figure, absl::string_view meaning) {
@@ -97,7 +91,7 @@ std::string Tiles(const ReportContent& content) {
                                          : Median(milliseconds) / 1000.0;
     absl::StrAppend(
         &html, Tile(absl::StrFormat("%.2f s", seconds_per_frame), "a frame"),
-        Tile(Duration(content.description.seconds), "in all"),
+        Tile(DescribeDuration(content.description.seconds), "in all"),
         Tile(absl::StrCat(content.lines.back().model_size), "points in the model at the end"),
         Tile(absl::StrFormat("%.1f %%", 100.0 * Median(shares)), "of a frame moves, median"));
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/base/status_macros.h"
+#include "tools/segment/resume.h"
 
 namespace egosieve::tools {
 namespace {
@@ -98,6 +99,33 @@ absl::StatusOr<DriveWriter> DriveWriter::Start(const RunFolder& folder,
   return DriveWriter(folder, description, std::move(log));
 }
 
+absl::StatusOr<DriveWriter> DriveWriter::Continue(const RunFolder& folder,
+                                                  const RunDescription& description,
+                                                  const std::vector<FrameLine>& lines) {
+  EGOSIEVE_RETURN_IF_ERROR(folder.WriteDescription(description));
+  EGOSIEVE_RETURN_IF_ERROR(folder.OpenLog().status());  // makes it where a kill came before it
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      LineLog log,
+      LineLog::OpenTruncated(folder.File("frames.jsonl"), static_cast<int64_t>(lines.size())));
+  DriveWriter writer(folder, description, std::move(log));
+  for (const FrameLine& line : lines) {
+    writer.Count(line);
+  }
+  return writer;
+}
+
+void DriveWriter::Count(const FrameLine& line) {
+  if (line.outcome == FrameLine::Outcome::kFailed) {
+    if (counts_.failed++ == 0) counts_.first_failure = line.reason;
+    return;
+  }
+  ++counts_.answered;
+  counts_.learnt += line.outcome == FrameLine::Outcome::kLearnt;
+  counts_.other_sizes += line.width_pixels != description_.grid.width ||
+                         line.height_pixels != description_.grid.height;
+  if (line.outcome == FrameLine::Outcome::kAnswered) counts_.last_not_learnt = line.reason;
+}
+
 absl::Status DriveWriter::Write(const vision::SegmentedFrame& frame) {
   const auto start = std::chrono::steady_clock::now();
   FrameLine line = MakeLine(frame);
@@ -110,16 +138,10 @@ absl::Status DriveWriter::Write(const vision::SegmentedFrame& frame) {
       std::chrono::steady_clock::now() - start;
   line.milliseconds.emplace_back("writing", writing.count());
   EGOSIEVE_RETURN_IF_ERROR(log_.Append(ToText(line)));
-
-  if (line.outcome == FrameLine::Outcome::kFailed) {
-    if (counts_.failed++ == 0) counts_.first_failure = line.reason;
-  } else {
-    ++counts_.answered;
-    counts_.learnt += line.outcome == FrameLine::Outcome::kLearnt;
-    counts_.other_sizes += line.width_pixels != description_.grid.width ||
-                           line.height_pixels != description_.grid.height;
-    if (line.outcome == FrameLine::Outcome::kAnswered) counts_.last_not_learnt = line.reason;
+  if (!frame.checkpoint.empty()) {
+    EGOSIEVE_RETURN_IF_ERROR(WriteCheckpoint(folder_, frame.index, frame.checkpoint));
   }
+  Count(line);
   last_line_ = std::move(line);
   return absl::OkStatus();
 }
@@ -131,7 +153,7 @@ absl::Status DriveWriter::Finish(const std::string& ended, const std::string& me
   description_.frames_answered = counts_.answered;
   description_.frames_learnt = counts_.learnt;
   description_.frames_failed = counts_.failed;
-  description_.seconds = seconds;
+  description_.seconds += seconds;
   description_.finished_utc = UtcNow();
   return folder_.WriteDescription(description_);
 }

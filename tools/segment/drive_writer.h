@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -30,10 +32,16 @@ class DriveWriter {
   static absl::StatusOr<DriveWriter> Start(const RunFolder& folder,
                                            const RunDescription& description);
 
-  // The maps, then the line. After an error the folder holds the frames before.
+  // `folder` holds a run of which `lines` are kept: the log is cut behind them.
+  static absl::StatusOr<DriveWriter> Continue(const RunFolder& folder,
+                                              const RunDescription& description,
+                                              const std::vector<FrameLine>& lines);
+
+  // The maps, then the line, then the checkpoint where there is one. After an error the folder
+  // holds the frames before.
   absl::Status Write(const vision::SegmentedFrame& frame);
 
-  // Writes how the run ended into run.json.
+  // Writes how the run ended into run.json. `seconds` is what this part of it took.
   absl::Status Finish(const std::string& ended, const std::string& message, double seconds);
 
   const Counts& counts() const { return counts_; }
@@ -42,6 +50,8 @@ class DriveWriter {
  private:
   DriveWriter(const RunFolder& folder, const RunDescription& description, LineLog log)
       : folder_(folder), description_(description), log_(std::move(log)) {}
+
+  void Count(const FrameLine& line);
 
   RunFolder folder_;
   RunDescription description_;

@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <chrono>
 #include <iostream>
+#include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -19,6 +23,7 @@
 #include "tools/cli/version.h"
 #include "tools/segment/drive_input.h"
 #include "tools/segment/drive_writer.h"
+#include "tools/segment/resume.h"
 #include "tools/segment/segment_flags.h"
 #include "vision/segmentation/segmentation_pipeline.h"
 
@@ -50,7 +55,14 @@ class SegmentCommand : public Command {
         ->configurable(false);
     app.add_option("--out", directory_, "The run folder to write")->required()->type_name("DIR");
     app.add_flag("--overwrite", overwrite_, "Replace the run that the folder holds");
+    app.add_flag("--resume", resume_,
+                 "Go on with the run that the folder holds, as if it had never been interrupted; "
+                 "start it where there is none");
     flags_.AddFlags(app);
+    app.add_option("--checkpoint_every", checkpoint_every_,
+                   "Frames between checkpoints, from which --resume goes on; 0: none")
+        ->check(AtLeast<int64_t>(0))
+        ->type_name("FRAMES");
     range_.AddFlags(app);
     app.add_option("--max_frames", max_frames_, "Frames to segment at most; 0: no limit")
         ->check(AtLeast<int64_t>(0))
@@ -67,6 +79,10 @@ class SegmentCommand : public Command {
 
   absl::StatusOr<ExitCode> Run() override {
     EGOSIEVE_RETURN_IF_ERROR(range_.Validate());
+    if (overwrite_ && resume_) {
+      return absl::InvalidArgumentError(
+          "--overwrite and --resume exclude each other; leave one of them out");
+    }
     const int threads =
         threads_ > 0 ? threads_
                      : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 256);
@@ -76,16 +92,75 @@ class SegmentCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<vision::OnlineSegmenter> segmenter,
                               vision::OnlineSegmenter::Create(device.context, options));
-    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Create(directory_, overwrite_));
-    EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer,
-                              DriveWriter::Start(folder, Describe(input, device.info, options)));
+    EGOSIEVE_ASSIGN_OR_RETURN(Beginning beginning,
+                              Begin(Describe(input, device.info, options), input, *segmenter));
+    if (!beginning.writer) {
+      std::cout << directory_ << " holds the whole run already\n";
+      return ExitCode::kDone;
+    }
+    return Segment(input, MakePipeline(threads, beginning.first_frame), *segmenter,
+                   *beginning.writer);
+  }
 
-    const vision::PipelineOptions pipeline = MakePipeline(threads);
+ private:
+  struct Beginning {
+    std::optional<DriveWriter> writer;  // absent: the run is done
+    int64_t first_frame = 0;
+  };
+
+  // A new run folder, or where --resume finds one the state in which it was left.
+  absl::StatusOr<Beginning> Begin(RunDescription description, DriveInput& input,
+                                  vision::OnlineSegmenter& segmenter) const {
+    Beginning beginning;
+    beginning.first_frame = range_.from;
+    if (!resume_ || !RunFolder::Open(directory_).ok()) {
+      EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Create(directory_, overwrite_));
+      EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer, DriveWriter::Start(folder, description));
+      return beginning;
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription before, folder.ReadDescription());
+    if (const std::string difference = DescribeDifference(before, description);
+        !difference.empty()) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("the run in ", directory_, " is another: ", difference,
+                       "; give it the same, or choose another folder for --out"));
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder.ReadLines());
+    const int64_t behind = lines.empty() ? range_.from : lines.back().index + 1;
+    const int64_t end = MakePipeline(1, range_.from).end_frame;
+    if (before.ended == "done" &&
+        ((end >= 0 && behind >= end) || IsBehindEnd(*input.frames, behind))) {
+      return beginning;
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(const ResumePoint point, FindResumePoint(folder, range_.from));
+    if (!point.checkpoint.empty()) {
+      EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<vision::Frame> recent,
+                                ReadRecentFrames(*input.frames, range_.from, point.next_frame - 1,
+                                                 segmenter.options().labeller.frame_gap));
+      EGOSIEVE_RETURN_IF_ERROR(segmenter.Restore(point.checkpoint, recent));
+    }
+    description.started_utc = before.started_utc;
+    description.seconds = before.seconds;
+    beginning.first_frame = point.next_frame;
+    EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer,
+                              DriveWriter::Continue(folder, description, point.lines));
+    return beginning;
+  }
+
+  static bool IsBehindEnd(vision::FrameSource& source, int64_t index) {
+    if (!source.SeekTo(index).ok()) return false;
+    const absl::StatusOr<vision::FrameRead> read = source.Next();
+    return read.ok() && std::holds_alternative<vision::EndOfFrames>(*read);
+  }
+
+  absl::StatusOr<ExitCode> Segment(const DriveInput& input, const vision::PipelineOptions& pipeline,
+                                   vision::OnlineSegmenter& segmenter, DriveWriter& writer) const {
     CatchInterruptions();
     Progress progress("segment", progress_, ExpectedFrames(*input.frames, pipeline));
     const auto start = std::chrono::steady_clock::now();
     const absl::StatusOr<vision::PipelineSummary> summary = vision::RunPipeline(
-        *input.frames, *segmenter, pipeline, InterruptionRequested,
+        *input.frames, segmenter, pipeline, InterruptionRequested,
         [&](const vision::SegmentedFrame& frame) {
           EGOSIEVE_RETURN_IF_ERROR(writer.Write(frame));
           const FrameLine& line = writer.last_line();
@@ -99,13 +174,13 @@ class SegmentCommand : public Command {
     return End(summary, input, seconds, writer);
   }
 
- private:
   RunDescription Describe(const DriveInput& input, const kernels::DeviceInfo& device,
                           const vision::OnlineSegmenterOptions& options) const {
     RunDescription description;
     description.version = kVersion;
     description.flags = DescribeOptions(options);
     description.flags["from"] = absl::StrCat(range_.from);
+    description.flags["checkpoint_every"] = absl::StrCat(checkpoint_every_);
     description.device = DescribeDevice(device);
     description.seed = flags_.seed();
     description.input = input.description;
@@ -114,10 +189,11 @@ class SegmentCommand : public Command {
     return description;
   }
 
-  vision::PipelineOptions MakePipeline(int threads) const {
+  vision::PipelineOptions MakePipeline(int threads, int64_t first_frame) const {
     vision::PipelineOptions pipeline;
     pipeline.overlap = threads > 1;
-    pipeline.first_frame = range_.from;
+    pipeline.first_frame = first_frame;
+    pipeline.checkpoint_interval = checkpoint_every_;
     pipeline.end_frame = range_.to >= 0 ? range_.to + 1 : -1;
     if (max_frames_ > 0) {
       const int64_t end = range_.from + max_frames_;
@@ -148,7 +224,8 @@ class SegmentCommand : public Command {
                                  counts.learnt, DescribeDuration(seconds), directory_);
     if (summary->stopped) {
       return absl::CancelledError(absl::StrCat("interrupted; the ", counts.answered + counts.failed,
-                                               " frames in ", directory_, " are whole"));
+                                               " frames in ", directory_,
+                                               " are whole, --resume goes on"));
     }
     return Judge(counts, *summary, input);
   }
@@ -178,6 +255,8 @@ class SegmentCommand : public Command {
 
   std::string input_, directory_;
   bool overwrite_ = false;
+  bool resume_ = false;
+  int64_t checkpoint_every_ = 25;
   SegmentFlags flags_;
   FrameRange range_;
   int64_t max_frames_ = 0;

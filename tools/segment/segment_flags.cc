@@ -100,7 +100,7 @@ void SegmentFlags::AddFlags(CLI::App& app) {
       ->check(Between(1, 255))
       ->type_name("PIXELS");
   app.add_option("--budget", budget_, "Points that the model holds at most")
-      ->check(Between(int64_t{0}, int64_t{100000}))
+      ->check(Between(int64_t{0}, int64_t{20000}))
       ->type_name("POINTS");
   app.add_option("--frame_gap", frame_gap_, "Frames between the two of a pair")
       ->check(Between(1, 100))

@@ -124,9 +124,14 @@ bool Search::AnswersAgree(const std::vector<float>& a, const std::vector<float>&
 
 void Search::TryField(const char* name, int KernelTuning::*field, const std::vector<int>& values,
                       Workload workload, Timing& best) {
+  if (!options_.fields.empty() &&
+      std::find(options_.fields.begin(), options_.fields.end(), name) == options_.fields.end()) {
+    return;
+  }
+  const int held = result_.after.*field;  // what `best` was timed with
   for (const int value : values) {
+    if (value == held) continue;
     KernelTuning candidate = result_.after;
-    if (candidate.*field == value) continue;
     candidate.*field = value;
     const auto timing = Time(candidate, workload, 3.0 * best.seconds);
     ++result_.shapes_timed;
@@ -167,6 +172,10 @@ absl::StatusOr<TuneResult> Search::Run() {
   TryField("panels_a_group", &KernelTuning::panels_a_group, {4, 8, 12, 16, 24}, Workload::kVariance,
            variance);
   TryField("micro_tiles", &KernelTuning::micro_tiles, {1, 2, 4, 8}, Workload::kVariance, variance);
+  if (context->is_gpu()) {
+    TryField("work_group", &KernelTuning::work_group, {32, 64, 128, 256}, Workload::kMean, mean);
+    TryField("groups_a_unit", &KernelTuning::groups_a_unit, {4, 8, 16, 32}, Workload::kMean, mean);
+  }
   result_.mean_seconds_after = mean.seconds;
   result_.variance_seconds_after = variance.seconds;
   return result_;

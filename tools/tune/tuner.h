@@ -27,6 +27,8 @@ struct TuneOptions {
   int64_t variance_queries = 1536;
   int repeats = 5;           // runs of a shape, of which the fastest counts
   double least_gain = 0.02;  // a fraction of the time, below which a change is noise
+  // Names of KernelTuning's fields to search; empty: all.
+  std::vector<std::string> fields;
   // Called with a line for each shape that was timed; may be empty.
   std::function<void(const std::string&)> progress;
 

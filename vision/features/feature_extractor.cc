@@ -2,20 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <opencv2/features2d.hpp>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "vision/features/corner_detector.h"
+#include "vision/features/sift_describer.h"
 #include "vision/features/spread.h"
 
 namespace egosieve::vision {
 namespace {
 
 constexpr int kCornerBorder = 3;
-constexpr int kCornerOctave = 0 | (1 << 8);  // octave 0, layer 1, in OpenCV's packing
 
 std::vector<cv::KeyPoint> Thin(const std::vector<cv::KeyPoint>& key_points, cv::Size size,
                                int cell_pixels, int64_t count) {
@@ -37,17 +36,15 @@ std::vector<cv::KeyPoint> CornersAsKeyPoints(const cv::Mat& grey, const FeatureO
   for (const Corner& corner :
        DetectCorners(grey, static_cast<float>(options.corner_threshold), kCornerBorder)) {
     key_points.emplace_back(corner.position, static_cast<float>(options.corner_size_pixels), 0.0F,
-                            corner.response, kCornerOctave);
+                            corner.response);
   }
   return key_points;
 }
 
-void Append(const std::vector<cv::KeyPoint>& key_points, const cv::Mat& descriptors,
-            FeatureSet& features) {
-  for (size_t i = 0; i < key_points.size(); ++i) {
-    features.positions.push_back(key_points[i].pt);
-    const uint8_t* row = descriptors.ptr<uint8_t>(static_cast<int>(i));
-    features.descriptors.insert(features.descriptors.end(), row, row + kSiftDescriptorBytes);
+void AppendPlaces(const std::vector<cv::KeyPoint>& key_points,
+                  std::vector<DescribedPlace>& places) {
+  for (const cv::KeyPoint& key_point : key_points) {
+    places.push_back({key_point.pt, 0.5F * key_point.size, key_point.angle});
   }
 }
 
@@ -98,12 +95,15 @@ absl::StatusOr<FeatureSet> ExtractFeatures(const cv::Mat& grey, const FeatureOpt
     key_points = Thin(key_points, grey.size(), options.cell_pixels, count - corner_count);
     corners = Thin(corners, grey.size(), options.cell_pixels,
                    count - static_cast<int64_t>(key_points.size()));
-    cv::Mat descriptors;
-    if (!key_points.empty()) sift->compute(grey, key_points, descriptors);
-    Append(key_points, descriptors, features);
-    features.key_point_count = features.size();
-    if (!corners.empty()) sift->compute(grey, corners, descriptors);
-    Append(corners, descriptors, features);
+    std::vector<DescribedPlace> places;
+    AppendPlaces(key_points, places);
+    AppendPlaces(corners, places);
+    for (const DescribedPlace& place : places) features.positions.push_back(place.position);
+    features.key_point_count = static_cast<int64_t>(key_points.size());
+    features.descriptors.resize(places.size() * kSiftDescriptorBytes);
+    if (!places.empty()) {
+      SiftDescriber(grey).Describe(places, options.threads, features.descriptors.data());
+    }
   } catch (const cv::Exception& error) {
     return absl::InternalError(absl::StrCat("features: ", error.err));
   }

@@ -84,6 +84,7 @@ void Choose(const std::vector<Candidate>& candidates, const MotionModelOptions& 
         break;
       case MotionModelKind::kHomography:
         model.homography_gric = gric;
+        model.parallax_pixels = Median(candidate.residuals);
         break;
       default:
         model.fundamental_gric = gric;

@@ -4,15 +4,16 @@
 // bends to explain the moving objects too. So models are weighed by Torr's criterion (GRIC; Torr,
 // 1998), which charges for the dimension d of what a model leaves free and for its k parameters:
 //
-//   GRIC = sum_i min(e_i^2 / sigma^2, 4 - (d - 2) log 4) + n d log 4 + k log 4 n                (G1)
+//   GRIC = sum_i min(e_i^2 / sigma^2, 4 - (d - 2) log 4) + n d log 4 + k log 4 n (G1)
 //
 //   static        d = 2, k = 0        e = |x2 - x1| / sqrt 2
 //   homography    d = 2, k = 8        e = transfer error / sqrt 2
 //   fundamental   d = 3, k = 7        e = Sampson's distance
 //
-// Torr's bound on the first term is 2 (4 - d); this one makes an outlier cost the same under each model,
-// so that movers, which are outliers to all of them, do not weigh in the choice. With noise s in every coordinate all three have E e^2 = (4 - d) s^2: the transfer error lies in one
-// image and carries the noise of both, hence the root. sigma is gric_sigma_pixels, or the noise itself
+// Torr's bound on the first term is 2 (4 - d); this one makes an outlier cost the same under each
+// model, so that movers, which are outliers to all of them, do not weigh in the choice. With noise
+// s in every coordinate all three have E e^2 = (4 - d) s^2: the transfer error lies in one image
+// and carries the noise of both, hence the root. sigma is gric_sigma_pixels, or the noise itself
 // where that is more: 1.48 times the median of Sampson's distance to F.
 //
 // The least is chosen; of the static model and the homography the simpler where they are equal.
@@ -40,7 +41,7 @@ struct MotionModelOptions {
   MotionModelChoice choice = MotionModelChoice::kAuto;
   double fundamental_threshold_pixels = 0.5;  // RANSAC's T for F; positive
   double homography_threshold_pixels = 1.0;   // RANSAC's T for H; positive
-  double gric_sigma_pixels = 0.8;             // sigma in (G1); positive
+  double gric_sigma_pixels = 1.0;             // sigma in (G1); positive
   double support_pixels = 2.0;                // positive
   double minimum_support = 0.3;               // share of pairs, [0, 1]
   uint64_t seed = 1;
@@ -55,6 +56,9 @@ struct MotionModel {
   int64_t pair_count = 0;
   double static_gric = 0.0, homography_gric = 0.0,
          fundamental_gric = 0.0;  // per pair; 0: not tried
+  // Median transfer error of the best homography: what the homography leaves unexplained is
+  // parallax. 0 where no homography was tried.
+  double parallax_pixels = 0.0;
   bool trusted = false;
   std::string reason;  // why it is not trusted, or why there is none
 };

@@ -158,7 +158,7 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
   result.second_index = second.frame.index;
   EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs, BuildPairs(first, second, options_));
   result.feature_count = pairs.feature_count;
-  result.match_count = pairs.match_count;
+  result.match_count = static_cast<int64_t>(pairs.labelled.size());
   result.times.features_milliseconds = pairs.features_milliseconds;
   result.times.matching_milliseconds = pairs.matching_milliseconds;
   if (result.feature_count < options_.minimum_matches) {
@@ -167,10 +167,10 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
     return absl::OkStatus();
   }
   const double share =
-      static_cast<double>(result.match_count) / static_cast<double>(result.feature_count);
-  if (result.match_count < options_.minimum_matches || share < kLeastMatchShare) {
+      static_cast<double>(pairs.match_count) / static_cast<double>(result.feature_count);
+  if (pairs.match_count < options_.minimum_matches || share < kLeastMatchShare) {
     SetOutcome(LabelOutcome::kTooFewMatches,
-               absl::StrCat("only ", result.match_count, " of ", result.feature_count,
+               absl::StrCat("only ", pairs.match_count, " of ", result.feature_count,
                             " features have a match"),
                result);
     return absl::OkStatus();
@@ -184,6 +184,7 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
   result.motion_model = model.kind;
   result.motion_matrix = ToMatx(model.matrix);
   result.motion_trusted = model.trusted;
+  result.parallax_pixels = model.parallax_pixels;
   result.inlier_count = model.inlier_count;
   if (!model.trusted) {
     SetOutcome(LabelOutcome::kUntrustedMotion, model.reason, result);

@@ -58,9 +58,10 @@ struct FrameLabellerOptions {
   int frame_gap = 1;                 // frames between the two of a pair; 1 to 100
   int feature_count = 0;             // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area
   double match_ratio = 0.8;          // nearest to second-nearest descriptor distance; (0, 1]
+  bool drop_lone_matches = true;     // features that move like none near them are false matches
   int flow_stride_pixels = 5;        // of the flow grid; 1 to 100
   double paper_distance_pixels = 3;  // kScaledDistance: the furthest plausible distance; positive
-  double median_multiple = 12;       // kScaledMedian; positive
+  double median_multiple = 6;        // kScaledMedian; positive
   double noise_floor_pixels = 0.2;   // kScaledMedian, kMixture; positive
   double flow_noise_share = 0.03;    // k of label_rule.h (L0); not negative
   int minimum_matches = 30;          // fewer, and no label is given; at least 8

@@ -13,6 +13,7 @@ FrameLabellerOptions FrameLabellerOptions::Paper() {
   options.label_rule = LabelRule::kScaledDistance;
   options.labelled_side = LabelledSide::kFirstFrame;
   options.equalization.method = Equalization::kGlobal;
+  options.drop_lone_matches = false;
   return options;
 }
 

@@ -51,10 +51,11 @@ struct LabelledFrame {
 
   MotionModelKind motion_model = MotionModelKind::kNone;
   cv::Matx33d motion_matrix = cv::Matx33d::eye();  // H or F, first frame to second, in pixels
+  double parallax_pixels = 0.0;  // median of what a homography leaves; 0 where none was tried
   bool motion_trusted = false;
-  int64_t feature_count = 0;    // of the frame handed in
+  int64_t feature_count = 0;    // of the frame handed in: key points, corners, textured grid points
   int64_t match_count = 0;      // before anything was discarded
-  int64_t inlier_count = 0;     // of the motion model
+  int64_t inlier_count = 0;     // of the motion model, among the matches it was estimated from
   int64_t discarded_count = 0;  // matches given no label
   double noise_pixels = 0.0;    // scale of static points' residuals, one standard deviation
   LabellingTimes times;

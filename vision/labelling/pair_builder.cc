@@ -6,6 +6,7 @@
 #include "vision/features/flow_grid.h"
 #include "vision/labelling/stopwatch.h"
 #include "vision/matching/feature_matcher.h"
+#include "vision/matching/neighbour_agreement.h"
 
 namespace egosieve::vision {
 namespace {
@@ -27,10 +28,16 @@ absl::Status AddFeatureMatches(const ExtractedFrame& first, const ExtractedFrame
   matching.ratio = options.match_ratio;
   matching.threads = options.threads;
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<Match> matches, MatchFeatures(a, b, matching));
+  std::vector<PointPair> matched;
   for (const Match& match : matches) {
     const cv::Point2f p = a.positions[match.first], q = b.positions[match.second];
-    pairs.labelled.push_back({p.x, p.y, q.x, q.y});
-    pairs.geometry.push_back(pairs.labelled.back());
+    matched.push_back({p.x, p.y, q.x, q.y});
+  }
+  const std::vector<uint8_t> agrees = AgreesWithNeighbours(matched, {});
+  for (size_t i = 0; i < matched.size(); ++i) {
+    if (options.drop_lone_matches && agrees[i] == 0) continue;
+    pairs.labelled.push_back(matched[i]);
+    pairs.geometry.push_back(matched[i]);
   }
   pairs.feature_count += b.size();
   pairs.match_count += static_cast<int64_t>(matches.size());
@@ -45,7 +52,6 @@ absl::StatusOr<double> AddFlowGrid(const ExtractedFrame& first, const ExtractedF
   const cv::Mat& image = second.grey;
   if (image.cols < kMinimumFlowSide || image.rows < kMinimumFlowSide) return 0.0;
   FlowGridOptions grid;
-  if (getenv("Q")) grid.quality = (FlowQuality)atoi(getenv("Q"));
   grid.stride_pixels = options.flow_stride_pixels;
   EGOSIEVE_ASSIGN_OR_RETURN(const FlowPair flow,
                             ComputeFlow(first.grey, second.grey, grid.quality));

@@ -273,4 +273,27 @@ absl::StatusOr<std::shared_ptr<const gp::Posterior>> OnlineLearner::MakePosterio
   return model_.MakePosterior(squash_);
 }
 
+absl::StatusOr<gp::ModelFile> OnlineLearner::Checkpoint() {
+  EGOSIEVE_RETURN_IF_ERROR(model_.Refactorize());
+  return gp::ModelFile{model_.State(), squash_, trainer_.state(), ""};
+}
+
+absl::Status OnlineLearner::Restore(const gp::ModelFile& checkpoint) {
+  if (!checkpoint.trainer.has_value()) {
+    return absl::InvalidArgumentError("the checkpoint holds a model without its trainer's state");
+  }
+  const auto& covariance = checkpoint.model.hyperparameters.covariance;
+  if (covariance.function != options_.covariance ||
+      covariance.input_dimension() != model_.input_dimension()) {
+    return absl::InvalidArgumentError(
+        "the checkpoint's covariance is not the one that was asked for");
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(gp::ExactModel model,
+                            gp::ExactModel::Restore(model_.context(), checkpoint.model));
+  EGOSIEVE_RETURN_IF_ERROR(trainer_.Restore(*checkpoint.trainer));
+  model_ = std::move(model);
+  squash_ = checkpoint.squash;
+  return absl::OkStatus();
+}
+
 }  // namespace egosieve::vision

@@ -24,6 +24,7 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "gp/calibration/probabilistic_least_squares.h"
+#include "gp/io/model_file.h"
 #include "gp/model/exact_model.h"
 #include "gp/model/posterior.h"
 #include "gp/selection/budget.h"
@@ -68,6 +69,12 @@ class OnlineLearner {
   void Describe(FrameRecord& record) const;
 
   absl::StatusOr<std::shared_ptr<const gp::Posterior>> MakePosterior() const;
+
+  // The learner as a value. The factor is rebuilt on the way, so that this learner and one restored
+  // from the value go on alike to the last bit.
+  absl::StatusOr<gp::ModelFile> Checkpoint();
+  // Errors as those of the parts; unchanged then.
+  absl::Status Restore(const gp::ModelFile& checkpoint);
 
   const gp::ExactModel& model() const { return model_; }
   const gp::SquashParameters& squash() const { return squash_; }

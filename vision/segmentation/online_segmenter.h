@@ -12,9 +12,12 @@
 #define EGOSIEVE_VISION_SEGMENTATION_ONLINE_SEGMENTER_H_
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "gp/model/posterior.h"
 #include "kernels/ops/descriptor_field.h"
 #include "kernels/runtime/context.h"
@@ -65,6 +68,13 @@ class OnlineSegmenter {
                                         FrameRecord& record) const;
 
   absl::StatusOr<Result> Process(const Frame& frame);
+
+  // The state after the frame learnt last, as the bytes of a model file (gp/io/model_file.h).
+  // Between two frames; this segmenter and one restored from the bytes go on alike to the last bit.
+  absl::StatusOr<std::string> Checkpoint();
+  // Goes on from a checkpoint. `recent`: the last frame_gap frames before it that could be read
+  // (all where there were fewer), oldest first.
+  absl::Status Restore(absl::string_view checkpoint, const std::vector<Frame>& recent);
 
   const OnlineSegmenterOptions& options() const { return options_; }
   const OnlineLearner& learner() const { return *learner_; }

@@ -43,8 +43,9 @@ class Stages {
       return std::nullopt;
     }
     InFlight item;
-    StageTimer timer(item.result.read_milliseconds);
+    std::optional<StageTimer> timer(item.result.read_milliseconds);
     EGOSIEVE_ASSIGN_OR_RETURN(FrameRead read, source_.Next());
+    timer.reset();
     if (auto* end = std::get_if<EndOfFrames>(&read)) {
       summary_.warning = std::move(end->warning);
       return std::nullopt;
@@ -72,7 +73,7 @@ class Stages {
   absl::Status Learn(InFlight& item) {
     if (item.result.damage.has_value()) {
       ++summary_.damaged_frames;
-      return absl::OkStatus();
+      return CheckpointIfDue(item);
     }
     EGOSIEVE_ASSIGN_OR_RETURN(OnlineSegmenter::Learnt learnt,
                               segmenter_.Learn(item.result.frame, std::move(item.extracted)));
@@ -81,7 +82,7 @@ class Stages {
     item.result.record = std::move(learnt.record);
     ++summary_.segmented_frames;
     summary_.unlearnt_frames += item.result.record.learnt ? 0 : 1;
-    return absl::OkStatus();
+    return CheckpointIfDue(item);
   }
 
   absl::Status Infer(InFlight& item) const {
@@ -99,6 +100,14 @@ class Stages {
   PipelineSummary TakeSummary() { return std::move(summary_); }
 
  private:
+  absl::Status CheckpointIfDue(InFlight& item) {
+    if (options_.checkpoint_interval > 0 &&
+        (item.result.index + 1) % options_.checkpoint_interval == 0) {
+      EGOSIEVE_ASSIGN_OR_RETURN(item.result.checkpoint, segmenter_.Checkpoint());
+    }
+    return absl::OkStatus();
+  }
+
   FrameSource& source_;
   OnlineSegmenter& segmenter_;
   const PipelineOptions& options_;
@@ -207,6 +216,10 @@ absl::Status PipelineOptions::Validate() const {
   if (first_frame < 0) {
     return absl::InvalidArgumentError(
         absl::StrFormat("first_frame = %d; it must not be negative", first_frame));
+  }
+  if (checkpoint_interval < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("checkpoint_interval = %d; it must not be negative", checkpoint_interval));
   }
   return absl::OkStatus();
 }

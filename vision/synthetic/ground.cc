@@ -45,8 +45,8 @@ float Manhole(float x, float y, uint32_t seed, float footprint) {
   const uint32_t h = Hash(seed, static_cast<int32_t>(cx), static_cast<int32_t>(cy));
   const float u = x - (cx + 0.2f + 0.6f * Unit(h)) * kCell;
   const float v = y - (cy + 0.2f + 0.6f * Unit(Hash(h + 1))) * kCell;
+  if (u * u + v * v > 0.25f) return 0.0f;
   const float r = std::hypot(u, v);
-  if (r > 0.5f) return 0.0f;
   const float lid = 1.0f - SoftStep(0.32f, r, footprint);
   const float rim = SoftBox(0.32f, 0.4f, r, footprint);
   const float pattern =
@@ -91,12 +91,16 @@ float Speckles(float x, float y, uint32_t seed, float cell, float density, float
   const float radius = cell * (0.17f + 0.15f * Unit(Hash(h + 1)));
   const float u = x - cell * (cx + 0.3f + 0.4f * Unit(Hash(h + 2)));
   const float v = y - cell * (cy + 0.3f + 0.4f * Unit(Hash(h + 3)));
-  const float turn = 3.1416f * Unit(Hash(h + 4)), c = std::cos(turn), s = std::sin(turn);
+  const float width = 0.7f * footprint + 0.35f * radius;
+  const float reach = radius + 0.5f * width;
+  if (u * u + v * v > reach * reach) return 0.0f;
+  const float t = 2.0f * Unit(Hash(h + 4)) - 1.0f;  // (c, s): a half circle of directions
+  const float c = (1.0f - t * t) / (1.0f + t * t), s = 2.0f * t / (1.0f + t * t);
   const float slim = 1.0f + 1.2f * Unit(Hash(h + 5));
-  const float r = std::hypot(c * u + s * v, slim * (c * v - s * u));
+  const float across = slim * (c * v - s * u), along = c * u + s * v;
+  const float r = std::sqrt(along * along + across * across);
   const float strength = Unit(Hash(h + 6)) - 0.5f;
-  return (strength + std::copysign(0.25f, strength)) *
-         (1.0f - SoftStep(radius, r, 0.7f * footprint + 0.35f * radius));
+  return (strength + std::copysign(0.25f, strength)) * (1.0f - SoftStep(radius, r, width));
 }
 
 float Litter(float x, float y, uint32_t seed, float coarsest, float density, float footprint) {

@@ -189,9 +189,11 @@ Vector3d RayCaster::NormalAt(const Hit& hit, const Ray& ray) const {
 SurfaceColor RayCaster::Texture(const Hit& hit, const Ray& ray, const Vector3d& normal,
                                 double pixel_share) const {
   const double slope = std::max(-normal.dot(ray.direction) / ray.direction.norm(), 0.02);
-  // Between the pixel's extent across the view and along it, t / (f slope).
+  // Between the pixel's extent across the view, t / f, and along it, t / (f slope): the exponent is
+  // 5/8.
+  const double root = std::sqrt(slope);
   const float footprint = static_cast<float>(
-      pixel_share * hit.t / (scene_.intrinsics.focal_pixels * std::pow(slope, 0.6)));
+      pixel_share * hit.t / (scene_.intrinsics.focal_pixels * (root * std::sqrt(std::sqrt(root)))));
   if (hit.primitive >= 0) return SurfaceAt(At(hit.primitive), hit, footprint, scene_.texture);
   const Vector3d point = ray.origin + hit.t * ray.direction;
   return {GroundAlbedo(scene_.ground, point.head<2>(), footprint), Color::Zero()};

@@ -21,6 +21,16 @@ void Street(SceneBuilder& s) {
   s.Walkers(9.0);
 }
 
+void Junction(SceneBuilder& s) {
+  s.DriveCamera(-18.0, {{0.0, 1.6}, {5.0, 1.2}});
+  s.CrossingStream(1.5, 5.0);
+  for (int k = 0; k < 8; ++k) {
+    s.CrossingWalker(-7.5 + 0.3 * k, k % 2 == 0 ? 1 : -1, -5.0 + 1.6 * k, s.Uniform(1.2, 1.8));
+  }
+  s.OncomingStream(40.0, 7.0);
+  s.Walkers(5.0);
+}
+
 void Crossing(SceneBuilder& s) {
   s.DriveCamera(-70.0, {{0.0, 7.5}});
   s.Crossing(kBus, 0, 1, 2.6, 7.0);
@@ -155,6 +165,7 @@ void Empty(SceneBuilder& s) {
 const std::vector<SceneRecipe>& Recipes() {
   static const auto* const recipes = new std::vector<SceneRecipe>{
       {"street", "a town drive: cars ahead, oncoming and crossing, a cyclist, people", Street},
+      {"junction", "slowly up to a junction that cars and people cross", Junction},
       {"crossing", "towards a junction that cars and a bus cross", Crossing},
       {"oncoming", "a stream of oncoming cars and a bus", Oncoming},
       {"ahead", "a car ahead in the lane: same speed, slower, faster", Ahead},

@@ -113,9 +113,9 @@ TEST(ModelFile, KeepsEverything) {
   const ModelFile before = Checkpoint(learner);
   const auto after = ParseModel(*SerializeModel(before));
   ASSERT_TRUE(after.ok()) << after.status();
-  EXPECT_EQ(after->model.inputs, before.model.inputs);
-  EXPECT_EQ(after->model.identities, before.model.identities);
-  EXPECT_EQ(after->model.next_identity, 60);
+  EXPECT_EQ(after->model.points.inputs, before.model.points.inputs);
+  EXPECT_EQ(after->model.points.identities, before.model.points.identities);
+  EXPECT_EQ(after->model.points.next_identity, 60);
   EXPECT_EQ(after->annotations, before.annotations);
   EXPECT_EQ(after->trainer->theta, before.trainer->theta);
   ModelFile without = before;
@@ -173,7 +173,7 @@ TEST(ModelFile, OtherVersionsAndInvalidModelsAreErrors) {
   EXPECT_FALSE(altered([&](ArrayMap& a) { integers(a, "covariance_function")[0] = 9; }).ok());
 
   ModelFile bad = Checkpoint(learner);
-  bad.model.targets.pop_back();
+  bad.model.points.targets.pop_back();
   const std::string folder = NewFolder();
   EXPECT_EQ(WriteModelFile(folder + "/m.npz", bad).code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(FilesIn(folder), testing::IsEmpty());

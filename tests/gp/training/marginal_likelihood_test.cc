@@ -15,10 +15,10 @@ namespace {
 
 using kernels::CovarianceFunction;
 
-absl::StatusOr<MarginalLikelihood> Likelihood(const Hyperparameters& theta, const RowMatrix& x,
-                                              const std::vector<double>& y) {
-  return ComputeMarginalLikelihood(*TestContext(), theta, ViewOf(x), y,
-                                   LikelihoodOrder::kValueAndGradient);
+absl::StatusOr<MarginalLikelihood> Likelihood(
+    const Hyperparameters& theta, const RowMatrix& x, const std::vector<double>& y,
+    LikelihoodOrder order = LikelihoodOrder::kValueAndGradient) {
+  return ComputeMarginalLikelihood(*TestContext(), theta, ViewOf(x), y, order);
 }
 
 class GradientLaw : public testing::TestWithParam<std::tuple<CovarianceFunction, int, int>> {};
@@ -42,7 +42,8 @@ TEST_P(GradientLaw, EqualsFiniteDifferences) {
     for (int i = 0; i < 4; ++i) {
       std::vector<double> moved = logarithms;
       moved[t] += offsets[i];
-      const auto there = Likelihood(*FromLogarithms(function, moved), points.inputs, y);
+      const auto there =
+          Likelihood(*FromLogarithms(function, moved), points.inputs, y, LikelihoodOrder::kValue);
       ASSERT_TRUE(there.ok()) << there.status();
       values[i] = there->value;
     }
@@ -57,7 +58,7 @@ INSTANTIATE_TEST_SUITE_P(Covariances, GradientLaw,
                          testing::Combine(testing::Values(CovarianceFunction::kArcsine,
                                                           CovarianceFunction::kSquaredExponential),
                                           testing::Values(1, 6, 32),
-                                          testing::Values(1, 2, 65, 300)));
+                                          testing::Values(1, 2, 65, 200)));
 
 TEST(MarginalLikelihood, EqualsTheModelsOwn) {
   auto generator = TestGenerator();

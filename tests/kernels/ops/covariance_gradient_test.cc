@@ -95,6 +95,22 @@ TEST(CovarianceGradient, AgreesWithTheReferenceAtSizesAroundEveryBlock) {
   }
 }
 
+TEST(CovarianceGradient, DevicesWithoutFloat64LeaveItToTheHost) {
+  std::mt19937_64 random = TestRandom();
+  ContextOptions options;
+  options.float64 = false;
+  const auto context = OpenContext(options);
+  ASSERT_TRUE(context.ok()) << context.status();
+  const std::vector<double> points = RandomPoints(random, 30, 3);
+  GuardedMatrix<double> w = LowerWeights(random, 30);
+  for (const CovarianceParameters& parameters : Covariances()) {
+    const ConstMatrixView<double> x(points.data(), 30, 3);
+    const auto gradient = CovarianceGradient(**context, parameters, x, w.view());
+    ASSERT_TRUE(gradient.ok()) << gradient.status();
+    EXPECT_EQ(*gradient, reference::CovarianceGradient(parameters, x, w.view()));
+  }
+}
+
 TEST(CovarianceGradient, IsTheSameEveryTime) {
   std::mt19937_64 random = TestRandom();
   const std::vector<double> points = RandomPoints(random, 200, 3);

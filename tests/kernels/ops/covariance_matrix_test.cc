@@ -141,6 +141,31 @@ TEST(CovarianceMatrix, TrianglesAtSizesAroundEveryBlock) {
   }
 }
 
+TEST(CovarianceMatrix, DevicesWithoutFloat64LeaveDoublesToTheHost) {
+  std::mt19937_64 random = TestRandom();
+  ContextOptions options;
+  options.float64 = false;
+  const auto context = OpenContext(options);
+  ASSERT_TRUE(context.ok()) << context.status();
+  const CovarianceParameters parameters = ArcsineParameters({1, 20, 3});
+  const std::vector<double> points = RandomPoints(random, 30, 2);
+  const ConstMatrixView<double> x(points.data(), 30, 2);
+  GuardedMatrix<double> doubles(30, 30);
+  GuardedMatrix<float> floats(30, 30);
+  ASSERT_TRUE(
+      CovarianceMatrix<double>(**context, parameters, x, 0.0, Triangle::kFull, doubles.view())
+          .ok());
+  ASSERT_TRUE(
+      CovarianceMatrix<float>(**context, parameters, x, 0.0, Triangle::kFull, floats.view()).ok());
+  for (int i = 0; i < 30; ++i) {
+    for (int j = 0; j < 30; ++j) {
+      const double exact = static_cast<double>(ExactCovariance(parameters, x.row(i), x.row(j)));
+      ASSERT_NEAR(doubles(i, j), exact, 16.8 * std::ldexp(1.0, -53));
+      ASSERT_NEAR(floats(i, j), exact, 1e-6);
+    }
+  }
+}
+
 TEST(CovarianceMatrix, RectanglesOfEverySizeStayInTheirBounds) {
   std::mt19937_64 random = TestRandom();
   const CovarianceParameters parameters = ArcsineParameters({1, 2, 3});

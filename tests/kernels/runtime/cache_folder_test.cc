@@ -80,6 +80,7 @@ TEST(Tuning, DamagedTablesAreIgnored) {
 
 TEST(Tuning, DefaultsAreValid) {
   for (const int lanes : {1, 4, 8, 16}) EXPECT_TRUE(DefaultTuning(lanes).Validate().ok()) << lanes;
+  EXPECT_TRUE(DefaultGpuTuning().Validate().ok());
   KernelTuning bad;
   bad.depth = 7;
   EXPECT_EQ(bad.Validate().message(), "depth = 7; it must be from 8 to 4096");

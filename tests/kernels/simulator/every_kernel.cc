@@ -149,10 +149,13 @@ int Run(const std::string& device) {
     ContextOptions options;
     options.device = device;
     options.program_cache = false;
-    options.tuning = DefaultTuning(lanes);
+    // Scalar as on a GPU: work-groups of several work-items.
+    options.tuning = lanes == 1 ? DefaultGpuTuning() : DefaultTuning(lanes);
+    if (lanes == 1) options.tuning->work_group = 4;
+    options.tuning->groups_a_unit = 2;
     options.tuning->panels_a_group = 2;
     options.tuning->panel = 4;
-    options.tuning->depth = 8;
+    options.tuning->depth = 12;
     options.tuning->width = 2;
     const auto context = OpenContext(options);
     if (!context.ok()) {

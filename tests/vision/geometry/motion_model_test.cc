@@ -72,6 +72,19 @@ TEST(EstimateMotionModel, ForcedChoiceIsObeyed) {
   EXPECT_EQ(EstimateMotionModel(pairs.pairs, options)->kind, MotionModelKind::kHomography);
 }
 
+TEST(EstimateMotionModel, ParallaxIsTheNoiseWithoutTranslationAndMoreWithIt) {
+  SyntheticOptions scene;
+  scene.noise_pixels = 0.2;
+  scene.mover_share = 0.1;
+  scene.motion = CameraMotion::kRotation;
+  // The median of a Rayleigh variable is 1.18 sigma, sigma = 0.2 sqrt 2; movers and the fit: +- a
+  // third.
+  EXPECT_NEAR(EstimateMotionModel(MakeSyntheticPairs(scene).pairs, {})->parallax_pixels, 0.33,
+              0.11);
+  scene.motion = CameraMotion::kSideways;
+  EXPECT_GT(EstimateMotionModel(MakeSyntheticPairs(scene).pairs, {})->parallax_pixels, 3.0);
+}
+
 TEST(EstimateMotionModel, NoMajorityIsNotTrusted) {
   SyntheticOptions scene;
   scene.mover_share = 0.0;

@@ -74,6 +74,41 @@ DriveRun RunDrive(FrameSource& source, const PipelineOptions& options,
   return run;
 }
 
+TEST(SegmentationPipelineTest, GoesOnFromACheckpointAsIfNothingHadHappened) {
+  PipelineOptions options;
+  options.checkpoint_interval = 4;
+  MovingSquareSource source(9, {3});
+  const DriveRun whole = RunDrive(source, options);
+  ASSERT_TRUE(whole.summary.ok()) << whole.summary.status();
+  ASSERT_EQ(whole.frames.size(), 9u);
+  for (const SegmentedFrame& frame : whole.frames) {
+    EXPECT_EQ(frame.checkpoint.empty(), frame.index != 3 && frame.index != 7) << frame.index;
+  }
+  for (const int64_t last : {3, 7}) {  // frame 3 is damaged: frame 2 is the recent one
+    auto segmenter = MakeSegmenter();
+    MovingSquareSource again(9, {3});
+    ASSERT_TRUE(again.SeekTo(last == 3 ? 2 : last).ok());
+    const Frame recent = std::get<Frame>(*again.Next());
+    ASSERT_TRUE(segmenter->Restore(whole.frames[last].checkpoint, {recent}).ok());
+    options.first_frame = last + 1;
+    std::vector<SegmentedFrame> rest;
+    ASSERT_TRUE(RunPipeline(again, *segmenter, options, nullptr, [&](const SegmentedFrame& frame) {
+                  rest.push_back(frame);
+                  return absl::OkStatus();
+                }).ok());
+    ASSERT_EQ(rest.size(), static_cast<size_t>(8 - last));
+    for (const SegmentedFrame& frame : rest) {
+      const SegmentedFrame& before = whole.frames[frame.index];
+      EXPECT_EQ(frame.map.probability, before.map.probability) << frame.index;
+      EXPECT_EQ(frame.map.deviation, before.map.deviation) << frame.index;
+      EXPECT_EQ(frame.record.theta, before.record.theta) << frame.index;
+      EXPECT_TRUE(frame.checkpoint == before.checkpoint) << frame.index;
+    }
+  }
+  auto segmenter = MakeSegmenter();
+  EXPECT_FALSE(segmenter->Restore("rubbish", {}).ok());
+}
+
 TEST(SegmentationPipelineTest, OverlappedStagesGiveTheBytesOfOneFrameAfterTheOther) {
   std::vector<DriveRun> runs;
   for (const bool overlap : {false, true}) {

@@ -58,7 +58,7 @@ Matches SiftMatches(const cv::Mat& first, const cv::Mat& second) {
 TEST_P(StreetFeaturesTest, SiftFindsAndMatchesEnough) {
   const Scenario scenario = *MakeScenario(GetParam(), 3);
   double sum = 0.0;
-  const std::vector<int> times = {20, 50, 80, 110, 140};
+  const std::vector<int> times = {20, 80, 140};
   for (const int t : times) {
     const SyntheticFrame first = *scenario.Render(t), second = *scenario.Render(t + 1);
     const Matches matches = SiftMatches(first.image, second.image);

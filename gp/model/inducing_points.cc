@@ -1,0 +1,153 @@
+#include "gp/model/inducing_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include "gp/covariance/prior_variance.h"
+#include "gp/linalg/aligned_matrix.h"
+#include "gp/linalg/parallel_for.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/ops/covariance_matrix.h"
+
+namespace egosieve::gp {
+namespace {
+
+using kernels::ConstMatrixView;
+using kernels::MatrixView;
+
+constexpr double kRelativeTolerance = 1e-8;
+constexpr int kLloydIterations = 10;
+constexpr int64_t kRowsPerTask = 512;
+
+std::vector<double> Gather(ConstMatrixView<double> x, const std::vector<int64_t>& rows) {
+  std::vector<double> inputs;
+  inputs.reserve(rows.size() * x.cols);
+  for (const int64_t row : rows) inputs.insert(inputs.end(), x.row(row), x.row(row) + x.cols);
+  return inputs;
+}
+
+std::vector<int64_t> RandomRows(int64_t n, int64_t count, uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  std::vector<int64_t> rows(n);
+  std::iota(rows.begin(), rows.end(), int64_t{0});
+  for (int64_t i = 0; i < count; ++i) {
+    std::swap(rows[i], rows[i + static_cast<int64_t>(generator() % (n - i))]);
+  }
+  rows.resize(count);
+  std::sort(rows.begin(), rows.end());
+  return rows;
+}
+
+// (1).
+absl::StatusOr<std::vector<int64_t>> PivotedRows(kernels::Context& context,
+                                                 const kernels::CovarianceParameters& covariance,
+                                                 ConstMatrixView<double> x, int64_t count) {
+  const int64_t n = x.rows;
+  AlignedMatrix l(n, count);
+  std::vector<double> residual(n), column(n);
+  for (int64_t i = 0; i < n; ++i) residual[i] = PriorVariance(covariance, x.row(i));
+  std::vector<int64_t> rows;
+  double first = 0.0;
+  while (static_cast<int64_t>(rows.size()) < count) {
+    const int64_t step = static_cast<int64_t>(rows.size());
+    const int64_t pivot = std::max_element(residual.begin(), residual.end()) - residual.begin();
+    if (step == 0) first = residual[pivot];
+    if (!(residual[pivot] > kRelativeTolerance * first)) break;
+    EGOSIEVE_RETURN_IF_ERROR(
+        kernels::CrossCovariance<double>(context, covariance, x, x.rows_between(pivot, pivot + 1),
+                                         MatrixView<double>(column.data(), n, 1)));
+    const double root = std::sqrt(residual[pivot]);
+    const double* pivot_row = l.row(pivot);
+    ParallelFor((n + kRowsPerTask - 1) / kRowsPerTask, 2.0 * n * step, [&](int64_t task) {
+      const int64_t end = std::min(n, (task + 1) * kRowsPerTask);
+      for (int64_t i = task * kRowsPerTask; i < end; ++i) {
+        double* row = l.row(i);
+        double lanes[8] = {};
+        int64_t p = 0;
+        for (; p + 8 <= step; p += 8) {
+          for (int lane = 0; lane < 8; ++lane) lanes[lane] += row[p + lane] * pivot_row[p + lane];
+        }
+        double sum = column[i] - std::accumulate(lanes, lanes + 8, 0.0);
+        for (; p < step; ++p) sum -= row[p] * pivot_row[p];
+        if (i != pivot) row[step] = sum / root;
+      }
+    });
+    l.row(pivot)[step] = root;
+    for (int64_t i = 0; i < n; ++i) residual[i] -= l.row(i)[step] * l.row(i)[step];
+    residual[pivot] = 0.0;
+    rows.push_back(pivot);
+  }
+  return rows;
+}
+
+int64_t Nearest(const double* point, const std::vector<double>& centres, int64_t dimension) {
+  int64_t best = 0;
+  double best_distance = std::numeric_limits<double>::infinity();
+  for (int64_t c = 0; c < static_cast<int64_t>(centres.size()) / dimension; ++c) {
+    double distance = 0.0;
+    for (int64_t d = 0; d < dimension; ++d) {
+      const double difference = point[d] - centres[c * dimension + d];
+      distance += difference * difference;
+    }
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = c;
+    }
+  }
+  return best;
+}
+
+// Lloyd's iterations; a cluster that loses all its points keeps its centre.
+void MoveCentres(ConstMatrixView<double> x, std::vector<double>& centres) {
+  const int64_t dimension = x.cols;
+  const int64_t count = static_cast<int64_t>(centres.size()) / dimension;
+  std::vector<int64_t> cluster(x.rows);
+  for (int iteration = 0; iteration < kLloydIterations; ++iteration) {
+    const double flops = 3.0 * x.rows * count * dimension;
+    ParallelFor((x.rows + kRowsPerTask - 1) / kRowsPerTask, flops, [&](int64_t task) {
+      const int64_t end = std::min(x.rows, (task + 1) * kRowsPerTask);
+      for (int64_t i = task * kRowsPerTask; i < end; ++i) {
+        cluster[i] = Nearest(x.row(i), centres, dimension);
+      }
+    });
+    std::vector<double> sums(centres.size(), 0.0);
+    std::vector<int64_t> sizes(count, 0);
+    for (int64_t i = 0; i < x.rows; ++i) {
+      ++sizes[cluster[i]];
+      for (int64_t d = 0; d < dimension; ++d) sums[cluster[i] * dimension + d] += x(i, d);
+    }
+    for (int64_t c = 0; c < count; ++c) {
+      for (int64_t d = 0; d < dimension && sizes[c] > 0; ++d) {
+        centres[c * dimension + d] = sums[c * dimension + d] / static_cast<double>(sizes[c]);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<double>> ChooseInducingInputs(
+    kernels::Context& context, const kernels::CovarianceParameters& covariance,
+    ConstMatrixView<double> x, int64_t count, InducingChoice choice, uint64_t seed) {
+  if (!(count >= 1)) {
+    return absl::InvalidArgumentError("the number of inducing points must be positive");
+  }
+  if (x.rows <= count) {
+    std::vector<int64_t> rows(x.rows);
+    std::iota(rows.begin(), rows.end(), int64_t{0});
+    return Gather(x, rows);
+  }
+  if (choice == InducingChoice::kPivotedCholesky) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> rows,
+                              PivotedRows(context, covariance, x, count));
+    return Gather(x, rows);
+  }
+  std::vector<double> inputs = Gather(x, RandomRows(x.rows, count, seed));
+  if (choice == InducingChoice::kKMeans) MoveCentres(x, inputs);
+  return inputs;
+}
+
+}  // namespace egosieve::gp

@@ -1,0 +1,146 @@
+// Gaussian process regression through m inducing inputs u: for models whose exact posterior costs
+// too much. Three approximations of Quinonero-Candela & Rasmussen (2005), "A unifying view of
+// sparse approximate Gaussian process regression":
+//
+//   L L^T = K_uu + jitter I,  v_i = L^-1 k_u(x_i),  q_ii = |v_i|^2                            (S1)
+//   lambda_i = sigma_n^2                     subset of regressors, DTC (the same training)
+//   lambda_i = sigma_n^2 + k_ii - q_ii       FITC                                            (S2)
+//   A = I + sum_i v_i v_i^T / lambda_i,  c = sum_i v_i y_i / lambda_i                         (S3)
+//   mean(x) = v(x).A^-1 c                                                                     (S4)
+//   variance(x) = |L_A^-1 v(x)|^2                           subset of regressors: it vanishes
+//                                                           far from the inducing inputs
+//   variance(x) = k(x, x) - |v(x)|^2 + |L_A^-1 v(x)|^2      DTC, FITC                         (S5)
+//   log p(y) = -1/2 (sum_i log lambda_i + log|A| + y^T Lambda^-1 y - c.A^-1 c + n log 2 pi)   (S6)
+//
+// A point enters or leaves through its own term of (S3): m^2 flops, and m^3 / 3 for L_A once a
+// batch. The inducing inputs are chosen anew (n m^2) when a share of the points has changed or the
+// hyperparameters have; A is then summed afresh, which also ends the rounding that removals leave.
+//
+// The posterior on a device takes (S5) as k** - |R k_u|^2 with R^T R = L^-T (I - A^-1) L^-1, R
+// lower triangular.
+//
+// Not thread-safe; MakePosterior gives what is.
+#ifndef EGOSIEVE_GP_MODEL_SPARSE_MODEL_H_
+#define EGOSIEVE_GP_MODEL_SPARSE_MODEL_H_
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "gp/calibration/leave_one_out.h"
+#include "gp/calibration/probabilistic_least_squares.h"
+#include "gp/covariance/hyperparameters.h"
+#include "gp/linalg/aligned_matrix.h"
+#include "gp/model/exact_model.h"
+#include "gp/model/inducing_points.h"
+#include "gp/model/point_set.h"
+#include "gp/model/posterior.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/runtime/context.h"
+
+namespace egosieve::gp {
+
+enum class SparseApproximation { kSubsetOfRegressors, kDtc, kFitc };
+
+struct SparseModelOptions {
+  SparseApproximation approximation = SparseApproximation::kDtc;
+  InducingChoice choice = InducingChoice::kPivotedCholesky;
+  int64_t inducing_points = 512;  // m, at most
+  double refresh_share = 0.25;    // of the points added or removed before u is chosen anew
+  double relative_jitter = 1e-6;  // of sigma_n^2, on K_uu's diagonal
+  uint64_t seed = 1;              // of the random choices
+
+  absl::Status Validate() const;
+};
+
+class SparseModel {
+ public:
+  // InvalidArgument on a null context, invalid hyperparameters or options.
+  static absl::StatusOr<SparseModel> Create(std::shared_ptr<kernels::Context> context,
+                                            const Hyperparameters& hyperparameters,
+                                            const SparseModelOptions& options = {});
+
+  // A model from the points and hyperparameters of any model, as it is after Refresh.
+  static absl::StatusOr<SparseModel> Restore(std::shared_ptr<kernels::Context> context,
+                                             const ExactModelState& state,
+                                             const SparseModelOptions& options = {});
+
+  SparseModel(SparseModel&&) = default;
+  SparseModel& operator=(SparseModel&&) = default;
+
+  // As ExactModel's, errors included.
+  absl::Status Add(kernels::ConstMatrixView<double> inputs, absl::Span<const double> labels,
+                   int64_t frame);
+  absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
+                   int64_t frame);
+  absl::Status AddTargets(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
+                          int64_t frame);
+  absl::Status Remove(absl::Span<const int64_t> rows);
+  absl::Status SetHyperparameters(const Hyperparameters& hyperparameters);
+
+  // Takes these inducing inputs (m x D) until the next refresh.
+  absl::Status SetInducingInputs(kernels::ConstMatrixView<double> inputs);
+  // Chooses the inducing inputs anew and sums everything afresh: what follows then depends on the
+  // points and hyperparameters alone.
+  absl::Status Refresh();
+
+  // What Restore takes; gp/io/model_file.h stores it. A run that calls Refresh when it writes, and
+  // one that goes on from the state, do the same to the last bit.
+  ExactModelState State() const { return {hyperparameters_, points_}; }
+
+  int64_t size() const { return points_.size(); }
+  int64_t inducing_size() const { return factor_.rows(); }
+  int64_t input_dimension() const { return hyperparameters_.covariance.input_dimension(); }
+  const Hyperparameters& hyperparameters() const { return hyperparameters_; }
+  const SparseModelOptions& options() const { return options_; }
+  const PointSet& points() const { return points_; }
+  kernels::ConstMatrixView<double> inducing_inputs() const {
+    return {inducing_inputs_.data(), inducing_size(), input_dimension()};
+  }
+
+  // (S4), (S5) at N x D points in float64; the prior for an empty model.
+  absl::StatusOr<Prediction> Predict(kernels::ConstMatrixView<double> points,
+                                     PredictWhat what) const;
+  // The mean at the model's own points, from what is at hand.
+  std::vector<double> PredictOwnMean() const;
+  // (S6); 0 for an empty model.
+  double LogMarginalLikelihood() const;
+  // Leave-one-out predictions of all points under the approximation's own covariance of y, Q +
+  // Lambda, inverted by (S3): n m^2 flops.
+  LeaveOneOut PredictLeaveOneOut() const;
+
+  // Unimplemented for the subset of regressors, whose variance no device form has: DTC has its
+  // mean.
+  absl::StatusOr<std::shared_ptr<const Posterior>> MakePosterior(
+      const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {}) const;
+
+ private:
+  SparseModel() = default;
+
+  // (S1), (S2) for points: rows of v and their lambdas.
+  absl::Status Project(kernels::ConstMatrixView<double> inputs, AlignedMatrix& v,
+                       std::vector<double>& lambda) const;
+  absl::Status UseInducingInputs(std::vector<double> inputs);
+  absl::Status FinishUpdate(int64_t changed);
+  absl::Status UpdateWeights();
+
+  std::shared_ptr<kernels::Context> context_;
+  Hyperparameters hyperparameters_;
+  SparseModelOptions options_;
+  PointSet points_;
+  std::vector<double> inducing_inputs_;  // m x D
+  AlignedMatrix factor_;                 // L, m x m
+  std::vector<double> projections_;      // v, n x m
+  std::vector<double> lambda_;           // n
+  AlignedMatrix sum_;                    // A, m x m, lower triangle
+  AlignedMatrix sum_factor_;             // L_A, m x m
+  std::vector<double> weights_;          // A^-1 c, m
+  int64_t changes_ = 0;                  // points since the last refresh
+};
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_MODEL_SPARSE_MODEL_H_

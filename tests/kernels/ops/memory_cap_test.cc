@@ -1,0 +1,59 @@
+// Memory that an evaluation takes: bounded by the cap, whatever the number of queries. A program of
+// its own, because it reads the process's peak.
+#include <sys/resource.h>
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "kernels/ops/dense_posterior.h"
+#include "tests/kernels/test_data.h"
+
+namespace egosieve::kernels {
+namespace {
+
+int64_t PeakBytes() {
+  rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return int64_t{usage.ru_maxrss} << 10;
+}
+
+// n = 1000, a sparse-looking factor, queries by the hundred thousand: the n x M array of
+// covariances would take 800 MB.
+TEST(MemoryCap, TheWholeCovarianceIsNeverInMemory) {
+  if (TestIsOnReference()) GTEST_SKIP() << "the reference has no cap, and its tiles are 64 queries";
+  std::mt19937_64 random = TestRandom();
+  const int64_t n = 1000;
+  const int64_t m = 60000;
+  const std::vector<double> inputs = RandomPoints(random, n, 2);
+  const std::vector<double> alpha = RandomPoints(random, n, 1);
+  std::vector<double> factor(n * n, 0.0);
+  for (int64_t i = 0; i < n; ++i) factor[i * n + i] = 100.0;
+  PosteriorModel model;
+  model.covariance = ArcsineParameters({1, 2, 3});
+  model.inputs = ConstMatrixView<double>(inputs.data(), n, 2);
+  model.alpha = alpha.data();
+  model.factor_kind = FactorKind::kCholesky;
+  model.factor = ConstMatrixView<double>(factor.data(), n, n);
+  DensePosteriorOptions options;
+  options.memory_cap_bytes = int64_t{16} << 20;
+  auto posterior = DensePosterior::Create(TestContext(), model, options);
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  std::vector<float> queries(m * 2);
+  for (float& value : queries) value = static_cast<float>(Uniform(random, -1, 1));
+  std::vector<float> mean(m), variance(m), probability(m);
+  const PosteriorOutputs outputs = {mean.data(), variance.data(), probability.data()};
+  // Compiles, and touches everything once.
+  ASSERT_TRUE((*posterior)->Evaluate(ConstMatrixView<float>(queries.data(), 500, 2), outputs).ok());
+  std::fill(mean.begin(), mean.end(), 1.0f);
+  const int64_t before = PeakBytes();
+  const auto counts = (*posterior)->Evaluate(ConstMatrixView<float>(queries.data(), m, 2), outputs);
+  ASSERT_TRUE(counts.ok()) << counts.status();
+  // As much again for the allocator.
+  EXPECT_LE(PeakBytes() - before, 2 * options.memory_cap_bytes);
+  EXPECT_TRUE(std::isfinite(mean[m - 1]) && variance[m - 1] > 0.0f && probability[m - 1] > 0.0f);
+}
+
+}  // namespace
+}  // namespace egosieve::kernels

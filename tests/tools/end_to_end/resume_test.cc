@@ -1,0 +1,175 @@
+// A run that is killed, at any moment and any number of times, and resumed gives the bytes of one
+// that was not.
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <random>
+#include <thread>
+
+#include "absl/strings/str_format.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/tools/testing/patch_drive.h"
+#include "tests/tools/testing/program.h"
+#include "tests/tools/testing/run_comparison.h"
+#include "tools/run_folder/run_folder.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class Resume : public testing::Test {
+ protected:
+  static constexpr int kFrames = 18;
+
+  Resume()
+      : root_(testing::TempDir() + "/" +
+              testing::UnitTest::GetInstance()->current_test_info()->name()),
+        whole_(root_ + "/whole"),
+        run_(root_ + "/run") {
+    PatchDriveOptions options;
+    options.width_pixels = 160;
+    options.height_pixels = 96;
+    options.frames = kFrames;
+    WritePatchDrive(root_, options);
+    // A frame that cannot be read, just before a checkpoint.
+    const std::string torn = root_ + absl::StrFormat("/frames/%06d.png", 7);
+    fs::resize_file(torn, fs::file_size(torn) / 2);
+    EXPECT_EQ(RunProgram(Arguments(whole_)).code, 4);
+  }
+
+  std::vector<std::string> Arguments(const std::string& out,
+                                     std::vector<std::string> more = {}) const {
+    std::vector<std::string> arguments = {
+        "segment",    root_ + "/frames", "--out=" + out,        "--budget=150",
+        "--stride=8", "--progress=none", "--checkpoint_every=4"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+
+  // Starts or goes on, and sends the signal after a while. Returns the exit code.
+  int ResumeAndSend(int signal, std::chrono::milliseconds after) {
+    const pid_t process =
+        StartProgram(Arguments(run_, {"--resume"}), root_ + "/out.txt", root_ + "/err.txt");
+    std::this_thread::sleep_for(after);
+    kill(process, signal);
+    return WaitForProgram(process);
+  }
+
+  std::string root_, whole_, run_;
+};
+
+TEST_F(Resume, AfterKillsAtRandomMomentsTheBytesAreThoseOfAnUninterruptedRun) {
+  std::mt19937_64 random(20);
+  int kills = 0, completions = 0;
+  while (kills < 20) {
+    const int signal = kills % 4 == 3 ? SIGTERM : SIGKILL;
+    const int code = ResumeAndSend(signal, std::chrono::milliseconds(100 + random() % 900));
+    if (code == 128 + SIGKILL || code == 128 + SIGTERM || code == 130) {
+      ++kills;
+    } else {
+      ASSERT_TRUE(code == 4 || code == 0) << code << ": " << *ReadFile(root_ + "/err.txt");
+      ASSERT_EQ(CompareRuns(whole_, run_), "") << "after " << kills << " kills";
+      fs::remove_all(run_);
+      ++completions;
+      ASSERT_LT(completions, 100) << "the machine is too quick for these moments";
+    }
+  }
+  const int code = RunProgram(Arguments(run_, {"--resume"})).code;
+  EXPECT_TRUE(code == 4 || code == 0) << code;
+  EXPECT_EQ(CompareRuns(whole_, run_), "");
+}
+
+// Where the kill hits between two writes: every state that a folder can be left in, by hand.
+TEST_F(Resume, FromEveryStateThatAKillCanLeave) {
+  const auto start_from_whole = [&] {
+    fs::remove_all(run_);
+    fs::copy(whole_, run_, fs::copy_options::recursive);
+    RunDescription description = *RunFolder::Open(run_)->ReadDescription();
+    description.ended = "running";
+    ASSERT_TRUE(RunFolder::Open(run_)->WriteDescription(description).ok());
+  };
+  const auto cut_log = [&](int64_t lines, const std::string& rest) {
+    const std::string log = run_ + "/frames.jsonl";
+    ASSERT_TRUE(LineLog::OpenTruncated(log, lines).ok());
+    ASSERT_TRUE(WriteFileAtomically(log, *ReadFile(log) + rest).ok());
+  };
+  const auto resume = [&] {
+    const int code = RunProgram(Arguments(run_, {"--resume"})).code;
+    EXPECT_TRUE(code == 4 || code == 0) << code;
+    return CompareRuns(whole_, run_);
+  };
+
+  start_from_whole();  // killed before the end was written
+  EXPECT_EQ(resume(), "");
+  start_from_whole();  // in the middle of a line
+  cut_log(14, "{\"index\":14,\"time_sec");
+  EXPECT_EQ(resume(), "");
+  start_from_whole();  // between a frame's line and its checkpoint (15)
+  cut_log(16, "");
+  fs::remove(run_ + "/model/000015.npz");
+  EXPECT_EQ(resume(), "");
+  start_from_whole();  // a damaged checkpoint, the one before is whole
+  fs::resize_file(run_ + "/model/000015.npz", 100);
+  EXPECT_EQ(resume(), "");
+  start_from_whole();  // before the first line
+  fs::remove_all(run_ + "/model");
+  fs::remove(run_ + "/frames.jsonl");
+  EXPECT_EQ(resume(), "");
+}
+
+TEST_F(Resume, AnotherRunIsRefusedWithTheDifference) {
+  fs::copy(whole_, run_, fs::copy_options::recursive);
+  const ProgramOutcome other = RunProgram(Arguments(run_, {"--resume", "--window=9"}));
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.err, HasSubstr("--window is '7' there and '9' here"));
+  EXPECT_EQ(CountLines(other.err), 1);
+  fs::rename(root_ + "/frames", root_ + "/elsewhere");
+  WritePatchDrive(root_ + "/second");
+  fs::rename(root_ + "/second/frames", root_ + "/frames");
+  const ProgramOutcome input = RunProgram(Arguments(run_, {"--resume"}));
+  EXPECT_EQ(input.code, 2);
+  EXPECT_THAT(input.err, HasSubstr("the size of the frames is 160 x 96 there and 192 x 128 here"));
+  EXPECT_EQ(RunProgram(Arguments(run_, {"--resume", "--overwrite"})).code, 2);
+}
+
+TEST_F(Resume, ADoneRunStaysAndALongerOneGoesOn) {
+  std::vector<std::string> short_run = Arguments(run_, {"--max_frames=10"});
+  EXPECT_EQ(RunProgram(short_run).code, 4);
+  const ProgramOutcome again = RunProgram(Arguments(run_, {"--max_frames=10", "--resume"}));
+  EXPECT_EQ(again.code, 0);
+  EXPECT_THAT(again.out, HasSubstr("holds the whole run already"));
+  EXPECT_EQ(RunProgram(Arguments(run_, {"--resume"})).code, 4);
+  EXPECT_EQ(CompareRuns(whole_, run_), "");
+}
+
+// A limit on the size of files stands for a full disk.
+TEST_F(Resume, AFullDiskIsSaidAndTheRunGoesOnOnceThereIsRoom) {
+  const pid_t process = fork();
+  if (process == 0) {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{6000, 6000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    const pid_t program = StartProgram(Arguments(run_), root_ + "/out.txt", root_ + "/err.txt");
+    _exit(WaitForProgram(program));
+  }
+  EXPECT_EQ(WaitForProgram(process), 1);
+  const std::string error = *ReadFile(root_ + "/err.txt");
+  EXPECT_THAT(error, HasSubstr("egosieve: cannot write "));
+  EXPECT_EQ(CountLines(error), 1) << error;
+  const RunFolder folder = *RunFolder::Open(run_);
+  const std::vector<FrameLine> lines = *folder.ReadLines();
+  EXPECT_GE(lines.size(), 1u);
+  EXPECT_LT(lines.size(), static_cast<size_t>(kFrames));
+  EXPECT_EQ(RunProgram(Arguments(run_, {"--resume"})).code, 4);
+  EXPECT_EQ(CompareRuns(whole_, run_), "");
+}
+
+}  // namespace
+}  // namespace egosieve::tools

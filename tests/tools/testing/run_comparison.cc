@@ -1,0 +1,58 @@
+#include "tests/tools/testing/run_comparison.h"
+
+#include <filesystem>
+#include <map>
+
+#include "absl/strings/str_cat.h"
+#include "tools/run_folder/run_folder.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string LinesWithoutTimes(const RunFolder& folder) {
+  const std::vector<FrameLine> lines = *folder.ReadLines();
+  std::string text;
+  for (FrameLine line : lines) {
+    line.milliseconds.clear();
+    text += ToText(line) + "\n";
+  }
+  return text;
+}
+
+std::string DescriptionWithoutTimes(const RunFolder& folder) {
+  RunDescription description = *folder.ReadDescription();
+  description.seconds = 0.0;
+  description.started_utc.clear();
+  description.finished_utc.clear();
+  return ToText(description);
+}
+
+std::map<std::string, std::string> Contents(const std::string& path) {
+  const RunFolder folder = *RunFolder::Open(path);
+  std::map<std::string, std::string> contents;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(path)) {
+    if (!entry.is_regular_file()) continue;
+    const std::string name = fs::relative(entry.path(), path).string();
+    contents[name] = name == "frames.jsonl" ? LinesWithoutTimes(folder)
+                     : name == "run.json"   ? DescriptionWithoutTimes(folder)
+                                            : *ReadFile(entry.path().string());
+  }
+  return contents;
+}
+
+}  // namespace
+
+std::string CompareRuns(const std::string& a, const std::string& b) {
+  const auto in_a = Contents(a);
+  auto in_b = Contents(b);
+  for (const auto& [name, bytes] : in_a) {
+    const auto other = in_b.extract(name);
+    if (other.empty()) return absl::StrCat(name, " is missing in ", b);
+    if (other.mapped() != bytes) return absl::StrCat(name, " differs");
+  }
+  return in_b.empty() ? "" : absl::StrCat(in_b.begin()->first, " is missing in ", a);
+}
+
+}  // namespace egosieve::tools

@@ -1,0 +1,56 @@
+#include "tools/tune/tuner.h"
+
+#include "gtest/gtest.h"
+#include "tests/kernels/test_data.h"
+
+namespace egosieve::tune {
+namespace {
+
+TuneOptions SmallSearch() {
+  TuneOptions options;
+  options.training_points = 60;
+  options.mean_queries = 200;
+  options.variance_queries = 100;
+  options.repeats = 1;
+  // Every shape is compiled anew: a search over all fields takes a minute.
+  options.fields = {"mean_width", "depth"};
+  return options;
+}
+
+TEST(Tune, FindsAValidShapeThatIsNoSlowerThanWhatWasThere) {
+  if (kernels::TestIsOnReference()) GTEST_SKIP() << "the reference has no shapes";
+  TuneOptions options = SmallSearch();
+  int lines = 0;
+  options.progress = [&](const std::string& line) { lines += line.empty() ? 0 : 1; };
+  const auto result = Tune(options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_TRUE(result->after.Validate().ok());
+  EXPECT_LE(result->mean_seconds_after, result->mean_seconds_before);
+  EXPECT_LE(result->variance_seconds_after, result->variance_seconds_before);
+  EXPECT_EQ(result->shapes_timed, 3 + 5);  // all candidates but those that hold already
+  EXPECT_EQ(result->after.panel, result->before.panel);
+  EXPECT_EQ(result->shapes_dropped, 0);
+  EXPECT_EQ(lines, result->shapes_timed);
+  EXPECT_FALSE(result->device.empty());
+}
+
+TEST(Tune, TheReferenceIsRefused) {
+  TuneOptions options = SmallSearch();
+  options.device = "reference";
+  EXPECT_EQ(Tune(options).status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(Tune, BadOptionsAreNamed) {
+  TuneOptions options = SmallSearch();
+  options.repeats = 0;
+  EXPECT_NE(Tune(options).status().message().find("repeats = 0"), std::string::npos);
+  options = SmallSearch();
+  options.least_gain = 1.5;
+  EXPECT_NE(Tune(options).status().message().find("least_gain = 1.5"), std::string::npos);
+  options = SmallSearch();
+  options.device = "no such device";
+  EXPECT_EQ(Tune(options).status().code(), absl::StatusCode::kNotFound);
+}
+
+}  // namespace
+}  // namespace egosieve::tune

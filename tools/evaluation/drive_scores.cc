@@ -1,0 +1,274 @@
+#include "tools/evaluation/drive_scores.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "tools/evaluation/boundary.h"
+#include "tools/evaluation/calibration.h"
+
+namespace egosieve::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr uint8_t kVoid = 128;
+
+Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+// The groups that an object belongs to, beside "all".
+std::vector<std::string> GroupsOf(const SyntheticObject& object) {
+  const char* size = object.area_pixels < 100    ? "size under 100"
+                     : object.area_pixels < 400  ? "size 100-399"
+                     : object.area_pixels < 1600 ? "size 400-1599"
+                                                 : "size from 1600";
+  const char* distance = object.distance_metres < 20.0   ? "distance under 20 m"
+                         : object.distance_metres < 40.0 ? "distance 20-40 m"
+                                                         : "distance from 40 m";
+  std::vector<std::string> groups = {absl::StrCat("relation ", object.relation),
+                                     absl::StrCat("class ", object.object_class), size, distance};
+  if (object.distance_metres < 40.0)
+    groups.push_back(absl::StrCat(object.relation, " within 40 m"));
+  return groups;
+}
+
+Json ConfusionJson(const RocHistogram& scores, int threshold) {
+  const Confusion c = scores.At(threshold);
+  return {{"threshold", threshold / 65535.0},
+          {"iou", OrNull(c.Iou())},
+          {"f", OrNull(c.F())},
+          {"precision", OrNull(c.Precision())},
+          {"recall", OrNull(c.Recall())},
+          {"false_positive_rate", OrNull(c.FalsePositiveRate())}};
+}
+
+Json CalibrationJson(const RocHistogram& scores, int bins) {
+  const std::optional<Calibration> calibration = CalibrationOf(scores, bins);
+  if (!calibration) return Json();
+  Json reliability = Json::array();
+  for (const ReliabilityBin& bin : calibration->bins) {
+    reliability.push_back({{"low", bin.low},
+                           {"high", bin.high},
+                           {"pixels", bin.pixels},
+                           {"mean_stated", bin.mean_stated},
+                           {"positive_share", bin.positive_share}});
+  }
+  return {{"log_loss", calibration->log_loss},
+          {"brier", calibration->brier},
+          {"expected_calibration_error", calibration->expected_calibration_error},
+          {"reliability", reliability}};
+}
+
+Json CurveJson(const RocHistogram& scores, int points) {
+  Json curve = Json::array();
+  for (const OperatingPoint& p : scores.Curve(points)) {
+    curve.push_back({p.threshold / 65535.0, p.false_positive_rate, p.recall, p.precision});
+  }
+  return curve;
+}
+
+Json RecallJson(const std::map<std::string, ObjectRecall>& recall) {
+  Json json = Json::object();
+  for (const auto& [group, r] : recall) {
+    const double n = static_cast<double>(r.objects);
+    json[group] = {{"objects", r.objects},
+                   {"recall", r.found / n},
+                   {"recall_at_0.3", r.found_at_30 / n},
+                   {"recall_at_0.5", r.found_at_50 / n},
+                   {"mean_iou", r.iou_sum / n}};
+  }
+  return json;
+}
+
+// The mean of a figure over the frames that have it.
+std::optional<double> MeanOf(const std::vector<FrameScores>& frames,
+                             std::optional<double> FrameScores::*figure) {
+  double sum = 0.0;
+  int64_t count = 0;
+  for (const FrameScores& frame : frames) {
+    if (!(frame.*figure)) continue;
+    sum += *(frame.*figure);
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / static_cast<double>(count);
+}
+
+void AppendFigure(const char* name, const std::optional<double>& value, std::string* text) {
+  if (value) absl::StrAppendFormat(text, "%s %.4f\n", name, *value);
+}
+
+}  // namespace
+
+absl::Status DriveScoresOptions::Validate() const {
+  if (!(threshold >= 0.0 && threshold <= 1.0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("threshold = %g; it must be from 0 to 1", threshold));
+  }
+  if (calibration_bins < 1 || curve_points < 2) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("calibration_bins = %d, curve_points = %d; they must be at least 1 and 2",
+                        calibration_bins, curve_points));
+  }
+  return objects.Validate();
+}
+
+DriveScores::DriveScores(const DriveScoresOptions& options)
+    : options_(options), uncertainty_(ThresholdOf(options.threshold)) {}
+
+absl::Status DriveScores::Add(const ScoredFrame& frame) {
+  const cv::Size size = frame.probability.size();
+  if (frame.truth.size() != size || (!frame.deviation.empty() && frame.deviation.size() != size)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("frame %d: a map of %d x %d pixels and a truth of %d x %d", frame.index,
+                        size.width, size.height, frame.truth.cols, frame.truth.rows));
+  }
+  const int threshold = ThresholdOf(options_.threshold);
+  const cv::Mat1b void_pixels = frame.truth == kVoid;
+  const cv::Mat1b dynamic = (frame.truth != 0) & ~void_pixels;
+  const cv::Mat1b called = (frame.probability >= threshold) & ~void_pixels;
+  const cv::Mat1i ids = frame.ids.empty() ? ComponentsOf(dynamic) : frame.ids;
+  EGOSIEVE_ASSIGN_OR_RETURN(const ObjectScores objects,
+                            ScoreObjects(called, ids, void_pixels, options_.objects));
+  EGOSIEVE_ASSIGN_OR_RETURN(const BoundaryScore boundary, BoundaryF(called, dynamic, void_pixels));
+  RocHistogram own;
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      if (void_pixels(y, x) != 0) continue;
+      const bool positive = dynamic(y, x) != 0;
+      own.Add(frame.probability(y, x), positive);
+      if (!frame.deviation.empty())
+        uncertainty_.Add(frame.probability(y, x), frame.deviation(y, x), positive);
+    }
+  }
+  has_deviation_ |= !frame.deviation.empty();
+  const Confusion c = own.At(threshold);
+  FrameScores scores;
+  scores.index = frame.index;
+  scores.has_movers = own.positive_count() > 0;
+  scores.auc = own.Auc();
+  scores.false_positive_rate = c.FalsePositiveRate().value_or(0.0);
+  if (scores.has_movers) {
+    scores.iou = c.Iou();
+    scores.boundary_f = boundary.f;
+  } else {
+    mover_free_pixels_ += own.negative_count();
+    mover_free_alarms_ += c.false_positives;
+  }
+  frames_.push_back(scores);
+  pooled_.Merge(own);
+  AddObjects(frame, objects);
+  return absl::OkStatus();
+}
+
+void DriveScores::AddObjects(const ScoredFrame& frame, const ObjectScores& scores) {
+  false_objects_ += scores.false_objects;
+  for (const FoundObject& found : scores.objects) {
+    std::vector<std::string> groups = {"all"};
+    if (frame.objects != nullptr) {
+      const auto known = frame.objects->find(found.id);
+      if (known != frame.objects->end()) {
+        for (std::string& group : GroupsOf(known->second)) groups.push_back(std::move(group));
+      }
+    }
+    for (const std::string& group : groups) {
+      ObjectRecall& recall = recall_[group];
+      ++recall.objects;
+      recall.found += found.found;
+      recall.found_at_30 += found.iou >= 0.3;
+      recall.found_at_50 += found.iou >= 0.5;
+      recall.iou_sum += found.iou;
+    }
+  }
+}
+
+void DriveScores::Merge(const DriveScores& other) {
+  pooled_.Merge(other.pooled_);
+  uncertainty_.Merge(other.uncertainty_);
+  has_deviation_ |= other.has_deviation_;
+  frames_.insert(frames_.end(), other.frames_.begin(), other.frames_.end());
+  for (const auto& [group, r] : other.recall_) {
+    ObjectRecall& own = recall_[group];
+    own.objects += r.objects;
+    own.found += r.found;
+    own.found_at_30 += r.found_at_30;
+    own.found_at_50 += r.found_at_50;
+    own.iou_sum += r.iou_sum;
+  }
+  false_objects_ += other.false_objects_;
+  mover_free_pixels_ += other.mover_free_pixels_;
+  mover_free_alarms_ += other.mover_free_alarms_;
+}
+
+double DriveScores::FalseObjectsPerFrame() const {
+  return frames_.empty()
+             ? 0.0
+             : static_cast<double>(false_objects_) / static_cast<double>(frames_.size());
+}
+
+std::optional<double> DriveScores::FalsePositiveRateWithoutMovers() const {
+  if (mover_free_pixels_ == 0) return std::nullopt;
+  return static_cast<double>(mover_free_alarms_) / static_cast<double>(mover_free_pixels_);
+}
+
+Json DriveScores::ToJson() const {
+  const std::optional<int> best = pooled_.BestThreshold();
+  Json uncertainty;
+  if (has_deviation_) {
+    Json curve = Json::array();
+    for (const SparsificationPoint& p : uncertainty_.Curve(50))
+      curve.push_back({p.removed, p.remaining, p.oracle});
+    uncertainty = {
+        {"area_under_sparsification_error", OrNull(uncertainty_.AreaUnderSparsificationError())},
+        {"error_auc", OrNull(uncertainty_.ErrorAuc())},
+        {"sparsification", curve}};
+  }
+  return {{"pooled_auc", OrNull(pooled_.Auc())},
+          {"mean_auc", OrNull(MeanOf(frames_, &FrameScores::auc))},
+          {"average_precision", OrNull(pooled_.AveragePrecision())},
+          {"at_declared_threshold", ConfusionJson(pooled_, ThresholdOf(options_.threshold))},
+          {"at_best_threshold", best ? ConfusionJson(pooled_, *best) : Json()},
+          {"mean_iou", OrNull(MeanOf(frames_, &FrameScores::iou))},
+          {"mean_boundary_f", OrNull(MeanOf(frames_, &FrameScores::boundary_f))},
+          {"false_positive_rate_without_movers", OrNull(FalsePositiveRateWithoutMovers())},
+          {"calibration", CalibrationJson(pooled_, options_.calibration_bins)},
+          {"uncertainty", uncertainty},
+          {"false_objects_per_frame", FalseObjectsPerFrame()},
+          {"object_recall", RecallJson(recall_)},
+          {"curve_threshold_fpr_recall_precision", CurveJson(pooled_, options_.curve_points)}};
+}
+
+std::string DriveScores::Summary() const {
+  std::string text;
+  AppendFigure("average precision", pooled_.AveragePrecision(), &text);
+  const Confusion declared = pooled_.At(ThresholdOf(options_.threshold));
+  AppendFigure(absl::StrFormat("IoU at %.2f:", options_.threshold).c_str(), declared.Iou(), &text);
+  if (const std::optional<int> best = pooled_.BestThreshold()) {
+    AppendFigure(absl::StrFormat("IoU at the best threshold (%.2f):", *best / 65535.0).c_str(),
+                 pooled_.At(*best).Iou(), &text);
+  }
+  AppendFigure("mean IoU over frames", MeanOf(frames_, &FrameScores::iou), &text);
+  AppendFigure("mean boundary F", MeanOf(frames_, &FrameScores::boundary_f), &text);
+  AppendFigure("false-positive rate on frames without movers", FalsePositiveRateWithoutMovers(),
+               &text);
+  if (const std::optional<Calibration> calibration =
+          CalibrationOf(pooled_, options_.calibration_bins)) {
+    absl::StrAppendFormat(&text, "calibration: ECE %.4f, Brier %.4f, log loss %.4f\n",
+                          calibration->expected_calibration_error, calibration->brier,
+                          calibration->log_loss);
+  }
+  if (has_deviation_) {
+    AppendFigure("area under the sparsification error", uncertainty_.AreaUnderSparsificationError(),
+                 &text);
+    AppendFigure("AUC of the deviation for finding errors", uncertainty_.ErrorAuc(), &text);
+  }
+  for (const auto& [group, r] : recall_) {
+    absl::StrAppendFormat(&text, "objects, %s: %d of %d found (IoU %.2f)\n", group, r.found,
+                          r.objects, options_.objects.iou_threshold);
+  }
+  absl::StrAppendFormat(&text, "false objects a frame %.3f\n", FalseObjectsPerFrame());
+  return text;
+}
+
+}  // namespace egosieve::tools

@@ -1,0 +1,116 @@
+#include "tools/evaluation/objects.h"
+
+#include <map>
+#include <opencv2/imgproc.hpp>
+#include <set>
+#include <utility>
+
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+
+namespace egosieve::tools {
+namespace {
+
+// For every pixel the id of the nearest object; 0 where there is none in the image.
+cv::Mat1i NearestObject(const cv::Mat1i& ids) {
+  cv::Mat1i nearest = cv::Mat1i::zeros(ids.size());
+  const cv::Mat1b background = ids == 0;
+  if (cv::countNonZero(background) == static_cast<int>(ids.total())) return nearest;
+  cv::Mat1f distance;
+  cv::Mat1i labels;
+  cv::distanceTransform(background, distance, labels, cv::DIST_L2, cv::DIST_MASK_5,
+                        cv::DIST_LABEL_PIXEL);
+  std::map<int, int> id_of_label;
+  for (int y = 0; y < ids.rows; ++y) {
+    for (int x = 0; x < ids.cols; ++x) {
+      if (ids(y, x) != 0) id_of_label[labels(y, x)] = ids(y, x);
+    }
+  }
+  for (int y = 0; y < ids.rows; ++y) {
+    for (int x = 0; x < ids.cols; ++x) nearest(y, x) = id_of_label[labels(y, x)];
+  }
+  return nearest;
+}
+
+struct Component {
+  int area = 0;
+  int on_objects = 0;  // or on void pixels
+};
+
+struct Overlap {
+  int area = 0;
+  int hit = 0;      // |P and o|
+  int charged = 0;  // predicted pixels beside the object that are charged to it
+};
+
+}  // namespace
+
+absl::Status ObjectOptions::Validate() const {
+  const auto share = [](const char* field, double value) {
+    if (value > 0.0 && value <= 1.0) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%s = %g; it must be above 0 and at most 1", field, value));
+  };
+  EGOSIEVE_RETURN_IF_ERROR(share("iou_threshold", iou_threshold));
+  EGOSIEVE_RETURN_IF_ERROR(share("min_overlap", min_overlap));
+  if (min_area < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("min_area = %d; it must be at least 1", min_area));
+  }
+  return absl::OkStatus();
+}
+
+cv::Mat1i ComponentsOf(const cv::Mat1b& mask) {
+  cv::Mat1i labels;
+  cv::connectedComponents(mask, labels, 8, CV_32S);
+  return labels;
+}
+
+absl::StatusOr<ObjectScores> ScoreObjects(const cv::Mat1b& prediction, const cv::Mat1i& ids,
+                                          const cv::Mat1b& void_pixels,
+                                          const ObjectOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  if (prediction.size() != ids.size() ||
+      (!void_pixels.empty() && void_pixels.size() != ids.size())) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("a map of %d x %d and objects of %d x %d pixels cannot be compared",
+                        prediction.cols, prediction.rows, ids.cols, ids.rows));
+  }
+  const auto is_void = [&](int y, int x) { return !void_pixels.empty() && void_pixels(y, x) != 0; };
+  const cv::Mat1i components = ComponentsOf(prediction), nearest = NearestObject(ids);
+  std::map<int, Component> found;
+  std::map<int, Overlap> overlaps;
+  std::set<std::pair<int, int>> touching;  // component, object
+  for (int y = 0; y < ids.rows; ++y) {
+    for (int x = 0; x < ids.cols; ++x) {
+      const int component = components(y, x), id = ids(y, x);
+      if (id != 0) ++overlaps[id].area;
+      if (component == 0) continue;
+      ++found[component].area;
+      found[component].on_objects += id != 0 || is_void(y, x);
+      if (id == 0) continue;
+      ++overlaps[id].hit;
+      touching.emplace(component, id);
+    }
+  }
+  for (int y = 0; y < ids.rows; ++y) {
+    for (int x = 0; x < ids.cols; ++x) {
+      const int component = components(y, x);
+      if (component == 0 || ids(y, x) != 0 || is_void(y, x)) continue;
+      if (touching.count({component, nearest(y, x)}) > 0) ++overlaps[nearest(y, x)].charged;
+    }
+  }
+  ObjectScores scores;
+  for (const auto& [id, overlap] : overlaps) {
+    if (overlap.area < options.min_area) continue;
+    const double iou = static_cast<double>(overlap.hit) / (overlap.area + overlap.charged);  // (1)
+    scores.objects.push_back({id, overlap.area, iou, iou >= options.iou_threshold});
+  }
+  for (const auto& [label, component] : found) {
+    scores.false_objects += component.area >= options.min_area &&
+                            component.on_objects < options.min_overlap * component.area;
+  }
+  return scores;
+}
+
+}  // namespace egosieve::tools

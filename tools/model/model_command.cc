@@ -1,0 +1,126 @@
+#include "tools/model/model_command.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "gp/io/model_file.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/exit_code.h"
+#include "tools/run_folder/atomic_file.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The file itself, or the newest checkpoint of a run folder.
+absl::StatusOr<std::string> FindModelFile(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_directory(path, error)) return path;
+  std::vector<std::string> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(fs::path(path) / "model", error)) {
+    if (entry.path().extension() == ".npz") files.push_back(entry.path().string());
+  }
+  if (files.empty()) {
+    return absl::NotFoundError(absl::StrCat(
+        path, " holds no checkpoint in model/; give a run of more frames than --checkpoint_every"));
+  }
+  return *std::max_element(files.begin(), files.end());
+}
+
+std::string Describe(const std::string& path, const gp::ModelFile& file) {
+  const gp::ExactModelState& model = file.model;
+  const auto& covariance = model.hyperparameters.covariance;
+  const int64_t dynamic = std::count_if(model.points.targets.begin(), model.points.targets.end(),
+                                        [](double target) { return target >= 0.0; });
+  const int64_t size = static_cast<int64_t>(model.points.targets.size());
+  std::string text = absl::StrFormat("%s\n", path);
+  absl::StrAppendFormat(&text, "points       %d: %d dynamic, %d static\n", size, dynamic,
+                        size - dynamic);
+  if (size > 0) {
+    const auto [oldest, newest] =
+        std::minmax_element(model.points.birth_frames.begin(), model.points.birth_frames.end());
+    absl::StrAppendFormat(&text, "born         in frames %d to %d\n", *oldest, *newest);
+  }
+  absl::StrAppendFormat(&text, "covariance   %s of %d inputs\n",
+                        covariance.function == kernels::CovarianceFunction::kArcsine
+                            ? "arcsine"
+                            : "squared exponential",
+                        covariance.input_dimension());
+  absl::StrAppend(&text, "scales      ");
+  for (const double scale : covariance.scales) absl::StrAppendFormat(&text, " %.4g", scale);
+  absl::StrAppendFormat(&text, "\nsigma        f %.4g, n %.4g\n", covariance.signal_stddev,
+                        model.hyperparameters.noise_stddev);
+  absl::StrAppendFormat(&text, "calibration  a %.4g, b %.4g\n", file.squash.a, file.squash.b);
+  if (file.trainer) {
+    absl::StrAppendFormat(&text, "trained on   %d frames\n", file.trainer->frames_trained);
+  }
+  return text;
+}
+
+std::string PointsAsCsv(const gp::ExactModelState& model) {
+  const int64_t dimension = model.hyperparameters.covariance.input_dimension();
+  std::string csv = "identity,birth_frame,label";
+  for (int64_t d = 0; d < dimension; ++d) absl::StrAppend(&csv, ",x", d);
+  absl::StrAppend(&csv, "\n");
+  for (size_t i = 0; i < model.points.targets.size(); ++i) {
+    absl::StrAppendFormat(&csv, "%d,%d,%.6g", model.points.identities[i],
+                          model.points.birth_frames[i], 0.5 * (model.points.targets[i] + 1.0));
+    for (int64_t d = 0; d < dimension; ++d) {
+      absl::StrAppendFormat(&csv, ",%.9g", model.points.inputs[i * dimension + d]);
+    }
+    absl::StrAppend(&csv, "\n");
+  }
+  return csv;
+}
+
+class ModelCommand : public Command {
+ public:
+  std::string name() const override { return "model"; }
+  std::string summary() const override {
+    return "Tells what a checkpoint of the model holds; writes its points as CSV.";
+  }
+  std::string example() const override {
+    return "egosieve model out/drive\negosieve model out/drive/model/000049.npz --csv=points.csv";
+  }
+
+  void AddFlags(CLI::App& app) override {
+    app.add_option("FILE", path_, "A model file, or a run folder: its newest checkpoint")
+        ->required()
+        ->type_name("")
+        ->configurable(false);
+    app.add_option("--csv", csv_, "Write identity, birth frame, label and inputs of every point")
+        ->type_name("FILE");
+  }
+
+  absl::StatusOr<ExitCode> Run() override {
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string path, FindModelFile(path_));
+    const absl::StatusOr<gp::ModelFile> file = gp::ReadModelFile(path);
+    if (!file.ok()) {
+      return absl::DataLossError(
+          absl::StrCat(file.status().message(), "; give a file that segment wrote into model/"));
+    }
+    std::cout << Describe(path, *file);
+    if (!csv_.empty()) {
+      EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(csv_, PointsAsCsv(file->model)));
+      std::cout << "points in " << csv_ << "\n";
+    }
+    return ExitCode::kDone;
+  }
+
+ private:
+  std::string path_, csv_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeModelCommand() { return std::make_unique<ModelCommand>(); }
+
+}  // namespace egosieve::tools

@@ -1,0 +1,15 @@
+#ifndef EGOSIEVE_TOOLS_MODEL_MODEL_COMMAND_H_
+#define EGOSIEVE_TOOLS_MODEL_MODEL_COMMAND_H_
+
+#include <memory>
+
+#include "tools/cli/command.h"
+
+namespace egosieve::tools {
+
+// egosieve model FILE|DIR: what a checkpoint holds, and its points as CSV.
+std::unique_ptr<Command> MakeModelCommand();
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_MODEL_MODEL_COMMAND_H_

@@ -1,0 +1,92 @@
+#include "tools/segment/resume.h"
+
+#include <algorithm>
+#include <deque>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+#include <variant>
+
+#include "absl/strings/numbers.h"
+#include "gp/io/model_file.h"
+#include "kernels/base/status_macros.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kKeptCheckpoints = 2;
+constexpr char kSuffix[] = ".npz";
+
+// The frames that have a checkpoint, increasing.
+std::vector<int64_t> ListCheckpoints(const RunFolder& folder) {
+  std::vector<int64_t> indices;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder.File("model"), error)) {
+    int64_t index = 0;
+    if (entry.path().extension() == kSuffix &&
+        absl::SimpleAtoi(entry.path().stem().string(), &index)) {
+      indices.push_back(index);
+    }
+  }
+  std::sort(indices.begin(), indices.end());
+  return indices;
+}
+
+}  // namespace
+
+absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::string& bytes) {
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("model")));
+  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.FrameFile("model", index, kSuffix), bytes));
+  std::vector<int64_t> indices = ListCheckpoints(folder);
+  for (size_t i = 0; i + kKeptCheckpoints < indices.size(); ++i) {
+    std::error_code error;  // one too many does no harm
+    fs::remove(folder.FrameFile("model", indices[i], kSuffix), error);
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t from) {
+  ResumePoint point;
+  point.next_frame = from;
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadLines());
+  std::vector<int64_t> checkpoints = ListCheckpoints(folder);
+  for (; !checkpoints.empty(); checkpoints.pop_back()) {
+    const int64_t index = checkpoints.back();
+    if (lines.empty() || index > lines.back().index) continue;
+    absl::StatusOr<std::string> bytes = ReadFile(folder.FrameFile("model", index, kSuffix));
+    if (bytes.ok() && gp::ParseModel(*bytes).ok()) {
+      point.checkpoint = *std::move(bytes);
+      point.next_frame = index + 1;
+      break;
+    }
+  }
+  for (FrameLine& line : lines) {
+    if (line.index < point.next_frame) point.lines.push_back(std::move(line));
+  }
+  return point;
+}
+
+absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource& source,
+                                                            int64_t from, int64_t last, int count) {
+  // Damaged frames make the stretch longer: it doubles until it is long enough.
+  for (int64_t stretch = count;; stretch *= 2) {
+    const int64_t first = std::max(from, last - stretch + 1);
+    EGOSIEVE_RETURN_IF_ERROR(source.SeekTo(first));
+    std::deque<vision::Frame> recent;
+    while (source.next_index() <= last) {
+      EGOSIEVE_ASSIGN_OR_RETURN(vision::FrameRead read, source.Next());
+      if (std::holds_alternative<vision::EndOfFrames>(read)) break;
+      if (auto* frame = std::get_if<vision::Frame>(&read)) {
+        recent.push_back(std::move(*frame));
+        if (recent.size() > static_cast<size_t>(count)) recent.pop_front();
+      }
+    }
+    if (recent.size() == static_cast<size_t>(count) || first == from) {
+      return std::vector<vision::Frame>(recent.begin(), recent.end());
+    }
+  }
+}
+
+}  // namespace egosieve::tools

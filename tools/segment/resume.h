@@ -1,0 +1,39 @@
+// Going on with a drive that ended before its end, however it ended.
+//
+// Checkpoints lie in model/NNNNNN.npz (gp/io/model_file.h), each the state after frame NNNNNN,
+// whole or absent; the last two are kept. A run goes on behind the newest checkpoint whose frame
+// has its line; what had been written after it is written again, with the same bytes.
+#ifndef EGOSIEVE_TOOLS_SEGMENT_RESUME_H_
+#define EGOSIEVE_TOOLS_SEGMENT_RESUME_H_
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "tools/run_folder/run_folder.h"
+#include "vision/frame/frame_source.h"
+
+namespace egosieve::tools {
+
+// Writes the checkpoint after frame `index` and removes all but the last two.
+absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::string& bytes);
+
+struct ResumePoint {
+  int64_t next_frame = 0;        // index of the first frame to segment
+  std::string checkpoint;        // empty: from the start
+  std::vector<FrameLine> lines;  // of the frames before next_frame
+};
+
+// `from`: the run's first frame.
+absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t from);
+
+// The last `count` frames of from .. last that can be read, oldest first; fewer where there are
+// fewer. Leaves the source anywhere.
+absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource& source,
+                                                            int64_t from, int64_t last, int count);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_SEGMENT_RESUME_H_

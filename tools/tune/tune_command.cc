@@ -1,0 +1,69 @@
+#include "tools/tune/tune_command.h"
+
+#include <iostream>
+#include <string>
+
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/runtime/tuning.h"
+#include "tools/cli/checks.h"
+#include "tools/cli/device_flag.h"
+#include "tools/tune/tuner.h"
+
+namespace egosieve::tools {
+namespace {
+
+class TuneCommand : public Command {
+ public:
+  std::string name() const override { return "tune"; }
+  std::string summary() const override {
+    return "Searches the kernels' shapes that are fastest on a device, and keeps them.";
+  }
+  std::string example() const override { return "egosieve tune --device=gpu"; }
+
+  void AddFlags(CLI::App& app) override {
+    device_.AddFlag(app);
+    app.add_option("--points", options_.training_points, "Points of the model that is timed")
+        ->check(AtLeast<int64_t>(1))
+        ->type_name("NUMBER");
+    app.add_option("--repeats", options_.repeats, "Runs of each shape, the fastest of which counts")
+        ->check(Between(1, 1000))
+        ->type_name("NUMBER");
+    app.add_flag("--dry_run", dry_run_, "Search, but keep nothing");
+    app.add_flag("--quiet", quiet_, "Do not tell the shapes that are timed");
+  }
+
+  absl::StatusOr<ExitCode> Run() override {
+    EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
+    options_.device = std::to_string(device.info.index);
+    if (!quiet_) {
+      options_.progress = [](const std::string& line) { std::cerr << line << std::endl; };
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(const tune::TuneResult result, tune::Tune(options_));
+    std::cout << absl::StrFormat(
+        "%s: %d shapes timed, %d dropped\n"
+        "mean      %.2f ms before, %.2f ms now\n"
+        "variance  %.2f ms before, %.2f ms now\n",
+        result.device, result.shapes_timed, result.shapes_dropped, 1e3 * result.mean_seconds_before,
+        1e3 * result.mean_seconds_after, 1e3 * result.variance_seconds_before,
+        1e3 * result.variance_seconds_after);
+    if (dry_run_) {
+      std::cout << kernels::FormatTuning(result.after);
+      return ExitCode::kDone;
+    }
+    EGOSIEVE_RETURN_IF_ERROR(kernels::SaveTuning(device.info, result.after));
+    std::cout << "kept in " << kernels::TuningPath(device.info) << "\n";
+    return ExitCode::kDone;
+  }
+
+ private:
+  DeviceFlag device_;
+  tune::TuneOptions options_;
+  bool dry_run_ = false, quiet_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeTuneCommand() { return std::make_unique<TuneCommand>(); }
+
+}  // namespace egosieve::tools

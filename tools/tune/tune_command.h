@@ -1,0 +1,15 @@
+#ifndef EGOSIEVE_TOOLS_TUNE_TUNE_COMMAND_H_
+#define EGOSIEVE_TOOLS_TUNE_TUNE_COMMAND_H_
+
+#include <memory>
+
+#include "tools/cli/command.h"
+
+namespace egosieve::tools {
+
+// egosieve tune: the kernels' shapes that suit a device best, kept for later runs.
+std::unique_ptr<Command> MakeTuneCommand();
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_TUNE_TUNE_COMMAND_H_

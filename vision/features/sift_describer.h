@@ -1,0 +1,53 @@
+// SIFT descriptors (Lowe, 2004, section 6) of given places, scales and orientations.
+//
+// Levels: the image blurred to standard deviations, in pixels of the image,
+//
+//   sigma(o, j) = 0.8 2^(o + j/3),   j = 0, 1, 2,                                              (D1)
+//
+// octave o sampled at every 2^o-th pixel, so that each level is finely, not wastefully, sampled:
+// Lowe's levels without his doubled image. A place of scale sigma is described on the nearest
+// level: its gradients, weighted by a Gaussian of 2 bins, go into 4 x 4 x 8 histograms of bins 3
+// sigma wide, each shared among its eight nearest bins; then
+//
+//   h := h / |h|,   h := min(h, 0.2),   h := h / |h|,   byte = round(512 h), at most 255
+//
+// Cost: about 20 ns a pixel for the levels and 3 microseconds a place. Does not depend on
+// `threads`.
+#ifndef EGOSIEVE_VISION_FEATURES_SIFT_DESCRIBER_H_
+#define EGOSIEVE_VISION_FEATURES_SIFT_DESCRIBER_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace egosieve::vision {
+
+struct DescribedPlace {
+  cv::Point2f position;              // pixels
+  float sigma = 1.6F;                // scale, pixels
+  float orientation_degrees = 0.0F;  // of the gradient, y downwards: as cv::KeyPoint's
+};
+
+class SiftDescriber {
+ public:
+  // grey: CV_8UC1, not empty.
+  explicit SiftDescriber(const cv::Mat& grey);
+
+  // out: places.size() x 128 bytes. A place without any gradient around it gets zeros.
+  void Describe(const std::vector<DescribedPlace>& places, int threads, uint8_t* out) const;
+
+ private:
+  static constexpr int kLevelsPerOctave = 3;
+  struct Level {
+    cv::Mat magnitude, angle_bins;  // CV_32F; angles in [0, 8)
+    float pixels_per_sample = 1.0F;
+  };
+  const Level& LevelFor(float sigma) const;
+  static void DescribeOne(const Level& level, const DescribedPlace& place, uint8_t* out);
+
+  std::vector<Level> levels_;  // (D1), by o and then j
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_FEATURES_SIFT_DESCRIBER_H_

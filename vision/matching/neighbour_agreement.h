@@ -1,0 +1,33 @@
+// Telling false matches from movers: what moves, moves with its surroundings, be they static or an
+// object; a false match points anywhere.
+//
+//   i agrees where at least `minimum_neighbours` other pairs j have
+//     |x1_i - x1_j| <= radius   and   |d_i - d_j| <= tolerance + tolerance_slope |d_i|,   d = x2 -
+//     x1
+//
+// Cost: linear in the pairs times the neighbours of each.
+#ifndef EGOSIEVE_VISION_MATCHING_NEIGHBOUR_AGREEMENT_H_
+#define EGOSIEVE_VISION_MATCHING_NEIGHBOUR_AGREEMENT_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "vision/geometry/point_pair.h"
+
+namespace egosieve::vision {
+
+struct NeighbourAgreementOptions {
+  double radius_pixels = 40.0;    // positive
+  double tolerance_pixels = 3.0;  // >= 0
+  double tolerance_slope = 0.15;  // of the displacement; >= 0
+  int minimum_neighbours = 2;     // >= 0
+};
+
+// One a pair, 1 where it agrees. Pairs that are not finite agree with nothing. `options` must be
+// valid.
+std::vector<uint8_t> AgreesWithNeighbours(const std::vector<PointPair>& pairs,
+                                          const NeighbourAgreementOptions& options);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_MATCHING_NEIGHBOUR_AGREEMENT_H_
