@@ -1,8 +1,8 @@
 // Depths behind the camera: impossible for a static point, usual for a car that pulls away.
 //
-//   s        = d.(x_2 - x_inf)                    signed flow along the epipolar line
-//   (epipolar_line.h) var s    = 2 sigma^2 + j C j^T                pixel noise in both frames, and
-//   the rotation's j        = -d^T (dproject/dA) [A]x            change of -s by a small rotation w
+//   s     = d.(x_2 - x_inf)            signed flow along the epipolar line, epipolar_line.h  (N1)
+//   var s = 2 sigma^2 + j^T C j        pixel noise in both frames, and the rotation's        (N2)
+//   j     = A x g,  g^T = d^T (dproject/dA)        by a small rotation, up to the sign       (N3)
 //
 // with C the covariance of the rotation (relative_pose.h, P5). z = s / sqrt(var s) below about -3
 // cannot be static; above it says little, as most static points and most movers have s > 0.

@@ -39,6 +39,20 @@ TEST(RelativePose, SidewaysAndReversingHaveTheRightSign) {
   }
 }
 
+TEST(RelativePose, SharpTurns) {
+  for (const double yaw : {-0.3, 0.15}) {  // of a view of 0.9 radians
+    StreetOptions options;
+    options.yaw = yaw;
+    options.static_count = 2000;
+    const PointStreet street(options);
+    const RelativePose pose =
+        EstimateRelativePose(street.Pairs(0, 1), street.Fundamental(0, 1), street.camera(), {});
+    ASSERT_EQ(pose.outcome, PoseOutcome::kFound) << yaw;
+    EXPECT_LT(AngleBetween(pose.rotation, street.RotationBetween(0, 1)), 1e-8);
+    EXPECT_LT(AngleBetween(pose.translation, street.TranslationBetween(0, 1)), 1e-6);
+  }
+}
+
 // The fit must repair a fundamental matrix that is off.
 TEST(RelativePose, NoisyPointsStayWithinTheStatedCovariance) {
   double squares = 0.0;
