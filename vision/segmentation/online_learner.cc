@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -69,6 +70,16 @@ std::vector<int64_t> Complement(int64_t count, absl::Span<const int64_t> kept) {
   return rest;
 }
 
+// Which of equally old points goes first must not follow their order in the image.
+std::vector<double> RandomRanks(size_t count, uint64_t seed, int64_t frame_index) {
+  std::mt19937_64 random(seed ^ (static_cast<uint64_t>(frame_index) << 32));
+  std::vector<double> ranks(count);
+  for (double& rank : ranks) {
+    rank = static_cast<double>(random() >> 11);
+  }
+  return ranks;
+}
+
 }  // namespace
 
 absl::Status OnlineLearnerOptions::Validate() const {
@@ -80,6 +91,10 @@ absl::Status OnlineLearnerOptions::Validate() const {
       return absl::InvalidArgumentError(absl::StrFormat(
           "density radius = %g; it must be finite and not negative", density->radius));
     }
+  }
+  if (!(arrival_share > 0.0 && arrival_share <= 1.0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("arrival_share = %g; it must be in (0, 1]", arrival_share));
   }
   if (calibration_sample_size < 2) {
     return absl::InvalidArgumentError(absl::StrFormat(
@@ -132,10 +147,11 @@ absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
 absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
                                          absl::Span<const double> labels, int64_t frame_index,
                                          SelectionCounts& counts) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> selected,
-                            SelectNewPoints(inputs, labels, counts));
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> selected, SelectNewPoints(inputs, labels, counts));
+  counts.added = static_cast<int64_t>(selected.size());
+  LimitArrivals(labels, frame_index, selected);
+  counts.dropped_by_budget = counts.added - static_cast<int64_t>(selected.size());
   Points arriving{GatherRows(inputs, selected), Gather(labels, selected)};
-  counts.added = arriving.size();
   std::vector<int64_t> alive(model_.size());
   if (options_.consistency_filter) {
     EGOSIEVE_RETURN_IF_ERROR(Add(arriving, frame_index));
@@ -150,6 +166,28 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
   EGOSIEVE_RETURN_IF_ERROR(Thin(frame_index, alive, arriving, counts));
   EGOSIEVE_RETURN_IF_ERROR(model_.Remove(Complement(model_.size(), alive)));
   return Add(arriving, frame_index);
+}
+
+void OnlineLearner::LimitArrivals(absl::Span<const double> labels, int64_t frame_index,
+                                  std::vector<int64_t>& selected) const {
+  const int64_t limit =
+      std::llround(options_.arrival_share * static_cast<double>(options_.budget.budget));
+  if (static_cast<int64_t>(selected.size()) <= limit) {
+    return;
+  }
+  std::vector<double> targets;
+  targets.reserve(selected.size());
+  for (const int64_t row : selected) {
+    targets.push_back(2.0 * labels[row] - 1.0);
+  }
+  std::vector<int64_t> sampled;
+  sampled.reserve(limit);
+  for (const int64_t index :
+       gp::StratifiedSample(targets, limit, options_.budget.rare_class_share,
+                            options_.seed + static_cast<uint64_t>(frame_index))) {
+    sampled.push_back(selected[index]);
+  }
+  selected = std::move(sampled);
 }
 
 absl::Status OnlineLearner::Add(const Points& points, int64_t frame_index) {
@@ -210,9 +248,10 @@ absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& aliv
   }
   EGOSIEVE_ASSIGN_OR_RETURN(
       const gp::BudgetDecision decision,
-      gp::EnforceBudget(Gather(labels, kept), birth_frames, frame_index, options_.budget));
+      gp::EnforceBudget(Gather(labels, kept), birth_frames, frame_index, options_.budget,
+                        RandomRanks(kept.size(), options_.seed, frame_index)));
   counts.dropped_by_age = decision.dropped_for_age;
-  counts.dropped_by_budget = decision.dropped_for_budget;
+  counts.dropped_by_budget += decision.dropped_for_budget;
 
   std::vector<int64_t> alive_kept, arriving_kept;
   for (const int64_t index : Complement(static_cast<int64_t>(kept.size()), decision.dropped)) {

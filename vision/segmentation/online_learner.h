@@ -45,6 +45,9 @@ struct OnlineLearnerOptions {
   bool consistency_filter = false;
   gp::DensityFilterOptions model_density{0.056};
   gp::BudgetOptions budget;
+  // The most points that one frame brings, of the budget: a model of one frame alone forgets what
+  // stands still for a moment. A stratified random sample stays, the rest counts as over budget.
+  double arrival_share = 0.5;
   gp::TrainerOptions training;
   int64_t calibration_sample_size = 600;  // points; at least 2
   gp::SquashFitOptions squash;
@@ -95,6 +98,8 @@ class OnlineLearner {
                                                        SelectionCounts& counts) const;
   absl::Status UpdatePoints(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                             int64_t frame_index, SelectionCounts& counts);
+  void LimitArrivals(absl::Span<const double> labels, int64_t frame_index,
+                     std::vector<int64_t>& selected) const;
   absl::Status Add(const Points& points, int64_t frame_index);
   // Steps 4 and 5 on the model's rows `alive` and the points about to be added: both are reduced to
   // what stays.
