@@ -40,11 +40,6 @@ def debian_libraries():
         path = "/usr/include/opencv4",
     )
     native.new_local_repository(
-        name = "debian_hdf5",
-        build_file = "//third_party:hdf5.BUILD",
-        path = "/usr/include/hdf5/serial",
-    )
-    native.new_local_repository(
         name = "debian_dygraphs",
         build_file = "//third_party:dygraphs.BUILD",
         path = "/usr/share/javascript/dygraphs",

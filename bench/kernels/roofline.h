@@ -10,7 +10,8 @@
 namespace egosieve::kernels {
 
 // Vector arithmetic operations (a multiply-add counts one) times lanes, a second, of the device: a
-// kernel of independent float32 multiply-adds in registers. The best of several runs.
+// kernel of independent float32 multiply-adds in registers. The best of all runs in this process: a
+// peak that a noisy moment lowered would flatter what is compared with it.
 double FmaPerSecond(Context& context);
 
 // Seconds of OpenBLAS's strsm, or Eigen's triangular solve on all cores, the better of the two:
