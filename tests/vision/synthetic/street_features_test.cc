@@ -80,8 +80,7 @@ TEST_P(StreetFeaturesTest, SiftFindsAndMatchesEnough) {
   EXPECT_GE(sum / static_cast<double>(times.size()), 1500.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenarios, StreetFeaturesTest,
-                         ::testing::Values("street", "handheld"),
+INSTANTIATE_TEST_SUITE_P(Scenarios, StreetFeaturesTest, ::testing::Values("street", "handheld"),
                          [](const auto& info) { return std::string(info.param); });
 
 }  // namespace
