@@ -11,19 +11,7 @@
 //
 //   d / sqrt(1 + (k f / floor)^2),   f = |(x2, y2) - (x1, y1)|.                    (L0)
 //
-// On streets with the camera in a car this decides: the area under the ROC curve of (L0) at flow
-// points rises from 0.45 to 0.62 (k = 0.02) where cars cross far away and parked cars pass close
-// by, and hand-held video loses nothing.
-//
-//     m = 1 (F, distances to a line):    g(d) = 2 N(d; sigma),                  u = 1 / R
-//     m = 2 (H, distances to a point):   g(d) = exp(-d^2 / 2 sigma^2) / (2 pi sigma^2),   u = 1 /
-//     (pi R^2)
-//
-// w and sigma maximise the likelihood by expectation-maximisation: E is (L2), M is
-//
-//   w = mean p,    sigma^2 = max(floor^2, sum (1 - p) d^2 / (m sum (1 - p))) (L3)
-//
-// The estimate is drawn to the previous frame's by `memory`, as if that many matches had said so.
+// Without it, what passes close by drowns what crosses further away; hand-held video loses nothing.
 #ifndef EGOSIEVE_VISION_LABELLING_LABEL_RULE_H_
 #define EGOSIEVE_VISION_LABELLING_LABEL_RULE_H_
 
