@@ -41,7 +41,11 @@ class Resume : public testing::Test {
     // A frame that cannot be read, just before a checkpoint.
     const std::string torn = root_ + absl::StrFormat("/frames/%06d.png", 7);
     fs::resize_file(torn, fs::file_size(torn) / 2);
+    // The first run of a machine compiles kernels: the second is as long as those to be killed.
     EXPECT_EQ(RunProgram(Arguments(whole_)).code, 4);
+    const auto start = std::chrono::steady_clock::now();
+    EXPECT_EQ(RunProgram(Arguments(whole_, {"--overwrite"})).code, 4);
+    whole_duration_ = std::chrono::steady_clock::now() - start;
   }
 
   std::vector<std::string> Arguments(const std::string& out,
@@ -54,7 +58,7 @@ class Resume : public testing::Test {
   }
 
   // Starts or goes on, and sends the signal after a while. Returns the exit code.
-  int ResumeAndSend(int signal, std::chrono::milliseconds after) {
+  int ResumeAndSend(int signal, std::chrono::duration<double> after) {
     const pid_t process =
         StartProgram(Arguments(run_, {"--resume"}), root_ + "/out.txt", root_ + "/err.txt");
     std::this_thread::sleep_for(after);
@@ -63,6 +67,7 @@ class Resume : public testing::Test {
   }
 
   std::string root_, whole_, run_;
+  std::chrono::duration<double> whole_duration_;
 };
 
 TEST_F(Resume, AfterKillsAtRandomMomentsTheBytesAreThoseOfAnUninterruptedRun) {
@@ -70,7 +75,7 @@ TEST_F(Resume, AfterKillsAtRandomMomentsTheBytesAreThoseOfAnUninterruptedRun) {
   int kills = 0, completions = 0;
   while (kills < 20) {
     const int signal = kills % 4 == 3 ? SIGTERM : SIGKILL;
-    const int code = ResumeAndSend(signal, std::chrono::milliseconds(100 + random() % 900));
+    const int code = ResumeAndSend(signal, whole_duration_ * (random() % 1000) / 1000.0);
     if (code == 128 + SIGKILL || code == 128 + SIGTERM || code == 130) {
       ++kills;
     } else {
@@ -78,7 +83,7 @@ TEST_F(Resume, AfterKillsAtRandomMomentsTheBytesAreThoseOfAnUninterruptedRun) {
       ASSERT_EQ(CompareRuns(whole_, run_), "") << "after " << kills << " kills";
       fs::remove_all(run_);
       ++completions;
-      ASSERT_LT(completions, 100) << "the machine is too quick for these moments";
+      ASSERT_LT(completions, 500) << "runs end before their signal";
     }
   }
   const int code = RunProgram(Arguments(run_, {"--resume"})).code;
