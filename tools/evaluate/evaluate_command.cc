@@ -8,6 +8,7 @@
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
 #include "tools/evaluate/evaluate_run.h"
+#include "tools/evaluate_features/feature_flags.h"
 #include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
@@ -23,13 +24,14 @@ class EvaluateCommand : public Command {
 
   void AddFlags(CLI::App& app) override {
     app.add_option("DIR", directory_, "The run folder; its eval.json and eval.csv are written")
-        ->required()
         ->type_name("")
         ->configurable(false);
     app.add_option("--truth", truth_,
                    "Folder of masks, one an evaluated frame: 0 static, 128 void, else dynamic")
-        ->required()
         ->type_name("MASKS");
+    app.add_option("--suite", suite_, "Folder of sequences: frames/ beside masks/ or tracks.csv")
+        ->type_name("FOLDER")
+        ->configurable(false);
     AddWords(
         app, "--pixels", options_.pixels,
         {{"grid", ScoredPixels::kGrid}, {"full", ScoredPixels::kFull}},
@@ -53,9 +55,14 @@ class EvaluateCommand : public Command {
                    "Pixels of the image below which an object is not counted")
         ->capture_default_str();
     progress_.AddFlag(app);
+    features_.AddFlags(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
+    if (features_.wanted()) return features_.Run(directory_, truth_, suite_, progress_);
+    if (directory_.empty() || truth_.empty()) {
+      return absl::InvalidArgumentError("a run folder and --truth are needed; see --help");
+    }
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
     CatchInterruptions();
     Progress progress("evaluate", progress_, -1);
@@ -74,8 +81,10 @@ class EvaluateCommand : public Command {
  private:
   std::string directory_;
   std::string truth_;
+  std::string suite_;
   EvaluateOptions options_;
   ProgressFlag progress_;
+  FeatureFlags features_;
 };
 
 }  // namespace
