@@ -64,6 +64,10 @@ class FrameLabeller::Implementation {
 
  private:
   absl::Status CheckOrder(const ExtractedFrame& frame) const;
+  // The other frame of the pair that ends in the current one.
+  const std::shared_ptr<const ExtractedFrame>& Earlier() const {
+    return options_.frame_gap > 0 ? history_.front() : history_.back();
+  }
   absl::Status LabelPair(const ExtractedFrame& first, const ExtractedFrame& second,
                          LabelledFrame& result);
   void GiveLabels(const ExtractedFrame& labelled, const std::vector<PointPair>& pairs,
@@ -109,7 +113,7 @@ absl::Status FrameLabeller::Implementation::Push(std::shared_ptr<const Extracted
   EGOSIEVE_RETURN_IF_ERROR(CheckOrder(*frame));
   if (!history_.empty() && history_.back()->grey.size() != frame->grey.size()) history_.clear();
   history_.push_back(std::move(frame));
-  while (static_cast<int>(history_.size()) > options_.frame_gap) history_.pop_front();
+  while (static_cast<int>(history_.size()) > options_.HistoryFrames()) history_.pop_front();
   return absl::OkStatus();
 }
 
@@ -139,13 +143,13 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
                absl::StrCat("the frame is ", now.width, "x", now.height, ", those before it ",
                             before.width, "x", before.height),
                result);
-  } else if (static_cast<int>(history_.size()) < options_.frame_gap) {
+  } else if (static_cast<int>(history_.size()) < std::max(options_.frame_gap, 1)) {
     SetOutcome(LabelOutcome::kNoPair,
                absl::StrCat("no frame ", options_.frame_gap, " before this one"), result);
   } else if (SamePixels(history_.back()->frame.image, frame->frame.image)) {
     SetOutcome(LabelOutcome::kDuplicateFrame, "the same picture as the frame before", result);
   } else {
-    EGOSIEVE_RETURN_IF_ERROR(LabelPair(*history_.front(), *frame, result));
+    EGOSIEVE_RETURN_IF_ERROR(LabelPair(*Earlier(), *frame, result));
   }
   EGOSIEVE_RETURN_IF_ERROR(Push(std::move(frame)));
   return result;

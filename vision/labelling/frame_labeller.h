@@ -55,7 +55,7 @@ struct FrameLabellerOptions {
   LabelledSide labelled_side = LabelledSide::kCurrentFrame;
   EqualizationOptions equalization;
 
-  int frame_gap = 1;                 // frames between the two of a pair; 1 to 100
+  int frame_gap = 1;                 // frames between the two of a pair; 1 to 100; 0: auto
   int feature_count = 0;             // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area
   double match_ratio = 0.8;          // nearest to second-nearest descriptor distance; (0, 1]
   bool drop_lone_matches = true;     // features that move like none near them are false matches
@@ -70,6 +70,10 @@ struct FrameLabellerOptions {
 
   // Faithful to the paper: SIFT and corners, fundamental matrix, scaled distance, first frame.
   static FrameLabellerOptions Paper();
+
+  // The frames before the current one that Prime needs; with auto, those of the longest gap.
+  int HistoryFrames() const { return frame_gap > 0 ? frame_gap : kLongestAutoGap; }
+  static constexpr int kLongestAutoGap = 5;
 
   // InvalidArgument, naming field, value and rule.
   absl::Status Validate() const;

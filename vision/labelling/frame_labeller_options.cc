@@ -26,8 +26,8 @@ absl::Status FrameLabellerOptions::Validate() const {
                                              : error(name, " is ", value, "; it must be positive");
   };
   EGOSIEVE_RETURN_IF_ERROR(equalization.Validate());
-  if (frame_gap < 1 || frame_gap > 100) {
-    return error("frame_gap is ", frame_gap, "; it must be from 1 to 100");
+  if (frame_gap < 0 || frame_gap > 100) {
+    return error("frame_gap is ", frame_gap, "; it must be from 1 to 100, or 0 for auto");
   }
   if (feature_count < 0)
     return error("feature_count is ", feature_count, "; it must not be negative");

@@ -374,7 +374,7 @@ TEST(FrameLabellerOptions, NonsenseIsRefusedByName) {
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << field;
     EXPECT_NE(std::string(status.message()).find(field), std::string::npos) << status;
   };
-  refused([](auto& o) { o.frame_gap = 0; }, "frame_gap");
+  refused([](auto& o) { o.frame_gap = -1; }, "frame_gap");
   refused([](auto& o) { o.feature_count = -1; }, "feature_count");
   refused([](auto& o) { o.match_ratio = NAN; }, "match_ratio");
   refused([](auto& o) { o.flow_stride_pixels = 0; }, "flow_stride_pixels");
