@@ -17,9 +17,12 @@ class EvaluateCommand : public Command {
  public:
   std::string name() const override { return "evaluate"; }
   std::string summary() const override {
-    return "Scores a run's maps against truth masks: ranking, thresholds, calibration, objects.";
+    return "Scores a run's maps against truth: ranking, thresholds, calibration, objects.";
   }
-  std::string example() const override { return "egosieve evaluate out/drive --truth=drive/masks"; }
+  std::string example() const override {
+    return "egosieve evaluate out/drive --truth=drive/masks\n"
+           "egosieve evaluate out/clip --truth=clip/tracks.csv";
+  }
 
   void AddFlags(CLI::App& app) override {
     app.add_option("DIR", directory_, "The run folder; its eval.json and eval.csv are written")
@@ -27,9 +30,10 @@ class EvaluateCommand : public Command {
         ->type_name("")
         ->configurable(false);
     app.add_option("--truth", truth_,
-                   "Folder of masks, one an evaluated frame: 0 static, 128 void, else dynamic")
+                   "Folder of masks (0 static, 128 void, else dynamic), a drive that synthesize "
+                   "wrote, or a file of labelled points (track,label,frame,x,y; label 1 static)")
         ->required()
-        ->type_name("MASKS");
+        ->type_name("TRUTH");
     AddWords(
         app, "--pixels", options_.pixels,
         {{"grid", ScoredPixels::kGrid}, {"full", ScoredPixels::kFull}},
@@ -59,11 +63,11 @@ class EvaluateCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
     CatchInterruptions();
     Progress progress("evaluate", progress_, -1);
-    EGOSIEVE_ASSIGN_OR_RETURN(const Evaluation evaluation,
-                              EvaluateRun(folder, truth_, options_, [&] {
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunEvaluation run, EvaluateRun(folder, truth_, options_, [&] {
                                 progress.Advance();
                                 return !InterruptionRequested();
                               }));
+    const Evaluation& evaluation = run.evaluation;
     progress.Finish();
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.csv"), ToCsv(evaluation)));
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.json"), ToText(evaluation)));
