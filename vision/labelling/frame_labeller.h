@@ -22,13 +22,15 @@
 
 #include <cstdint>
 #include <memory>
-#include <vector>
+#include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "vision/frame/equalization.h"
 #include "vision/frame/frame.h"
 #include "vision/geometry/motion_model.h"
+#include "vision/labelling/evidence_terms.h"
 #include "vision/labelling/labelled_frame.h"
 
 namespace egosieve::vision {
@@ -51,7 +53,8 @@ enum class LabelledSide { kFirstFrame, kCurrentFrame };
 struct FrameLabellerOptions {
   FeatureSource features = FeatureSource::kAuto;
   MotionModelChoice motion_model = MotionModelChoice::kAuto;
-  LabelRule label_rule = LabelRule::kScaledMedian;
+  LabelRule label_rule = LabelRule::kScaledMedian;  // read where `evidence` is epipolar alone
+  EvidenceTerms evidence;                           // needs LabelledSide::kCurrentFrame else
   LabelledSide labelled_side = LabelledSide::kCurrentFrame;
   EqualizationOptions equalization;
 
@@ -98,10 +101,10 @@ class FrameLabeller {
   absl::Status Prime(const Frame& frame);
 
   // What is carried from frame to frame beside the frames themselves.
-  std::vector<double> state() const;
-  // Sets it and empties the history. InvalidArgument for numbers that are no state() of this
-  // version.
-  absl::Status Restore(const std::vector<double>& state);
+  // Bytes, equal for equal states (labeller_state.h).
+  std::string state() const;
+  // Sets it and empties the history. InvalidArgument for bytes that are no state() of this version.
+  absl::Status Restore(absl::string_view state);
 
   const FrameLabellerOptions& options() const;
 
