@@ -83,6 +83,17 @@ double NoiseForGric(const std::vector<Candidate>& candidates, double least) {
   return least;
 }
 
+// (G2).
+bool StandsStill(const Candidate& candidate, const std::vector<double>& weights,
+                 const MotionModelOptions& options) {
+  if (candidate.kind != MotionModelKind::kStatic) return false;
+  double still = 0.0;
+  for (size_t i = 0; i < weights.size(); ++i) {
+    if (candidate.residuals[i] < options.still_pixels) still += weights[i];
+  }
+  return still >= options.still_share * static_cast<double>(weights.size());
+}
+
 void Judge(const Candidate& chosen, const MotionModelOptions& options, MotionModel& model) {
   model.kind = chosen.kind;
   model.matrix = chosen.matrix;
@@ -118,6 +129,7 @@ void Choose(const std::vector<Candidate>& candidates, const std::vector<PointPai
   const double sigma = NoiseForGric(candidates, options.gric_sigma_pixels);
   const Candidate* best = nullptr;
   double least = 0.0;
+  bool stands_still = false;
   for (const Candidate& candidate : candidates) {
     const double gric = MeanGric(candidate, weights, sigma);
     switch (candidate.kind) {
@@ -131,7 +143,8 @@ void Choose(const std::vector<Candidate>& candidates, const std::vector<PointPai
       default:
         model.fundamental_gric = gric;
     }
-    if (best == nullptr || gric < least) {
+    stands_still = stands_still || StandsStill(candidate, weights, options);
+    if (best == nullptr || (gric < least && !stands_still)) {
       best = &candidate;
       least = gric;
     }
@@ -151,7 +164,12 @@ absl::Status MotionModelOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(positive("fundamental_threshold_pixels", fundamental_threshold_pixels));
   EGOSIEVE_RETURN_IF_ERROR(positive("homography_threshold_pixels", homography_threshold_pixels));
   EGOSIEVE_RETURN_IF_ERROR(positive("gric_sigma_pixels", gric_sigma_pixels));
+  EGOSIEVE_RETURN_IF_ERROR(positive("still_pixels", still_pixels));
   EGOSIEVE_RETURN_IF_ERROR(positive("support_pixels", support_pixels));
+  if (!(still_share >= 0 && still_share <= 1)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("still_share is ", still_share, "; it must be from 0 to 1"));
+  }
   if (!(minimum_support >= 0 && minimum_support <= 1)) {
     return absl::InvalidArgumentError(
         absl::StrCat("minimum_support is ", minimum_support, "; it must be from 0 to 1"));

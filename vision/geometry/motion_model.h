@@ -20,6 +20,13 @@
 // distance, which a homography explains, is where most pairs survive at speed.
 //
 // The least is chosen; of the static model and the homography the simpler where they are equal.
+// There is one case that (G1) cannot tell: a camera that stands among things that all move along
+// parallel lines sees what a camera that moves along these lines past things of different depth
+// sees, but for this: with a camera that moves, hardly anything stays where it was. So
+//
+//   sum_i w_i [ |x2 - x1| < still_pixels ] >= still_share n  =>  static                     (G2)
+//
+// From a moving car or hand a quarter of the image stays within 1/4 pixel at most.
 //
 // Trust. A majority is what tells the camera's motion from an object's, so the model is believed
 // where at least `minimum_support` of the pairs lie within `support_pixels` of it.
@@ -45,6 +52,8 @@ struct MotionModelOptions {
   double fundamental_threshold_pixels = 0.25;  // RANSAC's T for F; positive
   double homography_threshold_pixels = 1.0;    // RANSAC's T for H; positive
   double gric_sigma_pixels = 1.0;              // sigma in (G1); positive
+  double still_pixels = 0.25;                  // in (G2); positive
+  double still_share = 0.4;                    // in (G2); [0, 1]
   double support_pixels = 2.0;                 // positive
   double minimum_support = 0.3;                // share of pairs, [0, 1]
   uint64_t seed = 1;

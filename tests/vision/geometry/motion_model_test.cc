@@ -85,6 +85,35 @@ TEST(EstimateMotionModel, ParallaxIsTheNoiseWithoutTranslationAndMoreWithIt) {
   EXPECT_GT(EstimateMotionModel(MakeSyntheticPairs(scene).pairs, {})->parallax_pixels, 3.0);
 }
 
+// A still camera and two fifths of the picture that all moves to the right, at different speeds: a
+// fundamental matrix with horizontal lines explains everything.
+std::vector<PointPair> StillAmongParallelMovers(double shift_of_rest) {
+  std::vector<PointPair> pairs;
+  for (int y = 10; y < 370; y += 12) {
+    for (int x = 10; x < 1230; x += 12) {
+      const double moved = x % 5 < 2 ? 4.0 + (y % 7) : shift_of_rest;
+      const double noise = 0.05 * std::sin(37.0 * x + 11.0 * y);
+      pairs.push_back({1.0 * x, 1.0 * y, x + moved + noise, y + 0.5 * noise});
+    }
+  }
+  return pairs;
+}
+
+TEST(EstimateMotionModel, CameraAmongParallelMoversStandsStill) {
+  const auto model = EstimateMotionModel(StillAmongParallelMovers(0.0), {});
+  ASSERT_TRUE(model.ok()) << model.status();
+  EXPECT_EQ(model->kind, MotionModelKind::kStatic);
+  EXPECT_EQ(model->rejected_kind, MotionModelKind::kFundamental);
+  EXPECT_TRUE(model->trusted);
+  // It takes (G2) to see it.
+  MotionModelOptions without;
+  without.still_share = 1.0;
+  EXPECT_EQ(EstimateMotionModel(StillAmongParallelMovers(0.0), without)->kind,
+            MotionModelKind::kFundamental);
+  // What hardly moves is not still.
+  EXPECT_NE(EstimateMotionModel(StillAmongParallelMovers(0.6), {})->kind, MotionModelKind::kStatic);
+}
+
 TEST(EstimateMotionModel, NoMajorityIsNotTrusted) {
   SyntheticOptions scene;
   scene.mover_share = 0.0;
