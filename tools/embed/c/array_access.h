@@ -9,7 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "kernels/base/image_view.h"
-#include "tools/embed/c/include/egosieve/types.h"
+#include "tools/embed/include/egosieve/types.h"
 
 namespace egosieve::embed {
 

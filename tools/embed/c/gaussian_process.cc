@@ -1,4 +1,4 @@
-#include "tools/embed/c/include/egosieve/gaussian_process.h"
+#include "tools/embed/include/egosieve/gaussian_process.h"
 
 #include <algorithm>
 #include <utility>

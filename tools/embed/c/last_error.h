@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "absl/status/status.h"
-#include "tools/embed/c/include/egosieve/types.h"
+#include "tools/embed/include/egosieve/types.h"
 
 // Exported, so that both libraries have one last error a thread; no part of the public interface.
 extern "C" EGOSIEVE_API void egosieve_internal_set_last_error(const char* function,

@@ -7,11 +7,11 @@
 #include "kernels/base/status_macros.h"
 #include "tools/embed/c/byte_output.h"
 #include "tools/embed/c/device_contexts.h"
-#include "tools/embed/c/include/egosieve/gaussian_process.h"
 #include "tools/embed/c/last_error.h"
 #include "tools/embed/c/learning_model.h"
 #include "tools/embed/c/model_handles.h"
 #include "tools/embed/c/options.h"
+#include "tools/embed/include/egosieve/gaussian_process.h"
 
 namespace egosieve::embed {
 namespace {

@@ -9,10 +9,10 @@
 #include "absl/status/status.h"
 #include "kernels/base/status_macros.h"
 #include "tools/embed/c/handle_table.h"
-#include "tools/embed/c/include/egosieve/gaussian_process.h"
 #include "tools/embed/c/last_error.h"
 #include "tools/embed/c/learning_model.h"
 #include "tools/embed/c/prediction.h"
+#include "tools/embed/include/egosieve/gaussian_process.h"
 
 namespace egosieve::embed {
 

@@ -11,7 +11,7 @@
 #include "absl/status/status.h"
 #include "gp/model/posterior.h"
 #include "kernels/runtime/context.h"
-#include "tools/embed/c/include/egosieve/gaussian_process.h"
+#include "tools/embed/include/egosieve/gaussian_process.h"
 
 namespace egosieve::embed {
 

@@ -7,12 +7,12 @@
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/descriptor_field.h"
 #include "tools/embed/c/array_access.h"
-#include "tools/embed/c/include/egosieve/gaussian_process.h"
 #include "tools/embed/c/last_error.h"
 #include "tools/embed/c/learning_model.h"
 #include "tools/embed/c/model_handles.h"
 #include "tools/embed/c/options.h"
 #include "tools/embed/c/prediction.h"
+#include "tools/embed/include/egosieve/gaussian_process.h"
 
 namespace egosieve::embed {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/embed/c/include/egosieve/segmenter.h"
+#include "tools/embed/include/egosieve/segmenter.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tools/embed/c/include/egosieve/types.h"
+#include "tools/embed/include/egosieve/types.h"
 
 #include <algorithm>
 #include <cstdio>
