@@ -6,6 +6,7 @@
 #include "tools/cli/version.h"
 #include "tools/devices/devices_command.h"
 #include "tools/evaluate/evaluate_command.h"
+#include "tools/infer/infer_command.h"
 #include "tools/model/model_command.h"
 #include "tools/reconstruct/reconstruct_command.h"
 #include "tools/render/render_command.h"
@@ -21,6 +22,7 @@ int main(int argc, char** argv) {
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
       kVersion);
   line.Add(MakeSegmentCommand());
+  line.Add(MakeInferCommand());
   line.Add(MakeSynthesizeCommand());
   line.Add(MakeReconstructCommand());
   line.Add(MakeRenderCommand());
