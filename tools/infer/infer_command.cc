@@ -144,6 +144,18 @@ class InferCommand : public Command {
     return input;
   }
 
+  // The first frame of the range; where that cannot be read, the one before it whose map it has.
+  int64_t FirstFrame(const Work& work) const {
+    int64_t first = range_.from;
+    for (const FrameLine& line : work.lines) {
+      const bool failed = line.outcome == FrameLine::Outcome::kFailed;
+      if ((line.index - work.run_from) % every_ != 0) continue;
+      if (line.index < range_.from && !failed) first = line.index;
+      if (line.index >= range_.from) return failed ? first : range_.from;
+    }
+    return range_.from;
+  }
+
   // With --out, a folder with this range's lines, that have no maps yet.
   absl::StatusOr<MapBook> OpenBook(const Work& work, const kernels::DeviceInfo& device) const {
     if (out_.empty()) return MapBook::Open(*work.run, work.description);
@@ -156,8 +168,9 @@ class InferCommand : public Command {
     description.flags["every"] = "1";
     EGOSIEVE_RETURN_IF_ERROR(folder.WriteDescription(description));
     EGOSIEVE_ASSIGN_OR_RETURN(LineLog log, folder.OpenLog());
+    const FrameRange range{FirstFrame(work), range_.to};
     for (FrameLine line : work.lines) {
-      if (!range_.Contains(line.index)) continue;
+      if (!range.Contains(line.index)) continue;
       line.width_pixels = line.height_pixels = 0;
       line.dynamic_share = 0.0;
       EGOSIEVE_RETURN_IF_ERROR(log.Append(ToText(line)));
@@ -165,24 +178,14 @@ class InferCommand : public Command {
     return MapBook::Open(folder, description);
   }
 
-  // Of the range, what is due and not there. Damaged frames have the map of one before them: where
-  // one is the first, that other is made too.
+  // Of the range, what is due and not there.
   std::vector<int64_t> WantedFrames(const Work& work, const MapBook& book) const {
+    const FrameRange range{FirstFrame(work), range_.to};
     std::vector<int64_t> wanted;
-    std::optional<int64_t> before;  // the last due frame before the range that can be read
     for (const auto& [index, line] : book.lines()) {
-      if ((index - work.run_from) % every_ != 0) continue;
-      const bool failed = line.outcome == FrameLine::Outcome::kFailed;
-      if (!range_.Contains(index)) {
-        if (index < range_.from && !failed) before = index;
-        continue;
-      }
-      if (line.has_map() && !(overwrite_ && out_.empty())) continue;
-      if (failed && wanted.empty() && before && !book.lines().at(*before).has_map()) {
-        wanted.push_back(*before);
-      }
-      wanted.push_back(index);
-      if (!failed) before = index;
+      if (!range.Contains(index) || (index - work.run_from) % every_ != 0) continue;
+      const bool again = overwrite_ && out_.empty() && range_.Contains(index);
+      if (!line.has_map() || again) wanted.push_back(index);
     }
     return wanted;
   }
@@ -237,12 +240,14 @@ class InferCommand : public Command {
     Progress progress("infer", progress_, static_cast<int64_t>(wanted.size()));
     const auto start = std::chrono::steady_clock::now();
     int64_t made = 0;
+    bool failed = false;
     const absl::StatusOr<vision::PipelineSummary> summary =
         vision::RunPipeline(frames, segmenter, pipeline, InterruptionRequested,
                             [&](const vision::SegmentedFrame& frame) {
                               if (!is_wanted(frame.index)) return absl::OkStatus();
                               EGOSIEVE_RETURN_IF_ERROR(book.Write(frame));
                               ++made;
+                              failed |= frame.damage.has_value();
                               progress.Advance();
                               return absl::OkStatus();
                             });
@@ -259,7 +264,7 @@ class InferCommand : public Command {
       return absl::CancelledError(absl::StrCat("interrupted; the ", made, " maps made are whole, ",
                                                "the same command goes on"));
     }
-    return summary->damaged_frames > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
+    return failed ? ExitCode::kFramesFailed : ExitCode::kDone;
   }
 
   std::string directory_, out_, input_;

@@ -105,15 +105,16 @@ TEST_P(LearnerModelTest, RefusedOperationsAreNotRecorded) {
 TEST_P(LearnerModelTest, HasAPosteriorAfterEveryRemoval) {
   LearnerModel model = MakeModel();
   gp::Hyperparameters theta = model.hyperparameters();
-  theta.noise_stddev = 0.01;  // large terms, and so large rounding
+  theta.noise_stddev = 0.001;  // large terms, and so large rounding
   ASSERT_TRUE(model.SetHyperparameters(theta).ok());
   const Points points = MakePoints(200, 3);
   ASSERT_TRUE(model.Add(points.view(), points.labels, 0).ok());
-  for (int64_t size = 200; size > 0; size -= 40) {
+  for (int64_t size = 200; size > 0; size -= 1) {
     ASSERT_EQ(model.size(), size);
-    for (const float probability : Map(model))
-      ASSERT_TRUE(probability > 0.0f && probability < 1.0f);
-    ASSERT_TRUE(model.Remove(Rows(0, 40)).ok());
+    for (const float probability : Map(model)) {
+      ASSERT_TRUE(probability >= 0.0f && probability <= 1.0f);
+    }
+    ASSERT_TRUE(model.Remove(Rows(0, 1)).ok());
   }
   for (const float probability : Map(model)) ASSERT_FLOAT_EQ(probability, 0.5f);
 }

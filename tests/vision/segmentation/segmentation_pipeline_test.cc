@@ -52,6 +52,10 @@ std::unique_ptr<OnlineSegmenter> MakeSegmenter(ModelKind kind = ModelKind::kExac
   options.learner.model.sparse.inducing_points = 60;
   options.labeller.feature_count = 500;
   options.learner.training.annealing_evaluations = 10;
+  // Points leave and the factor is never rebuilt for training's sake: its bits carry its history.
+  options.learner.budget.budget = 150;
+  options.learner.arrival_share = 0.1;
+  options.learner.training.rebuild_threshold = 1000.0;
   auto context = kernels::OpenContext();
   EXPECT_TRUE(context.ok()) << context.status();
   auto segmenter = OnlineSegmenter::Create(*context, options);
@@ -113,6 +117,8 @@ TEST_P(PipelineOfBothModels, GoesOnFromACheckpointAsIfNothingHadHappened) {
       EXPECT_EQ(frame.map.probability, before.map.probability) << frame.index;
       EXPECT_EQ(frame.map.deviation, before.map.deviation) << frame.index;
       EXPECT_EQ(frame.record.theta, before.record.theta) << frame.index;
+      EXPECT_EQ(frame.record.log_likelihood_per_point, before.record.log_likelihood_per_point)
+          << frame.index;
       EXPECT_TRUE(frame.checkpoint == before.checkpoint) << frame.index;
     }
   }
@@ -161,6 +167,10 @@ TEST_P(PipelineOfBothModels, ReplaysRecordedStepsToTheLastBit) {
         });
     ASSERT_TRUE(summary.ok()) << summary.status();
     EXPECT_EQ(maps, (kFrames - first + 1) / 2);
+    // Maps are float32: only the model itself shows a factor of another history.
+    EXPECT_EQ(segmenter->learner().model().LogMarginalLikelihood() /
+                  static_cast<double>(segmenter->learner().model().size()),
+              whole.frames.back().record.log_likelihood_per_point);
   }
   options.recorded_step = [](int64_t) { return std::string("rubbish"); };
   auto segmenter = MakeSegmenter(GetParam());
