@@ -146,7 +146,7 @@ class SegmentCommand : public Command {
     if (!point.checkpoint.empty()) {
       EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<vision::Frame> recent,
                                 ReadRecentFrames(*input.frames, range_.from, point.next_frame - 1,
-                                                 segmenter.options().labeller.frame_gap));
+                                                 segmenter.options().labeller.HistoryFrames()));
       EGOSIEVE_RETURN_IF_ERROR(segmenter.Restore(point.checkpoint, recent));
     }
     description.started_utc = before.started_utc;

@@ -5,10 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_format.h"
-#include "absl/strings/str_join.h"
-#include "absl/strings/str_split.h"
 #include "gp/io/model_file.h"
 #include "kernels/base/image_grid.h"
 #include "kernels/base/status_macros.h"
@@ -42,23 +39,6 @@ void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
   record.milliseconds.matching = labels.times.matching_milliseconds;
   record.milliseconds.geometry = labels.times.geometry_milliseconds;
   record.milliseconds.labelling = labels.times.labelling_milliseconds;
-}
-
-// Numbers that come back as they were, bit for bit.
-std::string NumbersToText(const std::vector<double>& numbers) {
-  return absl::StrJoin(numbers, " ", [](std::string* text, double number) {
-    absl::StrAppendFormat(text, "%.17g", number);
-  });
-}
-
-absl::StatusOr<std::vector<double>> NumbersFromText(const std::string& text) {
-  std::vector<double> numbers;
-  for (const absl::string_view word : absl::StrSplit(text, ' ', absl::SkipEmpty())) {
-    if (!absl::SimpleAtod(word, &numbers.emplace_back())) {
-      return absl::DataLossError("the checkpoint's annotations are not the labeller's state");
-    }
-  }
-  return numbers;
 }
 
 }  // namespace
@@ -234,7 +214,7 @@ absl::StatusOr<OnlineSegmenter::Result> OnlineSegmenter::Process(const Frame& fr
 
 absl::StatusOr<std::string> OnlineSegmenter::Checkpoint() {
   EGOSIEVE_ASSIGN_OR_RETURN(gp::ModelFile checkpoint, learner_->Checkpoint());
-  checkpoint.annotations = NumbersToText(labeller_->state());
+  checkpoint.annotations = labeller_->state();
   posterior_.reset();  // its bits are those of the factor as it was
   return gp::SerializeModel(checkpoint);
 }
@@ -243,10 +223,9 @@ absl::Status OnlineSegmenter::Restore(absl::string_view checkpoint,
                                       const std::vector<Frame>& recent) {
   EGOSIEVE_ASSIGN_OR_RETURN(const gp::ModelFile file,
                             gp::ParseModel({checkpoint.data(), checkpoint.size()}));
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> state, NumbersFromText(file.annotations));
   EGOSIEVE_RETURN_IF_ERROR(learner_->Restore(file));
   posterior_.reset();
-  EGOSIEVE_RETURN_IF_ERROR(labeller_->Restore(state));
+  EGOSIEVE_RETURN_IF_ERROR(labeller_->Restore(file.annotations));
   for (const Frame& frame : recent) {
     EGOSIEVE_RETURN_IF_ERROR(labeller_->Prime(frame));
   }
