@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/batch/batch_command.h"
 #include "tools/cli/command_line.h"
 #include "tools/cli/version.h"
 #include "tools/devices/devices_command.h"
@@ -23,6 +24,7 @@ int main(int argc, char** argv) {
       kVersion);
   line.Add(MakeSegmentCommand());
   line.Add(MakeInferCommand());
+  line.Add(MakeBatchCommand());
   line.Add(MakeSynthesizeCommand());
   line.Add(MakeReconstructCommand());
   line.Add(MakeRenderCommand());
