@@ -23,6 +23,7 @@ constexpr int64_t kPaperBudget = 4000;
 // Measured on handheld video: 128 and more inducing points cost at most 0.003 AUC, 64 cost 0.005.
 constexpr int64_t kInducingPoints = 256;
 constexpr int64_t kFastInducingPoints = 128;
+constexpr int64_t kFastTrainingPoints = 400;
 
 void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
   record.feature_count = labels.feature_count;
@@ -66,6 +67,7 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Fast() {
   OnlineSegmenterOptions options = Default();
   options.learner.model.kind = ModelKind::kSparse;
   options.learner.model.sparse.inducing_points = kFastInducingPoints;
+  options.learner.training.subset_size = kFastTrainingPoints;
   return options;
 }
 

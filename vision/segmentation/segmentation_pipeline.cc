@@ -1,5 +1,6 @@
 #include "vision/segmentation/segmentation_pipeline.h"
 
+#include <algorithm>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -19,6 +20,7 @@ namespace {
 struct InFlight {
   SegmentedFrame result;
   std::shared_ptr<const ExtractedFrame> extracted;
+  double extract_milliseconds = 0.0;
   std::shared_ptr<const gp::Posterior> posterior;
 };
 
@@ -66,6 +68,7 @@ class Stages {
     if (item.result.damage.has_value() || options_.recorded_step != nullptr) {
       return absl::OkStatus();
     }
+    StageTimer timer(item.extract_milliseconds);
     EGOSIEVE_ASSIGN_OR_RETURN(item.extracted, segmenter_.Extract(item.result.frame));
     return absl::OkStatus();
   }
@@ -102,6 +105,9 @@ class Stages {
     item.posterior = std::move(learnt.posterior);
     item.result.labels = std::move(learnt.labels);
     item.result.record = std::move(learnt.record);
+    // What extraction took beside equalising; the labeller tells only what it computed later.
+    StageMilliseconds& milliseconds = item.result.record.milliseconds;
+    milliseconds.features += std::max(0.0, item.extract_milliseconds - milliseconds.equalization);
     summary_.unlearnt_frames += item.result.record.learnt ? 0 : 1;
     if (options_.record_steps) {
       EGOSIEVE_ASSIGN_OR_RETURN(item.result.step, segmenter_.TakeStep());
