@@ -13,6 +13,7 @@
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
 #include "tools/evaluate/evaluate_run.h"
+#include "tools/evaluate_features/feature_flags.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/suite/child_process.h"
 #include "tools/suite/suite_run.h"
@@ -45,9 +46,11 @@ class EvaluateCommand : public Command {
     AddScoringFlags(app);
     AddSuiteFlags(app);
     progress_.AddFlag(app);
+    features_.AddFlags(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
+    if (features_.wanted()) return features_.Run(directory_, truth_, suite_, progress_);
     if (suite_.empty() == directory_.empty()) {
       return absl::InvalidArgumentError(
           "give either a run folder with --truth, or --suite with --out");
@@ -163,6 +166,7 @@ class EvaluateCommand : public Command {
   std::string segment_flags_;
   SuiteOptions suite_options_;
   ProgressFlag progress_;
+  FeatureFlags features_;
 };
 
 }  // namespace
