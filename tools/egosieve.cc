@@ -4,6 +4,7 @@
 
 #include "tools/cli/command_line.h"
 #include "tools/cli/version.h"
+#include "tools/compare/compare_command.h"
 #include "tools/devices/devices_command.h"
 #include "tools/evaluate/evaluate_command.h"
 #include "tools/model/model_command.h"
@@ -26,6 +27,7 @@ int main(int argc, char** argv) {
   line.Add(MakeRenderCommand());
   line.Add(MakeReportCommand());
   line.Add(MakeEvaluateCommand());
+  line.Add(MakeCompareCommand());
   line.Add(MakeModelCommand());
   line.Add(MakeDevicesCommand());
   line.Add(MakeTuneCommand());

@@ -64,8 +64,8 @@ absl::Status BootstrapOptions::Validate() const {
   return absl::OkStatus();
 }
 
-std::optional<BootstrapInterval> BlockBootstrap(
-    const std::vector<std::vector<double>>& differences, const BootstrapOptions& options) {
+std::optional<BootstrapInterval> BlockBootstrap(const std::vector<std::vector<double>>& differences,
+                                                const BootstrapOptions& options) {
   BootstrapInterval interval;
   std::vector<Drive> drives;
   double sum = 0.0;

@@ -36,8 +36,8 @@ struct BootstrapInterval {
 
 // Each drive's differences in the order of its frames; drives without frames are left out. Absent
 // without frames. Options must be valid.
-std::optional<BootstrapInterval> BlockBootstrap(
-    const std::vector<std::vector<double>>& differences, const BootstrapOptions& options);
+std::optional<BootstrapInterval> BlockBootstrap(const std::vector<std::vector<double>>& differences,
+                                                const BootstrapOptions& options);
 
 }  // namespace egosieve::tools
 

@@ -186,8 +186,7 @@ ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
     }
     whole.push_back(&drive);
     summary.at_features.Merge(drive.at_features);
-    shared.insert(shared.end(), drive.shared_milliseconds.begin(),
-                  drive.shared_milliseconds.end());
+    shared.insert(shared.end(), drive.shared_milliseconds.begin(), drive.shared_milliseconds.end());
   }
   summary.drives = static_cast<int>(whole.size());
   summary.shared_milliseconds = Median(std::move(shared));
@@ -242,11 +241,10 @@ std::string ToCsv(const std::vector<DriveComparison>& drives) {
     for (const MethodResult& method : drive.methods) {
       for (size_t i = 0; i < method.frames.size(); ++i) {
         const MethodFrame& frame = method.frames[i];
-        absl::StrAppendFormat(&csv, "%s,%s,%d,%s,%d,%.3f,%.3f\n", drive.sequence.name,
-                              method.method, frame.index,
-                              frame.auc ? absl::StrFormat("%.6f", *frame.auc) : "",
-                              frame.model_size, frame.own_milliseconds,
-                              drive.shared_milliseconds[i]);
+        absl::StrAppendFormat(
+            &csv, "%s,%s,%d,%s,%d,%.3f,%.3f\n", drive.sequence.name, method.method, frame.index,
+            frame.auc ? absl::StrFormat("%.6f", *frame.auc) : "", frame.model_size,
+            frame.own_milliseconds, drive.shared_milliseconds[i]);
       }
     }
   }

@@ -25,8 +25,8 @@ struct MethodSummary {
   std::optional<double> frame_auc;
   std::optional<double> drive_auc;
   std::optional<double> gain;
-  double own_milliseconds = 0.0;  // median over frames
-  double model_size = 0.0;        // mean over the drives' last frames
+  double own_milliseconds = 0.0;                // median over frames
+  double model_size = 0.0;                      // mean over the drives' last frames
   std::optional<BootstrapInterval> difference;  // of the first method; absent for itself
 };
 

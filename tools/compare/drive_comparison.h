@@ -50,7 +50,7 @@ struct DriveComparison {
   RocHistogram at_features;
   std::vector<double> shared_milliseconds;  // a frame: features, labels, descriptors
   int64_t frames = 0;
-  int64_t frames_of_prior = 0;      // not scored: before the first frame with labels
+  int64_t frames_of_prior = 0;       // not scored: before the first frame with labels
   int64_t frames_without_truth = 0;  // not scored
   int64_t points_outside = 0;
 };
