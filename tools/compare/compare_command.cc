@@ -18,8 +18,10 @@
 #include "tools/cli/device_flag.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/compare/comparison_figures.h"
 #include "tools/compare/comparison_table.h"
 #include "tools/compare/drive_comparison.h"
+#include "tools/plots/plots_flag.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/segment/segment_flags.h"
 #include "tools/suite/sequences.h"
@@ -88,6 +90,7 @@ class CompareCommand : public Command {
         ->capture_default_str();
     segment_.AddFlags(app);
     device_.AddFlag(app);
+    plots_.AddFlag(app);
     progress_.AddFlag(app);
   }
 
@@ -188,7 +191,19 @@ class CompareCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".csv", ToCsv(drives)));
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".json", json.dump(2) + "\n"));
     std::cout << ToTable(drives, summary);
+    for (const std::string& line : CompareWithPaper(summary)) std::cout << line << "\n";
+    if (summary.drives > 0) {
+      const PlotPage page = MakeComparisonPage(drives, summary, FlagsLine());
+      EGOSIEVE_RETURN_IF_ERROR(plots_.Write(absl::StrCat(out_, "/plots"), page));
+    }
     return summary.failed > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
+  }
+
+  // The flags that shape the answer, as a line.
+  std::string FlagsLine() const {
+    return absl::StrCat(
+        "Flags: ",
+        absl::StrJoin(DescribeOptions(options_.segmenter), ", ", absl::PairFormatter(" ")), ".");
   }
 
   std::string input_, truth_, out_;
@@ -201,6 +216,7 @@ class CompareCommand : public Command {
   SegmentFlags segment_;
   DeviceFlag device_;
   ProgressFlag progress_;
+  PlotsFlag plots_;
 };
 
 }  // namespace

@@ -1,7 +1,9 @@
 #include "tools/plots/plot_page.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
+#include <system_error>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
@@ -40,7 +42,6 @@ absl::Status Draw(const std::string& folder, const std::string& python) {
   ChildCommand command;
   command.arguments = {python, "-c", kPlotScript, absl::StrCat(folder, "/figures.json"), folder};
   command.log_path = absl::StrCat(folder, "/plot.log");
-  command.environment["MPLCONFIGDIR"] = folder;  // else it complains where there is no home
   const std::string remedy = absl::StrCat(
       "; on Debian: apt-get install python3-matplotlib; the data are in ", folder, "/figures.json");
   const absl::StatusOr<int> code = RunChild(command, [] { return false; });
@@ -56,6 +57,8 @@ absl::Status Draw(const std::string& folder, const std::string& python) {
     return absl::UnavailableError(absl::StrCat("no plots were drawn: plotting ended with code ",
                                                *code, "; see ", command.log_path));
   }
+  std::error_code error;
+  std::filesystem::remove(command.log_path, error);
   return absl::OkStatus();
 }
 
