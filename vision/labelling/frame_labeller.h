@@ -27,6 +27,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "vision/features/flow_grid.h"
 #include "vision/frame/equalization.h"
 #include "vision/frame/frame.h"
 #include "vision/geometry/motion_model.h"
@@ -63,6 +64,8 @@ struct FrameLabellerOptions {
   double match_ratio = 0.8;          // nearest to second-nearest descriptor distance; (0, 1]
   bool drop_lone_matches = true;     // features that move like none near them are false matches
   int flow_stride_pixels = 5;        // of the flow grid; 1 to 100
+  // kFast loses what is small and quick: cars that cross 30 m away.
+  FlowQuality flow_quality = FlowQuality::kMedium;
   double paper_distance_pixels = 3;  // kScaledDistance: the furthest plausible distance; positive
   double median_multiple = 6;        // kScaledMedian; positive
   double noise_floor_pixels = 0.2;   // kScaledMedian, kMixture; positive
