@@ -225,6 +225,9 @@ bool EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& 
     owners.push_back(i);
   }
   std::vector<InverseDepth> depths = InverseDepths(motion.camera, motion.pose, pairs);
+  for (size_t k = 0; k < owners.size(); ++k) {
+    depths[k].is_textured = frame.points[owners[k]].estimates;
+  }
   const RoadPlane road = FitRoad(depths, next.road, static_cast<uint64_t>(frame.index));
   if (!road.found) {
     next.road.known = false;
