@@ -57,6 +57,8 @@ struct LabelledFrame {
 
   MotionModelKind motion_model = MotionModelKind::kNone;
   cv::Matx33d motion_matrix = cv::Matx33d::eye();  // H or F, first frame to second, in pixels
+  MotionModelKind rejected_model = MotionModelKind::kNone;  // the best that was not chosen
+  cv::Matx33d rejected_matrix = cv::Matx33d::eye();
   double parallax_pixels = 0.0;  // median of what a homography leaves; 0 where none was tried
   bool motion_trusted = false;
   int64_t feature_count = 0;    // of the frame handed in: key points, corners, textured grid points
