@@ -8,6 +8,7 @@
 #include "kernels/base/status_macros.h"
 #include "vision/evidence/negative_depth.h"
 #include "vision/evidence/residual_scale.h"
+#include "vision/evidence/road_plane.h"
 #include "vision/geometry/residual.h"
 
 namespace egosieve::vision {
@@ -209,6 +210,39 @@ void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& moti
   }
 }
 
+bool EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
+                                      EvidenceState& next, EvidenceResult& result) const {
+  if (!options_.road || !motion.pose.found()) return false;
+  std::vector<PointPair> pairs;
+  std::vector<cv::Point2f> places;
+  std::vector<size_t> owners;
+  for (size_t i = 0; i < frame.points.size(); ++i) {
+    const EvidencePoint& point = frame.points[i];
+    if (!IsKnown(point.now) || !IsKnown(point.before) || IsOwnCar(next.own_car, point.now))
+      continue;
+    pairs.push_back(PairOf(point));
+    places.push_back(point.now);
+    owners.push_back(i);
+  }
+  std::vector<InverseDepth> depths = InverseDepths(motion.camera, motion.pose, pairs);
+  for (size_t k = 0; k < owners.size(); ++k) {
+    depths[k].is_textured = frame.points[owners[k]].estimates;
+  }
+  const RoadPlane road = FitRoad(depths, next.road, static_cast<uint64_t>(frame.index));
+  if (!road.found) {
+    next.road.known = false;
+    return false;
+  }
+  next.road = {true, road.m(0) / road.m(1), -road.m(2) / road.m(1)};
+  const std::vector<double> ratios = RoadLogRatios(road, depths, places, frame.size);
+  for (size_t k = 0; k < owners.size(); ++k) {
+    PointEvidence& evidence = result.points[owners[k]];
+    evidence.log_ratio[static_cast<int>(EvidenceTerm::kRoad)] = ratios[k];
+    evidence.present[static_cast<int>(EvidenceTerm::kRoad)] = true;
+  }
+  return true;
+}
+
 void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
                                EvidenceResult& result) const {
   std::vector<EvidenceState::Memory> sums(frame.points.size());
@@ -290,6 +324,7 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
                 options_.own_car_options, next.own_car);
   }
   Measure(frame, motion, result);
+  result.road = MeasureRoad(frame, motion, next, result);
   Fuse(frame, next, result);
   std::erase_if(next.poses,
                 [&](const auto& pose) { return pose.index <= frame.index - frame.gap; });
