@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "vision/evidence/negative_depth.h"
+#include "vision/evidence/photometric_support.h"
 #include "vision/evidence/residual_scale.h"
 #include "vision/geometry/residual.h"
 
@@ -26,6 +28,22 @@ PointTriple TripleOf(const EvidencePoint& point) {
   return {{point.earlier.x, point.earlier.y},
           {point.before.x, point.before.y},
           {point.now.x, point.now.y}};
+}
+
+// Where the point would be in frame t if it stood still: the nearest place that the model allows.
+cv::Point2f StandingPlace(MotionModelKind kind, const Eigen::Matrix3d& matrix,
+                          const PointPair& pair) {
+  const Eigen::Vector3d moved = matrix * Eigen::Vector3d(pair.x1, pair.y1, 1.0);
+  if (kind == MotionModelKind::kHomography) {
+    return {static_cast<float>(moved(0) / moved(2)), static_cast<float>(moved(1) / moved(2))};
+  }
+  if (kind != MotionModelKind::kFundamental) {
+    return {static_cast<float>(pair.x1), static_cast<float>(pair.y1)};
+  }
+  const double square = moved.head<2>().squaredNorm();
+  const double distance = moved.dot(Eigen::Vector3d(pair.x2, pair.y2, 1.0)) / square;
+  return {static_cast<float>(pair.x2 - distance * moved(0)),
+          static_cast<float>(pair.y2 - distance * moved(1))};
 }
 
 // One bound of an option: the value, whether it holds, and the rule in words.
@@ -181,6 +199,16 @@ void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& moti
     evidence.log_ratio[static_cast<int>(term)] = ratio;
     evidence.present[static_cast<int>(term)] = true;
   };
+  std::optional<PhotometricSupport> support;
+  if (!frame.grey.empty() && !frame.grey_before.empty()) {
+    std::vector<cv::Point2f> befores, nows;
+    for (const EvidencePoint& point : frame.points) {
+      if (!point.estimates || !IsKnown(point.now) || !IsKnown(point.before)) continue;
+      befores.push_back(point.before);
+      nows.push_back(point.now);
+    }
+    support.emplace(frame.grey_before, frame.grey, befores, nows);
+  }
   for (size_t i = 0; i < frame.points.size(); ++i) {
     const EvidencePoint& point = frame.points[i];
     if (!IsKnown(point.now) || !IsKnown(point.before)) continue;
@@ -189,7 +217,14 @@ void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& moti
     if (options_.epipolar) {
       const double residual =
           Residuals(motion.kind, motion.matrix, {pair}, EpipolarDistance::kSampson)[0];
-      set(EvidenceTerm::kEpipolar, DistanceLogRatio(residual / motion.noise_pixels), evidence);
+      double ratio = DistanceLogRatio(residual / motion.noise_pixels);
+      if (support.has_value() && ratio > 0) {
+        const auto seen =
+            support->LogRatio(point.before, point.now,
+                              StandingPlace(motion.kind, motion.matrix, pair));
+        if (seen.has_value()) ratio = std::min(ratio, *seen);
+      }
+      set(EvidenceTerm::kEpipolar, ratio, evidence);
     }
     if (options_.negative_depth) {
       const SignedFlow flow = MeasureSignedFlow(motion.camera, motion.pose, pair);
