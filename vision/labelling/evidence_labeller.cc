@@ -17,6 +17,7 @@ EvidenceOptions OptionsOf(const EvidenceTerms& terms) {
   options.epipolar = terms.epipolar;
   options.negative_depth = terms.negative_depth;
   options.three_view = terms.three_view;
+  options.road = terms.road;
   options.accumulation = terms.accumulation;
   options.own_car = terms.own_car;
   return options;

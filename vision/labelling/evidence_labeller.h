@@ -69,8 +69,7 @@ class EvidenceLabeller {
   // Step 4; `model` may be of kind kNone.
   // `before`: the other frame of the pair, or null.
   absl::StatusOr<EvidenceResult> Judge(const ExtractedFrame* before, const ExtractedFrame& frame,
-                                       int gap,
-                                       const MotionModel& model,
+                                       int gap, const MotionModel& model,
                                        const std::vector<TrackedPoint>& points);
 
   const OwnCarState& own_car() const { return accumulator_.state().own_car; }

@@ -269,8 +269,9 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, FindMotion(geometry, frame.frame.index, result));
   Stopwatch watch;
   if (!model.trusted) model.kind = MotionModelKind::kNone;
-  EGOSIEVE_ASSIGN_OR_RETURN(const EvidenceResult evidence,
-                            evidence_.Judge(InHistory(result.first_index), frame, gap, model, points));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const EvidenceResult evidence,
+      evidence_.Judge(InHistory(result.first_index), frame, gap, model, points));
   if (model.trusted) GiveFusedLabels(frame, points, model, evidence, result);
   result.times.labelling_milliseconds = watch.LapMilliseconds();
   return absl::OkStatus();

@@ -163,6 +163,9 @@ void WalkEvidence(Archive& archive, State& evidence) {
   archive.Plain(evidence.log_noise);
   archive.Flag(evidence.has_noise);
   archive.Plain(evidence.mover_share);
+  archive.Flag(evidence.road.known);
+  archive.Plain(evidence.road.across);
+  archive.Plain(evidence.road.horizon);
   WalkOwnCar(archive, evidence.own_car);
 }
 
