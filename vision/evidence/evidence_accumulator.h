@@ -79,7 +79,8 @@ struct EvidenceFrame {
   MotionModelKind motion_model = MotionModelKind::kNone;
   Eigen::Matrix3d motion_matrix = Eigen::Matrix3d::Identity();  // t - g to t, pixels
   std::vector<EvidencePoint> points;
-  cv::Mat grey;  // CV_8UC1 of `size`, or empty: nothing is learnt about the own car
+  cv::Mat grey;         // CV_8UC1 of `size`, or empty: nothing is learnt about the own car
+  cv::Mat grey_before;  // of frame t - g, likewise; empty: places are taken at their word
 };
 
 struct PointEvidence {

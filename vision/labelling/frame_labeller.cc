@@ -70,6 +70,12 @@ class FrameLabeller::Implementation {
   int Gap(int before) const {
     return options_.frame_gap > 0 ? options_.frame_gap : std::min(gap_.gap, before);
   }
+  const ExtractedFrame* InHistory(int64_t index) const {
+    for (const auto& frame : history_) {
+      if (frame->frame.index == index) return frame.get();
+    }
+    return nullptr;
+  }
   absl::Status LabelPair(const ExtractedFrame& first, const ExtractedFrame& second,
                          LabelledFrame& result);
   void GiveLabels(const ExtractedFrame& labelled, const std::vector<PointPair>& pairs,
@@ -276,8 +282,9 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   ObserveGap(model, gap);
   Stopwatch watch;
   if (!model.trusted) model.kind = MotionModelKind::kNone;
-  EGOSIEVE_ASSIGN_OR_RETURN(const EvidenceResult evidence,
-                            evidence_.Judge(frame, gap, model, points));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const EvidenceResult evidence,
+      evidence_.Judge(InHistory(result.first_index), frame, gap, model, points));
   if (model.trusted) GiveFusedLabels(frame, points, model, evidence, result);
   result.times.labelling_milliseconds = watch.LapMilliseconds();
   return absl::OkStatus();
