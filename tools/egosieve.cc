@@ -5,6 +5,7 @@
 #include "tools/batch/batch_command.h"
 #include "tools/cli/command_line.h"
 #include "tools/cli/version.h"
+#include "tools/compare/compare_command.h"
 #include "tools/devices/devices_command.h"
 #include "tools/evaluate/evaluate_command.h"
 #include "tools/infer/infer_command.h"
@@ -30,6 +31,7 @@ int main(int argc, char** argv) {
   line.Add(MakeRenderCommand());
   line.Add(MakeReportCommand());
   line.Add(MakeEvaluateCommand());
+  line.Add(MakeCompareCommand());
   line.Add(MakeModelCommand());
   line.Add(MakeDevicesCommand());
   line.Add(MakeTuneCommand());

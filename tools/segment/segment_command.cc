@@ -15,6 +15,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/device_flag.h"
@@ -77,7 +78,7 @@ class SegmentCommand : public Command {
         ->type_name("FRAMES");
     app.add_option(
            "--threads", threads_,
-           "Threads of the front end, beside the device's; with 1 the stages do not overlap "
+           "Threads of the host, beside the device's; with 1 the stages do not overlap "
            "either; 0: the machine's cores. The output is the same")
         ->check(Between(0, 256))
         ->type_name("NUMBER");
@@ -94,6 +95,7 @@ class SegmentCommand : public Command {
     const int threads =
         threads_ > 0 ? threads_
                      : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 256);
+    kernels::SetMaximumThreads(threads);
     const vision::OnlineSegmenterOptions options = flags_.MakeOptions(threads);
     EGOSIEVE_RETURN_IF_ERROR(options.Validate());
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(input_, range_.from));

@@ -155,7 +155,9 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
   counts.dropped_by_budget = counts.added - static_cast<int64_t>(selected.size());
   Points arriving{GatherRows(inputs, selected), Gather(labels, selected)};
   std::vector<int64_t> alive(model_.size());
-  if (options_.consistency_filter) {
+  // What untrained hyperparameters say of a point is no ground to drop it: with random ones the
+  // first frame lost all its rarer class, and without two classes nothing is ever trained.
+  if (options_.consistency_filter && trainer_.state().frames_trained > 0) {
     EGOSIEVE_RETURN_IF_ERROR(Add(arriving, frame_index));
     arriving = Points();
     EGOSIEVE_ASSIGN_OR_RETURN(
