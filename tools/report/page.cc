@@ -283,19 +283,35 @@ std::string EscapeHtml(absl::string_view text) {
 }
 
 std::string DescribeRanges(absl::Span<const int64_t> indices, size_t max_ranges) {
-  std::vector<std::string> ranges;
-  for (size_t begin = 0; begin < indices.size();) {
-    size_t end = begin + 1;
-    while (end < indices.size() && indices[end] == indices[end - 1] + 1) ++end;
-    if (ranges.size() == max_ranges) {
-      ranges.push_back(absl::StrCat("and ", indices.size() - begin, " more"));
-      break;
+  struct Range {
+    int64_t first, last;
+  };
+  std::vector<Range> ranges;
+  for (const int64_t index : indices) {
+    if (!ranges.empty() && index == ranges.back().last + 1) {
+      ranges.back().last = index;
+    } else {
+      ranges.push_back({index, index});
     }
-    ranges.push_back(end - begin == 1 ? absl::StrCat(indices[begin])
-                                      : absl::StrCat(indices[begin], "-", indices[end - 1]));
-    begin = end;
   }
-  return absl::StrJoin(ranges, ", ");
+  std::vector<Range> shown = ranges;
+  if (ranges.size() > max_ranges) {
+    std::stable_sort(shown.begin(), shown.end(), [](const Range& a, const Range& b) {
+      return a.last - a.first > b.last - b.first;
+    });
+    shown.resize(max_ranges);
+    std::sort(shown.begin(), shown.end(),
+              [](const Range& a, const Range& b) { return a.first < b.first; });
+  }
+  std::vector<std::string> texts;
+  int64_t left = static_cast<int64_t>(indices.size());
+  for (const Range& range : shown) {
+    left -= range.last - range.first + 1;
+    texts.push_back(range.first == range.last ? absl::StrCat(range.first)
+                                              : absl::StrCat(range.first, "-", range.last));
+  }
+  if (left > 0) texts.push_back(absl::StrCat("and ", left, " more"));
+  return absl::StrJoin(texts, ", ");
 }
 
 std::string MakeReportPage(const ReportContent& content) {
