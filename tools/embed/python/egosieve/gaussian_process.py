@@ -1,5 +1,6 @@
 """Gaussian process regression and classification in scikit-learn's manner."""
 
+import functools
 import inspect
 import json
 
@@ -13,6 +14,25 @@ _PARAMETERS_KEY = "egosieve.GaussianProcess"
 
 def _standard_deviation(variance):
     return np.sqrt(variance, out=variance)
+
+
+def _are_labels(y):
+    return bool((np.abs(y) <= 1).all())
+
+
+class _OnlyWithLabels:
+    """A method that is there unless the model holds a y outside [-1, 1], as scikit-learn's available_if."""
+
+    def __init__(self, method):
+        self._method = method
+        self.__doc__ = method.__doc__
+
+    def __get__(self, owner, kind=None):
+        if owner is None:
+            return self._method
+        if not owner._are_labels():
+            raise AttributeError(f"{self._method.__name__} needs every y in [-1, 1]")
+        return functools.partial(self._method, owner)
 
 
 class _Predictor:
@@ -105,11 +125,13 @@ class _Predictor:
         core.predict_image(image, stride, order, mean=mean, variance=variance)
         return self._denormalized(mean, variance, return_std, False)
 
+    @_OnlyWithLabels
     def predict_proba(self, X):
         """Probabilities of the classes y = -1 and y = +1 at the rows of X.
 
         Probabilistic least squares: Phi((a mean + b) / sqrt(1 + a^2 variance)), where a and b are fitted by
-        leave-one-out likelihood the first time after a change of the model. Every y must lie in [-1, 1].
+        leave-one-out likelihood the first time after a change of the model. Only there where every y lies in
+        [-1, 1] and normalize_y is false.
 
         Returns
         -------
@@ -142,12 +164,15 @@ class FrozenPosterior(_Predictor):
     Any number of threads may predict while the model that made it goes on learning.
     """
 
-    def __init__(self, core, n_features, offset, scale):
+    def __init__(self, core, n_features, offset, scale, labels):
         self._core, self._n_features = core, n_features
-        self._offset, self._scale = offset, scale
+        self._offset, self._scale, self._labels = offset, scale, labels
 
     def _fitted(self):
         return self._core, self._n_features
+
+    def _are_labels(self):
+        return self._labels
 
     def _calibrate(self):
         pass  # as the model was when this was made
@@ -257,7 +282,7 @@ class GaussianProcess(_Predictor):
                 tolerance=1e-3,
                 seed=0 if self.random_state is None else int(self.random_state),
             )
-        self._adopt(model, X.shape[1], offset, scale)
+        self._adopt(model, X.shape[1], offset, scale, _are_labels(y))
         self.optimization_ = optimization
         return self
 
@@ -271,11 +296,12 @@ class GaussianProcess(_Predictor):
         if not self._is_fitted():
             model = self._new_model(X.shape[1])
             model.condition(X, y)
-            self._adopt(model, X.shape[1], 0.0, 1.0)
+            self._adopt(model, X.shape[1], 0.0, 1.0, _are_labels(y))
             self.optimization_ = None
             return self
         arguments.features(self, X, self.n_features_in_)
         self._core.condition(X, self._normalized(y, self._offset, self._scale))
+        self._labels = self._labels and _are_labels(y)
         return self
 
     def remove(self, rows):
@@ -294,9 +320,14 @@ class GaussianProcess(_Predictor):
         return self._fitted()[0].log_marginal_likelihood()
 
     def freeze(self):
-        """The posterior as it is now, for threads that predict while this model learns."""
+        """The posterior as it is now, for threads that predict while this model learns.
+
+        Where every y lies in [-1, 1], probabilities are calibrated first (n^3 / 3 flops after a change).
+        """
         core, count = self._fitted()
-        return FrozenPosterior(core.posterior(), count, self._offset, self._scale)
+        if self._labels and len(self.y_train_) > 1:
+            self._calibrate()
+        return FrozenPosterior(core.posterior(), count, self._offset, self._scale, self._labels)
 
     def describe_pixels(self, image, places, order="bgr"):
         """Features of places in an image: u, v, and brightness, red, green and blue around them.
@@ -395,7 +426,6 @@ class GaussianProcess(_Predictor):
             "requires_y": True,
             "preserves_dtype": [np.float64, np.float32],
             "_xfail_checks": {
-                "check_regressors_no_decision_function": "targets in [-1, 1] have probabilities: predict_proba",
                 "check_dtype_object": "arrays of objects are refused, whatever they hold",
             },
         }
@@ -422,7 +452,8 @@ class GaussianProcess(_Predictor):
             gp.set_params(**kept["parameters"])
         except (ValueError, KeyError, TypeError):
             pass  # a file of another program's
-        gp._adopt(model, info["dimension"], offset, scale)
+        gp._adopt(model, info["dimension"], offset, scale, True)
+        gp._labels = not gp.normalize_y and _are_labels(gp.y_train_)
         gp.optimization_ = None
         return gp
 
@@ -437,8 +468,9 @@ class GaussianProcess(_Predictor):
             str(self.kernel), n_features, scales, float(self.signal_stddev), float(self.noise_stddev), self.device
         )
 
-    def _adopt(self, model, n_features, offset, scale):
+    def _adopt(self, model, n_features, offset, scale, labels):
         self._core, self._offset, self._scale = model, offset, scale
+        self._labels = labels and not self.normalize_y
         self.n_features_in_ = n_features
 
     @staticmethod
@@ -452,6 +484,9 @@ class GaussianProcess(_Predictor):
         if not self._is_fitted():
             raise arguments.not_fitted(self)
         return self._core, self.n_features_in_
+
+    def _are_labels(self):
+        return not self._is_fitted() or self._labels
 
     def _calibrate(self):
         self._core.ensure_calibrated()
