@@ -1,14 +1,26 @@
 #include "tools/evaluate/evaluate_command.h"
 
+#include <algorithm>
 #include <iostream>
 #include <string>
+#include <thread>
+#include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
 #include "tools/evaluate/evaluate_run.h"
+#include "tools/evaluate/evaluation_page.h"
+#include "tools/evaluate_features/feature_flags.h"
+#include "tools/plots/plots_flag.h"
 #include "tools/run_folder/atomic_file.h"
+#include "tools/suite/child_process.h"
+#include "tools/suite/suite_figures.h"
+#include "tools/suite/suite_run.h"
+#include "tools/suite/suite_table.h"
 
 namespace egosieve::tools {
 namespace {
@@ -17,19 +29,42 @@ class EvaluateCommand : public Command {
  public:
   std::string name() const override { return "evaluate"; }
   std::string summary() const override {
-    return "Scores a run's maps against truth masks: ranking, thresholds, calibration, objects.";
+    return "Scores a run's maps, or many sequences', against truth: ranking, thresholds, "
+           "calibration, uncertainty, objects.";
   }
-  std::string example() const override { return "egosieve evaluate out/drive --truth=drive/masks"; }
+  std::string example() const override {
+    return "egosieve evaluate out/drive --truth=drive/masks\n"
+           "egosieve evaluate out/clip --truth=clip/tracks.csv\n"
+           "egosieve evaluate --suite=sequences --out=out/suite --profiles=paper,default --jobs=2";
+  }
 
   void AddFlags(CLI::App& app) override {
     app.add_option("DIR", directory_, "The run folder; its eval.json and eval.csv are written")
-        ->required()
         ->type_name("")
         ->configurable(false);
     app.add_option("--truth", truth_,
-                   "Folder of masks, one an evaluated frame: 0 static, 128 void, else dynamic")
-        ->required()
-        ->type_name("MASKS");
+                   "Folder of masks (0 static, 128 void, else dynamic), a drive that synthesize "
+                   "wrote, or a file of labelled points (track,label,frame,x,y; label 1 static)")
+        ->type_name("TRUTH");
+    AddScoringFlags(app);
+    AddSuiteFlags(app);
+    plots_.AddFlag(app);
+    progress_.AddFlag(app);
+    features_.AddFlags(app);
+  }
+
+  absl::StatusOr<ExitCode> Run() override {
+    if (features_.wanted()) return features_.Run(directory_, truth_, suite_, progress_);
+    if (suite_.empty() == directory_.empty()) {
+      return absl::InvalidArgumentError(
+          "give either a run folder with --truth, or --suite with --out");
+    }
+    CatchInterruptions();
+    return suite_.empty() ? EvaluateOne() : EvaluateSuite();
+  }
+
+ private:
+  void AddScoringFlags(CLI::App& app) {
     AddWords(
         app, "--pixels", options_.pixels,
         {{"grid", ScoredPixels::kGrid}, {"full", ScoredPixels::kFull}},
@@ -39,7 +74,7 @@ class EvaluateCommand : public Command {
               {"name", MatchMasks::kName},
               {"number", MatchMasks::kNumber},
               {"order", MatchMasks::kOrder}},
-             "How masks find their frames: by name (the frame's, in a folder), by number (the "
+             "How truth finds its frames: by name (the frame's, in a folder), by number (the "
              "frame's index), by order; auto: the first of these that fits");
     app.add_flag("--with_prior", options_.with_prior,
                  "Score the frames before the first that was learnt from, too");
@@ -52,30 +87,94 @@ class EvaluateCommand : public Command {
     app.add_option("--object_area", options_.scores.objects.min_area,
                    "Pixels of the image below which an object is not counted")
         ->capture_default_str();
-    progress_.AddFlag(app);
   }
 
-  absl::StatusOr<ExitCode> Run() override {
+  void AddSuiteFlags(CLI::App& app) {
+    app.add_option("--suite", suite_,
+                   "Folder of sequences, each with frames/ and masks/, labels/, tracks.csv or a "
+                   "scene.json: segments and scores them all")
+        ->type_name("DIR");
+    app.add_option("--out", suite_options_.out,
+                   "With --suite: the folder for its runs, suite.json and suite.csv; runs that are "
+                   "there already are taken or gone on with")
+        ->type_name("DIR");
+    app.add_option("--profiles", profiles_, "With --suite: profiles of segment, by commas")
+        ->capture_default_str()
+        ->type_name("NAMES");
+    app.add_option("--segment_flags", segment_flags_,
+                   "With --suite: further flags of segment, by spaces, the same for all sequences")
+        ->type_name("FLAGS");
+    app.add_option("--jobs", suite_options_.jobs,
+                   "With --suite: sequences at a time; 0: one a core, at most one a sequence")
+        ->check(Between(0, 256))
+        ->capture_default_str();
+    app.add_option("--max_frames", suite_options_.max_frames,
+                   "With --suite: frames of each sequence at most; 0: all")
+        ->check(AtLeast<int64_t>(0))
+        ->capture_default_str();
+  }
+
+  absl::StatusOr<ExitCode> EvaluateOne() {
+    if (truth_.empty()) {
+      return absl::InvalidArgumentError(
+          "--truth is missing; give masks or tracks to score against");
+    }
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
-    CatchInterruptions();
     Progress progress("evaluate", progress_, -1);
-    EGOSIEVE_ASSIGN_OR_RETURN(const Evaluation evaluation,
-                              EvaluateRun(folder, truth_, options_, [&] {
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunEvaluation run, EvaluateRun(folder, truth_, options_, [&] {
                                 progress.Advance();
                                 return !InterruptionRequested();
                               }));
+    const Evaluation& evaluation = run.evaluation;
     progress.Finish();
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.csv"), ToCsv(evaluation)));
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.json"), ToText(evaluation)));
     std::cout << ToTable(evaluation);
+    EGOSIEVE_RETURN_IF_ERROR(plots_.Write(folder.File("plots"), MakeEvaluationPage(run)));
     return ExitCode::kDone;
   }
 
- private:
+  absl::StatusOr<ExitCode> EvaluateSuite() {
+    if (suite_options_.out.empty()) {
+      return absl::InvalidArgumentError("--out is missing; give the folder for the suite's runs");
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(const SequenceList list, FindSequences(suite_));
+    EGOSIEVE_ASSIGN_OR_RETURN(suite_options_.program, OwnProgram());
+    suite_options_.profiles = absl::StrSplit(profiles_, ',', absl::SkipEmpty());
+    suite_options_.segment_flags = absl::StrSplit(segment_flags_, ' ', absl::SkipEmpty());
+    suite_options_.evaluate = options_;
+    suite_options_.cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    const int runs = static_cast<int>(list.sequences.size() * suite_options_.profiles.size());
+    if (suite_options_.jobs == 0) {
+      suite_options_.jobs = std::clamp(suite_options_.cores, 1, std::clamp(runs, 1, 256));
+    }
+    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(suite_options_.out));
+    Progress progress("evaluate", progress_, runs);
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const std::vector<SequenceResult> results,
+        RunSuite(list, suite_options_, InterruptionRequested, [&] { progress.Advance(); }));
+    progress.Finish();
+    const SuiteSummary summary = SummariseSuite(results);
+    const std::string base = absl::StrCat(suite_options_.out, "/suite");
+    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".csv", ToCsv(results)));
+    EGOSIEVE_RETURN_IF_ERROR(
+        WriteFileAtomically(base + ".json", ToJson(list, results, summary).dump(2) + "\n"));
+    std::cout << ToTable(list, results, summary);
+    EGOSIEVE_RETURN_IF_ERROR(plots_.Write(absl::StrCat(suite_options_.out, "/plots"),
+                                          MakeSuitePage(list, results, summary)));
+    return summary.failed > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
+  }
+
   std::string directory_;
   std::string truth_;
   EvaluateOptions options_;
+  std::string suite_;
+  std::string profiles_ = "default";
+  std::string segment_flags_;
+  SuiteOptions suite_options_;
   ProgressFlag progress_;
+  PlotsFlag plots_;
+  FeatureFlags features_;
 };
 
 }  // namespace

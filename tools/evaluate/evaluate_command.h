@@ -7,7 +7,7 @@
 
 namespace egosieve::tools {
 
-// egosieve evaluate DIR --truth=MASKS: eval.json, eval.csv, and a table.
+// egosieve evaluate DIR --truth=TRUTH: eval.json, eval.csv, and a table.
 std::unique_ptr<Command> MakeEvaluateCommand();
 
 }  // namespace egosieve::tools

@@ -2,27 +2,23 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
-#include "tools/evaluation/drive_scores.h"
-#include "tools/evaluation/synthetic_truth.h"
 #include "tools/run_folder/map_image.h"
+#include "tools/segment/drive_input.h"
 
 namespace egosieve::tools {
 namespace {
 
-// Maps in [0, 1] or [0, full_scale] as the 16-bit pixels that they were read from.
-cv::Mat1w AsWritten(const cv::Mat1f& values, double full_scale) {
-  cv::Mat1w pixels(values.size());
-  for (int y = 0; y < values.rows; ++y) {
-    for (int x = 0; x < values.cols; ++x) pixels(y, x) = ScoreOf(values(y, x) / full_scale);
-  }
-  return pixels;
-}
+namespace fs = std::filesystem;
 
 // The maps that are scored; the deviation is left empty where the run has none.
 absl::StatusOr<FrameMaps> ReadScored(const RunFolder& folder, const RunDescription& description,
@@ -45,155 +41,155 @@ absl::StatusOr<FrameMaps> ReadScored(const RunFolder& folder, const RunDescripti
   return FrameMaps{*std::move(probability), deviation.ok() ? *std::move(deviation) : cv::Mat1f()};
 }
 
-template <typename T>
-cv::Mat_<T> AtGrid(const cv::Mat_<T>& image, const kernels::ImageGrid& grid) {
-  cv::Mat_<T> sampled(grid.rows(), grid.columns());
-  for (int row = 0; row < grid.rows(); ++row) {
-    for (int column = 0; column < grid.columns(); ++column) {
-      sampled(row, column) = image(grid.y_pixels(row), grid.x_pixels(column));
+// Where frames/ lies beside the truth, they must be those that the run segmented.
+absl::Status CheckSameDrive(const RunFolder& folder, const RunDescription& description,
+                            const std::string& truth) {
+  fs::path path = fs::absolute(truth).lexically_normal();
+  if (path.filename().empty()) path = path.parent_path();
+  std::error_code error;
+  for (const fs::path& frames : {path / "frames", path.parent_path() / "frames"}) {
+    if (!fs::is_directory(frames, error)) continue;
+    if (fs::equivalent(frames, description.input.path, error)) return absl::OkStatus();
+    int64_t from = 0;
+    const auto flag = description.flags.find("from");
+    if (flag != description.flags.end() && !absl::SimpleAtoi(flag->second, &from)) from = 0;
+    const absl::StatusOr<DriveInput> beside = OpenDriveInput(frames.string(), from);
+    if (beside.ok() && beside->description.fingerprint == description.input.fingerprint) {
+      return absl::OkStatus();
     }
+    return absl::FailedPreconditionError(absl::StrCat(
+        "the run in ", folder.path(), " is of ", description.input.path, ", the truth ", truth,
+        " of ", frames.string(), ", which are other frames; give the truth of the run's drive"));
   }
-  return sampled;
+  return absl::OkStatus();
 }
 
-// Scores frames; knows the objects where the truth is a synthetic drive.
-class FrameScorer {
- public:
-  static absl::StatusOr<FrameScorer> Create(const std::string& truth,
-                                            const EvaluateOptions& options, int stride) {
-    EGOSIEVE_RETURN_IF_ERROR(options.scores.Validate());
-    DriveScoresOptions scores = options.scores;
-    if (options.pixels == ScoredPixels::kGrid) {
-      scores.objects.min_area = std::max(1, scores.objects.min_area / (stride * stride));
-    }
-    FrameScorer scorer(scores);
-    if (IsSyntheticTruth(truth)) {
-      EGOSIEVE_ASSIGN_OR_RETURN(scorer.synthetic_, ReadSyntheticTruth(truth));
-    }
-    return scorer;
+// Masks that do not fit are counted to the end, so that the error can say how many there are.
+struct Misfits {
+  int64_t count = 0;
+  int64_t of = 0;
+  std::string first;
+
+  absl::Status status() const {
+    if (count == 0) return absl::OkStatus();
+    return absl::FailedPreconditionError(
+        absl::StrFormat("%d of %d masks do not fit their frames, first: %s", count, of, first));
   }
-
-  absl::StatusOr<FrameEvaluation> Score(const FrameLine& line, const RunDescription& description,
-                                        const FrameMaps& maps, const cv::Mat1b& truth,
-                                        const kernels::ImageGrid& grid) {
-    ScoredFrame frame;
-    frame.index = line.index;
-    frame.probability = AsWritten(maps.probability, 1.0);
-    if (!maps.deviation.empty()) {
-      frame.deviation = AsWritten(maps.deviation, description.deviation_full_scale);
-    }
-    frame.truth = AtGrid(truth, grid);
-    if (synthetic_.frames.count(line.index) > 0) {
-      EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1i ids, synthetic_.ReadMovingIds(line.index));
-      if (ids.size() == truth.size()) {
-        frame.ids = AtGrid(ids, grid);
-        frame.objects = &synthetic_.frames.at(line.index);
-      }
-    }
-    EGOSIEVE_RETURN_IF_ERROR(scores_.Add(frame));
-    FrameEvaluation evaluation;
-    evaluation.index = line.index;
-    evaluation.void_pixels = cv::countNonZero(frame.truth == kTruthVoid);
-    evaluation.dynamic_pixels = cv::countNonZero(frame.truth == kTruthDynamic);
-    evaluation.static_pixels = static_cast<int64_t>(frame.truth.total()) - evaluation.void_pixels -
-                               evaluation.dynamic_pixels;
-    evaluation.auc = scores_.frames().back().auc;
-    return evaluation;
-  }
-
-  const DriveScores& scores() const { return scores_; }
-
- private:
-  explicit FrameScorer(const DriveScoresOptions& options) : scores_(options) {}
-
-  DriveScores scores_;
-  SyntheticTruth synthetic_;
 };
 
-// Which lines have masks, and the masks' paths. By order, mask k is that of the k-th line.
-std::map<int64_t, std::string> MasksByIndex(const TruthMasks& masks,
-                                            const std::vector<FrameLine>& lines) {
-  if (masks.matched_by != "order") {
-    return masks.paths;
-  }
-  std::map<int64_t, std::string> paths;
-  int64_t behind = lines.empty() ? 0 : lines.back().index + 1;
-  for (const auto& [rank, path] : masks.paths) {
-    const bool has_line = rank < static_cast<int64_t>(lines.size());
-    paths[has_line ? lines[rank].index : behind++] = path;
-  }
-  return paths;
-}
+class RunScorer {
+ public:
+  RunScorer(const RunFolder& folder, RunDescription description, const DriveTruth& truth,
+            const EvaluateOptions& options)
+      : folder_(folder),
+        description_(std::move(description)),
+        truth_(truth),
+        options_(options),
+        scores_(options.pixels == ScoredPixels::kGrid
+                    ? options.ScoresAtStride(description_.grid.stride)
+                    : options.scores) {}
 
-void Summarise(const DriveScores& scores, Evaluation& evaluation) {
-  evaluation.pooled_auc = scores.pooled().Auc();
-  evaluation.scores = scores.ToJson();
-  evaluation.scores_summary = scores.Summary();
-  double sum = 0.0;
-  int64_t count = 0;
-  for (const FrameEvaluation& frame : evaluation.frames) {
-    if (frame.auc) {
-      sum += *frame.auc;
-      ++count;
+  // A line that has a map and a truth.
+  absl::Status Score(const FrameLine& line) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps,
+                              ReadScored(folder_, description_, line, options_.pixels));
+    kernels::ImageGrid grid = GridOf(line, description_);
+    if (options_.pixels == ScoredPixels::kFull) grid.stride = 1;
+    ++misfits_.of;
+    const absl::StatusOr<ScoredFrame> frame =
+        truth_.Compare(line.index, grid, maps, description_.deviation_full_scale, &points_outside_);
+    if (absl::IsOutOfRange(frame.status())) {
+      if (misfits_.count++ == 0) misfits_.first = std::string(frame.status().message());
+      return absl::OkStatus();
     }
+    EGOSIEVE_RETURN_IF_ERROR(frame.status());
+    if (frame->truth.empty()) {
+      ++frames_without_points_;
+      return absl::OkStatus();
+    }
+    return scores_.Add(*frame);
   }
-  if (count > 0) {
-    evaluation.mean_auc = sum / static_cast<double>(count);
-  }
+
+  const Misfits& misfits() const { return misfits_; }
+  int64_t points_outside() const { return points_outside_; }
+  int64_t frames_without_points() const { return frames_without_points_; }
+  DriveScores TakeScores() { return std::move(scores_); }
+
+ private:
+  const RunFolder& folder_;
+  const RunDescription description_;
+  const DriveTruth& truth_;
+  const EvaluateOptions& options_;
+  DriveScores scores_;
+  Misfits misfits_;
+  int64_t points_outside_ = 0;
+  int64_t frames_without_points_ = 0;
+};
+
+std::string PixelsName(const DriveTruth& truth, ScoredPixels pixels) {
+  const char* name = pixels == ScoredPixels::kGrid ? "grid" : "full";
+  return truth.scattered() ? absl::StrCat("interpolated from ", name) : name;
 }
 
 }  // namespace
 
-absl::StatusOr<Evaluation> EvaluateRun(const RunFolder& folder, const std::string& truth,
-                                       const EvaluateOptions& options,
-                                       const std::function<bool()>& after_frame) {
+DriveScoresOptions EvaluateOptions::ScoresAtStride(int stride) const {
+  DriveScoresOptions at_grid = scores;
+  at_grid.objects.min_area = std::max(1, scores.objects.min_area / (stride * stride));
+  return at_grid;
+}
+
+absl::StatusOr<RunEvaluation> EvaluateRun(const RunFolder& folder, const std::string& truth_path,
+                                          const EvaluateOptions& options,
+                                          const std::function<bool()>& after_frame) {
+  EGOSIEVE_RETURN_IF_ERROR(options.scores.Validate());
   EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder.ReadLines());
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const TruthMasks masks,
-      ListTruthMasks(truth, FrameNames(description.input.path), options.match));
-  std::map<int64_t, std::string> paths = MasksByIndex(masks, lines);
+  TruthFrames frames{FrameNames(description.input.path), {}};
+  for (const FrameLine& line : lines) frames.indices.push_back(line.index);
+  EGOSIEVE_ASSIGN_OR_RETURN(const DriveTruth truth,
+                            DriveTruth::Open(truth_path, frames, options.match));
+  EGOSIEVE_RETURN_IF_ERROR(CheckSameDrive(folder, description, truth_path));
 
   Evaluation evaluation;
-  evaluation.truth = std::filesystem::absolute(truth).lexically_normal().string();
-  evaluation.matched_by = masks.matched_by;
-  evaluation.pixels = options.pixels == ScoredPixels::kGrid ? "grid" : "full";
-  EGOSIEVE_ASSIGN_OR_RETURN(FrameScorer scorer,
-                            FrameScorer::Create(truth, options, description.grid.stride));
+  evaluation.truth = truth.path();
+  evaluation.truth_kind = truth.kind();
+  evaluation.matched_by = truth.matched_by();
+  evaluation.pixels = PixelsName(truth, options.pixels);
+  RunScorer scorer(folder, description, truth, options);
   bool learnt = options.with_prior;
+  int64_t matched = 0;
   for (const FrameLine& line : lines) {
     learnt |= line.model_size > 0;
-    if (!line.has_map()) continue;  // its mask counts as without a map
-    const auto mask = paths.extract(line.index);
-    if (mask.empty()) {
+    if (!line.has_map()) continue;  // its truth counts as without a map
+    if (!truth.Has(line.index)) {
       ++evaluation.frames_without_mask;
-    } else if (!learnt) {
+      continue;
+    }
+    ++matched;
+    if (!learnt) {
       ++evaluation.frames_of_prior;
     } else {
-      EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps,
-                                ReadScored(folder, description, line, options.pixels));
-      EGOSIEVE_ASSIGN_OR_RETURN(
-          const cv::Mat1b labels,
-          ReadTruthMask(mask.mapped(), cv::Size(line.width_pixels, line.height_pixels)));
-      kernels::ImageGrid grid = GridOf(line, description);
-      grid.stride = options.pixels == ScoredPixels::kGrid ? grid.stride : 1;
-      EGOSIEVE_ASSIGN_OR_RETURN(const FrameEvaluation frame,
-                                scorer.Score(line, description, maps, labels, grid));
-      evaluation.frames.push_back(frame);
+      EGOSIEVE_RETURN_IF_ERROR(scorer.Score(line));
     }
-    if (!after_frame()) {
-      return absl::CancelledError("interrupted; nothing was written");
-    }
+    if (!after_frame()) return absl::CancelledError("interrupted; nothing was written");
   }
-  evaluation.frames_without_map = static_cast<int64_t>(paths.size());
-  if (evaluation.frames.empty()) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("no frame of ", folder.path(), " can be scored against ", truth, " (",
-                     lines.size(), " frames, ", masks.paths.size(), " masks, matched by ",
-                     masks.matched_by, "); give the masks of this drive, or choose --match"));
+  EGOSIEVE_RETURN_IF_ERROR(scorer.misfits().status());
+  evaluation.frames_without_map = static_cast<int64_t>(truth.frames().size()) - matched;
+  evaluation.points = truth.points();
+  evaluation.points_outside = scorer.points_outside();
+  evaluation.frames_without_points = scorer.frames_without_points();
+  DriveScores scores = scorer.TakeScores();
+  if (scores.frames().empty()) {
+    return absl::FailedPreconditionError(absl::StrFormat(
+        "no frame of %s can be scored against %s (%d frames, %d of them with the prior only; truth "
+        "for %d frames, matched by %s; %d points outside the image); give the truth of this drive, "
+        "or choose --match",
+        folder.path(), truth_path, lines.size(), evaluation.frames_of_prior, truth.frames().size(),
+        truth.matched_by(), evaluation.points_outside));
   }
-  Summarise(scorer.scores(), evaluation);
-  return evaluation;
+  Summarise(scores, &evaluation);
+  return RunEvaluation{std::move(evaluation), std::move(scores)};
 }
 
 }  // namespace egosieve::tools

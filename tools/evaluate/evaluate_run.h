@@ -1,17 +1,18 @@
-// Scores a run's maps against truth masks.
+// Scores a run's maps against a truth (drive_truth.h).
 //
 // Scored are the grid's pixels (the 16-bit probabilities as they were written, nothing
 // interpolated), or, where the run was reconstructed and that is asked for, every pixel of full/.
-// Frames before the first that was learnt from carry the prior, the same everywhere: they are left
-// out and counted, unless `with_prior` is set.
+// Truth at tracks takes the grid's maps, interpolated linearly at each point. Frames before the
+// first that was learnt from carry the prior, the same everywhere: they are left out and counted,
+// unless `with_prior` is set.
 #ifndef EGOSIEVE_TOOLS_EVALUATE_EVALUATE_RUN_H_
 #define EGOSIEVE_TOOLS_EVALUATE_EVALUATE_RUN_H_
 
 #include <functional>
 
 #include "absl/status/statusor.h"
+#include "tools/evaluate/drive_truth.h"
 #include "tools/evaluate/evaluation.h"
-#include "tools/evaluate/truth_masks.h"
 #include "tools/evaluation/drive_scores.h"
 #include "tools/run_folder/run_folder.h"
 
@@ -32,13 +33,21 @@ struct EvaluateOptions {
     options.objects.min_area = 100;
     return options;
   }
+  // With areas in pixels of a grid of that stride.
+  DriveScoresOptions ScoresAtStride(int stride) const;
 };
 
-// FailedPrecondition where no frame has both a map and a mask: no figure is computed from nothing.
-// `after_frame` is called after each frame; returning false cancels.
-absl::StatusOr<Evaluation> EvaluateRun(const RunFolder& folder, const std::string& truth,
-                                       const EvaluateOptions& options,
-                                       const std::function<bool()>& after_frame);
+struct RunEvaluation {
+  Evaluation evaluation;
+  DriveScores scores;  // the same as histograms, for merging over runs
+};
+
+// FailedPrecondition where no frame has both a map and a truth, where masks have another size than
+// their frames, or where the truth lies beside the frames of another drive: no figure is computed
+// from nothing. `after_frame` is called after each frame; returning false cancels.
+absl::StatusOr<RunEvaluation> EvaluateRun(const RunFolder& folder, const std::string& truth,
+                                          const EvaluateOptions& options,
+                                          const std::function<bool()>& after_frame);
 
 }  // namespace egosieve::tools
 

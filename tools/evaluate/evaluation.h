@@ -10,41 +10,41 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "tools/evaluation/drive_scores.h"
 
 namespace egosieve::tools {
 
-struct FrameEvaluation {
-  int64_t index = 0;
-  int64_t dynamic_pixels = 0;  // of the truth, among those that were scored
-  int64_t static_pixels = 0;
-  int64_t void_pixels = 0;    // the truth does not say
-  std::optional<double> auc;  // absent where the truth has one class
-};
-
 struct Evaluation {
-  std::string truth;       // the folder of masks
+  std::string truth;       // the folder of masks or the file of tracks
+  std::string truth_kind;  // masks, synthetic, tracks
   std::string matched_by;  // name, number or order
-  std::string pixels;      // grid or full
+  std::string pixels;      // grid, full, or "interpolated from" one of these
 
   // Area under the ROC curve: of all scored pixels together, and its mean over the frames that have
   // one. Absent where no frame has both classes.
   std::optional<double> pooled_auc;
   std::optional<double> mean_auc;
 
-  std::vector<FrameEvaluation> frames;  // that were scored
-  int64_t frames_of_prior = 0;      // left out: their map is the prior, nothing was learnt before
-  int64_t frames_without_map = 0;   // left out: they have a mask, but no map
-  int64_t frames_without_mask = 0;  // left out: they have a map, but no mask
+  std::vector<FrameScores> frames;    // that were scored
+  int64_t frames_of_prior = 0;        // left out: their map is the prior, nothing was learnt before
+  int64_t frames_without_map = 0;     // left out: they have a truth, but no map
+  int64_t frames_without_mask = 0;    // left out: they have a map, but no truth
+  int64_t frames_without_points = 0;  // left out: no labelled point lies in the image
+  int64_t points = 0;                 // of tracks, in all frames
+  int64_t points_outside = 0;         // of these, left out: not in the image
 
   nlohmann::ordered_json scores;  // all other figures, as in tools/evaluation/drive_scores.h
   std::string scores_summary;     // the first of them for people, a line each; not in the file
 };
 
+// Fills what follows from the scores: the frames, both AUCs, scores and their summary.
+void Summarise(const DriveScores& scores, Evaluation* evaluation);
+
 std::string ToText(const Evaluation& evaluation);
-// DataLoss, naming the field.
+// DataLoss, naming the field. Of the frames' figures, the AUC and the counts must be there.
 absl::StatusOr<Evaluation> EvaluationFromText(absl::string_view text);
 
-// frame,dynamic_pixels,static_pixels,void_pixels,auc; an absent AUC is an empty field.
+// A line a frame under a header; an absent figure is an empty field.
 std::string ToCsv(const Evaluation& evaluation);
 
 // For people: the same as an aligned table, what was left out and why, and, last, the line

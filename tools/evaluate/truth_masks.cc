@@ -4,7 +4,6 @@
 #include <cctype>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
-#include <optional>
 #include <system_error>
 #include <vector>
 
@@ -37,20 +36,6 @@ std::vector<std::string> ListImages(const std::string& folder) {
 }
 
 std::string Stem(const std::string& path) { return fs::path(path).stem().string(); }
-
-// The last run of digits in a file's name.
-std::optional<int64_t> NumberIn(const std::string& path) {
-  const std::string stem = Stem(path);
-  size_t end = stem.size();
-  while (end > 0 && std::isdigit(static_cast<unsigned char>(stem[end - 1])) == 0) --end;
-  size_t begin = end;
-  while (begin > 0 && std::isdigit(static_cast<unsigned char>(stem[begin - 1])) != 0) --begin;
-  int64_t number = 0;
-  if (begin == end || !absl::SimpleAtoi(stem.substr(begin, end - begin), &number)) {
-    return std::nullopt;
-  }
-  return number;
-}
 
 absl::StatusOr<std::vector<std::string>> ListMaskFiles(const std::string& folder) {
   std::error_code error;
@@ -87,7 +72,7 @@ std::map<int64_t, std::string> ByName(const std::vector<std::string>& files,
 std::map<int64_t, std::string> ByNumber(const std::vector<std::string>& files) {
   std::map<int64_t, std::string> paths;
   for (const std::string& file : files) {
-    const std::optional<int64_t> number = NumberIn(file);
+    const std::optional<int64_t> number = NumberInName(Stem(file));
     if (!number || !paths.emplace(*number, file).second) {
       return {};
     }
@@ -104,6 +89,18 @@ std::map<int64_t, std::string> ByOrder(const std::vector<std::string>& files) {
 }
 
 }  // namespace
+
+std::optional<int64_t> NumberInName(const std::string& stem) {
+  size_t end = stem.size();
+  while (end > 0 && std::isdigit(static_cast<unsigned char>(stem[end - 1])) == 0) --end;
+  size_t begin = end;
+  while (begin > 0 && std::isdigit(static_cast<unsigned char>(stem[begin - 1])) != 0) --begin;
+  int64_t number = 0;
+  if (begin == end || !absl::SimpleAtoi(stem.substr(begin, end - begin), &number)) {
+    return std::nullopt;
+  }
+  return number;
+}
 
 std::vector<std::string> FrameNames(const std::string& path) {
   std::vector<std::string> names = ListImages(path);
@@ -148,7 +145,7 @@ absl::StatusOr<cv::Mat1b> ReadTruthMask(const std::string& path, cv::Size expect
         absl::StrCat("the mask ", path, " is no image that can be read; remove or replace it"));
   }
   if (image.size() != expected) {
-    return absl::DataLossError(absl::StrFormat(
+    return absl::OutOfRangeError(absl::StrFormat(
         "the mask %s has %d x %d pixels, its frame %d x %d; give the masks of this drive", path,
         image.cols, image.rows, expected.width, expected.height));
   }

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <map>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,9 +40,13 @@ absl::StatusOr<TruthMasks> ListTruthMasks(const std::string& folder,
 // empty where `path` is no folder.
 std::vector<std::string> FrameNames(const std::string& path);
 
+// The last run of digits in a name without its extension: 121 in "frame_0121".
+std::optional<int64_t> NumberInName(const std::string& stem);
+
 enum TruthPixel : uint8_t { kTruthStatic = 0, kTruthVoid = 128, kTruthDynamic = 255 };
 
-// 0, 128 or 255 a pixel. DataLoss, naming the file, where it is no image or of another size.
+// 0, 128 or 255 a pixel. DataLoss, naming the file, where it is no image; OutOfRange where it is of
+// another size.
 absl::StatusOr<cv::Mat1b> ReadTruthMask(const std::string& path, cv::Size expected);
 
 }  // namespace egosieve::tools

@@ -1,5 +1,6 @@
 #include "tools/evaluation/drive_scores.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -81,20 +82,6 @@ Json RecallJson(const std::map<std::string, ObjectRecall>& recall) {
   return json;
 }
 
-// The mean of a figure over the frames that have it.
-std::optional<double> MeanOf(const std::vector<FrameScores>& frames,
-                             std::optional<double> FrameScores::*figure) {
-  double sum = 0.0;
-  int64_t count = 0;
-  for (const FrameScores& frame : frames) {
-    if (!(frame.*figure)) continue;
-    sum += *(frame.*figure);
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  return sum / static_cast<double>(count);
-}
-
 void AppendFigure(const char* name, const std::optional<double>& value, std::string* text) {
   if (value) absl::StrAppendFormat(text, "%s %.4f\n", name, *value);
 }
@@ -124,46 +111,80 @@ absl::Status DriveScores::Add(const ScoredFrame& frame) {
         absl::StrFormat("frame %d: a map of %d x %d pixels and a truth of %d x %d", frame.index,
                         size.width, size.height, frame.truth.cols, frame.truth.rows));
   }
-  const int threshold = ThresholdOf(options_.threshold);
-  const cv::Mat1b void_pixels = frame.truth == kVoid;
-  const cv::Mat1b dynamic = (frame.truth != 0) & ~void_pixels;
-  const cv::Mat1b called = (frame.probability >= threshold) & ~void_pixels;
-  const cv::Mat1i ids = frame.ids.empty() ? ComponentsOf(dynamic) : frame.ids;
-  EGOSIEVE_ASSIGN_OR_RETURN(const ObjectScores objects,
-                            ScoreObjects(called, ids, void_pixels, options_.objects));
-  EGOSIEVE_ASSIGN_OR_RETURN(const BoundaryScore boundary, BoundaryF(called, dynamic, void_pixels));
+  std::optional<ObjectScores> objects;
+  std::optional<double> boundary_f;
+  if (!frame.scattered) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const Regions regions, ScoreRegions(frame));
+    objects = regions.objects;
+    boundary_f = regions.boundary_f;
+  }
   RocHistogram own;
+  FrameScores scores;
+  scores.index = frame.index;
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) {
-      if (void_pixels(y, x) != 0) continue;
-      const bool positive = dynamic(y, x) != 0;
+      if (frame.truth(y, x) == kVoid) {
+        ++scores.void_pixels;
+        continue;
+      }
+      const bool positive = frame.truth(y, x) != 0;
       own.Add(frame.probability(y, x), positive);
       if (!frame.deviation.empty())
         uncertainty_.Add(frame.probability(y, x), frame.deviation(y, x), positive);
     }
   }
   has_deviation_ |= !frame.deviation.empty();
-  const Confusion c = own.At(threshold);
-  FrameScores scores;
-  scores.index = frame.index;
-  scores.has_movers = own.positive_count() > 0;
-  scores.auc = own.Auc();
-  scores.false_positive_rate = c.FalsePositiveRate().value_or(0.0);
-  if (scores.has_movers) {
-    scores.iou = c.Iou();
-    scores.boundary_f = boundary.f;
-  } else {
-    mover_free_pixels_ += own.negative_count();
-    mover_free_alarms_ += c.false_positives;
-  }
+  FillFrameScores(own, boundary_f, scores);
   frames_.push_back(scores);
   pooled_.Merge(own);
-  AddObjects(frame, objects);
+  if (objects) AddObjects(frame, *objects);
   return absl::OkStatus();
+}
+
+absl::StatusOr<DriveScores::Regions> DriveScores::ScoreRegions(const ScoredFrame& frame) const {
+  const cv::Mat1b void_pixels = frame.truth == kVoid;
+  const cv::Mat1b dynamic = (frame.truth != 0) & ~void_pixels;
+  const cv::Mat1b called = (frame.probability >= ThresholdOf(options_.threshold)) & ~void_pixels;
+  const cv::Mat1i ids = frame.ids.empty() ? ComponentsOf(dynamic) : frame.ids;
+  Regions regions;
+  EGOSIEVE_ASSIGN_OR_RETURN(regions.objects,
+                            ScoreObjects(called, ids, void_pixels, options_.objects));
+  EGOSIEVE_ASSIGN_OR_RETURN(const BoundaryScore boundary, BoundaryF(called, dynamic, void_pixels));
+  regions.boundary_f = boundary.f;
+  return regions;
+}
+
+void DriveScores::FillFrameScores(const RocHistogram& own, std::optional<double> boundary_f,
+                                  FrameScores& scores) {
+  const Confusion c = own.At(ThresholdOf(options_.threshold));
+  scores.dynamic_pixels = own.positive_count();
+  scores.static_pixels = own.negative_count();
+  scores.has_movers = scores.dynamic_pixels > 0;
+  scores.auc = own.Auc();
+  scores.average_precision = own.AveragePrecision();
+  scores.false_positive_rate = c.FalsePositiveRate();
+  if (const std::optional<Calibration> calibration =
+          CalibrationOf(own, options_.calibration_bins)) {
+    scores.brier = calibration->brier;
+    scores.log_loss = calibration->log_loss;
+  }
+  if (!scores.has_movers) {
+    mover_free_pixels_ += scores.static_pixels;
+    mover_free_alarms_ += c.false_positives;
+    return;
+  }
+  scores.iou = c.Iou();
+  scores.f = c.F();
+  scores.boundary_f = boundary_f;
+  scores.best_iou = own.At(*own.BestThreshold()).Iou();
+  for (int step = 0; step < kThresholdSteps; ++step) {
+    scores.iou_at[step] = own.At(ThresholdOf(ThresholdStep(step))).Iou().value_or(0.0);
+  }
 }
 
 void DriveScores::AddObjects(const ScoredFrame& frame, const ObjectScores& scores) {
   false_objects_ += scores.false_objects;
+  ++frames_with_objects_;
   for (const FoundObject& found : scores.objects) {
     std::vector<std::string> groups = {"all"};
     if (frame.objects != nullptr) {
@@ -197,14 +218,39 @@ void DriveScores::Merge(const DriveScores& other) {
     own.iou_sum += r.iou_sum;
   }
   false_objects_ += other.false_objects_;
+  frames_with_objects_ += other.frames_with_objects_;
   mover_free_pixels_ += other.mover_free_pixels_;
   mover_free_alarms_ += other.mover_free_alarms_;
 }
 
-double DriveScores::FalseObjectsPerFrame() const {
-  return frames_.empty()
-             ? 0.0
-             : static_cast<double>(false_objects_) / static_cast<double>(frames_.size());
+std::optional<double> DriveScores::Mean(std::optional<double> FrameScores::*figure) const {
+  double sum = 0.0;
+  int64_t count = 0;
+  for (const FrameScores& frame : frames_) {
+    if (!(frame.*figure)) continue;
+    sum += *(frame.*figure);
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / static_cast<double>(count);
+}
+
+std::vector<double> DriveScores::MeanIouByThreshold() const {
+  std::vector<double> sums(kThresholdSteps);
+  int64_t count = 0;
+  for (const FrameScores& frame : frames_) {
+    if (!frame.has_movers) continue;
+    for (int step = 0; step < kThresholdSteps; ++step) sums[step] += frame.iou_at[step];
+    ++count;
+  }
+  if (count == 0) return {};
+  for (double& sum : sums) sum /= static_cast<double>(count);
+  return sums;
+}
+
+std::optional<double> DriveScores::FalseObjectsPerFrame() const {
+  if (frames_with_objects_ == 0) return std::nullopt;
+  return static_cast<double>(false_objects_) / static_cast<double>(frames_with_objects_);
 }
 
 std::optional<double> DriveScores::FalsePositiveRateWithoutMovers() const {
@@ -225,31 +271,42 @@ Json DriveScores::ToJson() const {
         {"sparsification", curve}};
   }
   return {{"pooled_auc", OrNull(pooled_.Auc())},
-          {"mean_auc", OrNull(MeanOf(frames_, &FrameScores::auc))},
+          {"mean_auc", OrNull(Mean(&FrameScores::auc))},
           {"average_precision", OrNull(pooled_.AveragePrecision())},
+          {"mean_average_precision", OrNull(Mean(&FrameScores::average_precision))},
           {"at_declared_threshold", ConfusionJson(pooled_, ThresholdOf(options_.threshold))},
           {"at_best_threshold", best ? ConfusionJson(pooled_, *best) : Json()},
-          {"mean_iou", OrNull(MeanOf(frames_, &FrameScores::iou))},
-          {"mean_boundary_f", OrNull(MeanOf(frames_, &FrameScores::boundary_f))},
+          {"mean_iou", OrNull(Mean(&FrameScores::iou))},
+          {"mean_f", OrNull(Mean(&FrameScores::f))},
+          {"mean_best_iou", OrNull(Mean(&FrameScores::best_iou))},
+          {"mean_iou_at_0.05_to_0.95", MeanIouByThreshold()},
+          {"mean_boundary_f", OrNull(Mean(&FrameScores::boundary_f))},
           {"false_positive_rate_without_movers", OrNull(FalsePositiveRateWithoutMovers())},
           {"calibration", CalibrationJson(pooled_, options_.calibration_bins)},
           {"uncertainty", uncertainty},
-          {"false_objects_per_frame", FalseObjectsPerFrame()},
+          {"false_objects_per_frame", OrNull(FalseObjectsPerFrame())},
           {"object_recall", RecallJson(recall_)},
           {"curve_threshold_fpr_recall_precision", CurveJson(pooled_, options_.curve_points)}};
 }
 
 std::string DriveScores::Summary() const {
   std::string text;
-  AppendFigure("average precision", pooled_.AveragePrecision(), &text);
-  const Confusion declared = pooled_.At(ThresholdOf(options_.threshold));
-  AppendFigure(absl::StrFormat("IoU at %.2f:", options_.threshold).c_str(), declared.Iou(), &text);
-  if (const std::optional<int> best = pooled_.BestThreshold()) {
-    AppendFigure(absl::StrFormat("IoU at the best threshold (%.2f):", *best / 65535.0).c_str(),
-                 pooled_.At(*best).Iou(), &text);
+  AppendFigure("average precision, pooled", pooled_.AveragePrecision(), &text);
+  AppendFigure("average precision, mean over frames", Mean(&FrameScores::average_precision), &text);
+  AppendThreshold("declared threshold", ThresholdOf(options_.threshold), &text);
+  if (const std::optional<int> best = pooled_.BestThreshold())
+    AppendThreshold("best threshold", *best, &text);
+  AppendFigure("mean IoU over frames, declared threshold", Mean(&FrameScores::iou), &text);
+  AppendFigure("mean F over frames, declared threshold", Mean(&FrameScores::f), &text);
+  AppendFigure("mean IoU over frames, each frame's best threshold", Mean(&FrameScores::best_iou),
+               &text);
+  const std::vector<double> by_threshold = MeanIouByThreshold();
+  if (!by_threshold.empty()) {
+    const auto best = std::max_element(by_threshold.begin(), by_threshold.end());
+    absl::StrAppendFormat(&text, "mean IoU over frames, best one threshold (%.2f): %.4f\n",
+                          ThresholdStep(static_cast<int>(best - by_threshold.begin())), *best);
   }
-  AppendFigure("mean IoU over frames", MeanOf(frames_, &FrameScores::iou), &text);
-  AppendFigure("mean boundary F", MeanOf(frames_, &FrameScores::boundary_f), &text);
+  AppendFigure("mean boundary F, declared threshold", Mean(&FrameScores::boundary_f), &text);
   AppendFigure("false-positive rate on frames without movers", FalsePositiveRateWithoutMovers(),
                &text);
   if (const std::optional<Calibration> calibration =
@@ -267,8 +324,20 @@ std::string DriveScores::Summary() const {
     absl::StrAppendFormat(&text, "objects, %s: %d of %d found (IoU %.2f)\n", group, r.found,
                           r.objects, options_.objects.iou_threshold);
   }
-  absl::StrAppendFormat(&text, "false objects a frame %.3f\n", FalseObjectsPerFrame());
+  AppendFigure("false objects a frame", FalseObjectsPerFrame(), &text);
   return text;
+}
+
+void DriveScores::AppendThreshold(const char* name, int threshold, std::string* text) const {
+  const Confusion c = pooled_.At(threshold);
+  if (!c.Iou()) return;
+  absl::StrAppendFormat(text, "%s %.2f, pooled: IoU %.4f, F %.4f", name, threshold / 65535.0,
+                        *c.Iou(), c.F().value_or(0.0));
+  if (c.Precision()) absl::StrAppendFormat(text, ", precision %.4f", *c.Precision());
+  if (c.Recall()) absl::StrAppendFormat(text, ", recall %.4f", *c.Recall());
+  if (c.FalsePositiveRate())
+    absl::StrAppendFormat(text, ", false-positive rate %.4f", *c.FalsePositiveRate());
+  text->push_back('\n');
 }
 
 }  // namespace egosieve::tools

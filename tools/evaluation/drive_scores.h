@@ -3,13 +3,15 @@
 // Pooled figures are over all scored pixels together; mean figures over the frames that have them.
 // Frames without movers have no AUC and no IoU of their own: what they have is a false-positive
 // rate at the declared threshold, pooled over them. Objects are scored by objects.h; with synthetic
-// truth, recall is also told by heading, class, size and distance. Every figure is absent where
-// nothing supports it.
+// truth, recall is also told by heading, class, size and distance. Truth that is scattered points
+// rather than an image has neither outlines nor objects: figures on these are absent then. Every
+// figure is absent where nothing supports it.
 //
 // Memory: a few histograms of 65,536 bins, whatever the number of frames, and some numbers a frame.
 #ifndef EGOSIEVE_TOOLS_EVALUATION_DRIVE_SCORES_H_
 #define EGOSIEVE_TOOLS_EVALUATION_DRIVE_SCORES_H_
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -19,6 +21,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "tools/evaluation/objects.h"
 #include "tools/evaluation/roc.h"
 #include "tools/evaluation/synthetic_truth.h"
@@ -38,21 +41,36 @@ struct DriveScoresOptions {
 // One frame at the pixels that are scored: grid or full.
 struct ScoredFrame {
   int64_t index = 0;
-  cv::Mat1w probability;  // 16-bit scores (roc.h)
-  cv::Mat1w deviation;    // 16 bits, any scale; may be empty
-  cv::Mat1b truth;        // 0 static, 128 void, else dynamic
-  cv::Mat1i ids;          // movers told apart; empty: connected components of the truth
+  cv::Mat1w probability;   // 16-bit scores (roc.h)
+  cv::Mat1w deviation;     // 16 bits, any scale; may be empty
+  cv::Mat1b truth;         // 0 static, 128 void, else dynamic
+  bool scattered = false;  // pixels are points without order: neighbours in memory mean nothing
+  cv::Mat1i ids;           // movers told apart; empty: connected components of the truth
   // What is known of the objects, by id; null: nothing.
   const std::map<int, SyntheticObject>* objects = nullptr;
 };
 
+// Thresholds 0.05, 0.10, ..., 0.95, at which the mean IoU over frames is told as well.
+inline constexpr int kThresholdSteps = 19;
+constexpr double ThresholdStep(int step) { return 0.05 * (step + 1); }
+
 struct FrameScores {
   int64_t index = 0;
-  std::optional<double> auc;
-  std::optional<double> iou;         // at the declared threshold
-  std::optional<double> boundary_f;  // likewise
-  double false_positive_rate = 0.0;  // likewise; of the static pixels
+  int64_t dynamic_pixels = 0;  // of the truth
+  int64_t static_pixels = 0;
+  int64_t void_pixels = 0;
   bool has_movers = false;
+  std::optional<double> auc;
+  std::optional<double> average_precision;
+  // At the declared threshold; absent without movers.
+  std::optional<double> iou;
+  std::optional<double> f;
+  std::optional<double> boundary_f;
+  std::optional<double> false_positive_rate;  // likewise; absent without static pixels
+  std::optional<double> best_iou;             // at this frame's own best threshold
+  std::optional<double> brier;
+  std::optional<double> log_loss;
+  std::array<double, kThresholdSteps> iou_at = {};  // where there are movers
 };
 
 // How many objects of a group were seen and found.
@@ -75,10 +93,17 @@ class DriveScores {
 
   const std::vector<FrameScores>& frames() const { return frames_; }
   const RocHistogram& pooled() const { return pooled_; }
+  const UncertaintyHistogram& uncertainty() const { return uncertainty_; }
+  bool has_deviation() const { return has_deviation_; }
+  // The mean over the frames that have the figure; absent where none has.
+  std::optional<double> Mean(std::optional<double> FrameScores::*figure) const;
+  // Over the frames with movers, at each ThresholdStep; empty where there is no such frame.
+  std::vector<double> MeanIouByThreshold() const;
   // By group: "all", "relation ahead", "class car", "size 100-399", "distance under 20 m",
   // "ahead within 40 m", ...
   const std::map<std::string, ObjectRecall>& recall() const { return recall_; }
-  double FalseObjectsPerFrame() const;
+  // Absent where objects were looked for in no frame.
+  std::optional<double> FalseObjectsPerFrame() const;
   // Pooled over the frames without movers; absent where there is none.
   std::optional<double> FalsePositiveRateWithoutMovers() const;
 
@@ -88,6 +113,16 @@ class DriveScores {
   std::string Summary() const;
 
  private:
+  struct Regions {
+    ObjectScores objects;
+    double boundary_f = 0.0;
+  };
+
+  absl::StatusOr<Regions> ScoreRegions(const ScoredFrame& frame) const;
+  // From the frame's own histogram; counts what it adds to the frames without movers.
+  void FillFrameScores(const RocHistogram& own, std::optional<double> boundary_f,
+                       FrameScores& scores);
+  void AppendThreshold(const char* name, int threshold, std::string* text) const;
   void AddObjects(const ScoredFrame& frame, const ObjectScores& scores);
 
   DriveScoresOptions options_;
@@ -97,6 +132,7 @@ class DriveScores {
   std::vector<FrameScores> frames_;
   std::map<std::string, ObjectRecall> recall_;
   int64_t false_objects_ = 0;
+  int64_t frames_with_objects_ = 0;  // in which objects were looked for
   int64_t mover_free_pixels_ = 0;
   int64_t mover_free_alarms_ = 0;
 };

@@ -200,7 +200,7 @@ Chart AucChart(const Evaluation& evaluation, int64_t max_points) {
   chart.from_zero = false;
   // The evaluated frames as lines, so that they are averaged like all else.
   std::vector<FrameLine> lines;
-  for (const FrameEvaluation& frame : evaluation.frames) {
+  for (const FrameScores& frame : evaluation.frames) {
     lines.emplace_back();
     lines.back().index = frame.index;
     lines.back().dynamic_share = frame.auc.value_or(kNone);

@@ -197,7 +197,7 @@ std::string EvaluationTable(const Evaluation& evaluation) {
                   "<details><summary>Frame by frame</summary><div class=\"scroll\"><table><tr><th "
                   "class=\"number\">frame</th><th class=\"number\">dynamic pixels</th><th "
                   "class=\"number\">static pixels</th><th class=\"number\">AUC</th></tr>\n");
-  for (const FrameEvaluation& frame : evaluation.frames) {
+  for (const FrameScores& frame : evaluation.frames) {
     absl::StrAppend(&html, "<tr><td class=\"number\">", frame.index, "</td><td class=\"number\">",
                     frame.dynamic_pixels, "</td><td class=\"number\">", frame.static_pixels,
                     "</td><td class=\"number\">", number(frame.auc), "</td></tr>\n");

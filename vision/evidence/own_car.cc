@@ -187,4 +187,21 @@ bool IsOwnCar(const OwnCarState& state, cv::Point2f place) {
   return state.is_own[static_cast<int>(row) * state.blocks.width + static_cast<int>(column)] != 0;
 }
 
+std::vector<cv::Rect> OwnCarAreas(const OwnCarState& state, cv::Size image) {
+  constexpr int kPixels = 2 * kBlock;
+  const cv::Rect whole(cv::Point(), image);
+  std::vector<cv::Rect> areas;
+  for (int row = 0; row < state.blocks.height; ++row) {
+    const uint8_t* flags = state.is_own.data() + static_cast<int64_t>(row) * state.blocks.width;
+    for (int column = 0; column < state.blocks.width; ++column) {
+      if (flags[column] == 0) continue;
+      const int from = column;
+      while (column < state.blocks.width && flags[column] != 0) ++column;
+      areas.push_back(whole &
+                      cv::Rect(from * kPixels, row * kPixels, (column - from) * kPixels, kPixels));
+    }
+  }
+  return areas;
+}
+
 }  // namespace egosieve::vision

@@ -74,6 +74,9 @@ void LearnOwnCar(const cv::Mat& grey, int64_t index, int gap, const WorldMotion*
 // Whether a place, in pixels of the whole image, is the own car's.
 bool IsOwnCar(const OwnCarState& state, cv::Point2f place);
 
+// All such places of an image: stretches of rows of blocks, from the top.
+std::vector<cv::Rect> OwnCarAreas(const OwnCarState& state, cv::Size image);
+
 }  // namespace egosieve::vision
 
 #endif  // EGOSIEVE_VISION_EVIDENCE_OWN_CAR_H_

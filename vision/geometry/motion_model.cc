@@ -98,6 +98,20 @@ void Judge(const Candidate& chosen, const MotionModelOptions& options, MotionMod
   }
 }
 
+// Of the kinds that compete with the chosen one. Static and homography are of one kind: where the
+// camera stands still they are the same.
+void KeepRejected(const Candidate& chosen, const std::vector<Candidate>& candidates,
+                  MotionModel& model) {
+  const auto is_fundamental = [](const Candidate& candidate) {
+    return candidate.kind == MotionModelKind::kFundamental;
+  };
+  for (const Candidate& candidate : candidates) {
+    if (is_fundamental(candidate) == is_fundamental(chosen)) continue;
+    model.rejected_kind = candidate.kind;
+    model.rejected_matrix = candidate.matrix;
+  }
+}
+
 void Choose(const std::vector<Candidate>& candidates, const std::vector<PointPair>& pairs,
             const MotionModelOptions& options, MotionModel& model) {
   const std::vector<double> weights = EvenWeights(pairs);
@@ -124,6 +138,7 @@ void Choose(const std::vector<Candidate>& candidates, const std::vector<PointPai
   }
   model.reason.clear();
   Judge(*best, options, model);
+  KeepRejected(*best, candidates, model);
 }
 
 }  // namespace

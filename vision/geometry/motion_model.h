@@ -59,6 +59,10 @@ struct MotionModel {
   int64_t pair_count = 0;
   double static_gric = 0.0, homography_gric = 0.0,
          fundamental_gric = 0.0;  // per pair; 0: not tried
+  // The likeliest model of the other kind, two-dimensional or fundamental; kNone where there is
+  // none.
+  MotionModelKind rejected_kind = MotionModelKind::kNone;
+  Eigen::Matrix3d rejected_matrix = Eigen::Matrix3d::Identity();
   // Median transfer error of the best homography: what the homography leaves unexplained is
   // parallax. 0 where no homography was tried.
   double parallax_pixels = 0.0;

@@ -24,6 +24,37 @@ Eigen::Matrix3d ToEigen(const cv::Matx33d& m) {
   return result;
 }
 
+// The pair's places, in the order of its frames.
+std::vector<PointPair> PairsOf(const LabelledFrame& frame) {
+  const bool on_first = frame.labelled.index == frame.first_index;
+  const std::vector<double>& a = on_first ? frame.positions : frame.other_positions;
+  const std::vector<double>& b = on_first ? frame.other_positions : frame.positions;
+  std::vector<PointPair> pairs;
+  for (int64_t i = 0; i < frame.size(); ++i) {
+    pairs.push_back({a[2 * i], a[2 * i + 1], b[2 * i], b[2 * i + 1]});
+  }
+  return pairs;
+}
+
+std::vector<double> RejectedResiduals(const LabelledFrame& frame,
+                                      const std::vector<PointPair>& pairs) {
+  return Residuals(frame.rejected_model, ToEigen(frame.rejected_matrix), pairs,
+                   EpipolarDistance::kSampson);
+}
+
+// The labelled place nearest to (x, y); -1 where none is within the radius.
+int64_t NearestPlace(const LabelledFrame& frame, double x, double y, double radius) {
+  int64_t nearest = -1;
+  double least = radius * radius;
+  for (int64_t i = 0; i < frame.size(); ++i) {
+    const double dx = frame.positions[2 * i] - x, dy = frame.positions[2 * i + 1] - y;
+    if (dx * dx + dy * dy > least) continue;
+    least = dx * dx + dy * dy;
+    nearest = i;
+  }
+  return nearest;
+}
+
 }  // namespace
 
 std::optional<double> AreaUnderRoc(const std::vector<double>& scores,
@@ -48,7 +79,8 @@ std::optional<double> AreaUnderRoc(const std::vector<double>& scores,
 }
 
 FeatureScore ScoreAgainstMask(const LabelledFrame& frame, const cv::Mat& mask) {
-  std::vector<double> residuals, labels;
+  const std::vector<double> all_rejected = RejectedResiduals(frame, PairsOf(frame));
+  std::vector<double> residuals, rejected, labels;
   std::vector<bool> is_mover;
   for (int64_t i = 0; i < frame.size(); ++i) {
     const int x = static_cast<int>(std::lround(frame.positions[2 * i]));
@@ -58,9 +90,13 @@ FeatureScore ScoreAgainstMask(const LabelledFrame& frame, const cv::Mat& mask) {
     if (truth == kVoid) continue;
     is_mover.push_back(truth == kMover);
     residuals.push_back(frame.residual_pixels[i]);
+    rejected.push_back(all_rejected[i]);
     labels.push_back(frame.probability[i]);
   }
   FeatureScore score;
+  if (frame.rejected_model != MotionModelKind::kNone) {
+    score.rejected_auc = AreaUnderRoc(rejected, is_mover);
+  }
   score.residual_auc = AreaUnderRoc(residuals, is_mover);
   score.label_auc = AreaUnderRoc(labels, is_mover);
   score.scored_count = static_cast<int64_t>(is_mover.size());
@@ -104,7 +140,8 @@ TrackPairs PairsOfTracks(const std::vector<LabelledTrack>& tracks, int64_t first
 }
 
 FeatureScore ScoreAgainstTracks(const LabelledFrame& frame,
-                                const std::vector<LabelledTrack>& tracks) {
+                                const std::vector<LabelledTrack>& tracks,
+                                double label_radius_pixels) {
   const TrackPairs truth = PairsOfTracks(tracks, frame.first_index, frame.second_index);
   FeatureScore score;
   score.scored_count = static_cast<int64_t>(truth.pairs.size());
@@ -113,7 +150,29 @@ FeatureScore ScoreAgainstTracks(const LabelledFrame& frame,
   score.residual_auc = AreaUnderRoc(Residuals(frame.motion_model, ToEigen(frame.motion_matrix),
                                               truth.pairs, EpipolarDistance::kSampson),
                                     truth.is_mover);
+  if (frame.rejected_model != MotionModelKind::kNone) {
+    score.rejected_auc = AreaUnderRoc(RejectedResiduals(frame, truth.pairs), truth.is_mover);
+  }
+  const bool on_first = frame.labelled.index == frame.first_index;
+  std::vector<double> labels;
+  std::vector<bool> is_labelled_mover;
+  for (size_t i = 0; i < truth.pairs.size(); ++i) {
+    const PointPair& p = truth.pairs[i];
+    const int64_t place =
+        NearestPlace(frame, on_first ? p.x1 : p.x2, on_first ? p.y1 : p.y2, label_radius_pixels);
+    if (place < 0) continue;
+    labels.push_back(frame.probability[place]);
+    is_labelled_mover.push_back(truth.is_mover[i]);
+  }
+  score.label_auc = AreaUnderRoc(labels, is_labelled_mover);
   return score;
+}
+
+std::optional<ChoiceVerdict> JudgeChoice(const FeatureScore& score) {
+  if (!score.residual_auc.has_value() || !score.rejected_auc.has_value()) return std::nullopt;
+  const double gain = *score.residual_auc - *score.rejected_auc;
+  if (gain > kTiedAuc) return ChoiceVerdict::kBetter;
+  return gain < -kTiedAuc ? ChoiceVerdict::kWorse : ChoiceVerdict::kTied;
 }
 
 }  // namespace egosieve::vision

@@ -25,7 +25,8 @@ std::optional<double> AreaUnderRoc(const std::vector<double>& scores,
                                    const std::vector<bool>& is_mover);
 
 struct FeatureScore {
-  std::optional<double> residual_auc;
+  std::optional<double> residual_auc;  // of the motion model that was chosen
+  std::optional<double> rejected_auc;  // of the one that was not, at the same places
   std::optional<double> label_auc;
   int64_t scored_count = 0;
   int64_t mover_count = 0;
@@ -53,9 +54,20 @@ struct TrackPairs {
 // The tracks that are seen in both frames.
 TrackPairs PairsOfTracks(const std::vector<LabelledTrack>& tracks, int64_t first, int64_t second);
 
-// The motion model's residuals at the tracks rather than at the features; no label_auc.
+// The motion model's residuals at the tracks rather than at the features. A track's label is that
+// of the nearest labelled place, where one is within `label_radius_pixels`; others do not count in
+// label_auc.
 FeatureScore ScoreAgainstTracks(const LabelledFrame& frame,
-                                const std::vector<LabelledTrack>& tracks);
+                                const std::vector<LabelledTrack>& tracks,
+                                double label_radius_pixels = 10.0);
+
+// Whether the motion model that was chosen tells movers from the rest as well as the rejected one,
+// by the truth. Differences in AUC up to kTiedAuc are of no weight and are counted apart.
+enum class ChoiceVerdict { kBetter, kTied, kWorse };
+inline constexpr double kTiedAuc = 0.01;
+
+// Nothing where there was no choice or the truth has one kind only.
+std::optional<ChoiceVerdict> JudgeChoice(const FeatureScore& score);
 
 }  // namespace egosieve::vision
 

@@ -10,16 +10,17 @@
 #include "kernels/base/status_macros.h"
 #include "vision/geometry/residual.h"
 #include "vision/geometry/sampling.h"
+#include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/gap_choice.h"
 #include "vision/labelling/label_rule.h"
+#include "vision/labelling/labeller_state.h"
 #include "vision/labelling/pair_builder.h"
 #include "vision/labelling/stopwatch.h"
 
 namespace egosieve::vision {
 namespace {
 
-constexpr double kStateVersion = 1.0;
-constexpr size_t kStateSize = 3;
 constexpr uint64_t kGeometryStep = 1;
 // Matches among features that look alike by chance come to a few in a hundred; pictures of one
 // scene share more.
@@ -50,28 +51,54 @@ bool IsInside(double x, double y, cv::Size size) {
 
 class FrameLabeller::Implementation {
  public:
-  explicit Implementation(const FrameLabellerOptions& options) : options_(options) {}
+  Implementation(const FrameLabellerOptions& options, EvidenceLabeller evidence)
+      : options_(options),
+        gathers_(!options.evidence.IsEpipolarAlone()),
+        evidence_(std::move(evidence)) {}
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
   absl::StatusOr<LabelledFrame> Label(std::shared_ptr<const ExtractedFrame> frame);
   absl::Status Push(std::shared_ptr<const ExtractedFrame> frame);
 
-  std::vector<double> state() const {
-    return {kStateVersion, mixture_.noise_pixels, mixture_.dynamic_share};
-  }
-  absl::Status Restore(const std::vector<double>& state);
+  std::string state() const;
+  absl::Status Restore(absl::string_view state);
   const FrameLabellerOptions& options() const { return options_; }
 
  private:
   absl::Status CheckOrder(const ExtractedFrame& frame) const;
+  // Frames between the two of the pair that ends in the current one; `before`: how many there are.
+  int Gap(int before) const {
+    return options_.frame_gap > 0 ? options_.frame_gap : std::min(gap_.gap, before);
+  }
+  const ExtractedFrame* InHistory(int64_t index) const {
+    for (const auto& frame : history_) {
+      if (frame->frame.index == index) return frame.get();
+    }
+    return nullptr;
+  }
   absl::Status LabelPair(const ExtractedFrame& first, const ExtractedFrame& second,
                          LabelledFrame& result);
   void GiveLabels(const ExtractedFrame& labelled, const std::vector<PointPair>& pairs,
                   const MotionModel& model, LabelledFrame& result);
+  // The same with evidence along tracks; `before` is the frame before.
+  absl::Status LabelTracks(const ExtractedFrame& before, const ExtractedFrame& frame,
+                           LabelledFrame& result);
+  void GiveFusedLabels(const ExtractedFrame& frame, const std::vector<TrackedPoint>& points,
+                       const MotionModel& model, const EvidenceResult& evidence,
+                       LabelledFrame& result) const;
+  // Whether there is enough to go on; else the outcome is set.
+  bool IsEnough(const FramePairs& pairs, LabelledFrame& result) const;
+  absl::StatusOr<MotionModel> FindMotion(const std::vector<PointPair>& pairs, int64_t frame_index,
+                                         LabelledFrame& result) const;
+  void ObserveGap(const MotionModel& model, int gap);
 
   const FrameLabellerOptions options_;
+  const bool gathers_;  // evidence beyond the epipolar distance
   std::deque<std::shared_ptr<const ExtractedFrame>> history_;  // at most frame_gap, oldest first
   MixtureState mixture_;
+  GapState gap_;
+  // Its last picture is that of the history's last frame. Not used where !gathers_.
+  EvidenceLabeller evidence_;
 };
 
 absl::StatusOr<std::shared_ptr<const ExtractedFrame>> FrameLabeller::Implementation::Extract(
@@ -108,19 +135,28 @@ absl::Status FrameLabeller::Implementation::CheckOrder(const ExtractedFrame& fra
 absl::Status FrameLabeller::Implementation::Push(std::shared_ptr<const ExtractedFrame> frame) {
   EGOSIEVE_RETURN_IF_ERROR(CheckOrder(*frame));
   if (!history_.empty() && history_.back()->grey.size() != frame->grey.size()) history_.clear();
+  // Not so for a frame that was labelled, or that the restored state knows.
+  if (gathers_ && evidence_.last_frame_index() < frame->frame.index) {
+    evidence_.Begin(frame->frame.index);
+  }
   history_.push_back(std::move(frame));
-  while (static_cast<int>(history_.size()) > options_.frame_gap) history_.pop_front();
+  while (static_cast<int>(history_.size()) > options_.HistoryFrames()) history_.pop_front();
   return absl::OkStatus();
 }
 
-absl::Status FrameLabeller::Implementation::Restore(const std::vector<double>& state) {
-  const bool valid = state.size() == kStateSize && state[0] == kStateVersion && state[1] >= 0 &&
-                     std::isfinite(state[1]) && state[2] >= 0 && state[2] <= 1;
-  if (!valid) {
-    return absl::InvalidArgumentError(absl::StrCat("the labeller's state (", state.size(),
-                                                   " numbers) is not one of this version"));
-  }
-  mixture_ = {state[1], state[2]};
+std::string FrameLabeller::Implementation::state() const {
+  LabellerState state;
+  state.mixture = mixture_;
+  state.gap = gap_;
+  state.evidence = evidence_.state();
+  return ToBytes(state);
+}
+
+absl::Status FrameLabeller::Implementation::Restore(absl::string_view bytes) {
+  EGOSIEVE_ASSIGN_OR_RETURN(LabellerState state, FromBytes(bytes));
+  EGOSIEVE_RETURN_IF_ERROR(evidence_.Restore(std::move(state.evidence)));
+  mixture_ = state.mixture;
+  gap_ = state.gap;
   history_.clear();
   return absl::OkStatus();
 }
@@ -139,24 +175,24 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
                absl::StrCat("the frame is ", now.width, "x", now.height, ", those before it ",
                             before.width, "x", before.height),
                result);
-  } else if (static_cast<int>(history_.size()) < options_.frame_gap) {
+  } else if (history_.empty() ||
+             (!gathers_ && static_cast<int>(history_.size()) < options_.frame_gap)) {
     SetOutcome(LabelOutcome::kNoPair,
                absl::StrCat("no frame ", options_.frame_gap, " before this one"), result);
   } else if (SamePixels(history_.back()->frame.image, frame->frame.image)) {
     SetOutcome(LabelOutcome::kDuplicateFrame, "the same picture as the frame before", result);
+    if (gathers_) evidence_.Repeat(frame->frame.index);
+  } else if (gathers_) {
+    EGOSIEVE_RETURN_IF_ERROR(LabelTracks(*history_.back(), *frame, result));
   } else {
-    EGOSIEVE_RETURN_IF_ERROR(LabelPair(*history_.front(), *frame, result));
+    EGOSIEVE_RETURN_IF_ERROR(LabelPair(
+        *history_[history_.size() - Gap(static_cast<int>(history_.size()))], *frame, result));
   }
   EGOSIEVE_RETURN_IF_ERROR(Push(std::move(frame)));
   return result;
 }
 
-absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& first,
-                                                      const ExtractedFrame& second,
-                                                      LabelledFrame& result) {
-  result.first_index = first.frame.index;
-  result.second_index = second.frame.index;
-  EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs, BuildPairs(first, second, options_));
+bool FrameLabeller::Implementation::IsEnough(const FramePairs& pairs, LabelledFrame& result) const {
   result.feature_count = pairs.feature_count;
   result.match_count = static_cast<int64_t>(pairs.labelled.size());
   result.times.features_milliseconds = pairs.features_milliseconds;
@@ -164,7 +200,7 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
   if (result.feature_count < options_.minimum_matches) {
     SetOutcome(LabelOutcome::kTooFewFeatures,
                absl::StrCat("only ", result.feature_count, " features: no texture"), result);
-    return absl::OkStatus();
+    return false;
   }
   const double share =
       static_cast<double>(pairs.match_count) / static_cast<double>(result.feature_count);
@@ -173,27 +209,110 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
                absl::StrCat("only ", pairs.match_count, " of ", result.feature_count,
                             " features have a match"),
                result);
-    return absl::OkStatus();
+    return false;
   }
+  return true;
+}
+
+absl::StatusOr<MotionModel> FrameLabeller::Implementation::FindMotion(
+    const std::vector<PointPair>& pairs, int64_t frame_index, LabelledFrame& result) const {
   Stopwatch watch;
   MotionModelOptions motion;
   motion.choice = options_.motion_model;
-  motion.seed = MixSeed(options_.seed, static_cast<uint64_t>(second.frame.index), kGeometryStep);
-  EGOSIEVE_ASSIGN_OR_RETURN(const MotionModel model, EstimateMotionModel(pairs.geometry, motion));
+  motion.seed = MixSeed(options_.seed, static_cast<uint64_t>(frame_index), kGeometryStep);
+  EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, EstimateMotionModel(pairs, motion));
   result.times.geometry_milliseconds = watch.LapMilliseconds();
   result.motion_model = model.kind;
   result.motion_matrix = ToMatx(model.matrix);
+  result.rejected_model = model.rejected_kind;
+  result.rejected_matrix = ToMatx(model.rejected_matrix);
   result.motion_trusted = model.trusted;
   result.parallax_pixels = model.parallax_pixels;
   result.inlier_count = model.inlier_count;
-  if (!model.trusted) {
-    SetOutcome(LabelOutcome::kUntrustedMotion, model.reason, result);
-    return absl::OkStatus();
-  }
+  if (!model.trusted) SetOutcome(LabelOutcome::kUntrustedMotion, model.reason, result);
+  return model;
+}
+
+void FrameLabeller::Implementation::ObserveGap(const MotionModel& model, int gap) {
+  if (options_.frame_gap > 0 || !model.trusted) return;
+  ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap, gap_);
+}
+
+absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& first,
+                                                      const ExtractedFrame& second,
+                                                      LabelledFrame& result) {
+  result.first_index = first.frame.index;
+  result.second_index = second.frame.index;
+  EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs, BuildPairs(first, second, options_));
+  if (!IsEnough(pairs, result)) return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(const MotionModel model,
+                            FindMotion(pairs.geometry, second.frame.index, result));
+  ObserveGap(model, Gap(static_cast<int>(history_.size())));
+  if (!model.trusted) return absl::OkStatus();
+  Stopwatch watch;
   const bool on_first = options_.labelled_side == LabelledSide::kFirstFrame;
   GiveLabels(on_first ? first : second, pairs.labelled, model, result);
   result.times.labelling_milliseconds = watch.LapMilliseconds();
   return absl::OkStatus();
+}
+
+absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& before,
+                                                        const ExtractedFrame& frame,
+                                                        LabelledFrame& result) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs, BuildPairs(before, frame, options_));
+  if (!IsEnough(pairs, result)) {
+    evidence_.Begin(frame.frame.index);
+    return absl::OkStatus();
+  }
+  EGOSIEVE_RETURN_IF_ERROR(evidence_.Advance(before, frame, pairs));
+  const int gap = Gap(evidence_.PicturesBefore());
+  if (evidence_.PicturesBefore() < gap) {
+    SetOutcome(LabelOutcome::kNoPair, absl::StrCat("no frame ", gap, " before this one"), result);
+    return absl::OkStatus();
+  }
+  result.first_index = evidence_.FrameIndexBefore(gap);
+  result.second_index = frame.frame.index;
+  const std::vector<TrackedPoint> points = evidence_.Points(gap);
+  std::vector<PointPair> geometry;
+  for (const TrackedPoint& point : points) {
+    const cv::Point2f a = point.evidence.before, b = point.evidence.now;
+    if (point.is_textured) geometry.push_back({a.x, a.y, b.x, b.y});
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, FindMotion(geometry, frame.frame.index, result));
+  ObserveGap(model, gap);
+  Stopwatch watch;
+  if (!model.trusted) model.kind = MotionModelKind::kNone;
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const EvidenceResult evidence,
+      evidence_.Judge(InHistory(result.first_index), frame, gap, model, points));
+  if (model.trusted) GiveFusedLabels(frame, points, model, evidence, result);
+  result.times.labelling_milliseconds = watch.LapMilliseconds();
+  return absl::OkStatus();
+}
+
+void FrameLabeller::Implementation::GiveFusedLabels(const ExtractedFrame& frame,
+                                                    const std::vector<TrackedPoint>& points,
+                                                    const MotionModel& model,
+                                                    const EvidenceResult& evidence,
+                                                    LabelledFrame& result) const {
+  result.noise_pixels = evidence.noise_pixels;
+  result.own_car = OwnCarAreas(evidence_.own_car(), frame.grey.size());
+  for (size_t i = 0; i < points.size(); ++i) {
+    const PointEvidence& point = evidence.points[i];
+    const cv::Point2f now = points[i].evidence.now, then = points[i].evidence.before;
+    if (!point.judged || point.own_car || !IsInside(now.x, now.y, frame.grey.size())) {
+      ++result.discarded_count;
+      continue;
+    }
+    const PointPair pair{then.x, then.y, now.x, now.y};
+    result.positions.insert(result.positions.end(), {now.x, now.y});
+    result.other_positions.insert(result.other_positions.end(), {then.x, then.y});
+    result.probability.push_back(point.probability);
+    result.residual_pixels.push_back(
+        Residuals(model.kind, model.matrix, {pair}, EpipolarDistance::kSampson)[0]);
+    result.decided_by.push_back(point.decided_by);
+  }
+  result.outcome = LabelOutcome::kLabelled;
 }
 
 void FrameLabeller::Implementation::GiveLabels(const ExtractedFrame& labelled,
@@ -244,6 +363,7 @@ void FrameLabeller::Implementation::GiveLabels(const ExtractedFrame& labelled,
                                   {on_first ? p.x2 : p.x1, on_first ? p.y2 : p.y1});
     result.probability.push_back(probability[i]);
     result.residual_pixels.push_back(residuals[i]);
+    result.decided_by.push_back(EvidenceTerm::kEpipolar);
   }
   result.outcome = LabelOutcome::kLabelled;
 }
@@ -255,8 +375,9 @@ FrameLabeller::~FrameLabeller() = default;
 absl::StatusOr<std::unique_ptr<FrameLabeller>> FrameLabeller::Create(
     const FrameLabellerOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  EGOSIEVE_ASSIGN_OR_RETURN(EvidenceLabeller evidence, EvidenceLabeller::Create(options));
   return std::unique_ptr<FrameLabeller>(
-      new FrameLabeller(std::make_unique<Implementation>(options)));
+      new FrameLabeller(std::make_unique<Implementation>(options, std::move(evidence))));
 }
 
 absl::StatusOr<LabelledFrame> FrameLabeller::Process(const Frame& frame) {
@@ -278,9 +399,9 @@ absl::Status FrameLabeller::Prime(const Frame& frame) {
   return implementation_->Push(std::move(extracted));
 }
 
-std::vector<double> FrameLabeller::state() const { return implementation_->state(); }
+std::string FrameLabeller::state() const { return implementation_->state(); }
 
-absl::Status FrameLabeller::Restore(const std::vector<double>& state) {
+absl::Status FrameLabeller::Restore(absl::string_view state) {
   return implementation_->Restore(state);
 }
 

@@ -22,13 +22,16 @@
 
 #include <cstdint>
 #include <memory>
-#include <vector>
+#include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "vision/features/flow_grid.h"
 #include "vision/frame/equalization.h"
 #include "vision/frame/frame.h"
 #include "vision/geometry/motion_model.h"
+#include "vision/labelling/evidence_terms.h"
 #include "vision/labelling/labelled_frame.h"
 
 namespace egosieve::vision {
@@ -51,15 +54,18 @@ enum class LabelledSide { kFirstFrame, kCurrentFrame };
 struct FrameLabellerOptions {
   FeatureSource features = FeatureSource::kAuto;
   MotionModelChoice motion_model = MotionModelChoice::kAuto;
-  LabelRule label_rule = LabelRule::kScaledMedian;
+  LabelRule label_rule = LabelRule::kScaledMedian;  // read where `evidence` is epipolar alone
+  EvidenceTerms evidence;                           // needs LabelledSide::kCurrentFrame else
   LabelledSide labelled_side = LabelledSide::kCurrentFrame;
   EqualizationOptions equalization;
 
-  int frame_gap = 1;                 // frames between the two of a pair; 1 to 100
-  int feature_count = 0;             // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area
-  double match_ratio = 0.8;          // nearest to second-nearest descriptor distance; (0, 1]
-  bool drop_lone_matches = true;     // features that move like none near them are false matches
-  int flow_stride_pixels = 5;        // of the flow grid; 1 to 100
+  int frame_gap = 1;              // frames between the two of a pair; 1 to 100; 0: auto
+  int feature_count = 0;          // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area
+  double match_ratio = 0.8;       // nearest to second-nearest descriptor distance; (0, 1]
+  bool drop_lone_matches = true;  // features that move like none near them are false matches
+  int flow_stride_pixels = 5;     // of the flow grid; 1 to 100
+  // kFast loses what is small and quick: cars that cross 30 m away.
+  FlowQuality flow_quality = FlowQuality::kMedium;
   double paper_distance_pixels = 3;  // kScaledDistance: the furthest plausible distance; positive
   double median_multiple = 6;        // kScaledMedian; positive
   double noise_floor_pixels = 0.2;   // kScaledMedian, kMixture; positive
@@ -70,6 +76,10 @@ struct FrameLabellerOptions {
 
   // Faithful to the paper: SIFT and corners, fundamental matrix, scaled distance, first frame.
   static FrameLabellerOptions Paper();
+
+  // The frames before the current one that Prime needs; with auto, those of the longest gap.
+  int HistoryFrames() const { return frame_gap > 0 ? frame_gap : kLongestAutoGap; }
+  static constexpr int kLongestAutoGap = 5;
 
   // InvalidArgument, naming field, value and rule.
   absl::Status Validate() const;
@@ -94,10 +104,10 @@ class FrameLabeller {
   absl::Status Prime(const Frame& frame);
 
   // What is carried from frame to frame beside the frames themselves.
-  std::vector<double> state() const;
-  // Sets it and empties the history. InvalidArgument for numbers that are no state() of this
-  // version.
-  absl::Status Restore(const std::vector<double>& state);
+  // Bytes, equal for equal states (labeller_state.h).
+  std::string state() const;
+  // Sets it and empties the history. InvalidArgument for bytes that are no state() of this version.
+  absl::Status Restore(absl::string_view state);
 
   const FrameLabellerOptions& options() const;
 

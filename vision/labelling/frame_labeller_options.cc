@@ -11,6 +11,7 @@ FrameLabellerOptions FrameLabellerOptions::Paper() {
   options.features = FeatureSource::kSiftCorners;
   options.motion_model = MotionModelChoice::kFundamental;
   options.label_rule = LabelRule::kScaledDistance;
+  options.evidence = EvidenceTerms::EpipolarAlone();
   options.labelled_side = LabelledSide::kFirstFrame;
   options.equalization.method = Equalization::kGlobal;
   options.drop_lone_matches = false;
@@ -26,8 +27,16 @@ absl::Status FrameLabellerOptions::Validate() const {
                                              : error(name, " is ", value, "; it must be positive");
   };
   EGOSIEVE_RETURN_IF_ERROR(equalization.Validate());
-  if (frame_gap < 1 || frame_gap > 100) {
-    return error("frame_gap is ", frame_gap, "; it must be from 1 to 100");
+  if (frame_gap < 0 || frame_gap > 100) {
+    return error("frame_gap is ", frame_gap, "; it must be from 1 to 100, or 0 for auto");
+  }
+  if (!evidence.IsEnough()) {
+    return error(
+        "evidence names nothing that tells what moves; it needs epipolar, negative_depth "
+        "or three_view");
+  }
+  if (!evidence.IsEpipolarAlone() && labelled_side != LabelledSide::kCurrentFrame) {
+    return error("evidence beyond epipolar needs labelled_side to be the current frame");
   }
   if (feature_count < 0)
     return error("feature_count is ", feature_count, "; it must not be negative");

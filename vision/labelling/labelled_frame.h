@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernels/base/matrix_view.h"
+#include "vision/evidence/fusion.h"
 #include "vision/frame/frame.h"
 #include "vision/geometry/motion_model_kind.h"
 
@@ -48,9 +49,16 @@ struct LabelledFrame {
   std::vector<double> other_positions;  // N x 2, in the pair's other frame
   std::vector<double> probability;      // N, of being dynamic, in [0, 1]
   std::vector<double> residual_pixels;  // N, distance to what the motion model allows
+  // N, the evidence that weighs most in the direction of the probability.
+  std::vector<EvidenceTerm> decided_by;
+  // Parts of the image that stand still while the world moves, in pixels of `labelled`; no place is
+  // in them.
+  std::vector<cv::Rect> own_car;
 
   MotionModelKind motion_model = MotionModelKind::kNone;
   cv::Matx33d motion_matrix = cv::Matx33d::eye();  // H or F, first frame to second, in pixels
+  MotionModelKind rejected_model = MotionModelKind::kNone;  // the best that was not chosen
+  cv::Matx33d rejected_matrix = cv::Matx33d::eye();
   double parallax_pixels = 0.0;  // median of what a homography leaves; 0 where none was tried
   bool motion_trusted = false;
   int64_t feature_count = 0;    // of the frame handed in: key points, corners, textured grid points

@@ -1,11 +1,11 @@
 #include "vision/labelling/pair_builder.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "kernels/base/status_macros.h"
 #include "vision/features/flow_grid.h"
 #include "vision/labelling/stopwatch.h"
-#include "vision/matching/feature_matcher.h"
 #include "vision/matching/neighbour_agreement.h"
 
 namespace egosieve::vision {
@@ -38,6 +38,7 @@ absl::Status AddFeatureMatches(const ExtractedFrame& first, const ExtractedFrame
     if (options.drop_lone_matches && agrees[i] == 0) continue;
     pairs.labelled.push_back(matched[i]);
     pairs.geometry.push_back(matched[i]);
+    pairs.matches.push_back(matches[i]);
   }
   pairs.feature_count += b.size();
   pairs.match_count += static_cast<int64_t>(matches.size());
@@ -53,14 +54,17 @@ absl::StatusOr<double> AddFlowGrid(const ExtractedFrame& first, const ExtractedF
   if (image.cols < kMinimumFlowSide || image.rows < kMinimumFlowSide) return 0.0;
   FlowGridOptions grid;
   grid.stride_pixels = options.flow_stride_pixels;
+  grid.quality = options.flow_quality;
   EGOSIEVE_ASSIGN_OR_RETURN(const FlowPair flow,
                             ComputeFlow(first.grey, second.grey, grid.quality));
-  const TrackedGrid tracked = TrackGrid(flow, first.grey, second.grey,
-                                        options.labelled_side == LabelledSide::kCurrentFrame, grid);
+  TrackedGrid tracked = TrackGrid(flow, first.grey, second.grey,
+                                  options.labelled_side == LabelledSide::kCurrentFrame, grid);
   pairs.labelled.insert(pairs.labelled.end(), tracked.pairs.begin(), tracked.pairs.end());
   for (size_t i = 0; i < tracked.pairs.size(); ++i) {
     if (tracked.is_textured[i] != 0) pairs.geometry.push_back(tracked.pairs[i]);
   }
+  pairs.links = std::move(tracked.pairs);
+  pairs.link_is_textured = std::move(tracked.is_textured);
   pairs.feature_count += tracked.textured_count;
   pairs.match_count += tracked.agreeing_count;
   pairs.matching_milliseconds += watch.LapMilliseconds();

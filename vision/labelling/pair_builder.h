@@ -9,14 +9,20 @@
 #include "vision/geometry/point_pair.h"
 #include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/frame_labeller.h"
+#include "vision/matching/feature_matcher.h"
 
 namespace egosieve::vision {
 
 struct FramePairs {
   std::vector<PointPair> labelled;  // to be given labels
   std::vector<PointPair> geometry;  // to estimate the motion from
-  int64_t feature_count = 0;        // features and textured grid points of the second frame
-  int64_t match_count = 0;          // of these, those found again in the other frame
+  // The same by source: links end in nodes of the flow grid, row by row; matches are of the frames'
+  // features, those that went into `labelled`.
+  std::vector<PointPair> links;
+  std::vector<uint8_t> link_is_textured;
+  std::vector<Match> matches;
+  int64_t feature_count = 0;  // features and textured grid points of the second frame
+  int64_t match_count = 0;    // of these, those found again in the other frame
   double features_milliseconds = 0.0, matching_milliseconds = 0.0;
 };
 

@@ -2,8 +2,11 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -12,6 +15,7 @@
 namespace egosieve::tools {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
@@ -22,7 +26,9 @@ std::string Root() {
 }
 
 absl::StatusOr<Evaluation> Evaluate(const FakeRun& run, const EvaluateOptions& options = {}) {
-  return EvaluateRun(run.folder, run.masks, options, kGoOn);
+  const absl::StatusOr<RunEvaluation> result = EvaluateRun(run.folder, run.masks, options, kGoOn);
+  if (!result.ok()) return result.status();
+  return result->evaluation;
 }
 
 // p is uniform in 0.6 +- 0.3 inside the disc and in 0.4 +- 0.3 outside: two intervals of width 0.6
@@ -52,7 +58,7 @@ TEST(EvaluateRun, SeparatedScoresHaveAreaOne) {
   EXPECT_EQ(clear->frames.size(), 5u);
   EXPECT_EQ(clear->frames_of_prior, 1);
   EXPECT_EQ(clear->matched_by, "name");
-  const FrameEvaluation& frame = clear->frames[2];
+  const FrameScores& frame = clear->frames[2];
   EXPECT_EQ(frame.index, 3);
   EXPECT_EQ(frame.dynamic_pixels + frame.static_pixels, 65 * 49);
   // A disc of radius 48 on a grid of 5 pixels; its border is as long as 60 grid cells.
@@ -77,7 +83,7 @@ TEST(EvaluateRun, VoidPixelsCountForNothing) {
   cv::imwrite(run.masks + "/000002.png", mask);
   const absl::StatusOr<Evaluation> evaluation = Evaluate(run);
   ASSERT_TRUE(evaluation.ok());
-  const FrameEvaluation& frame = evaluation->frames[1];
+  const FrameScores& frame = evaluation->frames[1];
   EXPECT_EQ(frame.static_pixels, 0);
   EXPECT_EQ(frame.void_pixels + frame.dynamic_pixels, 20 * 14);
   EXPECT_FALSE(frame.auc.has_value());
@@ -125,8 +131,10 @@ TEST(EvaluateRun, MasksMatchByNameNumberOrOrder) {
 TEST(EvaluateRun, MasksThatDoNotFitAreRefused) {
   const FakeRun run = WriteFakeRun(Root());
   cv::imwrite(run.masks + "/000002.png", cv::Mat1b(10, 10, uint8_t{0}));
+  EXPECT_EQ(Evaluate(run).status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(Evaluate(run).status().message()),
-              HasSubstr("000002.png has 10 x 10 pixels, its frame 96 x 64"));
+              AllOf(HasSubstr("1 of 5 masks do not fit"),
+                    HasSubstr("000002.png has 10 x 10 pixels, its frame 96 x 64")));
   EXPECT_EQ(EvaluateRun(run.folder, "/nowhere", {}, kGoOn).status().code(),
             absl::StatusCode::kNotFound);
   EXPECT_EQ(EvaluateRun(run.folder, run.folder.path(), {}, kGoOn).status().code(),
@@ -135,6 +143,105 @@ TEST(EvaluateRun, MasksThatDoNotFitAreRefused) {
   options.pixels = ScoredPixels::kFull;
   EXPECT_THAT(std::string(Evaluate(run, options).status().message()),
               HasSubstr("egosieve reconstruct"));
+}
+
+TEST(EvaluateRun, MasksForHalfTheFramesAreCounted) {
+  const FakeRun run = WriteFakeRun(Root());
+  for (int i : {1, 3, 5}) std::filesystem::remove(run.masks + absl::StrFormat("/%06d.png", i));
+  const absl::StatusOr<Evaluation> evaluation = Evaluate(run);
+  ASSERT_TRUE(evaluation.ok()) << evaluation.status();
+  EXPECT_EQ(evaluation->frames.size(), 2u);  // 2 and 4; 0 has the prior
+  EXPECT_EQ(evaluation->frames_without_mask, 3);
+  EXPECT_THAT(ToTable(*evaluation), HasSubstr("left out: 3 frames without a mask"));
+}
+
+TEST(EvaluateRun, TruthOfOneClassHasNoAuc) {
+  const FakeRun run = WriteFakeRun(Root());
+  for (int i = 0; i < 6; ++i) {
+    cv::imwrite(run.masks + absl::StrFormat("/%06d.png", i), cv::Mat1b(64, 96, uint8_t{0}));
+  }
+  const absl::StatusOr<Evaluation> evaluation = Evaluate(run);
+  ASSERT_TRUE(evaluation.ok()) << evaluation.status();
+  EXPECT_FALSE(evaluation->pooled_auc.has_value());
+  EXPECT_FALSE(evaluation->mean_auc.has_value());
+  // Of 20 x 14 grid pixels in each of 5 frames those in the disc, whose p is 0.9, are alarms.
+  EXPECT_GT(evaluation->scores.at("false_positive_rate_without_movers").get<double>(), 0.05);
+  EXPECT_THAT(ToTable(*evaluation), EndsWith("pooled AUC: none, the truth has one class only\n"));
+}
+
+TEST(EvaluateRun, TheTruthOfAnotherDriveIsRefused) {
+  const FakeRun run = WriteFakeRun(Root());
+  const std::string other = Root() + "/other";
+  std::filesystem::create_directories(other + "/frames");
+  std::filesystem::copy(run.masks, other + "/masks");
+  cv::imwrite(other + "/frames/000000.png", cv::Mat3b(64, 96, cv::Vec3b(9, 9, 9)));
+  const absl::StatusOr<RunEvaluation> evaluation =
+      EvaluateRun(run.folder, other + "/masks", {}, kGoOn);
+  EXPECT_EQ(evaluation.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(evaluation.status().message()),
+              AllOf(HasSubstr("which are other frames"), HasSubstr(run.frames)));
+}
+
+// The disc's centre is a mover, the corner stands still; p is 0.9 and 0.2 there, give or take 0.05.
+std::string WriteTracks(const std::string& path, double outside_x) {
+  std::string csv = "track,label,frame,x,y\n";
+  for (int i = 0; i < 6; ++i) {
+    const int radius = 64 / 5;
+    absl::StrAppendFormat(&csv, "0,2,%d,%d,32.5\n", i, radius + (i * 7) % (96 - 2 * radius));
+    absl::StrAppendFormat(&csv, "1,1,%d,94.25,1.5\n2,1,%d,%g,5\n", i, i, outside_x);
+  }
+  std::ofstream(path) << csv;
+  return path;
+}
+
+TEST(EvaluateRun, TracksTakeTheMapBetweenGridPixels) {
+  const FakeRun run = WriteFakeRun(Root());
+  const std::string tracks = WriteTracks(Root() + "/tracks.csv", 96.5);
+  const absl::StatusOr<RunEvaluation> run_evaluation = EvaluateRun(run.folder, tracks, {}, kGoOn);
+  ASSERT_TRUE(run_evaluation.ok()) << run_evaluation.status();
+  const Evaluation& evaluation = run_evaluation->evaluation;
+  EXPECT_EQ(evaluation.truth_kind, "tracks");
+  EXPECT_EQ(evaluation.matched_by, "name");
+  EXPECT_EQ(evaluation.pixels, "interpolated from grid");
+  EXPECT_EQ(evaluation.frames.size(), 5u);
+  EXPECT_EQ(evaluation.points, 18);
+  EXPECT_EQ(evaluation.points_outside, 5);  // frame 0 is not scored: the prior
+  EXPECT_EQ(evaluation.frames[0].static_pixels, 1);
+  EXPECT_EQ(evaluation.frames[0].dynamic_pixels, 1);
+  EXPECT_EQ(evaluation.pooled_auc, 1.0);
+  EXPECT_EQ(evaluation.frames[0].iou, 1.0);
+  EXPECT_FALSE(evaluation.frames[0].boundary_f.has_value());
+  EXPECT_TRUE(evaluation.scores.at("false_objects_per_frame").is_null());
+  EXPECT_THAT(ToTable(evaluation),
+              HasSubstr("left out: 5 of 18 labelled points, outside the image"));
+}
+
+TEST(EvaluateRun, TracksThatNameOtherFramesAreRefusedWithCounts) {
+  const FakeRun run = WriteFakeRun(Root());
+  std::ofstream(Root() + "/tracks.csv") << "track,label,frame,x,y\n0,1,70,1,1\n1,2,71,5,5\n";
+  const absl::StatusOr<RunEvaluation> none =
+      EvaluateRun(run.folder, Root() + "/tracks.csv", {}, kGoOn);
+  EXPECT_EQ(none.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(none.status().message()),
+              AllOf(HasSubstr("6 frames"), HasSubstr("truth for 2 frames")));
+  std::ofstream(Root() + "/tracks.csv") << "track,label,frame,x,y\n0,1,2,500,1\n1,2,2,-5,5\n";
+  const absl::StatusOr<RunEvaluation> outside =
+      EvaluateRun(run.folder, Root() + "/tracks.csv", {}, kGoOn);
+  EXPECT_THAT(std::string(outside.status().message()), HasSubstr("2 points outside the image"));
+}
+
+// On a grid of stride 5 over 12 x 9 pixels the last column lies at 11, one pixel behind 10.
+TEST(InterpolateAt, IsLinearInEachCellAndExactAtGridPixels) {
+  const kernels::ImageGrid grid{12, 9, 5};
+  cv::Mat1f map(grid.rows(), grid.columns());
+  for (int row = 0; row < map.rows; ++row) {
+    for (int column = 0; column < map.cols; ++column) {
+      map(row, column) = static_cast<float>(grid.x_pixels(column) + 100 * grid.y_pixels(row));
+    }
+  }
+  for (const auto& [x, y] : {std::pair{0.0, 0.0}, {11.0, 8.0}, {10.25, 3.5}, {4.75, 7.5}}) {
+    EXPECT_NEAR(InterpolateAt(map, grid, x, y), x + 100 * y, 1e-9) << x << ", " << y;
+  }
 }
 
 TEST(Evaluation, ComesBackFromItsText) {

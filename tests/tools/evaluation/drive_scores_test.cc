@@ -55,6 +55,40 @@ TEST(DriveScoresTest, FramesWithoutMoversHaveAFalsePositiveRateAndNothingElse) {
   EXPECT_TRUE(scores.ToJson().at("at_best_threshold").is_null());
 }
 
+TEST(DriveScoresTest, FiguresOfAFrameAndTheirMeans) {
+  ScoredFrame half = Frame(1);  // the mover's lower half is missed: IoU 1/2, F 2/3
+  half.probability(cv::Rect(10, 15, 10, 5)) = kLow;
+  ScoredFrame none = Frame(2);
+  none.truth.setTo(0);
+  DriveScores scores({});
+  for (const ScoredFrame& frame : {Frame(0), half, none}) ASSERT_TRUE(scores.Add(frame).ok());
+  const FrameScores& middle = scores.frames()[1];
+  EXPECT_EQ(middle.dynamic_pixels, 100);
+  EXPECT_EQ(middle.static_pixels, 2300);
+  EXPECT_EQ(middle.iou, 0.5);
+  EXPECT_NEAR(*middle.f, 2.0 / 3.0, 1e-15);
+  EXPECT_NEAR(*middle.best_iou, 0.5, 1e-15);
+  // Half above all negatives; the rest at a precision of 100 / 2400.
+  EXPECT_NEAR(*middle.average_precision, 0.5 + 0.5 * 100.0 / 2400.0, 1e-15);
+  EXPECT_EQ(scores.Mean(&FrameScores::iou), 0.75);
+  // kLow is 0.076 and kHigh 0.916 of full: at 0.05 everything is called, at 0.95 nothing.
+  const std::vector<double> by_threshold = scores.MeanIouByThreshold();
+  EXPECT_NEAR(by_threshold.front(), 100.0 / 2400.0, 1e-15);
+  EXPECT_EQ(by_threshold[9], 0.75);
+  EXPECT_EQ(by_threshold.back(), 0.0);
+}
+
+TEST(DriveScoresTest, ScatteredPointsHaveNoOutlinesAndNoObjects) {
+  ScoredFrame points = Frame(0);
+  points.scattered = true;
+  DriveScores scores({});
+  ASSERT_TRUE(scores.Add(points).ok());
+  EXPECT_EQ(scores.frames()[0].iou, 1.0);
+  EXPECT_FALSE(scores.frames()[0].boundary_f.has_value());
+  EXPECT_TRUE(scores.recall().empty());
+  EXPECT_FALSE(scores.FalseObjectsPerFrame().has_value());
+}
+
 TEST(DriveScoresTest, NoFigureFromNothing) {
   const nlohmann::ordered_json json = DriveScores({}).ToJson();
   EXPECT_TRUE(json.at("pooled_auc").is_null());

@@ -188,7 +188,7 @@ TEST(FrameLabeller, ResumesWithTheSameBytes) {
     options.frame_gap = 2;
     auto whole = MakeLabeller(options);
     std::vector<LabelledFrame> reference;
-    std::vector<std::vector<double>> states;
+    std::vector<std::string> states;
     for (int64_t t = 0; t < 7; ++t) {
       reference.push_back(*whole->Process(Scene(t)));
       states.push_back(whole->state());
@@ -237,8 +237,10 @@ TEST(FrameLabeller, ErrorsLeaveTheStateAsItWas) {
   EXPECT_FALSE(labeller->Process(FrameOf(2, cv::Mat())).ok());
   EXPECT_FALSE(labeller->Process(FrameOf(2, cv::Mat(20, 20, CV_16UC3))).ok());
   EXPECT_FALSE(labeller->Label(nullptr).ok());
-  EXPECT_FALSE(labeller->Restore({1.0}).ok());
-  EXPECT_FALSE(labeller->Restore({1.0, NAN, 0.0}).ok());
+  const std::string state = labeller->state();
+  EXPECT_FALSE(labeller->Restore("").ok());
+  EXPECT_FALSE(labeller->Restore(state + " ").ok());
+  EXPECT_FALSE(labeller->Restore(absl::string_view(state).substr(0, state.size() - 1)).ok());
   ExpectSame(*labeller->Process(Scene(2)), *other->Process(Scene(2)));
 }
 
@@ -374,7 +376,7 @@ TEST(FrameLabellerOptions, NonsenseIsRefusedByName) {
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << field;
     EXPECT_NE(std::string(status.message()).find(field), std::string::npos) << status;
   };
-  refused([](auto& o) { o.frame_gap = 0; }, "frame_gap");
+  refused([](auto& o) { o.frame_gap = -1; }, "frame_gap");
   refused([](auto& o) { o.feature_count = -1; }, "feature_count");
   refused([](auto& o) { o.match_ratio = NAN; }, "match_ratio");
   refused([](auto& o) { o.flow_stride_pixels = 0; }, "flow_stride_pixels");

@@ -1,0 +1,23 @@
+// Scores of several sequences as a table for people and as JSON for programs.
+#ifndef EGOSIEVE_TOOLS_EVALUATE_FEATURES_FEATURE_REPORT_H_
+#define EGOSIEVE_TOOLS_EVALUATE_FEATURES_FEATURE_REPORT_H_
+
+#include <string>
+#include <vector>
+
+#include "tools/evaluate_features/evaluate_features.h"
+
+namespace egosieve::tools {
+
+// A line a sequence, a line for all (means over sequences, counts summed), and the rule by which
+// the choice of motion model was judged. An AUC that does not exist is "-".
+std::string ToTable(const std::vector<SequenceScore>& scores);
+
+// {"sequences": [{"name", "residual_auc", ..., "frames": [...]}], "all": {...}}; null for an AUC
+// that does not exist.
+std::string ToJson(const std::vector<SequenceScore>& scores,
+                   const EvaluateFeaturesOptions& options);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_EVALUATE_FEATURES_FEATURE_REPORT_H_

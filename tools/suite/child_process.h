@@ -1,0 +1,31 @@
+// A program in a process of its own: what it crashes takes nothing else down.
+#ifndef EGOSIEVE_TOOLS_SUITE_CHILD_PROCESS_H_
+#define EGOSIEVE_TOOLS_SUITE_CHILD_PROCESS_H_
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace egosieve::tools {
+
+struct ChildCommand {
+  std::vector<std::string> arguments;              // the program's path first
+  std::map<std::string, std::string> environment;  // beside this process's own
+  std::string log_path;                            // both its outputs
+};
+
+// The exit code, or 128 + the signal that ended it. While it runs, `stop_requested` is asked
+// several times a second; once true, the child gets SIGINT and is waited for. Errors: Unavailable
+// where it cannot be started, with the system's reason.
+absl::StatusOr<int> RunChild(const ChildCommand& command,
+                             const std::function<bool()>& stop_requested);
+
+// The path of the program that is running.
+absl::StatusOr<std::string> OwnProgram();
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_SUITE_CHILD_PROCESS_H_

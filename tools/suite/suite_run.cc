@@ -1,0 +1,135 @@
+#include "tools/suite/suite_run.h"
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/exit_code.h"
+#include "tools/run_folder/atomic_file.h"
+#include "tools/suite/child_process.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The last line of a log that says something.
+std::string LastLine(const std::string& path) {
+  const absl::StatusOr<std::string> text = ReadFile(path);
+  if (!text.ok()) return "";
+  std::string last;
+  for (absl::string_view line : absl::StrSplit(*text, '\n', absl::SkipWhitespace())) {
+    last = std::string(line);
+  }
+  return last;
+}
+
+absl::Status Segment(const Sequence& sequence, const std::string& profile, const std::string& run,
+                     const SuiteOptions& options, const std::function<bool()>& stop_requested) {
+  const int threads = std::max(1, options.cores / options.jobs);
+  ChildCommand command;
+  command.arguments = {options.program,
+                       "segment",
+                       sequence.frames,
+                       absl::StrCat("--out=", run),
+                       absl::StrCat("--profile=", profile),
+                       "--resume",
+                       "--progress=none",
+                       absl::StrCat("--threads=", threads)};
+  if (options.max_frames > 0) {
+    command.arguments.push_back(absl::StrCat("--max_frames=", options.max_frames));
+  }
+  command.arguments.insert(command.arguments.end(), options.segment_flags.begin(),
+                           options.segment_flags.end());
+  command.environment["POCL_MAX_PTHREAD_COUNT"] = absl::StrCat(threads);
+  command.log_path = run + ".log";
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(fs::path(run).parent_path().string()));
+  EGOSIEVE_ASSIGN_OR_RETURN(const int code, RunChild(command, stop_requested));
+  if (stop_requested()) return absl::CancelledError("interrupted");
+  // Some frames that cannot be read are no reason not to score the others.
+  if (code == static_cast<int>(ExitCode::kDone) ||
+      code == static_cast<int>(ExitCode::kFramesFailed)) {
+    return absl::OkStatus();
+  }
+  return absl::InternalError(absl::StrFormat("segmenting ended with code %d: %s; see %s", code,
+                                             LastLine(command.log_path), command.log_path));
+}
+
+absl::Status RunSequence(const SuiteOptions& options, const std::function<bool()>& stop_requested,
+                         SequenceResult& result) {
+  const std::string path =
+      (fs::path(options.out) / "runs" / result.profile / result.sequence.name).string();
+  EGOSIEVE_RETURN_IF_ERROR(Segment(result.sequence, result.profile, path, options, stop_requested));
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(path));
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
+  result.frames = description.frames_answered;
+  if (result.frames > 0) {
+    result.seconds_per_frame = description.seconds / static_cast<double>(result.frames);
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(RunEvaluation run,
+                            EvaluateRun(folder, result.sequence.truth, options.evaluate,
+                                        [&] { return !stop_requested(); }));
+  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.json"), ToText(run.evaluation)));
+  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.csv"), ToCsv(run.evaluation)));
+  result.run = std::move(run);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status SuiteOptions::Validate() const {
+  if (program.empty() || out.empty()) {
+    return absl::InvalidArgumentError("a suite needs a program and a folder to write");
+  }
+  if (profiles.empty()) {
+    return absl::InvalidArgumentError("no profile; give one at least, as in --profiles=default");
+  }
+  if (jobs < 1 || jobs > 256 || cores < 1) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "jobs = %d, cores = %d; they must be from 1 to 256, and at least 1", jobs, cores));
+  }
+  return evaluate.scores.Validate();
+}
+
+absl::StatusOr<std::vector<SequenceResult>> RunSuite(const SequenceList& list,
+                                                     const SuiteOptions& options,
+                                                     const std::function<bool()>& stop_requested,
+                                                     const std::function<void()>& after_sequence) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  std::vector<SequenceResult> results;
+  for (const Sequence& sequence : list.sequences) {
+    for (const std::string& profile : options.profiles) {
+      SequenceResult result;
+      result.sequence = sequence;
+      result.profile = profile;
+      results.push_back(std::move(result));
+    }
+  }
+  std::atomic<size_t> next = 0;
+  std::mutex mutex;
+  const auto work = [&] {
+    for (size_t i = next++; i < results.size() && !stop_requested(); i = next++) {
+      results[i].status = RunSequence(options, stop_requested, results[i]);
+      const std::lock_guard lock(mutex);
+      after_sequence();
+    }
+  };
+  std::vector<std::thread> threads;
+  for (int job = 0; job < options.jobs; ++job) threads.emplace_back(work);
+  for (std::thread& thread : threads) thread.join();
+  if (stop_requested()) {
+    return absl::CancelledError(
+        absl::StrCat("interrupted; the runs in ", options.out, " go on where they are"));
+  }
+  return results;
+}
+
+}  // namespace egosieve::tools

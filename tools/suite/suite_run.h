@@ -1,0 +1,57 @@
+// Many sequences under several profiles: each is segmented where no run of it is there yet, then
+// evaluated.
+//
+//   out/runs/PROFILE/NAME       the run folder; one that is there goes on or is taken as it is
+//   out/runs/PROFILE/NAME.log   what segmenting printed
+//
+// `jobs` sequences at a time, each segmented by a process of its own with its share of the cores:
+// one that crashes fails alone. The results' order does not depend on how long each took.
+#ifndef EGOSIEVE_TOOLS_SUITE_SUITE_RUN_H_
+#define EGOSIEVE_TOOLS_SUITE_SUITE_RUN_H_
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "tools/evaluate/evaluate_run.h"
+#include "tools/suite/sequences.h"
+
+namespace egosieve::tools {
+
+struct SuiteOptions {
+  std::string program;  // that has the command `segment`
+  std::string out;      // the folder that is written
+  std::vector<std::string> profiles = {"paper", "default"};
+  std::vector<std::string> segment_flags;  // passed on to every segmentation
+  int jobs = 1;                            // 1 to 256
+  int cores = 1;                           // shared by the jobs
+  int64_t max_frames = 0;                  // of each sequence; 0: all
+  EvaluateOptions evaluate;
+
+  absl::Status Validate() const;
+};
+
+struct SequenceResult {
+  Sequence sequence;
+  std::string profile;
+  absl::Status status;               // what failed, segmenting or evaluating
+  std::optional<RunEvaluation> run;  // where nothing did
+  int64_t frames = 0;                // of the run
+  double seconds_per_frame = 0.0;    // of segmenting, wall clock
+};
+
+// One result a sequence and profile, profiles within sequences. A sequence that fails has its
+// reason; Cancelled where `stop_requested` became true. `after_sequence` is called by one thread at
+// a time.
+absl::StatusOr<std::vector<SequenceResult>> RunSuite(const SequenceList& list,
+                                                     const SuiteOptions& options,
+                                                     const std::function<bool()>& stop_requested,
+                                                     const std::function<void()>& after_sequence);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_SUITE_SUITE_RUN_H_

@@ -1,0 +1,166 @@
+#include "vision/labelling/evidence_labeller.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "kernels/base/status_macros.h"
+
+namespace egosieve::vision {
+namespace {
+
+// Ids of the two trackers side by side.
+int64_t GridId(int64_t id) { return id < 0 ? id : 2 * id; }
+int64_t FeatureId(int64_t id) { return id < 0 ? id : 2 * id + 1; }
+
+EvidenceOptions OptionsOf(const EvidenceTerms& terms) {
+  EvidenceOptions options;
+  options.epipolar = terms.epipolar;
+  options.negative_depth = terms.negative_depth;
+  options.three_view = terms.three_view;
+  options.road = terms.road;
+  options.accumulation = terms.accumulation;
+  options.own_car = terms.own_car;
+  return options;
+}
+
+}  // namespace
+
+absl::StatusOr<EvidenceLabeller> EvidenceLabeller::Create(const FrameLabellerOptions& options) {
+  GridTrackerOptions grid_options;
+  grid_options.stride_pixels = options.flow_stride_pixels;
+  EGOSIEVE_ASSIGN_OR_RETURN(GridTracker grid, GridTracker::Create(grid_options));
+  EGOSIEVE_ASSIGN_OR_RETURN(FeatureTracker features, FeatureTracker::Create({}));
+  EGOSIEVE_ASSIGN_OR_RETURN(EvidenceAccumulator accumulator,
+                            EvidenceAccumulator::Create(OptionsOf(options.evidence)));
+  return EvidenceLabeller(options, std::move(grid), std::move(features), std::move(accumulator));
+}
+
+EvidenceLabeller::EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid,
+                                   FeatureTracker features, EvidenceAccumulator accumulator)
+    : stride_pixels_(options.flow_stride_pixels),
+      draws_own_car_(options.evidence.own_car),
+      grid_(std::move(grid)),
+      features_(std::move(features)),
+      accumulator_(std::move(accumulator)) {}
+
+void EvidenceLabeller::Begin(int64_t frame_index) {
+  ++state_.picture;
+  state_.frame_indices = {frame_index};
+  grid_.EndAll();
+  features_.EndAll();
+  is_textured_.clear();
+  accumulator_.Interrupt();
+}
+
+absl::Status EvidenceLabeller::Advance(const ExtractedFrame& before, const ExtractedFrame& frame,
+                                       const FramePairs& pairs) {
+  EGOSIEVE_RETURN_IF_ERROR(AdvanceGrid(frame.grey.size(), pairs));
+  EGOSIEVE_RETURN_IF_ERROR(AdvanceFeatures(before, frame, pairs));
+  ++state_.picture;
+  state_.frame_indices.push_back(frame.frame.index);
+  if (state_.frame_indices.size() > kTrackHistory) {
+    state_.frame_indices.erase(state_.frame_indices.begin());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status EvidenceLabeller::AdvanceGrid(cv::Size size, const FramePairs& pairs) {
+  is_textured_.clear();
+  if (pairs.links.empty()) {
+    grid_.EndAll();
+    return absl::OkStatus();
+  }
+  // A tracker that had nothing to go on last time begins in the picture before this one.
+  if (grid_.state().frame_index != state_.picture || grid_.tracks().empty()) {
+    grid_.EndAll();
+    if (grid_.state().frame_index < state_.picture) {
+      EGOSIEVE_RETURN_IF_ERROR(grid_.Advance(state_.picture, size, {}));
+    }
+  }
+  EGOSIEVE_RETURN_IF_ERROR(grid_.Advance(state_.picture + 1, size, pairs.links));
+  is_textured_.assign(grid_.tracks().size(), 0);
+  const int first = stride_pixels_ / 2;
+  for (size_t i = 0; i < pairs.links.size(); ++i) {
+    const auto column = static_cast<int64_t>((pairs.links[i].x2 - first) / stride_pixels_);
+    const auto row = static_cast<int64_t>((pairs.links[i].y2 - first) / stride_pixels_);
+    is_textured_[row * grid_.state().nodes.width + column] = pairs.link_is_textured[i];
+  }
+  return absl::OkStatus();
+}
+
+absl::Status EvidenceLabeller::AdvanceFeatures(const ExtractedFrame& before,
+                                               const ExtractedFrame& frame,
+                                               const FramePairs& pairs) {
+  if (pairs.matches.empty()) {
+    features_.EndAll();
+    return absl::OkStatus();
+  }
+  if (!before.features().ok()) return before.features().status();
+  if (!frame.features().ok()) return frame.features().status();
+  if (features_.tracks().empty() && features_.state().frame_index < state_.picture) {
+    EGOSIEVE_RETURN_IF_ERROR(features_.Advance(state_.picture, *before.features(), {}));
+  }
+  return features_.Advance(state_.picture + 1, *frame.features(), pairs.matches);
+}
+
+std::vector<TrackedPoint> EvidenceLabeller::Points(int gap) const {
+  std::vector<TrackedPoint> points;
+  for (size_t n = 0; n < grid_.tracks().size(); ++n) {
+    const Track& track = grid_.tracks()[n];
+    if (!track.Reaches(gap)) continue;
+    TrackedPoint point;
+    point.evidence = PointOfTrack(track, gap);
+    point.evidence.track_id = GridId(track.id);
+    point.evidence.parent_id = GridId(track.parent_id);
+    point.is_textured = is_textured_[n] != 0;
+    point.evidence.estimates = point.is_textured;
+    points.push_back(point);
+  }
+  for (const Track& track : features_.tracks()) {
+    if (!track.Reaches(gap)) continue;
+    TrackedPoint point;
+    point.evidence = PointOfTrack(track, gap);
+    point.evidence.track_id = FeatureId(track.id);
+    point.evidence.parent_id = FeatureId(track.parent_id);
+    points.push_back(point);
+  }
+  return points;
+}
+
+absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(const ExtractedFrame* before,
+                                                       const ExtractedFrame& frame, int gap,
+                                                       const MotionModel& model,
+                                                       const std::vector<TrackedPoint>& points) {
+  EvidenceFrame evidence;
+  evidence.index = state_.picture;
+  evidence.gap = gap;
+  evidence.size = frame.grey.size();
+  evidence.motion_model = model.kind;
+  evidence.motion_matrix = model.matrix;
+  evidence.points.reserve(points.size());
+  for (const TrackedPoint& point : points) evidence.points.push_back(point.evidence);
+  if (draws_own_car_ || before != nullptr) evidence.grey = frame.grey;
+  if (before != nullptr) evidence.grey_before = before->grey;
+  return accumulator_.Add(evidence);
+}
+
+EvidenceLabellerState EvidenceLabeller::state() const {
+  EvidenceLabellerState state = state_;
+  state.grid = grid_.state();
+  state.features = features_.state();
+  state.evidence = accumulator_.state();
+  return state;
+}
+
+absl::Status EvidenceLabeller::Restore(EvidenceLabellerState state) {
+  EGOSIEVE_RETURN_IF_ERROR(grid_.Restore(std::move(state.grid)));
+  EGOSIEVE_RETURN_IF_ERROR(features_.Restore(std::move(state.features)));
+  EGOSIEVE_RETURN_IF_ERROR(accumulator_.Restore(std::move(state.evidence)));
+  state_ = EvidenceLabellerState();
+  state_.picture = state.picture;
+  state_.frame_indices = std::move(state.frame_indices);
+  is_textured_.clear();
+  return absl::OkStatus();
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,218 @@
+#include "vision/labelling/labeller_state.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr uint64_t kMagic = 0x3230'6c62'616c'6765;  // "egalbl02"
+
+// One walk over the state serves both ways: Writer appends, Reader takes.
+class Writer {
+ public:
+  template <typename Number>
+  void Plain(const Number& value) {
+    static_assert(std::is_arithmetic_v<Number> || std::is_enum_v<Number>);
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  }
+  void Flag(const bool& value) { Plain(static_cast<uint8_t>(value ? 1 : 0)); }
+  template <typename Number>
+  void Block(const Number* values, size_t count) {
+    if (count > 0) bytes_.append(reinterpret_cast<const char*>(values), count * sizeof(Number));
+  }
+  template <typename Item>
+  bool Count(const std::vector<Item>& items, size_t /*bytes_each*/) {
+    Plain(static_cast<uint64_t>(items.size()));
+    return true;
+  }
+  std::string Take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+class Reader {
+ public:
+  explicit Reader(absl::string_view bytes) : rest_(bytes) {}
+  template <typename Number>
+  void Plain(Number& value) {
+    static_assert(std::is_arithmetic_v<Number> || std::is_enum_v<Number>);
+    Block(&value, 1);
+  }
+  void Flag(bool& value) {
+    uint8_t byte = 0;
+    Plain(byte);
+    ok_ = ok_ && byte <= 1;
+    value = byte == 1;
+  }
+  template <typename Number>
+  void Block(Number* values, size_t count) {
+    if (!ok_ || rest_.size() / sizeof(Number) < count) {
+      ok_ = false;
+      return;
+    }
+    if (count == 0) return;
+    std::memcpy(values, rest_.data(), count * sizeof(Number));
+    rest_.remove_prefix(count * sizeof(Number));
+  }
+  // Resizes; never beyond what the bytes left can hold.
+  template <typename Item>
+  bool Count(std::vector<Item>& items, size_t bytes_each) {
+    uint64_t count = 0;
+    Plain(count);
+    ok_ = ok_ && count <= rest_.size() / bytes_each;
+    items.resize(ok_ ? count : 0);
+    return ok_;
+  }
+  bool IsWhole() const { return ok_ && rest_.empty(); }
+
+ private:
+  absl::string_view rest_;
+  bool ok_ = true;
+};
+
+// `State` is const for a Writer.
+template <typename Archive, typename Points>
+void WalkPlaces(Archive& archive, Points& places) {
+  static_assert(sizeof(cv::Point2f) == 2 * sizeof(float));
+  archive.Block(&places[0].x, 2 * places.size());
+}
+
+template <typename Archive, typename Tracks>
+void WalkTracks(Archive& archive, Tracks& tracks) {
+  if (!archive.Count(tracks, 3 * sizeof(int64_t) + sizeof(Track::places))) return;
+  for (auto& track : tracks) {
+    archive.Plain(track.id);
+    archive.Plain(track.parent_id);
+    archive.Plain(track.length);
+    WalkPlaces(archive, track.places);
+  }
+}
+
+template <typename Archive, typename State>
+void WalkGrid(Archive& archive, State& grid) {
+  archive.Plain(grid.frame_index);
+  archive.Plain(grid.next_id);
+  archive.Plain(grid.nodes.width);
+  archive.Plain(grid.nodes.height);
+  WalkTracks(archive, grid.tracks);
+}
+
+template <typename Archive, typename State>
+void WalkFeatures(Archive& archive, State& features) {
+  archive.Plain(features.frame_index);
+  archive.Plain(features.next_id);
+  WalkTracks(archive, features.tracks);
+  if (!archive.Count(features.references, sizeof(SiftDescriptor))) return;
+  for (auto& reference : features.references) archive.Block(reference.data(), reference.size());
+  if (!archive.Count(features.reference_ages, sizeof(int32_t))) return;
+  archive.Block(features.reference_ages.data(), features.reference_ages.size());
+}
+
+template <typename Archive, typename Pose>
+void WalkPose(Archive& archive, Pose& pose) {
+  archive.Plain(pose.outcome);
+  archive.Block(pose.rotation.data(), 9);
+  archive.Block(pose.translation.data(), 3);
+  archive.Block(pose.rotation_covariance.data(), 9);
+  archive.Plain(pose.noise_pixels);
+  archive.Plain(pose.parallax_pixels);
+}
+
+template <typename Archive, typename State>
+void WalkOwnCar(Archive& archive, State& own_car) {
+  archive.Plain(own_car.blocks.width);
+  archive.Plain(own_car.blocks.height);
+  if (!archive.Count(own_car.sums, sizeof(float))) return;
+  archive.Block(own_car.sums.data(), own_car.sums.size());
+  if (!archive.Count(own_car.is_own, 1)) return;
+  archive.Block(own_car.is_own.data(), own_car.is_own.size());
+  if (!archive.Count(own_car.images, 3 * sizeof(int64_t))) return;
+  for (auto& image : own_car.images) {
+    archive.Plain(image.index);
+    archive.Plain(image.size.width);
+    archive.Plain(image.size.height);
+    if (!archive.Count(image.pixels, 1)) return;
+    archive.Block(image.pixels.data(), image.pixels.size());
+  }
+}
+
+template <typename Archive, typename State>
+void WalkEvidence(Archive& archive, State& evidence) {
+  archive.Plain(evidence.last_index);
+  archive.Plain(evidence.size.width);
+  archive.Plain(evidence.size.height);
+  if (!archive.Count(evidence.memories, sizeof(int64_t) + kEvidenceTerms * sizeof(double))) return;
+  for (auto& memory : evidence.memories) {
+    archive.Plain(memory.track_id);
+    archive.Block(memory.sums.data(), memory.sums.size());
+  }
+  if (!archive.Count(evidence.poses, sizeof(int64_t) + 23 * sizeof(double))) return;
+  for (auto& past : evidence.poses) {
+    archive.Plain(past.index);
+    archive.Plain(past.gap);
+    WalkPose(archive, past.pose);
+  }
+  archive.Plain(evidence.log_noise);
+  archive.Flag(evidence.has_noise);
+  archive.Plain(evidence.mover_share);
+  archive.Flag(evidence.road.known);
+  archive.Plain(evidence.road.across);
+  archive.Plain(evidence.road.horizon);
+  WalkOwnCar(archive, evidence.own_car);
+}
+
+template <typename Archive, typename State>
+void Walk(Archive& archive, State& state) {
+  archive.Plain(state.mixture.noise_pixels);
+  archive.Plain(state.mixture.dynamic_share);
+  archive.Plain(state.gap.gap);
+  archive.Flag(state.gap.has_parallax);
+  archive.Plain(state.gap.log_parallax);
+  archive.Plain(state.evidence.picture);
+  if (!archive.Count(state.evidence.frame_indices, sizeof(int64_t))) return;
+  archive.Block(state.evidence.frame_indices.data(), state.evidence.frame_indices.size());
+  WalkGrid(archive, state.evidence.grid);
+  WalkFeatures(archive, state.evidence.features);
+  WalkEvidence(archive, state.evidence.evidence);
+}
+
+bool IsSensible(const LabellerState& state) {
+  const MixtureState& mixture = state.mixture;
+  const auto& indices = state.evidence.frame_indices;
+  return mixture.noise_pixels >= 0 && std::isfinite(mixture.noise_pixels) &&
+         mixture.dynamic_share >= 0 && mixture.dynamic_share <= 1 &&
+         std::isfinite(state.gap.log_parallax) && state.gap.gap >= 1 && state.gap.gap <= 100 &&
+         indices.size() <= kTrackHistory && std::is_sorted(indices.begin(), indices.end());
+}
+
+}  // namespace
+
+std::string ToBytes(const LabellerState& state) {
+  Writer writer;
+  writer.Plain(kMagic);
+  Walk(writer, state);
+  return writer.Take();
+}
+
+absl::StatusOr<LabellerState> FromBytes(absl::string_view bytes) {
+  Reader reader(bytes);
+  uint64_t magic = 0;
+  LabellerState state;
+  reader.Plain(magic);
+  if (magic == kMagic) Walk(reader, state);
+  if (magic != kMagic || !reader.IsWhole() || !IsSensible(state)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the labeller's state (", bytes.size(), " bytes) is not one of this version"));
+  }
+  return state;
+}
+
+}  // namespace egosieve::vision
