@@ -23,7 +23,7 @@ for file in "$@"; do
       folder=$tree/share/egosieve/examples/$(dirname "${file#*tools/examples/}")
       mkdir -p "$folder" && cp "$file" "$folder/" ;;
     *tools/embed/python/*.py | */_*.so) cp "$file" "$python/" ;;
-    *.md) cp "$file" "$tree/share/doc/egosieve/$(basename "$(dirname "$file")").md" ;;
+    *.md) cp "$file" "$tree/share/doc/egosieve/" ;;
     */libegosieve*.so.* | */libegosieve*.a) cp "$file" "$tree/lib/" ;;
     */egosieve.libs) gp_libs=$(<"$file") ;;
     */egosieve_vision.libs) vision_libs=$(<"$file") ;;
