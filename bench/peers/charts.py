@@ -5,7 +5,7 @@ BAR, GAP, LEFT, WIDTH = 22, 10, 190, 420
 
 def _rate(record, name):
     seconds = record["results"][name].get("seconds", {}).get("predict")
-    return record["queries"] / seconds if seconds else None
+    return 1 / seconds if seconds else None
 
 
 def _cell(value, form):

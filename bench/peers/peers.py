@@ -32,7 +32,7 @@ PIP = {
     "base": ["numpy<2", "scipy<1.13"],
     "scikit-learn": ["scikit-learn"],
     "GPyTorch": ["torch", "gpytorch"],
-    "GPy": ["GPy"],
+    "GPy": ["GPy", "matplotlib"],
     "OpenTURNS": ["openturns"],
 }
 # Worker of workers.py and the library that it needs.

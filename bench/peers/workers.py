@@ -1,7 +1,7 @@
 """One library's side of peers.py: workers.py NAME POINTS QUERIES, then a task a line on stdin, a JSON answer a line.
 
     prepare   imports, fits (hyperparameters are given), compares with float64: errors, versions
-    predict   mean and variance of f at all queries: seconds
+    predict   mean and variance of f at all queries (at 256 where these alone take over 4 s): seconds a query
     replace   64 new points, the 64 oldest gone, then mean and variance at 256 queries: seconds
     append    64 new points, then mean and variance at 256 queries: seconds; they are dropped again untimed
     finish    memory
@@ -18,6 +18,7 @@ import time
 import numpy as np
 
 DIMENSION, UPDATE, FEW = 6, 64, 256
+SLOW = 4.0  # seconds for FEW queries
 LENGTH, WEIGHT, NOISE = 0.8, 1.5, 0.3
 
 
@@ -239,7 +240,8 @@ class OpenTurns(Refitted):
     def predict(self, queries):
         queries = self.ot.Sample(queries)
         mean = np.asarray(self.conditional.getConditionalMean(queries)).ravel()
-        return mean, np.asarray(self.conditional.getConditionalMarginalVariance(queries)).ravel()
+        of_observation = np.asarray(self.conditional.getConditionalMarginalVariance(queries)).ravel()
+        return mean, of_observation - NOISE**2
 
 
 LIBRARIES = {
@@ -267,6 +269,7 @@ class Session:
         self.name, self.points = name, points
         self.X, self.y, self.queries = make_data(points, queries)
         self.begin = 0
+        self.count = min(FEW, queries)  # of the warming call; those that are slow stay there
 
     def window(self):
         here = slice(self.begin, self.begin + self.points)
@@ -289,8 +292,12 @@ class Session:
 
     def predict(self):
         start = time.perf_counter()
-        self.library.predict(self.queries)
-        return {"seconds": time.perf_counter() - start}
+        self.library.predict(self.queries[: self.count])
+        seconds = time.perf_counter() - start
+        answer = {"seconds": seconds / self.count}  # a query's
+        if self.count == FEW and seconds < SLOW:
+            self.count = len(self.queries)
+        return answer
 
     def replace(self):
         window = self.window()
