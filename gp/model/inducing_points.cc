@@ -8,7 +8,7 @@
 
 #include "gp/covariance/prior_variance.h"
 #include "gp/linalg/aligned_matrix.h"
-#include "gp/linalg/parallel_for.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
 
@@ -61,7 +61,7 @@ absl::StatusOr<std::vector<int64_t>> PivotedRows(kernels::Context& context,
                                          MatrixView<double>(column.data(), n, 1)));
     const double root = std::sqrt(residual[pivot]);
     const double* pivot_row = l.row(pivot);
-    ParallelFor((n + kRowsPerTask - 1) / kRowsPerTask, 2.0 * n * step, [&](int64_t task) {
+    kernels::ParallelFor((n + kRowsPerTask - 1) / kRowsPerTask, 2.0 * n * step, [&](int64_t task) {
       const int64_t end = std::min(n, (task + 1) * kRowsPerTask);
       for (int64_t i = task * kRowsPerTask; i < end; ++i) {
         double* row = l.row(i);
@@ -107,7 +107,7 @@ void MoveCentres(ConstMatrixView<double> x, std::vector<double>& centres) {
   std::vector<int64_t> cluster(x.rows);
   for (int iteration = 0; iteration < kLloydIterations; ++iteration) {
     const double flops = 3.0 * x.rows * count * dimension;
-    ParallelFor((x.rows + kRowsPerTask - 1) / kRowsPerTask, flops, [&](int64_t task) {
+    kernels::ParallelFor((x.rows + kRowsPerTask - 1) / kRowsPerTask, flops, [&](int64_t task) {
       const int64_t end = std::min(x.rows, (task + 1) * kRowsPerTask);
       for (int64_t i = task * kRowsPerTask; i < end; ++i) {
         cluster[i] = Nearest(x.row(i), centres, dimension);

@@ -7,8 +7,8 @@
 #include "absl/strings/str_format.h"
 #include "gp/covariance/prior_variance.h"
 #include "gp/linalg/cholesky.h"
-#include "gp/linalg/parallel_for.h"
 #include "gp/linalg/tile_operations.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
 
@@ -38,7 +38,7 @@ void AddTerms(ConstMatrixView<double> v, const double* lambda, double sign, Matr
     for (int64_t j = 0; j < m; ++j) scaled.row(i)[j] = sign * v(i, j) / lambda[i];
   }
   const int64_t tiles = (m + kTile - 1) / kTile;
-  ParallelFor(tiles * (tiles + 1) / 2, 1.0 * m * m * v.rows, [&](int64_t t) {
+  kernels::ParallelFor(tiles * (tiles + 1) / 2, 1.0 * m * m * v.rows, [&](int64_t t) {
     int64_t i = 0;
     while ((i + 1) * (i + 2) / 2 <= t) ++i;
     const int64_t row = i * kTile, column = (t - i * (i + 1) / 2) * kTile;

@@ -31,9 +31,11 @@
 namespace egosieve::kernels {
 
 struct DensePosteriorOptions {
+  // 256 MiB, or an eighth of the memory of a device that has its own, if that is more.
+  static constexpr int64_t kCapOfTheDevice = -1;
   // Device memory for tiles and their queries, the model not counted.
-  int64_t memory_cap_bytes = int64_t{256} << 20;
-  // InvalidArgument unless positive.
+  int64_t memory_cap_bytes = kCapOfTheDevice;
+  // InvalidArgument unless positive or kCapOfTheDevice.
   absl::Status Validate() const;
 };
 

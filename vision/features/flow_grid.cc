@@ -12,16 +12,21 @@ namespace {
 
 constexpr int kMinimumSide = 16;
 
-int Preset(FlowQuality quality) {
+cv::Ptr<cv::DISOpticalFlow> MakeFlow(FlowQuality quality) {
+  constexpr int kPatchStride = 2, kRefinements = 2;
   switch (quality) {
     case FlowQuality::kUltrafast:
-      return cv::DISOpticalFlow::PRESET_ULTRAFAST;
-    case FlowQuality::kFast:
-      return cv::DISOpticalFlow::PRESET_FAST;
+      return cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_ULTRAFAST);
+    case FlowQuality::kFast: {
+      const auto flow = cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_FAST);
+      flow->setPatchStride(kPatchStride);
+      flow->setVariationalRefinementIterations(kRefinements);
+      return flow;
+    }
     case FlowQuality::kMedium:
       break;
   }
-  return cv::DISOpticalFlow::PRESET_MEDIUM;
+  return cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_MEDIUM);
 }
 
 // Patches of a picture against those of another, warped onto it by a flow.
@@ -118,7 +123,7 @@ absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second
   }
   FlowPair flow;
   try {
-    const auto dis = cv::DISOpticalFlow::create(Preset(quality));
+    const auto dis = MakeFlow(quality);
     dis->calc(first, second, flow.forward);
     dis->calc(second, first, flow.backward);
   } catch (const cv::Exception& error) {

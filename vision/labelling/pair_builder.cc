@@ -54,6 +54,7 @@ absl::StatusOr<double> AddFlowGrid(const ExtractedFrame& first, const ExtractedF
   if (image.cols < kMinimumFlowSide || image.rows < kMinimumFlowSide) return 0.0;
   FlowGridOptions grid;
   grid.stride_pixels = options.flow_stride_pixels;
+  grid.quality = options.flow_quality;
   EGOSIEVE_ASSIGN_OR_RETURN(const FlowPair flow,
                             ComputeFlow(first.grey, second.grey, grid.quality));
   TrackedGrid tracked = TrackGrid(flow, first.grey, second.grey,
