@@ -16,8 +16,10 @@ using ::testing::HasSubstr;
 class FindSequencesTest : public testing::Test {
  protected:
   void SetUp() override {
-    root_ =
-        testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
+    root_ = (fs::path(testing::TempDir()) /
+             testing::UnitTest::GetInstance()->current_test_info()->name())
+                .lexically_normal()
+                .string();
     fs::remove_all(root_);
     fs::create_directories(root_);
   }
