@@ -2,10 +2,13 @@
 #include <string>
 #include <vector>
 
+#include "tools/batch/batch_command.h"
 #include "tools/cli/command_line.h"
 #include "tools/cli/version.h"
+#include "tools/compare/compare_command.h"
 #include "tools/devices/devices_command.h"
 #include "tools/evaluate/evaluate_command.h"
+#include "tools/infer/infer_command.h"
 #include "tools/model/model_command.h"
 #include "tools/reconstruct/reconstruct_command.h"
 #include "tools/render/render_command.h"
@@ -21,11 +24,14 @@ int main(int argc, char** argv) {
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
       kVersion);
   line.Add(MakeSegmentCommand());
+  line.Add(MakeInferCommand());
+  line.Add(MakeBatchCommand());
   line.Add(MakeSynthesizeCommand());
   line.Add(MakeReconstructCommand());
   line.Add(MakeRenderCommand());
   line.Add(MakeReportCommand());
   line.Add(MakeEvaluateCommand());
+  line.Add(MakeCompareCommand());
   line.Add(MakeModelCommand());
   line.Add(MakeDevicesCommand());
   line.Add(MakeTuneCommand());

@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "gp/linalg/aligned_matrix.h"
-#include "gp/linalg/parallel_for.h"
 #include "gp/linalg/tile_operations.h"
+#include "kernels/base/parallel_for.h"
 
 namespace egosieve::gp {
 namespace {
@@ -57,7 +57,7 @@ int64_t FactorizeInParallel(View a, absl::Span<const double> floors) {
     const View corner = Block(a, begin, begin, columns, columns);
     const ConstView panel = Block(a, begin, 0, columns, begin);
     int64_t bad = -1;
-    ParallelFor(tiles + 1, 2.0 * columns * begin * (n - begin), [&](int64_t t) {
+    kernels::ParallelFor(tiles + 1, 2.0 * columns * begin * (n - begin), [&](int64_t t) {
       if (t == 0) {
         tile::SubtractProductTransposed(panel, panel, corner);
         bad = tile::Factorize(corner, floors.data() + begin);
@@ -72,7 +72,7 @@ int64_t FactorizeInParallel(View a, absl::Span<const double> floors) {
       ZeroUpper(a);
       return begin + bad;
     }
-    ParallelFor(tiles, 1.0 * columns * columns * (n - below), [&](int64_t t) {
+    kernels::ParallelFor(tiles, 1.0 * columns * columns * (n - below), [&](int64_t t) {
       const int64_t row = below + t * kRows;
       tile::SolveRightTransposed(corner, Block(a, row, begin, std::min(kRows, n - row), columns));
     });
@@ -86,17 +86,18 @@ void SolveLower(ConstView l, View b) {
   for (int64_t begin = 0; begin < n; begin += kSolvePanel) {
     const int64_t rows = std::min(kSolvePanel, n - begin);
     const int64_t below = begin + rows;
-    ParallelFor(Tiles(b.cols, kSolveColumns), 1.0 * rows * rows * b.cols, [&](int64_t t) {
+    kernels::ParallelFor(Tiles(b.cols, kSolveColumns), 1.0 * rows * rows * b.cols, [&](int64_t t) {
       const int64_t column = t * kSolveColumns;
       tile::SolveLeft(Block(l, begin, begin, rows, rows),
                       Block(b, begin, column, rows, std::min(kSolveColumns, b.cols - column)));
     });
-    ParallelFor(Tiles(n - below, kSolveRows), 2.0 * rows * (n - below) * b.cols, [&](int64_t t) {
-      const int64_t row = below + t * kSolveRows;
-      const int64_t count = std::min(kSolveRows, n - row);
-      tile::SubtractProduct(Block(l, row, begin, count, rows), Block(b, begin, 0, rows, b.cols),
-                            Block(b, row, 0, count, b.cols));
-    });
+    kernels::ParallelFor(
+        Tiles(n - below, kSolveRows), 2.0 * rows * (n - below) * b.cols, [&](int64_t t) {
+          const int64_t row = below + t * kSolveRows;
+          const int64_t count = std::min(kSolveRows, n - row);
+          tile::SubtractProduct(Block(l, row, begin, count, rows), Block(b, begin, 0, rows, b.cols),
+                                Block(b, row, 0, count, b.cols));
+        });
   }
 }
 
@@ -105,13 +106,13 @@ void SolveLowerTransposed(ConstView l, View b) {
   for (int64_t end = n; end > 0;) {
     const int64_t begin = (end - 1) / kSolvePanel * kSolvePanel;
     const int64_t rows = end - begin;
-    ParallelFor(Tiles(b.cols, kSolveColumns), 1.0 * rows * rows * b.cols, [&](int64_t t) {
+    kernels::ParallelFor(Tiles(b.cols, kSolveColumns), 1.0 * rows * rows * b.cols, [&](int64_t t) {
       const int64_t column = t * kSolveColumns;
       tile::SolveLeftTransposed(
           Block(l, begin, begin, rows, rows),
           Block(b, begin, column, rows, std::min(kSolveColumns, b.cols - column)));
     });
-    ParallelFor(Tiles(begin, kSolveRows), 2.0 * rows * begin * b.cols, [&](int64_t t) {
+    kernels::ParallelFor(Tiles(begin, kSolveRows), 2.0 * rows * begin * b.cols, [&](int64_t t) {
       const int64_t row = t * kSolveRows;
       const int64_t count = std::min(kSolveRows, begin - row);
       tile::SubtractTransposedProduct(Block(l, begin, row, rows, count),
@@ -129,17 +130,18 @@ void AppendRows(ConstView l, View x) {
     const int64_t columns = std::min(kSolvePanel, n - begin);
     const int64_t column_tiles = Tiles(columns, kSolveRows);
     if (begin > 0) {
-      ParallelFor(row_tiles * column_tiles, 2.0 * x.rows * columns * begin, [&](int64_t t) {
-        const int64_t row = t % row_tiles * kSolveRows;
-        const int64_t column = begin + t / row_tiles * kSolveRows;
-        const int64_t rows = std::min(kSolveRows, x.rows - row);
-        const int64_t width = std::min(kSolveRows, begin + columns - column);
-        tile::SubtractProductTransposed(Block(x, row, 0, rows, begin),
-                                        Block(l, column, 0, width, begin),
-                                        Block(x, row, column, rows, width));
-      });
+      kernels::ParallelFor(row_tiles * column_tiles, 2.0 * x.rows * columns * begin,
+                           [&](int64_t t) {
+                             const int64_t row = t % row_tiles * kSolveRows;
+                             const int64_t column = begin + t / row_tiles * kSolveRows;
+                             const int64_t rows = std::min(kSolveRows, x.rows - row);
+                             const int64_t width = std::min(kSolveRows, begin + columns - column);
+                             tile::SubtractProductTransposed(Block(x, row, 0, rows, begin),
+                                                             Block(l, column, 0, width, begin),
+                                                             Block(x, row, column, rows, width));
+                           });
     }
-    ParallelFor(row_tiles, 1.0 * x.rows * columns * columns, [&](int64_t t) {
+    kernels::ParallelFor(row_tiles, 1.0 * x.rows * columns * columns, [&](int64_t t) {
       const int64_t row = t * kSolveRows;
       tile::SolveRightTransposed(Block(l, begin, begin, columns, columns),
                                  Block(x, row, begin, std::min(kSolveRows, x.rows - row), columns));
@@ -149,7 +151,7 @@ void AppendRows(ConstView l, View x) {
 
 void InvertLower(ConstView l, View r) {
   const int64_t n = l.rows;
-  ParallelFor(Tiles(n, kInverseColumns), 1.0 * n * n * n / 3.0, [&](int64_t t) {
+  kernels::ParallelFor(Tiles(n, kInverseColumns), 1.0 * n * n * n / 3.0, [&](int64_t t) {
     const int64_t begin = t * kInverseColumns;
     const int64_t columns = std::min(kInverseColumns, n - begin);
     for (int64_t i = 0; i < n; ++i) {
@@ -164,7 +166,7 @@ void InvertLower(ConstView l, View r) {
 void MultiplyInverse(ConstView r, View out) {
   const int64_t n = r.rows;
   const int64_t tiles = Tiles(n, kProductTile);
-  ParallelFor(tiles * (tiles + 1) / 2, 1.0 * n * n * n / 3.0, [&](int64_t t) {
+  kernels::ParallelFor(tiles * (tiles + 1) / 2, 1.0 * n * n * n / 3.0, [&](int64_t t) {
     int64_t i = 0;
     while ((i + 1) * (i + 2) / 2 <= t) ++i;
     const int64_t j = t - i * (i + 1) / 2;
@@ -182,7 +184,7 @@ void MultiplyInverse(ConstView r, View out) {
 void InverseColumnNorms(ConstView l, absl::Span<const int64_t> rows, absl::Span<double> out) {
   const int64_t n = l.rows;
   const int64_t count = static_cast<int64_t>(rows.size());
-  ParallelFor(Tiles(count, kInverseColumns), 1.0 * n * n * count / 3.0, [&](int64_t t) {
+  kernels::ParallelFor(Tiles(count, kInverseColumns), 1.0 * n * n * count / 3.0, [&](int64_t t) {
     const int64_t first = t * kInverseColumns;
     const int64_t columns = std::min(kInverseColumns, count - first);
     const int64_t begin = rows[first];

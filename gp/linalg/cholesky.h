@@ -1,5 +1,5 @@
 // Cholesky factorisation, triangular solves and triangular inverses of large matrices in float64,
-// shared among threads (gp/linalg/parallel_for.h) in fixed tiles: the same bits for any thread
+// shared among threads (kernels/base/parallel_for.h) in fixed tiles: the same bits for any thread
 // count. All matrices are row-major views.
 //
 //   function             result                       cost (flops)

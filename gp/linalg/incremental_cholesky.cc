@@ -8,9 +8,9 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/str_format.h"
 #include "gp/linalg/cholesky.h"
-#include "gp/linalg/parallel_for.h"
 #include "gp/linalg/row_removal.h"
 #include "gp/linalg/tile_operations.h"
+#include "kernels/base/parallel_for.h"
 
 namespace egosieve::gp {
 namespace {
@@ -43,7 +43,7 @@ absl::StatusOr<AlignedMatrix> ZeroMatrix(int64_t size) {
   }
   AlignedMatrix matrix = *std::move(memory);
   constexpr int64_t kRowsPerTask = 256;
-  ParallelFor((size + kRowsPerTask - 1) / kRowsPerTask, 4.0 * size * size, [&](int64_t t) {
+  kernels::ParallelFor((size + kRowsPerTask - 1) / kRowsPerTask, 4.0 * size * size, [&](int64_t t) {
     const int64_t end = std::min(size, (t + 1) * kRowsPerTask);
     std::fill(matrix.row(t * kRowsPerTask), matrix.row(end), 0.0);
   });
@@ -53,7 +53,7 @@ absl::StatusOr<AlignedMatrix> ZeroMatrix(int64_t size) {
 // S := K22 - X X^T, lower triangle (and what lies above it within tiles of the diagonal).
 void SubtractGram(ConstMatrixView<double> x, MatrixView<double> s) {
   const int64_t tiles = (x.rows + kCornerTile - 1) / kCornerTile;
-  ParallelFor(tiles * (tiles + 1) / 2, 1.0 * x.rows * x.rows * x.cols, [&](int64_t t) {
+  kernels::ParallelFor(tiles * (tiles + 1) / 2, 1.0 * x.rows * x.rows * x.cols, [&](int64_t t) {
     int64_t i = 0;
     while ((i + 1) * (i + 2) / 2 <= t) ++i;
     const int64_t row = i * kCornerTile;

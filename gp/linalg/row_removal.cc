@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "gp/linalg/aligned_matrix.h"
-#include "gp/linalg/parallel_for.h"
 #include "gp/linalg/tile_operations.h"
+#include "kernels/base/parallel_for.h"
 
 namespace egosieve::gp {
 namespace {
@@ -64,7 +64,7 @@ class Removal {
   void Run() {
     const double rows = static_cast<double>(size_ - first_);
     const double flops = rows * rows * static_cast<double>(2 * reflectors_.cols() + panel_);
-    ParallelFor(blocks_, flops, [this](int64_t block) { ProcessBlock(block); });
+    kernels::ParallelFor(blocks_, flops, [this](int64_t block) { ProcessBlock(block); });
   }
 
  private:

@@ -7,22 +7,57 @@
 #include <vector>
 
 namespace egosieve::kernels {
+namespace {
 
-void ParallelFor(int64_t count, const std::function<void(int64_t)>& body) {
-  std::atomic<int64_t> next = 0;
+// What a thread should have to do before it is started: about a tenth of a millisecond's work.
+constexpr double kFlopsPerThread = 5e6;
+
+int MachineThreads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+
+std::atomic<int> maximum_threads{0};
+
+// NaN counts as little work.
+int64_t WorthwhileThreads(double flops) {
+  const double threads = 1.0 + flops / kFlopsPerThread;
+  constexpr int64_t kMany = 1 << 20;
+  return threads >= kMany ? kMany : threads >= 1.0 ? static_cast<int64_t>(threads) : 1;
+}
+
+}  // namespace
+
+void SetMaximumThreads(int threads) { maximum_threads = std::max(threads, 0); }
+
+int MaximumThreads() {
+  const int threads = maximum_threads;
+  return threads > 0 ? threads : MachineThreads();
+}
+
+void ParallelFor(int64_t count, const ParallelLimits& limits,
+                 const std::function<void(int64_t)>& task) {
+  std::atomic<int64_t> next{0};
   const auto work = [&] {
-    for (int64_t i = next++; i < count; i = next++) body(i);
+    for (int64_t i = next++; i < count; i = next++) task(i);
   };
-  const int64_t helpers =
-      std::min<int64_t>(count, std::max<int64_t>(std::thread::hardware_concurrency(), 1)) - 1;
-  std::vector<std::thread> threads;
-  try {
-    for (int64_t i = 0; i < helpers; ++i) threads.emplace_back(work);
-  } catch (const std::system_error&) {
-    // No more threads to be had: those that are there, and this one, do the work.
+  const int most = limits.threads > 0 ? limits.threads : MaximumThreads();
+  const int64_t threads = std::min<int64_t>({most, count, WorthwhileThreads(limits.flops)});
+  std::vector<std::thread> helpers;
+  for (int64_t t = 1; t < threads; ++t) {
+    try {
+      helpers.emplace_back(work);
+    } catch (const std::system_error&) {
+      break;  // the threads that there are do all the work
+    }
   }
   work();
-  for (std::thread& thread : threads) thread.join();
+  for (std::thread& helper : helpers) helper.join();
+}
+
+void ParallelFor(int64_t count, double flops, const std::function<void(int64_t)>& task) {
+  ParallelFor(count, ParallelLimits{.flops = flops}, task);
+}
+
+void ParallelFor(int64_t count, const std::function<void(int64_t)>& task) {
+  ParallelFor(count, ParallelLimits{}, task);
 }
 
 }  // namespace egosieve::kernels

@@ -1,16 +1,37 @@
-// Independent pieces of host work on all cores. What each piece computes must not depend on who
-// runs it.
+// Independent tasks of host work on several threads: the one place where the libraries start any.
+//
+// Every task does the same arithmetic whichever thread runs it and writes to places of its own, so
+// that results do not depend on the number of threads. Threads live for one call: nothing is left
+// running between calls, across fork or at exit; starting them costs some tens of microseconds, so
+// tasks should be worth that. Calls may nest.
 #ifndef EGOSIEVE_KERNELS_BASE_PARALLEL_FOR_H_
 #define EGOSIEVE_KERNELS_BASE_PARALLEL_FOR_H_
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 
 namespace egosieve::kernels {
 
-// Calls body(i) for 0 <= i < count, in any order, from several threads; returns when all are done.
-// body must not throw.
-void ParallelFor(int64_t count, const std::function<void(int64_t)>& body);
+struct ParallelLimits {
+  // The most threads, the caller's included; under 1: MaximumThreads().
+  int threads = 0;
+  // Roughly what all tasks cost together: little work is left to fewer threads.
+  double flops = std::numeric_limits<double>::infinity();
+};
+
+// Runs task(0), ..., task(count - 1), each once, and returns when all have ended. Tasks are taken
+// in increasing order, each by a thread that starts it at once: one may wait for the end of another
+// of smaller index, on any number of threads. They must not throw.
+void ParallelFor(int64_t count, const ParallelLimits& limits,
+                 const std::function<void(int64_t)>& task);
+void ParallelFor(int64_t count, double flops, const std::function<void(int64_t)>& task);
+void ParallelFor(int64_t count, const std::function<void(int64_t)>& task);
+
+// The most threads of a ParallelFor that is given no number, the caller's included, for the whole
+// process; at first as many as the machine has processors. Values under 1 mean that.
+void SetMaximumThreads(int threads);
+int MaximumThreads();
 
 }  // namespace egosieve::kernels
 

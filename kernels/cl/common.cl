@@ -5,6 +5,11 @@
 //   ARCSINE     1: arcsine covariance; 0: squared exponential
 //   DIFFERENCE_BELOW  h below which the arcsine in float takes differences of vectors
 //   DOT_SUFFICES      1: no pair of points has so small an h
+//   POINT_SPACE       where the one point of a covariance lies: __global unless set
+
+#ifndef POINT_SPACE
+#define POINT_SPACE __global
+#endif
 
 #ifdef REAL_IS_DOUBLE
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
@@ -148,7 +153,7 @@ inline REALV exp_of_negative(REALV x) {
 
 #if ARCSINE
 // 4 times this is z. Two chains: half the latency and half the rounding of one.
-inline REALV half_vectors_dot(const REALV* a, __global const REAL* b) {
+inline REALV half_vectors_dot(const REALV* a, POINT_SPACE const REAL* b) {
   REALV even = a[0] * b[0];
   REALV odd = a[1] * b[1];
 #pragma unroll
@@ -159,7 +164,7 @@ inline REALV half_vectors_dot(const REALV* a, __global const REAL* b) {
 }
 
 // h = (1 - |z|) / 2 of prepared_points.h, equation (2), for s = the sign of `dot`.
-inline REALV half_of_difference(const REALV* a, __global const REAL* b, REALV dot) {
+inline REALV half_of_difference(const REALV* a, POINT_SPACE const REAL* b, REALV dot) {
   const REALV sign = with_sign((REALV)1, dot);
   REALV square = a[COMPONENTS] + b[COMPONENTS];
 #pragma unroll
@@ -188,7 +193,7 @@ inline bool any_small(REALV h) {
 // The arcsine in float32 takes h from z itself, lane by lane, where h is at least DIFFERENCE_BELOW: where the host knows
 // that the dot product's rounding stays below 1e-6 (DifferenceThreshold in kernels/ops/kernel_options.h). DOT_SUFFICES:
 // it knows that no lane will be below.
-inline REALV unit_covariance(const REALV* a, __global const REAL* b) {
+inline REALV unit_covariance(const REALV* a, POINT_SPACE const REAL* b) {
 #if ARCSINE
   const REALV dot = half_vectors_dot(a, b);
 #ifdef REAL_IS_DOUBLE

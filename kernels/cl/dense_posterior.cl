@@ -6,22 +6,10 @@
 //   DEPTH    columns of the factor in a cache block, GROUP a multiple or a divisor
 //   FACTOR   0 none, 1 Cholesky (blocked substitution), 2 inverse Cholesky (product)
 //   WORK_GROUP  work-items that run side by side, each on tiles of its own: 1 on CPUs
+// dense_posterior_local.cl is the same for devices whose work-items share local memory.
 #define QUERIES (WIDTH * VEC)
 
-#define WANT_MEAN 1
-#define WANT_VARIANCE 2
-#define WANT_PROBABILITY 4
-
-// Rows of training inputs whose weighted covariances are summed before they enter the total: the rounding of a sum of n
-// terms grows as SUM_BLOCK + n / SUM_BLOCK instead of n.
-#define SUM_BLOCK 64
-
-inline float normal_cdf(float x) { return 0.5f * erfc(-x * 0.70710678118654752f); }
-
-#if ARCSINE
-// k** / sigma_f^2 = pi/2 - 2 asin sqrt(e / 2), from e / 4 as it is stored.
-inline float prior_of_quarter(float quarter) { return 1.57079632679489661923f - 2.0f * asin(sqrt(2.0f * quarter)); }
-#endif
+#include "posterior_outputs.cl"
 
 // Mean sums of one micro-tile, and its covariances k*(i, q) / sigma_f^2 if `covariances` is not null: n x QUERIES.
 inline void covary(__global const float* restrict queries, const long query_stride, __global const float* restrict inputs,
@@ -219,26 +207,8 @@ __kernel __attribute__((reqd_work_group_size(WORK_GROUP, 1, 1))) void dense_post
     apply_factor(factor, padded_count, used, tile, micro_stride, sums);
 #endif
     for (int q = 0; q < count; ++q) {
-      const float value = means[q];  // alpha carries sigma_f^2
-      if (outputs & WANT_MEAN) mean[first + q] = value;
-      if (outputs & (WANT_VARIANCE | WANT_PROBABILITY)) {
-#if ARCSINE
-        const float prior = prior_of_quarter(queries[COMPONENTS * query_stride + first + q]);
-#else
-        const float prior = 1.0f;
-#endif
-        // One rounding of sigma_f^2 (1 - sigma_f^2 |.|^2) at most where the two nearly cancel.
-        float spread = signal_variance * fma(-signal_variance, sums[q], prior);
-        if (!(spread >= 0.0f)) {
-          spread = 0.0f;
-          ++clamped;
-        }
-        if (outputs & WANT_VARIANCE) variance[first + q] = spread;
-        if (outputs & WANT_PROBABILITY) {
-          probability[first + q] =
-              normal_cdf(fma(squash_a, value, squash_b) / sqrt(fma(squash_a * squash_a, spread, 1.0f)));
-        }
-      }
+      clamped += write_posterior(queries, query_stride, first + q, means[q], sums[q], signal_variance, squash_a, squash_b,
+                                 outputs, mean, variance, probability);
     }
   }
   if (clamped) atomic_add(counters + 1, clamped);

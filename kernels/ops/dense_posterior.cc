@@ -41,7 +41,7 @@ class HostPosterior : public DensePosterior {
 }  // namespace
 
 absl::Status DensePosteriorOptions::Validate() const {
-  if (memory_cap_bytes < 1) {
+  if (memory_cap_bytes < 1 && memory_cap_bytes != kCapOfTheDevice) {
     return absl::InvalidArgumentError(
         absl::StrFormat("memory_cap_bytes = %d; it must be positive", memory_cap_bytes));
   }

@@ -31,9 +31,11 @@
 namespace egosieve::kernels {
 
 struct DensePosteriorOptions {
+  // 256 MiB, or an eighth of the memory of a device that has its own, if that is more.
+  static constexpr int64_t kCapOfTheDevice = -1;
   // Device memory for tiles and their queries, the model not counted.
-  int64_t memory_cap_bytes = int64_t{256} << 20;
-  // InvalidArgument unless positive.
+  int64_t memory_cap_bytes = kCapOfTheDevice;
+  // InvalidArgument unless positive or kCapOfTheDevice.
   absl::Status Validate() const;
 };
 
@@ -58,8 +60,9 @@ class DensePosterior {
 
   virtual ~DensePosterior() = default;
 
-  // queries: M x D. InvalidArgument, naming the first bad row, on NaN or infinite inputs; nothing
-  // is written then.
+  // queries: M x D. InvalidArgument, naming the first bad row, on NaN or infinite inputs;
+  // ResourceExhausted or Unavailable where the device has no memory or is lost. Nothing is written
+  // then, and the posterior can be asked again.
   virtual absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
                                                    const PosteriorOutputs& outputs) const = 0;
 

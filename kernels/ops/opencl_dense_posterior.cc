@@ -1,6 +1,7 @@
 #include "kernels/ops/opencl_dense_posterior.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -18,8 +19,10 @@
 namespace egosieve::kernels::opencl {
 namespace {
 
+// With local tiles a whole group is read column by column.
 FactorBlocking BlockingOf(const KernelTuning& tuning) {
-  return {tuning.panel, tuning.panel * tuning.panels_a_group, tuning.depth};
+  const int group = tuning.panel * tuning.panels_a_group;
+  return {tuning.local_tiles ? group : tuning.panel, group, tuning.depth};
 }
 
 constexpr int64_t kMaxChunkQueries = 65536;
@@ -31,6 +34,33 @@ int OutputMask(const PosteriorOutputs& outputs) {
          (outputs.variance != nullptr ? kWantVariance : 0) |
          (outputs.probability != nullptr ? kWantProbability : 0);
 }
+
+// Results before all of them are there: a device may fail in any chunk.
+class StagedOutputs {
+ public:
+  StagedOutputs(const PosteriorOutputs& outputs, int64_t count)
+      : count_(count), targets_{outputs.mean, outputs.variance, outputs.probability} {
+    for (int i = 0; i < 3; ++i) {
+      if (targets_[i] != nullptr) values_[i] = AlignedArray<float>(count);
+    }
+  }
+
+  PosteriorOutputs From(int64_t first) {
+    const auto at = [&](int i) { return targets_[i] ? values_[i].data() + first : nullptr; };
+    return {at(0), at(1), at(2)};
+  }
+
+  void Commit() {
+    for (int i = 0; i < 3; ++i) {
+      if (targets_[i] != nullptr) std::copy_n(values_[i].data(), count_, targets_[i]);
+    }
+  }
+
+ private:
+  int64_t count_;
+  std::array<float*, 3> targets_;
+  std::array<AlignedArray<float>, 3> values_;
+};
 
 // The arrays that the kernel reads, prepared on the host. Kept because a device that shares the
 // host's memory reads them where they are.
@@ -105,7 +135,8 @@ class OpenClPosterior : public DensePosterior {
     int micro_tiles = 1;
     int work_groups = 1;
     int work_items = 1;
-    int64_t scratch_floats = 0;  // of one work-item
+    int tiles_at_once = 1;
+    int64_t scratch_floats = 0;  // of a tile: a work-item's or, with local tiles, a group's
     int64_t tile_queries = 0;
     int64_t chunk_queries = 0;
   };
@@ -115,7 +146,14 @@ class OpenClPosterior : public DensePosterior {
   int Width(FactorKind kind) const {
     return kind == FactorKind::kNone ? tuning_.mean_width : tuning_.width;
   }
-  int MicroTileQueries(FactorKind kind) const { return Width(kind) * tuning_.float_lanes; }
+  // Work-items side by side along rows, with local tiles.
+  int Panels(FactorKind kind) const {
+    return kind == FactorKind::kNone ? 1 : tuning_.panels_a_group;
+  }
+  int MicroTileQueries(FactorKind kind) const {
+    return Width(kind) *
+           (tuning_.local_tiles ? tuning_.work_group / Panels(kind) : tuning_.float_lanes);
+  }
   // Throws cl::Error. Returns the number of clamped variances.
   int64_t EvaluateChunk(cl::Kernel& kernel, const cl::CommandQueue& queue, const Tiling& tiling,
                         const cl::Buffer& scratch, ConstMatrixView<float> queries,
@@ -153,27 +191,34 @@ std::string OpenClPosterior::description() const {
 
 std::string OpenClPosterior::BuildOptions(FactorKind kind) const {
   const int factor = kind == FactorKind::kNone ? 0 : kind == FactorKind::kCholesky ? 1 : 2;
-  return absl::StrCat(CovarianceBuildOptions<float>(*context_, covariance_, DotSuffices()),
-                      " -DFACTOR=", factor, " -DPANEL=", blocking_.panel, " -DWIDTH=", Width(kind),
-                      " -DGROUP=", blocking_.group, " -DDEPTH=", blocking_.depth,
-                      " -DWORK_GROUP=", tuning_.work_group);
+  const std::string shared = absl::StrCat(
+      CovarianceBuildOptions<float>(*context_, covariance_, DotSuffices()), " -DFACTOR=", factor,
+      " -DPANEL=", tuning_.panel, " -DWIDTH=", Width(kind), " -DDEPTH=", tuning_.depth);
+  if (tuning_.local_tiles) {
+    return absl::StrCat(shared, " -DPOINT_SPACE=__local -DPANELS=", Panels(kind),
+                        " -DCOLUMNS=", tuning_.work_group / Panels(kind));
+  }
+  return absl::StrCat(shared, " -DGROUP=", blocking_.group, " -DWORK_GROUP=", tuning_.work_group);
 }
 
 OpenClPosterior::Tiling OpenClPosterior::ChooseTiling(FactorKind kind, int64_t query_count) const {
   const int64_t rows = kind == FactorKind::kNone ? 0 : PaddedCount(model_.count(), blocking_.panel);
-  const int64_t micro_floats = (rows + 2) * MicroTileQueries(kind);
+  // Without local tiles a tile's sums lie beside it.
+  const int64_t micro_floats = (rows + (tuning_.local_tiles ? 0 : 2)) * MicroTileQueries(kind);
   const int64_t query_floats = PreparedComponents(covariance_) + 4;  // prepared, and the outputs
   const int64_t cap_floats = options_.memory_cap_bytes / static_cast<int64_t>(sizeof(float));
+  const int tiles_a_group = tuning_.local_tiles ? 1 : tuning_.work_group;
   Tiling tiling;
-  tiling.micro_tiles = tuning_.micro_tiles;
+  tiling.micro_tiles = tuning_.local_tiles ? 1 : tuning_.micro_tiles;
   tiling.work_groups = std::max(context_->info().compute_units, 1) * tuning_.groups_a_unit;
   // Half of the cap for scratch, the other half for queries; a work-group of single micro-tiles is
   // the least there can be.
   const auto scratch = [&] {
-    return int64_t{tiling.micro_tiles} * tiling.work_groups * tuning_.work_group * micro_floats;
+    return int64_t{tiling.micro_tiles} * tiling.work_groups * tiles_a_group * micro_floats;
   };
   while (tiling.micro_tiles > 1 && scratch() > cap_floats / 2) tiling.micro_tiles /= 2;
   while (tiling.work_groups > 1 && scratch() > cap_floats / 2) --tiling.work_groups;
+  tiling.tiles_at_once = tiling.work_groups * tiles_a_group;
   tiling.work_items = tiling.work_groups * tuning_.work_group;
   tiling.scratch_floats = tiling.micro_tiles * micro_floats;
   const int64_t tile = int64_t{tiling.micro_tiles} * MicroTileQueries(kind);
@@ -209,6 +254,7 @@ int64_t OpenClPosterior::EvaluateChunk(cl::Kernel& kernel, const cl::CommandQueu
                signal_variance, squash_a_, squash_b_, cl_int{tiling.micro_tiles},
                cl_int{OutputMask(outputs)}, scratch, cl_long{tiling.scratch_floats},
                counter_buffer.buffer(), mean.buffer(), variance.buffer(), probability.buffer());
+  const CommandsEnd end(queue);
   queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(tiling.work_items),
                              cl::NDRange(tuning_.work_group));
   for (OutputBuffer<float>* result : {&mean, &variance, &probability}) result->Finish(queue);
@@ -227,18 +273,20 @@ absl::StatusOr<PosteriorCounts> OpenClPosterior::Evaluate(ConstMatrixView<float>
   const Tiling tiling = ChooseTiling(kind, queries.rows);
   EGOSIEVE_ASSIGN_OR_RETURN(
       cl::Kernel kernel,
-      context_->Kernel("dense_posterior.cl", BuildOptions(kind), "dense_posterior"));
+      context_->Kernel(tuning_.local_tiles ? "dense_posterior_local.cl" : "dense_posterior.cl",
+                       BuildOptions(kind), "dense_posterior"));
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("evaluating a dense posterior", [&] {
     const cl::CommandQueue queue = context_->NewQueue();
-    const cl::Buffer scratch =
-        ScratchBuffer(*context_, tiling.work_items * tiling.scratch_floats * sizeof(float));
+    const cl::Buffer scratch = ScratchBuffer(
+        *context_,
+        std::max<int64_t>(tiling.tiles_at_once * tiling.scratch_floats, 1) * sizeof(float));
+    StagedOutputs staged(outputs, queries.rows);
     for (int64_t begin = 0; begin < queries.rows; begin += tiling.chunk_queries) {
-      const auto offset = [&](float* data) { return data == nullptr ? nullptr : data + begin; };
       const int64_t end = std::min(begin + tiling.chunk_queries, queries.rows);
       counts.clamped_variances += EvaluateChunk(
-          kernel, queue, tiling, scratch, queries.rows_between(begin, end),
-          {offset(outputs.mean), offset(outputs.variance), offset(outputs.probability)});
+          kernel, queue, tiling, scratch, queries.rows_between(begin, end), staged.From(begin));
     }
+    staged.Commit();
   }));
   return counts;
 }

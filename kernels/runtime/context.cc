@@ -19,6 +19,18 @@ KernelTuning DefaultsOf(const cl::Device& device, DeviceType type) {
   return DefaultTuning(native >= 16 ? 16 : native >= 8 ? 8 : 4);
 }
 
+// The text of a .cl file with the lines #include "other.cl" replaced by the other's text.
+std::string SourceOf(std::string_view file) {
+  constexpr std::string_view kInclude = "\n#include \"";
+  std::string text(cl_sources::Text(file));
+  for (size_t at = text.find(kInclude); at != std::string::npos; at = text.find(kInclude, at)) {
+    const size_t name = at + kInclude.size();
+    const size_t end = text.find('"', name);
+    text.replace(at + 1, end - at, SourceOf(text.substr(name, end - name)));
+  }
+  return text;
+}
+
 }  // namespace
 
 Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& options)
@@ -33,7 +45,7 @@ Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& optio
 }
 
 absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::string& options) {
-  absl::MutexLock lock(&mutex_);
+  const std::lock_guard lock(mutex_);
   const std::string key = std::string(file) + "\n" + options;
   if (const auto found = programs_.find(key); found != programs_.end()) {
     return found->second;
@@ -41,8 +53,7 @@ absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::s
   cl::Program program;
   EGOSIEVE_RETURN_IF_ERROR(
       CatchOpenClErrors("building " + std::string(file) + " for " + info_.name, [&] {
-        const std::string source =
-            std::string(cl_sources::Text("common.cl")) + std::string(cl_sources::Text(file));
+        const std::string source = SourceOf("common.cl") + SourceOf(file);
         program = BuildProgram(context_, device_, info_, source, options, program_cache_);
       }));
   programs_.emplace(key, program);

@@ -18,7 +18,7 @@ struct Field {
   int most;
 };
 
-constexpr std::array<Field, 9> kFields = {{
+constexpr std::array<Field, 10> kFields = {{
     {"float_lanes", &KernelTuning::float_lanes, 1, 16},
     {"mean_width", &KernelTuning::mean_width, 1, 8},
     {"width", &KernelTuning::width, 1, 8},
@@ -28,6 +28,7 @@ constexpr std::array<Field, 9> kFields = {{
     {"micro_tiles", &KernelTuning::micro_tiles, 1, 64},
     {"work_group", &KernelTuning::work_group, 1, 1024},
     {"groups_a_unit", &KernelTuning::groups_a_unit, 1, 64},
+    {"local_tiles", &KernelTuning::local_tiles, 0, 1},
 }};
 
 }  // namespace
@@ -44,16 +45,30 @@ absl::Status KernelTuning::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrFormat("float_lanes = %d; it must be 1, 4, 8 or 16", float_lanes));
   }
+  if (local_tiles == 0) return absl::OkStatus();
+  if (float_lanes != 1 || work_group % panels_a_group != 0 || panel * panels_a_group % depth != 0) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "local_tiles = 1 with float_lanes = %d, panel = %d, panels_a_group = %d, work_group = %d, "
+        "depth = %d; float_lanes must be 1, panels_a_group divide work_group, and depth divide "
+        "panel * panels_a_group",
+        float_lanes, panel, panels_a_group, work_group, depth));
+  }
   return absl::OkStatus();
 }
 
+// 64 sums in registers, blocks of 128 rows by 64 queries, 12 KiB of local memory.
 KernelTuning DefaultGpuTuning() {
-  KernelTuning tuning = DefaultTuning(1);
-  tuning.width = 4;
+  KernelTuning tuning;
+  tuning.local_tiles = 1;
+  tuning.float_lanes = 1;
   tuning.mean_width = 4;
+  tuning.width = 8;
+  tuning.panel = 8;
+  tuning.panels_a_group = 16;
+  tuning.depth = 16;
   tuning.micro_tiles = 1;
-  tuning.work_group = 64;
-  tuning.groups_a_unit = 16;
+  tuning.work_group = 128;
+  tuning.groups_a_unit = 4;
   return tuning;
 }
 

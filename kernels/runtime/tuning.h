@@ -24,6 +24,10 @@ struct KernelTuning {
   int micro_tiles = 4;      // register blocks of queries in a tile: 1 to 64
   int work_group = 1;       // work-items side by side, each with its own tile: 1 to 1024
   int groups_a_unit = 1;    // work-groups a compute unit: 1 to 64
+  // 1: the kernels of kernels/cl/dense_posterior_local.cl, in which a work-group shares a tile and
+  // stages it in local memory. Then float_lanes is 1, panels_a_group divides work_group, and depth
+  // divides panel * panels_a_group. 0: those of dense_posterior.cl.
+  int local_tiles = 0;
 
   // InvalidArgument, naming field and value.
   absl::Status Validate() const;
@@ -32,7 +36,7 @@ struct KernelTuning {
 
 // What suits devices with vectors of `float_lanes` lanes without any search.
 KernelTuning DefaultTuning(int float_lanes);
-// Scalar work-items side by side in their thousands.
+// Scalar work-items side by side in their thousands, tiles in local memory. Not timed on a GPU.
 KernelTuning DefaultGpuTuning();
 
 std::string FormatTuning(const KernelTuning& tuning);

@@ -109,6 +109,24 @@ Problem MakeProblem(std::mt19937_64& random, const CovarianceParameters& covaria
   return problem;
 }
 
+PosteriorErrorBounds ErrorBounds(const PosteriorModel& model, double noise_stddev) {
+  const double u = std::ldexp(1.0, -24);
+  const double n = static_cast<double>(model.inputs.rows);
+  const double signal = model.covariance.signal_stddev * model.covariance.signal_stddev;
+  double alpha_sum = 0.0;
+  for (int64_t i = 0; i < model.inputs.rows; ++i) alpha_sum += std::abs(model.alpha[i]);
+  const double prior = signal * M_PI / 2;
+  const double condition = std::sqrt((n * prior + noise_stddev * noise_stddev)) / noise_stddev;
+  const double v = std::sqrt(prior);
+  PosteriorErrorBounds bounds;
+  bounds.mean = signal * alpha_sum * (1e-6 + (66 + n / 64) * u * M_PI / 2) + 1e-6;
+  bounds.variance = 2 * v * (1e-6 * signal * std::sqrt(n) / noise_stddev + 8 * u * condition * v) +
+                    (n / 96 + 96) * u * prior;
+  bounds.probability = 0.4 * model.squash_a * bounds.mean +
+                       0.13 * model.squash_a * model.squash_a * bounds.variance + 1e-6;
+  return bounds;
+}
+
 std::shared_ptr<Context> TestContext() {
   static const absl::StatusOr<std::shared_ptr<Context>> context = OpenContext();
   EXPECT_TRUE(context.ok()) << context.status();

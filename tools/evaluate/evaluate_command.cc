@@ -13,9 +13,12 @@
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
 #include "tools/evaluate/evaluate_run.h"
+#include "tools/evaluate/evaluation_page.h"
 #include "tools/evaluate_features/feature_flags.h"
+#include "tools/plots/plots_flag.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/suite/child_process.h"
+#include "tools/suite/suite_figures.h"
 #include "tools/suite/suite_run.h"
 #include "tools/suite/suite_table.h"
 
@@ -45,6 +48,7 @@ class EvaluateCommand : public Command {
         ->type_name("TRUTH");
     AddScoringFlags(app);
     AddSuiteFlags(app);
+    plots_.AddFlag(app);
     progress_.AddFlag(app);
     features_.AddFlags(app);
   }
@@ -126,6 +130,7 @@ class EvaluateCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.csv"), ToCsv(evaluation)));
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.json"), ToText(evaluation)));
     std::cout << ToTable(evaluation);
+    EGOSIEVE_RETURN_IF_ERROR(plots_.Write(folder.File("plots"), MakeEvaluationPage(run)));
     return ExitCode::kDone;
   }
 
@@ -155,6 +160,8 @@ class EvaluateCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(
         WriteFileAtomically(base + ".json", ToJson(list, results, summary).dump(2) + "\n"));
     std::cout << ToTable(list, results, summary);
+    EGOSIEVE_RETURN_IF_ERROR(plots_.Write(absl::StrCat(suite_options_.out, "/plots"),
+                                          MakeSuitePage(list, results, summary)));
     return summary.failed > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
   }
 
@@ -166,6 +173,7 @@ class EvaluateCommand : public Command {
   std::string segment_flags_;
   SuiteOptions suite_options_;
   ProgressFlag progress_;
+  PlotsFlag plots_;
   FeatureFlags features_;
 };
 

@@ -6,6 +6,7 @@
 //   full/NNNNNN.{prob,std,class}.png   the same at the frames' resolution
 //   render/NNNNNN.png              overlays
 //   model/                         checkpoints
+//   steps/NNNNNN.npz               what the frame did to the model, where maps are made later
 //   report.html, overlay.mp4, eval.json, eval.csv
 //
 // NNNNNN is the frame's index in the input, from 0. A frame's maps are written before its line: a

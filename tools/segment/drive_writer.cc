@@ -40,14 +40,30 @@ std::vector<std::pair<std::string, double>> MakeMilliseconds(
           {"inference", stages.inference}};
 }
 
+}  // namespace
+
 FrameMaps MakeMaps(const vision::SegmentationMap& map) {
   const auto as_image = [&](const std::vector<float>& values) {
     return cv::Mat1f(map.grid.rows(), map.grid.columns(), const_cast<float*>(values.data()));
   };
-  return {as_image(map.probability), as_image(map.deviation)};
+  // A method without a deviation has none to write.
+  return {as_image(map.probability), map.deviation.empty() ? cv::Mat1f() : as_image(map.deviation)};
 }
 
-}  // namespace
+absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLine& line) {
+  for (const char* suffix : {".std.png", ".prob.png"}) {
+    const absl::StatusOr<std::string> png =
+        ReadFile(folder.FrameFile("grid", before.index, suffix));
+    if (absl::IsNotFound(png.status()) && suffix == std::string(".std.png")) continue;
+    EGOSIEVE_RETURN_IF_ERROR(png.status());
+    EGOSIEVE_RETURN_IF_ERROR(
+        WriteFileAtomically(folder.FrameFile("grid", line.index, suffix), *png));
+  }
+  line.width_pixels = before.width_pixels;
+  line.height_pixels = before.height_pixels;
+  line.dynamic_share = before.dynamic_share;
+  return absl::OkStatus();
+}
 
 std::string UtcNow() {
   const std::time_t now = std::time(nullptr);
@@ -93,57 +109,52 @@ FrameLine MakeLine(const vision::SegmentedFrame& frame) {
 }
 
 absl::StatusOr<DriveWriter> DriveWriter::Start(const RunFolder& folder,
-                                               const RunDescription& description) {
+                                               const RunDescription& description,
+                                               DriveWriterOptions options) {
   EGOSIEVE_RETURN_IF_ERROR(folder.WriteDescription(description));
   EGOSIEVE_ASSIGN_OR_RETURN(LineLog log, folder.OpenLog());
-  return DriveWriter(folder, description, std::move(log));
+  return DriveWriter(folder, description, std::move(log), std::move(options));
 }
 
 absl::StatusOr<DriveWriter> DriveWriter::Continue(const RunFolder& folder,
                                                   const RunDescription& description,
-                                                  const std::vector<FrameLine>& lines) {
+                                                  const std::vector<FrameLine>& lines,
+                                                  DriveWriterOptions options) {
   EGOSIEVE_RETURN_IF_ERROR(folder.WriteDescription(description));
   EGOSIEVE_RETURN_IF_ERROR(folder.OpenLog().status());  // makes it where a kill came before it
   EGOSIEVE_ASSIGN_OR_RETURN(
       LineLog log,
       LineLog::OpenTruncated(folder.File("frames.jsonl"), static_cast<int64_t>(lines.size())));
-  DriveWriter writer(folder, description, std::move(log));
+  DriveWriter writer(folder, description, std::move(log), std::move(options));
   for (const FrameLine& line : lines) {
-    writer.Count(line);
-    writer.last_line_ = line;
+    writer.Remember(line);
   }
   return writer;
 }
 
 absl::Status DriveWriter::AnswerFromBefore(FrameLine& line) const {
-  if (!last_line_.has_map()) return absl::OkStatus();
-  for (const char* suffix : {".std.png", ".prob.png"}) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::string png,
-                              ReadFile(folder_.FrameFile("grid", last_line_.index, suffix)));
-    EGOSIEVE_RETURN_IF_ERROR(
-        WriteFileAtomically(folder_.FrameFile("grid", line.index, suffix), png));
-  }
-  line.width_pixels = last_line_.width_pixels;
-  line.height_pixels = last_line_.height_pixels;
   line.time_seconds = last_line_.time_seconds;
   line.model_size = last_line_.model_size;
   line.theta = last_line_.theta;
   line.a = last_line_.a;
   line.b = last_line_.b;
-  line.dynamic_share = last_line_.dynamic_share;
-  return absl::OkStatus();
+  const bool wanted = options_.wants_map == nullptr || options_.wants_map(line.index);
+  return wanted && last_with_map_.has_map() ? CopyMaps(folder_, last_with_map_, line)
+                                            : absl::OkStatus();
 }
 
-void DriveWriter::Count(const FrameLine& line) {
+void DriveWriter::Remember(FrameLine line) {
   if (line.outcome == FrameLine::Outcome::kFailed) {
     if (counts_.failed++ == 0) counts_.first_failure = line.reason;
-    return;
+  } else {
+    ++counts_.answered;
+    counts_.learnt += line.outcome == FrameLine::Outcome::kLearnt;
+    counts_.other_sizes += line.has_map() && (line.width_pixels != description_.grid.width ||
+                                              line.height_pixels != description_.grid.height);
+    if (line.outcome == FrameLine::Outcome::kAnswered) counts_.last_not_learnt = line.reason;
   }
-  ++counts_.answered;
-  counts_.learnt += line.outcome == FrameLine::Outcome::kLearnt;
-  counts_.other_sizes += line.width_pixels != description_.grid.width ||
-                         line.height_pixels != description_.grid.height;
-  if (line.outcome == FrameLine::Outcome::kAnswered) counts_.last_not_learnt = line.reason;
+  if (line.has_map()) last_with_map_ = line;
+  last_line_ = std::move(line);
 }
 
 absl::Status DriveWriter::Write(const vision::SegmentedFrame& frame) {
@@ -151,20 +162,23 @@ absl::Status DriveWriter::Write(const vision::SegmentedFrame& frame) {
   FrameLine line = MakeLine(frame);
   if (line.outcome == FrameLine::Outcome::kFailed) {
     EGOSIEVE_RETURN_IF_ERROR(AnswerFromBefore(line));
-  } else {
+  } else if (line.has_map()) {
     EGOSIEVE_ASSIGN_OR_RETURN(
         line.saturated_deviations,
         folder_.WriteGridMaps(line.index, MakeMaps(frame.map), description_.deviation_full_scale));
+  }
+  if (!frame.step.empty()) {
+    EGOSIEVE_RETURN_IF_ERROR(WriteStep(folder_, frame.index, frame.step));
   }
   const std::chrono::duration<double, std::milli> writing =
       std::chrono::steady_clock::now() - start;
   line.milliseconds.emplace_back("writing", writing.count());
   EGOSIEVE_RETURN_IF_ERROR(log_.Append(ToText(line)));
   if (!frame.checkpoint.empty()) {
-    EGOSIEVE_RETURN_IF_ERROR(WriteCheckpoint(folder_, frame.index, frame.checkpoint));
+    EGOSIEVE_RETURN_IF_ERROR(
+        WriteCheckpoint(folder_, frame.index, frame.checkpoint, options_.keep_checkpoints));
   }
-  Count(line);
-  last_line_ = std::move(line);
+  Remember(std::move(line));
   return absl::OkStatus();
 }
 

@@ -3,6 +3,7 @@
 #define EGOSIEVE_TOOLS_SEGMENT_DRIVE_WRITER_H_
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +18,19 @@ namespace egosieve::tools {
 // A frame's line, but for its outcome's cost in `writing` and its saturated deviations.
 FrameLine MakeLine(const vision::SegmentedFrame& frame);
 
+// 16-bit images of a map, as RunFolder writes them; views of `map`.
+FrameMaps MakeMaps(const vision::SegmentationMap& map);
+
+// Gives `line`, of a frame that could not be read, the map of `before`, which has one.
+absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLine& line);
+
+struct DriveWriterOptions {
+  // The frames that get a map; null: all.
+  std::function<bool(int64_t index)> wants_map;
+  // Of a run whose maps are made later: every checkpoint is a place to begin.
+  bool keep_checkpoints = false;
+};
+
 class DriveWriter {
  public:
   struct Counts {
@@ -30,15 +44,17 @@ class DriveWriter {
 
   // `folder` was made for a new run; `description` is written as it is.
   static absl::StatusOr<DriveWriter> Start(const RunFolder& folder,
-                                           const RunDescription& description);
+                                           const RunDescription& description,
+                                           DriveWriterOptions options = {});
 
   // `folder` holds a run of which `lines` are kept: the log is cut behind them.
   static absl::StatusOr<DriveWriter> Continue(const RunFolder& folder,
                                               const RunDescription& description,
-                                              const std::vector<FrameLine>& lines);
+                                              const std::vector<FrameLine>& lines,
+                                              DriveWriterOptions options = {});
 
-  // The maps, then the line, then the checkpoint where there is one. After an error the folder
-  // holds the frames before.
+  // The maps, the step, then the line, then the checkpoint where there is one. After an error the
+  // folder holds the frames before.
   absl::Status Write(const vision::SegmentedFrame& frame);
 
   // Writes how the run ended into run.json. `seconds` is what this part of it took.
@@ -48,18 +64,24 @@ class DriveWriter {
   const FrameLine& last_line() const { return last_line_; }
 
  private:
-  DriveWriter(const RunFolder& folder, const RunDescription& description, LineLog log)
-      : folder_(folder), description_(description), log_(std::move(log)) {}
+  DriveWriter(const RunFolder& folder, const RunDescription& description, LineLog log,
+              DriveWriterOptions options)
+      : folder_(folder),
+        description_(description),
+        log_(std::move(log)),
+        options_(std::move(options)) {}
 
-  // A frame that could not be read gets the map of the one before it, where there is one.
+  // A frame that could not be read gets the last map before it, where there is one.
   absl::Status AnswerFromBefore(FrameLine& line) const;
-  void Count(const FrameLine& line);
+  void Remember(FrameLine line);
 
   RunFolder folder_;
   RunDescription description_;
   LineLog log_;
+  DriveWriterOptions options_;
   Counts counts_;
   FrameLine last_line_;
+  FrameLine last_with_map_;
 };
 
 // Now, in ISO 8601, to the second.

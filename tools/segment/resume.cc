@@ -36,9 +36,11 @@ std::vector<int64_t> ListCheckpoints(const RunFolder& folder) {
 
 }  // namespace
 
-absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::string& bytes) {
+absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::string& bytes,
+                             bool keep_all) {
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("model")));
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.FrameFile("model", index, kSuffix), bytes));
+  if (keep_all) return absl::OkStatus();
   std::vector<int64_t> indices = ListCheckpoints(folder);
   for (size_t i = 0; i + kKeptCheckpoints < indices.size(); ++i) {
     std::error_code error;  // one too many does no harm
@@ -47,19 +49,36 @@ absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::
   return absl::OkStatus();
 }
 
+absl::Status WriteStep(const RunFolder& folder, int64_t index, const std::string& bytes) {
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("steps")));
+  return WriteFileAtomically(folder.FrameFile("steps", index, kSuffix), bytes);
+}
+
+absl::StatusOr<std::string> ReadStep(const RunFolder& folder, int64_t index) {
+  return ReadFile(folder.FrameFile("steps", index, kSuffix));
+}
+
+std::optional<CheckpointBytes> FindCheckpoint(const RunFolder& folder, int64_t last) {
+  std::vector<int64_t> checkpoints = ListCheckpoints(folder);
+  for (; !checkpoints.empty(); checkpoints.pop_back()) {
+    const int64_t index = checkpoints.back();
+    if (index > last) continue;
+    absl::StatusOr<std::string> bytes = ReadFile(folder.FrameFile("model", index, kSuffix));
+    if (bytes.ok() && gp::ParseModel(*bytes).ok()) {
+      return CheckpointBytes{index + 1, *std::move(bytes)};
+    }
+  }
+  return std::nullopt;
+}
+
 absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t from) {
   ResumePoint point;
   point.next_frame = from;
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadLines());
-  std::vector<int64_t> checkpoints = ListCheckpoints(folder);
-  for (; !checkpoints.empty(); checkpoints.pop_back()) {
-    const int64_t index = checkpoints.back();
-    if (lines.empty() || index > lines.back().index) continue;
-    absl::StatusOr<std::string> bytes = ReadFile(folder.FrameFile("model", index, kSuffix));
-    if (bytes.ok() && gp::ParseModel(*bytes).ok()) {
-      point.checkpoint = *std::move(bytes);
-      point.next_frame = index + 1;
-      break;
+  if (!lines.empty()) {
+    if (auto checkpoint = FindCheckpoint(folder, lines.back().index); checkpoint.has_value()) {
+      point.checkpoint = std::move(checkpoint->bytes);
+      point.next_frame = checkpoint->next_frame;
     }
   }
   for (FrameLine& line : lines) {

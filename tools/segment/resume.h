@@ -3,10 +3,15 @@
 // Checkpoints lie in model/NNNNNN.npz (gp/io/model_file.h), each the state after frame NNNNNN,
 // whole or absent; the last two are kept. A run goes on behind the newest checkpoint whose frame
 // has its line; what had been written after it is written again, with the same bytes.
+//
+// A run whose maps are made later keeps all its checkpoints, and in steps/NNNNNN.npz what each
+// frame did to the model (vision/segmentation/learning_step.h): from a checkpoint and the steps
+// behind it follows the model of any frame.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_RESUME_H_
 #define EGOSIEVE_TOOLS_SEGMENT_RESUME_H_
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +22,21 @@
 
 namespace egosieve::tools {
 
-// Writes the checkpoint after frame `index` and removes all but the last two.
-absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::string& bytes);
+// Writes the checkpoint after frame `index`; removes all but the last two unless `keep_all`.
+absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::string& bytes,
+                             bool keep_all);
+
+absl::Status WriteStep(const RunFolder& folder, int64_t index, const std::string& bytes);
+// NotFound where the frame has none.
+absl::StatusOr<std::string> ReadStep(const RunFolder& folder, int64_t index);
+
+struct CheckpointBytes {
+  int64_t next_frame = 0;  // the frame behind it
+  std::string bytes;
+};
+
+// The newest whole checkpoint after a frame of at most `last`; none where there is none.
+std::optional<CheckpointBytes> FindCheckpoint(const RunFolder& folder, int64_t last);
 
 struct ResumePoint {
   int64_t next_frame = 0;        // index of the first frame to segment

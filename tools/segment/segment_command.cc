@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/device_flag.h"
@@ -23,6 +25,8 @@
 #include "tools/cli/version.h"
 #include "tools/segment/drive_input.h"
 #include "tools/segment/drive_writer.h"
+#include "tools/segment/method_flag.h"
+#include "tools/segment/method_run.h"
 #include "tools/segment/resume.h"
 #include "tools/segment/segment_flags.h"
 #include "vision/segmentation/segmentation_pipeline.h"
@@ -59,18 +63,25 @@ class SegmentCommand : public Command {
                  "Go on with the run that the folder holds, as if it had never been interrupted; "
                  "start it where there is none");
     flags_.AddFlags(app);
+    method_.AddFlag(app);
     app.add_option("--checkpoint_every", checkpoint_every_,
                    "Frames between checkpoints, from which --resume goes on; 0: none")
         ->check(AtLeast<int64_t>(0))
         ->type_name("FRAMES");
     range_.AddFlags(app);
+    app.add_option("--every", every_,
+                   "Makes the map of each N-th frame only, from the first on; those between are "
+                   "learnt from all the same, and infer can make their maps later")
+        ->check(AtLeast<int64_t>(1))
+        ->type_name("N");
+    app.add_flag("--learn_only", learn_only_,
+                 "Makes no maps but keeps the model of every frame, for infer to make them later");
     app.add_option("--max_frames", max_frames_, "Frames to segment at most; 0: no limit")
         ->check(AtLeast<int64_t>(0))
         ->type_name("FRAMES");
-    app.add_option(
-           "--threads", threads_,
-           "Threads of the front end, beside the device's; with 1 the stages do not overlap "
-           "either; 0: the machine's cores. The output is the same")
+    app.add_option("--threads", threads_,
+                   "Threads of the host, beside the device's; with 1 the stages do not overlap "
+                   "either; 0: the machine's cores. The output is the same")
         ->check(Between(0, 256))
         ->type_name("NUMBER");
     device_.AddFlag(app);
@@ -86,10 +97,14 @@ class SegmentCommand : public Command {
     const int threads =
         threads_ > 0 ? threads_
                      : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 256);
-    const vision::OnlineSegmenterOptions options = flags_.MakeOptions(threads);
+    kernels::SetMaximumThreads(threads);
+    vision::OnlineSegmenterOptions options = flags_.MakeOptions(threads);
+    method_.Apply(options);
     EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+    EGOSIEVE_RETURN_IF_ERROR(method_.CheckWith(resume_, every_ > 1 || learn_only_));
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(input_, range_.from));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
+    if (method_.is_rival()) return SegmentByRival(input, device, options);
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<vision::OnlineSegmenter> segmenter,
                               vision::OnlineSegmenter::Create(device.context, options));
     EGOSIEVE_ASSIGN_OR_RETURN(Beginning beginning,
@@ -115,7 +130,8 @@ class SegmentCommand : public Command {
     beginning.first_frame = range_.from;
     if (!resume_ || !RunFolder::Open(directory_).ok()) {
       EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Create(directory_, overwrite_));
-      EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer, DriveWriter::Start(folder, description));
+      EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer,
+                                DriveWriter::Start(folder, description, WriterOptions()));
       return beginning;
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
@@ -143,8 +159,8 @@ class SegmentCommand : public Command {
     description.started_utc = before.started_utc;
     description.seconds = before.seconds;
     beginning.first_frame = point.next_frame;
-    EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer,
-                              DriveWriter::Continue(folder, description, point.lines));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        beginning.writer, DriveWriter::Continue(folder, description, point.lines, WriterOptions()));
     return beginning;
   }
 
@@ -156,12 +172,38 @@ class SegmentCommand : public Command {
 
   absl::StatusOr<ExitCode> Segment(const DriveInput& input, const vision::PipelineOptions& pipeline,
                                    vision::OnlineSegmenter& segmenter, DriveWriter& writer) const {
+    return WriteAll(input, pipeline, writer, [&](const vision::SegmentedFrameSink& sink) {
+      return vision::RunPipeline(*input.frames, segmenter, pipeline, InterruptionRequested, sink);
+    });
+  }
+
+  absl::StatusOr<ExitCode> SegmentByRival(const DriveInput& input, const OpenedDevice& device,
+                                          const vision::OnlineSegmenterOptions& options) const {
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        std::unique_ptr<vision::MethodSegmenter> segmenter,
+        vision::MethodSegmenter::Create(device.context, options, {method_.name()}));
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Create(directory_, overwrite_));
+    RunDescription description = Describe(input, device.info, options);
+    description.flags["method"] = method_.name();
+    EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer,
+                              DriveWriter::Start(folder, description, WriterOptions()));
+    vision::PipelineOptions pipeline = MakePipeline(1, range_.from);
+    pipeline.checkpoint_interval = 0;
+    return WriteAll(input, pipeline, writer, [&](const vision::SegmentedFrameSink& sink) {
+      return RunMethod(*input.frames, *segmenter, pipeline, InterruptionRequested, sink);
+    });
+  }
+
+  // Writes what `run` gives to its sink, frame by frame, and how it ended.
+  template <typename Run>
+  absl::StatusOr<ExitCode> WriteAll(const DriveInput& input,
+                                    const vision::PipelineOptions& pipeline, DriveWriter& writer,
+                                    const Run& run) const {
     CatchInterruptions();
     Progress progress("segment", progress_, ExpectedFrames(*input.frames, pipeline));
     const auto start = std::chrono::steady_clock::now();
-    const absl::StatusOr<vision::PipelineSummary> summary = vision::RunPipeline(
-        *input.frames, segmenter, pipeline, InterruptionRequested,
-        [&](const vision::SegmentedFrame& frame) {
+    const absl::StatusOr<vision::PipelineSummary> summary =
+        run([&](const vision::SegmentedFrame& frame) {
           EGOSIEVE_RETURN_IF_ERROR(writer.Write(frame));
           const FrameLine& line = writer.last_line();
           progress.Advance({{"model size", static_cast<double>(line.model_size)},
@@ -181,6 +223,8 @@ class SegmentCommand : public Command {
     description.flags = DescribeOptions(options);
     description.flags["from"] = absl::StrCat(range_.from);
     description.flags["checkpoint_every"] = absl::StrCat(checkpoint_every_);
+    description.flags["every"] = absl::StrCat(every_);
+    description.flags["learn_only"] = learn_only_ ? "yes" : "no";
     description.device = DescribeDevice(device);
     description.seed = flags_.seed();
     description.input = input.description;
@@ -194,6 +238,8 @@ class SegmentCommand : public Command {
     pipeline.overlap = threads > 1;
     pipeline.first_frame = first_frame;
     pipeline.checkpoint_interval = checkpoint_every_;
+    pipeline.wants_map = WantedMaps();
+    pipeline.record_steps = LeavesMaps();
     pipeline.end_frame = range_.to >= 0 ? range_.to + 1 : -1;
     if (max_frames_ > 0) {
       const int64_t end = range_.from + max_frames_;
@@ -201,6 +247,18 @@ class SegmentCommand : public Command {
     }
     return pipeline;
   }
+
+  // Maps are left for later.
+  bool LeavesMaps() const { return learn_only_ || every_ > 1; }
+
+  std::function<bool(int64_t)> WantedMaps() const {
+    if (learn_only_) return [](int64_t) { return false; };
+    if (every_ == 1) return nullptr;
+    return
+        [from = range_.from, every = every_](int64_t index) { return (index - from) % every == 0; };
+  }
+
+  DriveWriterOptions WriterOptions() const { return {WantedMaps(), LeavesMaps()}; }
 
   static int64_t ExpectedFrames(const vision::FrameSource& source,
                                 const vision::PipelineOptions& pipeline) {
@@ -259,7 +317,10 @@ class SegmentCommand : public Command {
   bool resume_ = false;
   int64_t checkpoint_every_ = 25;
   SegmentFlags flags_;
+  MethodFlag method_;
   FrameRange range_;
+  int64_t every_ = 1;
+  bool learn_only_ = false;
   int64_t max_frames_ = 0;
   int threads_ = 0;
   DeviceFlag device_;

@@ -2,6 +2,8 @@
 
 #include <vector>
 
+#include "absl/status/status.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "tools/cli/checks.h"
@@ -51,6 +53,38 @@ const Words<kernels::CovarianceFunction>& CovarianceWords() {
   return words;
 }
 
+const Words<vision::ModelKind>& ModelWords() {
+  static const auto& words = *new Words<vision::ModelKind>{{"exact", vision::ModelKind::kExact},
+                                                           {"sparse", vision::ModelKind::kSparse}};
+  return words;
+}
+
+const Words<vision::FlowQuality>& FlowQualityWords() {
+  static const auto& words =
+      *new Words<vision::FlowQuality>{{"ultrafast", vision::FlowQuality::kUltrafast},
+                                      {"fast", vision::FlowQuality::kFast},
+                                      {"medium", vision::FlowQuality::kMedium}};
+  return words;
+}
+
+const Words<OnlineSegmenterOptions (*)()>& Profiles() {
+  static const auto& words =
+      *new Words<OnlineSegmenterOptions (*)()>{{"default", &OnlineSegmenterOptions::Default},
+                                               {"paper", &OnlineSegmenterOptions::Paper},
+                                               {"fast", &OnlineSegmenterOptions::Fast}};
+  return words;
+}
+
+// The gap that the labeller chooses by itself.
+constexpr char kAutomatic[] = "auto";
+constexpr int kAutomaticGap = 0;
+
+CLI::Validator GapOrAutomatic() {
+  return CLI::Validator(
+      [](std::string& text) { return text == kAutomatic ? std::string() : Between(1, 100)(text); },
+      "");
+}
+
 template <typename Value>
 std::string NameOf(const Words<Value>& words, Value value) {
   for (const auto& [name, candidate] : words) {
@@ -86,9 +120,9 @@ void SegmentFlags::AddFlags(CLI::App& app) {
   app.add_option(
          "--profile", profile_,
          "default: the most accurate that keeps up; paper: faithful to the paper's sections "
-         "III to V. Flags below override what the profile says")
-      ->check(OneOf({"default", "paper"}))
-      ->type_name("default|paper");
+         "III to V; fast: every stage chosen for speed. Flags below override what the profile says")
+      ->check(OneOf(NamesOf(Profiles())))
+      ->type_name(absl::StrJoin(NamesOf(Profiles()), "|"));
   app.add_option("--seed", seed_, "Of everything random")->type_name("NUMBER");
   app.add_option("--stride", stride_,
                  "Pixels between neighbouring grid pixels, at which the map is evaluated; 1: all")
@@ -99,12 +133,20 @@ void SegmentFlags::AddFlags(CLI::App& app) {
          "Side of the square window over which a descriptor's intensities are averaged; odd")
       ->check(Between(1, 255))
       ->type_name("PIXELS");
+  AddWordFlag(app, "--model", model_, ModelWords(),
+              "exact: the paper's; sparse: through inducing points, with which every pixel "
+              "(--stride=1) is affordable");
+  app.add_option("--inducing_points", inducing_points_, "Inducing points of --model=sparse at most")
+      ->check(Between(int64_t{1}, int64_t{4096}))
+      ->type_name("POINTS");
   app.add_option("--budget", budget_, "Points that the model holds at most")
       ->check(Between(int64_t{0}, int64_t{20000}))
       ->type_name("POINTS");
-  app.add_option("--frame_gap", frame_gap_, "Frames between the two of a pair")
-      ->check(Between(1, 100))
-      ->type_name("FRAMES");
+  app.add_option("--frame_gap", frame_gap_,
+                 "Frames between the two of a pair; auto: by the parallax that is seen. Every "
+                 "frame has its map")
+      ->check(GapOrAutomatic())
+      ->type_name("FRAMES|auto");
   app.add_option("--feature_count", feature_count_,
                  "SIFT features and corners asked for; 0: 7000 at 1242 x 375, by area")
       ->check(Between(0, 1000000))
@@ -121,14 +163,22 @@ void SegmentFlags::AddFlags(CLI::App& app) {
 }
 
 OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
-  OnlineSegmenterOptions options =
-      profile_ == "paper" ? OnlineSegmenterOptions::Paper() : OnlineSegmenterOptions::Default();
+  OnlineSegmenterOptions options;
+  for (const auto& [name, make] : Profiles()) {
+    if (name == profile_) options = make();
+  }
   options.SetSeed(seed_);
   options.labeller.threads = threads;
   Override(stride_, options.stride_pixels);
   Override(window_, options.descriptor.window_pixels);
   Override(budget_, options.learner.budget.budget);
-  Override(frame_gap_, options.labeller.frame_gap);
+  Override(model_, ModelWords(), options.learner.model.kind);
+  Override(inducing_points_, options.learner.model.sparse.inducing_points);
+  if (frame_gap_ == kAutomatic) {
+    options.labeller.frame_gap = kAutomaticGap;
+  } else if (frame_gap_.has_value()) {
+    options.labeller.frame_gap = std::stoi(*frame_gap_);  // a number, by its check
+  }
   Override(feature_count_, options.labeller.feature_count);
   Override(features_, FeatureWords(), options.labeller.features);
   Override(motion_model_, MotionModelWords(), options.labeller.motion_model);
@@ -145,8 +195,13 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
   return {
       {"stride", absl::StrCat(options.stride_pixels)},
       {"window", absl::StrCat(options.descriptor.window_pixels)},
+      {"model", NameOf(ModelWords(), learner.model.kind)},
+      {"inducing_points", learner.model.kind == vision::ModelKind::kSparse
+                              ? absl::StrCat(learner.model.sparse.inducing_points)
+                              : "none"},
       {"budget", absl::StrCat(learner.budget.budget)},
-      {"frame_gap", absl::StrCat(labeller.frame_gap)},
+      {"frame_gap",
+       labeller.frame_gap == kAutomaticGap ? kAutomatic : absl::StrCat(labeller.frame_gap)},
       {"feature_count", absl::StrCat(labeller.feature_count)},
       {"features", NameOf(FeatureWords(), labeller.features)},
       {"motion_model", NameOf(MotionModelWords(), labeller.motion_model)},
@@ -155,12 +210,58 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       {"covariance", NameOf(CovarianceWords(), learner.covariance)},
       {"seed", absl::StrCat(labeller.seed)},
       // What the profiles set and no flag does.
+      {"flow_quality", NameOf(FlowQualityWords(), labeller.flow_quality)},
+      {"training_points", absl::StrCat(learner.training.subset_size)},
       {"labelled_frame",
        labeller.labelled_side == vision::LabelledSide::kFirstFrame ? "first" : "current"},
       {"novelty_filter", yes_or_no(learner.novelty_filter)},
       {"consistency_filter", yes_or_no(learner.consistency_filter)},
       {"random_start", yes_or_no(learner.random_start)},
   };
+}
+
+absl::StatusOr<OnlineSegmenterOptions> ReadInferenceOptions(
+    const std::map<std::string, std::string>& flags) {
+  OnlineSegmenterOptions options;
+  absl::Status status;
+  const auto find = [&](const std::string& name) {
+    const auto flag = flags.find(name);
+    if (flag == flags.end()) {
+      status.Update(absl::DataLossError(absl::StrCat("run.json has no flag '", name, "'")));
+    }
+    return flag == flags.end() ? std::string() : flag->second;
+  };
+  const auto read_word = [&](const std::string& name, const auto& words, auto& target) {
+    const std::string given = find(name);
+    for (const auto& [word, value] : words) {
+      if (word == given) {
+        target = value;
+        return;
+      }
+    }
+    status.Update(absl::DataLossError(
+        absl::StrCat("run.json's flag '", name, "' has the unknown value '", given, "'")));
+  };
+  const auto read_number = [&](const std::string& name, auto& target) {
+    const std::string given = find(name);
+    if (!absl::SimpleAtoi(given, &target)) {
+      status.Update(absl::DataLossError(
+          absl::StrCat("run.json's flag '", name, "' is '", given, "', which is no number")));
+    }
+  };
+  read_word("model", ModelWords(), options.learner.model.kind);
+  read_word("covariance", CovarianceWords(), options.learner.covariance);
+  read_word("equalize", EqualizationWords(), options.labeller.equalization.method);
+  read_number("stride", options.stride_pixels);
+  read_number("window", options.descriptor.window_pixels);
+  uint64_t seed = 1;
+  read_number("seed", seed);
+  options.SetSeed(seed);
+  if (options.learner.model.kind == vision::ModelKind::kSparse) {
+    read_number("inducing_points", options.learner.model.sparse.inducing_points);
+  }
+  if (!status.ok()) return status;
+  return options;
 }
 
 }  // namespace egosieve::tools

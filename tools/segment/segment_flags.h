@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "absl/status/statusor.h"
 #include "vision/segmentation/online_segmenter.h"
 
 namespace egosieve::tools {
@@ -28,8 +29,10 @@ class SegmentFlags {
   uint64_t seed_ = 1;
   std::optional<int> stride_;
   std::optional<int> window_;
+  std::optional<std::string> model_;
   std::optional<int64_t> budget_;
-  std::optional<int> frame_gap_;
+  std::optional<int64_t> inducing_points_;
+  std::optional<std::string> frame_gap_;
   std::optional<int> feature_count_;
   std::optional<std::string> features_;
   std::optional<std::string> motion_model_;
@@ -41,6 +44,11 @@ class SegmentFlags {
 // Every flag of SegmentFlags by the value that the options have, so that two runs with the same
 // output have the same map, whether a value was given or came from the profile.
 std::map<std::string, std::string> DescribeOptions(const vision::OnlineSegmenterOptions& options);
+
+// The options that replay and inference read, from DescribeOptions' map; the others stay as they
+// are by default. DataLoss, naming the flag, where one is missing or has no known value.
+absl::StatusOr<vision::OnlineSegmenterOptions> ReadInferenceOptions(
+    const std::map<std::string, std::string>& flags);
 
 }  // namespace egosieve::tools
 

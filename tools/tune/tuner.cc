@@ -81,6 +81,8 @@ class Search {
                               double hopeless_seconds = std::numeric_limits<double>::infinity());
   void TryField(const char* name, int KernelTuning::*field, const std::vector<int>& values,
                 Workload workload, Timing& best);
+  void SearchLocalTiles(Timing& mean, Timing& variance);
+  void SearchVectors(Timing& mean, Timing& variance);
   bool AnswersAgree(const std::vector<float>& a, const std::vector<float>& b) const;
 
   TuneOptions options_;
@@ -133,6 +135,7 @@ void Search::TryField(const char* name, int KernelTuning::*field, const std::vec
     if (value == held) continue;
     KernelTuning candidate = result_.after;
     candidate.*field = value;
+    if (!candidate.Validate().ok()) continue;
     const auto timing = Time(candidate, workload, 3.0 * best.seconds);
     ++result_.shapes_timed;
     const bool usable = timing.ok() && AnswersAgree(timing->answers, best.answers);
@@ -152,6 +155,7 @@ void Search::TryField(const char* name, int KernelTuning::*field, const std::vec
 absl::StatusOr<TuneResult> Search::Run() {
   kernels::ContextOptions context_options;
   context_options.device = options_.device;
+  context_options.tuning = options_.begin;
   EGOSIEVE_ASSIGN_OR_RETURN(const auto context, kernels::OpenContext(context_options));
   if (context->is_reference()) {
     return absl::FailedPreconditionError(
@@ -163,6 +167,36 @@ absl::StatusOr<TuneResult> Search::Run() {
   EGOSIEVE_ASSIGN_OR_RETURN(Timing variance, Time(result_.before, Workload::kVariance));
   result_.mean_seconds_before = mean.seconds;
   result_.variance_seconds_before = variance.seconds;
+  if (context->is_gpu()) {
+    TryField("local_tiles", &KernelTuning::local_tiles, {0, 1}, Workload::kVariance, variance);
+  }
+  if (result_.after.local_tiles) {
+    SearchLocalTiles(mean, variance);
+  } else {
+    SearchVectors(mean, variance);
+  }
+  if (context->is_gpu()) {
+    TryField("groups_a_unit", &KernelTuning::groups_a_unit, {1, 2, 4, 8, 16, 32},
+             Workload::kVariance, variance);
+  }
+  result_.mean_seconds_after = mean.seconds;
+  result_.variance_seconds_after = variance.seconds;
+  return result_;
+}
+
+// Shapes that do not fit together are passed over.
+void Search::SearchLocalTiles(Timing& mean, Timing& variance) {
+  TryField("mean_width", &KernelTuning::mean_width, {1, 2, 4, 8}, Workload::kMean, mean);
+  TryField("width", &KernelTuning::width, {2, 4, 8}, Workload::kVariance, variance);
+  TryField("panel", &KernelTuning::panel, {4, 8}, Workload::kVariance, variance);
+  TryField("panels_a_group", &KernelTuning::panels_a_group, {4, 8, 16, 32}, Workload::kVariance,
+           variance);
+  TryField("work_group", &KernelTuning::work_group, {32, 64, 128, 256}, Workload::kVariance,
+           variance);
+  TryField("depth", &KernelTuning::depth, {8, 16, 32}, Workload::kVariance, variance);
+}
+
+void Search::SearchVectors(Timing& mean, Timing& variance) {
   TryField("float_lanes", &KernelTuning::float_lanes, {1, 4, 8, 16}, Workload::kMean, mean);
   TryField("mean_width", &KernelTuning::mean_width, {1, 2, 3, 4}, Workload::kMean, mean);
   TryField("width", &KernelTuning::width, {1, 2, 3, 4}, Workload::kVariance, variance);
@@ -172,13 +206,6 @@ absl::StatusOr<TuneResult> Search::Run() {
   TryField("panels_a_group", &KernelTuning::panels_a_group, {4, 8, 12, 16, 24}, Workload::kVariance,
            variance);
   TryField("micro_tiles", &KernelTuning::micro_tiles, {1, 2, 4, 8}, Workload::kVariance, variance);
-  if (context->is_gpu()) {
-    TryField("work_group", &KernelTuning::work_group, {32, 64, 128, 256}, Workload::kMean, mean);
-    TryField("groups_a_unit", &KernelTuning::groups_a_unit, {4, 8, 16, 32}, Workload::kMean, mean);
-  }
-  result_.mean_seconds_after = mean.seconds;
-  result_.variance_seconds_after = variance.seconds;
-  return result_;
 }
 
 }  // namespace

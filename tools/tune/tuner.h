@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,8 @@ struct TuneOptions {
   int64_t variance_queries = 1536;
   int repeats = 5;           // runs of a shape, of which the fastest counts
   double least_gain = 0.02;  // a fraction of the time, below which a change is noise
+  // Where the search begins; unset: with the device's table, or its defaults.
+  std::optional<kernels::KernelTuning> begin;
   // Names of KernelTuning's fields to search; empty: all.
   std::vector<std::string> fields;
   // Called with a line for each shape that was timed; may be empty.
@@ -48,8 +51,8 @@ struct TuneResult {
   int shapes_dropped = 0;
 };
 
-// Begins with the device's table, or its defaults. FailedPrecondition for the reference, which has
-// no shapes. Writes nothing: kernels::SaveTuning does.
+// FailedPrecondition for the reference, which has no shapes. Writes nothing: kernels::SaveTuning
+// does.
 absl::StatusOr<TuneResult> Tune(const TuneOptions& options);
 
 }  // namespace egosieve::tune

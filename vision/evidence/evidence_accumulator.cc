@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "vision/evidence/negative_depth.h"
+#include "vision/evidence/photometric_support.h"
 #include "vision/evidence/residual_scale.h"
+#include "vision/evidence/road_plane.h"
 #include "vision/geometry/residual.h"
 
 namespace egosieve::vision {
@@ -28,6 +32,39 @@ PointTriple TripleOf(const EvidencePoint& point) {
           {point.now.x, point.now.y}};
 }
 
+// Where the point would be in frame t if it stood still: the nearest place that the model allows.
+cv::Point2f StandingPlace(MotionModelKind kind, const Eigen::Matrix3d& matrix,
+                          const PointPair& pair) {
+  const Eigen::Vector3d moved = matrix * Eigen::Vector3d(pair.x1, pair.y1, 1.0);
+  if (kind == MotionModelKind::kHomography) {
+    return {static_cast<float>(moved(0) / moved(2)), static_cast<float>(moved(1) / moved(2))};
+  }
+  if (kind != MotionModelKind::kFundamental) {
+    return {static_cast<float>(pair.x1), static_cast<float>(pair.y1)};
+  }
+  const double square = moved.head<2>().squaredNorm();
+  const double distance = moved.dot(Eigen::Vector3d(pair.x2, pair.y2, 1.0)) / square;
+  return {static_cast<float>(pair.x2 - distance * moved(0)),
+          static_cast<float>(pair.y2 - distance * moved(1))};
+}
+
+cv::Point2f Back(cv::Point2f place, double pixels, const Eigen::Vector2d& direction) {
+  return {static_cast<float>(place.x - pixels * direction(0)),
+          static_cast<float>(place.y - pixels * direction(1))};
+}
+
+// Nothing without both pictures.
+std::optional<PhotometricSupport> PicturesOf(const EvidenceFrame& frame) {
+  if (frame.grey.empty() || frame.grey_before.empty()) return std::nullopt;
+  std::vector<cv::Point2f> befores, nows;
+  for (const EvidencePoint& point : frame.points) {
+    if (!point.estimates || !IsKnown(point.now) || !IsKnown(point.before)) continue;
+    befores.push_back(point.before);
+    nows.push_back(point.now);
+  }
+  return PhotometricSupport(frame.grey_before, frame.grey, befores, nows);
+}
+
 // One bound of an option: the value, whether it holds, and the rule in words.
 absl::Status Check(const char* name, double value, bool holds, const char* rule) {
   if (holds && std::isfinite(value)) return absl::OkStatus();
@@ -46,8 +83,10 @@ absl::Status CheckFrame(const EvidenceFrame& frame, int64_t last_index) {
     return absl::InvalidArgumentError(absl::StrCat("image size is ", frame.size.width, " x ",
                                                    frame.size.height, "; it must be positive"));
   }
-  if (!frame.grey.empty() && (frame.grey.type() != CV_8UC1 || frame.grey.size() != frame.size)) {
-    return absl::InvalidArgumentError("the image must be 8-bit grey and of the size given");
+  for (const cv::Mat& grey : {frame.grey, frame.grey_before}) {
+    if (!grey.empty() && (grey.type() != CV_8UC1 || grey.size() != frame.size)) {
+      return absl::InvalidArgumentError("the image must be 8-bit grey and of the size given");
+    }
   }
   return absl::OkStatus();
 }
@@ -177,25 +216,31 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
 void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& motion,
                                   EvidenceResult& result) const {
   if (motion.kind == MotionModelKind::kNone) return;
-  const auto set = [](EvidenceTerm term, double ratio, PointEvidence& evidence) {
-    evidence.log_ratio[static_cast<int>(term)] = ratio;
-    evidence.present[static_cast<int>(term)] = true;
-  };
+  const std::optional<PhotometricSupport> pictures = PicturesOf(frame);
   for (size_t i = 0; i < frame.points.size(); ++i) {
     const EvidencePoint& point = frame.points[i];
     if (!IsKnown(point.now) || !IsKnown(point.before)) continue;
-    PointEvidence& evidence = result.points[i];
     const PointPair pair = PairOf(point);
+    // `standing`: where the term would have a point that stands still.
+    const auto set = [&](EvidenceTerm term, double ratio, cv::Point2f standing) {
+      if (pictures.has_value() && ratio > 0.0) {
+        ratio = std::min(ratio, pictures->LogRatio(point.before, point.now, standing)
+                                    .value_or(std::numeric_limits<double>::infinity()));
+      }
+      result.points[i].log_ratio[static_cast<int>(term)] = ratio;
+      result.points[i].present[static_cast<int>(term)] = true;
+    };
     if (options_.epipolar) {
       const double residual =
           Residuals(motion.kind, motion.matrix, {pair}, EpipolarDistance::kSampson)[0];
-      set(EvidenceTerm::kEpipolar, DistanceLogRatio(residual / motion.noise_pixels), evidence);
+      set(EvidenceTerm::kEpipolar, DistanceLogRatio(residual / motion.noise_pixels),
+          StandingPlace(motion.kind, motion.matrix, pair));
     }
     if (options_.negative_depth) {
       const SignedFlow flow = MeasureSignedFlow(motion.camera, motion.pose, pair);
       if (flow.present) {
         set(EvidenceTerm::kNegativeDepth, DepthLogRatio(flow.along_pixels / flow.deviation_pixels),
-            evidence);
+            Back(point.now, flow.along_pixels, flow.direction));
       }
     }
     if (options_.three_view && IsKnown(point.earlier)) {
@@ -203,10 +248,44 @@ void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& moti
           MeasureThreeViews(motion.three_views, motion.camera, TripleOf(point));
       if (residual.present) {
         set(EvidenceTerm::kThreeView,
-            DistanceLogRatio(residual.along_pixels / residual.deviation_pixels), evidence);
+            DistanceLogRatio(residual.along_pixels / residual.deviation_pixels),
+            Back(point.now, residual.along_pixels, residual.direction));
       }
     }
   }
+}
+
+bool EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
+                                      EvidenceState& next, EvidenceResult& result) const {
+  if (!options_.road || !motion.pose.found()) return false;
+  std::vector<PointPair> pairs;
+  std::vector<cv::Point2f> places;
+  std::vector<size_t> owners;
+  for (size_t i = 0; i < frame.points.size(); ++i) {
+    const EvidencePoint& point = frame.points[i];
+    if (!IsKnown(point.now) || !IsKnown(point.before) || IsOwnCar(next.own_car, point.now))
+      continue;
+    pairs.push_back(PairOf(point));
+    places.push_back(point.now);
+    owners.push_back(i);
+  }
+  std::vector<InverseDepth> depths = InverseDepths(motion.camera, motion.pose, pairs);
+  for (size_t k = 0; k < owners.size(); ++k) {
+    depths[k].is_textured = frame.points[owners[k]].estimates;
+  }
+  const RoadPlane road = FitRoad(depths, next.road, static_cast<uint64_t>(frame.index));
+  if (!road.found) {
+    next.road.known = false;
+    return false;
+  }
+  next.road = {true, road.m(0) / road.m(1), -road.m(2) / road.m(1)};
+  const std::vector<double> ratios = RoadLogRatios(road, depths, places, frame.size);
+  for (size_t k = 0; k < owners.size(); ++k) {
+    PointEvidence& evidence = result.points[owners[k]];
+    evidence.log_ratio[static_cast<int>(EvidenceTerm::kRoad)] = ratios[k];
+    evidence.present[static_cast<int>(EvidenceTerm::kRoad)] = true;
+  }
+  return true;
 }
 
 void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
@@ -290,6 +369,7 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
                 options_.own_car_options, next.own_car);
   }
   Measure(frame, motion, result);
+  result.road = MeasureRoad(frame, motion, next, result);
   Fuse(frame, next, result);
   std::erase_if(next.poses,
                 [&](const auto& pose) { return pose.index <= frame.index - frame.gap; });

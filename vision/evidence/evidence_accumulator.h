@@ -32,6 +32,7 @@
 #include "vision/evidence/fusion.h"
 #include "vision/evidence/own_car.h"
 #include "vision/evidence/relative_pose.h"
+#include "vision/evidence/road_plane.h"
 #include "vision/evidence/three_view.h"
 #include "vision/geometry/motion_model_kind.h"
 #include "vision/tracking/track.h"
@@ -42,6 +43,7 @@ struct EvidenceOptions {
   bool epipolar = true;  // distance to the motion model, whichever that is
   bool negative_depth = true;
   bool three_view = true;
+  bool road = true;
   bool accumulation = true;  // along tracks
   bool own_car = true;
 
@@ -77,7 +79,8 @@ struct EvidenceFrame {
   MotionModelKind motion_model = MotionModelKind::kNone;
   Eigen::Matrix3d motion_matrix = Eigen::Matrix3d::Identity();  // t - g to t, pixels
   std::vector<EvidencePoint> points;
-  cv::Mat grey;  // CV_8UC1 of `size`, or empty: nothing is learnt about the own car
+  cv::Mat grey;         // CV_8UC1 of `size`, or empty: nothing is learnt about the own car
+  cv::Mat grey_before;  // of frame t - g, likewise; empty: places are taken at their word
 };
 
 struct PointEvidence {
@@ -95,6 +98,7 @@ struct EvidenceResult {
   std::vector<PointEvidence> points;  // one a point
   PoseOutcome pose = PoseOutcome::kUndetermined;
   bool three_views = false;   // motion over three views found
+  bool road = false;          // a road plane found
   bool pose_line = false;     // 2. used the pose's epipolar line
   double noise_pixels = 0.0;  // scale of 2.; 0 without
   double mover_share = 0.0;   // pi
@@ -117,6 +121,7 @@ struct EvidenceState {
   double log_noise = 0.0;        // natural logarithm, pixels; of residuals of 2.
   bool has_noise = false;
   double mover_share = 0.1;
+  RoadSlope road;
   OwnCarState own_car;
 };
 
@@ -142,6 +147,9 @@ class EvidenceAccumulator {
   struct Motion;
   Motion MotionOf(const EvidenceFrame& frame, EvidenceState& next) const;
   void Measure(const EvidenceFrame& frame, const Motion& motion, EvidenceResult& result) const;
+  // The road term of `result`.
+  bool MeasureRoad(const EvidenceFrame& frame, const Motion& motion, EvidenceState& next,
+                   EvidenceResult& result) const;
   void Fuse(const EvidenceFrame& frame, EvidenceState& next, EvidenceResult& result) const;
 
   EvidenceOptions options_;

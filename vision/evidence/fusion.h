@@ -32,11 +32,11 @@
 
 namespace egosieve::vision {
 
-enum class EvidenceTerm { kEpipolar, kNegativeDepth, kThreeView };
-inline constexpr int kEvidenceTerms = 3;
+enum class EvidenceTerm { kEpipolar, kNegativeDepth, kThreeView, kRoad };
+inline constexpr int kEvidenceTerms = 4;
 
-inline constexpr double kMoverScale = 15.0;                                          // S
-inline constexpr std::array<double, kEvidenceTerms> kHiddenShare = {0.1, 0.0, 0.6};  // h
+inline constexpr double kMoverScale = 15.0;                                               // S
+inline constexpr std::array<double, kEvidenceTerms> kHiddenShare = {0.1, 0.0, 0.6, 0.0};  // h
 
 // (F1), (F2); 0 for z that is not a number.
 double DistanceLogRatio(double z);

@@ -20,6 +20,7 @@ SignedFlow MeasureSignedFlow(const Pinhole& camera, const RelativePose& pose,
   g *= camera.focal_pixels / depth;
   const Eigen::Vector3d j = line.ray.cross(g);
   const double noise = pose.noise_pixels;
+  flow.direction = line.direction;
   flow.along_pixels = line.Along({pair.x2, pair.y2});
   flow.deviation_pixels = std::sqrt(2.0 * noise * noise + j.dot(pose.rotation_covariance * j));
   flow.present = std::isfinite(flow.along_pixels) && flow.deviation_pixels > 0.0;

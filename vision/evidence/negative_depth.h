@@ -12,6 +12,8 @@
 #ifndef EGOSIEVE_VISION_EVIDENCE_NEGATIVE_DEPTH_H_
 #define EGOSIEVE_VISION_EVIDENCE_NEGATIVE_DEPTH_H_
 
+#include <Eigen/Core>
+
 #include "vision/evidence/pinhole.h"
 #include "vision/evidence/relative_pose.h"
 #include "vision/geometry/point_pair.h"
@@ -20,8 +22,9 @@ namespace egosieve::vision {
 
 struct SignedFlow {
   bool present = false;
-  double along_pixels = 0.0;      // s
-  double deviation_pixels = 0.0;  // sqrt(var s)
+  double along_pixels = 0.0;                            // s
+  double deviation_pixels = 0.0;                        // sqrt(var s)
+  Eigen::Vector2d direction = Eigen::Vector2d::Zero();  // d
 };
 
 SignedFlow MeasureSignedFlow(const Pinhole& camera, const RelativePose& pose,

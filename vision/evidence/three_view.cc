@@ -196,6 +196,7 @@ ThreeViewResidual MeasureThreeViews(const ThreeViewMotion& motion, const Pinhole
   const Eigen::Vector2d along = p.by_depth / length;
   const double sigma = motion.scale * motion.noise_pixels;
   const Vector6d by_motion = p.jacobian.transpose() * along;
+  result.direction = along;
   result.along_pixels = along.dot(p.residual);
   result.deviation_pixels = std::sqrt(sigma * sigma * along.dot(p.covariance * along) +
                                       by_motion.dot(motion.covariance * by_motion));

@@ -64,8 +64,9 @@ ThreeViewMotion FitThreeViews(const std::vector<PointTriple>& triples, const Rel
 
 struct ThreeViewResidual {
   bool present = false;
-  double along_pixels = 0.0;      // z
-  double deviation_pixels = 0.0;  // with (V3) and m
+  double along_pixels = 0.0;                            // z
+  double deviation_pixels = 0.0;                        // with (V3) and m
+  Eigen::Vector2d direction = Eigen::Vector2d::Zero();  // u / |u|
 };
 
 ThreeViewResidual MeasureThreeViews(const ThreeViewMotion& motion, const Pinhole& camera,

@@ -17,6 +17,7 @@ EvidenceOptions OptionsOf(const EvidenceTerms& terms) {
   options.epipolar = terms.epipolar;
   options.negative_depth = terms.negative_depth;
   options.three_view = terms.three_view;
+  options.road = terms.road;
   options.accumulation = terms.accumulation;
   options.own_car = terms.own_car;
   return options;
@@ -126,7 +127,8 @@ std::vector<TrackedPoint> EvidenceLabeller::Points(int gap) const {
   return points;
 }
 
-absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(const ExtractedFrame& frame, int gap,
+absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(const ExtractedFrame* before,
+                                                       const ExtractedFrame& frame, int gap,
                                                        const MotionModel& model,
                                                        const std::vector<TrackedPoint>& points) {
   EvidenceFrame evidence;
@@ -137,7 +139,8 @@ absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(const ExtractedFrame& fra
   evidence.motion_matrix = model.matrix;
   evidence.points.reserve(points.size());
   for (const TrackedPoint& point : points) evidence.points.push_back(point.evidence);
-  if (draws_own_car_) evidence.grey = frame.grey;
+  if (draws_own_car_ || before != nullptr) evidence.grey = frame.grey;
+  if (before != nullptr) evidence.grey_before = before->grey;
   return accumulator_.Add(evidence);
 }
 

@@ -67,8 +67,9 @@ class EvidenceLabeller {
   // Tracks of the current picture that reach `gap` pictures back.
   std::vector<TrackedPoint> Points(int gap) const;
   // Step 4; `model` may be of kind kNone.
-  absl::StatusOr<EvidenceResult> Judge(const ExtractedFrame& frame, int gap,
-                                       const MotionModel& model,
+  // `before`: the other frame of the pair, or null.
+  absl::StatusOr<EvidenceResult> Judge(const ExtractedFrame* before, const ExtractedFrame& frame,
+                                       int gap, const MotionModel& model,
                                        const std::vector<TrackedPoint>& points);
 
   const OwnCarState& own_car() const { return accumulator_.state().own_car; }

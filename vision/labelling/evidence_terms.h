@@ -8,16 +8,17 @@ struct EvidenceTerms {
   bool epipolar = true;        // distance to the motion model, whichever that is
   bool negative_depth = true;  // flow towards the point of expansion
   bool three_view = true;      // a depth that does not last
+  bool road = true;            // below the road, or above it on nothing
   bool accumulation = true;    // memory along tracks
   bool own_car = true;         // parts of the image that stand still while the world moves
 
-  static EvidenceTerms EpipolarAlone() { return {true, false, false, false, false}; }
+  static EvidenceTerms EpipolarAlone() { return {true, false, false, false, false, false}; }
 
   bool IsEpipolarAlone() const {
-    return epipolar && !negative_depth && !three_view && !accumulation && !own_car;
+    return epipolar && !negative_depth && !three_view && !road && !accumulation && !own_car;
   }
   // Something says what moves; the last two only add to it.
-  bool IsEnough() const { return epipolar || negative_depth || three_view; }
+  bool IsEnough() const { return epipolar || negative_depth || three_view || road; }
 };
 
 }  // namespace egosieve::vision

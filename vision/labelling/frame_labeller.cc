@@ -12,6 +12,7 @@
 #include "vision/geometry/sampling.h"
 #include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/gap_choice.h"
 #include "vision/labelling/label_rule.h"
 #include "vision/labelling/labeller_state.h"
 #include "vision/labelling/pair_builder.h"
@@ -65,9 +66,15 @@ class FrameLabeller::Implementation {
 
  private:
   absl::Status CheckOrder(const ExtractedFrame& frame) const;
-  // The other frame of the pair that ends in the current one.
-  const std::shared_ptr<const ExtractedFrame>& Earlier() const {
-    return options_.frame_gap > 0 ? history_.front() : history_.back();
+  // Frames between the two of the pair that ends in the current one; `before`: how many there are.
+  int Gap(int before) const {
+    return options_.frame_gap > 0 ? options_.frame_gap : std::min(gap_.gap, before);
+  }
+  const ExtractedFrame* InHistory(int64_t index) const {
+    for (const auto& frame : history_) {
+      if (frame->frame.index == index) return frame.get();
+    }
+    return nullptr;
   }
   absl::Status LabelPair(const ExtractedFrame& first, const ExtractedFrame& second,
                          LabelledFrame& result);
@@ -83,11 +90,13 @@ class FrameLabeller::Implementation {
   bool IsEnough(const FramePairs& pairs, LabelledFrame& result) const;
   absl::StatusOr<MotionModel> FindMotion(const std::vector<PointPair>& pairs, int64_t frame_index,
                                          LabelledFrame& result) const;
+  void ObserveGap(const MotionModel& model, int gap);
 
   const FrameLabellerOptions options_;
   const bool gathers_;  // evidence beyond the epipolar distance
   std::deque<std::shared_ptr<const ExtractedFrame>> history_;  // at most frame_gap, oldest first
   MixtureState mixture_;
+  GapState gap_;
   // Its last picture is that of the history's last frame. Not used where !gathers_.
   EvidenceLabeller evidence_;
 };
@@ -138,6 +147,7 @@ absl::Status FrameLabeller::Implementation::Push(std::shared_ptr<const Extracted
 std::string FrameLabeller::Implementation::state() const {
   LabellerState state;
   state.mixture = mixture_;
+  state.gap = gap_;
   state.evidence = evidence_.state();
   return ToBytes(state);
 }
@@ -146,6 +156,7 @@ absl::Status FrameLabeller::Implementation::Restore(absl::string_view bytes) {
   EGOSIEVE_ASSIGN_OR_RETURN(LabellerState state, FromBytes(bytes));
   EGOSIEVE_RETURN_IF_ERROR(evidence_.Restore(std::move(state.evidence)));
   mixture_ = state.mixture;
+  gap_ = state.gap;
   history_.clear();
   return absl::OkStatus();
 }
@@ -174,7 +185,8 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
   } else if (gathers_) {
     EGOSIEVE_RETURN_IF_ERROR(LabelTracks(*history_.back(), *frame, result));
   } else {
-    EGOSIEVE_RETURN_IF_ERROR(LabelPair(*Earlier(), *frame, result));
+    EGOSIEVE_RETURN_IF_ERROR(LabelPair(
+        *history_[history_.size() - Gap(static_cast<int>(history_.size()))], *frame, result));
   }
   EGOSIEVE_RETURN_IF_ERROR(Push(std::move(frame)));
   return result;
@@ -221,6 +233,11 @@ absl::StatusOr<MotionModel> FrameLabeller::Implementation::FindMotion(
   return model;
 }
 
+void FrameLabeller::Implementation::ObserveGap(const MotionModel& model, int gap) {
+  if (options_.frame_gap > 0 || !model.trusted) return;
+  ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap, gap_);
+}
+
 absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& first,
                                                       const ExtractedFrame& second,
                                                       LabelledFrame& result) {
@@ -230,6 +247,7 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
   if (!IsEnough(pairs, result)) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const MotionModel model,
                             FindMotion(pairs.geometry, second.frame.index, result));
+  ObserveGap(model, Gap(static_cast<int>(history_.size())));
   if (!model.trusted) return absl::OkStatus();
   Stopwatch watch;
   const bool on_first = options_.labelled_side == LabelledSide::kFirstFrame;
@@ -247,7 +265,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
     return absl::OkStatus();
   }
   EGOSIEVE_RETURN_IF_ERROR(evidence_.Advance(before, frame, pairs));
-  const int gap = options_.frame_gap > 0 ? options_.frame_gap : 1;
+  const int gap = Gap(evidence_.PicturesBefore());
   if (evidence_.PicturesBefore() < gap) {
     SetOutcome(LabelOutcome::kNoPair, absl::StrCat("no frame ", gap, " before this one"), result);
     return absl::OkStatus();
@@ -261,10 +279,12 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
     if (point.is_textured) geometry.push_back({a.x, a.y, b.x, b.y});
   }
   EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, FindMotion(geometry, frame.frame.index, result));
+  ObserveGap(model, gap);
   Stopwatch watch;
   if (!model.trusted) model.kind = MotionModelKind::kNone;
-  EGOSIEVE_ASSIGN_OR_RETURN(const EvidenceResult evidence,
-                            evidence_.Judge(frame, gap, model, points));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const EvidenceResult evidence,
+      evidence_.Judge(InHistory(result.first_index), frame, gap, model, points));
   if (model.trusted) GiveFusedLabels(frame, points, model, evidence, result);
   result.times.labelling_milliseconds = watch.LapMilliseconds();
   return absl::OkStatus();

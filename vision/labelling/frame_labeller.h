@@ -27,6 +27,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "vision/features/flow_grid.h"
 #include "vision/frame/equalization.h"
 #include "vision/frame/frame.h"
 #include "vision/geometry/motion_model.h"
@@ -58,11 +59,13 @@ struct FrameLabellerOptions {
   LabelledSide labelled_side = LabelledSide::kCurrentFrame;
   EqualizationOptions equalization;
 
-  int frame_gap = 1;                 // frames between the two of a pair; 1 to 100; 0: auto
-  int feature_count = 0;             // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area
-  double match_ratio = 0.8;          // nearest to second-nearest descriptor distance; (0, 1]
-  bool drop_lone_matches = true;     // features that move like none near them are false matches
-  int flow_stride_pixels = 5;        // of the flow grid; 1 to 100
+  int frame_gap = 1;              // frames between the two of a pair; 1 to 100; 0: auto
+  int feature_count = 0;          // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area
+  double match_ratio = 0.8;       // nearest to second-nearest descriptor distance; (0, 1]
+  bool drop_lone_matches = true;  // features that move like none near them are false matches
+  int flow_stride_pixels = 5;     // of the flow grid; 1 to 100
+  // kFast loses what is small and quick: cars that cross 30 m away.
+  FlowQuality flow_quality = FlowQuality::kMedium;
   double paper_distance_pixels = 3;  // kScaledDistance: the furthest plausible distance; positive
   double median_multiple = 6;        // kScaledMedian; positive
   double noise_floor_pixels = 0.2;   // kScaledMedian, kMixture; positive

@@ -163,6 +163,9 @@ void WalkEvidence(Archive& archive, State& evidence) {
   archive.Plain(evidence.log_noise);
   archive.Flag(evidence.has_noise);
   archive.Plain(evidence.mover_share);
+  archive.Flag(evidence.road.known);
+  archive.Plain(evidence.road.across);
+  archive.Plain(evidence.road.horizon);
   WalkOwnCar(archive, evidence.own_car);
 }
 
@@ -170,8 +173,9 @@ template <typename Archive, typename State>
 void Walk(Archive& archive, State& state) {
   archive.Plain(state.mixture.noise_pixels);
   archive.Plain(state.mixture.dynamic_share);
-  archive.Plain(state.log_parallax);
-  archive.Flag(state.has_parallax);
+  archive.Plain(state.gap.gap);
+  archive.Flag(state.gap.has_parallax);
+  archive.Plain(state.gap.log_parallax);
   archive.Plain(state.evidence.picture);
   if (!archive.Count(state.evidence.frame_indices, sizeof(int64_t))) return;
   archive.Block(state.evidence.frame_indices.data(), state.evidence.frame_indices.size());
@@ -185,8 +189,8 @@ bool IsSensible(const LabellerState& state) {
   const auto& indices = state.evidence.frame_indices;
   return mixture.noise_pixels >= 0 && std::isfinite(mixture.noise_pixels) &&
          mixture.dynamic_share >= 0 && mixture.dynamic_share <= 1 &&
-         std::isfinite(state.log_parallax) && indices.size() <= kTrackHistory &&
-         std::is_sorted(indices.begin(), indices.end());
+         std::isfinite(state.gap.log_parallax) && state.gap.gap >= 1 && state.gap.gap <= 100 &&
+         indices.size() <= kTrackHistory && std::is_sorted(indices.begin(), indices.end());
 }
 
 }  // namespace

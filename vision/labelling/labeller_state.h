@@ -1,6 +1,6 @@
 // What a labeller carries from frame to frame, as bytes.
 //
-//   magic, version | mixture | parallax per picture | evidence_labeller.h: pictures, grid tracks,
+//   magic, version | mixture | frame gap | evidence_labeller.h: pictures, grid tracks,
 //   feature tracks, sums of evidence, poses, own car
 //
 // Numbers are little-endian as in memory, counts stand before what they count. Equal states give
@@ -13,14 +13,14 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "vision/labelling/evidence_labeller.h"
+#include "vision/labelling/gap_choice.h"
 #include "vision/labelling/label_rule.h"
 
 namespace egosieve::vision {
 
 struct LabellerState {
   MixtureState mixture;
-  double log_parallax = 0.0;  // natural logarithm of pixels a picture; frame_labeller.h
-  bool has_parallax = false;
+  GapState gap;
   EvidenceLabellerState evidence;
 };
 

@@ -75,6 +75,7 @@ absl::StatusOr<GridFlow> AddFlowGrid(const ExtractedFrame& first, const Extracte
   if (image.cols < kMinimumFlowSide || image.rows < kMinimumFlowSide) return flow;
   FlowGridOptions grid;
   grid.stride_pixels = options.flow_stride_pixels;
+  grid.quality = options.flow_quality;
   EGOSIEVE_ASSIGN_OR_RETURN(flow.fields, ComputeFlow(first.grey, second.grey, grid.quality));
   pairs.features_milliseconds += watch.LapMilliseconds();
   TrackedGrid tracked = TrackGrid(flow.fields, first.grey, second.grey,

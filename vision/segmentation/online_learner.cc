@@ -83,6 +83,7 @@ std::vector<double> RandomRanks(size_t count, uint64_t seed, int64_t frame_index
 }  // namespace
 
 absl::Status OnlineLearnerOptions::Validate() const {
+  EGOSIEVE_RETURN_IF_ERROR(model.Validate());
   EGOSIEVE_RETURN_IF_ERROR(budget.Validate());
   EGOSIEVE_RETURN_IF_ERROR(training.Validate());
   EGOSIEVE_RETURN_IF_ERROR(squash.Validate());
@@ -112,7 +113,8 @@ absl::StatusOr<std::unique_ptr<OnlineLearner>> OnlineLearner::Create(
       options.random_start
           ? gp::RandomHyperparameters(options.covariance, input_dimension, bounds, options.seed)
           : gp::DefaultHyperparameters(options.covariance, input_dimension);
-  EGOSIEVE_ASSIGN_OR_RETURN(gp::ExactModel model, gp::ExactModel::Create(context, start));
+  EGOSIEVE_ASSIGN_OR_RETURN(LearnerModel model,
+                            LearnerModel::Create(context, start, options.model));
   gp::TrainerOptions training = options.training;
   training.seed = options.seed;
   EGOSIEVE_ASSIGN_OR_RETURN(gp::HyperparameterTrainer trainer,
@@ -121,7 +123,7 @@ absl::StatusOr<std::unique_ptr<OnlineLearner>> OnlineLearner::Create(
       new OnlineLearner(std::move(model), std::move(trainer), options));
 }
 
-OnlineLearner::OnlineLearner(gp::ExactModel model, gp::HyperparameterTrainer trainer,
+OnlineLearner::OnlineLearner(LearnerModel model, gp::HyperparameterTrainer trainer,
                              const OnlineLearnerOptions& options)
     : options_(options), model_(std::move(model)), trainer_(std::move(trainer)) {}
 
@@ -153,7 +155,9 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
   counts.dropped_by_budget = counts.added - static_cast<int64_t>(selected.size());
   Points arriving{GatherRows(inputs, selected), Gather(labels, selected)};
   std::vector<int64_t> alive(model_.size());
-  if (options_.consistency_filter) {
+  // What untrained hyperparameters say of a point is no ground to drop it: with random ones the
+  // first frame lost all its rarer class, and without two classes nothing is ever trained.
+  if (options_.consistency_filter && trainer_.state().frames_trained > 0) {
     EGOSIEVE_RETURN_IF_ERROR(Add(arriving, frame_index));
     arriving = Points();
     EGOSIEVE_ASSIGN_OR_RETURN(
@@ -298,6 +302,16 @@ absl::Status OnlineLearner::Calibrate() {
   return absl::OkStatus();
 }
 
+LearningStep OnlineLearner::TakeStep() { return {model_.TakeOperations(), squash_}; }
+
+absl::Status OnlineLearner::Replay(const LearningStep& step) {
+  for (const ModelOperation& operation : step.operations) {
+    EGOSIEVE_RETURN_IF_ERROR(model_.Apply(operation));
+  }
+  squash_ = step.squash;
+  return absl::OkStatus();
+}
+
 void OnlineLearner::Describe(FrameRecord& record) const {
   record.model_size = model_.size();
   record.theta = gp::ToLogarithms(model_.hyperparameters());
@@ -313,7 +327,7 @@ absl::StatusOr<std::shared_ptr<const gp::Posterior>> OnlineLearner::MakePosterio
 }
 
 absl::StatusOr<gp::ModelFile> OnlineLearner::Checkpoint() {
-  EGOSIEVE_RETURN_IF_ERROR(model_.Refactorize());
+  EGOSIEVE_RETURN_IF_ERROR(model_.Rebuild());
   return gp::ModelFile{model_.State(), squash_, trainer_.state(), ""};
 }
 
@@ -327,10 +341,11 @@ absl::Status OnlineLearner::Restore(const gp::ModelFile& checkpoint) {
     return absl::InvalidArgumentError(
         "the checkpoint's covariance is not the one that was asked for");
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(gp::ExactModel model,
-                            gp::ExactModel::Restore(model_.context(), checkpoint.model));
-  EGOSIEVE_RETURN_IF_ERROR(trainer_.Restore(*checkpoint.trainer));
-  model_ = std::move(model);
+  // The trainer checks before it changes; the model's check of its state is the costly one.
+  gp::HyperparameterTrainer trainer = trainer_;
+  EGOSIEVE_RETURN_IF_ERROR(trainer.Restore(*checkpoint.trainer));
+  EGOSIEVE_RETURN_IF_ERROR(model_.Restore(checkpoint.model));
+  trainer_ = std::move(trainer);
   squash_ = checkpoint.squash;
   return absl::OkStatus();
 }

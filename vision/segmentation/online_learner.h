@@ -25,7 +25,6 @@
 #include "absl/types/span.h"
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/io/model_file.h"
-#include "gp/model/exact_model.h"
 #include "gp/model/posterior.h"
 #include "gp/selection/budget.h"
 #include "gp/selection/density_filter.h"
@@ -34,11 +33,14 @@
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
 #include "vision/segmentation/frame_record.h"
+#include "vision/segmentation/learner_model.h"
+#include "vision/segmentation/learning_step.h"
 
 namespace egosieve::vision {
 
 struct OnlineLearnerOptions {
   kernels::CovarianceFunction covariance = kernels::CovarianceFunction::kArcsine;
+  LearnerModelOptions model;
   bool random_start = false;  // hyperparameters drawn within their bounds, as in the paper
   gp::DensityFilterOptions new_point_density{0.08};
   bool novelty_filter = false;
@@ -68,18 +70,26 @@ class OnlineLearner {
   absl::Status Learn(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                      int64_t frame_index, FrameRecord& record);
 
+  // What Learn did since the last call to the model that the posterior comes from, for Replay.
+  // Recorded from the first call of RecordSteps on.
+  void RecordSteps() { model_.RecordOperations(true); }
+  LearningStep TakeStep();
+  // Does to the model what a learner in the same state did when the step was recorded, and takes
+  // its calibration: the posterior is then that learner's, to the last bit. Nothing is trained.
+  absl::Status Replay(const LearningStep& step);
+
   // The fields of the record that describe the model as it is.
   void Describe(FrameRecord& record) const;
 
   absl::StatusOr<std::shared_ptr<const gp::Posterior>> MakePosterior() const;
 
-  // The learner as a value. The factor is rebuilt on the way, so that this learner and one restored
+  // The learner as a value. The model is rebuilt on the way, so that this learner and one restored
   // from the value go on alike to the last bit.
   absl::StatusOr<gp::ModelFile> Checkpoint();
   // Errors as those of the parts; unchanged then.
   absl::Status Restore(const gp::ModelFile& checkpoint);
 
-  const gp::ExactModel& model() const { return model_; }
+  const LearnerModel& model() const { return model_; }
   const gp::SquashParameters& squash() const { return squash_; }
 
  private:
@@ -90,7 +100,7 @@ class OnlineLearner {
     int64_t size() const { return static_cast<int64_t>(labels.size()); }
   };
 
-  OnlineLearner(gp::ExactModel model, gp::HyperparameterTrainer trainer,
+  OnlineLearner(LearnerModel model, gp::HyperparameterTrainer trainer,
                 const OnlineLearnerOptions& options);
 
   absl::StatusOr<std::vector<int64_t>> SelectNewPoints(kernels::ConstMatrixView<float> inputs,
@@ -109,7 +119,7 @@ class OnlineLearner {
   absl::Status Calibrate();
 
   OnlineLearnerOptions options_;
-  gp::ExactModel model_;
+  LearnerModel model_;
   gp::HyperparameterTrainer trainer_;
   gp::SquashParameters squash_;
 };

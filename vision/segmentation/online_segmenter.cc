@@ -20,6 +20,10 @@ namespace {
 // camera.
 constexpr int64_t kDefaultBudget = 1500;
 constexpr int64_t kPaperBudget = 4000;
+// Measured on handheld video: 128 and more inducing points cost at most 0.003 AUC, 64 cost 0.005.
+constexpr int64_t kInducingPoints = 256;
+constexpr int64_t kFastInducingPoints = 128;
+constexpr int64_t kFastTrainingPoints = 400;
 
 void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
   record.feature_count = labels.feature_count;
@@ -43,6 +47,7 @@ void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
 OnlineSegmenterOptions OnlineSegmenterOptions::Default() {
   OnlineSegmenterOptions options;
   options.learner.budget.budget = kDefaultBudget;
+  options.learner.model.sparse.inducing_points = kInducingPoints;
   return options;
 }
 
@@ -54,12 +59,23 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Paper() {
   options.learner.consistency_filter = true;
   options.learner.arrival_share = 1.0;
   options.learner.budget.budget = kPaperBudget;
+  options.learner.model.sparse.inducing_points = kInducingPoints;
+  return options;
+}
+
+OnlineSegmenterOptions OnlineSegmenterOptions::Fast() {
+  OnlineSegmenterOptions options = Default();
+  options.labeller.flow_quality = FlowQuality::kFast;
+  options.learner.model.kind = ModelKind::kSparse;
+  options.learner.model.sparse.inducing_points = kFastInducingPoints;
+  options.learner.training.subset_size = kFastTrainingPoints;
   return options;
 }
 
 void OnlineSegmenterOptions::SetSeed(uint64_t seed) {
   labeller.seed = seed;
   learner.seed = seed;
+  learner.model.sparse.seed = seed;
 }
 
 absl::Status OnlineSegmenterOptions::Validate() const {
@@ -106,7 +122,7 @@ absl::StatusOr<std::shared_ptr<const ExtractedFrame>> OnlineSegmenter::Extract(
 }
 
 absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
-    const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted) {
+    const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted, bool with_posterior) {
   Learnt learnt;
   FrameRecord& record = learnt.record;
   record.frame_index = frame.index;
@@ -133,12 +149,26 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
     }
   }
   learner_->Describe(record);
-  if (posterior_ == nullptr) {
+  if (with_posterior) {
     StageTimer timer(record.milliseconds.posterior);
+    EGOSIEVE_ASSIGN_OR_RETURN(learnt.posterior, MakePosterior());
+  }
+  return learnt;
+}
+
+absl::Status OnlineSegmenter::Replay(absl::string_view step) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const LearningStep parsed,
+                            ParseStep({step.data(), step.size()}, options_.learner.covariance,
+                                      kernels::kDescriptorDimension));
+  posterior_.reset();
+  return learner_->Replay(parsed);
+}
+
+absl::StatusOr<std::shared_ptr<const gp::Posterior>> OnlineSegmenter::MakePosterior() {
+  if (posterior_ == nullptr) {
     EGOSIEVE_ASSIGN_OR_RETURN(posterior_, learner_->MakePosterior());
   }
-  learnt.posterior = posterior_;
-  return learnt;
+  return posterior_;
 }
 
 absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,

@@ -39,6 +39,8 @@ struct OnlineSegmenterOptions {
   static OnlineSegmenterOptions Default();
   // Faithful to the paper's sections III to V.
   static OnlineSegmenterOptions Paper();
+  // Every stage chosen for speed: the sparse model, less training.
+  static OnlineSegmenterOptions Fast();
 
   // One seed for everything that is random.
   void SetSeed(uint64_t seed);
@@ -62,12 +64,24 @@ class OnlineSegmenter {
   };
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
-  absl::StatusOr<Learnt> Learn(const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted);
+  // Without `with_posterior` none is made.
+  absl::StatusOr<Learnt> Learn(const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
+                               bool with_posterior = true);
   // Fills `record.milliseconds.inference`, `dynamic_share` and `clamped_variances` as well.
   absl::StatusOr<SegmentationMap> Infer(const Frame& frame, const gp::Posterior& posterior,
                                         FrameRecord& record) const;
 
   absl::StatusOr<Result> Process(const Frame& frame);
+
+  // Learning once more what another segmenter, alike in state and options, has learnt already:
+  // RecordSteps before its first frame, TakeStep after each Learn, as bytes (learning_step.h);
+  // Replay with those bytes instead of Extract and Learn, frame by frame, gives the posteriors that
+  // Learn gave, to the last bit. Checkpoint where the other did. Errors of bytes that are no step:
+  // ParseStep's; the segmenter may have changed then.
+  void RecordSteps() { learner_->RecordSteps(); }
+  absl::StatusOr<std::string> TakeStep() { return SerializeStep(learner_->TakeStep()); }
+  absl::Status Replay(absl::string_view step);
+  absl::StatusOr<std::shared_ptr<const gp::Posterior>> MakePosterior();
 
   // The state after the frame learnt last, as the bytes of a model file (gp/io/model_file.h).
   // Between two frames; this segmenter and one restored from the bytes go on alike to the last bit.

@@ -1,5 +1,6 @@
 #include "vision/segmentation/segmentation_pipeline.h"
 
+#include <algorithm>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -19,6 +20,7 @@ namespace {
 struct InFlight {
   SegmentedFrame result;
   std::shared_ptr<const ExtractedFrame> extracted;
+  double extract_milliseconds = 0.0;
   std::shared_ptr<const gp::Posterior> posterior;
 };
 
@@ -63,9 +65,10 @@ class Stages {
   }
 
   absl::Status Extract(InFlight& item) const {
-    if (item.result.damage.has_value()) {
+    if (item.result.damage.has_value() || options_.recorded_step != nullptr) {
       return absl::OkStatus();
     }
+    StageTimer timer(item.extract_milliseconds);
     EGOSIEVE_ASSIGN_OR_RETURN(item.extracted, segmenter_.Extract(item.result.frame));
     return absl::OkStatus();
   }
@@ -73,20 +76,15 @@ class Stages {
   absl::Status Learn(InFlight& item) {
     if (item.result.damage.has_value()) {
       ++summary_.damaged_frames;
-      return CheckpointIfDue(item);
+    } else {
+      EGOSIEVE_RETURN_IF_ERROR(options_.recorded_step != nullptr ? Replay(item) : LearnAnew(item));
+      ++summary_.segmented_frames;
     }
-    EGOSIEVE_ASSIGN_OR_RETURN(OnlineSegmenter::Learnt learnt,
-                              segmenter_.Learn(item.result.frame, std::move(item.extracted)));
-    item.posterior = std::move(learnt.posterior);
-    item.result.labels = std::move(learnt.labels);
-    item.result.record = std::move(learnt.record);
-    ++summary_.segmented_frames;
-    summary_.unlearnt_frames += item.result.record.learnt ? 0 : 1;
     return CheckpointIfDue(item);
   }
 
   absl::Status Infer(InFlight& item) const {
-    if (item.result.damage.has_value()) {
+    if (item.posterior == nullptr) {
       return absl::OkStatus();
     }
     EGOSIEVE_ASSIGN_OR_RETURN(
@@ -100,10 +98,43 @@ class Stages {
   PipelineSummary TakeSummary() { return std::move(summary_); }
 
  private:
+  absl::Status LearnAnew(InFlight& item) {
+    EGOSIEVE_ASSIGN_OR_RETURN(OnlineSegmenter::Learnt learnt,
+                              segmenter_.Learn(item.result.frame, std::move(item.extracted),
+                                               options_.WantsMap(item.result.index)));
+    item.posterior = std::move(learnt.posterior);
+    item.result.labels = std::move(learnt.labels);
+    item.result.record = std::move(learnt.record);
+    // What extraction took beside equalising; the labeller tells only what it computed later.
+    StageMilliseconds& milliseconds = item.result.record.milliseconds;
+    milliseconds.features += std::max(0.0, item.extract_milliseconds - milliseconds.equalization);
+    summary_.unlearnt_frames += item.result.record.learnt ? 0 : 1;
+    if (options_.record_steps) {
+      EGOSIEVE_ASSIGN_OR_RETURN(item.result.step, segmenter_.TakeStep());
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status Replay(InFlight& item) {
+    FrameRecord& record = item.result.record;
+    record.frame_index = item.result.index;
+    record.time_seconds = item.result.frame.time_seconds;
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string step, options_.recorded_step(item.result.index));
+    StageTimer timer(record.milliseconds.posterior);
+    if (!step.empty()) {
+      EGOSIEVE_RETURN_IF_ERROR(segmenter_.Replay(step));
+    }
+    if (options_.WantsMap(item.result.index)) {
+      EGOSIEVE_ASSIGN_OR_RETURN(item.posterior, segmenter_.MakePosterior());
+    }
+    return absl::OkStatus();
+  }
+
   absl::Status CheckpointIfDue(InFlight& item) {
     if (options_.checkpoint_interval > 0 &&
         (item.result.index + 1) % options_.checkpoint_interval == 0) {
-      EGOSIEVE_ASSIGN_OR_RETURN(item.result.checkpoint, segmenter_.Checkpoint());
+      EGOSIEVE_ASSIGN_OR_RETURN(std::string checkpoint, segmenter_.Checkpoint());
+      if (options_.recorded_step == nullptr) item.result.checkpoint = std::move(checkpoint);
     }
     return absl::OkStatus();
   }
@@ -230,6 +261,9 @@ absl::StatusOr<PipelineSummary> RunPipeline(FrameSource& source, OnlineSegmenter
                                             const SegmentedFrameSink& sink) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   EGOSIEVE_RETURN_IF_ERROR(source.SeekTo(options.first_frame));
+  if (options.record_steps) {
+    segmenter.RecordSteps();
+  }
   Stages stages(source, segmenter, options, stop_requested, sink);
   EGOSIEVE_RETURN_IF_ERROR(options.overlap ? OverlappedRun(stages, options.queue_capacity).Run()
                                            : RunInTurn(stages));

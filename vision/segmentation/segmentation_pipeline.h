@@ -5,6 +5,10 @@
 // One thread a stage and a bounded queue between neighbours, so that every stage sees the frames in
 // order: the results are those of OnlineSegmenter::Process frame by frame, byte for byte. Learning
 // is the only stage whose result for a frame depends on the frames before it.
+//
+// Learning and inference can be done at two times: a run that records its steps
+// (learning_step.h) lets another one, given these, skip extraction and learning and infer the same
+// maps later, elsewhere, for other frames or at another stride.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_SEGMENTATION_PIPELINE_H_
 #define EGOSIEVE_VISION_SEGMENTATION_SEGMENTATION_PIPELINE_H_
 
@@ -33,6 +37,16 @@ struct PipelineOptions {
   // rebuild the model's factor: runs agree to the last bit only where this agrees.
   int64_t checkpoint_interval = 0;
 
+  // The frames that get a map; null: all. Frames without one are learnt from all the same.
+  std::function<bool(int64_t index)> wants_map;
+  bool record_steps = false;  // SegmentedFrame::step is filled
+
+  // Replay: the step that was recorded for a frame, or "" where there is none, a damaged frame's.
+  // Null: extract and learn. Set, checkpoint_interval must be the recorded run's; no checkpoint
+  // is given, and records have no more than what inference adds.
+  std::function<absl::StatusOr<std::string>(int64_t index)> recorded_step;
+
+  bool WantsMap(int64_t index) const { return wants_map == nullptr || wants_map(index); }
   absl::Status Validate() const;
 };
 
@@ -44,9 +58,10 @@ struct SegmentedFrame {
   std::optional<std::string> damage;
   Frame frame;
   LabelledFrame labels;
-  SegmentationMap map;
+  SegmentationMap map;  // empty where the frame gets none
   FrameRecord record;
   std::string checkpoint;  // of the segmenter after this frame; empty where none is due
+  std::string step;        // what was learnt; empty where it is not recorded, or nothing came
 };
 
 struct PipelineSummary {

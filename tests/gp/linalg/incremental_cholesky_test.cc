@@ -8,8 +8,8 @@
 
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
-#include "gp/linalg/parallel_for.h"
 #include "gtest/gtest.h"
+#include "kernels/base/parallel_for.h"
 #include "tests/gp/linalg/random_matrices.h"
 
 namespace egosieve::gp {
@@ -153,7 +153,7 @@ TEST_P(CholeskyLaws, ThreadCountDoesNotChangeABit) {
   const std::vector<int64_t> rows = RandomRows(n() + 70, n() / 2 + 5, generator);
   std::vector<RowMatrix> factors;
   for (const int threads : {1, 2, 5}) {
-    SetMaximumThreads(threads);
+    kernels::SetMaximumThreads(threads);
     IncrementalCholesky cholesky;
     ASSERT_TRUE(cholesky.Factorize(ViewOf(RowMatrix(k.topLeftCorner(n(), n())))).ok());
     AppendRows(k, n(), n() + 70, cholesky);
@@ -163,7 +163,7 @@ TEST_P(CholeskyLaws, ThreadCountDoesNotChangeABit) {
     factors.push_back(Factor(cholesky));
     factors.push_back(b);
   }
-  SetMaximumThreads(0);
+  kernels::SetMaximumThreads(0);
   for (size_t i = 2; i < factors.size(); ++i) EXPECT_EQ(factors[i], factors[i % 2]);
 }
 

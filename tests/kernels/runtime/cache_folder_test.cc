@@ -81,6 +81,15 @@ TEST(Tuning, DamagedTablesAreIgnored) {
 TEST(Tuning, DefaultsAreValid) {
   for (const int lanes : {1, 4, 8, 16}) EXPECT_TRUE(DefaultTuning(lanes).Validate().ok()) << lanes;
   EXPECT_TRUE(DefaultGpuTuning().Validate().ok());
+  using Misfit = std::pair<int KernelTuning::*, int>;
+  for (const auto& [field, value] :
+       {Misfit{&KernelTuning::float_lanes, 4}, Misfit{&KernelTuning::work_group, 100},
+        Misfit{&KernelTuning::panels_a_group, 12}, Misfit{&KernelTuning::depth, 24}}) {
+    KernelTuning tuning = DefaultGpuTuning();
+    tuning.*field = value;
+    EXPECT_NE(tuning.Validate().message().find("local_tiles = 1"), std::string::npos)
+        << FormatTuning(tuning);
+  }
   KernelTuning bad;
   bad.depth = 7;
   EXPECT_EQ(bad.Validate().message(), "depth = 7; it must be from 8 to 4096");

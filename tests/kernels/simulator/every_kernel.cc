@@ -1,6 +1,7 @@
-// Runs every kernel once on the device that is there, scalar and in vectors, on small inputs that
-// end inside a vector, a panel and a tile, and compares with the reference. Run under a simulator
-// that watches every access, it shows what the kernels touch. Exit code 0: all agree.
+// Runs every kernel once on the device that is there, scalar, in vectors and with tiles in local
+// memory, on small inputs that end inside a vector, a panel and a tile, and compares with the
+// reference. Run under a simulator that watches every access, it shows what the kernels touch. Exit
+// code 0: all agree.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -145,24 +146,36 @@ void RunImage(Context& context, std::mt19937_64& random) {
 int Run(const std::string& device) {
   std::mt19937_64 random(1);
   const Inputs inputs(random);
+  std::vector<KernelTuning> shapes;
   for (const int lanes : {1, 4, 16}) {
+    shapes.push_back(DefaultTuning(lanes));
+    if (lanes == 1) shapes.back().work_group = 4;
+    shapes.back().panels_a_group = 2;
+    shapes.back().panel = 4;
+    shapes.back().depth = 12;
+    shapes.back().width = 2;
+  }
+  // Blocks of 16 rows, tiles of 6 queries with the factor and of 16 without.
+  shapes.push_back(DefaultGpuTuning());
+  shapes.back().panel = 4;
+  shapes.back().panels_a_group = 4;
+  shapes.back().depth = 8;
+  shapes.back().work_group = 8;
+  shapes.back().width = 3;
+  shapes.back().mean_width = 2;
+  for (const KernelTuning& shape : shapes) {
     ContextOptions options;
     options.device = device;
     options.program_cache = false;
-    // Scalar as on a GPU: work-groups of several work-items.
-    options.tuning = lanes == 1 ? DefaultGpuTuning() : DefaultTuning(lanes);
-    if (lanes == 1) options.tuning->work_group = 4;
+    options.tuning = shape;
     options.tuning->groups_a_unit = 2;
-    options.tuning->panels_a_group = 2;
-    options.tuning->panel = 4;
-    options.tuning->depth = 12;
-    options.tuning->width = 2;
     const auto context = OpenContext(options);
     if (!context.ok()) {
       std::fprintf(stderr, "%s\n", context.status().ToString().c_str());
       return 2;
     }
-    std::printf("%s, %d lanes\n", (*context)->info().name.c_str(), lanes);
+    std::printf("%s, %d lanes%s\n", (*context)->info().name.c_str(), shape.float_lanes,
+                shape.local_tiles ? ", tiles in local memory" : "");
     for (const CovarianceParameters& parameters :
          {CovarianceParameters{CovarianceFunction::kArcsine, {0.3, 0.3, 0.3}, 1.0},
           CovarianceParameters{CovarianceFunction::kArcsine, {1.0, 5.0, 2.0}, 1.0},

@@ -129,6 +129,41 @@ TEST_F(Resume, FromEveryStateThatAKillCanLeave) {
   EXPECT_EQ(resume(), "");
 }
 
+// The sparse model, and a run that keeps its models: likewise.
+TEST_F(Resume, OfAnyModelAndMode) {
+  for (const std::vector<std::string>& mode :
+       {std::vector<std::string>{"--profile=fast"},
+        std::vector<std::string>{"--model=sparse", "--learn_only"},
+        std::vector<std::string>{"--every=3"}}) {
+    fs::remove_all(run_);
+    std::vector<std::string> arguments = Arguments(whole_, mode);
+    arguments.push_back("--overwrite");
+    ASSERT_EQ(RunProgram(arguments).code, 4);
+    // Cut after frame 13; the checkpoint before it is that after frame 11.
+    fs::copy(whole_, run_, fs::copy_options::recursive);
+    RunDescription description = *RunFolder::Open(run_)->ReadDescription();
+    description.ended = "running";
+    ASSERT_TRUE(RunFolder::Open(run_)->WriteDescription(description).ok());
+    ASSERT_TRUE(LineLog::OpenTruncated(run_ + "/frames.jsonl", 14).ok());
+    fs::remove(run_ + "/steps/000015.npz");
+    fs::remove(run_ + "/grid/000015.prob.png");
+    arguments = Arguments(run_, mode);
+    arguments.push_back("--resume");
+    const int code = RunProgram(arguments).code;
+    EXPECT_EQ(code, 4);
+    EXPECT_EQ(CompareRuns(whole_, run_), "") << mode.front();
+  }
+}
+
+TEST_F(Resume, ThreadsDoNotShowInTheBytes) {
+  for (const char* profile : {"--profile=default", "--profile=fast"}) {
+    fs::remove_all(run_);
+    EXPECT_EQ(RunProgram(Arguments(whole_, {"--overwrite", "--threads=1", profile})).code, 4);
+    EXPECT_EQ(RunProgram(Arguments(run_, {"--threads=4", profile})).code, 4);
+    EXPECT_EQ(CompareRuns(whole_, run_), "") << profile;
+  }
+}
+
 TEST_F(Resume, AnotherRunIsRefusedWithTheDifference) {
   fs::copy(whole_, run_, fs::copy_options::recursive);
   const ProgramOutcome other = RunProgram(Arguments(run_, {"--resume", "--window=9"}));

@@ -34,6 +34,25 @@ TEST(Tune, FindsAValidShapeThatIsNoSlowerThanWhatWasThere) {
   EXPECT_FALSE(result->device.empty());
 }
 
+TEST(Tune, SearchesTilesInLocalMemory) {
+  if (kernels::TestIsOnReference()) GTEST_SKIP() << "the reference has no shapes";
+  TuneOptions options = SmallSearch();
+  options.begin = kernels::DefaultGpuTuning();
+  options.begin->panel = 4;
+  options.begin->panels_a_group = 4;
+  options.begin->width = 2;
+  options.begin->mean_width = 1;
+  options.begin->work_group = 16;
+  options.fields = {"depth"};
+  const auto result = Tune(options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->before, *options.begin);
+  EXPECT_EQ(result->after.local_tiles, 1);
+  // 8; 16 holds already, and 32 does not divide the block of 16 rows.
+  EXPECT_EQ(result->shapes_timed, 1);
+  EXPECT_EQ(result->shapes_dropped, 0);
+}
+
 TEST(Tune, TheReferenceIsRefused) {
   TuneOptions options = SmallSearch();
   options.device = "reference";

@@ -53,22 +53,25 @@ class OnlineSegmenterTest : public testing::Test {
 };
 
 TEST_F(OnlineSegmenterTest, FirstFrameGetsThePrior) {
-  auto segmenter = MakeSegmenter(OnlineSegmenterOptions::Default());
-  const auto result = Process(*segmenter, drive_.At(0));
-  EXPECT_FALSE(result.record.learnt);
-  EXPECT_FALSE(result.record.reason.empty());
-  EXPECT_EQ(result.record.model_size, 0);
-  ASSERT_EQ(static_cast<int64_t>(result.map.probability.size()), result.map.grid.size());
-  for (const float probability : result.map.probability) {
-    ASSERT_FLOAT_EQ(probability, 0.5f);
-  }
-  for (const float deviation : result.map.deviation) {
-    ASSERT_GT(deviation, 0.0f);
+  for (const auto& options : {OnlineSegmenterOptions::Default(), OnlineSegmenterOptions::Fast()}) {
+    auto segmenter = MakeSegmenter(options);
+    const auto result = Process(*segmenter, drive_.At(0));
+    EXPECT_FALSE(result.record.learnt);
+    EXPECT_FALSE(result.record.reason.empty());
+    EXPECT_EQ(result.record.model_size, 0);
+    ASSERT_EQ(static_cast<int64_t>(result.map.probability.size()), result.map.grid.size());
+    for (const float probability : result.map.probability) {
+      ASSERT_FLOAT_EQ(probability, 0.5f);
+    }
+    for (const float deviation : result.map.deviation) {
+      ASSERT_GT(deviation, 0.0f);
+    }
   }
 }
 
-TEST_F(OnlineSegmenterTest, FindsWhatMovesInBothProfiles) {
-  for (const auto& options : {OnlineSegmenterOptions::Default(), OnlineSegmenterOptions::Paper()}) {
+TEST_F(OnlineSegmenterTest, FindsWhatMovesInEveryProfile) {
+  for (const auto& options : {OnlineSegmenterOptions::Default(), OnlineSegmenterOptions::Paper(),
+                              OnlineSegmenterOptions::Fast()}) {
     auto segmenter = MakeSegmenter(options);
     double auc = 0.0;
     for (int64_t index = 0; index < 6; ++index) {
@@ -112,22 +115,24 @@ TEST_F(OnlineSegmenterTest, StaysWithinItsBudget) {
 }
 
 TEST_F(OnlineSegmenterTest, SameSeedSameBytes) {
-  std::vector<float> first;
-  for (int repetition = 0; repetition < 2; ++repetition) {
-    OnlineSegmenterOptions options = OnlineSegmenterOptions::Default();
-    options.SetSeed(9);
-    options.labeller.threads = 1 + 2 * repetition;
-    auto segmenter = MakeSegmenter(options);
-    std::vector<float> all;
-    for (int64_t index = 0; index < 4; ++index) {
-      const auto result = Process(*segmenter, drive_.At(index));
-      all.insert(all.end(), result.map.probability.begin(), result.map.probability.end());
-      all.insert(all.end(), result.map.deviation.begin(), result.map.deviation.end());
-    }
-    if (repetition == 0) {
-      first = all;
-    } else {
-      EXPECT_EQ(all, first);
+  for (const auto& profile : {OnlineSegmenterOptions::Default(), OnlineSegmenterOptions::Fast()}) {
+    std::vector<float> first;
+    for (int repetition = 0; repetition < 2; ++repetition) {
+      OnlineSegmenterOptions options = profile;
+      options.SetSeed(9);
+      options.labeller.threads = 1 + 2 * repetition;
+      auto segmenter = MakeSegmenter(options);
+      std::vector<float> all;
+      for (int64_t index = 0; index < 4; ++index) {
+        const auto result = Process(*segmenter, drive_.At(index));
+        all.insert(all.end(), result.map.probability.begin(), result.map.probability.end());
+        all.insert(all.end(), result.map.deviation.begin(), result.map.deviation.end());
+      }
+      if (repetition == 0) {
+        first = all;
+      } else {
+        EXPECT_EQ(all, first);
+      }
     }
   }
 }

@@ -46,10 +46,16 @@ class MovingSquareSource : public FrameSource {
   int64_t next_ = 0;
 };
 
-std::unique_ptr<OnlineSegmenter> MakeSegmenter() {
+std::unique_ptr<OnlineSegmenter> MakeSegmenter(ModelKind kind = ModelKind::kExact) {
   OnlineSegmenterOptions options = OnlineSegmenterOptions::Default();
+  options.learner.model.kind = kind;
+  options.learner.model.sparse.inducing_points = 60;
   options.labeller.feature_count = 500;
   options.learner.training.annealing_evaluations = 10;
+  // Points leave and the factor is never rebuilt for training's sake: its bits carry its history.
+  options.learner.budget.budget = 150;
+  options.learner.arrival_share = 0.1;
+  options.learner.training.rebuild_threshold = 1000.0;
   auto context = kernels::OpenContext();
   EXPECT_TRUE(context.ok()) << context.status();
   auto segmenter = OnlineSegmenter::Create(*context, options);
@@ -63,9 +69,10 @@ struct DriveRun {
 };
 
 DriveRun RunDrive(FrameSource& source, const PipelineOptions& options,
-                  const std::function<bool()>& stop_requested = nullptr) {
+                  const std::function<bool()>& stop_requested = nullptr,
+                  ModelKind kind = ModelKind::kExact) {
   DriveRun run;
-  auto segmenter = MakeSegmenter();
+  auto segmenter = MakeSegmenter(kind);
   run.summary =
       RunPipeline(source, *segmenter, options, stop_requested, [&run](const SegmentedFrame& frame) {
         run.frames.push_back(frame);
@@ -74,18 +81,26 @@ DriveRun RunDrive(FrameSource& source, const PipelineOptions& options,
   return run;
 }
 
-TEST(SegmentationPipelineTest, GoesOnFromACheckpointAsIfNothingHadHappened) {
+class PipelineOfBothModels : public testing::TestWithParam<ModelKind> {};
+
+INSTANTIATE_TEST_SUITE_P(Models, PipelineOfBothModels,
+                         testing::Values(ModelKind::kExact, ModelKind::kSparse),
+                         [](const auto& kind) {
+                           return kind.param == ModelKind::kExact ? "Exact" : "Sparse";
+                         });
+
+TEST_P(PipelineOfBothModels, GoesOnFromACheckpointAsIfNothingHadHappened) {
   PipelineOptions options;
   options.checkpoint_interval = 4;
   MovingSquareSource source(9, {3});
-  const DriveRun whole = RunDrive(source, options);
+  const DriveRun whole = RunDrive(source, options, nullptr, GetParam());
   ASSERT_TRUE(whole.summary.ok()) << whole.summary.status();
   ASSERT_EQ(whole.frames.size(), 9u);
   for (const SegmentedFrame& frame : whole.frames) {
     EXPECT_EQ(frame.checkpoint.empty(), frame.index != 3 && frame.index != 7) << frame.index;
   }
   for (const int64_t last : {3, 7}) {  // frame 3 is damaged: frame 2 is the recent one
-    auto segmenter = MakeSegmenter();
+    auto segmenter = MakeSegmenter(GetParam());
     MovingSquareSource again(9, {3});
     ASSERT_TRUE(again.SeekTo(last == 3 ? 2 : last).ok());
     const Frame recent = std::get<Frame>(*again.Next());
@@ -102,11 +117,66 @@ TEST(SegmentationPipelineTest, GoesOnFromACheckpointAsIfNothingHadHappened) {
       EXPECT_EQ(frame.map.probability, before.map.probability) << frame.index;
       EXPECT_EQ(frame.map.deviation, before.map.deviation) << frame.index;
       EXPECT_EQ(frame.record.theta, before.record.theta) << frame.index;
+      EXPECT_EQ(frame.record.log_likelihood_per_point, before.record.log_likelihood_per_point)
+          << frame.index;
       EXPECT_TRUE(frame.checkpoint == before.checkpoint) << frame.index;
     }
   }
-  auto segmenter = MakeSegmenter();
+  auto segmenter = MakeSegmenter(GetParam());
   EXPECT_FALSE(segmenter->Restore("rubbish", {}).ok());
+}
+
+TEST_P(PipelineOfBothModels, ReplaysRecordedStepsToTheLastBit) {
+  constexpr int64_t kFrames = 9;
+  PipelineOptions options;
+  options.checkpoint_interval = 4;
+  MovingSquareSource source(kFrames, {5});
+  const DriveRun whole = RunDrive(source, options, nullptr, GetParam());
+  options.record_steps = true;
+  options.wants_map = [](int64_t index) { return index == 2; };
+  ASSERT_TRUE(source.SeekTo(0).ok());
+  const DriveRun recorded = RunDrive(source, options, nullptr, GetParam());
+  ASSERT_EQ(recorded.frames.size(), static_cast<size_t>(kFrames));
+  for (int64_t i = 0; i < kFrames; ++i) {
+    EXPECT_EQ(recorded.frames[i].map.probability.empty(), i != 2) << i;
+    EXPECT_EQ(recorded.frames[i].step.empty(), i == 5) << i;
+    EXPECT_EQ(recorded.frames[i].record.theta, whole.frames[i].record.theta) << i;
+    EXPECT_TRUE(recorded.frames[i].checkpoint == whole.frames[i].checkpoint) << i;
+  }
+
+  options.record_steps = false;
+  options.wants_map = [](int64_t index) { return index % 2 == 0; };
+  options.recorded_step = [&](int64_t index) { return recorded.frames[index].step; };
+  for (const int64_t first : {0, 4}) {  // from the start, and from the checkpoint after frame 3
+    auto segmenter = MakeSegmenter(GetParam());
+    if (first > 0) {
+      ASSERT_TRUE(segmenter->Restore(recorded.frames[first - 1].checkpoint, {}).ok());
+    }
+    options.first_frame = first;
+    int64_t maps = 0;
+    const auto summary =
+        RunPipeline(source, *segmenter, options, nullptr, [&](const SegmentedFrame& frame) {
+          EXPECT_TRUE(frame.step.empty() && frame.checkpoint.empty());
+          if (frame.index % 2 != 0) return absl::OkStatus();
+          const SegmentedFrame& before = whole.frames[frame.index];
+          EXPECT_EQ(frame.map.probability, before.map.probability) << frame.index;
+          EXPECT_EQ(frame.map.deviation, before.map.deviation) << frame.index;
+          EXPECT_EQ(frame.record.dynamic_share, before.record.dynamic_share) << frame.index;
+          ++maps;
+          return absl::OkStatus();
+        });
+    ASSERT_TRUE(summary.ok()) << summary.status();
+    EXPECT_EQ(maps, (kFrames - first + 1) / 2);
+    // Maps are float32: only the model itself shows a factor of another history.
+    EXPECT_EQ(segmenter->learner().model().LogMarginalLikelihood() /
+                  static_cast<double>(segmenter->learner().model().size()),
+              whole.frames.back().record.log_likelihood_per_point);
+  }
+  options.recorded_step = [](int64_t) { return std::string("rubbish"); };
+  auto segmenter = MakeSegmenter(GetParam());
+  const auto nothing = [](const SegmentedFrame&) { return absl::OkStatus(); };
+  EXPECT_EQ(RunPipeline(source, *segmenter, options, nullptr, nothing).status().code(),
+            absl::StatusCode::kDataLoss);
 }
 
 TEST(SegmentationPipelineTest, OverlappedStagesGiveTheBytesOfOneFrameAfterTheOther) {

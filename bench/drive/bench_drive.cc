@@ -1,0 +1,264 @@
+// bench_drive: what a frame of a long drive costs, as JSON on stdout.
+//
+//   bench_drive [--frames=300] [--profiles=paper,paper_full,default,fast] [--data=DIR]
+//       DIR/kitti-residential played back and forth through each profile; steady state is the
+//       second half of the frames. paper_full is the paper's profile without its filters 2 and 3,
+//       so that the model holds its 4,000 points on a drive this short.
+//   bench_drive --soak [--frames=14500] [--budget=400]
+//       one long drive of small frames, synthetic and (where there are data) real in turn: whether
+//       time a frame, memory and open files stay.
+//
+// Exit code 1 where the output is not sound; times are told, and judged by the reader.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "bench/drive/drive_measurement.h"
+#include "bench/drive/played_source.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/runtime/context.h"
+#include "tools/evaluation/roc.h"
+
+namespace egosieve::bench {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using vision::OnlineSegmenterOptions;
+
+constexpr int64_t kComparedFrames = 6;
+
+struct Profile {
+  std::string name;
+  OnlineSegmenterOptions options;
+  double target_seconds;  // a frame, on two cores
+};
+
+std::vector<Profile> Profiles() {
+  Profile full{"paper_full", OnlineSegmenterOptions::Paper(), 2.5};
+  full.options.learner.novelty_filter = full.options.learner.consistency_filter = false;
+  std::vector<Profile> profiles = {{"paper", OnlineSegmenterOptions::Paper(), 2.5},
+                                   full,
+                                   {"default", OnlineSegmenterOptions::Default(), 0.7},
+                                   {"fast", OnlineSegmenterOptions::Fast(), 0.25}};
+  for (Profile& profile : profiles) profile.options.labeller.feature_count = 7000;
+  return profiles;
+}
+
+// A folder that goes with the object.
+class ScratchFolder {
+ public:
+  ScratchFolder()
+      : path_((fs::temp_directory_path() / absl::StrCat("bench_drive_", getpid())).string()) {
+    fs::create_directories(path_);
+  }
+  ~ScratchFolder() {
+    std::error_code error;
+    fs::remove_all(path_, error);
+  }
+  std::string File(const std::string& name) const { return absl::StrCat(path_, "/", name); }
+
+ private:
+  std::string path_;
+};
+
+// The masks of a folder by the number in their name, which is that of a picture of the same number
+// in `frames`: 255 moves, 0 stands, else void. By the picture's place in `frames`.
+std::map<int64_t, cv::Mat> ReadMasks(const std::string& frames, const std::string& masks) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(frames, error)) {
+    names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  std::map<int64_t, cv::Mat> found;
+  for (size_t i = 0; i < names.size(); ++i) {
+    cv::Mat mask = cv::imread(absl::StrCat(masks, "/", names[i], ".png"), cv::IMREAD_GRAYSCALE);
+    if (!mask.empty()) found.emplace(i, std::move(mask));
+  }
+  return found;
+}
+
+void Score(const vision::SegmentationMap& map, const cv::Mat& mask, tools::RocHistogram& roc) {
+  for (int row = 0; row < map.grid.rows(); ++row) {
+    for (int column = 0; column < map.grid.columns(); ++column) {
+      const uint8_t truth = mask.at<uint8_t>(map.grid.y_pixels(row), map.grid.x_pixels(column));
+      if (truth != 0 && truth != 255) continue;
+      roc.Add(tools::ScoreOf(map.probability[row * map.grid.columns() + column]), truth == 255);
+    }
+  }
+}
+
+Json StageMedians(const DriveMeasurement& drive, size_t begin, size_t end) {
+  Json json = Json::object();
+  for (int stage = 0; stage < kStages; ++stage) {
+    std::vector<double> values;
+    for (size_t i = begin; i < end; ++i) values.push_back(drive.frames[i].milliseconds[stage]);
+    json[kStageNames[stage]] = Median(std::move(values));
+  }
+  return json;
+}
+
+Json Complaints(const std::vector<std::string>& complaints) {
+  const size_t shown = std::min<size_t>(complaints.size(), 5);
+  return Json(std::vector<std::string>(complaints.begin(), complaints.begin() + shown));
+}
+
+struct Flags {
+  bool soak = false;
+  int64_t frames = 0;
+  int64_t budget = 400;
+  std::vector<std::string> profiles = {"paper", "paper_full", "default", "fast"};
+  std::string data;
+};
+
+absl::StatusOr<bool> MeasureProfiles(const Flags& flags,
+                                     const std::shared_ptr<kernels::Context>& context) {
+  const std::string root = flags.data + "/kitti-residential";
+  EGOSIEVE_ASSIGN_OR_RETURN(const Clip clip, FolderClip(root + "/frames"));
+  const std::map<int64_t, cv::Mat> masks = ReadMasks(root + "/frames", root + "/labels");
+  const int64_t count = flags.frames > 0 ? flags.frames : 300;
+  const ScratchFolder scratch;
+  bool sound = true;
+  Json results = Json::array();
+  for (const Profile& profile : Profiles()) {
+    if (std::find(flags.profiles.begin(), flags.profiles.end(), profile.name) ==
+        flags.profiles.end()) {
+      continue;
+    }
+    tools::RocHistogram roc;
+    PlayedSource source({clip}, count, count);
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        DriveMeasurement drive,
+        MeasureDrive(context, profile.options, source, scratch.File(profile.name),
+                     [&](const vision::SegmentedFrame& frame) {
+                       const auto mask = masks.find(PictureOf(frame.index, clip.size));
+                       if (mask != masks.end() && frame.index > clip.size) {
+                         Score(frame.map, mask->second, roc);
+                       }
+                     }));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const std::string difference,
+        CompareWithOneThread(context, profile.options, source, std::min(count, kComparedFrames),
+                             scratch.File(profile.name)));
+    if (!difference.empty()) drive.complaints.push_back(difference);
+    sound &= drive.complaints.empty();
+    const size_t begin = drive.frames.size() / 2;
+    const std::optional<double> auc = roc.Auc();
+    results.push_back(
+        {{"profile", profile.name},
+         {"frames", count},
+         {"steady_from_frame", begin},
+         {"seconds_per_frame_median", MedianSecondsPerFrame(drive, begin, drive.frames.size())},
+         {"seconds_per_frame_target", profile.target_seconds},
+         {"processor_seconds_per_frame_median",
+          MedianProcessorSecondsPerFrame(drive, begin, drive.frames.size())},
+         {"model_points", drive.frames.back().model_size},
+         {"features", drive.frames.back().features},
+         {"milliseconds_by_stage_median", StageMedians(drive, begin, drive.frames.size())},
+         {"auc_of_labelled_frames", auc ? Json(*auc) : Json()},
+         {"same_bytes_as_one_thread", difference.empty()},
+         {"maps_sound", drive.complaints.empty()},
+         {"complaints", Complaints(drive.complaints)}});
+    std::cerr << "bench_drive: " << profile.name << " done\n";
+  }
+  std::cout << Json{{"drive", "kitti-residential, 1242x375, back and forth"}, {"profiles", results}}
+                   .dump(2)
+            << "\n";
+  return sound;
+}
+
+Json Snapshot(const DriveMeasurement& drive, size_t begin, size_t end) {
+  return {{"frames", absl::StrCat(begin, "-", end)},
+          {"seconds_per_frame_median", MedianSecondsPerFrame(drive, begin, end)},
+          {"processor_seconds_per_frame_median", MedianProcessorSecondsPerFrame(drive, begin, end)},
+          {"milliseconds_by_stage_median", StageMedians(drive, begin, end)},
+          {"resident_mebibytes", drive.frames[end - 1].resident_mebibytes},
+          {"open_files", drive.frames[end - 1].open_files},
+          {"model_points", drive.frames[end - 1].model_size}};
+}
+
+absl::StatusOr<bool> Soak(const Flags& flags, const std::shared_ptr<kernels::Context>& context) {
+  const cv::Size size(416, 128);
+  std::vector<Clip> clips;
+  EGOSIEVE_ASSIGN_OR_RETURN(clips.emplace_back(), SyntheticClip(40, size));
+  if (!flags.data.empty()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const Clip real,
+                              FolderClip(flags.data + "/kitti-residential/frames"));
+    EGOSIEVE_ASSIGN_OR_RETURN(clips.emplace_back(), KeptClip(real, size));
+  }
+  const int64_t count = flags.frames > 0 ? flags.frames : 14500;
+  OnlineSegmenterOptions options = OnlineSegmenterOptions::Default();
+  options.learner.budget.budget = flags.budget;
+  const ScratchFolder scratch;
+  PlayedSource source(clips, 250, count);
+  EGOSIEVE_ASSIGN_OR_RETURN(const DriveMeasurement drive,
+                            MeasureDrive(context, options, source, scratch.File("soak"), nullptr));
+  const size_t frames = drive.frames.size();
+  const size_t begin = std::min<size_t>(2000, frames / 4),
+               window = std::min<size_t>(500, frames / 4);
+  const Json early = Snapshot(drive, begin, begin + window);
+  const Json late = Snapshot(drive, frames - window, frames);
+  const auto ratio = [&](const char* field) {
+    return late[field].get<double>() / early[field].get<double>();
+  };
+  std::cout << Json{{"frames", frames},
+                    {"pictures", flags.data.empty() ? "synthetic" : "synthetic and real in turn"},
+                    {"size", absl::StrCat(size.width, "x", size.height)},
+                    {"early", early},
+                    {"late", late},
+                    {"seconds_ratio", ratio("seconds_per_frame_median")},
+                    {"seconds_ratio_target", 1.1},
+                    {"processor_seconds_ratio", ratio("processor_seconds_per_frame_median")},
+                    {"resident_ratio", ratio("resident_mebibytes")},
+                    {"resident_ratio_target", 1.05},
+                    {"maps_sound", drive.complaints.empty()},
+                    {"complaints", Complaints(drive.complaints)}}
+                   .dump(2)
+            << "\n";
+  return drive.complaints.empty();
+}
+
+absl::StatusOr<bool> Run(const Flags& flags) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<kernels::Context> context,
+                            kernels::OpenContext());
+  if (flags.soak) return Soak(flags, context);
+  if (flags.data.empty()) {
+    return absl::NotFoundError("no data; give their folder with --data or EGOSIEVE_DATA");
+  }
+  return MeasureProfiles(flags, context);
+}
+
+int Main(int argc, char** argv) {
+  Flags flags;
+  if (const char* data = std::getenv("EGOSIEVE_DATA"); data != nullptr) flags.data = data;
+  CLI::App app("What a frame of a long drive costs, as JSON.", "bench_drive");
+  app.add_flag("--soak", flags.soak, "One long drive of small frames");
+  app.add_option("--frames", flags.frames, "Frames; 0: 300 a profile, 14500 of --soak");
+  app.add_option("--budget", flags.budget, "Points of the model of --soak");
+  app.add_option("--profiles", flags.profiles, "Those to measure")->delimiter(',');
+  app.add_option("--data", flags.data, "Folder of the real drives");
+  CLI11_PARSE(app, argc, argv);
+  const absl::StatusOr<bool> sound = Run(flags);
+  if (!sound.ok()) {
+    std::cerr << "bench_drive: " << sound.status().message() << "\n";
+    return 2;
+  }
+  return *sound ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace egosieve::bench
+
+int main(int argc, char** argv) { return egosieve::bench::Main(argc, argv); }

@@ -1,0 +1,256 @@
+// The dense posterior for devices whose work-items run side by side and share local memory (GPUs): a work-group takes a
+// tile of queries, scalar work-items hold blocks of it in registers, and what they multiply is staged in local memory.
+// It has been checked on CPU devices and a simulator; it has not been timed on a GPU.
+//
+// Arguments as in dense_posterior.cl. Macros beside common.cl's, whose VEC is 1 and POINT_SPACE __local here:
+//   PANEL    rows of the factor that a work-item holds
+//   PANELS   work-items side by side along rows: GROUP = PANEL PANELS rows are a block
+//   WIDTH    queries that a work-item holds
+//   COLUMNS  work-items side by side along queries: QUERIES = WIDTH COLUMNS are a tile, PANELS COLUMNS a work-group
+//   DEPTH    columns of the factor staged at once, a divisor of GROUP
+//   FACTOR   0 none, 1 Cholesky (blocked substitution), 2 inverse Cholesky (product)
+//
+// Of every block of GROUP rows, from the first to the last, with K_g the covariances of its rows with the tile's queries,
+// and v_h what the blocks before left in the work-group's scratch, padded_count x QUERIES:
+//
+//   (1) FACTOR 1:  V = K_g - sum_{h<g} L_gh v_h,  v_g = L_gg^-1 V,  squares += v_g^2
+//   (2) FACTOR 2:  v_g = K_g,  squares += (sum_{h<=g} R_gh v_h)^2
+//
+// The factor is packed with panels of GROUP rows (kernels/ops/packed_factor.h): block g is first_g + GROUP columns of
+// GROUP values, those of the diagonal block last. Traffic for a multiply-add: 4 / GROUP bytes of scratch, 4 / QUERIES of
+// the factor, and (PANEL + WIDTH) / (PANEL WIDTH) values of local memory. The columns of a tile never mix, and the work
+// and order of the sums are the same in each: results do not depend on the tile that a query falls in.
+#define GROUP (PANEL * PANELS)
+#define QUERIES (WIDTH * COLUMNS)
+#define WORK_GROUP (PANELS * COLUMNS)
+#define POINT (COMPONENTS + 1)
+// Queries whose sums a work-item keeps.
+#define OWNED ((QUERIES + WORK_GROUP - 1) / WORK_GROUP)
+
+#include "posterior_outputs.cl"
+
+#define LARGER(a, b) ((a) > (b) ? (a) : (b))
+#if FACTOR
+// Points of a block; columns of the factor and rows of the scratch; sums of squares.
+#define STAGE LARGER(GROUP* POINT, LARGER(DEPTH*(GROUP + QUERIES), PANELS * QUERIES))
+#else
+#define STAGE (SUM_BLOCK * (POINT + 1))
+#endif
+
+// stage[0, count) := source[0, count), zeros from `valid` on, by the whole work-group.
+inline void fetch(__local float* stage, __global const float* source, const int count, const int valid) {
+  for (int i = get_local_id(0); i < count; i += WORK_GROUP) stage[i] = i < valid ? source[i] : 0.0f;
+}
+
+inline void load_query(__global const float* queries, const long query_stride, const long q, float* point) {
+#pragma unroll
+  for (int c = 0; c < POINT; ++c) point[c] = queries[c * query_stride + q];
+}
+
+#if FACTOR
+// acc(r, v) += sum_k packed(k, row r) rows(k, query v), k < count, a multiple of DEPTH. A work-item leaves out the chunks
+// from column `zero_from` on, where its rows of the factor are zero.
+inline void accumulate(float acc[PANEL][WIDTH], __global const float* packed, __global const float* rows,
+                       const int count, const int zero_from, const int panel, const int column,
+                       __local float* stage) {
+  __local float* staged_rows = stage + DEPTH * GROUP;
+  for (int k0 = 0; k0 < count; k0 += DEPTH) {
+    barrier(CLK_LOCAL_MEM_FENCE);
+    fetch(stage, packed + (long)k0 * GROUP, DEPTH * GROUP, DEPTH * GROUP);
+    fetch(staged_rows, rows + (long)k0 * QUERIES, DEPTH * QUERIES, DEPTH * QUERIES);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (int k = 0; k0 < zero_from && k < DEPTH; ++k) {
+      float b[WIDTH];
+#pragma unroll
+      for (int v = 0; v < WIDTH; ++v) b[v] = staged_rows[k * QUERIES + v * COLUMNS + column];
+#pragma unroll
+      for (int r = 0; r < PANEL; ++r) {
+        const float a = stage[k * GROUP + panel * PANEL + r];
+#pragma unroll
+        for (int v = 0; v < WIDTH; ++v) acc[r][v] = fma(a, b[v], acc[r][v]);
+      }
+    }
+  }
+}
+
+inline void set_zero(float acc[PANEL][WIDTH]) {
+#pragma unroll
+  for (int r = 0; r < PANEL; ++r) {
+#pragma unroll
+    for (int v = 0; v < WIDTH; ++v) acc[r][v] = 0.0f;
+  }
+}
+
+// The work-item's own part of a block in the scratch: visible to the work-group after its next barrier of global memory.
+inline void load_block(__global const float* block, const int panel, const int column, float acc[PANEL][WIDTH]) {
+#pragma unroll
+  for (int r = 0; r < PANEL; ++r) {
+#pragma unroll
+    for (int v = 0; v < WIDTH; ++v) acc[r][v] = block[(panel * PANEL + r) * QUERIES + v * COLUMNS + column];
+  }
+}
+
+inline void store_block(float acc[PANEL][WIDTH], const int panel, const int column, __global float* block) {
+#pragma unroll
+  for (int r = 0; r < PANEL; ++r) {
+#pragma unroll
+    for (int v = 0; v < WIDTH; ++v) block[(panel * PANEL + r) * QUERIES + v * COLUMNS + column] = acc[r][v];
+  }
+}
+
+// block := covariances over sigma_f^2 of its rows with the tile's queries; rows from input_count on are zero. The loops
+// stay loops: unrolled into registers, they would be most of the program.
+inline void covary_block(__global const float* queries, const long query_stride, const long first_query,
+                         __global const float* inputs, const int input_count, const int first,
+                         const int panel, const int column, __local float* stage, __global float* block) {
+  barrier(CLK_LOCAL_MEM_FENCE);
+  fetch(stage, inputs + (long)first * POINT, GROUP * POINT, (input_count - first) * POINT);
+  barrier(CLK_LOCAL_MEM_FENCE);
+#pragma unroll 1
+  for (int v = 0; v < WIDTH; ++v) {
+    float query[POINT];
+    load_query(queries, query_stride, first_query + v * COLUMNS + column, query);
+#pragma unroll 1
+    for (int row = panel * PANEL; row < (panel + 1) * PANEL; ++row) {
+      block[row * QUERIES + v * COLUMNS + column] =
+          first + row < input_count ? unit_covariance(query, stage + row * POINT) : 0.0f;
+    }
+  }
+}
+
+// Equations (1) and (2) for one block, and the sums of K_g alpha in the order of the kernel without a factor: `partial`
+// enters `total` after every SUM_BLOCK rows.
+inline void process_block(__global const float* queries, const long query_stride, const long first_query,
+                          __global const float* inputs, __global const float* alpha,
+                          const int input_count, const int first, __global const float* packed,
+                          __global float* rows, const int panel, const int column, float squares[WIDTH],
+                          float partial[OWNED], float total[OWNED], __local float* stage) {
+  float acc[PANEL][WIDTH];
+  __global float* block = rows + (long)first * QUERIES;
+  covary_block(queries, query_stride, first_query, inputs, input_count, first, panel, column, stage, block);
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  const int end = min(GROUP, input_count - first);
+  for (int o = 0; o < OWNED; ++o) {
+    const int q = get_local_id(0) + o * WORK_GROUP;
+    if (q >= QUERIES) break;
+    for (int i = 0; i < end; ++i) {
+      if ((first + i) % SUM_BLOCK == 0) {
+        total[o] += partial[o];
+        partial[o] = 0.0f;
+      }
+      partial[o] = fma(block[i * QUERIES + q], alpha[first + i], partial[o]);
+    }
+  }
+#if FACTOR == 1
+  load_block(block, panel, column, acc);
+  accumulate(acc, packed, rows, first, first, panel, column, stage);
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  store_block(acc, panel, column, block);
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  set_zero(acc);
+  accumulate(acc, packed + (long)first * GROUP, block, GROUP, (panel + 1) * PANEL, panel, column, stage);
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  store_block(acc, panel, column, block);
+  barrier(CLK_GLOBAL_MEM_FENCE);
+#else
+  set_zero(acc);
+  accumulate(acc, packed, rows, first + GROUP, first + (panel + 1) * PANEL, panel, column, stage);
+#endif
+#pragma unroll
+  for (int v = 0; v < WIDTH; ++v) {
+    float sum = 0.0f;
+#pragma unroll
+    for (int r = 0; r < PANEL; ++r) sum = fma(acc[r][v], acc[r][v], sum);
+    squares[v] += sum;
+  }
+}
+
+// Of one tile: the means into `total`, the squares of every work-item into the stage.
+inline void process_tile(__global const float* queries, const long query_stride, const long first_query,
+                         __global const float* inputs, __global const float* alpha, const int input_count,
+                         const int padded_count, __global const float* factor, __global float* rows,
+                         float total[OWNED], __local float* stage) {
+  const int panel = (int)get_local_id(0) / COLUMNS;
+  const int column = (int)get_local_id(0) - panel * COLUMNS;
+  float partial[OWNED];
+  for (int o = 0; o < OWNED; ++o) {
+    partial[o] = 0.0f;
+    total[o] = 0.0f;
+  }
+  float squares[WIDTH];
+#pragma unroll
+  for (int v = 0; v < WIDTH; ++v) squares[v] = 0.0f;
+  for (int first = 0; first < padded_count; first += GROUP) {
+    // The blocks before hold GROUP (GROUP + 2 GROUP + ... + first) values.
+    process_block(queries, query_stride, first_query, inputs, alpha, input_count, first,
+                  factor + (long)first * (first + GROUP) / 2, rows, panel, column, squares, partial, total, stage);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+#pragma unroll
+  for (int v = 0; v < WIDTH; ++v) stage[panel * QUERIES + v * COLUMNS + column] = squares[v];
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (int o = 0; o < OWNED; ++o) total[o] += partial[o];
+}
+#else
+// The means of one tile. A work-item owns its queries: COLUMNS is the work-group.
+inline void process_tile(__global const float* queries, const long query_stride, const long first_query,
+                         __global const float* inputs, __global const float* alpha, const int input_count,
+                         const int padded_count, __global const float* factor, __global float* rows,
+                         float total[OWNED], __local float* stage) {
+  float query[WIDTH][POINT];
+#pragma unroll
+  for (int v = 0; v < WIDTH; ++v) {
+    load_query(queries, query_stride, first_query + v * COLUMNS + get_local_id(0), query[v]);
+    total[v] = 0.0f;
+  }
+  for (int first = 0; first < input_count; first += SUM_BLOCK) {
+    const int end = min(SUM_BLOCK, input_count - first);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    fetch(stage, inputs + (long)first * POINT, end * POINT, end * POINT);
+    fetch(stage + SUM_BLOCK * POINT, alpha + first, end, end);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    float sum[WIDTH];
+#pragma unroll
+    for (int v = 0; v < WIDTH; ++v) sum[v] = 0.0f;
+    for (int i = 0; i < end; ++i) {
+#pragma unroll
+      for (int v = 0; v < WIDTH; ++v) {
+        sum[v] = fma(unit_covariance(query[v], stage + i * POINT), stage[SUM_BLOCK * POINT + i], sum[v]);
+      }
+    }
+#pragma unroll
+    for (int v = 0; v < WIDTH; ++v) total[v] += sum[v];
+  }
+}
+#endif
+
+// Work-group g takes the tiles g, g + groups, ...; the scratch of each is `scratch_stride` values.
+__kernel __attribute__((reqd_work_group_size(WORK_GROUP, 1, 1))) void dense_posterior(
+    __global const float* restrict queries, const long query_stride, const long query_count,
+    __global const float* restrict inputs, __global const float* restrict alpha, const int input_count,
+    const int padded_count, __global const float* restrict factor, const float signal_variance, const float squash_a,
+    const float squash_b, const int micro_tiles, const int outputs, __global float* scratch,
+    const long scratch_stride, __global volatile int* counters, __global float* restrict mean,
+    __global float* restrict variance, __global float* restrict probability) {
+  __local float stage[STAGE];
+  int clamped = 0;
+  for (long first_query = (long)get_group_id(0) * QUERIES; first_query < query_count;
+       first_query += (long)get_num_groups(0) * QUERIES) {
+    const int count = (int)min((long)QUERIES, query_count - first_query);
+    float total[OWNED];
+    process_tile(queries, query_stride, first_query, inputs, alpha, input_count, padded_count, factor,
+                 scratch + get_group_id(0) * scratch_stride, total, stage);
+    for (int o = 0; o < OWNED; ++o) {
+      const int q = (int)get_local_id(0) + o * WORK_GROUP;
+      if (q >= count) break;
+      float sum = 0.0f;
+#if FACTOR
+      for (int p = 0; p < PANELS; ++p) sum += stage[p * QUERIES + q];
+#endif
+      clamped += write_posterior(queries, query_stride, first_query + q, total[o], sum, signal_variance, squash_a,
+                                 squash_b, outputs, mean, variance, probability);
+    }
+    barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  }
+  if (clamped) atomic_add(counters + 1, clamped);
+}

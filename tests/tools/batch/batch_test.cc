@@ -1,0 +1,122 @@
+// A list of drives: what is missing is done, what is there stays, one that fails stops no other.
+#include <signal.h>
+
+#include <filesystem>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/tools/testing/patch_drive.h"
+#include "tests/tools/testing/program.h"
+#include "tests/tools/testing/run_comparison.h"
+#include "tools/run_folder/run_folder.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
+
+class Batch : public testing::Test {
+ protected:
+  Batch()
+      : root_(testing::TempDir() + "/" +
+              testing::UnitTest::GetInstance()->current_test_info()->name()) {
+    PatchDriveOptions options;
+    options.width_pixels = 160;
+    options.height_pixels = 96;
+    options.frames = 8;
+    WritePatchDrive(root_ + "/a", options);
+    WritePatchDrive(root_ + "/b", options);
+  }
+
+  std::string Entry(const std::string& drive, const std::string& out) const {
+    return absl::StrFormat(
+        "{\"path\": \"%s/frames\", \"out\": \"out/%s\", \"flags\": {\"budget\": 100, \"stride\": "
+        "8, "
+        "\"checkpoint_every\": 3}}",
+        drive, out);
+  }
+
+  void WriteManifest(const std::vector<std::string>& entries) const {
+    std::string text = "[";
+    for (const std::string& entry : entries) {
+      absl::StrAppend(&text, text.size() > 1 ? ",\n" : "", entry);
+    }
+    ASSERT_TRUE(WriteFileAtomically(root_ + "/drives.json", text + "]").ok());
+  }
+
+  ProgramOutcome RunBatch(int jobs = 1) const {
+    return RunProgram({"batch", root_ + "/drives.json", absl::StrCat("--jobs=", jobs)});
+  }
+
+  std::string root_;
+};
+
+TEST_F(Batch, DoesWhatIsMissingAndToldWhatFailed) {
+  WriteManifest({Entry("a", "a"), Entry("nowhere", "gone"), Entry("b", "b")});
+  const ProgramOutcome first = RunBatch(2);
+  EXPECT_EQ(first.code, 4) << first.err;
+  EXPECT_THAT(first.out, ContainsRegex("/out/a +done +8 +0"));
+  EXPECT_THAT(first.out, ContainsRegex("/out/gone +failed +0 +0 .*nowhere"));
+  EXPECT_THAT(first.out, ContainsRegex("/out/b +done +8 +0"));
+  EXPECT_TRUE(fs::exists(root_ + "/out/gone.log"));
+
+  // Half of one, and a whole one: they end as if nothing had happened.
+  fs::copy(root_ + "/out/b", root_ + "/whole", fs::copy_options::recursive);
+  RunDescription description = *RunFolder::Open(root_ + "/out/b")->ReadDescription();
+  description.ended = "running";
+  ASSERT_TRUE(RunFolder::Open(root_ + "/out/b")->WriteDescription(description).ok());
+  ASSERT_TRUE(LineLog::OpenTruncated(root_ + "/out/b/frames.jsonl", 4).ok());
+  WriteManifest({Entry("a", "a"), Entry("b", "b")});
+  const ProgramOutcome second = RunBatch();
+  EXPECT_EQ(second.code, 0) << second.err << second.out;
+  EXPECT_THAT(second.out, ContainsRegex("/out/a +was done +8 +0"));
+  EXPECT_THAT(second.out, ContainsRegex("/out/b +done +8 +0"));
+  EXPECT_EQ(CompareRuns(root_ + "/whole", root_ + "/out/b"), "");
+}
+
+TEST_F(Batch, FramesThatFailMakeItsExitCodeEachTime) {
+  const std::string torn = root_ + "/a/frames/000004.png";
+  fs::resize_file(torn, fs::file_size(torn) / 2);
+  WriteManifest({Entry("a", "a")});
+  for (int repetition = 0; repetition < 2; ++repetition) {
+    const ProgramOutcome outcome = RunBatch();
+    EXPECT_EQ(outcome.code, 4);
+    EXPECT_THAT(outcome.out, ContainsRegex("/out/a +frames failed +7 +1"));
+  }
+}
+
+TEST_F(Batch, ABadManifestIsOneLineAndStartsNothing) {
+  WriteManifest({Entry("a", "a"), "{\"path\": \"b\"}"});
+  const ProgramOutcome outcome = RunBatch();
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("drives.json cannot be used: entry 2: no 'out'"));
+  EXPECT_EQ(CountLines(outcome.err), 1);
+  EXPECT_FALSE(fs::exists(root_ + "/out"));
+  EXPECT_EQ(RunProgram({"batch", root_ + "/none.json"}).code, 3);
+}
+
+// Asked to stop as soon as the first drive has a line; where it is over by then, nothing is lost.
+TEST_F(Batch, AnInterruptedOneGoesOn) {
+  WriteManifest({Entry("a", "a"), Entry("b", "b")});
+  const pid_t batch =
+      StartProgram({"batch", root_ + "/drives.json"}, root_ + "/batch.out", root_ + "/batch.err");
+  const std::string log = root_ + "/out/a/frames.jsonl";
+  std::error_code error;
+  while (kill(batch, 0) == 0 && (!fs::exists(log, error) || fs::file_size(log, error) == 0)) {
+    usleep(1000);
+  }
+  kill(batch, SIGTERM);
+  const int code = WaitForProgram(batch);
+  const std::string table = *ReadFile(root_ + "/batch.out");
+  ASSERT_TRUE(code == 130 || code == 0) << code << table;
+  const ProgramOutcome again = RunBatch();
+  EXPECT_EQ(again.code, 0) << again.out;
+  EXPECT_THAT(again.out, ContainsRegex("/out/b +(was )?done +8 +0"));
+}
+
+}  // namespace
+}  // namespace egosieve::tools

@@ -1,0 +1,443 @@
+/* The C interface of the model, from C99: what it computes, and what it refuses. */
+#include "egosieve/gaussian_process.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "tests/tools/embed/c/check.h"
+
+enum { N = 40, M = 30, D = 3 };
+
+static double x[N][D], y[N], queries[M][D];
+
+/* Reproducible points in [-1, 1] and a smooth function of them. */
+static void make_data(void) {
+  uint32_t state = 7;
+  for (int i = 0; i < N + M; ++i) {
+    double* row = i < N ? x[i] : queries[i - N];
+    for (int d = 0; d < D; ++d) {
+      state = state * 1664525u + 1013904223u;
+      row[d] = (double)(state >> 8) / 8388608.0 - 1.0;
+    }
+    if (i < N) y[i] = sin(2.0 * row[0]) * cos(row[1]) > 0.2 * row[2] ? 1.0 : -1.0;
+  }
+}
+
+static egosieve_gp* new_model(int32_t covariance) {
+  egosieve_gp_options options;
+  egosieve_gp* gp = NULL;
+  egosieve_gp_options_init(&options);
+  options.covariance = covariance;
+  options.dimension = D;
+  CHECK_OK(egosieve_gp_create(&options, &gp));
+  return gp;
+}
+
+static egosieve_gp* new_conditioned_model(int32_t covariance) {
+  egosieve_gp* gp = new_model(covariance);
+  const egosieve_const_array inputs = doubles(&x[0][0], N, D), targets = doubles(y, N, 1);
+  CHECK_OK(egosieve_gp_condition(gp, &inputs, &targets));
+  return gp;
+}
+
+static egosieve_status predict_mean(egosieve_gp* gp, float* mean) {
+  const egosieve_const_array points = doubles(&queries[0][0], M, D);
+  egosieve_prediction prediction;
+  egosieve_prediction_init(&prediction);
+  prediction.mean = floats_out(mean, M, 1);
+  return egosieve_gp_predict(gp, &points, &prediction);
+}
+
+/* A posterior interpolates: at a point of its own, n = 1, the mean is y k / (k + sigma_n^2). */
+static void test_one_point_by_hand(void) {
+  egosieve_gp_options options;
+  egosieve_gp* gp = NULL;
+  const double length = 0.7, at = 0.3, target = 2.0;
+  const egosieve_const_array point = doubles(&at, 1, 1), value = doubles(&target, 1, 1);
+  double mean = 0, variance = 0, log_likelihood = 0;
+  egosieve_prediction prediction;
+  egosieve_gp_options_init(&options);
+  options.covariance = EGOSIEVE_SQUARED_EXPONENTIAL;
+  options.dimension = 1;
+  options.scales = &length;
+  options.scale_count = 1;
+  options.signal_stddev = 1.5;
+  options.noise_stddev = 0.5;
+  CHECK_OK(egosieve_gp_create(&options, &gp));
+  CHECK_OK(egosieve_gp_condition(gp, &point, &value));
+  egosieve_prediction_init(&prediction);
+  prediction.mean.data = &mean;
+  prediction.mean.rows = prediction.mean.columns = 1;
+  prediction.mean.type = EGOSIEVE_FLOAT64;
+  prediction.variance = prediction.mean;
+  prediction.variance.data = &variance;
+  CHECK_OK(egosieve_gp_predict(gp, &point, &prediction));
+  /* k = 2.25, k + sigma_n^2 = 2.5. Float32 results: a few roundings of 6e-8. */
+  CHECK(fabs(mean - 2.0 * 2.25 / 2.5) < 1e-6);
+  CHECK(fabs(variance - (2.25 - 2.25 * 2.25 / 2.5)) < 2e-6);
+  prediction.of_observation = 1;
+  CHECK_OK(egosieve_gp_predict(gp, &point, &prediction));
+  CHECK(fabs(variance - (2.25 - 2.25 * 2.25 / 2.5 + 0.25)) < 2e-6);
+  CHECK_OK(egosieve_gp_log_marginal_likelihood(gp, &log_likelihood));
+  CHECK(fabs(log_likelihood + 0.5 * 4.0 / 2.5 + 0.5 * log(2.5) +
+             0.5 * log(2.0 * 3.14159265358979323846)) < 1e-12);
+  CHECK_OK(egosieve_gp_free(gp));
+}
+
+/* Conditioning in two parts and removing a third gives the model of the rest: float32 means agree
+ * to the bound of the header, for |alpha|_1 under 1000 well below 1e-2; measured 1e-6. */
+static void test_condition_and_remove(void) {
+  egosieve_gp* whole = new_model(EGOSIEVE_ARCSINE);
+  egosieve_gp* parts = new_model(EGOSIEVE_ARCSINE);
+  egosieve_const_array inputs = doubles(&x[0][0], 30, D), targets = doubles(y, 30, 1);
+  const int64_t last_rows[10] = {39, 38, 37, 36, 35, 34, 33, 32, 31, 30};
+  float expected[M], actual[M];
+  egosieve_gp_info info;
+  CHECK_OK(egosieve_gp_condition(whole, &inputs, &targets));
+  inputs.rows = targets.rows = 15;
+  CHECK_OK(egosieve_gp_condition(parts, &inputs, &targets));
+  inputs = doubles(&x[15][0], 25, D);
+  targets = doubles(&y[15], 1, 25); /* a row serves as well */
+  CHECK_OK(egosieve_gp_condition(parts, &inputs, &targets));
+  CHECK_OK(egosieve_gp_remove(parts, last_rows, 10));
+  egosieve_gp_info_init(&info);
+  CHECK_OK(egosieve_gp_describe(parts, &info));
+  CHECK(info.size == 30 && info.dimension == D && info.scale_count == D + 1);
+  CHECK_OK(predict_mean(whole, expected));
+  CHECK_OK(predict_mean(parts, actual));
+  for (int i = 0; i < M; ++i) CHECK(fabsf(expected[i] - actual[i]) < 1e-4f);
+  CHECK_OK(egosieve_gp_free(whole));
+  CHECK_OK(egosieve_gp_free(parts));
+}
+
+/* Layouts do not change a bit of the result, and nothing outside the arrays is touched. */
+static void test_strides(void) {
+  egosieve_gp* gp = new_conditioned_model(EGOSIEVE_ARCSINE);
+  float packed[M], expected_variance[M];
+  static float transposed[D][M], reversed[M][D + 2];
+  double spread[M][3];
+  egosieve_prediction prediction;
+  egosieve_const_array points = doubles(&queries[0][0], M, D);
+  for (int i = 0; i < M; ++i) {
+    for (int d = 0; d < D; ++d) {
+      transposed[d][i] = (float)queries[i][d];
+      reversed[M - 1 - i][1 + d] = (float)queries[i][d];
+    }
+    for (int j = 0; j < 3; ++j) spread[i][j] = -7.0;
+  }
+  egosieve_prediction_init(&prediction);
+  prediction.mean = floats_out(packed, M, 1);
+  prediction.variance = floats_out(expected_variance, M, 1);
+  CHECK_OK(egosieve_gp_predict(gp, &points, &prediction));
+
+  prediction.mean.data = &spread[0][1];
+  prediction.mean.type = EGOSIEVE_FLOAT64;
+  prediction.mean.row_stride = sizeof spread[0];
+  prediction.mean.column_stride = sizeof(double);
+  points.type = EGOSIEVE_FLOAT32;
+  points.data = transposed;
+  points.row_stride = sizeof(float);
+  points.column_stride = sizeof transposed[0];
+  CHECK_OK(egosieve_gp_predict(gp, &points, &prediction));
+  for (int i = 0; i < M; ++i) {
+    CHECK(spread[i][1] == (double)packed[i]);
+    CHECK(spread[i][0] == -7.0 && spread[i][2] == -7.0);
+    spread[i][1] = 0.0;
+  }
+  points.data = &reversed[M - 1][1];
+  points.row_stride = -(int64_t)sizeof reversed[0];
+  points.column_stride = sizeof(float);
+  CHECK_OK(egosieve_gp_predict(gp, &points, &prediction));
+  for (int i = 0; i < M; ++i) CHECK(spread[i][1] == (double)packed[i]);
+  CHECK_OK(egosieve_gp_free(gp));
+}
+
+/* A grid is its points; a posterior stays as it was. */
+static void test_grid_and_posterior(void) {
+  enum { ROWS = 7, COLUMNS = 9 };
+  egosieve_gp_options options;
+  egosieve_gp* gp = NULL;
+  egosieve_posterior* posterior = NULL;
+  const double places[3][2] = {{0, 0}, {0.5, -0.5}, {-0.25, 0.75}}, values[3] = {1, -1, 0.5};
+  const egosieve_const_array inputs = doubles(&places[0][0], 3, 2), targets = doubles(values, 3, 1);
+  const egosieve_grid grid = {-1.0, -0.75, 0.25, 0.25, ROWS, COLUMNS};
+  static float points[ROWS * COLUMNS][2];
+  float by_grid[ROWS][COLUMNS + 3], by_points[ROWS * COLUMNS], later[ROWS * COLUMNS];
+  egosieve_prediction prediction;
+  egosieve_const_array queried = {points, ROWS * COLUMNS, 2, 0, 0, EGOSIEVE_FLOAT32};
+  for (int r = 0; r < ROWS; ++r) {
+    for (int c = 0; c < COLUMNS; ++c) {
+      points[r * COLUMNS + c][0] = (float)(-1.0 + 0.25 * c);
+      points[r * COLUMNS + c][1] = (float)(-0.75 + 0.25 * r);
+    }
+  }
+  egosieve_gp_options_init(&options);
+  options.covariance = EGOSIEVE_SQUARED_EXPONENTIAL;
+  options.dimension = 2;
+  CHECK_OK(egosieve_gp_create(&options, &gp));
+  CHECK_OK(egosieve_gp_condition(gp, &inputs, &targets));
+  CHECK_OK(egosieve_gp_posterior(gp, &posterior));
+  egosieve_prediction_init(&prediction);
+  prediction.variance = floats_out(&by_grid[0][0], ROWS, COLUMNS);
+  prediction.variance.row_stride = sizeof by_grid[0];
+  prediction.variance.column_stride = sizeof(float);
+  CHECK_OK(egosieve_gp_predict_grid(gp, &grid, &prediction));
+  prediction.variance = floats_out(by_points, ROWS * COLUMNS, 1);
+  CHECK_OK(egosieve_posterior_predict(posterior, &queried, &prediction));
+  CHECK_OK(egosieve_gp_condition(gp, &inputs, &targets));
+  CHECK_OK(egosieve_gp_free(gp));
+  prediction.variance = floats_out(later, ROWS * COLUMNS, 1);
+  CHECK_OK(egosieve_posterior_predict(posterior, &queried, &prediction));
+  for (int k = 0; k < ROWS * COLUMNS; ++k) {
+    CHECK(by_grid[k / COLUMNS][k % COLUMNS] == by_points[k]);
+    CHECK(later[k] == by_points[k]);
+  }
+  CHECK_OK(egosieve_posterior_free(posterior));
+}
+
+static void test_optimize_and_calibrate(void) {
+  egosieve_gp* gp = new_conditioned_model(EGOSIEVE_ARCSINE);
+  egosieve_optimize_options options;
+  egosieve_optimize_result result;
+  double before = 0, after = 0;
+  float probability[M];
+  egosieve_gp_info info;
+  const egosieve_const_array points = doubles(&x[0][0], M, D);
+  egosieve_prediction prediction;
+  CHECK_OK(egosieve_gp_log_marginal_likelihood(gp, &before));
+  egosieve_optimize_options_init(&options);
+  egosieve_optimize_result_init(&result);
+  CHECK_OK(egosieve_gp_optimize(gp, &options, &result));
+  CHECK_OK(egosieve_gp_log_marginal_likelihood(gp, &after));
+  CHECK(after > before + 0.1);
+  /* Summed in another order: n eps |log p| and some more. */
+  CHECK(fabs(result.log_likelihood_at_start - before) < 1e-9 * fabs(before));
+  CHECK(fabs(result.log_likelihood - after) < 1e-9 * fabs(after));
+  CHECK(result.points == N && result.evaluations > 5);
+  CHECK_OK(egosieve_gp_calibrate(gp));
+  egosieve_gp_info_init(&info);
+  CHECK_OK(egosieve_gp_describe(gp, &info));
+  CHECK(info.squash_a != 1.0 && info.squash_a > 0.0);
+  egosieve_prediction_init(&prediction);
+  prediction.probability = floats_out(probability, M, 1);
+  CHECK_OK(egosieve_gp_predict(gp, &points, &prediction));
+  int right = 0;
+  for (int i = 0; i < M; ++i) {
+    CHECK(probability[i] >= 0.0f && probability[i] <= 1.0f);
+    right += (probability[i] > 0.5f) == (y[i] > 0.0);
+  }
+  CHECK(right >= M * 9 / 10);
+  CHECK_OK(egosieve_gp_free(gp));
+}
+
+/* The file, the bytes and the model predict alike to the last bit; annotations come along. */
+static void test_save_and_load(const char* folder) {
+  egosieve_gp* gp = new_conditioned_model(EGOSIEVE_SQUARED_EXPONENTIAL);
+  egosieve_gp *from_file = NULL, *from_bytes = NULL;
+  const int64_t rows[2] = {5, 3};
+  char path[1024], text[8] = "";
+  int64_t size = 0, told = 0;
+  float expected[M], actual[M];
+  void* bytes;
+  snprintf(path, sizeof path, "%s/model.npz", folder);
+  CHECK_OK(egosieve_gp_remove(gp, rows, 2));
+  CHECK_OK(egosieve_gp_set_annotation(gp, "kriged", 6));
+  CHECK_OK(egosieve_gp_save(gp, path));
+  CHECK_OK(egosieve_gp_load(path, NULL, &from_file));
+  CHECK_OK(egosieve_gp_serialize(gp, NULL, 0, &size));
+  bytes = malloc((size_t)size);
+  CHECK_CALL(egosieve_gp_serialize(gp, bytes, size - 1, &told), EGOSIEVE_INVALID_ARGUMENT,
+             "capacity");
+  CHECK(told == size);
+  CHECK_OK(egosieve_gp_serialize(gp, bytes, size, &size));
+  CHECK_OK(egosieve_gp_deserialize(bytes, size, NULL, &from_bytes));
+  CHECK_OK(predict_mean(gp, expected));
+  CHECK_OK(predict_mean(from_file, actual));
+  CHECK(memcmp(expected, actual, sizeof expected) == 0);
+  CHECK_OK(predict_mean(from_bytes, actual));
+  CHECK(memcmp(expected, actual, sizeof expected) == 0);
+  CHECK_OK(egosieve_gp_annotation(from_file, text, sizeof text, &size));
+  CHECK(size == 6 && memcmp(text, "kriged", 6) == 0);
+  ((char*)bytes)[size / 2 + 40] ^= 1;
+  egosieve_gp* untouched = NULL;
+  CHECK_CALL(egosieve_gp_deserialize(bytes, 100, NULL, &untouched), EGOSIEVE_DATA_LOSS, "");
+  CHECK(untouched == NULL);
+  CHECK_CALL(egosieve_gp_load("/nowhere/model.npz", NULL, &untouched), EGOSIEVE_NOT_FOUND,
+             "/nowhere/model.npz");
+  free(bytes);
+  CHECK_OK(egosieve_gp_free(gp));
+  CHECK_OK(egosieve_gp_free(from_file));
+  CHECK_OK(egosieve_gp_free(from_bytes));
+}
+
+static void test_handles(void) {
+  egosieve_gp* gp = new_conditioned_model(EGOSIEVE_ARCSINE);
+  egosieve_gp* next = NULL;
+  egosieve_posterior* posterior = NULL;
+  double value = 0;
+  int on_the_stack = 0;
+  CHECK_CALL(egosieve_gp_log_marginal_likelihood(NULL, &value), EGOSIEVE_INVALID_HANDLE,
+             "gp is null");
+  CHECK_CALL(egosieve_gp_log_marginal_likelihood((egosieve_gp*)&on_the_stack, &value),
+             EGOSIEVE_INVALID_HANDLE, "gp is no handle");
+  CHECK_OK(egosieve_gp_posterior(gp, &posterior));
+  CHECK_CALL(egosieve_gp_log_marginal_likelihood((egosieve_gp*)posterior, &value),
+             EGOSIEVE_INVALID_HANDLE, "gp is a handle of another type");
+  CHECK_OK(egosieve_gp_free(gp));
+  CHECK_CALL(egosieve_gp_free(gp), EGOSIEVE_INVALID_HANDLE, "gp was freed");
+  next = new_model(EGOSIEVE_ARCSINE); /* takes the slot */
+  CHECK(next != gp);
+  CHECK_CALL(egosieve_gp_log_marginal_likelihood(gp, &value), EGOSIEVE_INVALID_HANDLE,
+             "gp was freed");
+  CHECK_OK(egosieve_gp_log_marginal_likelihood(next, &value));
+  CHECK_OK(egosieve_gp_free(next));
+  CHECK_OK(egosieve_gp_free(NULL));
+  CHECK_OK(egosieve_posterior_free(posterior));
+  CHECK_CALL(egosieve_posterior_free(posterior), EGOSIEVE_INVALID_HANDLE, "posterior was freed");
+}
+
+static void test_bad_arrays(void) {
+  egosieve_gp* gp = new_conditioned_model(EGOSIEVE_ARCSINE);
+  const egosieve_const_array inputs = doubles(&x[0][0], N, D), targets = doubles(y, N, 1);
+  egosieve_const_array bad;
+  egosieve_prediction prediction;
+  float mean[M], untouched = -5.0f;
+  double broken[2][D] = {{0, 0, 0}, {0, NAN, 0}};
+  egosieve_gp_info info;
+  const int64_t twice[2] = {1, 1}, beyond[1] = {N};
+
+  CHECK_CALL(egosieve_gp_condition(gp, NULL, &targets), EGOSIEVE_INVALID_ARGUMENT, "x is null");
+  CHECK_CALL(egosieve_gp_condition(gp, &inputs, NULL), EGOSIEVE_INVALID_ARGUMENT, "y is null");
+  bad = inputs;
+  bad.data = NULL;
+  CHECK_CALL(egosieve_gp_condition(gp, &bad, &targets), EGOSIEVE_INVALID_ARGUMENT, "x.data");
+  bad = inputs;
+  bad.columns = D - 1;
+  CHECK_CALL(egosieve_gp_condition(gp, &bad, &targets), EGOSIEVE_INVALID_ARGUMENT, "x: 2 columns");
+  bad = inputs;
+  bad.rows = -1;
+  CHECK_CALL(egosieve_gp_condition(gp, &bad, &targets), EGOSIEVE_INVALID_ARGUMENT, "x: -1 x 3");
+  bad = inputs;
+  bad.type = 9;
+  CHECK_CALL(egosieve_gp_condition(gp, &bad, &targets), EGOSIEVE_INVALID_ARGUMENT, "x.type");
+  bad = inputs;
+  bad.row_stride = 8;
+  bad.column_stride = 8;
+  CHECK_CALL(egosieve_gp_condition(gp, &bad, &targets), EGOSIEVE_INVALID_ARGUMENT,
+             "x: row_stride = 8");
+  bad.row_stride = INT64_MIN;
+  CHECK_CALL(egosieve_gp_condition(gp, &bad, &targets), EGOSIEVE_INVALID_ARGUMENT, "x: strides");
+  bad = targets;
+  bad.rows = N - 1;
+  CHECK_CALL(egosieve_gp_condition(gp, &inputs, &bad), EGOSIEVE_INVALID_ARGUMENT, "y: 39 values");
+  bad = doubles(&broken[0][0], 2, D);
+  {
+    const egosieve_const_array two = doubles(y, 2, 1);
+    CHECK_CALL(egosieve_gp_condition(gp, &bad, &two), EGOSIEVE_INVALID_ARGUMENT, "x(1, 1)");
+    broken[1][1] = 1e39; /* finite in float64 alone */
+    CHECK_CALL(egosieve_gp_condition(gp, &bad, &two), EGOSIEVE_INVALID_ARGUMENT, "x(1, 1)");
+  }
+  egosieve_prediction_init(&prediction);
+  prediction.mean = floats_out(mean, M, 1);
+  mean[0] = untouched;
+  broken[1][1] = NAN;
+  prediction.mean.rows = 2;
+  CHECK_CALL(egosieve_gp_predict(gp, &bad, &prediction), EGOSIEVE_INVALID_ARGUMENT, "x(1, 1)");
+  CHECK(mean[0] == untouched);
+  bad = doubles(&queries[0][0], M, D);
+  prediction.mean.rows = M - 1;
+  CHECK_CALL(egosieve_gp_predict(gp, &bad, &prediction), EGOSIEVE_INVALID_ARGUMENT,
+             "prediction.mean: 29 x 1");
+  prediction.mean.rows = M;
+  prediction.mean.row_stride = 2;
+  prediction.mean.column_stride = 4;
+  CHECK_CALL(egosieve_gp_predict(gp, &bad, &prediction), EGOSIEVE_INVALID_ARGUMENT,
+             "prediction.mean: row_stride");
+  CHECK_CALL(egosieve_gp_predict(gp, &bad, NULL), EGOSIEVE_INVALID_ARGUMENT, "prediction is null");
+  prediction.struct_size = 0;
+  CHECK_CALL(egosieve_gp_predict(gp, &bad, &prediction), EGOSIEVE_INVALID_ARGUMENT,
+             "prediction.struct_size");
+  CHECK_CALL(egosieve_gp_remove(gp, twice, 2), EGOSIEVE_INVALID_ARGUMENT, "rows: 1 stands");
+  CHECK_CALL(egosieve_gp_remove(gp, beyond, 1), EGOSIEVE_INVALID_ARGUMENT, "rows: 40");
+  CHECK_CALL(egosieve_gp_remove(gp, NULL, 1), EGOSIEVE_INVALID_ARGUMENT, "rows is null");
+  CHECK_CALL(egosieve_gp_remove(gp, beyond, -1), EGOSIEVE_INVALID_ARGUMENT, "count = -1");
+  egosieve_gp_info_init(&info);
+  CHECK_OK(egosieve_gp_describe(gp, &info));
+  CHECK(info.size == N);
+  CHECK_OK(egosieve_gp_free(gp));
+}
+
+static void test_bad_options(void) {
+  egosieve_gp_options options;
+  egosieve_gp* gp = NULL;
+  const double scales[2] = {1.0, -1.0};
+  const egosieve_grid empty = {0, 0, 1, 1, 0, 5};
+  egosieve_prediction prediction;
+  uint8_t pixels[12] = {0};
+  egosieve_image image = {pixels, 2, 2, 0, EGOSIEVE_BGR};
+  egosieve_prediction_init(&prediction);
+  egosieve_gp_options_init(&options);
+  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "dimension = 0");
+  options.dimension = 1;
+  options.covariance = 5;
+  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "covariance = 5");
+  options.covariance = EGOSIEVE_ARCSINE;
+  options.scales = scales;
+  options.scale_count = 1;
+  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "scale_count = 1");
+  options.scale_count = 2;
+  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "scales");
+  options.scales = NULL;
+  options.scale_count = 0;
+  options.noise_stddev = NAN;
+  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "noise_stddev");
+  options.noise_stddev = 0.1;
+  options.device = "a device that nobody has";
+  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_NOT_FOUND, "a device that nobody has");
+  options.device = NULL;
+  CHECK_CALL(egosieve_gp_create(&options, NULL), EGOSIEVE_INVALID_ARGUMENT, "gp is null");
+  CHECK_CALL(egosieve_gp_create(NULL, &gp), EGOSIEVE_INVALID_ARGUMENT, "options is null");
+  CHECK(gp == NULL);
+  CHECK_OK(egosieve_gp_create(&options, &gp));
+  CHECK_CALL(egosieve_gp_predict_grid(gp, &empty, &prediction), EGOSIEVE_INVALID_ARGUMENT,
+             "grid: 0 rows");
+  CHECK_CALL(egosieve_gp_predict_image(gp, &image, 1, &prediction), EGOSIEVE_FAILED_PRECONDITION,
+             "6 inputs");
+  image.row_stride = 5;
+  CHECK_CALL(egosieve_gp_predict_image(gp, &image, 1, &prediction), EGOSIEVE_INVALID_ARGUMENT,
+             "image.row_stride");
+  CHECK_CALL(egosieve_gp_optimize(gp, NULL, NULL), EGOSIEVE_FAILED_PRECONDITION, "2 points");
+  CHECK_CALL(egosieve_gp_calibrate(gp), EGOSIEVE_FAILED_PRECONDITION, "2 points");
+  CHECK_OK(egosieve_gp_free(gp));
+}
+
+static void test_devices(void) {
+  int32_t count = 0;
+  char name[64], cut[4];
+  CHECK_OK(egosieve_device_count(&count));
+  CHECK(count >= 1);
+  CHECK_OK(egosieve_device_name(count - 1, name, sizeof name));
+  CHECK(strncmp(name, "reference", 9) == 0);
+  CHECK_OK(egosieve_device_name(count - 1, cut, sizeof cut));
+  CHECK(strcmp(cut, "ref") == 0);
+  CHECK_CALL(egosieve_device_name(count, name, sizeof name), EGOSIEVE_INVALID_ARGUMENT, "index");
+  CHECK(egosieve_abi_version() == EGOSIEVE_ABI_VERSION);
+  CHECK(strcmp(egosieve_status_name(99), "unknown status") == 0);
+}
+
+int main(void) {
+  const char* folder = getenv("TEST_TMPDIR");
+  make_data();
+  test_one_point_by_hand();
+  test_condition_and_remove();
+  test_strides();
+  test_grid_and_posterior();
+  test_optimize_and_calibrate();
+  test_save_and_load(folder != NULL ? folder : "/tmp");
+  test_handles();
+  test_bad_arrays();
+  test_bad_options();
+  test_devices();
+  printf("%d checks failed\n", failures);
+  return failures == 0 ? 0 : 1;
+}

@@ -1,0 +1,126 @@
+// The C++ interface: that it is the C interface, owned. What is computed is tested there.
+#include "egosieve/gaussian_process.hpp"
+
+#include <Eigen/Core>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "egosieve/eigen.hpp"
+#include "gtest/gtest.h"
+
+namespace egosieve {
+namespace {
+
+constexpr int kPoints = 30, kQueries = 20, kDimension = 2;
+
+struct Data {
+  Eigen::MatrixXd x{kPoints, kDimension};  // column-major
+  Eigen::VectorXd y{kPoints};
+  Eigen::Matrix<float, kQueries, kDimension, Eigen::RowMajor> queries;
+
+  Data() {
+    for (int i = 0; i < kPoints; ++i) {
+      x.row(i) << std::cos(1.7 * i), std::sin(0.9 * i);
+      y[i] = std::tanh(3.0 * x(i, 0) * x(i, 1));
+    }
+    for (int i = 0; i < kQueries; ++i) {
+      queries.row(i) << static_cast<float>(std::sin(0.4 * i)), static_cast<float>(0.05 * i);
+    }
+  }
+};
+
+GaussianProcess ConditionedModel(const Data& data) {
+  GaussianProcessOptions options;
+  options.dimension = kDimension;
+  GaussianProcess gp = GaussianProcess::Create(options).value();
+  gp.Condition(View(data.x), View(data.y)).ThrowIfError();
+  return gp;
+}
+
+TEST(GaussianProcess, SpansAndEigenGiveTheSameBits) {
+  const Data data;
+  const GaussianProcess by_eigen = ConditionedModel(data);
+  GaussianProcessOptions options;
+  options.dimension = kDimension;
+  GaussianProcess by_span = GaussianProcess::Create(options).value();
+  const std::vector<double> columns(data.x.data(), data.x.data() + data.x.size());
+  const std::vector<double> targets(data.y.data(), data.y.data() + data.y.size());
+  by_span.Condition(ConstArray(columns.data(), kPoints, kDimension, 1, kPoints), targets)
+      .ThrowIfError();
+
+  Eigen::VectorXf mean(kQueries);
+  Eigen::MatrixXd both(3, kQueries);  // results go into rows of a larger matrix
+  ASSERT_TRUE(by_eigen.Predict(View(data.queries), {MutableView(mean)}).ok());
+  const std::vector<float> rows(data.queries.data(), data.queries.data() + data.queries.size());
+  ASSERT_TRUE(
+      by_span.Predict({rows, kDimension}, {MutableView(both.row(2)), MutableView(both.row(0))})
+          .ok());
+  for (int i = 0; i < kQueries; ++i) {
+    EXPECT_EQ(static_cast<double>(mean[i]), both(2, i));
+    EXPECT_GT(both(0, i), 0.0);
+  }
+}
+
+TEST(GaussianProcess, MovesOwnTheHandleOnce) {
+  const Data data;
+  GaussianProcess first = ConditionedModel(data);
+  GaussianProcess second = std::move(first);
+  EXPECT_EQ(first.handle(), nullptr);
+  EXPECT_EQ(first.Calibrate().code(), Code::kInvalidHandle);
+  egosieve_gp* handle = second.handle();
+  first = std::move(second);
+  EXPECT_EQ(first.handle(), handle);
+  EXPECT_EQ(first.Describe()->size, kPoints);
+  { const GaussianProcess last = std::move(first); }
+  double value = 0.0;
+  EXPECT_EQ(egosieve_gp_log_marginal_likelihood(handle, &value), EGOSIEVE_INVALID_HANDLE);
+}
+
+TEST(GaussianProcess, ErrorsAreReturnedOrThrown) {
+  const Data data;
+  GaussianProcess gp = ConditionedModel(data);
+  const std::vector<double> one = {1.0};
+  const Status status = gp.Condition(View(data.x), one);
+  EXPECT_EQ(status.code(), Code::kInvalidArgument);
+  EXPECT_NE(status.message().find("y: 1 values; x has 30 rows"), std::string::npos)
+      << status.message();
+  EXPECT_THROW(status.ThrowIfError(), Error);
+  const Result<GaussianProcess> none = GaussianProcess::Load("/nowhere/model.npz");
+  EXPECT_FALSE(none.ok());
+  try {
+    none.value();
+    FAIL() << "value() of no value returned";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Code::kNotFound);
+  }
+}
+
+TEST(GaussianProcess, BytesAndPosteriorKeepTheModel) {
+  const Data data;
+  GaussianProcess gp = ConditionedModel(data);
+  ASSERT_TRUE(gp.SetAnnotation("of the caller").ok());
+  ASSERT_TRUE(gp.Remove({3, 1, 4}).ok());
+  const OptimizeResult optimised = gp.Optimize().value();
+  EXPECT_GT(optimised.log_likelihood, optimised.log_likelihood_at_start);
+  const std::string bytes = gp.Serialize().value();
+  const GaussianProcess again = GaussianProcess::Deserialize(bytes).value();
+  EXPECT_EQ(again.Annotation().value(), "of the caller");
+  const GaussianProcessInfo info = again.Describe().value();
+  EXPECT_EQ(info.size, kPoints - 3);
+  EXPECT_EQ(info.scales, gp.Describe()->scales);
+  const Posterior posterior = gp.MakePosterior().value();
+  ASSERT_TRUE(gp.Remove({0}).ok());
+  std::vector<float> expected(kQueries), actual(kQueries);
+  ASSERT_TRUE(posterior.Predict(View(data.queries), {expected}).ok());
+  ASSERT_TRUE(again.Predict(View(data.queries), {actual}).ok());
+  EXPECT_EQ(expected, actual);
+  Eigen::MatrixXf x(info.size, kDimension);
+  ASSERT_TRUE(again.Points(MutableView(x), {}).ok());
+  EXPECT_EQ(x(0, 1), static_cast<float>(data.x(0, 1)));
+  EXPECT_EQ(x(1, 0), static_cast<float>(data.x(2, 0)));
+}
+
+}  // namespace
+}  // namespace egosieve

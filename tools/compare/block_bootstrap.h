@@ -1,0 +1,44 @@
+// How sure a mean difference is, when neighbouring frames are alike: the block bootstrap.
+//
+//   d_i       the difference of two methods' figures in frame i
+//   blocks    `block_frames` frames in a row, within one drive, wrapping at its end
+//   resample  for each drive of n frames ceil(n / block_frames) blocks with replacement, cut to n
+//   interval  quantiles 0.025 and 0.975 of the resampled means over all frames
+//
+// Deterministic in the seed. Reference: Künsch (1989); circular blocks after Politis and Romano
+// (1992).
+#ifndef EGOSIEVE_TOOLS_COMPARE_BLOCK_BOOTSTRAP_H_
+#define EGOSIEVE_TOOLS_COMPARE_BLOCK_BOOTSTRAP_H_
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "absl/status/status.h"
+
+namespace egosieve::tools {
+
+struct BootstrapOptions {
+  int block_frames = 10;  // at least 1
+  int resamples = 2000;   // at least 40, so that the quantiles exist
+  uint64_t seed = 1;
+
+  absl::Status Validate() const;
+};
+
+struct BootstrapInterval {
+  double mean = 0.0;
+  double low = 0.0;
+  double high = 0.0;
+  double share_positive = 0.0;  // of the resampled means; those at 0 count half
+  int64_t frames = 0;
+};
+
+// Each drive's differences in the order of its frames; drives without frames are left out. Absent
+// without frames. Options must be valid.
+std::optional<BootstrapInterval> BlockBootstrap(const std::vector<std::vector<double>>& differences,
+                                                const BootstrapOptions& options);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_COMPARE_BLOCK_BOOTSTRAP_H_

@@ -1,0 +1,226 @@
+#include "tools/compare/compare_command.h"
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <iostream>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_split.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/checks.h"
+#include "tools/cli/device_flag.h"
+#include "tools/cli/interruption.h"
+#include "tools/cli/progress.h"
+#include "tools/compare/comparison_figures.h"
+#include "tools/compare/comparison_table.h"
+#include "tools/compare/drive_comparison.h"
+#include "tools/plots/plots_flag.h"
+#include "tools/run_folder/atomic_file.h"
+#include "tools/segment/segment_flags.h"
+#include "tools/suite/sequences.h"
+#include "tools/synthesize/synthesize.h"
+#include "vision/segmentation/methods/map_method.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string AllMethods() {
+  return absl::StrJoin(vision::MethodNames(), ",",
+                       [](std::string* out, const vision::MethodName& method) {
+                         absl::StrAppend(out, method.name);
+                       });
+}
+
+class CompareCommand : public Command {
+ public:
+  std::string name() const override { return "compare"; }
+  std::string summary() const override {
+    return "Compares the segmenter with its rivals on the same features, frames and pixels.";
+  }
+  std::string example() const override {
+    return "egosieve compare drive/frames --truth=drive/masks --out=out/compare\n"
+           "egosieve compare sequences --out=out/compare --profile=paper\n"
+           "egosieve compare --scenarios=street,junction --frames=60 --out=out/compare";
+  }
+
+  void AddFlags(CLI::App& app) override {
+    app.add_option("INPUT", input_,
+                   "With --truth: a video, a folder or a glob of images; without: a folder of "
+                   "sequences, each with frames/ and its truth; left out: synthetic drives")
+        ->type_name("")
+        ->configurable(false);
+    app.add_option("--truth", truth_, "Masks, a synthetic drive, or tracks.csv, as for evaluate")
+        ->type_name("TRUTH");
+    app.add_option("--out", out_, "Folder for compare.json, compare.csv and the page of plots")
+        ->required()
+        ->type_name("DIR");
+    app.add_option("--methods", methods_, "By commas; the others are told against the first")
+        ->capture_default_str()
+        ->type_name("NAMES");
+    app.add_option("--scenarios", scenarios_,
+                   "Without INPUT: synthetic drives to make in OUT/drives, by commas")
+        ->capture_default_str()
+        ->type_name("NAMES");
+    app.add_option("--frames", synthetic_frames_, "Frames of each synthetic drive")
+        ->check(AtLeast(3))
+        ->capture_default_str();
+    app.add_option("--max_frames", options_.max_frames, "Frames of each drive at most; 0: all")
+        ->check(AtLeast<int64_t>(0))
+        ->capture_default_str();
+    app.add_option("--block", bootstrap_.block_frames,
+                   "Frames in a row that the bootstrap draws together")
+        ->check(AtLeast(1))
+        ->capture_default_str();
+    app.add_option("--jobs", jobs_,
+                   "Drives at a time; times a frame are those of a machine that is shared then")
+        ->check(Between(1, 256))
+        ->capture_default_str();
+    app.add_option("--threshold", options_.evaluate.scores.threshold,
+                   "Probability from which a pixel is called moving, for IoU, F and objects")
+        ->check(Between(0.0, 1.0))
+        ->capture_default_str();
+    segment_.AddFlags(app);
+    device_.AddFlag(app);
+    plots_.AddFlag(app);
+    progress_.AddFlag(app);
+  }
+
+  absl::StatusOr<ExitCode> Run() override {
+    EGOSIEVE_RETURN_IF_ERROR(bootstrap_.Validate());
+    CatchInterruptions();
+    options_.methods = absl::StrSplit(methods_, ',', absl::SkipEmpty());
+    options_.segmenter = segment_.MakeOptions(
+        std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / jobs_, 1, 256));
+    EGOSIEVE_RETURN_IF_ERROR(options_.segmenter.Validate());
+    EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
+    // Names are checked before minutes are spent.
+    if (options_.methods.empty()) return absl::InvalidArgumentError("no method; name one at least");
+    for (const std::string& method : options_.methods) {
+      const auto made = vision::MakeMethod(method, device.context, options_.segmenter);
+      if (!made.ok()) return AsUsageError(made.status());
+    }
+    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(out_));
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<Sequence> sequences, Sequences());
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<DriveComparison> drives,
+                              CompareAll(device.context, sequences));
+    return Report(drives);
+  }
+
+ private:
+  absl::StatusOr<std::vector<Sequence>> Sequences() {
+    if (input_.empty()) {
+      if (!truth_.empty()) {
+        return absl::InvalidArgumentError(
+            "--truth is given, but no INPUT; give the frames as well");
+      }
+      EGOSIEVE_RETURN_IF_ERROR(MakeDrives());
+      input_ = (fs::path(out_) / "drives").string();
+    } else if (!truth_.empty()) {
+      fs::path path = fs::absolute(input_).lexically_normal();
+      if (path.filename().empty() || path.filename() == "frames") path = path.parent_path();
+      return std::vector<Sequence>{{path.filename().string(), "", input_, truth_}};
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(SequenceList list, FindSequences(input_));
+    return std::move(list.sequences);
+  }
+
+  absl::Status MakeDrives() const {
+    for (const std::string& scenario :
+         std::vector<std::string>(absl::StrSplit(scenarios_, ',', absl::SkipEmpty()))) {
+      SynthesizeOptions options;
+      options.scenario = scenario;
+      options.seed = segment_.seed();
+      options.output_folder = (fs::path(out_) / "drives" / scenario).string();
+      options.overwrite = true;
+      options.rendering.frames = synthetic_frames_;
+      Progress progress("synthesize", progress_, synthetic_frames_);
+      EGOSIEVE_RETURN_IF_ERROR(Synthesize(options, [&](int, int) {
+        progress.Advance();
+        return !InterruptionRequested();
+      }));
+    }
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<std::vector<DriveComparison>> CompareAll(
+      const std::shared_ptr<kernels::Context>& context, const std::vector<Sequence>& sequences) {
+    std::vector<DriveComparison> drives(sequences.size());
+    Progress progress("compare", progress_, -1);
+    std::mutex mutex;
+    std::atomic<size_t> next = 0;
+    const auto work = [&] {
+      for (size_t i = next++; i < sequences.size() && !InterruptionRequested(); i = next++) {
+        absl::StatusOr<DriveComparison> drive =
+            CompareMethods(context, sequences[i], options_, [&] {
+              const std::lock_guard lock(mutex);
+              progress.Advance();
+              return !InterruptionRequested();
+            });
+        if (drive.ok()) {
+          drives[i] = *std::move(drive);
+        } else {
+          drives[i].sequence = sequences[i];
+          drives[i].status = drive.status();
+        }
+      }
+    };
+    std::vector<std::thread> threads;
+    for (int job = 0; job < jobs_; ++job) threads.emplace_back(work);
+    for (std::thread& thread : threads) thread.join();
+    progress.Finish();
+    if (InterruptionRequested()) return absl::CancelledError("interrupted; nothing was written");
+    if (sequences.size() == 1) EGOSIEVE_RETURN_IF_ERROR(drives[0].status);
+    return drives;
+  }
+
+  absl::StatusOr<ExitCode> Report(const std::vector<DriveComparison>& drives) const {
+    const ComparisonSummary summary = Summarise(drives, bootstrap_);
+    nlohmann::ordered_json json = ToJson(drives, summary);
+    json["flags"] = DescribeOptions(options_.segmenter);
+    json["block_frames"] = bootstrap_.block_frames;
+    const std::string base = absl::StrCat(out_, "/compare");
+    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".csv", ToCsv(drives)));
+    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".json", json.dump(2) + "\n"));
+    std::cout << ToTable(drives, summary);
+    for (const std::string& line : CompareWithPaper(summary)) std::cout << line << "\n";
+    if (summary.drives > 0) {
+      const PlotPage page = MakeComparisonPage(drives, summary, FlagsLine());
+      EGOSIEVE_RETURN_IF_ERROR(plots_.Write(absl::StrCat(out_, "/plots"), page));
+    }
+    return summary.failed > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
+  }
+
+  // The flags that shape the answer, as a line.
+  std::string FlagsLine() const {
+    return absl::StrCat(
+        "Flags: ",
+        absl::StrJoin(DescribeOptions(options_.segmenter), ", ", absl::PairFormatter(" ")), ".");
+  }
+
+  std::string input_, truth_, out_;
+  std::string methods_ = AllMethods();
+  std::string scenarios_ = "street,junction,crossing,oncoming";
+  int synthetic_frames_ = 150;
+  int jobs_ = 1;
+  ComparisonOptions options_;
+  BootstrapOptions bootstrap_;
+  SegmentFlags segment_;
+  DeviceFlag device_;
+  ProgressFlag progress_;
+  PlotsFlag plots_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeCompareCommand() { return std::make_unique<CompareCommand>(); }
+
+}  // namespace egosieve::tools

@@ -1,0 +1,15 @@
+#ifndef EGOSIEVE_TOOLS_COMPARE_COMPARE_COMMAND_H_
+#define EGOSIEVE_TOOLS_COMPARE_COMPARE_COMMAND_H_
+
+#include <memory>
+
+#include "tools/cli/command.h"
+
+namespace egosieve::tools {
+
+// egosieve compare: the segmenter and its rivals on the same features, frames and pixels.
+std::unique_ptr<Command> MakeCompareCommand();
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_COMPARE_COMPARE_COMMAND_H_

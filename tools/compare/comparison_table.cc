@@ -1,0 +1,279 @@
+#include "tools/compare/comparison_table.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "tools/evaluation/calibration.h"
+
+namespace egosieve::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Figure = std::optional<double>;
+
+constexpr int kCurvePoints = 200;
+
+Json OrNull(const Figure& value) { return value ? Json(*value) : Json(); }
+
+std::string Cell(const Figure& value, const char* format = " %8.4f") {
+  return value ? absl::StrFormat(absl::ParsedFormat<'f'>(format), *value)
+               : absl::StrFormat(" %8s", "-");
+}
+
+Figure Mean(const std::vector<double>& values) {
+  if (values.empty()) return std::nullopt;
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<double> AucsOf(const MethodResult& method) {
+  std::vector<double> aucs;
+  for (const MethodFrame& frame : method.frames) {
+    if (frame.auc) aucs.push_back(*frame.auc);
+  }
+  return aucs;
+}
+
+// Mean of the last third less mean of the first.
+Figure GainOf(const std::vector<double>& aucs) {
+  const size_t third = aucs.size() / 3;
+  if (third == 0) return std::nullopt;
+  const std::vector<double> first(aucs.begin(), aucs.begin() + static_cast<ptrdiff_t>(third));
+  const std::vector<double> last(aucs.end() - static_cast<ptrdiff_t>(third), aucs.end());
+  return *Mean(last) - *Mean(first);
+}
+
+// Frame by frame, where both have one; the methods see the same frames.
+std::vector<double> Differences(const MethodResult& a, const MethodResult& b) {
+  std::vector<double> differences;
+  for (size_t i = 0; i < a.frames.size(); ++i) {
+    if (a.frames[i].auc && b.frames[i].auc) {
+      differences.push_back(*a.frames[i].auc - *b.frames[i].auc);
+    }
+  }
+  return differences;
+}
+
+MethodSummary SummariseMethod(const std::vector<const DriveComparison*>& drives, size_t index) {
+  const MethodResult& model = drives.front()->methods[index];
+  MethodSummary summary{model.method, model.probabilistic, model.scores, {}, {}, {}, 0.0, 0.0, {}};
+  std::vector<double> frame_aucs, drive_aucs, gains, milliseconds, sizes;
+  for (size_t d = 0; d < drives.size(); ++d) {
+    const MethodResult& method = drives[d]->methods[index];
+    if (d > 0) summary.scores.Merge(method.scores);
+    const std::vector<double> aucs = AucsOf(method);
+    frame_aucs.insert(frame_aucs.end(), aucs.begin(), aucs.end());
+    if (const Figure mean = Mean(aucs)) drive_aucs.push_back(*mean);
+    if (const Figure gain = GainOf(aucs)) gains.push_back(*gain);
+    for (const MethodFrame& frame : method.frames) milliseconds.push_back(frame.own_milliseconds);
+    sizes.push_back(static_cast<double>(method.frames.back().model_size));
+  }
+  summary.frame_auc = Mean(frame_aucs);
+  summary.drive_auc = Mean(drive_aucs);
+  summary.gain = Mean(gains);
+  summary.own_milliseconds = Median(std::move(milliseconds));
+  summary.model_size = Mean(sizes).value_or(0.0);
+  return summary;
+}
+
+Figure BestIou(const DriveScores& scores) {
+  const std::vector<double> ious = scores.MeanIouByThreshold();
+  if (ious.empty()) return std::nullopt;
+  return *std::max_element(ious.begin(), ious.end());
+}
+
+Figure EceOf(const MethodSummary& method) {
+  if (!method.probabilistic) return std::nullopt;
+  const std::optional<Calibration> calibration = CalibrationOf(method.scores.pooled());
+  if (!calibration) return std::nullopt;
+  return calibration->expected_calibration_error;
+}
+
+Figure ErrorAucOf(const MethodSummary& method) {
+  if (!method.scores.has_deviation()) return std::nullopt;
+  return method.scores.uncertainty().ErrorAuc();
+}
+
+std::string DifferenceCell(const std::optional<BootstrapInterval>& difference) {
+  if (!difference) return "";
+  return absl::StrFormat("  %+.4f [%+.4f, %+.4f]", difference->mean, difference->low,
+                         difference->high);
+}
+
+Json CurveJson(const RocHistogram& scores) {
+  Json curve = Json::array();
+  for (const OperatingPoint& p : scores.Curve(kCurvePoints)) {
+    curve.push_back({p.false_positive_rate, p.recall, p.precision});
+  }
+  return curve;
+}
+
+Json IntervalJson(const std::optional<BootstrapInterval>& interval) {
+  if (!interval) return Json();
+  return {{"mean", interval->mean},
+          {"low", interval->low},
+          {"high", interval->high},
+          {"share_positive", interval->share_positive},
+          {"frames", interval->frames}};
+}
+
+Json DriveJson(const DriveComparison& drive) {
+  Json json = {{"sequence", drive.sequence.name}, {"truth", drive.sequence.truth}};
+  if (!drive.status.ok()) {
+    json["error"] = std::string(drive.status.message());
+    return json;
+  }
+  json["pixels"] = drive.pixels;
+  json["frames"] = drive.frames;
+  json["frames_of_prior"] = drive.frames_of_prior;
+  json["frames_without_truth"] = drive.frames_without_truth;
+  json["points_outside"] = drive.points_outside;
+  Json& methods = json["methods"] = Json::array();
+  for (const MethodResult& method : drive.methods) {
+    Json frames = Json::array();
+    for (const MethodFrame& frame : method.frames) {
+      frames.push_back({frame.index, OrNull(frame.auc), frame.model_size, frame.own_milliseconds});
+    }
+    methods.push_back({{"method", method.method},
+                       {"mean_auc", OrNull(Mean(AucsOf(method)))},
+                       {"pooled_auc", OrNull(method.scores.pooled().Auc())},
+                       {"frames_index_auc_size_milliseconds", frames}});
+  }
+  return json;
+}
+
+void AppendDrives(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary,
+                  std::string* table) {
+  absl::StrAppendFormat(table, "\nmean AUC over frames\n%-22s", "");
+  for (const DriveComparison& drive : drives) {
+    if (!drive.status.ok()) continue;
+    const std::string& name = drive.sequence.name;
+    absl::StrAppendFormat(table, " %14s", name.size() > 14 ? name.substr(name.size() - 14) : name);
+  }
+  table->push_back('\n');
+  for (size_t i = 0; i < summary.methods.size(); ++i) {
+    absl::StrAppendFormat(table, "%-22s", summary.methods[i].method);
+    for (const DriveComparison& drive : drives) {
+      if (!drive.status.ok()) continue;
+      absl::StrAppend(table, Cell(Mean(AucsOf(drive.methods[i])), " %14.4f"));
+    }
+    table->push_back('\n');
+  }
+}
+
+}  // namespace
+
+ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
+                            const BootstrapOptions& bootstrap) {
+  ComparisonSummary summary;
+  std::vector<const DriveComparison*> whole;
+  std::vector<double> shared;
+  for (const DriveComparison& drive : drives) {
+    if (!drive.status.ok()) {
+      ++summary.failed;
+      continue;
+    }
+    whole.push_back(&drive);
+    summary.at_features.Merge(drive.at_features);
+    shared.insert(shared.end(), drive.shared_milliseconds.begin(), drive.shared_milliseconds.end());
+  }
+  summary.drives = static_cast<int>(whole.size());
+  summary.shared_milliseconds = Median(std::move(shared));
+  if (whole.empty()) return summary;
+  for (size_t i = 0; i < whole.front()->methods.size(); ++i) {
+    MethodSummary method = SummariseMethod(whole, i);
+    if (i > 0) {
+      std::vector<std::vector<double>> differences;
+      for (const DriveComparison* drive : whole) {
+        differences.push_back(Differences(drive->methods[0], drive->methods[i]));
+      }
+      method.difference = BlockBootstrap(differences, bootstrap);
+    }
+    summary.methods.push_back(std::move(method));
+  }
+  return summary;
+}
+
+std::string ToTable(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary) {
+  std::string table = absl::StrFormat("%-22s %8s %8s %8s %8s %8s %8s %8s %8s %8s %8s  %s\n",
+                                      "method", "AUC", "drives", "pooled", "AP", "IoU best", "ECE",
+                                      "err. AUC", "gain", "points", "ms own", "first less this");
+  for (const MethodSummary& method : summary.methods) {
+    absl::StrAppendFormat(&table, "%-22s", method.method);
+    for (const Figure& figure :
+         {method.frame_auc, method.drive_auc, method.scores.pooled().Auc(),
+          method.scores.Mean(&FrameScores::average_precision), BestIou(method.scores),
+          EceOf(method), ErrorAucOf(method), method.gain}) {
+      absl::StrAppend(&table, Cell(figure));
+    }
+    absl::StrAppendFormat(&table, " %8.0f %8.1f%s\n", method.model_size, method.own_milliseconds,
+                          DifferenceCell(method.difference));
+  }
+  absl::StrAppendFormat(&table, "shared by all: %.1f ms a frame for features, labels and inputs\n",
+                        summary.shared_milliseconds);
+  if (const Figure auc = summary.at_features.Auc()) {
+    absl::StrAppendFormat(&table, "RANSAC distance at the features themselves: pooled AUC %.4f\n",
+                          *auc);
+  }
+  AppendDrives(drives, summary, &table);
+  for (const DriveComparison& drive : drives) {
+    if (drive.status.ok()) continue;
+    absl::StrAppendFormat(&table, "failed: %s: %s\n", drive.sequence.name, drive.status.message());
+  }
+  absl::StrAppendFormat(&table, "%d drives compared, %d failed\n", summary.drives, summary.failed);
+  return table;
+}
+
+std::string ToCsv(const std::vector<DriveComparison>& drives) {
+  std::string csv = "sequence,method,frame,auc,model_size,own_milliseconds,shared_milliseconds\n";
+  for (const DriveComparison& drive : drives) {
+    for (const MethodResult& method : drive.methods) {
+      for (size_t i = 0; i < method.frames.size(); ++i) {
+        const MethodFrame& frame = method.frames[i];
+        absl::StrAppendFormat(
+            &csv, "%s,%s,%d,%s,%d,%.3f,%.3f\n", drive.sequence.name, method.method, frame.index,
+            frame.auc ? absl::StrFormat("%.6f", *frame.auc) : "", frame.model_size,
+            frame.own_milliseconds, drive.shared_milliseconds[i]);
+      }
+    }
+  }
+  return csv;
+}
+
+Json ToJson(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary) {
+  Json methods = Json::array();
+  for (const MethodSummary& method : summary.methods) {
+    methods.push_back({{"method", method.method},
+                       {"probabilistic", method.probabilistic},
+                       {"auc_over_frames", OrNull(method.frame_auc)},
+                       {"auc_over_drives", OrNull(method.drive_auc)},
+                       {"gain", OrNull(method.gain)},
+                       {"model_size", method.model_size},
+                       {"own_milliseconds", method.own_milliseconds},
+                       {"first_less_this", IntervalJson(method.difference)},
+                       {"scores", method.scores.ToJson()}});
+  }
+  Json per_drive = Json::array();
+  for (const DriveComparison& drive : drives) per_drive.push_back(DriveJson(drive));
+  return {{"drives_compared", summary.drives},
+          {"failed", summary.failed},
+          {"shared_milliseconds", summary.shared_milliseconds},
+          {"ransac_at_features",
+           {{"pooled_auc", OrNull(summary.at_features.Auc())},
+            {"curve_fpr_recall_precision", CurveJson(summary.at_features)}}},
+          {"methods", methods},
+          {"drives", per_drive}};
+}
+
+}  // namespace egosieve::tools

@@ -1,0 +1,53 @@
+// What a comparison found over all its drives.
+//
+//   AUC (frames)   mean over all scored frames of all drives that have one
+//   AUC (drives)   mean over drives of the mean over frames
+//   pooled AUC     of all scored pixels together
+//   difference     of the first method to another one in AUC, frame by frame (block_bootstrap.h)
+//   gain           mean AUC of each drive's last third of frames less that of its first third
+#ifndef EGOSIEVE_TOOLS_COMPARE_COMPARISON_TABLE_H_
+#define EGOSIEVE_TOOLS_COMPARE_COMPARISON_TABLE_H_
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/compare/block_bootstrap.h"
+#include "tools/compare/drive_comparison.h"
+
+namespace egosieve::tools {
+
+struct MethodSummary {
+  std::string method;
+  bool probabilistic = false;
+  DriveScores scores;  // of all drives
+  std::optional<double> frame_auc;
+  std::optional<double> drive_auc;
+  std::optional<double> gain;
+  double own_milliseconds = 0.0;                // median over frames
+  double model_size = 0.0;                      // mean over the drives' last frames
+  std::optional<BootstrapInterval> difference;  // of the first method; absent for itself
+};
+
+struct ComparisonSummary {
+  std::vector<MethodSummary> methods;
+  RocHistogram at_features;
+  double shared_milliseconds = 0.0;  // median over frames
+  int drives = 0;
+  int failed = 0;
+};
+
+// At least one drive that did not fail.
+ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
+                            const BootstrapOptions& bootstrap);
+
+std::string ToTable(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary);
+// A line a drive, method and frame.
+std::string ToCsv(const std::vector<DriveComparison>& drives);
+nlohmann::ordered_json ToJson(const std::vector<DriveComparison>& drives,
+                              const ComparisonSummary& summary);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_COMPARE_COMPARISON_TABLE_H_

@@ -1,0 +1,145 @@
+#include "tools/compare/drive_comparison.h"
+
+#include <cmath>
+#include <utility>
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/exit_code.h"
+#include "tools/evaluate/drive_truth.h"
+#include "vision/frame/frame_source.h"
+#include "vision/segmentation/methods/map_method.h"
+#include "vision/segmentation/methods/method_segmenter.h"
+
+namespace egosieve::tools {
+namespace {
+
+// As run folders store it: scores are then those of `evaluate`, to the last bit.
+constexpr double kDeviationFullScale = 4.0;
+
+FrameMaps MapsOf(const vision::SegmentationMap& map) {
+  const auto image = [&](const std::vector<float>& values) {
+    cv::Mat1f copy(map.grid.rows(), map.grid.columns());
+    std::copy(values.begin(), values.end(), copy.begin());
+    return copy;
+  };
+  return {image(map.probability), map.deviation.empty() ? cv::Mat1f() : image(map.deviation)};
+}
+
+class Comparison {
+ public:
+  Comparison(const Sequence& sequence, const ComparisonOptions& options, DriveTruth truth,
+             std::unique_ptr<vision::MethodSegmenter> segmenter)
+      : options_(options), truth_(std::move(truth)), segmenter_(std::move(segmenter)) {
+    result_.sequence = sequence;
+    result_.pixels = truth_.scattered() ? "interpolated from grid" : "grid";
+    const int stride = options.segmenter.stride_pixels;
+    for (size_t i = 0; i < options.methods.size(); ++i) {
+      result_.methods.push_back({options.methods[i],
+                                 segmenter_->method(static_cast<int>(i)).probabilistic(),
+                                 DriveScores(options.evaluate.ScoresAtStride(stride)),
+                                 {}});
+    }
+  }
+
+  absl::Status Add(const vision::Frame& frame) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const vision::MethodAnswers answers, segmenter_->Process(frame));
+    ++result_.frames;
+    learnt_ |= answers.labels.size() > 0;
+    const bool has_truth = truth_.Has(frame.index);
+    result_.frames_without_truth += !has_truth;
+    result_.frames_of_prior += has_truth && !learnt_;
+    result_.shared_milliseconds.push_back(answers.shared_milliseconds);
+    for (size_t i = 0; i < result_.methods.size(); ++i) {
+      const vision::MethodAnswer& answer = answers.answers[i];
+      MethodResult& method = result_.methods[i];
+      MethodFrame entry;
+      entry.index = frame.index;
+      entry.model_size = answer.record.model_size;
+      entry.own_milliseconds = answer.own_milliseconds;
+      if (has_truth && learnt_) {
+        int64_t outside = 0;
+        EGOSIEVE_ASSIGN_OR_RETURN(const ScoredFrame scored,
+                                  truth_.Compare(frame.index, answer.map.grid, MapsOf(answer.map),
+                                                 kDeviationFullScale, &outside));
+        if (i == 0) result_.points_outside += outside;
+        if (!scored.truth.empty()) {
+          EGOSIEVE_RETURN_IF_ERROR(method.scores.Add(scored));
+          entry.auc = method.scores.frames().back().auc;
+        }
+      }
+      method.frames.push_back(entry);
+    }
+    if (has_truth && !truth_.scattered()) return AddFeatures(frame, answers.labels);
+    return absl::OkStatus();
+  }
+
+  DriveComparison Take() { return std::move(result_); }
+
+ private:
+  absl::Status AddFeatures(const vision::Frame& frame, const vision::LabelledFrame& labels) {
+    if (labels.size() == 0) return absl::OkStatus();
+    EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1b mask,
+                              truth_.ReadMask(frame.index, frame.image.size()));
+    const std::vector<double> places = vision::PlacesInFrame(labels);
+    for (int64_t i = 0; i < labels.size(); ++i) {
+      const auto x = static_cast<int>(std::lround(places[2 * i]));
+      const auto y = static_cast<int>(std::lround(places[2 * i + 1]));
+      if (x < 0 || y < 0 || x >= mask.cols || y >= mask.rows || mask(y, x) == kTruthVoid) continue;
+      result_.at_features.Add(ScoreOf(vision::ScoreOfDistance(labels.residual_pixels[i])),
+                              mask(y, x) == kTruthDynamic);
+    }
+    return absl::OkStatus();
+  }
+
+  const ComparisonOptions& options_;
+  DriveTruth truth_;
+  std::unique_ptr<vision::MethodSegmenter> segmenter_;
+  DriveComparison result_;
+  bool learnt_ = false;
+};
+
+}  // namespace
+
+absl::StatusOr<DriveComparison> CompareMethods(std::shared_ptr<kernels::Context> context,
+                                               const Sequence& sequence,
+                                               const ComparisonOptions& options,
+                                               const std::function<bool()>& after_frame) {
+  EGOSIEVE_RETURN_IF_ERROR(options.evaluate.scores.Validate());
+  absl::StatusOr<std::unique_ptr<vision::FrameSource>> source =
+      vision::OpenFrameSource(sequence.frames, {});
+  if (!source.ok()) return AsInputError(source.status());
+  TruthFrames frames{FrameNames(sequence.frames), {}};
+  const int64_t expected = std::max<int64_t>((*source)->expected_frame_count(), 0);
+  for (int64_t i = 0; i < expected; ++i) frames.indices.push_back(i);
+  EGOSIEVE_ASSIGN_OR_RETURN(DriveTruth truth,
+                            DriveTruth::Open(sequence.truth, frames, options.evaluate.match));
+  const size_t truth_frames = truth.frames().size();
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      std::unique_ptr<vision::MethodSegmenter> segmenter,
+      vision::MethodSegmenter::Create(std::move(context), options.segmenter, options.methods));
+  Comparison comparison(sequence, options, std::move(truth), std::move(segmenter));
+  int64_t count = 0;
+  while (options.max_frames == 0 || count < options.max_frames) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const vision::FrameRead read, (*source)->Next());
+    if (std::holds_alternative<vision::EndOfFrames>(read)) break;
+    ++count;
+    if (const auto* frame = std::get_if<vision::Frame>(&read)) {
+      EGOSIEVE_RETURN_IF_ERROR(comparison.Add(*frame));
+    }
+    if (!after_frame()) return absl::CancelledError("interrupted; nothing was written");
+  }
+  DriveComparison result = comparison.Take();
+  if (result.methods.front().scores.frames().empty()) {
+    return absl::FailedPreconditionError(absl::StrFormat(
+        "no frame of %s can be scored against %s (%d frames, %d without truth, %d with the prior "
+        "only; truth for %d frames, %d points outside the image); give the truth of this drive",
+        sequence.frames, sequence.truth, result.frames, result.frames_without_truth,
+        result.frames_of_prior, truth_frames, result.points_outside));
+  }
+  return result;
+}
+
+}  // namespace egosieve::tools

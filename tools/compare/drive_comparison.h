@@ -1,0 +1,66 @@
+// Several methods on the same features, frames and pixels of one drive, against its truth.
+#ifndef EGOSIEVE_TOOLS_COMPARE_DRIVE_COMPARISON_H_
+#define EGOSIEVE_TOOLS_COMPARE_DRIVE_COMPARISON_H_
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "kernels/runtime/context.h"
+#include "tools/evaluate/evaluate_run.h"
+#include "tools/evaluation/drive_scores.h"
+#include "tools/suite/sequences.h"
+#include "vision/segmentation/online_segmenter.h"
+
+namespace egosieve::tools {
+
+struct ComparisonOptions {
+  std::vector<std::string> methods;
+  vision::OnlineSegmenterOptions segmenter;
+  EvaluateOptions evaluate;  // its `pixels` must be the grid's
+  int64_t max_frames = 0;    // 0: all
+};
+
+// One method in one frame of the drive, scored or not.
+struct MethodFrame {
+  int64_t index = 0;
+  std::optional<double> auc;  // absent where the frame was not scored or has one class
+  int64_t model_size = 0;
+  double own_milliseconds = 0.0;
+};
+
+struct MethodResult {
+  std::string method;
+  bool probabilistic = false;
+  DriveScores scores;
+  std::vector<MethodFrame> frames;
+};
+
+struct DriveComparison {
+  Sequence sequence;
+  absl::Status status;                // why there is nothing below
+  std::string pixels;                 // what is scored
+  std::vector<MethodResult> methods;  // in the order of the options
+  // RANSAC distances at the features themselves, against the mask's pixel there; empty for tracks.
+  RocHistogram at_features;
+  std::vector<double> shared_milliseconds;  // a frame: features, labels, descriptors
+  int64_t frames = 0;
+  int64_t frames_of_prior = 0;       // not scored: before the first frame with labels
+  int64_t frames_without_truth = 0;  // not scored
+  int64_t points_outside = 0;
+};
+
+// FailedPrecondition where no frame can be scored; Cancelled where `after_frame` returns false.
+absl::StatusOr<DriveComparison> CompareMethods(std::shared_ptr<kernels::Context> context,
+                                               const Sequence& sequence,
+                                               const ComparisonOptions& options,
+                                               const std::function<bool()>& after_frame);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_COMPARE_DRIVE_COMPARISON_H_

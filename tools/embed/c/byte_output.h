@@ -1,0 +1,30 @@
+// Bytes into a buffer of the caller's.
+#ifndef EGOSIEVE_TOOLS_EMBED_C_BYTE_OUTPUT_H_
+#define EGOSIEVE_TOOLS_EMBED_C_BYTE_OUTPUT_H_
+
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+
+namespace egosieve::embed {
+
+// Copies `text` to `bytes` unless that is null. `*size` is set in any case, so that a caller with
+// too small a buffer (InvalidArgument) knows what is needed.
+inline absl::Status GiveBytes(std::string_view text, void* bytes, int64_t capacity, int64_t* size) {
+  if (size == nullptr) return absl::InvalidArgumentError("size is null");
+  *size = static_cast<int64_t>(text.size());
+  if (bytes == nullptr) return absl::OkStatus();
+  if (!(capacity >= *size)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("capacity = ", capacity, " bytes; ", *size, " are needed"));
+  }
+  std::memcpy(bytes, text.data(), text.size());
+  return absl::OkStatus();
+}
+
+}  // namespace egosieve::embed
+
+#endif  // EGOSIEVE_TOOLS_EMBED_C_BYTE_OUTPUT_H_

@@ -1,0 +1,31 @@
+#include "tools/embed/c/device_contexts.h"
+
+#include <cstdlib>
+#include <map>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "kernels/base/status_macros.h"
+
+namespace egosieve::embed {
+
+absl::StatusOr<std::shared_ptr<kernels::Context>> ContextOf(const char* device) {
+  static std::mutex* mutex = new std::mutex;
+  static auto* contexts = new std::map<std::string, std::weak_ptr<kernels::Context>>;
+  kernels::ContextOptions options;
+  if (device != nullptr) options.device = device;
+  if (const char* environment = std::getenv("EGOSIEVE_DEVICE");
+      options.device.empty() && environment != nullptr) {
+    options.device = environment;
+  }
+  std::lock_guard lock(*mutex);
+  std::weak_ptr<kernels::Context>& known = (*contexts)[options.device];
+  if (std::shared_ptr<kernels::Context> context = known.lock()) return context;
+  EGOSIEVE_ASSIGN_OR_RETURN(std::shared_ptr<kernels::Context> context,
+                            kernels::OpenContext(options));
+  known = context;
+  return context;
+}
+
+}  // namespace egosieve::embed

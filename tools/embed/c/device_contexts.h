@@ -1,0 +1,18 @@
+// One context a device, shared by every object on it, so that programs are compiled once.
+#ifndef EGOSIEVE_TOOLS_EMBED_C_DEVICE_CONTEXTS_H_
+#define EGOSIEVE_TOOLS_EMBED_C_DEVICE_CONTEXTS_H_
+
+#include <memory>
+
+#include "absl/status/statusor.h"
+#include "kernels/runtime/context.h"
+
+namespace egosieve::embed {
+
+// device: as in the C interface's options; null is as empty. The context lives as long as an object
+// uses it.
+absl::StatusOr<std::shared_ptr<kernels::Context>> ContextOf(const char* device);
+
+}  // namespace egosieve::embed
+
+#endif  // EGOSIEVE_TOOLS_EMBED_C_DEVICE_CONTEXTS_H_

@@ -1,0 +1,257 @@
+#include "tools/embed/include/egosieve/gaussian_process.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "tools/embed/c/array_access.h"
+#include "tools/embed/c/device_contexts.h"
+#include "tools/embed/c/last_error.h"
+#include "tools/embed/c/learning_model.h"
+#include "tools/embed/c/model_handles.h"
+#include "tools/embed/c/options.h"
+
+namespace egosieve::embed {
+namespace {
+
+absl::StatusOr<gp::Hyperparameters> HyperparametersOf(const egosieve_gp_options& options) {
+  if (options.covariance != EGOSIEVE_ARCSINE &&
+      options.covariance != EGOSIEVE_SQUARED_EXPONENTIAL) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("options.covariance = %d; it must be EGOSIEVE_ARCSINE or "
+                        "EGOSIEVE_SQUARED_EXPONENTIAL",
+                        options.covariance));
+  }
+  if (options.dimension < 1 || options.dimension > EGOSIEVE_MAX_DIMENSION) {
+    return absl::InvalidArgumentError(absl::StrFormat("options.dimension = %d; it must be 1 to %d",
+                                                      options.dimension, EGOSIEVE_MAX_DIMENSION));
+  }
+  const auto function = options.covariance == EGOSIEVE_ARCSINE
+                            ? kernels::CovarianceFunction::kArcsine
+                            : kernels::CovarianceFunction::kSquaredExponential;
+  gp::Hyperparameters hyperparameters = gp::DefaultHyperparameters(function, options.dimension);
+  std::vector<double>& scales = hyperparameters.covariance.scales;
+  const int64_t expected = options.scales == nullptr ? 0 : static_cast<int64_t>(scales.size());
+  if (options.scale_count != expected) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "options.scale_count = %d; %d scales are expected", options.scale_count, expected));
+  }
+  if (options.scales != nullptr) scales.assign(options.scales, options.scales + expected);
+  hyperparameters.covariance.signal_stddev = options.signal_stddev;
+  hyperparameters.noise_stddev = options.noise_stddev;
+  EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
+  return hyperparameters;
+}
+
+absl::Status ConditionOn(LearningModel& model, const egosieve_const_array* x,
+                         const egosieve_const_array* y) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const InputArray inputs, InputArray::Matrix("x", x));
+  EGOSIEVE_ASSIGN_OR_RETURN(const InputArray targets, InputArray::Vector("y", y));
+  if (inputs.columns() != model.dimension()) {
+    return absl::InvalidArgumentError(absl::StrFormat("x: %d columns; the model has %d inputs",
+                                                      inputs.columns(), model.dimension()));
+  }
+  if (targets.rows() != inputs.rows()) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("y: %d values; x has %d rows", targets.rows(), inputs.rows()));
+  }
+  // Queries are float32, so that a point beyond it could never be asked for.
+  EGOSIEVE_RETURN_IF_ERROR(inputs.CheckFinite<float>());
+  EGOSIEVE_RETURN_IF_ERROR(targets.CheckFinite<double>());
+  const std::vector<double> points = inputs.Values();
+  return model.Condition({points.data(), inputs.rows(), inputs.columns()}, targets.Values());
+}
+
+absl::Status CopyPoints(const LearningModel& model, const egosieve_array* x,
+                        const egosieve_array* y) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckPointer("x", x));
+  EGOSIEVE_RETURN_IF_ERROR(CheckPointer("y", y));
+  const gp::PointSet points = model.Points();
+  EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray inputs,
+                            OutputArray::Create("x", *x, points.size(), model.dimension()));
+  EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray targets,
+                            OutputArray::Create("y", *y, points.size(), 1));
+  if (inputs.wanted()) inputs.Write(0, inputs.size(), points.inputs.data());
+  if (targets.wanted()) targets.Write(0, targets.size(), points.targets.data());
+  return absl::OkStatus();
+}
+
+absl::Status Optimize(LearningModel& model, const egosieve_optimize_options* options,
+                      egosieve_optimize_result* result) {
+  egosieve_optimize_options wishes;
+  egosieve_optimize_options_init(&wishes);
+  if (options != nullptr) EGOSIEVE_RETURN_IF_ERROR(ReadStruct("options", options, wishes));
+  if (result != nullptr) EGOSIEVE_RETURN_IF_ERROR(CheckStruct("result", result));
+  SearchOptions search;
+  search.subset_size = wishes.subset_size;
+  search.annealing_evaluations = wishes.annealing_evaluations;
+  search.gradient_steps = wishes.gradient_steps;
+  search.tolerance = wishes.tolerance;
+  search.seed = wishes.seed;
+  EGOSIEVE_ASSIGN_OR_RETURN(const SearchResult found, model.Optimize(search));
+  if (result == nullptr) return absl::OkStatus();
+  egosieve_optimize_result values{};
+  values.log_likelihood_at_start = found.log_likelihood_at_start;
+  values.log_likelihood = found.log_likelihood;
+  values.evaluations = found.evaluations;
+  values.points = found.points;
+  values.converged = found.converged;
+  WriteStruct(values, result);
+  return absl::OkStatus();
+}
+
+egosieve_gp_info InfoOf(const LearningModel::Description& description) {
+  egosieve_gp_info info{};
+  const kernels::CovarianceParameters& covariance = description.hyperparameters.covariance;
+  info.size = description.size;
+  info.dimension = static_cast<int32_t>(covariance.input_dimension());
+  info.covariance = covariance.function == kernels::CovarianceFunction::kArcsine
+                        ? EGOSIEVE_ARCSINE
+                        : EGOSIEVE_SQUARED_EXPONENTIAL;
+  info.scale_count = static_cast<int64_t>(covariance.scales.size());
+  std::copy(covariance.scales.begin(), covariance.scales.end(), info.scales);
+  info.signal_stddev = covariance.signal_stddev;
+  info.noise_stddev = description.hyperparameters.noise_stddev;
+  info.jitter = description.jitter;
+  info.squash_a = description.squash.a;
+  info.squash_b = description.squash.b;
+  return info;
+}
+
+}  // namespace
+}  // namespace egosieve::embed
+
+using egosieve::embed::AllModels;
+using egosieve::embed::CheckPointer;
+using egosieve::embed::Guard;
+using egosieve::embed::LearningModel;
+using egosieve::embed::WithModel;
+
+extern "C" {
+
+void egosieve_gp_options_init(egosieve_gp_options* options) {
+  if (options == nullptr) return;
+  *options = egosieve_gp_options{};
+  options->struct_size = sizeof *options;
+  options->covariance = EGOSIEVE_ARCSINE;
+  options->signal_stddev = 1.0;
+  options->noise_stddev = 0.1;
+  options->memory_cap_bytes = int64_t{256} << 20;
+}
+
+void egosieve_gp_info_init(egosieve_gp_info* info) {
+  if (info == nullptr) return;
+  *info = egosieve_gp_info{};
+  info->struct_size = sizeof *info;
+}
+
+void egosieve_optimize_options_init(egosieve_optimize_options* options) {
+  if (options == nullptr) return;
+  const egosieve::embed::SearchOptions defaults;
+  *options = egosieve_optimize_options{};
+  options->struct_size = sizeof *options;
+  options->subset_size = defaults.subset_size;
+  options->annealing_evaluations = defaults.annealing_evaluations;
+  options->gradient_steps = defaults.gradient_steps;
+  options->tolerance = defaults.tolerance;
+  options->seed = defaults.seed;
+}
+
+void egosieve_optimize_result_init(egosieve_optimize_result* result) {
+  if (result == nullptr) return;
+  *result = egosieve_optimize_result{};
+  result->struct_size = sizeof *result;
+}
+
+egosieve_status egosieve_gp_create(const egosieve_gp_options* options, egosieve_gp** gp) {
+  return Guard(__func__, [&]() -> absl::Status {
+    EGOSIEVE_RETURN_IF_ERROR(CheckPointer("gp", gp));
+    egosieve_gp_options wishes;
+    egosieve_gp_options_init(&wishes);
+    EGOSIEVE_RETURN_IF_ERROR(egosieve::embed::ReadStruct("options", options, wishes));
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto hyperparameters,
+                              egosieve::embed::HyperparametersOf(wishes));
+    EGOSIEVE_ASSIGN_OR_RETURN(auto context, egosieve::embed::ContextOf(wishes.device));
+    egosieve::kernels::DensePosteriorOptions dense;
+    dense.memory_cap_bytes = wishes.memory_cap_bytes;
+    EGOSIEVE_ASSIGN_OR_RETURN(auto model,
+                              LearningModel::Create(std::move(context), hyperparameters, dense));
+    EGOSIEVE_ASSIGN_OR_RETURN(*gp, AllModels().Insert(std::move(model)));
+    return absl::OkStatus();
+  });
+}
+
+egosieve_status egosieve_gp_free(egosieve_gp* gp) {
+  if (gp == nullptr) return EGOSIEVE_OK;
+  return Guard(__func__, [&] { return AllModels().Erase("gp", gp); });
+}
+
+egosieve_status egosieve_gp_condition(egosieve_gp* gp, const egosieve_const_array* x,
+                                      const egosieve_const_array* y) {
+  return WithModel(__func__, gp,
+                   [&](LearningModel& model) { return egosieve::embed::ConditionOn(model, x, y); });
+}
+
+egosieve_status egosieve_gp_remove(egosieve_gp* gp, const int64_t* rows, int64_t count) {
+  return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
+    const int64_t size = model.Describe().size;
+    if (count < 0 || count > size) {
+      return absl::InvalidArgumentError(
+          absl::StrFormat("count = %d; the model has %d points", count, size));
+    }
+    if (count == 0) return absl::OkStatus();
+    EGOSIEVE_RETURN_IF_ERROR(CheckPointer("rows", rows));
+    return model.Remove(std::vector<int64_t>(rows, rows + count));
+  });
+}
+
+egosieve_status egosieve_gp_describe(egosieve_gp* gp, egosieve_gp_info* info) {
+  return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
+    EGOSIEVE_RETURN_IF_ERROR(egosieve::embed::CheckStruct("info", info));
+    egosieve::embed::WriteStruct(egosieve::embed::InfoOf(model.Describe()), info);
+    return absl::OkStatus();
+  });
+}
+
+egosieve_status egosieve_gp_points(egosieve_gp* gp, const egosieve_array* x,
+                                   const egosieve_array* y) {
+  return WithModel(__func__, gp,
+                   [&](LearningModel& model) { return egosieve::embed::CopyPoints(model, x, y); });
+}
+
+egosieve_status egosieve_gp_set_hyperparameters(egosieve_gp* gp, const double* scales,
+                                                int64_t scale_count, double signal_stddev,
+                                                double noise_stddev) {
+  return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
+    EGOSIEVE_RETURN_IF_ERROR(CheckPointer("scales", scales));
+    if (scale_count < 1 || scale_count > EGOSIEVE_MAX_DIMENSION + 1) {
+      return absl::InvalidArgumentError(absl::StrFormat("scale_count = %d; it must be 1 to %d",
+                                                        scale_count, EGOSIEVE_MAX_DIMENSION + 1));
+    }
+    return model.SetHyperparameters(std::vector<double>(scales, scales + scale_count),
+                                    signal_stddev, noise_stddev);
+  });
+}
+
+egosieve_status egosieve_gp_log_marginal_likelihood(egosieve_gp* gp, double* value) {
+  return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
+    EGOSIEVE_RETURN_IF_ERROR(CheckPointer("value", value));
+    *value = model.LogMarginalLikelihood();
+    return absl::OkStatus();
+  });
+}
+
+egosieve_status egosieve_gp_optimize(egosieve_gp* gp, const egosieve_optimize_options* options,
+                                     egosieve_optimize_result* result) {
+  return WithModel(__func__, gp, [&](LearningModel& model) {
+    return egosieve::embed::Optimize(model, options, result);
+  });
+}
+
+egosieve_status egosieve_gp_calibrate(egosieve_gp* gp) {
+  return WithModel(__func__, gp, [](LearningModel& model) { return model.Calibrate(); });
+}
+
+}  // extern "C"

@@ -1,0 +1,226 @@
+#include "tools/embed/c/hyperparameter_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "gp/training/gradient_ascent.h"
+#include "gp/training/marginal_likelihood.h"
+#include "gp/training/simulated_annealing.h"
+#include "kernels/base/status_macros.h"
+
+namespace egosieve::embed {
+namespace {
+
+constexpr double kMinusInfinity = -std::numeric_limits<double>::infinity();
+
+struct Subset {
+  std::vector<double> inputs, targets;
+  int64_t dimension = 0;
+
+  kernels::ConstMatrixView<double> view() const {
+    return {inputs.data(), static_cast<int64_t>(targets.size()), dimension};
+  }
+};
+
+// `size` of the points (all where 0 or more than there are), in their order.
+Subset DrawSubset(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
+                  int64_t size, uint64_t seed) {
+  const int64_t n = inputs.rows;
+  std::vector<int64_t> rows(n);
+  std::iota(rows.begin(), rows.end(), 0);
+  if (size > 0 && size < n) {
+    std::mt19937_64 random(seed);
+    for (int64_t i = 0; i < size; ++i) std::swap(rows[i], rows[i + random() % (n - i)]);
+    rows.resize(size);
+    std::sort(rows.begin(), rows.end());
+  }
+  Subset subset;
+  subset.dimension = inputs.cols;
+  for (const int64_t row : rows) {
+    subset.inputs.insert(subset.inputs.end(), inputs.row(row), inputs.row(row) + inputs.cols);
+    subset.targets.push_back(targets[row]);
+  }
+  return subset;
+}
+
+// J with its count of evaluations; -infinity where K is not positive definite.
+class Objective {
+ public:
+  Objective(kernels::Context& context, kernels::CovarianceFunction function, const Subset& subset)
+      : context_(context), function_(function), subset_(subset) {}
+
+  absl::StatusOr<double> operator()(const std::vector<double>& theta,
+                                    std::vector<double>* gradient) {
+    ++evaluations_;
+    EGOSIEVE_ASSIGN_OR_RETURN(const gp::Hyperparameters hyperparameters,
+                              gp::FromLogarithms(function_, theta));
+    absl::StatusOr<gp::MarginalLikelihood> likelihood = gp::ComputeMarginalLikelihood(
+        context_, hyperparameters, subset_.view(), subset_.targets,
+        gradient == nullptr ? gp::LikelihoodOrder::kValue : gp::LikelihoodOrder::kValueAndGradient);
+    if (absl::IsFailedPrecondition(likelihood.status())) return kMinusInfinity;
+    EGOSIEVE_RETURN_IF_ERROR(likelihood.status());
+    const double share = 1.0 / static_cast<double>(subset_.targets.size());
+    if (gradient != nullptr) {
+      *gradient = std::move(likelihood->gradient);
+      for (double& slope : *gradient) slope *= share;
+    }
+    return likelihood->value * share;
+  }
+
+  int64_t evaluations() const { return evaluations_; }
+
+ private:
+  kernels::Context& context_;
+  const kernels::CovarianceFunction function_;
+  const Subset& subset_;
+  int64_t evaluations_ = 0;
+};
+
+struct Climb {
+  std::vector<double> theta;
+  double objective = kMinusInfinity;
+  bool converged = false;
+};
+
+// Every coordinate has a small step or lies on its bound, where steps never shrink.
+bool Settled(const std::vector<double>& theta, const gp::RpropState& state,
+             const gp::HyperparameterBounds& bounds, double tolerance) {
+  for (size_t t = 0; t < theta.size(); ++t) {
+    const bool at_bound = theta[t] == bounds.lower[t] || theta[t] == bounds.upper[t];
+    if (!at_bound && !(state.steps[t] < tolerance)) return false;
+  }
+  return true;
+}
+
+absl::StatusOr<Climb> ClimbFrom(std::vector<double> theta, Objective& objective,
+                                const gp::HyperparameterBounds& bounds,
+                                const SearchOptions& options) {
+  const gp::RpropOptions rprop;
+  gp::RpropState state;
+  Climb best{theta, kMinusInfinity, false};
+  std::vector<double> gradient;
+  for (int step = 0; step <= options.gradient_steps; ++step) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const double value, objective(theta, &gradient));
+    if (value > best.objective) {
+      best.theta = theta;
+      best.objective = value;
+    }
+    if (step == options.gradient_steps) break;
+    if (!(value > kMinusInfinity)) {
+      if (!(best.objective > kMinusInfinity)) break;
+      theta = best.theta;
+      for (double& size : state.steps) size = std::max(0.5 * size, rprop.minimum_step);
+      std::fill(state.previous_gradient.begin(), state.previous_gradient.end(), 0.0);
+      continue;
+    }
+    gp::RpropStep(gradient, bounds, rprop, state, theta);
+    if (Settled(theta, state, bounds, options.tolerance)) {
+      best.converged = true;
+      break;
+    }
+  }
+  return best;
+}
+
+double RootMeanSquare(absl::Span<const double> values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value * value;
+  const double root = std::sqrt(sum / static_cast<double>(std::max<size_t>(values.size(), 1)));
+  return root > 0.0 && std::isfinite(root) ? root : 1.0;
+}
+
+}  // namespace
+
+absl::Status SearchOptions::Validate() const {
+  if (subset_size < 0 || subset_size == 1) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("subset_size = %d; it must be 0 (all) or at least 2", subset_size));
+  }
+  if (annealing_evaluations < 0 || gradient_steps < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("annealing_evaluations = %d, gradient_steps = %d; neither may be negative",
+                        annealing_evaluations, gradient_steps));
+  }
+  if (!(tolerance > 0.0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("tolerance = %g; it must be positive", tolerance));
+  }
+  return absl::OkStatus();
+}
+
+gp::HyperparameterBounds BoundsForData(kernels::CovarianceFunction function,
+                                       kernels::ConstMatrixView<double> inputs,
+                                       absl::Span<const double> targets) {
+  gp::HyperparameterBounds bounds;
+  const auto bound = [&](double lower, double upper) {
+    bounds.lower.push_back(std::log(lower));
+    bounds.upper.push_back(std::log(upper));
+  };
+  const bool arcsine = function == kernels::CovarianceFunction::kArcsine;
+  if (arcsine) bound(0.01, 100.0);
+  for (int64_t d = 0; d < inputs.cols; ++d) {
+    std::vector<double> column(inputs.rows);
+    double mean = 0.0;
+    for (int64_t i = 0; i < inputs.rows; ++i) mean += inputs(i, d) / inputs.rows;
+    for (int64_t i = 0; i < inputs.rows; ++i) column[i] = inputs(i, d) - mean;
+    const double spread = RootMeanSquare(column);
+    arcsine ? bound(0.01 / spread, 1000.0 / spread) : bound(0.01 * spread, 100.0 * spread);
+  }
+  const double size = RootMeanSquare(targets);
+  bound(0.1 * size, 10.0 * size);
+  bound(0.01 * size, 2.0 * size);
+  return bounds;
+}
+
+absl::StatusOr<SearchResult> SearchHyperparameters(kernels::Context& context,
+                                                   const gp::Hyperparameters& start,
+                                                   kernels::ConstMatrixView<double> inputs,
+                                                   absl::Span<const double> targets,
+                                                   const SearchOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  if (inputs.rows < 2) {
+    return absl::FailedPreconditionError(absl::StrFormat(
+        "hyperparameters need at least 2 points to be optimised on; there are %d", inputs.rows));
+  }
+  const kernels::CovarianceFunction function = start.covariance.function;
+  const Subset subset = DrawSubset(inputs, targets, options.subset_size, options.seed);
+  gp::HyperparameterBounds bounds = BoundsForData(function, subset.view(), subset.targets);
+  std::vector<double> theta = gp::ToLogarithms(start);
+  for (size_t t = 0; t < theta.size(); ++t) {
+    bounds.lower[t] = std::min(bounds.lower[t], theta[t]);
+    bounds.upper[t] = std::max(bounds.upper[t], theta[t]);
+  }
+  Objective objective(context, function, subset);
+  EGOSIEVE_ASSIGN_OR_RETURN(const double at_start, objective(theta, nullptr));
+  if (options.annealing_evaluations > 0) {
+    gp::AnnealingOptions annealing;
+    annealing.evaluations = options.annealing_evaluations;
+    annealing.seed = options.seed;
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        gp::AnnealingResult annealed,
+        gp::Anneal([&](const std::vector<double>& at) { return objective(at, nullptr); }, theta,
+                   bounds, annealing));
+    theta = std::move(annealed.theta);
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(Climb climb, ClimbFrom(std::move(theta), objective, bounds, options));
+  if (!(climb.objective >= at_start)) {
+    climb.theta = gp::ToLogarithms(start);
+    climb.objective = at_start;
+  }
+  SearchResult result;
+  EGOSIEVE_ASSIGN_OR_RETURN(result.hyperparameters, gp::FromLogarithms(function, climb.theta));
+  result.points = static_cast<int64_t>(subset.targets.size());
+  result.log_likelihood_at_start = at_start * static_cast<double>(result.points);
+  result.log_likelihood = climb.objective * static_cast<double>(result.points);
+  result.evaluations = objective.evaluations();
+  result.converged = climb.converged;
+  return result;
+}
+
+}  // namespace egosieve::embed

@@ -1,0 +1,80 @@
+// The object behind an egosieve_gp: an exact model, its calibration, the posterior that follows
+// from both, and a lock.
+//
+// Changes wait for each other. Posterior() waits for the change under way, makes the posterior if
+// the model has changed since, and is done; evaluation needs no lock.
+#ifndef EGOSIEVE_TOOLS_EMBED_C_LEARNING_MODEL_H_
+#define EGOSIEVE_TOOLS_EMBED_C_LEARNING_MODEL_H_
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "gp/calibration/probabilistic_least_squares.h"
+#include "gp/covariance/hyperparameters.h"
+#include "gp/io/model_file.h"
+#include "gp/model/exact_model.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/ops/dense_posterior.h"
+#include "kernels/runtime/context.h"
+#include "tools/embed/c/hyperparameter_search.h"
+#include "tools/embed/c/prediction.h"
+
+namespace egosieve::embed {
+
+class LearningModel {
+ public:
+  static absl::StatusOr<std::shared_ptr<LearningModel>> Create(
+      std::shared_ptr<kernels::Context> context, const gp::Hyperparameters& hyperparameters,
+      const kernels::DensePosteriorOptions& options);
+  static absl::StatusOr<std::shared_ptr<LearningModel>> FromFile(
+      std::shared_ptr<kernels::Context> context, gp::ModelFile file);
+
+  // What a model is at one moment.
+  struct Description {
+    gp::Hyperparameters hyperparameters;
+    gp::SquashParameters squash;
+    int64_t size = 0;
+    double jitter = 0.0;
+  };
+
+  absl::Status Condition(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets);
+  // rows: each once, in any order.
+  absl::Status Remove(std::vector<int64_t> rows);
+  absl::Status SetHyperparameters(const std::vector<double>& scales, double signal_stddev,
+                                  double noise_stddev);
+  absl::StatusOr<SearchResult> Optimize(const SearchOptions& options);
+  absl::Status Calibrate();
+  void SetAnnotation(std::string annotation);
+  // Rebuilds the factor on the way.
+  absl::StatusOr<gp::ModelFile> ToFile();
+
+  int64_t dimension() const { return dimension_; }  // D, never changes
+  const std::shared_ptr<kernels::Context>& context() const { return context_; }
+  Description Describe() const;
+  gp::PointSet Points() const;
+  double LogMarginalLikelihood() const;
+  std::string annotation() const;
+  absl::StatusOr<DevicePosterior> Posterior();
+
+ private:
+  LearningModel(gp::ExactModel model, const kernels::DensePosteriorOptions& options);
+
+  const std::shared_ptr<kernels::Context> context_;
+  const int64_t dimension_;
+  const kernels::DensePosteriorOptions options_;
+  mutable std::mutex mutex_;  // of all below
+  gp::ExactModel model_;
+  gp::SquashParameters squash_;
+  std::string annotation_;
+  std::shared_ptr<const gp::Posterior> posterior_;  // null: to be made
+};
+
+}  // namespace egosieve::embed
+
+#endif  // EGOSIEVE_TOOLS_EMBED_C_LEARNING_MODEL_H_

@@ -1,0 +1,195 @@
+#include "tools/embed/c/prediction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "kernels/base/image_grid.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/ops/descriptor_field.h"
+#include "tools/embed/c/array_access.h"
+#include "tools/embed/c/options.h"
+
+namespace egosieve::embed {
+namespace {
+
+constexpr int64_t kPiece = int64_t{1} << 16;
+
+// The caller's wishes, checked against the shape of the result.
+struct Outputs {
+  OutputArray mean, variance, probability;
+  bool of_observation = false;
+
+  static absl::StatusOr<Outputs> Create(const egosieve_prediction* prediction, int64_t rows,
+                                        int64_t columns) {
+    egosieve_prediction wishes;
+    egosieve_prediction_init(&wishes);
+    EGOSIEVE_RETURN_IF_ERROR(ReadStruct("prediction", prediction, wishes));
+    Outputs outputs;
+    EGOSIEVE_ASSIGN_OR_RETURN(outputs.mean,
+                              OutputArray::Create("prediction.mean", wishes.mean, rows, columns));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        outputs.variance,
+        OutputArray::Create("prediction.variance", wishes.variance, rows, columns));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        outputs.probability,
+        OutputArray::Create("prediction.probability", wishes.probability, rows, columns));
+    outputs.of_observation = wishes.of_observation != 0;
+    return outputs;
+  }
+
+  bool InPlace() const {
+    for (const OutputArray* output : {&mean, &variance, &probability}) {
+      if (output->wanted() && output->InPlace() == nullptr) return false;
+    }
+    return true;
+  }
+};
+
+// The queries begin to end - 1 as packed rows, in `scratch` or where they are.
+using Queries = std::function<kernels::ConstMatrixView<float>(int64_t begin, int64_t end,
+                                                              std::vector<float>& scratch)>;
+
+// One result of a piece: straight into the caller's array, or by way of `scratch`.
+class PieceOutput {
+ public:
+  PieceOutput(const OutputArray& output, int64_t begin, int64_t end)
+      : output_(output), begin_(begin), end_(end) {
+    if (!output.wanted()) return;
+    if (float* place = output.InPlace(); place != nullptr) {
+      data_ = place + begin;
+    } else {
+      scratch_.resize(end - begin);
+      data_ = scratch_.data();
+    }
+  }
+  float* data() const { return data_; }
+  void Finish() const {
+    if (!scratch_.empty()) output_.Write(begin_, end_, scratch_.data());
+  }
+
+ private:
+  const OutputArray& output_;
+  const int64_t begin_, end_;
+  std::vector<float> scratch_;
+  float* data_ = nullptr;
+};
+
+absl::Status Evaluate(const gp::Posterior& posterior, int64_t count, bool in_place,
+                      const Queries& queries, const Outputs& outputs,
+                      egosieve_prediction* prediction) {
+  const int64_t piece = in_place && outputs.InPlace() ? std::max<int64_t>(count, 1) : kPiece;
+  std::vector<float> scratch;
+  int64_t clamped = 0;
+  for (int64_t begin = 0; begin < count; begin += piece) {
+    const int64_t end = std::min(begin + piece, count);
+    const PieceOutput mean(outputs.mean, begin, end);
+    const PieceOutput variance(outputs.variance, begin, end);
+    const PieceOutput probability(outputs.probability, begin, end);
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const kernels::PosteriorCounts counts,
+        posterior.Evaluate(queries(begin, end, scratch),
+                           {mean.data(), variance.data(), probability.data()}));
+    clamped += counts.clamped_variances;
+    if (outputs.of_observation && variance.data() != nullptr) {
+      posterior.AddNoiseVariance(absl::MakeSpan(variance.data(), end - begin));
+    }
+    for (const PieceOutput* output : {&mean, &variance, &probability}) output->Finish();
+  }
+  prediction->clamped_variances = clamped;
+  return absl::OkStatus();
+}
+
+absl::Status CheckDimension(const DevicePosterior& at, int64_t needed, const char* what) {
+  if (at.dimension() == needed) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrFormat(
+      "%s needs a model of %d inputs; this one has %d", what, needed, at.dimension()));
+}
+
+}  // namespace
+
+absl::Status PredictPoints(const DevicePosterior& at, const egosieve_const_array* x,
+                           egosieve_prediction* prediction) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const InputArray points, InputArray::Matrix("x", x));
+  if (points.columns() != at.dimension()) {
+    return absl::InvalidArgumentError(absl::StrFormat("x: %d columns; the model has %d inputs",
+                                                      points.columns(), at.dimension()));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outputs outputs, Outputs::Create(prediction, points.rows(), 1));
+  EGOSIEVE_RETURN_IF_ERROR(points.CheckFinite<float>());
+  int64_t stride = 0;
+  const float* place = points.InPlace(stride);
+  const Queries queries = [&](int64_t begin, int64_t end, std::vector<float>& scratch) {
+    if (place != nullptr) {
+      return kernels::ConstMatrixView<float>(place + begin * stride, end - begin, points.columns(),
+                                             stride);
+    }
+    scratch.resize((end - begin) * points.columns());
+    points.CopyRows(begin, end, scratch.data());
+    return kernels::ConstMatrixView<float>(scratch.data(), end - begin, points.columns());
+  };
+  return Evaluate(*at.posterior, points.rows(), place != nullptr, queries, outputs, prediction);
+}
+
+absl::Status PredictGrid(const DevicePosterior& at, const egosieve_grid* grid,
+                         egosieve_prediction* prediction) {
+  constexpr int64_t kMaximumPoints = int64_t{1} << 40;
+  if (grid == nullptr) return absl::InvalidArgumentError("grid is null");
+  if (grid->rows < 1 || grid->columns < 1 || grid->rows > kMaximumPoints / grid->columns) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("grid: %d rows x %d columns; each must be at least 1, and points at most "
+                        "2^40",
+                        grid->rows, grid->columns));
+  }
+  const auto x = [&](int64_t column) {
+    return static_cast<float>(grid->x0 + static_cast<double>(column) * grid->dx);
+  };
+  const auto y = [&](int64_t row) {
+    return static_cast<float>(grid->y0 + static_cast<double>(row) * grid->dy);
+  };
+  if (!std::isfinite(x(0)) || !std::isfinite(x(grid->columns - 1)) || !std::isfinite(y(0)) ||
+      !std::isfinite(y(grid->rows - 1))) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("grid: (%g, %g) in steps of (%g, %g); its points must be finite in float32",
+                        grid->x0, grid->y0, grid->dx, grid->dy));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckDimension(at, 2, "a grid"));
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outputs outputs,
+                            Outputs::Create(prediction, grid->rows, grid->columns));
+  const Queries queries = [&](int64_t begin, int64_t end, std::vector<float>& scratch) {
+    scratch.resize((end - begin) * 2);
+    for (int64_t k = begin; k < end; ++k) {
+      scratch[(k - begin) * 2] = x(k % grid->columns);
+      scratch[(k - begin) * 2 + 1] = y(k / grid->columns);
+    }
+    return kernels::ConstMatrixView<float>(scratch.data(), end - begin, 2);
+  };
+  return Evaluate(*at.posterior, grid->rows * grid->columns, false, queries, outputs, prediction);
+}
+
+absl::Status PredictImage(const DevicePosterior& at, const egosieve_image* image, int32_t stride,
+                          egosieve_prediction* prediction) {
+  std::vector<uint8_t> storage;
+  EGOSIEVE_ASSIGN_OR_RETURN(const kernels::ImageView view, ViewImage("image", image, storage));
+  if (stride < 1 || stride > 16384) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("stride = %d pixels; it must be 1 to 16384", stride));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckDimension(at, kernels::kDescriptorDimension, "an image"));
+  const kernels::ImageGrid grid{view.width, view.height, stride};
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outputs outputs,
+                            Outputs::Create(prediction, grid.rows(), grid.columns()));
+  std::vector<float> field(grid.size() * kernels::kDescriptorDimension);
+  EGOSIEVE_RETURN_IF_ERROR(kernels::DescriptorField(
+      *at.context, view, grid, {},
+      kernels::MatrixView<float>(field.data(), grid.size(), kernels::kDescriptorDimension)));
+  const Queries queries = [&](int64_t begin, int64_t end, std::vector<float>&) {
+    return kernels::ConstMatrixView<float>(&field[begin * kernels::kDescriptorDimension],
+                                           end - begin, kernels::kDescriptorDimension);
+  };
+  return Evaluate(*at.posterior, grid.size(), true, queries, outputs, prediction);
+}
+
+}  // namespace egosieve::embed

@@ -1,0 +1,210 @@
+#include "tools/embed/c/segmenter_session.h"
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "gp/io/array_file.h"
+#include "kernels/base/status_macros.h"
+#include "vision/frame/quiet_libraries.h"
+
+namespace egosieve::embed {
+namespace {
+
+constexpr int64_t kMaximumSide = 16384;
+
+vision::OnlineSegmenterOptions SegmenterOptions(const SessionOptions& options) {
+  auto segmenter = options.paper ? vision::OnlineSegmenterOptions::Paper()
+                                 : vision::OnlineSegmenterOptions::Default();
+  segmenter.stride_pixels = options.stride;
+  if (options.budget > 0) segmenter.learner.budget.budget = options.budget;
+  segmenter.SetSeed(options.seed);
+  return segmenter;
+}
+
+template <typename T>
+gp::NamedArray Vector(std::vector<T> elements) {
+  return {{static_cast<int64_t>(elements.size())}, std::move(elements)};
+}
+
+absl::Status Damaged(const std::string& what) {
+  return absl::DataLossError(absl::StrCat("not a segmenter's file: ", what));
+}
+
+// The array `name` of `count` elements of type T; -1: any number.
+template <typename T>
+absl::StatusOr<std::vector<T>> Take(const gp::ArrayMap& arrays, const std::string& name,
+                                    int64_t count) {
+  const auto found = arrays.find(name);
+  if (found == arrays.end()) return Damaged(absl::StrCat("no array \"", name, "\""));
+  const auto* elements = std::get_if<std::vector<T>>(&found->second.elements);
+  if (elements == nullptr) return Damaged(absl::StrCat("\"", name, "\" is of another type"));
+  if (count >= 0 && static_cast<int64_t>(elements->size()) != count) {
+    return Damaged(absl::StrCat("\"", name, "\" has ", elements->size(), " elements, not ", count));
+  }
+  return *elements;
+}
+
+gp::NamedArray PixelsOf(const vision::Frame& frame) {
+  const int channels = frame.is_grey ? 1 : 3;
+  const int64_t width = int64_t{frame.image.cols} * channels;
+  std::vector<uint8_t> pixels;
+  pixels.reserve(width * frame.image.rows);
+  for (int y = 0; y < frame.image.rows; ++y) {
+    const uint8_t* row = frame.image.ptr<uint8_t>(y);
+    for (int64_t x = 0; x < width; ++x) pixels.push_back(row[frame.is_grey ? 3 * x : x]);
+  }
+  return {{frame.image.rows, width}, std::move(pixels)};
+}
+
+vision::Frame FrameOf(const kernels::ImageView& image, int64_t index, double time_seconds) {
+  vision::QuietLibraries();
+  vision::Frame frame;
+  frame.index = index;
+  frame.time_seconds = time_seconds;
+  frame.is_grey = image.channels == 1;
+  const cv::Mat pixels(image.height, image.width, frame.is_grey ? CV_8UC1 : CV_8UC3,
+                       const_cast<uint8_t*>(image.data), static_cast<size_t>(image.stride_bytes));
+  if (frame.is_grey) {
+    cv::cvtColor(pixels, frame.image, cv::COLOR_GRAY2BGR);
+  } else {
+    frame.image = pixels.clone();
+  }
+  return frame;
+}
+
+absl::StatusOr<std::deque<vision::Frame>> TakeFrames(const gp::ArrayMap& arrays) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto indices, Take<int64_t>(arrays, "indices", -1));
+  const int64_t count = static_cast<int64_t>(indices.size());
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto times, Take<double>(arrays, "times", count));
+  std::deque<vision::Frame> frames;
+  for (int64_t i = 0; i < count; ++i) {
+    const std::string name = absl::StrCat("frame_", i);
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto pixels, Take<uint8_t>(arrays, name, -1));
+    const std::vector<int64_t>& shape = arrays.at(name).shape;
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto grey, Take<int64_t>(arrays, "grey", count));
+    const int channels = grey[i] != 0 ? 1 : 3;
+    if (shape.size() != 2 || shape[0] < 1 || shape[0] > kMaximumSide || shape[1] < channels ||
+        shape[1] % channels != 0 || shape[1] / channels > kMaximumSide) {
+      return Damaged(absl::StrCat("the shape of \"", name, "\" is that of no picture"));
+    }
+    frames.push_back(FrameOf({pixels.data(), static_cast<int>(shape[1] / channels),
+                              static_cast<int>(shape[0]), channels, shape[1]},
+                             indices[i], times[i]));
+  }
+  return frames;
+}
+
+absl::StatusOr<SessionOptions> TakeOptions(const gp::ArrayMap& arrays) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto numbers, Take<int64_t>(arrays, "options", 4));
+  SessionOptions options;
+  options.paper = numbers[0] != 0;
+  options.stride = static_cast<int>(std::clamp<int64_t>(numbers[1], -1, 1 << 20));
+  options.budget = numbers[2];
+  options.seed = static_cast<uint64_t>(numbers[3]);
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  return options;
+}
+
+}  // namespace
+
+absl::Status SessionOptions::Validate() const {
+  if (stride < 1 || stride > 64) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("options.stride = %d pixels; it must be 1 to 64", stride));
+  }
+  if (budget != 0 && (budget < 10 || budget > 20000)) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "options.budget = %d points; it must be 10 to 20000, or 0 for the profile's", budget));
+  }
+  return absl::OkStatus();
+}
+
+SegmenterSession::SegmenterSession(std::shared_ptr<kernels::Context> context,
+                                   const SessionOptions& options,
+                                   std::unique_ptr<vision::OnlineSegmenter> segmenter)
+    : context_(std::move(context)), options_(options), segmenter_(std::move(segmenter)) {}
+
+absl::StatusOr<std::shared_ptr<SegmenterSession>> SegmenterSession::Create(
+    std::shared_ptr<kernels::Context> context, const SessionOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  EGOSIEVE_ASSIGN_OR_RETURN(auto segmenter,
+                            vision::OnlineSegmenter::Create(context, SegmenterOptions(options)));
+  return std::shared_ptr<SegmenterSession>(
+      new SegmenterSession(std::move(context), options, std::move(segmenter)));
+}
+
+absl::StatusOr<SegmenterSession::Result> SegmenterSession::Process(const kernels::ImageView& image,
+                                                                   double time_seconds,
+                                                                   bool map_wanted) {
+  std::lock_guard lock(mutex_);
+  const vision::Frame frame = FrameOf(image, next_frame_, time_seconds);
+  EGOSIEVE_ASSIGN_OR_RETURN(auto extracted, segmenter_->Extract(frame));
+  ++next_frame_;
+  EGOSIEVE_ASSIGN_OR_RETURN(auto learnt, segmenter_->Learn(frame, std::move(extracted)));
+  recent_.push_back(frame);
+  while (static_cast<int>(recent_.size()) > segmenter_->options().labeller.frame_gap) {
+    recent_.pop_front();
+  }
+  Result result;
+  result.record = std::move(learnt.record);
+  if (map_wanted) {
+    EGOSIEVE_ASSIGN_OR_RETURN(result.map,
+                              segmenter_->Infer(frame, *learnt.posterior, result.record));
+  }
+  return result;
+}
+
+absl::StatusOr<std::string> SegmenterSession::ToBytes() {
+  std::lock_guard lock(mutex_);
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string checkpoint, segmenter_->Checkpoint());
+  gp::ArrayMap arrays;
+  arrays["session_version"] = Vector<int64_t>({kSessionVersion});
+  arrays["options"] = Vector<int64_t>(
+      {options_.paper, options_.stride, options_.budget, static_cast<int64_t>(options_.seed)});
+  arrays["next_frame"] = Vector<int64_t>({next_frame_});
+  arrays["checkpoint"] = Vector<uint8_t>({checkpoint.begin(), checkpoint.end()});
+  std::vector<int64_t> indices, grey;
+  std::vector<double> times;
+  for (const vision::Frame& frame : recent_) {
+    arrays[absl::StrCat("frame_", indices.size())] = PixelsOf(frame);
+    indices.push_back(frame.index);
+    grey.push_back(frame.is_grey);
+    times.push_back(frame.time_seconds);
+  }
+  arrays["indices"] = Vector(std::move(indices));
+  arrays["grey"] = Vector(std::move(grey));
+  arrays["times"] = Vector(std::move(times));
+  return gp::SerializeArrays(arrays);
+}
+
+absl::StatusOr<std::shared_ptr<SegmenterSession>> SegmenterSession::FromBytes(
+    std::shared_ptr<kernels::Context> context, std::string_view bytes) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const gp::ArrayMap arrays, gp::ParseArrays(bytes));
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto version, Take<int64_t>(arrays, "session_version", 1));
+  if (version[0] != kSessionVersion) {
+    return absl::UnimplementedError(absl::StrFormat(
+        "the segmenter's file has version %d; this library reads %d", version[0], kSessionVersion));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const SessionOptions options, TakeOptions(arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto next_frame, Take<int64_t>(arrays, "next_frame", 1));
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto checkpoint, Take<uint8_t>(arrays, "checkpoint", -1));
+  EGOSIEVE_ASSIGN_OR_RETURN(std::deque<vision::Frame> frames, TakeFrames(arrays));
+  if (next_frame[0] < 0 || (!frames.empty() && frames.back().index >= next_frame[0])) {
+    return Damaged("its frames lie behind its next one");
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(auto session, Create(std::move(context), options));
+  EGOSIEVE_RETURN_IF_ERROR(session->segmenter_->Restore(
+      {reinterpret_cast<const char*>(checkpoint.data()), checkpoint.size()},
+      std::vector<vision::Frame>(frames.begin(), frames.end())));
+  session->recent_ = std::move(frames);
+  session->next_frame_ = next_frame[0];
+  return session;
+}
+
+}  // namespace egosieve::embed

@@ -1,0 +1,80 @@
+// The object behind an egosieve_segmenter: an online segmenter, the frames that its next pair
+// needs, and a lock.
+//
+// A session's bytes are an archive of arrays (gp/io/array_file.h):
+//
+//   session_version  i8 [1]     kSessionVersion
+//   options          i8 [4]     profile, stride, budget, seed
+//   next_frame       i8 [1]
+//   checkpoint       u1 [...]   OnlineSegmenter::Checkpoint
+//   indices          i8 [F]     of the frames, oldest first
+//   grey             i8 [F]     1 where the frame has one channel
+//   times            f8 [F]     seconds
+//   frame_0, ...     u1 [height, width * channels]
+#ifndef EGOSIEVE_TOOLS_EMBED_C_SEGMENTER_SESSION_H_
+#define EGOSIEVE_TOOLS_EMBED_C_SEGMENTER_SESSION_H_
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "kernels/base/image_view.h"
+#include "kernels/runtime/context.h"
+#include "vision/frame/frame.h"
+#include "vision/segmentation/frame_record.h"
+#include "vision/segmentation/online_segmenter.h"
+#include "vision/segmentation/segmentation_map.h"
+
+namespace egosieve::embed {
+
+inline constexpr int64_t kSessionVersion = 1;
+
+struct SessionOptions {
+  bool paper = false;  // profile
+  int stride = 5;      // pixels, 1 to 64
+  int64_t budget = 0;  // points, 10 to 20000; 0: the profile's
+  uint64_t seed = 1;
+
+  absl::Status Validate() const;
+};
+
+class SegmenterSession {
+ public:
+  struct Result {
+    vision::SegmentationMap map;  // empty where it was not wanted
+    vision::FrameRecord record;
+  };
+
+  static absl::StatusOr<std::shared_ptr<SegmenterSession>> Create(
+      std::shared_ptr<kernels::Context> context, const SessionOptions& options);
+  static absl::StatusOr<std::shared_ptr<SegmenterSession>> FromBytes(
+      std::shared_ptr<kernels::Context> context, std::string_view bytes);
+
+  // The image is copied.
+  absl::StatusOr<Result> Process(const kernels::ImageView& image, double time_seconds,
+                                 bool map_wanted);
+  absl::StatusOr<std::string> ToBytes();
+
+  int stride() const { return options_.stride; }
+  const std::shared_ptr<kernels::Context>& context() const { return context_; }
+
+ private:
+  SegmenterSession(std::shared_ptr<kernels::Context> context, const SessionOptions& options,
+                   std::unique_ptr<vision::OnlineSegmenter> segmenter);
+
+  const std::shared_ptr<kernels::Context> context_;
+  const SessionOptions options_;
+  std::mutex mutex_;  // of all below
+  std::unique_ptr<vision::OnlineSegmenter> segmenter_;
+  std::deque<vision::Frame> recent_;  // the last frame_gap that were learnt from
+  int64_t next_frame_ = 0;
+};
+
+}  // namespace egosieve::embed
+
+#endif  // EGOSIEVE_TOOLS_EMBED_C_SEGMENTER_SESSION_H_

@@ -1,0 +1,111 @@
+/**
+ * @file arrays.hpp
+ * Views of the caller's memory: pointer, shape and strides, of float or double.
+ *
+ * Element (i, j) is data[i * row_stride + j * column_stride], strides in elements, negative ones
+ * allowed. Vectors have one column. Eigen's matrices become views by egosieve/eigen.hpp.
+ */
+#ifndef EGOSIEVE_ARRAYS_HPP_
+#define EGOSIEVE_ARRAYS_HPP_
+
+#include <cstdint>
+#include <type_traits>
+#include <vector>
+
+#include "types.h"
+
+namespace egosieve {
+
+/** A matrix that is read. Cheap to copy; the memory must outlive the call that it is given to. */
+class ConstArray {
+ public:
+  /** No elements. */
+  ConstArray() { array_.type = EGOSIEVE_FLOAT64; }
+  /** A row-major, packed matrix, or a vector of `rows` values; T is float or double. */
+  template <typename T>
+  ConstArray(const T* data, int64_t rows, int64_t columns = 1)
+      : ConstArray(data, rows, columns, columns, 1) {}
+  /** A matrix with strides in elements; T is float or double. */
+  template <typename T>
+  ConstArray(const T* data, int64_t rows, int64_t columns, int64_t row_stride,
+             int64_t column_stride) {
+    static_assert(std::is_same_v<T, float> || std::is_same_v<T, double>,
+                  "elements are float or double");
+    array_.data = data;
+    array_.rows = rows;
+    array_.columns = columns;
+    array_.row_stride = row_stride * static_cast<int64_t>(sizeof(T));
+    array_.column_stride = column_stride * static_cast<int64_t>(sizeof(T));
+    array_.type = std::is_same_v<T, float> ? EGOSIEVE_FLOAT32 : EGOSIEVE_FLOAT64;
+  }
+  /** A vector. */
+  template <typename T>
+  ConstArray(const std::vector<T>& values)
+      : ConstArray(values.data(), static_cast<int64_t>(values.size())) {}
+  /** A row-major matrix of this many columns. */
+  template <typename T>
+  ConstArray(const std::vector<T>& values, int64_t columns)
+      : ConstArray(values.data(), columns > 0 ? static_cast<int64_t>(values.size()) / columns : 0,
+                   columns) {}
+
+  /** As the C interface takes it. */
+  const egosieve_const_array* c() const { return &array_; }
+
+ private:
+  egosieve_const_array array_{};
+};
+
+/** A matrix that is written; a default one is a result that is not wanted. */
+class Array {
+ public:
+  /** Not wanted, not paid for. */
+  Array() = default;
+  /** A row-major, packed matrix, or a vector of `rows` values; T is float or double. */
+  template <typename T>
+  Array(T* data, int64_t rows, int64_t columns = 1) : Array(data, rows, columns, columns, 1) {}
+  /** A matrix with strides in elements; T is float or double. */
+  template <typename T>
+  Array(T* data, int64_t rows, int64_t columns, int64_t row_stride, int64_t column_stride) {
+    static_assert(std::is_same_v<T, float> || std::is_same_v<T, double>,
+                  "elements are float or double");
+    array_.data = data;
+    array_.rows = rows;
+    array_.columns = columns;
+    array_.row_stride = row_stride * static_cast<int64_t>(sizeof(T));
+    array_.column_stride = column_stride * static_cast<int64_t>(sizeof(T));
+    array_.type = std::is_same_v<T, float> ? EGOSIEVE_FLOAT32 : EGOSIEVE_FLOAT64;
+  }
+  /** A vector of the size that it has. */
+  template <typename T>
+  Array(std::vector<T>& values) : Array(values.data(), static_cast<int64_t>(values.size())) {}
+
+  /** As the C interface takes it. */
+  const egosieve_array& c() const { return array_; }
+
+ private:
+  egosieve_array array_{};
+};
+
+/** An image of 8-bit pixels, channels interleaved. */
+struct Image {
+  const uint8_t* data = nullptr;             /**< The first pixel of the first row. */
+  int32_t width = 0;                         /**< Pixels, 1 to 16384. */
+  int32_t height = 0;                        /**< Pixels, 1 to 16384. */
+  egosieve_channels channels = EGOSIEVE_BGR; /**< Order of the channels. */
+  int64_t row_stride_bytes = 0;              /**< From one row to the next; 0: packed. */
+
+  /** As the C interface takes it. */
+  egosieve_image c() const {
+    egosieve_image image{};
+    image.data = data;
+    image.width = width;
+    image.height = height;
+    image.row_stride = row_stride_bytes;
+    image.channels = channels;
+    return image;
+  }
+};
+
+}  // namespace egosieve
+
+#endif  // EGOSIEVE_ARRAYS_HPP_

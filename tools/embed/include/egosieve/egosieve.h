@@ -1,0 +1,11 @@
+/**
+ * @file egosieve.h
+ * Everything: models and segmenter.
+ */
+#ifndef EGOSIEVE_EGOSIEVE_H_
+#define EGOSIEVE_EGOSIEVE_H_
+
+#include "gaussian_process.h"
+#include "segmenter.h"
+
+#endif /* EGOSIEVE_EGOSIEVE_H_ */

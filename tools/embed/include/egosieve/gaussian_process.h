@@ -1,0 +1,301 @@
+/**
+ * @file gaussian_process.h
+ * Exact Gaussian process regression and classification by least squares, on an OpenCL device.
+ *
+ * A model holds n points (x_i, y_i), x in D dimensions, prior mean 0:
+ *
+ *     L L^T = K + sigma_n^2 I,   alpha = (L L^T)^-1 y                                      (1)
+ *     mean(x)        = k*.alpha                                                            (2)
+ *     variance(x)    = k** - |L^-1 k*|^2     of f; of an observation: + sigma_n^2          (3)
+ *     probability(x) = Phi( (a mean + b) / sqrt(1 + a^2 variance) )   of y = +1 against -1 (4)
+ *
+ * The covariance k is the arcsine (neural network) function
+ *
+ *     k(x, x') = sigma_f^2 asin( u.u' / sqrt((1 + u.u)(1 + u'.u')) ),
+ *     u = sqrt(2) diag(w) (1, x)                         scales = (w_0, w_1, ..., w_D)     (5)
+ *
+ * or the squared exponential
+ *
+ *     k(x, x') = sigma_f^2 exp( -1/2 sum_d ((x_d - x'_d) / l_d)^2 )   scales = (l_1, ..., l_D)
+ *
+ * Cost: conditioning on k points k n^2 flops, removing k of them 2 k n^2, a query n (D + 10) for the
+ * mean and n^2 / 2 more for the variance. Memory: 8 n^2 bytes, and 4 n^2 / 2 on the device.
+ *
+ * Errors of the results: the factor is float64; queries, means and variances are float32 on a device
+ * and float64 on "reference". The mean's error is at most
+ * sigma_f^2 |alpha|_1 (1e-6 + (66 + n / 64) 2^-24 pi / 2). A query's result depends neither on the
+ * other queries nor on the number of threads, to the last bit.
+ *
+ * References: Rasmussen & Williams (2006), 2.2 and 6.5, eq. 4.29 (with 2/pi in front), eq. 6.41.
+ */
+#ifndef EGOSIEVE_GAUSSIAN_PROCESS_H_
+#define EGOSIEVE_GAUSSIAN_PROCESS_H_
+
+#include "types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** A model that learns: a handle. Calls on one model wait for each other. */
+typedef struct egosieve_gp egosieve_gp;
+
+/** What a model believed at one moment: a handle. Immutable: any number of threads may predict. */
+typedef struct egosieve_posterior egosieve_posterior;
+
+/** Covariance function: one of the constants below. */
+typedef int32_t egosieve_covariance;
+
+/** The values of #egosieve_covariance. */
+enum {
+  EGOSIEVE_ARCSINE = 0,            /**< Neural network covariance, D + 1 weights, bias first. */
+  EGOSIEVE_SQUARED_EXPONENTIAL = 1 /**< Gaussian covariance, D length-scales. */
+};
+
+/** The largest D. */
+#define EGOSIEVE_MAX_DIMENSION 32
+
+/** What a model is made from. */
+typedef struct egosieve_gp_options {
+  uint64_t struct_size;           /**< Set by egosieve_gp_options_init(). */
+  egosieve_covariance covariance; /**< Default: #EGOSIEVE_ARCSINE. */
+  int32_t dimension;              /**< D, 1 to #EGOSIEVE_MAX_DIMENSION. No default. */
+  const double* scales;           /**< Positive; null: w = exp(0.7), l = 0.5. */
+  int64_t scale_count;            /**< D + 1 for the arcsine, else D; 0 where scales is null. */
+  double signal_stddev;           /**< sigma_f, positive. Default: 1. */
+  double noise_stddev;            /**< sigma_n, positive. Default: 0.1. */
+  const char* device;             /**< A device's index, part of its name, "cpu", "gpu" or "reference".
+                                       Null or empty: the variable EGOSIEVE_DEVICE, else a GPU, else a
+                                       CPU. */
+  int64_t memory_cap_bytes;       /**< Device memory for tiles. Default: 256 MiB. */
+} egosieve_gp_options;
+
+/** Sets every field to its default. Null does nothing. */
+EGOSIEVE_API void egosieve_gp_options_init(egosieve_gp_options* options);
+
+/** A model without points: the prior. `*gp` is written on success only. */
+EGOSIEVE_API egosieve_status egosieve_gp_create(const egosieve_gp_options* options,
+                                                egosieve_gp** gp);
+
+/**
+ * Frees a model; null is #EGOSIEVE_OK. Calls that are under way on other threads end first or go on
+ * undisturbed; later ones get #EGOSIEVE_INVALID_HANDLE.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_free(egosieve_gp* gp);
+
+/**
+ * Adds points at the end.
+ * @param gp  The model.
+ * @param x   N x D, finite.
+ * @param y   N values, finite; -1 and 1 (or between, for soft labels) where probabilities are wanted.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_condition(egosieve_gp* gp, const egosieve_const_array* x,
+                                                   const egosieve_const_array* y);
+
+/**
+ * Removes points; those behind them move up.
+ * @param gp     The model.
+ * @param rows   Indices of points, each once, in any order.
+ * @param count  Of rows.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_remove(egosieve_gp* gp, const int64_t* rows,
+                                                int64_t count);
+
+/** What a model is at the moment. */
+typedef struct egosieve_gp_info {
+  uint64_t struct_size;                      /**< Set by egosieve_gp_info_init(). */
+  int64_t size;                              /**< n, points. */
+  int32_t dimension;                         /**< D. */
+  egosieve_covariance covariance;            /**< Its function. */
+  int64_t scale_count;                       /**< Of scales. */
+  double scales[EGOSIEVE_MAX_DIMENSION + 1]; /**< Weights or length-scales. */
+  double signal_stddev;                      /**< sigma_f. */
+  double noise_stddev;                       /**< sigma_n. */
+  double jitter;                             /**< Added to sigma_n^2 where (1) was near singular. */
+  double squash_a;                           /**< a of (4). */
+  double squash_b;                           /**< b of (4). */
+} egosieve_gp_info;
+
+/** Sets struct_size, and every other field to 0. Null does nothing. */
+EGOSIEVE_API void egosieve_gp_info_init(egosieve_gp_info* info);
+
+/** Fills `info`. */
+EGOSIEVE_API egosieve_status egosieve_gp_describe(egosieve_gp* gp, egosieve_gp_info* info);
+
+/** Copies the model's points out: x is n x D, y is n values; null data: not wanted. */
+EGOSIEVE_API egosieve_status egosieve_gp_points(egosieve_gp* gp, const egosieve_array* x,
+                                                const egosieve_array* y);
+
+/** Sets the hyperparameters and rebuilds the factor. */
+EGOSIEVE_API egosieve_status egosieve_gp_set_hyperparameters(egosieve_gp* gp, const double* scales,
+                                                             int64_t scale_count,
+                                                             double signal_stddev,
+                                                             double noise_stddev);
+
+/** log p(y | X) = -1/2 y.alpha - sum_i log L_ii - n/2 log 2 pi; 0 without points. */
+EGOSIEVE_API egosieve_status egosieve_gp_log_marginal_likelihood(egosieve_gp* gp, double* value);
+
+/** How hyperparameters are optimised. */
+typedef struct egosieve_optimize_options {
+  uint64_t struct_size;          /**< Set by egosieve_optimize_options_init(). */
+  int64_t subset_size;           /**< Points used at most, drawn at random; 0: all. Default: 800. */
+  int32_t annealing_evaluations; /**< Of simulated annealing before the ascent. Default: 0. */
+  int32_t gradient_steps;        /**< At most. Default: 100. */
+  double tolerance;              /**< Ends when the largest step of a log falls below it: 1e-3. */
+  uint64_t seed;                 /**< Of the subset and the annealing. Default: 1. */
+} egosieve_optimize_options;
+
+/** What an optimisation did; likelihoods are of the subset. */
+typedef struct egosieve_optimize_result {
+  uint64_t struct_size;           /**< Set by egosieve_optimize_result_init(). */
+  double log_likelihood_at_start; /**< Before. */
+  double log_likelihood;          /**< After; never below that before. */
+  int64_t evaluations;            /**< Of the likelihood. */
+  int64_t points;                 /**< Used. */
+  int32_t converged;              /**< Nonzero: the tolerance was reached. */
+} egosieve_optimize_result;
+
+/** Sets every field to its default. Null does nothing. */
+EGOSIEVE_API void egosieve_optimize_options_init(egosieve_optimize_options* options);
+
+/** Sets struct_size, and every other field to 0. Null does nothing. */
+EGOSIEVE_API void egosieve_optimize_result_init(egosieve_optimize_result* result);
+
+/**
+ * Maximises the log marginal likelihood over the scales, sigma_f and sigma_n, from where they are, by
+ * gradient ascent (iRprop-) on their logarithms within wide bounds that follow the data's spread; then
+ * rebuilds the factor. sigma_n stays above a hundredth of y's root mean square, below which float32
+ * means would be lost in rounding. Cost: n^3 flops a step, n the points used.
+ * @param gp       The model; #EGOSIEVE_FAILED_PRECONDITION with fewer than 2 points.
+ * @param options  Null: the defaults.
+ * @param result   Null: not wanted.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_optimize(egosieve_gp* gp,
+                                                  const egosieve_optimize_options* options,
+                                                  egosieve_optimize_result* result);
+
+/**
+ * Fits a and b of (4) by leave-one-out likelihood. All y must lie in [-1, 1]:
+ * #EGOSIEVE_FAILED_PRECONDITION otherwise, or with fewer than 2 points. Before, a = 1 and b = 0.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_calibrate(egosieve_gp* gp);
+
+/** Results of a prediction, each where its array says, in the shape that the call names. */
+typedef struct egosieve_prediction {
+  uint64_t struct_size;       /**< Set by egosieve_prediction_init(). */
+  egosieve_array mean;        /**< (2); data null: not wanted. */
+  egosieve_array variance;    /**< (3); data null: not wanted. */
+  egosieve_array probability; /**< (4); data null: not wanted. */
+  int32_t of_observation;     /**< Nonzero: variance is that of an observation. Default: 0. */
+  int64_t clamped_variances;  /**< Out: how many were negative from rounding and set to 0. */
+} egosieve_prediction;
+
+/** No result wanted, the variance that of f. Null does nothing. */
+EGOSIEVE_API void egosieve_prediction_init(egosieve_prediction* prediction);
+
+/**
+ * Predicts at points.
+ * @param gp          The model.
+ * @param x           M x D, finite in float32. Packed rows of float32 are read in place.
+ * @param prediction  Arrays of M values.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_predict(egosieve_gp* gp, const egosieve_const_array* x,
+                                                 egosieve_prediction* prediction);
+
+/** A regular grid in the plane: point (r, c) is (x0 + c dx, y0 + r dy). */
+typedef struct egosieve_grid {
+  double x0;       /**< First input of the first column. */
+  double y0;       /**< Second input of the first row. */
+  double dx;       /**< Between columns. */
+  double dy;       /**< Between rows. */
+  int64_t rows;    /**< At least 1. */
+  int64_t columns; /**< At least 1. */
+} egosieve_grid;
+
+/** Predicts on a grid, whose points need no memory. Needs D = 2; arrays are rows x columns. */
+EGOSIEVE_API egosieve_status egosieve_gp_predict_grid(egosieve_gp* gp, const egosieve_grid* grid,
+                                                      egosieve_prediction* prediction);
+
+/**
+ * Predicts over an image: at every `stride`-th pixel and on the image's border, the input is
+ *
+ *     x = (u, v, I_M, I_R, I_G, I_B),
+ *
+ * u, v the pixel's coordinates mapped so that the longer side spans [-1, 1], I the means over
+ * 7 x 7 pixels of brightness, red, green and blue, mapped to [-1, 1]. Needs D = 6; arrays are
+ * ceil((height - 1) / stride) + 1 rows by ceil((width - 1) / stride) + 1 columns.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_predict_image(egosieve_gp* gp, const egosieve_image* image,
+                                                       int32_t stride,
+                                                       egosieve_prediction* prediction);
+
+/** The inputs of egosieve_gp_predict_image() at N places (x, y) in pixels: out is N x 6. */
+EGOSIEVE_API egosieve_status egosieve_gp_describe_pixels(egosieve_gp* gp,
+                                                         const egosieve_image* image,
+                                                         const egosieve_const_array* places,
+                                                         const egosieve_array* out);
+
+/** A posterior that stays as the model is now, whatever becomes of the model. */
+EGOSIEVE_API egosieve_status egosieve_gp_posterior(egosieve_gp* gp, egosieve_posterior** posterior);
+
+/** As egosieve_gp_predict(), of the moment when the posterior was made. */
+EGOSIEVE_API egosieve_status egosieve_posterior_predict(egosieve_posterior* posterior,
+                                                        const egosieve_const_array* x,
+                                                        egosieve_prediction* prediction);
+
+/** As egosieve_gp_predict_grid(). */
+EGOSIEVE_API egosieve_status egosieve_posterior_predict_grid(egosieve_posterior* posterior,
+                                                             const egosieve_grid* grid,
+                                                             egosieve_prediction* prediction);
+
+/** As egosieve_gp_predict_image(). */
+EGOSIEVE_API egosieve_status egosieve_posterior_predict_image(egosieve_posterior* posterior,
+                                                              const egosieve_image* image,
+                                                              int32_t stride,
+                                                              egosieve_prediction* prediction);
+
+/** Frees a posterior, as egosieve_gp_free() does a model. */
+EGOSIEVE_API egosieve_status egosieve_posterior_free(egosieve_posterior* posterior);
+
+/**
+ * Keeps a text or bytes of the caller's with the model and in its file; replaces what was kept.
+ * @param gp     The model.
+ * @param bytes  Null only where size is 0.
+ * @param size   Bytes.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_set_annotation(egosieve_gp* gp, const void* bytes,
+                                                        int64_t size);
+
+/**
+ * Copies the annotation out.
+ * @param gp        The model.
+ * @param bytes     Where to; null where only the size is wanted.
+ * @param capacity  Bytes there; fewer than the size: #EGOSIEVE_INVALID_ARGUMENT, with the size told.
+ * @param size      Out: bytes of the annotation.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_annotation(egosieve_gp* gp, void* bytes, int64_t capacity,
+                                                    int64_t* size);
+
+/**
+ * Writes the model into a file, whole or not at all; numpy.load() reads it. The factor is rebuilt on
+ * the way, so that this model and the one that is loaded predict alike to the last bit.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_save(egosieve_gp* gp, const char* path);
+
+/** Reads a model file; `device` as in egosieve_gp_options. Files may come from anywhere. */
+EGOSIEVE_API egosieve_status egosieve_gp_load(const char* path, const char* device,
+                                              egosieve_gp** gp);
+
+/** The bytes that egosieve_gp_save() would write; arguments as in egosieve_gp_annotation(). */
+EGOSIEVE_API egosieve_status egosieve_gp_serialize(egosieve_gp* gp, void* bytes, int64_t capacity,
+                                                   int64_t* size);
+
+/** The model from its bytes, which may come from anywhere. */
+EGOSIEVE_API egosieve_status egosieve_gp_deserialize(const void* bytes, int64_t size,
+                                                     const char* device, egosieve_gp** gp);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* EGOSIEVE_GAUSSIAN_PROCESS_H_ */

@@ -1,0 +1,334 @@
+/**
+ * @file gaussian_process.hpp
+ * Exact Gaussian process regression and classification, in C++17: owners of the handles of
+ * gaussian_process.h, where equations, costs and errors stand.
+ *
+ *     auto gp = egosieve::GaussianProcess::Create(options).value();
+ *     gp.Condition({x, n, d}, {y, n}).ThrowIfError();
+ *     gp.Predict({queries, m, d}, {{mean, m}, {variance, m}}).ThrowIfError();
+ */
+#ifndef EGOSIEVE_GAUSSIAN_PROCESS_HPP_
+#define EGOSIEVE_GAUSSIAN_PROCESS_HPP_
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "arrays.hpp"
+#include "gaussian_process.h"
+#include "result.hpp"
+
+namespace egosieve {
+
+/** Covariance function. */
+enum class Covariance : int32_t {
+  kArcsine = EGOSIEVE_ARCSINE,                        /**< Neural network, D + 1 weights. */
+  kSquaredExponential = EGOSIEVE_SQUARED_EXPONENTIAL, /**< Gaussian, D length-scales. */
+};
+
+/** What a model is made from. */
+struct GaussianProcessOptions {
+  Covariance covariance = Covariance::kArcsine;  /**< Function. */
+  int32_t dimension = 0;                         /**< D, 1 to 32; must be set. */
+  std::vector<double> scales;                    /**< Positive; empty: w = exp(0.7), l = 0.5. */
+  double signal_stddev = 1.0;                    /**< sigma_f, positive. */
+  double noise_stddev = 0.1;                     /**< sigma_n, positive. */
+  std::string device;                            /**< As in #egosieve_gp_options. */
+  int64_t memory_cap_bytes = int64_t{256} << 20; /**< Device memory for tiles. */
+};
+
+/** What a model is at the moment. */
+struct GaussianProcessInfo {
+  int64_t size = 0;                             /**< n, points. */
+  int32_t dimension = 0;                        /**< D. */
+  Covariance covariance = Covariance::kArcsine; /**< Function. */
+  std::vector<double> scales;                   /**< Weights or length-scales. */
+  double signal_stddev = 0.0;                   /**< sigma_f. */
+  double noise_stddev = 0.0;                    /**< sigma_n. */
+  double jitter = 0.0;                          /**< Added to sigma_n^2 to factor K. */
+  double squash_a = 1.0;                        /**< a of the probability. */
+  double squash_b = 0.0;                        /**< b of the probability. */
+};
+
+/** How hyperparameters are optimised; see egosieve_gp_optimize(). */
+struct OptimizeOptions {
+  int64_t subset_size = 800;         /**< Points used at most; 0: all. */
+  int32_t annealing_evaluations = 0; /**< Of simulated annealing before the ascent. */
+  int32_t gradient_steps = 100;      /**< At most. */
+  double tolerance = 1e-3;           /**< Largest step of a logarithm that ends the ascent. */
+  uint64_t seed = 1;                 /**< Of the subset and the annealing. */
+};
+
+/** What an optimisation did; likelihoods are of the points used. */
+struct OptimizeResult {
+  double log_likelihood_at_start = 0.0; /**< Before. */
+  double log_likelihood = 0.0;          /**< After; never below that before. */
+  int64_t evaluations = 0;              /**< Of the likelihood. */
+  int64_t points = 0;                   /**< Used. */
+  bool converged = false;               /**< The tolerance was reached. */
+};
+
+/** Where results go; a default Array is not wanted. */
+struct Prediction {
+  Array mean{};                /**< Of f. */
+  Array variance{};            /**< Of f, or of an observation. */
+  Array probability{};         /**< Of y = +1 against -1. */
+  bool of_observation = false; /**< The variance is that of an observation. */
+};
+
+/** Points on a regular grid; see #egosieve_grid. */
+using Grid = egosieve_grid;
+
+namespace internal {
+
+/** Calls `call` with the C struct of `prediction`. */
+template <typename Call>
+Result<int64_t> Predict(const Prediction& prediction, Call call) {
+  egosieve_prediction c;
+  egosieve_prediction_init(&c);
+  c.mean = prediction.mean.c();
+  c.variance = prediction.variance.c();
+  c.probability = prediction.probability.c();
+  c.of_observation = prediction.of_observation ? 1 : 0;
+  Status status = Status::FromC(call(&c));
+  if (!status.ok()) return status;
+  return c.clamped_variances;
+}
+
+}  // namespace internal
+
+/**
+ * What a model believed at one moment. Immutable: any number of threads may predict. A moved-from
+ * object only takes assignment and destruction.
+ */
+class Posterior {
+ public:
+  /** Takes the handle over. */
+  explicit Posterior(egosieve_posterior* handle) : handle_(handle) {}
+  /** Takes the other's handle. */
+  Posterior(Posterior&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+  /** Exchanges the handles. */
+  Posterior& operator=(Posterior&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  ~Posterior() { egosieve_posterior_free(handle_); }
+
+  /** At M x D points. The value: variances that were negative from rounding and set to 0. */
+  Result<int64_t> Predict(const ConstArray& x, const Prediction& prediction) const {
+    return internal::Predict(prediction, [&](egosieve_prediction* c) {
+      return egosieve_posterior_predict(handle_, x.c(), c);
+    });
+  }
+  /** On a grid in the plane; needs D = 2. */
+  Result<int64_t> PredictGrid(const Grid& grid, const Prediction& prediction) const {
+    return internal::Predict(prediction, [&](egosieve_prediction* c) {
+      return egosieve_posterior_predict_grid(handle_, &grid, c);
+    });
+  }
+  /** Over an image, every `stride` pixels; needs D = 6. See egosieve_gp_predict_image(). */
+  Result<int64_t> PredictImage(const Image& image, int32_t stride,
+                               const Prediction& prediction) const {
+    const egosieve_image c_image = image.c();
+    return internal::Predict(prediction, [&](egosieve_prediction* c) {
+      return egosieve_posterior_predict_image(handle_, &c_image, stride, c);
+    });
+  }
+
+  /** The handle, still owned by this object. */
+  egosieve_posterior* handle() const { return handle_; }
+
+ private:
+  egosieve_posterior* handle_ = nullptr;
+};
+
+/** A model that learns. Calls on one model wait for each other. */
+class GaussianProcess {
+ public:
+  /** A model without points: the prior. */
+  static Result<GaussianProcess> Create(const GaussianProcessOptions& options) {
+    egosieve_gp_options c;
+    egosieve_gp_options_init(&c);
+    c.covariance = static_cast<egosieve_covariance>(options.covariance);
+    c.dimension = options.dimension;
+    c.scales = options.scales.empty() ? nullptr : options.scales.data();
+    c.scale_count = static_cast<int64_t>(options.scales.size());
+    c.signal_stddev = options.signal_stddev;
+    c.noise_stddev = options.noise_stddev;
+    c.device = options.device.c_str();
+    c.memory_cap_bytes = options.memory_cap_bytes;
+    egosieve_gp* handle = nullptr;
+    return Own(egosieve_gp_create(&c, &handle), handle);
+  }
+  /** Reads a model file. */
+  static Result<GaussianProcess> Load(const std::string& path, const std::string& device = "") {
+    egosieve_gp* handle = nullptr;
+    return Own(egosieve_gp_load(path.c_str(), device.c_str(), &handle), handle);
+  }
+  /** The model from the bytes that Serialize() gave. */
+  static Result<GaussianProcess> Deserialize(const std::string& bytes,
+                                             const std::string& device = "") {
+    egosieve_gp* handle = nullptr;
+    const auto size = static_cast<int64_t>(bytes.size());
+    return Own(egosieve_gp_deserialize(bytes.data(), size, device.c_str(), &handle), handle);
+  }
+
+  /** Takes the handle over. */
+  explicit GaussianProcess(egosieve_gp* handle) : handle_(handle) {}
+  /** Takes the other's handle. */
+  GaussianProcess(GaussianProcess&& other) noexcept
+      : handle_(std::exchange(other.handle_, nullptr)) {}
+  /** Exchanges the handles. */
+  GaussianProcess& operator=(GaussianProcess&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  ~GaussianProcess() { egosieve_gp_free(handle_); }
+
+  /** Adds N points: x is N x D, y has N values. */
+  Status Condition(const ConstArray& x, const ConstArray& y) {
+    return Status::FromC(egosieve_gp_condition(handle_, x.c(), y.c()));
+  }
+  /** Removes points by index, each once, in any order; those behind them move up. */
+  Status Remove(const std::vector<int64_t>& rows) {
+    return Status::FromC(
+        egosieve_gp_remove(handle_, rows.data(), static_cast<int64_t>(rows.size())));
+  }
+  /** Sets the hyperparameters and rebuilds the factor. */
+  Status SetHyperparameters(const std::vector<double>& scales, double signal_stddev,
+                            double noise_stddev) {
+    return Status::FromC(egosieve_gp_set_hyperparameters(
+        handle_, scales.data(), static_cast<int64_t>(scales.size()), signal_stddev, noise_stddev));
+  }
+  /** Maximises the log marginal likelihood over the hyperparameters. */
+  Result<OptimizeResult> Optimize(const OptimizeOptions& options = {}) {
+    egosieve_optimize_options c;
+    egosieve_optimize_result result;
+    egosieve_optimize_options_init(&c);
+    egosieve_optimize_result_init(&result);
+    c.subset_size = options.subset_size;
+    c.annealing_evaluations = options.annealing_evaluations;
+    c.gradient_steps = options.gradient_steps;
+    c.tolerance = options.tolerance;
+    c.seed = options.seed;
+    Status status = Status::FromC(egosieve_gp_optimize(handle_, &c, &result));
+    if (!status.ok()) return status;
+    return OptimizeResult{result.log_likelihood_at_start, result.log_likelihood, result.evaluations,
+                          result.points, result.converged != 0};
+  }
+  /** Fits the probabilities by leave-one-out likelihood; needs every y in [-1, 1]. */
+  Status Calibrate() { return Status::FromC(egosieve_gp_calibrate(handle_)); }
+
+  /** What the model is at the moment. */
+  Result<GaussianProcessInfo> Describe() const {
+    egosieve_gp_info c;
+    egosieve_gp_info_init(&c);
+    Status status = Status::FromC(egosieve_gp_describe(handle_, &c));
+    if (!status.ok()) return status;
+    GaussianProcessInfo info;
+    info.size = c.size;
+    info.dimension = c.dimension;
+    info.covariance = static_cast<Covariance>(c.covariance);
+    info.scales.assign(c.scales, c.scales + c.scale_count);
+    info.signal_stddev = c.signal_stddev;
+    info.noise_stddev = c.noise_stddev;
+    info.jitter = c.jitter;
+    info.squash_a = c.squash_a;
+    info.squash_b = c.squash_b;
+    return info;
+  }
+  /** Copies the points out: x is n x D, y has n values; a default Array is not wanted. */
+  Status Points(const Array& x, const Array& y) const {
+    return Status::FromC(egosieve_gp_points(handle_, &x.c(), &y.c()));
+  }
+  /** log p(y | X). */
+  Result<double> LogMarginalLikelihood() const {
+    double value = 0.0;
+    Status status = Status::FromC(egosieve_gp_log_marginal_likelihood(handle_, &value));
+    if (!status.ok()) return status;
+    return value;
+  }
+
+  /** At M x D points. The value: variances that were negative from rounding and set to 0. */
+  Result<int64_t> Predict(const ConstArray& x, const Prediction& prediction) const {
+    return internal::Predict(
+        prediction, [&](egosieve_prediction* c) { return egosieve_gp_predict(handle_, x.c(), c); });
+  }
+  /** On a grid in the plane; needs D = 2. */
+  Result<int64_t> PredictGrid(const Grid& grid, const Prediction& prediction) const {
+    return internal::Predict(prediction, [&](egosieve_prediction* c) {
+      return egosieve_gp_predict_grid(handle_, &grid, c);
+    });
+  }
+  /** Over an image, every `stride` pixels; needs D = 6. See egosieve_gp_predict_image(). */
+  Result<int64_t> PredictImage(const Image& image, int32_t stride,
+                               const Prediction& prediction) const {
+    const egosieve_image c_image = image.c();
+    return internal::Predict(prediction, [&](egosieve_prediction* c) {
+      return egosieve_gp_predict_image(handle_, &c_image, stride, c);
+    });
+  }
+  /** The inputs of PredictImage() at N places (x, y) in pixels: out is N x 6. */
+  Status DescribePixels(const Image& image, const ConstArray& places, const Array& out) const {
+    const egosieve_image c_image = image.c();
+    return Status::FromC(egosieve_gp_describe_pixels(handle_, &c_image, places.c(), &out.c()));
+  }
+  /** A posterior that stays as the model is now, for threads that predict while this one learns. */
+  Result<Posterior> MakePosterior() const {
+    egosieve_posterior* posterior = nullptr;
+    Status status = Status::FromC(egosieve_gp_posterior(handle_, &posterior));
+    if (!status.ok()) return status;
+    return Posterior(posterior);
+  }
+
+  /** Keeps bytes of the caller's with the model and in its file. */
+  Status SetAnnotation(const std::string& bytes) {
+    return Status::FromC(
+        egosieve_gp_set_annotation(handle_, bytes.data(), static_cast<int64_t>(bytes.size())));
+  }
+  /** Those bytes. */
+  Result<std::string> Annotation() const {
+    return Bytes([this](void* bytes, int64_t capacity, int64_t* size) {
+      return egosieve_gp_annotation(handle_, bytes, capacity, size);
+    });
+  }
+  /** Writes the model into a file, whole or not at all; rebuilds the factor. */
+  Status Save(const std::string& path) {
+    return Status::FromC(egosieve_gp_save(handle_, path.c_str()));
+  }
+  /** The bytes that Save() would write. */
+  Result<std::string> Serialize() {
+    return Bytes([this](void* bytes, int64_t capacity, int64_t* size) {
+      return egosieve_gp_serialize(handle_, bytes, capacity, size);
+    });
+  }
+
+  /** The handle, still owned by this object. */
+  egosieve_gp* handle() const { return handle_; }
+
+ private:
+  // The handle by reference: the call whose code stands beside it writes it.
+  static Result<GaussianProcess> Own(egosieve_status code, egosieve_gp* const& handle) {
+    if (code != EGOSIEVE_OK) return Status::FromC(code);
+    return GaussianProcess(handle);
+  }
+
+  template <typename Call>
+  static Result<std::string> Bytes(Call call) {
+    int64_t size = 0;
+    Status status = Status::FromC(call(nullptr, 0, &size));
+    if (!status.ok()) return status;
+    std::string bytes(static_cast<size_t>(size), '\0');
+    status = Status::FromC(call(&bytes[0], size, &size));
+    if (!status.ok()) return status;
+    bytes.resize(static_cast<size_t>(size));
+    return bytes;
+  }
+
+  egosieve_gp* handle_ = nullptr;
+};
+
+}  // namespace egosieve
+
+#endif  // EGOSIEVE_GAUSSIAN_PROCESS_HPP_

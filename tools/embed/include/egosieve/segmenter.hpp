@@ -1,0 +1,159 @@
+/**
+ * @file segmenter.hpp
+ * The segmenter in C++17: frames of one moving camera in, maps of what moves by itself out. What
+ * the maps mean stands in segmenter.h.
+ *
+ *     auto segmenter = egosieve::Segmenter::Create({}).value();
+ *     segmenter.Process({pixels, width, height}, time, {{probability, height, width}});
+ */
+#ifndef EGOSIEVE_SEGMENTER_HPP_
+#define EGOSIEVE_SEGMENTER_HPP_
+
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "arrays.hpp"
+#include "result.hpp"
+#include "segmenter.h"
+
+namespace egosieve {
+
+/** Set of options to start from. */
+enum class Profile : int32_t {
+  kDefault = EGOSIEVE_PROFILE_DEFAULT, /**< What works best on handheld and driving video. */
+  kPaper = EGOSIEVE_PROFILE_PAPER,     /**< Faithful to the paper. */
+};
+
+/** What a segmenter is made from. */
+struct SegmenterOptions {
+  Profile profile = Profile::kDefault; /**< Where the options start. */
+  int32_t stride = 5;                  /**< Pixels between grid columns and rows, 1 to 64. */
+  int64_t budget = 0;                  /**< Points in the model; 0: the profile's. */
+  uint64_t seed = 1;                   /**< Of everything that is random. */
+  std::string device;                  /**< As in #egosieve_gp_options. */
+};
+
+/** The grid that a frame's map is evaluated on. */
+struct GridSize {
+  int64_t rows = 0;    /**< Of the map. */
+  int64_t columns = 0; /**< Of the map. */
+};
+
+/** Where a map goes, each array of the grid's size or the frame's; a default one is not wanted. */
+struct Map {
+  Array probability{}; /**< Of belonging to something that moves. */
+  Array mean{};        /**< Of the latent function, -1 static, 1 moving. */
+  Array deviation{};   /**< Its standard deviation. */
+};
+
+/** The account of one frame. */
+struct FrameReport {
+  int64_t frame = 0;          /**< From 0. */
+  bool learnt = false;        /**< The model learnt from this frame. */
+  std::string reason;         /**< Why it did not; empty where it did. */
+  int64_t matches = 0;        /**< Between this frame and the one that it was paired with. */
+  int64_t inliers = 0;        /**< Of the camera's motion. */
+  int64_t static_labels = 0;  /**< Features that move with the scene. */
+  int64_t dynamic_labels = 0; /**< Features that do not. */
+  int64_t model_size = 0;     /**< Points in the model. */
+  double dynamic_share = 0.0; /**< Of the grid, probability 1/2 or more. */
+  double milliseconds = 0.0;  /**< Spent on this frame. */
+};
+
+/** A segmenter with all that it has learnt. Calls on one segmenter wait for each other. */
+class Segmenter {
+ public:
+  /** A segmenter that has seen nothing. */
+  static Result<Segmenter> Create(const SegmenterOptions& options) {
+    egosieve_segmenter_options c;
+    egosieve_segmenter_options_init(&c);
+    c.profile = static_cast<egosieve_profile>(options.profile);
+    c.stride = options.stride;
+    c.budget = options.budget;
+    c.seed = options.seed;
+    c.device = options.device.c_str();
+    egosieve_segmenter* handle = nullptr;
+    return Own(egosieve_segmenter_create(&c, &handle), handle);
+  }
+  /** Reads what Save() wrote. */
+  static Result<Segmenter> Load(const std::string& path, const std::string& device = "") {
+    egosieve_segmenter* handle = nullptr;
+    return Own(egosieve_segmenter_load(path.c_str(), device.c_str(), &handle), handle);
+  }
+
+  /** Takes the handle over. */
+  explicit Segmenter(egosieve_segmenter* handle) : handle_(handle) {}
+  /** Takes the other's handle. */
+  Segmenter(Segmenter&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+  /** Exchanges the handles. */
+  Segmenter& operator=(Segmenter&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  ~Segmenter() { egosieve_segmenter_free(handle_); }
+
+  /** Rows and columns of the grid for frames of this size. */
+  Result<GridSize> GridSizeFor(int32_t width, int32_t height) const {
+    GridSize size;
+    Status status = Status::FromC(
+        egosieve_segmenter_grid_size(handle_, width, height, &size.rows, &size.columns));
+    if (!status.ok()) return status;
+    return size;
+  }
+  /** Learns from the next frame and gives its map. */
+  Result<FrameReport> Process(const Image& image, double time_seconds, const Map& map) {
+    egosieve_map c;
+    egosieve_map_init(&c);
+    c.probability = map.probability.c();
+    c.mean = map.mean.c();
+    c.deviation = map.deviation.c();
+    return ProcessWith(image, time_seconds, &c);
+  }
+  /** Learns from the next frame without a map. */
+  Result<FrameReport> Learn(const Image& image, double time_seconds) {
+    return ProcessWith(image, time_seconds, nullptr);
+  }
+  /** Writes all that the next frame needs into a file, whole or not at all. */
+  Status Save(const std::string& path) {
+    return Status::FromC(egosieve_segmenter_save(handle_, path.c_str()));
+  }
+
+  /** The handle, still owned by this object. */
+  egosieve_segmenter* handle() const { return handle_; }
+
+ private:
+  // The handle by reference: the call whose code stands beside it writes it.
+  static Result<Segmenter> Own(egosieve_status code, egosieve_segmenter* const& handle) {
+    if (code != EGOSIEVE_OK) return Status::FromC(code);
+    return Segmenter(handle);
+  }
+
+  Result<FrameReport> ProcessWith(const Image& image, double time_seconds,
+                                  const egosieve_map* map) {
+    const egosieve_image c_image = image.c();
+    egosieve_frame_report c;
+    egosieve_frame_report_init(&c);
+    Status status =
+        Status::FromC(egosieve_segmenter_process(handle_, &c_image, time_seconds, map, &c));
+    if (!status.ok()) return status;
+    FrameReport report;
+    report.frame = c.frame;
+    report.learnt = c.learnt != 0;
+    report.reason = c.reason;
+    report.matches = c.matches;
+    report.inliers = c.inliers;
+    report.static_labels = c.static_labels;
+    report.dynamic_labels = c.dynamic_labels;
+    report.model_size = c.model_size;
+    report.dynamic_share = c.dynamic_share;
+    report.milliseconds = c.milliseconds;
+    return report;
+  }
+
+  egosieve_segmenter* handle_ = nullptr;
+};
+
+}  // namespace egosieve
+
+#endif  // EGOSIEVE_SEGMENTER_HPP_

@@ -1,0 +1,120 @@
+#include "tools/infer/map_book.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+
+#include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+#include "tools/segment/drive_writer.h"
+
+namespace egosieve::tools {
+namespace {
+
+constexpr size_t kBatch = 500;  // maps
+constexpr char kLog[] = "frames.jsonl";
+
+// Held while it lives; the kernel lets go of it when the process ends, however it ends.
+class FolderLock {
+ public:
+  static absl::StatusOr<FolderLock> Take(const std::string& path) {
+    const int descriptor = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0 || flock(descriptor, LOCK_EX) != 0) {
+      const int error = errno;
+      if (descriptor >= 0) close(descriptor);
+      return absl::UnavailableError(absl::StrCat("cannot lock ", path, ": ", std::strerror(error),
+                                                 "; check that it is a folder you may read"));
+    }
+    return FolderLock(descriptor);
+  }
+  FolderLock(FolderLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  FolderLock& operator=(FolderLock&&) = delete;
+  ~FolderLock() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+
+ private:
+  explicit FolderLock(int descriptor) : descriptor_(descriptor) {}
+  int descriptor_;
+};
+
+void SetMilliseconds(const std::string& stage, double value, FrameLine& line) {
+  for (auto& [name, milliseconds] : line.milliseconds) {
+    if (name == stage) {
+      milliseconds = value;
+      return;
+    }
+  }
+  line.milliseconds.emplace_back(stage, value);
+}
+
+}  // namespace
+
+absl::StatusOr<MapBook> MapBook::Open(const RunFolder& folder, const RunDescription& description) {
+  MapBook book(folder, description);
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadLines());
+  for (FrameLine& line : lines) {
+    const int64_t index = line.index;
+    book.lines_.emplace(index, std::move(line));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("grid")));
+  return book;
+}
+
+absl::Status MapBook::Write(const vision::SegmentedFrame& frame) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto place = lines_.find(frame.index);
+  if (place == lines_.end()) {
+    return absl::NotFoundError(
+        absl::StrCat("frame ", frame.index, " has no line in ", folder_.File(kLog)));
+  }
+  FrameLine& line = place->second;
+  if (line.outcome == FrameLine::Outcome::kFailed) {
+    auto before = std::make_reverse_iterator(place);
+    while (before != lines_.rend() && !before->second.has_map()) ++before;
+    if (before == lines_.rend()) return absl::OkStatus();
+    EGOSIEVE_RETURN_IF_ERROR(CopyMaps(folder_, before->second, line));
+  } else if (frame.damage.has_value()) {
+    return absl::DataLossError(absl::StrCat(
+        "frame ", frame.index, " could be read when it was learnt from: ", *frame.damage));
+  } else {
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        line.saturated_deviations,
+        folder_.WriteGridMaps(line.index, MakeMaps(frame.map), description_.deviation_full_scale));
+    line.width_pixels = frame.map.grid.width;
+    line.height_pixels = frame.map.grid.height;
+    line.dynamic_share = frame.record.dynamic_share;
+    line.clamped_variances = frame.record.clamped_variances;
+    SetMilliseconds("posterior", frame.record.milliseconds.posterior, line);
+    SetMilliseconds("inference", frame.record.milliseconds.inference, line);
+    const std::chrono::duration<double, std::milli> writing =
+        std::chrono::steady_clock::now() - start;
+    SetMilliseconds("writing", writing.count(), line);
+  }
+  not_entered_.push_back(frame.index);
+  return not_entered_.size() < kBatch ? absl::OkStatus() : Enter();
+}
+
+absl::Status MapBook::Enter() {
+  if (not_entered_.empty()) return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Take(folder_.path()));
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder_.ReadLines());
+  size_t next = 0;
+  std::string text;
+  for (FrameLine& line : lines) {
+    while (next < not_entered_.size() && not_entered_[next] < line.index) ++next;
+    if (next < not_entered_.size() && not_entered_[next] == line.index) {
+      line = lines_.at(line.index);
+    }
+    absl::StrAppend(&text, ToText(line), "\n");
+  }
+  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder_.File(kLog), text));
+  not_entered_.clear();
+  return absl::OkStatus();
+}
+
+}  // namespace egosieve::tools

@@ -1,0 +1,31 @@
+// Figures drawn as SVG and PNG by Debian's matplotlib, and one page with all of them.
+//
+//   FOLDER/figures.json    the figures as data (figure.h)
+//   FOLDER/ID.svg, ID.png  each figure
+//   FOLDER/index.html      title, text, the figures with their captions; it needs no other file
+#ifndef EGOSIEVE_TOOLS_PLOTS_PLOT_PAGE_H_
+#define EGOSIEVE_TOOLS_PLOTS_PLOT_PAGE_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "tools/plots/figure.h"
+
+namespace egosieve::tools {
+
+struct PlotPage {
+  std::string title;
+  std::vector<std::string> paragraphs;  // plain text above the figures
+  std::string table;                    // plain text, set in a fixed width; may be empty
+  std::vector<Figure> figures;          // those without points are left out
+};
+
+// FailedPrecondition, saying what to install, where there is no Python or no matplotlib: the data
+// are written all the same. Errors of the folder's files otherwise.
+absl::Status WritePlotPage(const std::string& folder, const PlotPage& page,
+                           const std::string& python = "/usr/bin/python3");
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_PLOTS_PLOT_PAGE_H_

@@ -1,0 +1,27 @@
+#include "tools/plots/plots_flag.h"
+
+#include <iostream>
+
+#include "absl/strings/str_cat.h"
+#include "tools/cli/exit_code.h"
+
+namespace egosieve::tools {
+
+void PlotsFlag::AddFlag(CLI::App& app) {
+  app.add_flag("--plots,--no_plots{false}", wanted_,
+               "Draw figures (SVG, PNG) and a page with them, plots/index.html (default: on; needs "
+               "python3-matplotlib)");
+}
+
+absl::Status PlotsFlag::Write(const std::string& folder, const PlotPage& page) const {
+  if (!wanted_) return absl::OkStatus();
+  const absl::Status status = WritePlotPage(folder, page);
+  if (absl::IsFailedPrecondition(status)) {
+    std::cerr << ErrorLine(absl::StrCat("warning: ", status.message())) << "\n";
+    return absl::OkStatus();
+  }
+  if (status.ok()) std::cerr << "plots: " << folder << "/index.html\n";
+  return status;
+}
+
+}  // namespace egosieve::tools

@@ -1,0 +1,38 @@
+// Dense flow seen from the second picture's grid, and what a homography leaves of it.
+//
+//   pair of grid pixel x2: x1 = x2 + b(x2), b the flow from the second picture to the first  (D1)
+//   distance |x2 - H x1|, H the homography that most textured, agreeing grid points follow   (D2)
+//
+// Every grid pixel has a pair: nothing is discarded, whatever the flow is worth there.
+#ifndef EGOSIEVE_VISION_BASELINES_DENSE_FLOW_H_
+#define EGOSIEVE_VISION_BASELINES_DENSE_FLOW_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "kernels/base/image_grid.h"
+#include "vision/geometry/motion_model.h"
+#include "vision/geometry/point_pair.h"
+
+namespace egosieve::vision {
+
+struct DenseFlow {
+  std::vector<PointPair> pairs;     // (D1), one a grid pixel, row-major
+  std::vector<PointPair> reliable;  // of a 5-pixel grid: textured, and alike both ways
+};
+
+// Grey CV_8UC1 pictures of the grid's size, at least 16 pixels each way; errors of the flow.
+absl::StatusOr<DenseFlow> FlowAtGrid(const cv::Mat& first, const cv::Mat& second,
+                                     const kernels::ImageGrid& grid);
+
+// (D2), one a grid pixel; empty, with no error, where no homography could be found.
+absl::StatusOr<std::vector<double>> HomographyDistances(const DenseFlow& flow, uint64_t seed);
+
+// A fundamental matrix from the reliable pairs; kind kNone where there is none.
+absl::StatusOr<MotionModel> FundamentalMatrixOf(const DenseFlow& flow, uint64_t seed);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_BASELINES_DENSE_FLOW_H_

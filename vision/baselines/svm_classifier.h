@@ -1,0 +1,58 @@
+// A support vector machine with a Gaussian kernel (OpenCV's), as a decision function.
+//
+//   f(x) = sum_i alpha_i exp(-gamma |x - x_i|^2) - rho,   f > 0: positive               (V1)
+//
+// ChooseSvmParameters takes gamma and C from a small grid by cross-validation: the pair with the
+// least sum of the two classes' error rates, the smaller gamma and C where that is equal. Points
+// i, i + k, i + 2 k, ... form a fold: the answer depends on the points and their order alone.
+#ifndef EGOSIEVE_VISION_BASELINES_SVM_CLASSIFIER_H_
+#define EGOSIEVE_VISION_BASELINES_SVM_CLASSIFIER_H_
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/ml.hpp>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "kernels/base/matrix_view.h"
+
+namespace egosieve::vision {
+
+struct SvmParameters {
+  double gamma = 2.0;  // positive
+  double c = 1.0;      // positive
+
+  absl::Status Validate() const;
+};
+
+class SvmClassifier {
+ public:
+  // inputs: N x D, finite; positive: N, both classes present (FailedPrecondition otherwise).
+  static absl::StatusOr<SvmClassifier> Train(kernels::ConstMatrixView<float> inputs,
+                                             const std::vector<uint8_t>& positive,
+                                             const SvmParameters& parameters);
+
+  // f of (V1) at M x D points.
+  std::vector<double> Decide(kernels::ConstMatrixView<float> queries) const;
+  int64_t support_vector_count() const { return machine_->getSupportVectors().rows; }
+
+ private:
+  explicit SvmClassifier(cv::Ptr<cv::ml::SVM> machine) : machine_(std::move(machine)) {}
+
+  cv::Ptr<cv::ml::SVM> machine_;
+};
+
+// Decision values of machines that have not seen the point, by k folds; 0 where a fold's rest has
+// one class only.
+absl::StatusOr<std::vector<double>> CrossValidatedDecisions(kernels::ConstMatrixView<float> inputs,
+                                                            const std::vector<uint8_t>& positive,
+                                                            const SvmParameters& parameters,
+                                                            int folds);
+
+absl::StatusOr<SvmParameters> ChooseSvmParameters(kernels::ConstMatrixView<float> inputs,
+                                                  const std::vector<uint8_t>& positive, int folds);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_BASELINES_SVM_CLASSIFIER_H_

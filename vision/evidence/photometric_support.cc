@@ -1,0 +1,79 @@
+#include "vision/evidence/photometric_support.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kRadius = 3;
+constexpr int kSide = 2 * kRadius + 1;
+constexpr int kPixels = kSide * kSide;
+constexpr double kNoiseFloorLevels = 1.5;
+constexpr double kIndependentShare = 0.25;  // kappa
+
+using Patch = std::array<float, kPixels>;
+
+// The patch around a place, sampled bilinearly, less its mean. False where it leaves the picture.
+bool Sample(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
+  const float left = place.x - kRadius, top = place.y - kRadius;
+  if (!(left >= 0 && top >= 0 && left + kSide < picture.cols && top + kSide < picture.rows)) {
+    return false;
+  }
+  const int column = static_cast<int>(left), row = static_cast<int>(top);
+  const float fx = left - column, fy = top - row;
+  float sum = 0.0f;
+  for (int y = 0; y < kSide; ++y) {
+    const uint8_t* upper = picture.ptr<uint8_t>(row + y) + column;
+    const uint8_t* lower = picture.ptr<uint8_t>(row + y + 1) + column;
+    for (int x = 0; x < kSide; ++x) {
+      const float above = upper[x] + fx * (upper[x + 1] - upper[x]);
+      const float below = lower[x] + fx * (lower[x + 1] - lower[x]);
+      patch[y * kSide + x] = above + fy * (below - above);
+      sum += patch[y * kSide + x];
+    }
+  }
+  for (float& value : patch) value -= sum / kPixels;
+  return true;
+}
+
+double SquaredDifference(const Patch& a, const Patch& b) {
+  float sum = 0.0f;
+  for (int i = 0; i < kPixels; ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return sum;
+}
+
+}  // namespace
+
+PhotometricSupport::PhotometricSupport(cv::Mat before, cv::Mat now,
+                                       const std::vector<cv::Point2f>& befores,
+                                       const std::vector<cv::Point2f>& nows)
+    : before_(std::move(before)), now_(std::move(now)) {
+  std::vector<double> levels;
+  Patch p, q;
+  for (size_t i = 0; i < befores.size(); ++i) {
+    if (Sample(before_, befores[i], p) && Sample(now_, nows[i], q)) {
+      levels.push_back(std::sqrt(SquaredDifference(p, q) / kPixels));
+    }
+  }
+  noise_levels_ = kNoiseFloorLevels;
+  if (levels.empty()) return;
+  const auto middle = levels.begin() + static_cast<int64_t>(levels.size() / 2);
+  std::nth_element(levels.begin(), middle, levels.end());
+  noise_levels_ = std::max(noise_levels_, *middle);
+}
+
+std::optional<double> PhotometricSupport::LogRatio(cv::Point2f before, cv::Point2f now,
+                                                   cv::Point2f standing) const {
+  Patch p, q, s;
+  if (!Sample(before_, before, p) || !Sample(now_, now, q) || !Sample(now_, standing, s)) {
+    return std::nullopt;
+  }
+  const double found = SquaredDifference(p, q), still = SquaredDifference(p, s);
+  const double variance = std::max(noise_levels_ * noise_levels_, found / kPixels);
+  return std::max(0.0, kIndependentShare * (still - found) / (2.0 * variance));
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,44 @@
+// What the pictures themselves say for a place against another.
+//
+// Dense flow is smooth: beside a mover it drags what has no texture along, and says that asphalt
+// moves. With P, Q, S the patches of 7 x 7 pixels around a point in the frame before, around the
+// place that was found for it in the current frame, and around the place where it would be if it
+// stood still, each less its mean, and N = 49:
+//
+//   E_1 = |P - Q|^2,  E_0 = |P - S|^2,  v = max(sigma^2, E_1 / N)
+//   l = max(0, kappa (E_0 - E_1) / (2 v))                                                    (S1)
+//
+// the log-likelihood ratio of the pictures, found place against standing still. No residual may say
+// more for moving than l: where both places look alike, nothing was seen. sigma is the median of
+// sqrt(E_1 / N) over the points of the frame, at least the floor; kappa < 1 because neighbouring
+// pixels share their noise.
+#ifndef EGOSIEVE_VISION_EVIDENCE_PHOTOMETRIC_SUPPORT_H_
+#define EGOSIEVE_VISION_EVIDENCE_PHOTOMETRIC_SUPPORT_H_
+
+#include <array>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+namespace egosieve::vision {
+
+class PhotometricSupport {
+ public:
+  // Two grey pictures, CV_8UC1 of one size; `befores` and `nows` are the points' places in them and
+  // set sigma.
+  PhotometricSupport(cv::Mat before, cv::Mat now, const std::vector<cv::Point2f>& befores,
+                     const std::vector<cv::Point2f>& nows);
+
+  // (S1); nothing where a patch does not lie in its picture.
+  std::optional<double> LogRatio(cv::Point2f before, cv::Point2f now, cv::Point2f standing) const;
+
+  double noise_levels() const { return noise_levels_; }
+
+ private:
+  cv::Mat before_, now_;
+  double noise_levels_ = 0.0;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_EVIDENCE_PHOTOMETRIC_SUPPORT_H_

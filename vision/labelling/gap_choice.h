@@ -1,0 +1,26 @@
+// How many pictures lie between the two of a pair (frame_gap auto): enough for parallax.
+//
+//   p <- p^(1-w) (parallax / gap)^w        pixels a picture, tracked over the drive          (G1)
+//   gap = ceil(wanted / p),  at most `longest`;  1 where p < least                           (G2)
+//
+// parallax is what the best homography leaves unexplained (motion_model.h). Where it leaves next to
+// nothing (a camera that turns, far scenes in the hand) a longer gap brings none, only longer flow.
+// The gap stays as it is while wanted / p moves by less than `margin` beyond it, so that three
+// views find equal gaps.
+#ifndef EGOSIEVE_VISION_LABELLING_GAP_CHOICE_H_
+#define EGOSIEVE_VISION_LABELLING_GAP_CHOICE_H_
+
+namespace egosieve::vision {
+
+struct GapState {
+  int gap = 1;
+  bool has_parallax = false;
+  double log_parallax = 0.0;  // log p
+};
+
+// parallax_pixels: of a pair with `gap` pictures between.
+void ObserveParallax(double parallax_pixels, int gap, int longest, GapState& state);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_GAP_CHOICE_H_

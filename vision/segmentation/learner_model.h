@@ -1,0 +1,117 @@
+// The Gaussian process that the learner keeps: exact, or through inducing inputs, behind one face;
+// and what was done to it, as values that can be stored and done again.
+//
+//   kExact    gp/model/exact_model.h     n^2 a query: the paper's
+//   kSparse   gp/model/sparse_model.h    m^2 a query: every pixel is affordable
+//
+// The sparse model's inducing inputs are chosen anew at the end of an Add once the points added or
+// removed since the last choice exceed `refresh_share` of the points: once a frame at most, where a
+// frame removes first and adds then.
+//
+// Every change is a deterministic function of the model and the operation: two models that are
+// alike to the last bit, Rebuild included, stay so under the same operations.
+#ifndef EGOSIEVE_VISION_SEGMENTATION_LEARNER_MODEL_H_
+#define EGOSIEVE_VISION_SEGMENTATION_LEARNER_MODEL_H_
+
+#include <cstdint>
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "gp/calibration/leave_one_out.h"
+#include "gp/covariance/hyperparameters.h"
+#include "gp/model/exact_model.h"
+#include "gp/model/posterior.h"
+#include "gp/model/sparse_model.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/runtime/context.h"
+
+namespace egosieve::vision {
+
+enum class ModelKind { kExact, kSparse };
+
+struct LearnerModelOptions {
+  ModelKind kind = ModelKind::kExact;
+  gp::SparseModelOptions sparse;  // of kSparse; DTC or FITC
+
+  absl::Status Validate() const;
+};
+
+// One change of the model. Only the fields of its kind are set.
+struct ModelOperation {
+  enum class Kind { kAdd, kRemove, kSetHyperparameters };
+  Kind kind = Kind::kAdd;
+  int64_t frame = 0;                    // kAdd
+  std::vector<float> inputs;            // kAdd, k x D
+  std::vector<double> labels;           // kAdd, k
+  std::vector<int64_t> rows;            // kRemove, increasing
+  gp::Hyperparameters hyperparameters;  // kSetHyperparameters
+};
+
+class LearnerModel {
+ public:
+  static absl::StatusOr<LearnerModel> Create(std::shared_ptr<kernels::Context> context,
+                                             const gp::Hyperparameters& hyperparameters,
+                                             const LearnerModelOptions& options);
+
+  // As ExactModel's. After an error the model is as it was.
+  absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
+                   int64_t frame);
+  absl::Status Remove(absl::Span<const int64_t> rows);
+  absl::Status SetHyperparameters(const gp::Hyperparameters& hyperparameters);
+  absl::Status Apply(const ModelOperation& operation);
+
+  // What follows then depends on points and hyperparameters alone, not on the history.
+  absl::Status Rebuild();
+  gp::ExactModelState State() const;
+  // As the model that State was taken from is after Rebuild.
+  absl::Status Restore(const gp::ExactModelState& state);
+
+  // Off at first. The changes since the last call, where they are recorded.
+  void RecordOperations(bool record) { recording_ = record; }
+  std::vector<ModelOperation> TakeOperations();
+
+  ModelKind kind() const { return options_.kind; }
+  int64_t size() const;
+  int64_t inducing_size() const;  // size() of an exact model
+  int64_t input_dimension() const { return hyperparameters().covariance.input_dimension(); }
+  const gp::Hyperparameters& hyperparameters() const;
+  const std::shared_ptr<kernels::Context>& context() const { return context_; }
+  double jitter() const;
+
+  // Views are valid until the next change.
+  kernels::ConstMatrixView<double> inputs() const;
+  absl::Span<const double> targets() const;
+  absl::Span<const int64_t> birth_frames() const;
+
+  absl::StatusOr<std::vector<float>> PredictMean(kernels::ConstMatrixView<float> points) const;
+  std::vector<double> PredictOwnMean() const;
+  double LogMarginalLikelihood() const;
+  // Of these rows.
+  absl::StatusOr<gp::LeaveOneOut> PredictLeaveOneOut(absl::Span<const int64_t> rows) const;
+  absl::StatusOr<std::shared_ptr<const gp::Posterior>> MakePosterior(
+      const gp::SquashParameters& squash) const;
+
+ private:
+  using Model = std::variant<gp::ExactModel, gp::SparseModel>;
+  LearnerModel(std::shared_ptr<kernels::Context> context, const LearnerModelOptions& options,
+               Model model);
+
+  static absl::StatusOr<Model> MakeModel(const std::shared_ptr<kernels::Context>& context,
+                                         const gp::ExactModelState& state,
+                                         const LearnerModelOptions& options);
+
+  std::shared_ptr<kernels::Context> context_;
+  LearnerModelOptions options_;
+  Model model_;
+  int64_t changes_ = 0;  // points since a sparse model's inducing inputs were chosen
+  bool recording_ = false;
+  std::vector<ModelOperation> operations_;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SEGMENTATION_LEARNER_MODEL_H_

@@ -1,0 +1,86 @@
+// The segmenter's rivals behind one interface: labelled features of a frame in, a map out. All of
+// them get the same features, labels, descriptors and grid.
+//
+//   name                  memory   the map
+//   arcsine               yes      Gaussian process, arcsine covariance (the segmenter itself)
+//   squared_exponential   yes      the same with the squared-exponential covariance
+//   svm                   yes      support vector machine in the same incremental framework
+//   labels                no       each pixel the label of the nearest feature
+//   ransac                no       each pixel the distance of the nearest feature to the motion
+//   model optical_flow          no       each pixel the violation (optical_flow_classifier.h) of
+//   the
+//                                  nearest feature
+//   dense_optical_flow    no       the violation of each pixel's own dense flow
+//   homography_flow       no       the distance of each pixel's dense flow to a homography
+//
+// Distances d become scores d / (d + 3 px): strictly increasing, 1/2 at the paper's furthest
+// plausible distance; they are no probabilities. Methods without memory answer 0 everywhere in a
+// frame without labels.
+#ifndef EGOSIEVE_VISION_SEGMENTATION_METHODS_MAP_METHOD_H_
+#define EGOSIEVE_VISION_SEGMENTATION_METHODS_MAP_METHOD_H_
+
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "kernels/base/image_grid.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/runtime/context.h"
+#include "vision/geometry/point_pair.h"
+#include "vision/labelling/labelled_frame.h"
+#include "vision/segmentation/frame_record.h"
+#include "vision/segmentation/online_segmenter.h"
+#include "vision/segmentation/segmentation_map.h"
+
+namespace egosieve::vision {
+
+// What a method sees of a frame.
+struct MethodInput {
+  int64_t frame_index = 0;
+  const LabelledFrame* labels = nullptr;  // never null; may have no labels
+  // Equalised grey pictures of the frame and of the pair's first; the latter is empty without a
+  // pair.
+  cv::Mat grey, grey_before;
+  kernels::ConstMatrixView<float> inputs;  // N x 6, of the labelled places
+  kernels::ConstMatrixView<float> field;   // grid.size() x 6, of the frame
+  kernels::ImageGrid grid;
+};
+
+class MapMethod {
+ public:
+  virtual ~MapMethod() = default;
+
+  // Frames in order. Fills the record's fields on selection, model and calibration and their times,
+  // the map's included. The deviation is left empty where the method has none.
+  virtual absl::StatusOr<SegmentationMap> Answer(const MethodInput& input, FrameRecord& record) = 0;
+  // Whether its scores are meant as probabilities.
+  virtual bool probabilistic() const = 0;
+};
+
+struct MethodName {
+  const char* name;
+  const char* summary;
+};
+
+// In the order in which they are best told.
+const std::vector<MethodName>& MethodNames();
+
+// NotFound, listing the names, for an unknown one.
+absl::StatusOr<std::unique_ptr<MapMethod>> MakeMethod(const std::string& name,
+                                                      std::shared_ptr<kernels::Context> context,
+                                                      const OnlineSegmenterOptions& options);
+
+// The pairs of the labelled features from the first frame of the pair to the second, and their
+// places in the frame itself, N x 2.
+std::vector<PointPair> PairsOf(const LabelledFrame& labels);
+std::vector<double> PlacesInFrame(const LabelledFrame& labels);
+
+// d / (d + 3 px).
+double ScoreOfDistance(double distance_pixels);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SEGMENTATION_METHODS_MAP_METHOD_H_

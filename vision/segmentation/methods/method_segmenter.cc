@@ -1,0 +1,114 @@
+#include "vision/segmentation/methods/method_segmenter.h"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "kernels/base/status_macros.h"
+#include "vision/descriptor/frame_descriptor.h"
+#include "vision/frame/equalization.h"
+#include "vision/segmentation/stage_timer.h"
+
+namespace egosieve::vision {
+namespace {
+
+// Frames back that a pair's first frame can lie; labels beyond have no dense flow.
+constexpr size_t kRecentFrames = 12;
+
+FrameRecord SharedRecord(const Frame& frame, const LabelledFrame& labels) {
+  FrameRecord record;
+  record.frame_index = frame.index;
+  record.time_seconds = frame.time_seconds;
+  record.feature_count = labels.feature_count;
+  record.match_count = labels.match_count;
+  record.inlier_count = labels.inlier_count;
+  record.motion_model = labels.motion_model;
+  record.noise_pixels = labels.noise_pixels;
+  record.reason = labels.reason;
+  record.dynamic_label_count = std::count_if(labels.probability.begin(), labels.probability.end(),
+                                             [](double probability) { return probability >= 0.5; });
+  record.static_label_count = labels.size() - record.dynamic_label_count;
+  record.milliseconds.equalization = labels.times.equalization_milliseconds;
+  record.milliseconds.features = labels.times.features_milliseconds;
+  record.milliseconds.matching = labels.times.matching_milliseconds;
+  record.milliseconds.geometry = labels.times.geometry_milliseconds;
+  record.milliseconds.labelling = labels.times.labelling_milliseconds;
+  return record;
+}
+
+double DynamicShare(const SegmentationMap& map) {
+  const auto dynamic = std::count_if(map.probability.begin(), map.probability.end(),
+                                     [](float probability) { return probability >= 0.5f; });
+  return static_cast<double>(dynamic) / static_cast<double>(map.probability.size());
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<MethodSegmenter>> MethodSegmenter::Create(
+    std::shared_ptr<kernels::Context> context, const OnlineSegmenterOptions& options,
+    const std::vector<std::string>& methods) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  if (methods.empty()) return absl::InvalidArgumentError("no method; name one at least");
+  std::unique_ptr<MethodSegmenter> segmenter(new MethodSegmenter(context, options));
+  EGOSIEVE_ASSIGN_OR_RETURN(segmenter->labeller_, FrameLabeller::Create(options.labeller));
+  for (const std::string& name : methods) {
+    EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<MapMethod> method,
+                              MakeMethod(name, context, options));
+    segmenter->methods_.push_back(std::move(method));
+  }
+  return segmenter;
+}
+
+cv::Mat MethodSegmenter::GreyOf(int64_t frame_index) const {
+  for (const Picture& picture : recent_) {
+    if (picture.frame_index == frame_index) return picture.grey;
+  }
+  return cv::Mat();
+}
+
+absl::StatusOr<MethodAnswers> MethodSegmenter::Process(const Frame& frame) {
+  MethodAnswers result;
+  MethodInput input;
+  std::vector<float> inputs, field;
+  {
+    StageTimer timer(result.shared_milliseconds);
+    EGOSIEVE_ASSIGN_OR_RETURN(std::shared_ptr<const ExtractedFrame> extracted,
+                              labeller_->Extract(frame));
+    EGOSIEVE_ASSIGN_OR_RETURN(result.labels, labeller_->Label(std::move(extracted)));
+    const auto equalized = [this](Frame picture) {
+      picture.image = EqualizeLuminance(picture.image, options_.labeller.equalization);
+      return picture;
+    };
+    if (result.labels.size() > 0) {
+      EGOSIEVE_ASSIGN_OR_RETURN(
+          inputs, DescribePositions(*context_, equalized(result.labels.labelled),
+                                    result.labels.positions_view(), options_.descriptor));
+    }
+    input.grid = {frame.image.cols, frame.image.rows, options_.stride_pixels};
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        field, DescribeGrid(*context_, equalized(frame), input.grid, options_.descriptor));
+    cv::cvtColor(frame.image, input.grey, cv::COLOR_BGR2GRAY);
+    input.grey = EqualizeLuminance(input.grey, options_.labeller.equalization);
+    recent_.push_back({frame.index, input.grey});
+    if (recent_.size() > kRecentFrames) recent_.pop_front();
+  }
+  input.frame_index = frame.index;
+  input.labels = &result.labels;
+  if (result.labels.first_index >= 0) input.grey_before = GreyOf(result.labels.first_index);
+  input.inputs = {inputs.data(), result.labels.size(), kernels::kDescriptorDimension};
+  input.field = {field.data(), input.grid.size(), kernels::kDescriptorDimension};
+  for (const std::unique_ptr<MapMethod>& method : methods_) {
+    MethodAnswer answer;
+    answer.record = SharedRecord(frame, result.labels);
+    {
+      StageTimer timer(answer.own_milliseconds);
+      EGOSIEVE_ASSIGN_OR_RETURN(answer.map, method->Answer(input, answer.record));
+    }
+    answer.record.dynamic_share = DynamicShare(answer.map);
+    result.answers.push_back(std::move(answer));
+  }
+  return result;
+}
+
+}  // namespace egosieve::vision
