@@ -20,7 +20,7 @@ absl::Status PlotsFlag::Write(const std::string& folder, const PlotPage& page) c
     std::cerr << ErrorLine(absl::StrCat("warning: ", status.message())) << "\n";
     return absl::OkStatus();
   }
-  if (status.ok()) std::cout << "plots: " << folder << "/index.html\n";
+  if (status.ok()) std::cerr << "plots: " << folder << "/index.html\n";
   return status;
 }
 

@@ -46,15 +46,18 @@ FrameMaps MakeMaps(const vision::SegmentationMap& map) {
   const auto as_image = [&](const std::vector<float>& values) {
     return cv::Mat1f(map.grid.rows(), map.grid.columns(), const_cast<float*>(values.data()));
   };
-  return {as_image(map.probability), as_image(map.deviation)};
+  // A method without a deviation has none to write.
+  return {as_image(map.probability), map.deviation.empty() ? cv::Mat1f() : as_image(map.deviation)};
 }
 
 absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLine& line) {
   for (const char* suffix : {".std.png", ".prob.png"}) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::string png,
-                              ReadFile(folder.FrameFile("grid", before.index, suffix)));
+    const absl::StatusOr<std::string> png =
+        ReadFile(folder.FrameFile("grid", before.index, suffix));
+    if (absl::IsNotFound(png.status()) && suffix == std::string(".std.png")) continue;
+    EGOSIEVE_RETURN_IF_ERROR(png.status());
     EGOSIEVE_RETURN_IF_ERROR(
-        WriteFileAtomically(folder.FrameFile("grid", line.index, suffix), png));
+        WriteFileAtomically(folder.FrameFile("grid", line.index, suffix), *png));
   }
   line.width_pixels = before.width_pixels;
   line.height_pixels = before.height_pixels;

@@ -25,6 +25,8 @@
 #include "tools/cli/version.h"
 #include "tools/segment/drive_input.h"
 #include "tools/segment/drive_writer.h"
+#include "tools/segment/method_flag.h"
+#include "tools/segment/method_run.h"
 #include "tools/segment/resume.h"
 #include "tools/segment/segment_flags.h"
 #include "vision/segmentation/segmentation_pipeline.h"
@@ -61,6 +63,7 @@ class SegmentCommand : public Command {
                  "Go on with the run that the folder holds, as if it had never been interrupted; "
                  "start it where there is none");
     flags_.AddFlags(app);
+    method_.AddFlag(app);
     app.add_option("--checkpoint_every", checkpoint_every_,
                    "Frames between checkpoints, from which --resume goes on; 0: none")
         ->check(AtLeast<int64_t>(0))
@@ -76,10 +79,9 @@ class SegmentCommand : public Command {
     app.add_option("--max_frames", max_frames_, "Frames to segment at most; 0: no limit")
         ->check(AtLeast<int64_t>(0))
         ->type_name("FRAMES");
-    app.add_option(
-           "--threads", threads_,
-           "Threads of the host, beside the device's; with 1 the stages do not overlap "
-           "either; 0: the machine's cores. The output is the same")
+    app.add_option("--threads", threads_,
+                   "Threads of the host, beside the device's; with 1 the stages do not overlap "
+                   "either; 0: the machine's cores. The output is the same")
         ->check(Between(0, 256))
         ->type_name("NUMBER");
     device_.AddFlag(app);
@@ -96,10 +98,13 @@ class SegmentCommand : public Command {
         threads_ > 0 ? threads_
                      : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 256);
     kernels::SetMaximumThreads(threads);
-    const vision::OnlineSegmenterOptions options = flags_.MakeOptions(threads);
+    vision::OnlineSegmenterOptions options = flags_.MakeOptions(threads);
+    method_.Apply(options);
     EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+    EGOSIEVE_RETURN_IF_ERROR(method_.CheckWith(resume_, every_ > 1 || learn_only_));
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(input_, range_.from));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
+    if (method_.is_rival()) return SegmentByRival(input, device, options);
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<vision::OnlineSegmenter> segmenter,
                               vision::OnlineSegmenter::Create(device.context, options));
     EGOSIEVE_ASSIGN_OR_RETURN(Beginning beginning,
@@ -167,12 +172,38 @@ class SegmentCommand : public Command {
 
   absl::StatusOr<ExitCode> Segment(const DriveInput& input, const vision::PipelineOptions& pipeline,
                                    vision::OnlineSegmenter& segmenter, DriveWriter& writer) const {
+    return WriteAll(input, pipeline, writer, [&](const vision::SegmentedFrameSink& sink) {
+      return vision::RunPipeline(*input.frames, segmenter, pipeline, InterruptionRequested, sink);
+    });
+  }
+
+  absl::StatusOr<ExitCode> SegmentByRival(const DriveInput& input, const OpenedDevice& device,
+                                          const vision::OnlineSegmenterOptions& options) const {
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        std::unique_ptr<vision::MethodSegmenter> segmenter,
+        vision::MethodSegmenter::Create(device.context, options, {method_.name()}));
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Create(directory_, overwrite_));
+    RunDescription description = Describe(input, device.info, options);
+    description.flags["method"] = method_.name();
+    EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer,
+                              DriveWriter::Start(folder, description, WriterOptions()));
+    vision::PipelineOptions pipeline = MakePipeline(1, range_.from);
+    pipeline.checkpoint_interval = 0;
+    return WriteAll(input, pipeline, writer, [&](const vision::SegmentedFrameSink& sink) {
+      return RunMethod(*input.frames, *segmenter, pipeline, InterruptionRequested, sink);
+    });
+  }
+
+  // Writes what `run` gives to its sink, frame by frame, and how it ended.
+  template <typename Run>
+  absl::StatusOr<ExitCode> WriteAll(const DriveInput& input,
+                                    const vision::PipelineOptions& pipeline, DriveWriter& writer,
+                                    const Run& run) const {
     CatchInterruptions();
     Progress progress("segment", progress_, ExpectedFrames(*input.frames, pipeline));
     const auto start = std::chrono::steady_clock::now();
-    const absl::StatusOr<vision::PipelineSummary> summary = vision::RunPipeline(
-        *input.frames, segmenter, pipeline, InterruptionRequested,
-        [&](const vision::SegmentedFrame& frame) {
+    const absl::StatusOr<vision::PipelineSummary> summary =
+        run([&](const vision::SegmentedFrame& frame) {
           EGOSIEVE_RETURN_IF_ERROR(writer.Write(frame));
           const FrameLine& line = writer.last_line();
           progress.Advance({{"model size", static_cast<double>(line.model_size)},
@@ -286,6 +317,7 @@ class SegmentCommand : public Command {
   bool resume_ = false;
   int64_t checkpoint_every_ = 25;
   SegmentFlags flags_;
+  MethodFlag method_;
   FrameRange range_;
   int64_t every_ = 1;
   bool learn_only_ = false;

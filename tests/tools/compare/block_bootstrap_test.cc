@@ -1,0 +1,82 @@
+#include "tools/compare/block_bootstrap.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace egosieve::tools {
+namespace {
+
+TEST(BlockBootstrap, AConstantDifferenceIsCertain) {
+  const auto interval = BlockBootstrap({{0.5, 0.5, 0.5}, {}, {0.5}}, {});
+  ASSERT_TRUE(interval.has_value());
+  EXPECT_EQ(interval->frames, 4);
+  EXPECT_DOUBLE_EQ(interval->mean, 0.5);
+  EXPECT_NEAR(interval->low, 0.5, 1e-15);
+  EXPECT_NEAR(interval->high, 0.5, 1e-15);
+  EXPECT_EQ(interval->share_positive, 1.0);
+  EXPECT_FALSE(BlockBootstrap({{}}, {}).has_value());
+}
+
+// Independent frames: the interval is that of a mean, +-1.96 sigma / sqrt(n). With 2,000 resamples
+// a quantile's own error is about 4 % of it, and the sample's deviation is known to 1 / sqrt(2 n).
+TEST(BlockBootstrap, IndependentFramesGiveTheNormalInterval) {
+  std::mt19937_64 random(3);
+  std::vector<double> values(900);
+  double sum = 0.0, squares = 0.0;
+  for (double& value : values) {
+    value = static_cast<double>(random() >> 11) * 0x1p-53 - 0.5;
+    sum += value;
+    squares += value * value;
+  }
+  const double deviation = std::sqrt(squares / 900.0);
+  BootstrapOptions options;
+  options.block_frames = 1;
+  const auto interval = BlockBootstrap({values}, options);
+  const double half = 1.96 * deviation / 30.0;
+  EXPECT_NEAR(interval->high - interval->low, 2.0 * half, 0.25 * half);
+  EXPECT_NEAR(interval->mean, sum / 900.0, 1e-12);
+}
+
+// Frames that come in runs of ten alike carry a tenth of the information: with blocks of ten the
+// interval is sqrt(10) times as wide as with single frames.
+TEST(BlockBootstrap, BlocksSeeThatNeighboursAreAlike) {
+  std::mt19937_64 random(4);
+  std::vector<double> values;
+  for (int run = 0; run < 60; ++run) {
+    const double value = static_cast<double>(random() >> 11) * 0x1p-53 - 0.5;
+    values.insert(values.end(), 10, value);
+  }
+  BootstrapOptions single, blocks;
+  single.block_frames = 1;
+  blocks.block_frames = 10;
+  const auto narrow = BlockBootstrap({values}, single), wide = BlockBootstrap({values}, blocks);
+  // Blocks that straddle two runs average them: their variance is about 2/3 of a run's.
+  const double ratio = (wide->high - wide->low) / (narrow->high - narrow->low);
+  EXPECT_GT(ratio, 2.0);
+  EXPECT_LT(ratio, 3.5);
+}
+
+TEST(BlockBootstrap, IsTheSameForTheSameSeed) {
+  const std::vector<std::vector<double>> drives = {{0.1, -0.9, 0.3, 0.05}, {0.2, 0.0}};
+  const auto first = BlockBootstrap(drives, {}), second = BlockBootstrap(drives, {});
+  EXPECT_EQ(first->low, second->low);
+  EXPECT_EQ(first->high, second->high);
+  BootstrapOptions single;
+  single.block_frames = 1;
+  BootstrapOptions other = single;
+  other.seed = 2;
+  EXPECT_NE(BlockBootstrap(drives, other)->share_positive,
+            BlockBootstrap(drives, single)->share_positive);
+}
+
+TEST(BootstrapOptions, AreChecked) {
+  BootstrapOptions options;
+  options.block_frames = 0;
+  EXPECT_FALSE(options.Validate().ok());
+  EXPECT_TRUE(BootstrapOptions().Validate().ok());
+}
+
+}  // namespace
+}  // namespace egosieve::tools

@@ -1,0 +1,24 @@
+// A drive through one of the segmenter's rivals (vision/segmentation/methods), frame by frame.
+#ifndef EGOSIEVE_TOOLS_SEGMENT_METHOD_RUN_H_
+#define EGOSIEVE_TOOLS_SEGMENT_METHOD_RUN_H_
+
+#include <functional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "vision/frame/frame_source.h"
+#include "vision/segmentation/methods/method_segmenter.h"
+#include "vision/segmentation/segmentation_pipeline.h"
+
+namespace egosieve::tools {
+
+// As vision::RunPipeline, without overlap, checkpoints or steps. `segmenter` has one method.
+absl::StatusOr<vision::PipelineSummary> RunMethod(vision::FrameSource& source,
+                                                  vision::MethodSegmenter& segmenter,
+                                                  const vision::PipelineOptions& options,
+                                                  const std::function<bool()>& stop_requested,
+                                                  const vision::SegmentedFrameSink& sink);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_SEGMENT_METHOD_RUN_H_
