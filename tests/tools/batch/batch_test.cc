@@ -106,8 +106,9 @@ TEST_F(Batch, AnInterruptedOneGoesOn) {
       StartProgram({"batch", root_ + "/drives.json"}, root_ + "/batch.out", root_ + "/batch.err");
   const std::string log = root_ + "/out/a/frames.jsonl";
   std::error_code error;
-  while (kill(batch, 0) == 0 && (!fs::exists(log, error) || fs::file_size(log, error) == 0)) {
-    usleep(1000);
+  for (int wait = 0; wait < 60000 && (!fs::exists(log, error) || fs::file_size(log, error) == 0);
+       ++wait) {
+    usleep(1000);  // no longer than a minute: the program may have crashed
   }
   kill(batch, SIGTERM);
   const int code = WaitForProgram(batch);

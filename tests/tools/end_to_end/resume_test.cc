@@ -27,6 +27,7 @@ using ::testing::HasSubstr;
 class Resume : public testing::Test {
  protected:
   static constexpr int kFrames = 18;
+  static constexpr int kLongestWait = 60000;  // steps of a millisecond, for a program that crashed
 
   Resume()
       : root_(testing::TempDir() + "/" +
@@ -127,6 +128,33 @@ TEST_F(Resume, FromEveryStateThatAKillCanLeave) {
   fs::remove_all(run_ + "/model");
   fs::remove(run_ + "/frames.jsonl");
   EXPECT_EQ(resume(), "");
+}
+
+// Asked to end once the first frames have their lines. A machine so fast that the run is over by
+// then shows nothing, and fails nothing.
+TEST_F(Resume, AnInterruptionEndsBetweenFramesAndSaysSo) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    fs::remove_all(run_);
+    const pid_t process = StartProgram(Arguments(run_), root_ + "/out.txt", root_ + "/err.txt");
+    const std::string log = run_ + "/frames.jsonl";
+    std::error_code error;
+    for (int wait = 0;
+         wait < kLongestWait && (!fs::exists(log, error) || fs::file_size(log, error) == 0);
+         ++wait) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    kill(process, signal);
+    const int code = WaitForProgram(process);
+    ASSERT_TRUE(code == 130 || code == 4) << code << ": " << *ReadFile(root_ + "/err.txt");
+    const RunDescription description = *RunFolder::Open(run_)->ReadDescription();
+    EXPECT_EQ(description.ended, code == 130 ? "interrupted" : "done");
+    if (code == 130) {
+      EXPECT_THAT(*ReadFile(root_ + "/err.txt"), HasSubstr("--resume goes on"));
+    }
+    const int resumed = RunProgram(Arguments(run_, {"--resume"})).code;
+    EXPECT_TRUE(resumed == 4 || resumed == 0) << resumed;
+    EXPECT_EQ(CompareRuns(whole_, run_), "");
+  }
 }
 
 // The sparse model, and a run that keeps its models: likewise.

@@ -32,8 +32,8 @@ struct Drive {
 const Drive& TheDrive() {
   static const Drive& drive = *[] {
     ScenarioOptions options;
-    options.width_pixels = 320;
-    options.height_pixels = 180;
+    options.width_pixels = 256;
+    options.height_pixels = 144;
     options.frames = 60;
     const auto scenario = MakeScenario("junction", 1, options);
     auto* drive = new Drive;
@@ -125,14 +125,14 @@ const std::vector<Disturbance>& Disturbances() {
        [](const cv::Mat& last) {
          return Repeat(3, [&](int i) {
            cv::Mat other;
-           cv::resize(last, other, cv::Size(200 + 40 * i, 120));
+           cv::resize(last, other, cv::Size(160 + 40 * i, 100));
            return other;
          });
        },
        0, true},
       {"StandingStill",
        [](const cv::Mat& last) {
-         return Repeat(40, [&](int i) { return WithNoise(last, 2.0, 100 + i); });
+         return Repeat(30, [&](int i) { return WithNoise(last, 2.0, 100 + i); });
        },
        0, false},
       {"PureRotation",
