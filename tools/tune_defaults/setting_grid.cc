@@ -8,6 +8,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
+#include "absl/strings/strip.h"
 
 namespace egosieve::tools {
 namespace {
@@ -45,6 +46,7 @@ std::string Cell(const std::optional<double>& value) {
 absl::StatusOr<std::vector<Setting>> ParseGrid(absl::string_view grid, int most) {
   std::vector<Setting> settings = {Setting{}};
   for (absl::string_view entry : absl::StrSplit(grid, ';', absl::SkipWhitespace())) {
+    entry = absl::StripAsciiWhitespace(entry);
     const std::pair<std::string, std::string> parts =
         absl::StrSplit(entry, absl::MaxSplits('=', 1));
     const std::vector<std::string> values = absl::StrSplit(parts.second, ',', absl::SkipEmpty());
