@@ -44,3 +44,8 @@ def debian_libraries():
         build_file = "//third_party:dygraphs.BUILD",
         path = "/usr/share/javascript/dygraphs",
     )
+    native.new_local_repository(
+        name = "debian_python",
+        build_file = "//third_party:python.BUILD",
+        path = "/usr/include/python3.11",
+    )

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <utility>
@@ -54,15 +55,25 @@ std::string Complaint(const vision::SegmentedFrame& frame) {
   return "";
 }
 
+double ProcessorSeconds() {
+  timespec now = {};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 FrameMeasurement Measure(const tools::FrameLine& line, Clock::time_point start) {
   FrameMeasurement frame;
+  frame.processor_seconds = ProcessorSeconds();
   frame.finished_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   frame.resident_mebibytes = ResidentMebibytes();
   frame.open_files = OpenFiles();
   frame.model_size = line.model_size;
   frame.features = line.features;
   frame.learnt = line.outcome == tools::FrameLine::Outcome::kLearnt;
-  frame.milliseconds.insert(line.milliseconds.begin(), line.milliseconds.end());
+  for (const auto& [stage, value] : line.milliseconds) {
+    const auto name = std::find(std::begin(kStageNames), std::end(kStageNames), stage);
+    if (name != std::end(kStageNames)) frame.milliseconds[name - std::begin(kStageNames)] = value;
+  }
   return frame;
 }
 
@@ -99,6 +110,7 @@ absl::StatusOr<DriveMeasurement> MeasureDrive(std::shared_ptr<kernels::Context> 
   vision::PipelineOptions pipeline;
   pipeline.checkpoint_interval = 25;
   DriveMeasurement drive;
+  drive.frames.reserve(source.expected_frame_count());
   const Clock::time_point start = Clock::now();
   EGOSIEVE_ASSIGN_OR_RETURN(
       const vision::PipelineSummary summary,
@@ -162,12 +174,25 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-double MedianSecondsPerFrame(const DriveMeasurement& drive, size_t begin, size_t end) {
-  std::vector<double> seconds;
+namespace {
+
+double MedianStep(const DriveMeasurement& drive, size_t begin, size_t end,
+                  double FrameMeasurement::*clock) {
+  std::vector<double> steps;
   for (size_t i = std::max<size_t>(begin, 1); i < std::min(end, drive.frames.size()); ++i) {
-    seconds.push_back(drive.frames[i].finished_seconds - drive.frames[i - 1].finished_seconds);
+    steps.push_back(drive.frames[i].*clock - drive.frames[i - 1].*clock);
   }
-  return Median(std::move(seconds));
+  return Median(std::move(steps));
+}
+
+}  // namespace
+
+double MedianSecondsPerFrame(const DriveMeasurement& drive, size_t begin, size_t end) {
+  return MedianStep(drive, begin, end, &FrameMeasurement::finished_seconds);
+}
+
+double MedianProcessorSecondsPerFrame(const DriveMeasurement& drive, size_t begin, size_t end) {
+  return MedianStep(drive, begin, end, &FrameMeasurement::processor_seconds);
 }
 
 }  // namespace egosieve::bench

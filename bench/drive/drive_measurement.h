@@ -3,9 +3,9 @@
 #ifndef EGOSIEVE_BENCH_DRIVE_DRIVE_MEASUREMENT_H_
 #define EGOSIEVE_BENCH_DRIVE_DRIVE_MEASUREMENT_H_
 
+#include <array>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,14 +17,22 @@
 
 namespace egosieve::bench {
 
+// In the order in which a frame's line tells them.
+inline constexpr int kStages = 12;
+inline constexpr const char* kStageNames[kStages] = {
+    "decode",    "equalization", "features",    "matching",  "geometry",  "labelling",
+    "selection", "training",     "calibration", "posterior", "inference", "writing"};
+
+// Of a fixed size: the account of a long drive must not itself be what grows.
 struct FrameMeasurement {
-  double finished_seconds = 0.0;  // since the drive's start
+  double finished_seconds = 0.0;   // since the drive's start
+  double processor_seconds = 0.0;  // of all threads, since then
   double resident_mebibytes = 0.0;
   int64_t open_files = 0;
   int64_t model_size = 0;
   int64_t features = 0;
   bool learnt = false;
-  std::map<std::string, double> milliseconds;  // by stage
+  std::array<double, kStages> milliseconds = {};
 };
 
 struct DriveMeasurement {
@@ -53,6 +61,8 @@ absl::StatusOr<std::string> CompareWithOneThread(std::shared_ptr<kernels::Contex
 double Median(std::vector<double> values);  // 0 of none
 // Of the seconds between frames begin - 1 and begin, ..., end - 2 and end - 1.
 double MedianSecondsPerFrame(const DriveMeasurement& drive, size_t begin, size_t end);
+// Likewise of the processors, which other programs disturb less.
+double MedianProcessorSecondsPerFrame(const DriveMeasurement& drive, size_t begin, size_t end);
 
 }  // namespace egosieve::bench
 

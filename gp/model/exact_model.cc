@@ -8,6 +8,7 @@
 #include "gp/covariance/prior_variance.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/cholesky.h"
+#include "gp/model/model_checks.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
 
@@ -42,8 +43,7 @@ ExactModelState ExactModel::State() const { return {hyperparameters_, points_}; 
 
 absl::StatusOr<ExactModel> ExactModel::Create(std::shared_ptr<kernels::Context> context,
                                               const Hyperparameters& hyperparameters) {
-  if (context == nullptr) return absl::InvalidArgumentError("context is null");
-  EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(CheckSetUp(context.get(), hyperparameters));
   ExactModel model;
   model.context_ = std::move(context);
   model.hyperparameters_ = hyperparameters;
@@ -64,8 +64,7 @@ absl::Status ExactModel::Add(ConstMatrixView<double> inputs, absl::Span<const do
 
 absl::Status ExactModel::AddTargets(ConstMatrixView<double> inputs,
                                     absl::Span<const double> targets, int64_t frame) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(inputs, input_dimension()));
-  EGOSIEVE_RETURN_IF_ERROR(CheckTargets(targets, inputs.rows));
+  EGOSIEVE_RETURN_IF_ERROR(CheckAddition(inputs, targets, input_dimension()));
   if (inputs.rows == 0) return absl::OkStatus();
 
   absl::Status status = AppendToFactor(inputs);
@@ -136,13 +135,7 @@ absl::Status ExactModel::Remove(absl::Span<const int64_t> rows) {
 }
 
 absl::Status ExactModel::SetHyperparameters(const Hyperparameters& hyperparameters) {
-  EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
-  const int64_t dimension = hyperparameters.covariance.input_dimension();
-  if (size() > 0 && dimension != input_dimension()) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("the covariance takes %d inputs; the model's points have %d", dimension,
-                        input_dimension()));
-  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckReplacement(hyperparameters, size(), input_dimension()));
   EGOSIEVE_RETURN_IF_ERROR(Rebuild(hyperparameters, points_.inputs, 0.0, false));
   hyperparameters_ = hyperparameters;
   UpdateAlpha();

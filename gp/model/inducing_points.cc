@@ -21,6 +21,9 @@ using kernels::MatrixView;
 constexpr double kRelativeTolerance = 1e-8;
 constexpr int kLloydIterations = 10;
 constexpr int64_t kRowsPerTask = 512;
+// Up to so many points their whole matrix is made at once, 32 MiB at most: one operation on the
+// device instead of one for each column, of which each would wait for whatever else runs there.
+constexpr int64_t kWholeMatrixPoints = 2048;
 
 std::vector<double> Gather(ConstMatrixView<double> x, const std::vector<int64_t>& rows) {
   std::vector<double> inputs;
@@ -47,7 +50,13 @@ absl::StatusOr<std::vector<int64_t>> PivotedRows(kernels::Context& context,
                                                  ConstMatrixView<double> x, int64_t count) {
   const int64_t n = x.rows;
   AlignedMatrix l(n, count);
-  std::vector<double> residual(n), column(n);
+  const bool whole = n <= kWholeMatrixPoints;
+  AlignedMatrix covariances(whole ? n : 0, whole ? n : 0);
+  if (whole) {
+    EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(
+        context, covariance, x, 0.0, kernels::Triangle::kFull, covariances.view()));
+  }
+  std::vector<double> residual(n), of_pivot(whole ? 0 : n);
   for (int64_t i = 0; i < n; ++i) residual[i] = PriorVariance(covariance, x.row(i));
   std::vector<int64_t> rows;
   double first = 0.0;
@@ -56,9 +65,12 @@ absl::StatusOr<std::vector<int64_t>> PivotedRows(kernels::Context& context,
     const int64_t pivot = std::max_element(residual.begin(), residual.end()) - residual.begin();
     if (step == 0) first = residual[pivot];
     if (!(residual[pivot] > kRelativeTolerance * first)) break;
-    EGOSIEVE_RETURN_IF_ERROR(
-        kernels::CrossCovariance<double>(context, covariance, x, x.rows_between(pivot, pivot + 1),
-                                         MatrixView<double>(column.data(), n, 1)));
+    if (!whole) {
+      EGOSIEVE_RETURN_IF_ERROR(
+          kernels::CrossCovariance<double>(context, covariance, x, x.rows_between(pivot, pivot + 1),
+                                           MatrixView<double>(of_pivot.data(), n, 1)));
+    }
+    const double* column = whole ? covariances.row(pivot) : of_pivot.data();
     const double root = std::sqrt(residual[pivot]);
     const double* pivot_row = l.row(pivot);
     kernels::ParallelFor((n + kRowsPerTask - 1) / kRowsPerTask, 2.0 * n * step, [&](int64_t task) {

@@ -8,6 +8,7 @@
 #include "gp/covariance/prior_variance.h"
 #include "gp/linalg/cholesky.h"
 #include "gp/linalg/tile_operations.h"
+#include "gp/model/model_checks.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
@@ -98,8 +99,7 @@ absl::Status SparseModelOptions::Validate() const {
 absl::StatusOr<SparseModel> SparseModel::Create(std::shared_ptr<kernels::Context> context,
                                                 const Hyperparameters& hyperparameters,
                                                 const SparseModelOptions& options) {
-  if (context == nullptr) return absl::InvalidArgumentError("context is null");
-  EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(CheckSetUp(context.get(), hyperparameters));
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   SparseModel model;
   model.context_ = std::move(context);
@@ -133,8 +133,7 @@ absl::Status SparseModel::Add(ConstMatrixView<double> inputs, absl::Span<const d
 
 absl::Status SparseModel::AddTargets(ConstMatrixView<double> inputs,
                                      absl::Span<const double> targets, int64_t frame) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(inputs, input_dimension()));
-  EGOSIEVE_RETURN_IF_ERROR(CheckTargets(targets, inputs.rows));
+  EGOSIEVE_RETURN_IF_ERROR(CheckAddition(inputs, targets, input_dimension()));
   if (inputs.rows == 0) return absl::OkStatus();
   const int64_t m = inducing_size();
   if (m == 0) {
@@ -181,13 +180,7 @@ absl::Status SparseModel::FinishUpdate(int64_t changed) {
 }
 
 absl::Status SparseModel::SetHyperparameters(const Hyperparameters& hyperparameters) {
-  EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
-  const int64_t dimension = hyperparameters.covariance.input_dimension();
-  if (size() > 0 && dimension != input_dimension()) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("the covariance takes %d inputs; the model's points have %d", dimension,
-                        input_dimension()));
-  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckReplacement(hyperparameters, size(), input_dimension()));
   const Hyperparameters before = std::exchange(hyperparameters_, hyperparameters);
   absl::Status status = Refresh();
   if (!status.ok()) hyperparameters_ = before;

@@ -38,8 +38,8 @@ void PreparePoint(const CovarianceParameters& parameters, const Input* x, Real* 
 }
 
 double DifferenceThreshold(int64_t components) {
-  const double roundings = static_cast<double>((components + 1) / 2 + 3);
-  const double s = roundings * std::ldexp(1.0, -24) / 1.7e-6;
+  const int64_t roundings = (components + 1) / 2 + 3;  // in the longer of two chains
+  const double s = static_cast<double>(roundings) * std::ldexp(1.0, -24) / 1.7e-6;
   return s < 0.5 ? 0.5 - std::sqrt(0.25 - s * s) : 1.0;
 }
 

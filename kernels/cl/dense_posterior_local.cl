@@ -164,6 +164,64 @@ inline void process_block(__global const float* queries, const long query_stride
     squares[v] += sum;
   }
 }
+
+// Of one tile: the means into `total`, the squares of every work-item into the stage.
+inline void process_tile(__global const float* queries, const long query_stride, const long first_query,
+                         __global const float* inputs, __global const float* alpha, const int input_count,
+                         const int padded_count, __global const float* factor, __global float* rows,
+                         float total[OWNED], __local float* stage) {
+  const int panel = (int)get_local_id(0) / COLUMNS;
+  const int column = (int)get_local_id(0) - panel * COLUMNS;
+  float partial[OWNED];
+  for (int o = 0; o < OWNED; ++o) {
+    partial[o] = 0.0f;
+    total[o] = 0.0f;
+  }
+  float squares[WIDTH];
+#pragma unroll
+  for (int v = 0; v < WIDTH; ++v) squares[v] = 0.0f;
+  for (int first = 0; first < padded_count; first += GROUP) {
+    // The blocks before hold GROUP (GROUP + 2 GROUP + ... + first) values.
+    process_block(queries, query_stride, first_query, inputs, alpha, input_count, first,
+                  factor + (long)first * (first + GROUP) / 2, rows, panel, column, squares, partial, total, stage);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+#pragma unroll
+  for (int v = 0; v < WIDTH; ++v) stage[panel * QUERIES + v * COLUMNS + column] = squares[v];
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (int o = 0; o < OWNED; ++o) total[o] += partial[o];
+}
+#else
+// The means of one tile. A work-item owns its queries: COLUMNS is the work-group.
+inline void process_tile(__global const float* queries, const long query_stride, const long first_query,
+                         __global const float* inputs, __global const float* alpha, const int input_count,
+                         const int padded_count, __global const float* factor, __global float* rows,
+                         float total[OWNED], __local float* stage) {
+  float query[WIDTH][POINT];
+#pragma unroll
+  for (int v = 0; v < WIDTH; ++v) {
+    load_query(queries, query_stride, first_query + v * COLUMNS + get_local_id(0), query[v]);
+    total[v] = 0.0f;
+  }
+  for (int first = 0; first < input_count; first += SUM_BLOCK) {
+    const int end = min(SUM_BLOCK, input_count - first);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    fetch(stage, inputs + (long)first * POINT, end * POINT, end * POINT);
+    fetch(stage + SUM_BLOCK * POINT, alpha + first, end, end);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    float sum[WIDTH];
+#pragma unroll
+    for (int v = 0; v < WIDTH; ++v) sum[v] = 0.0f;
+    for (int i = 0; i < end; ++i) {
+#pragma unroll
+      for (int v = 0; v < WIDTH; ++v) {
+        sum[v] = fma(unit_covariance(query[v], stage + i * POINT), stage[SUM_BLOCK * POINT + i], sum[v]);
+      }
+    }
+#pragma unroll
+    for (int v = 0; v < WIDTH; ++v) total[v] += sum[v];
+  }
+}
 #endif
 
 // Work-group g takes the tiles g, g + groups, ...; the scratch of each is `scratch_stride` values.
@@ -175,63 +233,15 @@ __kernel __attribute__((reqd_work_group_size(WORK_GROUP, 1, 1))) void dense_post
     const long scratch_stride, __global volatile int* counters, __global float* restrict mean,
     __global float* restrict variance, __global float* restrict probability) {
   __local float stage[STAGE];
-  const int item = get_local_id(0);
   int clamped = 0;
   for (long first_query = (long)get_group_id(0) * QUERIES; first_query < query_count;
        first_query += (long)get_num_groups(0) * QUERIES) {
     const int count = (int)min((long)QUERIES, query_count - first_query);
     float total[OWNED];
-#if FACTOR
-    const int panel = item / COLUMNS;
-    const int column = item - panel * COLUMNS;
-    __global float* rows = scratch + get_group_id(0) * scratch_stride;
-    float partial[OWNED];
+    process_tile(queries, query_stride, first_query, inputs, alpha, input_count, padded_count, factor,
+                 scratch + get_group_id(0) * scratch_stride, total, stage);
     for (int o = 0; o < OWNED; ++o) {
-      partial[o] = 0.0f;
-      total[o] = 0.0f;
-    }
-    float squares[WIDTH];
-#pragma unroll
-    for (int v = 0; v < WIDTH; ++v) squares[v] = 0.0f;
-    for (int first = 0; first < padded_count; first += GROUP) {
-      // The blocks before hold GROUP (GROUP + 2 GROUP + ... + first) values.
-      process_block(queries, query_stride, first_query, inputs, alpha, input_count, first,
-                    factor + (long)first * (first + GROUP) / 2, rows, panel, column, squares, partial, total, stage);
-    }
-    barrier(CLK_LOCAL_MEM_FENCE);
-#pragma unroll
-    for (int v = 0; v < WIDTH; ++v) stage[panel * QUERIES + v * COLUMNS + column] = squares[v];
-    barrier(CLK_LOCAL_MEM_FENCE);
-    for (int o = 0; o < OWNED; ++o) total[o] += partial[o];
-#else
-    // A work-item owns its queries: COLUMNS is the work-group.
-    float query[WIDTH][POINT];
-#pragma unroll
-    for (int v = 0; v < WIDTH; ++v) {
-      load_query(queries, query_stride, first_query + v * COLUMNS + item, query[v]);
-      total[v] = 0.0f;
-    }
-    for (int first = 0; first < input_count; first += SUM_BLOCK) {
-      const int end = min(SUM_BLOCK, input_count - first);
-      barrier(CLK_LOCAL_MEM_FENCE);
-      fetch(stage, inputs + (long)first * POINT, end * POINT, end * POINT);
-      fetch(stage + SUM_BLOCK * POINT, alpha + first, end, end);
-      barrier(CLK_LOCAL_MEM_FENCE);
-      float sum[WIDTH];
-#pragma unroll
-      for (int v = 0; v < WIDTH; ++v) sum[v] = 0.0f;
-      for (int i = 0; i < end; ++i) {
-#pragma unroll
-        for (int v = 0; v < WIDTH; ++v) {
-          sum[v] = fma(unit_covariance(query[v], stage + i * POINT), stage[SUM_BLOCK * POINT + i], sum[v]);
-        }
-      }
-#pragma unroll
-      for (int v = 0; v < WIDTH; ++v) total[v] += sum[v];
-    }
-#endif
-    for (int o = 0; o < OWNED; ++o) {
-      const int q = item + o * WORK_GROUP;
+      const int q = (int)get_local_id(0) + o * WORK_GROUP;
       if (q >= count) break;
       float sum = 0.0f;
 #if FACTOR

@@ -3,6 +3,9 @@
 //   K_ij = k(x_i, x_j) + noise_variance [i = j]      CovarianceMatrix, n x n
 //   C_ij = k(x_i, z_j)                               CrossCovariance, n x m, streamed in tiles
 //
+// After an error in the arguments, or one of the device before it began to compute, `out` is as it
+// was; of a device that is lost in the middle `out` may hold parts.
+//
 // T is float or double; in float the arcsine's error is at most 1e-6 sigma_f^2. On a device without
 // float64 the double versions are computed on the host.
 #ifndef EGOSIEVE_KERNELS_OPS_COVARIANCE_MATRIX_H_

@@ -60,8 +60,9 @@ class DensePosterior {
 
   virtual ~DensePosterior() = default;
 
-  // queries: M x D. InvalidArgument, naming the first bad row, on NaN or infinite inputs; nothing
-  // is written then.
+  // queries: M x D. InvalidArgument, naming the first bad row, on NaN or infinite inputs;
+  // ResourceExhausted or Unavailable where the device has no memory or is lost. Nothing is written
+  // then, and the posterior can be asked again.
   virtual absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
                                                    const PosteriorOutputs& outputs) const = 0;
 

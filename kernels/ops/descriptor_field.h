@@ -6,6 +6,9 @@
 // around the pixel, clipped at the image border (the mean is over the pixels that exist), mapped
 // from [0, 255] to [-1, 1]. M = 0.299 R + 0.587 G + 0.114 B. A grey image has I_R = I_G = I_B =
 // I_M. Points between pixels take the window around the nearest pixel and keep their own u, v.
+//
+// After an error in the arguments, or one of the device before it began to compute, `out` is as it
+// was; of a device that is lost in the middle `out` may hold parts.
 #ifndef EGOSIEVE_KERNELS_OPS_DESCRIPTOR_FIELD_H_
 #define EGOSIEVE_KERNELS_OPS_DESCRIPTOR_FIELD_H_
 

@@ -36,6 +36,7 @@ absl::Status CovarianceBlock(Context& context, const CovarianceParameters& param
                  cl_long{columns.stride}, signal_variance, cl_int{lower_only}, result.buffer(),
                  cl_long{out.stride});
     const cl::CommandQueue queue = context.NewQueue();
+    const CommandsEnd end(queue);
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(WorkItems(x.rows)),
                                cl::NDRange(1));
     result.Finish(queue);
@@ -73,6 +74,7 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
     SetArguments(kernel, row_buffer, column_buffer, cl_long{x.rows}, cl_long{columns.stride},
                  weight_buffer, cl_long{w.stride}, result.buffer());
     const cl::CommandQueue queue = context.NewQueue();
+    const CommandsEnd end(queue);
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(WorkItems(x.rows)),
                                cl::NDRange(1));
     result.Finish(queue);

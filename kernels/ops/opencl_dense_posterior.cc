@@ -1,6 +1,7 @@
 #include "kernels/ops/opencl_dense_posterior.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -33,6 +34,33 @@ int OutputMask(const PosteriorOutputs& outputs) {
          (outputs.variance != nullptr ? kWantVariance : 0) |
          (outputs.probability != nullptr ? kWantProbability : 0);
 }
+
+// Results before all of them are there: a device may fail in any chunk.
+class StagedOutputs {
+ public:
+  StagedOutputs(const PosteriorOutputs& outputs, int64_t count)
+      : count_(count), targets_{outputs.mean, outputs.variance, outputs.probability} {
+    for (int i = 0; i < 3; ++i) {
+      if (targets_[i] != nullptr) values_[i] = AlignedArray<float>(count);
+    }
+  }
+
+  PosteriorOutputs From(int64_t first) {
+    const auto at = [&](int i) { return targets_[i] ? values_[i].data() + first : nullptr; };
+    return {at(0), at(1), at(2)};
+  }
+
+  void Commit() {
+    for (int i = 0; i < 3; ++i) {
+      if (targets_[i] != nullptr) std::copy_n(values_[i].data(), count_, targets_[i]);
+    }
+  }
+
+ private:
+  int64_t count_;
+  std::array<float*, 3> targets_;
+  std::array<AlignedArray<float>, 3> values_;
+};
 
 // The arrays that the kernel reads, prepared on the host. Kept because a device that shares the
 // host's memory reads them where they are.
@@ -226,6 +254,7 @@ int64_t OpenClPosterior::EvaluateChunk(cl::Kernel& kernel, const cl::CommandQueu
                signal_variance, squash_a_, squash_b_, cl_int{tiling.micro_tiles},
                cl_int{OutputMask(outputs)}, scratch, cl_long{tiling.scratch_floats},
                counter_buffer.buffer(), mean.buffer(), variance.buffer(), probability.buffer());
+  const CommandsEnd end(queue);
   queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(tiling.work_items),
                              cl::NDRange(tuning_.work_group));
   for (OutputBuffer<float>* result : {&mean, &variance, &probability}) result->Finish(queue);
@@ -251,13 +280,13 @@ absl::StatusOr<PosteriorCounts> OpenClPosterior::Evaluate(ConstMatrixView<float>
     const cl::Buffer scratch = ScratchBuffer(
         *context_,
         std::max<int64_t>(tiling.tiles_at_once * tiling.scratch_floats, 1) * sizeof(float));
+    StagedOutputs staged(outputs, queries.rows);
     for (int64_t begin = 0; begin < queries.rows; begin += tiling.chunk_queries) {
-      const auto offset = [&](float* data) { return data == nullptr ? nullptr : data + begin; };
       const int64_t end = std::min(begin + tiling.chunk_queries, queries.rows);
       counts.clamped_variances += EvaluateChunk(
-          kernel, queue, tiling, scratch, queries.rows_between(begin, end),
-          {offset(outputs.mean), offset(outputs.variance), offset(outputs.probability)});
+          kernel, queue, tiling, scratch, queries.rows_between(begin, end), staged.From(begin));
     }
+    staged.Commit();
   }));
   return counts;
 }

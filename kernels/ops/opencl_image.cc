@@ -74,6 +74,7 @@ absl::Status DescriptorField(Context& context, const ImageView& image, const Ima
                  v_buffer, cl_int{grid.columns()}, cl_int{grid.rows()}, cl_int{rows_per_item},
                  scratch, result.buffer(), cl_long{out.stride});
     const cl::CommandQueue queue = context.NewQueue();
+    const CommandsEnd end(queue);
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(bands), cl::NDRange(1));
     result.Finish(queue);
   });
@@ -103,6 +104,7 @@ absl::Status DescriptorsAt(Context& context, const ImageView& image, ConstMatrix
                  cl_int{image.height}, cl_int{window_pixels / 2}, pixel_buffer, coordinate_buffer,
                  result.buffer(), cl_long{out.stride});
     const cl::CommandQueue queue = context.NewQueue();
+    const CommandsEnd end(queue);
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(points.rows), cl::NullRange);
     result.Finish(queue);
   });
@@ -119,6 +121,7 @@ absl::Status GridInterpolation(Context& context, const ImageGrid& grid,
                  cl_int{grid.rows()}, cl_int{grid.stride}, cl_int{grid.width}, cl_int{grid.height},
                  result.buffer(), cl_long{out.stride});
     const cl::CommandQueue queue = context.NewQueue();
+    const CommandsEnd end(queue);
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(grid.height), cl::NDRange(1));
     result.Finish(queue);
   });

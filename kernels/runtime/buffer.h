@@ -70,6 +70,19 @@ class OutputBuffer {
   cl::Buffer buffer_;
 };
 
+// Waits for the queue's commands when its scope ends, by an exception too: they use arrays of the
+// caller, so it is declared after all of them and before the first command.
+class CommandsEnd {
+ public:
+  explicit CommandsEnd(const cl::CommandQueue& queue) : queue_(queue) {}
+  CommandsEnd(const CommandsEnd&) = delete;
+  CommandsEnd& operator=(const CommandsEnd&) = delete;
+  ~CommandsEnd() { clFinish(queue_()); }  // fails where nothing runs any more
+
+ private:
+  cl::CommandQueue queue_;
+};
+
 // Sets arguments 0, 1, 2, ... of a kernel.
 template <typename... Arguments>
 void SetArguments(cl::Kernel& kernel, const Arguments&... arguments) {

@@ -45,7 +45,7 @@ Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& optio
 }
 
 absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::string& options) {
-  absl::MutexLock lock(&mutex_);
+  const std::lock_guard lock(mutex_);
   const std::string key = std::string(file) + "\n" + options;
   if (const auto found = programs_.find(key); found != programs_.end()) {
     return found->second;

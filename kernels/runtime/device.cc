@@ -29,6 +29,7 @@ const char* DeviceTypeName(DeviceType type) {
 absl::StatusOr<std::vector<DeviceInfo>> ListDevices() {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<OpenClDevice> found, ListOpenClDevices());
   std::vector<DeviceInfo> devices;
+  devices.reserve(found.size() + 1);
   for (const OpenClDevice& device : found) devices.push_back(device.info);
   DeviceInfo reference;
   reference.index = static_cast<int>(devices.size());

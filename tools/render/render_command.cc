@@ -90,6 +90,7 @@ class RenderCommand : public Command {
       ++failed_;
       return absl::OkStatus();
     }
+    if (!line.has_map()) return absl::OkStatus();
     EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat3b picture, overlays.Draw(line, overlay_));
     if (images_) {
       EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("render")));

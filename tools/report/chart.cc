@@ -99,7 +99,7 @@ Chart DynamicShareChart(const ChartBuilder& builder) {
   builder.AddSeries(
       "dynamic share",
       [](const FrameLine& line) {
-        return line.model_size > 0 ? 100.0 * line.dynamic_share : kNone;
+        return line.model_size > 0 && line.has_map() ? 100.0 * line.dynamic_share : kNone;
       },
       chart);
   return chart;

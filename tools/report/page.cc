@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -19,6 +21,9 @@ namespace egosieve::tools {
 namespace {
 
 using Outcome = FrameLine::Outcome;
+
+// Of the frames of one reason; the log has them all.
+constexpr size_t kShownRanges = 20;
 
 double Median(std::vector<double> values) {
   if (values.empty()) return 0.0;
@@ -74,7 +79,7 @@ std::string Tiles(const ReportContent& content) {
     learnt += line.outcome == Outcome::kLearnt;
     failed += line.outcome == Outcome::kFailed;
     milliseconds.push_back(TotalMilliseconds(line));
-    if (line.model_size > 0) shares.push_back(line.dynamic_share);
+    if (line.model_size > 0 && line.has_map()) shares.push_back(line.dynamic_share);
   }
   const int64_t frames = static_cast<int64_t>(content.lines.size());
   std::string html = "<section class=\"tiles\">\n";
@@ -154,30 +159,86 @@ std::string MotionModels(absl::Span<const FrameLine> lines) {
   return absl::StrCat(html, "</table>\n");
 }
 
-// Reasons often carry a number; frames are told by reason, in the order in which each came first.
+// Milliseconds by stage over the frames that have it: what is usual, and what a bad frame costs.
+std::string StageTable(absl::Span<const FrameLine> lines) {
+  std::vector<std::string> stages;
+  std::map<std::string, std::vector<double>> times;
+  for (const FrameLine& line : lines) {
+    for (const auto& [stage, milliseconds] : line.milliseconds) {
+      if (times.find(stage) == times.end()) stages.push_back(stage);
+      times[stage].push_back(milliseconds);
+    }
+  }
+  std::string html =
+      "<h2>Time by stage</h2>\n<table><tr><th>stage</th><th class=\"number\">median, ms</th><th "
+      "class=\"number\">95 % below, ms</th><th class=\"number\">slowest, ms</th><th "
+      "class=\"number\">share of all</th></tr>\n";
+  double total = 0.0;
+  for (const auto& [stage, values] : times) {
+    total += std::accumulate(values.begin(), values.end(), 0.0);
+  }
+  for (const std::string& stage : stages) {
+    std::vector<double>& values = times[stage];
+    std::sort(values.begin(), values.end());
+    const auto quantile = [&values](double q) {
+      return values[static_cast<size_t>(q * static_cast<double>(values.size() - 1))];
+    };
+    const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+    absl::StrAppend(&html, "<tr><td>", EscapeHtml(stage), "</td>");
+    for (const double value : {quantile(0.5), quantile(0.95), quantile(1.0)}) {
+      absl::StrAppendFormat(&html, "<td class=\"number\">%.1f</td>", value);
+    }
+    absl::StrAppendFormat(&html, "<td class=\"number\">%.1f %%</td></tr>\n",
+                          total > 0.0 ? 100.0 * sum / total : 0.0);
+  }
+  return absl::StrCat(html, "</table>\n");
+}
+
+// "only 17 of 300 features" and "only 9 of 280 features" are one reason.
+std::string WithoutNumbers(absl::string_view reason) {
+  std::string text;
+  for (size_t i = 0; i < reason.size(); ++i) {
+    if (!absl::ascii_isdigit(reason[i])) {
+      text.push_back(reason[i]);
+    } else if (i == 0 || !absl::ascii_isdigit(reason[i - 1])) {
+      text.push_back('#');
+    }
+  }
+  return text;
+}
+
+// Frames by reason, numbers aside: the most frequent first, each told by its first frame's.
 std::string NotLearnt(absl::Span<const FrameLine> lines) {
-  std::vector<std::string> reasons;
-  std::map<std::string, std::vector<int64_t>> indices;
+  struct Group {
+    std::string reason;
+    std::vector<int64_t> frames;
+  };
+  std::map<std::string, Group> groups;
   for (const FrameLine& line : lines) {
     if (line.outcome == Outcome::kLearnt) continue;
     const std::string reason =
         absl::StrCat(line.outcome == Outcome::kFailed ? "failed: " : "", line.reason);
-    if (indices[reason].empty()) {
-      reasons.push_back(reason);
-    }
-    indices[reason].push_back(line.index);
+    Group& group = groups[WithoutNumbers(reason)];
+    if (group.frames.empty()) group.reason = reason;
+    group.frames.push_back(line.index);
   }
   std::string html = "<h2>Frames that were not learnt from</h2>\n";
-  if (reasons.empty()) {
+  if (groups.empty()) {
     return absl::StrCat(html, "<p class=\"note\">None: every frame was learnt from.</p>\n");
   }
+  std::vector<const Group*> sorted;
+  for (const auto& [key, group] : groups) sorted.push_back(&group);
+  std::stable_sort(sorted.begin(), sorted.end(), [](const Group* a, const Group* b) {
+    return a->frames.size() > b->frames.size();
+  });
   absl::StrAppend(&html,
-                  "<div class=\"scroll\"><table><tr><th>reason</th><th class=\"number\">count</th>"
-                  "<th>frames</th></tr>\n");
-  for (const std::string& reason : reasons) {
-    const std::vector<int64_t>& frames = indices[reason];
-    absl::StrAppend(&html, "<tr><td>", EscapeHtml(reason), "</td><td class=\"number\">",
-                    frames.size(), "</td><td>", DescribeRanges(frames), "</td></tr>\n");
+                  "<p class=\"note\">Reasons that differ in their numbers alone are one; the first "
+                  "frame's numbers are shown.</p>\n<div class=\"scroll\"><table><tr><th>reason</th>"
+                  "<th class=\"number\">count</th><th>frames</th></tr>\n");
+  for (const Group* group : sorted) {
+    absl::StrAppend(&html, "<tr><td>", EscapeHtml(group->reason), "</td><td class=\"number\">",
+                    group->frames.size(), "</td><td>", DescribeRanges(group->frames, kShownRanges),
+                    "</td></tr>\n");
   }
   return absl::StrCat(html, "</table></div>\n");
 }
@@ -221,16 +282,36 @@ std::string EscapeHtml(absl::string_view text) {
       text, {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}, {"'", "&#39;"}});
 }
 
-std::string DescribeRanges(absl::Span<const int64_t> indices) {
-  std::vector<std::string> ranges;
-  for (size_t begin = 0; begin < indices.size();) {
-    size_t end = begin + 1;
-    while (end < indices.size() && indices[end] == indices[end - 1] + 1) ++end;
-    ranges.push_back(end - begin == 1 ? absl::StrCat(indices[begin])
-                                      : absl::StrCat(indices[begin], "-", indices[end - 1]));
-    begin = end;
+std::string DescribeRanges(absl::Span<const int64_t> indices, size_t max_ranges) {
+  struct Range {
+    int64_t first, last;
+  };
+  std::vector<Range> ranges;
+  for (const int64_t index : indices) {
+    if (!ranges.empty() && index == ranges.back().last + 1) {
+      ranges.back().last = index;
+    } else {
+      ranges.push_back({index, index});
+    }
   }
-  return absl::StrJoin(ranges, ", ");
+  std::vector<Range> shown = ranges;
+  if (ranges.size() > max_ranges) {
+    std::stable_sort(shown.begin(), shown.end(), [](const Range& a, const Range& b) {
+      return a.last - a.first > b.last - b.first;
+    });
+    shown.resize(max_ranges);
+    std::sort(shown.begin(), shown.end(),
+              [](const Range& a, const Range& b) { return a.first < b.first; });
+  }
+  std::vector<std::string> texts;
+  int64_t left = static_cast<int64_t>(indices.size());
+  for (const Range& range : shown) {
+    left -= range.last - range.first + 1;
+    texts.push_back(range.first == range.last ? absl::StrCat(range.first)
+                                              : absl::StrCat(range.first, "-", range.last));
+  }
+  if (left > 0) texts.push_back(absl::StrCat("and ", left, " more"));
+  return absl::StrJoin(texts, ", ");
 }
 
 std::string MakeReportPage(const ReportContent& content) {
@@ -249,7 +330,8 @@ std::string MakeReportPage(const ReportContent& content) {
     absl::StrAppend(&html, EvaluationTable(*content.evaluation));
   }
   if (!content.lines.empty()) {
-    absl::StrAppend(&html, NotLearnt(content.lines), MotionModels(content.lines));
+    absl::StrAppend(&html, NotLearnt(content.lines), StageTable(content.lines),
+                    MotionModels(content.lines));
   }
   absl::StrAppend(&html, Flags(description), "</main>\n");
   if (!content.lines.empty()) {

@@ -5,6 +5,7 @@
 #ifndef EGOSIEVE_TOOLS_REPORT_PAGE_H_
 #define EGOSIEVE_TOOLS_REPORT_PAGE_H_
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -37,8 +38,9 @@ std::string MakeReportPage(const ReportContent& content);
 // Text as it must stand between tags or in an attribute.
 std::string EscapeHtml(absl::string_view text);
 
-// "0-3, 7, 9-12" for increasing indices.
-std::string DescribeRanges(absl::Span<const int64_t> indices);
+// "0-3, 7, 9-12" for increasing indices; of more than `max_ranges` the longest, and how many
+// indices are left: "0-3, 9-12, and 1 more".
+std::string DescribeRanges(absl::Span<const int64_t> indices, size_t max_ranges = SIZE_MAX);
 
 }  // namespace egosieve::tools
 

@@ -39,7 +39,7 @@ std::string Jpeg(const cv::Mat3b& picture) {
 std::vector<FrameLine> ChooseLines(const std::vector<FrameLine>& lines, int64_t count) {
   std::vector<FrameLine> with_map;
   std::copy_if(lines.begin(), lines.end(), std::back_inserter(with_map), [](const FrameLine& line) {
-    return line.outcome != FrameLine::Outcome::kFailed && line.model_size > 0;
+    return line.outcome != FrameLine::Outcome::kFailed && line.model_size > 0 && line.has_map();
   });
   const int64_t size = static_cast<int64_t>(with_map.size());
   if (size <= count) return with_map;

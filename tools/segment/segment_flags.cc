@@ -59,6 +59,14 @@ const Words<vision::ModelKind>& ModelWords() {
   return words;
 }
 
+const Words<vision::FlowQuality>& FlowQualityWords() {
+  static const auto& words =
+      *new Words<vision::FlowQuality>{{"ultrafast", vision::FlowQuality::kUltrafast},
+                                      {"fast", vision::FlowQuality::kFast},
+                                      {"medium", vision::FlowQuality::kMedium}};
+  return words;
+}
+
 const Words<OnlineSegmenterOptions (*)()>& Profiles() {
   static const auto& words =
       *new Words<OnlineSegmenterOptions (*)()>{{"default", &OnlineSegmenterOptions::Default},
@@ -202,6 +210,8 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       {"covariance", NameOf(CovarianceWords(), learner.covariance)},
       {"seed", absl::StrCat(labeller.seed)},
       // What the profiles set and no flag does.
+      {"flow_quality", NameOf(FlowQualityWords(), labeller.flow_quality)},
+      {"training_points", absl::StrCat(learner.training.subset_size)},
       {"labelled_frame",
        labeller.labelled_side == vision::LabelledSide::kFirstFrame ? "first" : "current"},
       {"novelty_filter", yes_or_no(learner.novelty_filter)},

@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "vision/features/feature_extractor.h"
 #include "vision/frame/frame.h"
+#include "vision/labelling/stopwatch.h"
 
 namespace egosieve::vision {
 
@@ -21,12 +22,20 @@ struct ExtractedFrame {
 
   // Thread-safe.
   const absl::StatusOr<FeatureSet>& features() const {
-    std::call_once(once_, [this] { features_ = ExtractFeatures(grey, feature_options); });
+    std::call_once(once_, [this] {
+      Stopwatch watch;
+      features_ = ExtractFeatures(grey, feature_options);
+      features_milliseconds_ = watch.LapMilliseconds();
+    });
     return features_;
   }
 
+  // What features() took when it was called first; only after a call.
+  double features_milliseconds() const { return features_milliseconds_; }
+
  private:
   mutable std::once_flag once_;
+  mutable double features_milliseconds_ = 0.0;
   mutable absl::StatusOr<FeatureSet> features_ = absl::UnknownError("not computed");
 };
 

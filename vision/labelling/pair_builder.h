@@ -23,6 +23,8 @@ struct FramePairs {
   std::vector<Match> matches;
   int64_t feature_count = 0;  // features and textured grid points of the second frame
   int64_t match_count = 0;    // of these, those found again in the other frame
+  // Features of the second frame, whenever they were computed, and dense flow; then, search among
+  // descriptors and the checks of matches and flow.
   double features_milliseconds = 0.0, matching_milliseconds = 0.0;
 };
 

@@ -65,6 +65,7 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Paper() {
 
 OnlineSegmenterOptions OnlineSegmenterOptions::Fast() {
   OnlineSegmenterOptions options = Default();
+  options.labeller.flow_quality = FlowQuality::kFast;
   options.learner.model.kind = ModelKind::kSparse;
   options.learner.model.sparse.inducing_points = kFastInducingPoints;
   options.learner.training.subset_size = kFastTrainingPoints;

@@ -135,6 +135,14 @@ TEST(CovarianceGradient, BadArgumentsAreNamed) {
       CovarianceGradient(*TestContext(), parameters, {points.data(), 9, 3}, w.view()).ok());
   EXPECT_FALSE(
       CovarianceGradient(*TestContext(), ArcsineParameters({1, 1, 0, 1}), x, w.view()).ok());
+  for (const auto& [scales, message] :
+       {std::pair{std::vector<double>{1.0}, "dimension 0"},
+        {std::vector<double>(34, 1.0), "dimension 33"},
+        {std::vector<double>{1.0, -2.0, 1.0, 1.0}, "scales[1] = -2"}}) {
+    const auto refused = CovarianceGradient(*TestContext(), ArcsineParameters(scales), x, w.view());
+    EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_NE(refused.status().message().find(message), std::string::npos) << refused.status();
+  }
   w.view()(7, 2) = INFINITY;
   const auto gradient = CovarianceGradient(*TestContext(), parameters, x, w.view());
   EXPECT_EQ(gradient.status().code(), absl::StatusCode::kInvalidArgument);

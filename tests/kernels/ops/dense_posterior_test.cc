@@ -7,60 +7,14 @@
 #include "gtest/gtest.h"
 #include "kernels/reference/dense_posterior.h"
 #include "kernels/runtime/tuning.h"
+#include "tests/kernels/ops/posterior_test.h"
 #include "tests/kernels/test_data.h"
 
 namespace egosieve::kernels {
 namespace {
 
-struct Results {
-  GuardedMatrix<float> mean, variance, probability;
-  explicit Results(int64_t m) : mean(1, m), variance(1, m), probability(1, m) {}
-  PosteriorOutputs outputs() { return {mean.data(), variance.data(), probability.data()}; }
-  bool guards_intact() const {
-    return mean.guards_intact() && variance.guards_intact() && probability.guards_intact();
-  }
-};
-
-std::vector<float> RandomQueries(std::mt19937_64& random, int64_t m, int64_t dimension) {
-  std::vector<float> queries(m * dimension);
-  for (float& value : queries) value = static_cast<float>(Uniform(random, -1.0, 1.0));
-  return queries;
-}
-
-// Whether the tests run with the device's own shapes or with the tiles in local memory that GPUs
-// take: small ones, so that every size is around some block of theirs.
-enum class Shapes { kOfTheDevice, kLocalTiles };
-
-KernelTuning SmallLocalTiles() {
-  KernelTuning tuning = DefaultGpuTuning();
-  tuning.panel = 2;
-  tuning.panels_a_group = 8;
-  tuning.depth = 8;
-  tuning.width = 2;
-  tuning.mean_width = 1;
-  tuning.work_group = 32;
-  return tuning;
-}
-
-std::shared_ptr<Context> OpenLocalTiles() {
-  ContextOptions options;
-  options.tuning = SmallLocalTiles();
-  static const absl::StatusOr<std::shared_ptr<Context>> context = OpenContext(options);
-  EXPECT_TRUE(context.ok()) << context.status();
-  return context.ok() ? *context : nullptr;
-}
-
-class DensePosteriorTest : public testing::TestWithParam<Shapes> {
+class DensePosteriorTest : public PosteriorTest {
  protected:
-  void SetUp() override {
-    if (GetParam() == Shapes::kLocalTiles && TestIsOnReference()) {
-      GTEST_SKIP() << "the reference has no shapes";
-    }
-  }
-  std::shared_ptr<Context> context() const {
-    return GetParam() == Shapes::kLocalTiles ? OpenLocalTiles() : TestContext();
-  }
-
   void ExpectMatchesReference(const Problem& problem, FactorKind kind, double noise_stddev,
                               int64_t m) {
     const PosteriorModel model = problem.model(kind);
@@ -85,8 +39,6 @@ class DensePosteriorTest : public testing::TestWithParam<Shapes> {
           << "query " << q << " of " << m;
     }
   }
-
-  std::mt19937_64 random_ = TestRandom();
 };
 
 TEST_P(DensePosteriorTest, AgreesWithTheReferenceAtSizesAroundEveryBlock) {
@@ -242,6 +194,23 @@ TEST_P(DensePosteriorTest, ResultsDoNotDependOnTheTileBitForBit) {
   }
 }
 
+TEST_P(DensePosteriorTest, QueriesMayHaveAStride) {
+  const Problem problem = MakeProblem(random_, ArcsineParameters({1, 2, 3}), 40, 0.3);
+  auto posterior = DensePosterior::Create(context(), problem.model(FactorKind::kNone));
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  const std::vector<float> queries = RandomQueries(random_, 70, 2);
+  std::vector<float> apart(70 * 5, std::numeric_limits<float>::quiet_NaN());
+  for (int q = 0; q < 70; ++q) std::copy_n(&queries[q * 2], 2, &apart[q * 5]);
+  Results dense(70), strided(70);
+  ASSERT_TRUE((*posterior)
+                  ->Evaluate(ConstMatrixView<float>(queries.data(), 70, 2), {dense.mean.data()})
+                  .ok());
+  ASSERT_TRUE((*posterior)
+                  ->Evaluate(ConstMatrixView<float>(apart.data(), 70, 2, 5), {strided.mean.data()})
+                  .ok());
+  for (int q = 0; q < 70; ++q) ASSERT_EQ(strided.mean(0, q), dense.mean(0, q));
+}
+
 TEST_P(DensePosteriorTest, ShapesOfTheKernelsChangeRoundingAlone) {
   if (GetParam() != Shapes::kOfTheDevice) GTEST_SKIP() << "opens its own";
   if (TestIsOnReference()) GTEST_SKIP() << "the reference has no shapes";
@@ -326,75 +295,6 @@ TEST_P(DensePosteriorTest, NegativeVariancesAreClampedAndCounted) {
   ASSERT_TRUE(counts.ok()) << counts.status();
   EXPECT_EQ(counts->clamped_variances, 61);
   for (int q = 0; q < 61; ++q) EXPECT_EQ(results.variance(0, q), 0.0f);
-}
-
-TEST_P(DensePosteriorTest, BadQueriesAreNamedAndNothingIsWritten) {
-  const Problem problem = MakeProblem(random_, ArcsineParameters({1, 1, 1, 1, 1, 1, 1}), 20, 0.3);
-  auto posterior = DensePosterior::Create(context(), problem.model(FactorKind::kCholesky));
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
-  std::vector<float> queries = RandomQueries(random_, 300, 6);
-  for (const float bad :
-       {std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::infinity()}) {
-    queries[257 * 6 + 3] = bad;
-    Results results(300);
-    const auto counts =
-        (*posterior)->Evaluate(ConstMatrixView<float>(queries.data(), 300, 6), results.outputs());
-    EXPECT_EQ(counts.status().code(), absl::StatusCode::kInvalidArgument);
-    EXPECT_NE(counts.status().message().find("queries(257, 3)"), std::string::npos)
-        << counts.status();
-    EXPECT_TRUE(results.mean.untouched() && results.variance.untouched() &&
-                results.probability.untouched());
-  }
-  queries[257 * 6 + 3] = 0.0f;
-  Results results(300);
-  EXPECT_TRUE((*posterior)
-                  ->Evaluate(ConstMatrixView<float>(queries.data(), 300, 6), results.outputs())
-                  .ok());
-  EXPECT_FALSE((*posterior)
-                   ->Evaluate(ConstMatrixView<float>(queries.data(), 360, 5), results.outputs())
-                   .ok());
-}
-
-TEST_P(DensePosteriorTest, BadModelsAreNamed) {
-  const auto message_of = [&](const PosteriorModel& model) {
-    const auto posterior = DensePosterior::Create(context(), model);
-    EXPECT_EQ(posterior.status().code(), absl::StatusCode::kInvalidArgument);
-    return std::string(posterior.status().message());
-  };
-  Problem problem = MakeProblem(random_, ArcsineParameters({1, 1, 1}), 20, 0.3);
-  PosteriorModel model = problem.model(FactorKind::kCholesky);
-  model.factor.rows = 19;
-  EXPECT_NE(message_of(model).find("factor is 19 x 20"), std::string::npos);
-  model = problem.model(FactorKind::kCholesky);
-  model.alpha = nullptr;
-  EXPECT_NE(message_of(model).find("alpha"), std::string::npos);
-  model = problem.model(FactorKind::kCholesky);
-  model.squash_a = NAN;
-  EXPECT_NE(message_of(model).find("squash_a = nan"), std::string::npos);
-  problem.cholesky[5 * 20 + 5] = 0.0;
-  EXPECT_NE(message_of(problem.model(FactorKind::kCholesky)).find("factor(5, 5) = 0"),
-            std::string::npos);
-  problem.inputs[7] = INFINITY;
-  EXPECT_NE(message_of(problem.model(FactorKind::kNone)).find("inputs(3, 1) = inf"),
-            std::string::npos);
-  DensePosteriorOptions options;
-  options.memory_cap_bytes = 0;
-  EXPECT_FALSE(DensePosterior::Create(context(), model, options).ok());
-}
-
-TEST_P(DensePosteriorTest, VariancesOfAModelWithoutAFactorAreRefused) {
-  const Problem problem = MakeProblem(random_, ArcsineParameters({1, 1, 1}), 20, 0.3);
-  auto posterior = DensePosterior::Create(context(), problem.model(FactorKind::kNone));
-  ASSERT_TRUE(posterior.ok()) << posterior.status();
-  const float query[2] = {0.1f, 0.2f};
-  Results results(1);
-  EXPECT_EQ((*posterior)
-                ->Evaluate(ConstMatrixView<float>(query, 1, 2), results.outputs())
-                .status()
-                .code(),
-            absl::StatusCode::kFailedPrecondition);
-  EXPECT_TRUE(
-      (*posterior)->Evaluate(ConstMatrixView<float>(query, 1, 2), {results.mean.data()}).ok());
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, DensePosteriorTest,

@@ -48,6 +48,7 @@ void ExpectFieldMatchesReference(const ImageView& image, int stride, int window)
   GuardedMatrix<float> at(grid.size(), kDescriptorDimension);
   const ConstMatrixView<double> view(points.data(), grid.size(), 2);
   ASSERT_TRUE(DescriptorsAt(*TestContext(), image, view, options, at.view()).ok());
+  EXPECT_TRUE(at.guards_intact());
   for (int64_t i = 0; i < grid.size(); ++i) {
     for (int d = 0; d < kDescriptorDimension; ++d) {
       ASSERT_NEAR(field(i, d), expected(i, d), kTolerance) << "grid point " << i << ", input " << d;
@@ -103,6 +104,10 @@ TEST(DescriptorsAt, PointsBetweenPixelsTakeTheNearestWindowAndKeepTheirPlace) {
     EXPECT_EQ(out(0, d), out(1, d));
     EXPECT_EQ(out(2, d), out(3, d));
   }
+  EXPECT_TRUE(out.guards_intact());
+  GuardedMatrix<float> none(0, 6);
+  EXPECT_TRUE(DescriptorsAt(*TestContext(), image.view, {points, 0, 2}, {}, none.view()).ok());
+  EXPECT_TRUE(none.untouched());
   EXPECT_NEAR(out(0, 0), (2 * 7.4 - 29) / 29, kTolerance);
   EXPECT_NEAR(out(0, 1), (2 * 11.6 - 19) / 29, kTolerance);
 }

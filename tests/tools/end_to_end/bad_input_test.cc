@@ -164,6 +164,42 @@ TEST_F(BadInput, ABrokenImageAmongGoodOnes) {
   EXPECT_EQ(RunProgram({"report", out_, "--progress=none"}).code, 0);
 }
 
+// A picture that is damaged inside is answered, whether its decoder refuses it or delivers rubbish.
+TEST_F(BadInput, CorruptJpegsAndAMissingFrame) {
+  constexpr int kFrames = 9;
+  const auto path = [&](int index) { return input_ + absl::StrFormat("/%06d.jpg", index); };
+  for (int i = 0; i < kFrames; ++i) {
+    cv::imwrite(path(i), PatchFrame(Drive(kFrames), i), {cv::IMWRITE_JPEG_QUALITY, 92});
+  }
+  std::string bytes = *ReadFile(path(3));
+  for (size_t i = bytes.size() / 2; i < bytes.size() / 2 + 60; ++i)
+    bytes[i] = static_cast<char>(i * 37);
+  std::ofstream(path(3), std::ios::binary) << bytes;
+  fs::resize_file(path(5), fs::file_size(path(5)) / 2);
+  fs::remove(path(7));
+  const ProgramOutcome outcome = Segment(input_);
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+  const std::vector<FrameLine> lines = ExpectAnswered(kFrames - 1);
+  ASSERT_EQ(lines.size(), static_cast<size_t>(kFrames - 1));
+  EXPECT_EQ(lines[5].outcome, FrameLine::Outcome::kFailed);
+  for (const FrameLine& line : lines) {
+    EXPECT_EQ(line.reason.empty(), line.outcome == FrameLine::Outcome::kLearnt) << line.index;
+  }
+  EXPECT_EQ(lines.back().outcome, FrameLine::Outcome::kLearnt);
+}
+
+TEST_F(BadInput, NothingButGrey) {
+  for (int i = 0; i < 5; ++i)
+    cv::imwrite(Frame(i), cv::Mat(96, 160, CV_8UC3, cv::Scalar::all(128)));
+  const ProgramOutcome outcome = Segment(input_);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("every map is the prior"));
+  const std::vector<FrameLine> lines = ExpectAnswered(5);
+  for (const FrameLine& line : lines) EXPECT_FALSE(line.reason.empty());
+}
+
 TEST_F(BadInput, ATruncatedVideo) {
   const std::string path = root_ + "/drive.avi";
   const PatchDriveOptions options = Drive(12);

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/tools/testing/fake_run.h"
@@ -60,6 +61,45 @@ TEST(DescribeRanges, JoinsNeighbours) {
   EXPECT_EQ(DescribeRanges({}), "");
   EXPECT_EQ(DescribeRanges({4}), "4");
   EXPECT_EQ(DescribeRanges({0, 1, 2, 7, 9, 10}), "0-2, 7, 9-10");
+  EXPECT_EQ(DescribeRanges({0, 1, 2, 7, 9, 10, 12}, 2), "0-2, 9-10, and 2 more");
+  EXPECT_EQ(DescribeRanges({0, 1, 2, 7, 9, 10, 12}, 4), "0-2, 7, 9-10, 12");
+}
+
+TEST(MakeReportPage, GroupsReasonsThatDifferInNumbersAlone) {
+  ReportContent content;
+  content.lines = Lines(14500);
+  for (int i = 100; i < 3100; ++i) {
+    content.lines[i].outcome = FrameLine::Outcome::kAnswered;
+    content.lines[i].reason = absl::StrCat("only ", i, " of ", 2 * i, " features have a match");
+  }
+  content.lines[50].outcome = FrameLine::Outcome::kFailed;
+  content.lines[50].reason = "torn";
+  const std::string page = MakeReportPage(content);
+  EXPECT_THAT(page, HasSubstr("only 100 of 200 features have a match</td><td class=\"number\">3000"
+                              "</td><td>100-3099</td>"));
+  EXPECT_THAT(page, Not(HasSubstr("only 101 of 202")));
+  EXPECT_LT(page.find("only 100 of 200"), page.find("failed: torn"));
+}
+
+// Ten frames of 1 ms and one of 100: what is usual and what is not must both be told.
+TEST(MakeReportPage, TellsUsualAndSlowestTimes) {
+  ReportContent content;
+  content.lines = Lines(11);
+  for (FrameLine& line : content.lines) line.milliseconds = {{"decode", 1.0}};
+  content.lines[5].milliseconds = {{"decode", 100.0}};
+  EXPECT_THAT(MakeReportPage(content),
+              HasSubstr("<td>decode</td><td class=\"number\">1.0</td><td class=\"number\">1.0</td>"
+                        "<td class=\"number\">100.0</td><td class=\"number\">100.0 %</td>"));
+}
+
+TEST(MakeReportPage, AFrameWithoutAMapHasNoDynamicShare) {
+  std::vector<FrameLine> lines = Lines(3);
+  for (FrameLine& line : lines) line.model_size = 5;
+  lines[0].width_pixels = lines[0].height_pixels = 100;
+  const std::vector<Chart> charts = MakeCharts(lines, std::nullopt, 100);
+  const Chart& share = *Find(charts, "share");
+  EXPECT_TRUE(std::isfinite(share.values[0][0]));
+  EXPECT_TRUE(std::isnan(share.values[0][1]));
 }
 
 TEST(MakeReportPage, EscapesWhatComesFromOutside) {

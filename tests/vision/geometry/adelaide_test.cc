@@ -84,9 +84,27 @@ TEST_F(Adelaide, OneMotion) {
   }
 }
 
-// The motion with the most matches is the one found; in biscuitbookbox (67, 54 and 41 matches) one
-// matrix explains the second and the third together, which are more: there the found one must
-// explain no less.
+struct Consensus {
+  std::map<int, double> share_by_motion;
+  double explained = 0.0;  // matches of any motion near the matrix
+
+  double share(int label) const { return share_by_motion.at(label); }
+};
+
+Consensus ConsensusOf(const LabelledMatches& matches, const std::map<int, int>& sizes,
+                      const Eigen::Matrix3d& f) {
+  Consensus consensus;
+  for (const auto& [label, size] : sizes) {
+    consensus.share_by_motion[label] = ShareNear(matches, label, f);
+    consensus.explained += consensus.share(label) * size;
+  }
+  return consensus;
+}
+
+// RANSAC finds the matrix that most matches agree with. That is the motion with the most matches,
+// unless one matrix explains two smaller ones together: in biscuitbookbox (67, 54 and 41 matches)
+// one goes through the second and the third, which move almost as one, and has more behind it than
+// the first has alone. Both answers are right there: the larger motion, or the larger consensus.
 TEST_F(Adelaide, SeveralMotions) {
   for (const char* name : {"breadcube", "cubechips", "biscuitbookbox"}) {
     const LabelledMatches matches = ReadMatches(folder_ + name + ".csv");
@@ -98,25 +116,25 @@ TEST_F(Adelaide, SeveralMotions) {
     for (const auto& [label, size] : sizes) {
       if (size > sizes[dominant]) dominant = label;
     }
-    int found = 0;
+    int largest_motion = 0, larger_consensus = 0;
     for (int seed = 1; seed <= kSeeds; ++seed) {
       const auto result = EstimateFundamental(matches.pairs, Options(seed));
       ASSERT_TRUE(result.ok()) << result.status();
-      found += ShareNear(matches, dominant, result->matrix) >= 0.85;
-      double explained = 0.0;
+      const Consensus consensus = ConsensusOf(matches, sizes, result->matrix);
       std::printf("%-14s seed %2d:", name, seed);
       for (const auto& [label, size] : sizes) {
-        const double share = ShareNear(matches, label, result->matrix);
-        explained += share * size;
-        std::printf("  motion %d (%3d) %.2f", label, size, share);
+        std::printf("  motion %d (%3d) %.2f", label, size, consensus.share(label));
       }
       std::printf("  outliers rejected %.2f\n", 1.0 - ShareNear(matches, 0, result->matrix));
-      EXPECT_GE(explained, 0.85 * sizes[dominant]) << name << " seed " << seed;
+      const bool is_largest = consensus.share(dominant) >= 0.85;
+      const bool is_larger = !is_largest && consensus.explained > sizes[dominant];
+      largest_motion += is_largest;
+      larger_consensus += is_larger;
+      EXPECT_TRUE(is_largest || is_larger) << name << " seed " << seed;
     }
-    std::printf("%-14s dominant motion found in %d of %d\n", name, found, kSeeds);
-    if (std::string(name) != "biscuitbookbox") {
-      EXPECT_GE(found, kSeeds * 9 / 10) << name;
-    }
+    std::printf("%-14s largest motion %d, a consensus larger than it %d, of %d\n", name,
+                largest_motion, larger_consensus, kSeeds);
+    if (std::string(name) != "biscuitbookbox") EXPECT_EQ(larger_consensus, 0) << name;
   }
 }
 

@@ -173,8 +173,8 @@ gp::HyperparameterBounds BoundsForData(kernels::CovarianceFunction function,
     arcsine ? bound(0.01 / spread, 1000.0 / spread) : bound(0.01 * spread, 100.0 * spread);
   }
   const double size = RootMeanSquare(targets);
-  bound(0.01 * size, 100.0 * size);
-  bound(0.001 * size, 2.0 * size);
+  bound(0.1 * size, 10.0 * size);
+  bound(0.01 * size, 2.0 * size);
   return bounds;
 }
 

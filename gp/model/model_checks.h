@@ -1,0 +1,29 @@
+// What every model checks before it takes a device, hyperparameters or labelled points.
+#ifndef EGOSIEVE_GP_MODEL_MODEL_CHECKS_H_
+#define EGOSIEVE_GP_MODEL_MODEL_CHECKS_H_
+
+#include <cstdint>
+
+#include "absl/status/status.h"
+#include "absl/types/span.h"
+#include "gp/covariance/hyperparameters.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/runtime/context.h"
+
+namespace egosieve::gp {
+
+// InvalidArgument where there is no context or the hyperparameters are not valid.
+absl::Status CheckSetUp(const kernels::Context* context, const Hyperparameters& hyperparameters);
+
+// InvalidArgument unless the hyperparameters are valid and fit the `size` points of `dimension`
+// inputs that a model holds.
+absl::Status CheckReplacement(const Hyperparameters& hyperparameters, int64_t size,
+                              int64_t dimension);
+
+// CheckPoints and CheckTargets of points that are to be added.
+absl::Status CheckAddition(kernels::ConstMatrixView<double> inputs,
+                           absl::Span<const double> targets, int64_t dimension);
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_MODEL_MODEL_CHECKS_H_

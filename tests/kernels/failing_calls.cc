@@ -1,0 +1,139 @@
+#include "tests/kernels/failing_calls.h"
+
+#include <CL/cl.h>
+#include <dlfcn.h>
+
+#include <mutex>
+
+namespace egosieve::kernels {
+namespace {
+
+std::mutex mutex;
+std::string armed;
+int countdown = 0;
+cl_int failure = 0;
+bool failed = false;
+
+// Whether this call is the one that fails, and then its code.
+bool Fails(const char* function, cl_int* code) {
+  const std::lock_guard<std::mutex> lock(mutex);
+  if (armed != function || failed || countdown-- > 0) return false;
+  failed = true;
+  *code = failure;
+  return true;
+}
+
+template <typename Function>
+Function* Driver(const char* name) {
+  return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
+}
+
+}  // namespace
+
+std::vector<std::string> FailingCalls() {
+  return {"clCreateKernel",          "clCreateCommandQueue",   "clCreateBuffer",
+          "clSetKernelArg",          "clEnqueueNDRangeKernel", "clEnqueueMapBuffer",
+          "clEnqueueUnmapMemObject", "clEnqueueReadBuffer",    "clFinish"};
+}
+
+void FailCall(const std::string& function, int nth, int code) {
+  const std::lock_guard<std::mutex> lock(mutex);
+  armed = function;
+  countdown = nth;
+  failure = code;
+  failed = false;
+}
+
+bool CallHasFailed() {
+  const std::lock_guard<std::mutex> lock(mutex);
+  armed.clear();
+  return failed;
+}
+
+}  // namespace egosieve::kernels
+
+using egosieve::kernels::Driver;
+using egosieve::kernels::Fails;
+
+extern "C" {
+
+cl_kernel clCreateKernel(cl_program program, const char* name, cl_int* error) {
+  cl_int code;
+  if (Fails(__func__, &code)) {
+    if (error != nullptr) *error = code;
+    return nullptr;
+  }
+  return Driver<decltype(clCreateKernel)>(__func__)(program, name, error);
+}
+
+cl_command_queue clCreateCommandQueue(cl_context context, cl_device_id device,
+                                      cl_command_queue_properties properties, cl_int* error) {
+  cl_int code;
+  if (Fails(__func__, &code)) {
+    if (error != nullptr) *error = code;
+    return nullptr;
+  }
+  return Driver<decltype(clCreateCommandQueue)>(__func__)(context, device, properties, error);
+}
+
+cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void* host,
+                      cl_int* error) {
+  cl_int code;
+  if (Fails(__func__, &code)) {
+    if (error != nullptr) *error = code;
+    return nullptr;
+  }
+  return Driver<decltype(clCreateBuffer)>(__func__)(context, flags, size, host, error);
+}
+
+cl_int clSetKernelArg(cl_kernel kernel, cl_uint index, size_t size, const void* value) {
+  cl_int code;
+  if (Fails(__func__, &code)) return code;
+  return Driver<decltype(clSetKernelArg)>(__func__)(kernel, index, size, value);
+}
+
+cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions,
+                              const size_t* offset, const size_t* global, const size_t* local,
+                              cl_uint count, const cl_event* wait, cl_event* event) {
+  cl_int code;
+  if (Fails(__func__, &code)) return code;
+  return Driver<decltype(clEnqueueNDRangeKernel)>(__func__)(queue, kernel, dimensions, offset,
+                                                            global, local, count, wait, event);
+}
+
+void* clEnqueueMapBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking,
+                         cl_map_flags flags, size_t offset, size_t size, cl_uint count,
+                         const cl_event* wait, cl_event* event, cl_int* error) {
+  cl_int code;
+  if (Fails(__func__, &code)) {
+    if (error != nullptr) *error = code;
+    return nullptr;
+  }
+  return Driver<decltype(clEnqueueMapBuffer)>(__func__)(queue, buffer, blocking, flags, offset,
+                                                        size, count, wait, event, error);
+}
+
+cl_int clEnqueueUnmapMemObject(cl_command_queue queue, cl_mem memory, void* mapped, cl_uint count,
+                               const cl_event* wait, cl_event* event) {
+  cl_int code;
+  if (Fails(__func__, &code)) return code;
+  return Driver<decltype(clEnqueueUnmapMemObject)>(__func__)(queue, memory, mapped, count, wait,
+                                                             event);
+}
+
+cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset,
+                           size_t size, void* target, cl_uint count, const cl_event* wait,
+                           cl_event* event) {
+  cl_int code;
+  if (Fails(__func__, &code)) return code;
+  return Driver<decltype(clEnqueueReadBuffer)>(__func__)(queue, buffer, blocking, offset, size,
+                                                         target, count, wait, event);
+}
+
+cl_int clFinish(cl_command_queue queue) {
+  cl_int code;
+  if (Fails(__func__, &code)) return code;
+  return Driver<decltype(clFinish)>(__func__)(queue);
+}
+
+}  // extern "C"

@@ -1,0 +1,196 @@
+// Devices that run out of memory or vanish: every OpenCL call of every operation fails in turn. The
+// operation says which call failed, writes nothing, and works when it is asked again.
+#include <CL/cl.h>
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "gtest/gtest.h"
+#include "kernels/ops/covariance_gradient.h"
+#include "kernels/ops/covariance_matrix.h"
+#include "kernels/ops/dense_posterior.h"
+#include "kernels/ops/descriptor_field.h"
+#include "kernels/ops/grid_interpolation.h"
+#include "tests/kernels/failing_calls.h"
+#include "tests/kernels/test_data.h"
+
+namespace egosieve::kernels {
+namespace {
+
+using Outputs = std::vector<GuardedMatrix<float>>;
+
+// Whether a call comes after the kernel was started.
+bool IsAfterTheStart(const std::string& call) {
+  return call == "clEnqueueMapBuffer" || call == "clEnqueueUnmapMemObject" ||
+         call == "clEnqueueReadBuffer" || call == "clFinish";
+}
+
+void ExpectSame(const Outputs& actual, const Outputs& expected, int64_t size) {
+  for (size_t o = 0; o < expected.size(); ++o) {
+    EXPECT_TRUE(actual[o].guards_intact());
+    for (int64_t i = 0; i < size; ++i)
+      ASSERT_EQ(actual[o](0, i), expected[o](0, i)) << o << " " << i;
+  }
+}
+
+class DeviceFailureTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (TestIsOnReference()) GTEST_SKIP() << "the reference calls no driver";
+  }
+  void TearDown() override { CallHasFailed(); }
+
+  // `operation` fills `outputs` matrices of 1 x size. staged: not even a failure after the kernel's
+  // start leaves anything in them.
+  void FailEveryCall(const std::function<absl::Status(Outputs&)>& operation, int outputs,
+                     int64_t size, bool staged) {
+    const Outputs empty(outputs, GuardedMatrix<float>(1, size));
+    Outputs expected = empty;
+    const absl::Status good = operation(expected);
+    ASSERT_TRUE(good.ok()) << good;
+    std::set<std::string> exercised;
+    for (const std::string& call : FailingCalls()) {
+      constexpr int kManyCalls = 1000;
+      for (int nth = 0; nth < kManyCalls; ++nth) {
+        SCOPED_TRACE(testing::Message() << call << " number " << nth);
+        Outputs actual = empty;
+        const bool lost = nth % 2 == 1;
+        FailCall(call, nth, lost ? CL_DEVICE_NOT_AVAILABLE : CL_OUT_OF_RESOURCES);
+        const absl::Status status = operation(actual);
+        if (!CallHasFailed()) break;  // there are no more such calls
+        if (status.ok()) {
+          // A wait that only makes sure of what has ended.
+          ASSERT_EQ(call, "clFinish");
+          ExpectSame(actual, expected, size);
+          continue;
+        }
+        exercised.insert(call);
+        EXPECT_EQ(status.code(),
+                  lost ? absl::StatusCode::kUnavailable : absl::StatusCode::kResourceExhausted);
+        EXPECT_TRUE(
+            absl::StrContains(absl::AsciiStrToLower(status.message()), absl::AsciiStrToLower(call)))
+            << status;
+        for (const GuardedMatrix<float>& output : actual) {
+          EXPECT_TRUE(output.guards_intact());
+          if (staged || !IsAfterTheStart(call)) {
+            EXPECT_TRUE(output.untouched());
+          }
+        }
+        Outputs again = empty;
+        const absl::Status second = operation(again);
+        ASSERT_TRUE(second.ok()) << second;
+        ExpectSame(again, expected, size);
+        ASSERT_LT(nth, kManyCalls - 1);
+      }
+    }
+    for (const char* call : {"clCreateKernel", "clCreateCommandQueue", "clCreateBuffer",
+                             "clSetKernelArg", "clEnqueueNDRangeKernel", "clFinish"}) {
+      EXPECT_EQ(exercised.count(call), 1u) << call << " never failed";
+    }
+  }
+
+  std::mt19937_64 random_ = TestRandom();
+};
+
+TEST_F(DeviceFailureTest, DensePosterior) {
+  const Problem problem = MakeProblem(random_, ArcsineParameters({1, 2, 3}), 50, 0.3);
+  DensePosteriorOptions options;
+  options.memory_cap_bytes = 1;  // a tile at a time: calls fail when others have succeeded
+  const auto posterior =
+      DensePosterior::Create(TestContext(), problem.model(FactorKind::kCholesky), options);
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  constexpr int64_t kQueries = 130;
+  std::vector<float> queries;
+  for (const double value : RandomPoints(random_, kQueries, 2)) {
+    queries.push_back(static_cast<float>(value));
+  }
+  FailEveryCall(
+      [&](Outputs& out) {
+        return (*posterior)
+            ->Evaluate(ConstMatrixView<float>(queries.data(), kQueries, 2),
+                       {out[0].data(), out[1].data(), out[2].data()})
+            .status();
+      },
+      3, kQueries, /*staged=*/true);
+}
+
+TEST_F(DeviceFailureTest, CreationOfADensePosterior) {
+  const Problem problem = MakeProblem(random_, ArcsineParameters({1, 2, 3}), 50, 0.3);
+  int failures = 0;
+  for (int nth = 0;; ++nth) {
+    FailCall("clCreateBuffer", nth, CL_MEM_OBJECT_ALLOCATION_FAILURE);
+    const auto posterior =
+        DensePosterior::Create(TestContext(), problem.model(FactorKind::kCholesky));
+    if (!CallHasFailed()) {
+      EXPECT_TRUE(posterior.ok()) << posterior.status();
+      break;
+    }
+    ++failures;
+    EXPECT_EQ(posterior.status().code(), absl::StatusCode::kResourceExhausted);
+  }
+  EXPECT_GE(failures, 3);  // inputs, alpha, factor
+}
+
+TEST_F(DeviceFailureTest, CovarianceMatrix) {
+  constexpr int64_t kPoints = 20;
+  const std::vector<double> points = RandomPoints(random_, kPoints, 2);
+  FailEveryCall(
+      [&](Outputs& out) {
+        return CovarianceMatrix<float>(*TestContext(), ArcsineParameters({1, 2, 3}),
+                                       {points.data(), kPoints, 2}, 0.1, Triangle::kFull,
+                                       {out[0].data(), kPoints, kPoints});
+      },
+      1, kPoints * kPoints, /*staged=*/false);
+}
+
+TEST_F(DeviceFailureTest, CovarianceGradient) {
+  constexpr int64_t kPoints = 20;
+  const std::vector<double> points = RandomPoints(random_, kPoints, 2);
+  const std::vector<double> weights = RandomPoints(random_, kPoints, kPoints);
+  FailEveryCall(
+      [&](Outputs& out) {
+        const auto gradient =
+            CovarianceGradient(*TestContext(), ArcsineParameters({1, 2, 3}),
+                               {points.data(), kPoints, 2}, {weights.data(), kPoints, kPoints});
+        if (gradient.ok()) std::copy(gradient->begin(), gradient->end(), out[0].data());
+        return gradient.status();
+      },
+      1, 4, /*staged=*/true);
+}
+
+TEST_F(DeviceFailureTest, Images) {
+  std::vector<uint8_t> pixels(19 * 11 * 3);
+  for (uint8_t& pixel : pixels) pixel = static_cast<uint8_t>(random_());
+  const ImageView image = {pixels.data(), 19, 11, 3, 19 * 3};
+  const ImageGrid grid = {19, 11, 5};
+  FailEveryCall(
+      [&](Outputs& out) {
+        return DescriptorField(*TestContext(), image, grid, {}, {out[0].data(), grid.size(), 6});
+      },
+      1, grid.size() * 6, /*staged=*/false);
+  const std::vector<double> points = {0.0, 0.0, 18.0, 10.0, 7.3, 4.6};
+  FailEveryCall(
+      [&](Outputs& out) {
+        return DescriptorsAt(*TestContext(), image, {points.data(), 3, 2}, {},
+                             {out[0].data(), 3, 6});
+      },
+      1, 18, /*staged=*/false);
+  std::vector<float> values(grid.size());
+  for (float& value : values) value = static_cast<float>(Uniform(random_, 0.0, 1.0));
+  FailEveryCall(
+      [&](Outputs& out) {
+        return GridInterpolation(*TestContext(), grid,
+                                 ConstMatrixView<float>(values.data(), grid.rows(), grid.columns()),
+                                 {out[0].data(), 11, 19});
+      },
+      1, 11 * 19, /*staged=*/false);
+}
+
+}  // namespace
+}  // namespace egosieve::kernels

@@ -1,0 +1,72 @@
+// What the tests of the dense posterior share: guarded results, and the shapes of the kernels that
+// each test runs with.
+#ifndef EGOSIEVE_TESTS_KERNELS_OPS_POSTERIOR_TEST_H_
+#define EGOSIEVE_TESTS_KERNELS_OPS_POSTERIOR_TEST_H_
+
+#include <cstdint>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "kernels/ops/dense_posterior.h"
+#include "kernels/runtime/context.h"
+#include "tests/kernels/test_data.h"
+
+namespace egosieve::kernels {
+
+struct Results {
+  GuardedMatrix<float> mean, variance, probability;
+  explicit Results(int64_t m) : mean(1, m), variance(1, m), probability(1, m) {}
+  PosteriorOutputs outputs() { return {mean.data(), variance.data(), probability.data()}; }
+  bool guards_intact() const {
+    return mean.guards_intact() && variance.guards_intact() && probability.guards_intact();
+  }
+};
+
+inline std::vector<float> RandomQueries(std::mt19937_64& random, int64_t m, int64_t dimension) {
+  std::vector<float> queries(m * dimension);
+  for (float& value : queries) value = static_cast<float>(Uniform(random, -1.0, 1.0));
+  return queries;
+}
+
+// Whether the tests run with the device's own shapes or with the tiles in local memory that GPUs
+// take: small ones, so that every size is around some block of theirs.
+enum class Shapes { kOfTheDevice, kLocalTiles };
+
+inline KernelTuning SmallLocalTiles() {
+  KernelTuning tuning = DefaultGpuTuning();
+  tuning.panel = 2;
+  tuning.panels_a_group = 8;
+  tuning.depth = 8;
+  tuning.width = 2;
+  tuning.mean_width = 1;
+  tuning.work_group = 32;
+  return tuning;
+}
+
+inline std::shared_ptr<Context> OpenLocalTiles() {
+  ContextOptions options;
+  options.tuning = SmallLocalTiles();
+  static const absl::StatusOr<std::shared_ptr<Context>> context = OpenContext(options);
+  EXPECT_TRUE(context.ok()) << context.status();
+  return context.ok() ? *context : nullptr;
+}
+
+class PosteriorTest : public testing::TestWithParam<Shapes> {
+ protected:
+  void SetUp() override {
+    if (GetParam() == Shapes::kLocalTiles && TestIsOnReference()) {
+      GTEST_SKIP() << "the reference has no shapes";
+    }
+  }
+  std::shared_ptr<Context> context() const {
+    return GetParam() == Shapes::kLocalTiles ? OpenLocalTiles() : TestContext();
+  }
+
+  std::mt19937_64 random_ = TestRandom();
+};
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_TESTS_KERNELS_OPS_POSTERIOR_TEST_H_

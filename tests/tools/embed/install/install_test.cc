@@ -1,0 +1,216 @@
+// The installed tree in a folder of its own: headers, libraries, packages and examples, as a user
+// with another build system meets them.
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "tests/tools/embed/testing/installed_tree.h"
+
+namespace egosieve::embed {
+namespace {
+
+namespace fs = std::filesystem;
+
+#define SKIP_WITHOUT(program) \
+  if (!HasProgram(program)) GTEST_SKIP() << "there is no " program " to build with"
+#define SKIP_INSTRUMENTED() \
+  if (IsInstrumented()) GTEST_SKIP() << "plain programs cannot load libraries with a sanitizer"
+
+// Small enough for seconds on the reference device.
+constexpr char kSize[] = " --wells=150 --side=41";
+
+std::string Bytes(const std::string& path) {
+  std::ostringstream bytes;
+  bytes << std::ifstream(path, std::ios::binary).rdbuf();
+  return bytes.str();
+}
+
+std::string Python() { return InstalledTree() + "/lib/python3.11/site-packages"; }
+
+// Every library that the loader takes lies in the tree or among the system's.
+void ExpectOwnLibraries(const std::string& program) {
+  const CommandOutcome ldd = RunClean("/", "ldd '" + program + "'");
+  std::istringstream lines(ldd.output);
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_EQ(line.find("not found"), std::string::npos) << line;
+    const size_t arrow = line.find("=> ");
+    if (arrow == std::string::npos) continue;
+    const std::string path = line.substr(arrow + 3, line.rfind(" (") - arrow - 3);
+    const bool system = path.rfind("/lib", 0) == 0 || path.rfind("/usr/lib", 0) == 0;
+    const bool ours = fs::weakly_canonical(path).string().rfind(
+                          fs::weakly_canonical(InstalledTree()).string() + "/lib/", 0) == 0;
+    EXPECT_TRUE(system || ours) << program << ": " << line;
+  }
+}
+
+// Builds with CMake what `project` says in a folder `name`.
+CommandOutcome BuildWithCMake(const std::string& source, const std::string& name) {
+  return RunClean(NewFolder(name), "cmake -S '" + source + "' -B . -DCMAKE_PREFIX_PATH='" +
+                                       InstalledTree() + "' && cmake --build .");
+}
+
+// The folder of the C++ examples' programs, built once a process.
+const std::string& CppExamples() {
+  static const std::string folder = [] {
+    const CommandOutcome built =
+        BuildWithCMake(InstalledTree() + "/share/egosieve/examples/cpp", "cpp");
+    EXPECT_EQ(built.code, 0) << built.output;
+    return testing::TempDir() + "/cpp";
+  }();
+  return folder;
+}
+
+std::string CMakeProject(const std::string& name, const std::string& find) {
+  const std::string folder = NewFolder(name);
+  std::ofstream(folder + "/CMakeLists.txt")
+      << "cmake_minimum_required(VERSION 3.13)\nproject(p CXX)\n" + find +
+             "\nadd_executable(p p.cc)\ntarget_link_libraries(p egosieve::egosieve)\n";
+  std::ofstream(folder + "/p.cc") << "#include \"egosieve/gaussian_process.hpp\"\n"
+                                     "int main() { return egosieve_abi_version() - 1; }\n";
+  return folder;
+}
+
+TEST(Headers, CompileAloneWithoutAnythingElse) {
+  const std::string folder = NewFolder("headers");
+  const std::string warnings = " -Wall -Wextra -Wpedantic -Werror -fsyntax-only -I '" +
+                               InstalledTree() + "/include' -isystem /usr/include/eigen3 ";
+  int headers = 0;
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(InstalledTree() + "/include/egosieve")) {
+    const std::string name = entry.path().filename().string();
+    const bool c = entry.path().extension() == ".h";
+    const std::string source = folder + "/" + name + (c ? ".c" : ".cc");
+    std::ofstream(source) << "#include \"egosieve/" + name + "\"\nint unused;\n";
+    std::string command =
+        c ? "gcc -std=c99" + warnings + source + " && g++ -x c++ -std=c++17" + warnings + source
+          : "g++ -std=c++17" + warnings + source;
+    if (HasProgram("clang++")) command += " && clang++ -x c++ -std=c++17" + warnings + source;
+    if (name == "eigen.hpp" && !fs::exists("/usr/include/eigen3/Eigen/Core")) continue;
+    const CommandOutcome outcome = RunClean(folder, command);
+    EXPECT_EQ(outcome.code, 0) << outcome.output;
+    ++headers;
+  }
+  EXPECT_GE(headers, 9);
+}
+
+TEST(Libraries, ShowTheInterfaceAndNothingElse) {
+  for (const char* library : {"libegosieve.so.1", "libegosieve_vision.so.1"}) {
+    const std::string path = InstalledTree() + "/lib/" + library;
+    const CommandOutcome symbols =
+        RunClean("/", "nm -D --defined-only '" + path + "' | awk '$2 != \"A\" {print $3}'");
+    std::istringstream lines(symbols.output);
+    int count = 0;
+    for (std::string symbol; std::getline(lines, symbol); ++count) {
+      EXPECT_EQ(symbol.rfind("egosieve_", 0), 0u) << library << " shows " << symbol;
+    }
+    EXPECT_GE(count, 9) << symbols.output;
+    const CommandOutcome name = RunClean("/", "readelf -d '" + path + "' | grep SONAME");
+    EXPECT_NE(name.output.find(library), std::string::npos) << name.output;
+    ExpectOwnLibraries(path);
+  }
+  EXPECT_EQ(fs::read_symlink(InstalledTree() + "/lib/libegosieve.so"), "libegosieve.so.1");
+}
+
+TEST(Program, Runs) {
+  SKIP_INSTRUMENTED();
+  const CommandOutcome help = RunClean("/", "'" + InstalledTree() + "/bin/egosieve' --help");
+  EXPECT_EQ(help.code, 0) << help.output;
+  ExpectOwnLibraries(InstalledTree() + "/bin/egosieve");
+}
+
+TEST(Examples, OfThreeLanguagesGiveTheSameBits) {
+  SKIP_WITHOUT("cmake");
+  SKIP_WITHOUT("pkg-config");
+  SKIP_INSTRUMENTED();
+  const std::string& tree = InstalledTree();
+  const std::string examples = tree + "/share/egosieve/examples";
+  const std::string out = NewFolder("results");
+
+  CommandOutcome ran = RunClean(CppExamples(), "./kriging --out='" + out + "/cpp'" + kSize);
+  ASSERT_EQ(ran.code, 0) << ran.output;
+  ExpectOwnLibraries(CppExamples() + "/kriging");
+  const std::string expected = Bytes(out + "/cpp");
+  ASSERT_EQ(expected.size(), 2 * 41 * 41 * sizeof(float));
+
+  const std::string c = NewFolder("c");
+  const std::string compile = "gcc -std=c99 -pedantic -Wall -Werror -O2 '" + examples +
+                              "/c/kriging.c' $(pkg-config --cflags ";
+  const std::string package_path = "PKG_CONFIG_PATH='" + tree + "/lib/pkgconfig'";
+  ran = RunClean(c,
+                 compile + "--libs egosieve) -Wl,-rpath,'" + tree + "/lib' -lm -o shared && " +
+                     compile +
+                     "--static --libs egosieve | sed s/-legosieve/-l:libegosieve.a/) -lm -o whole",
+                 package_path);
+  ASSERT_EQ(ran.code, 0) << ran.output;
+  for (const std::string program : {"shared", "whole"}) {
+    ran = RunClean(c, "./" + program + " --out='" + out + "/" + program + "'" + kSize);
+    ASSERT_EQ(ran.code, 0) << ran.output;
+    ExpectOwnLibraries(c + "/" + program);
+    EXPECT_TRUE(Bytes(out + "/" + program) == expected) << program;
+  }
+
+  if (RunClean("/", "python3 -c 'import numpy'").code != 0) {
+    GTEST_SKIP() << "there is no python3 with numpy to run the third with";
+  }
+  ran = RunClean(out, "python3 '" + examples + "/python/kriging.py' --out=python" + kSize,
+                 "PYTHONPATH='" + Python() + "'");
+  ASSERT_EQ(ran.code, 0) << ran.output;
+  EXPECT_TRUE(Bytes(out + "/python") == expected);
+}
+
+TEST(Examples, PythonPlots) {
+  SKIP_INSTRUMENTED();
+  if (RunClean("/", "python3 -c 'import matplotlib'").code != 0) {
+    GTEST_SKIP() << "there is no python3 with matplotlib";
+  }
+  const std::string folder = NewFolder("plot");
+  const CommandOutcome ran = RunClean(
+      folder,
+      "python3 '" + InstalledTree() +
+          "/share/egosieve/examples/python/kriging.py' --plot=kriging.png --wells=60 --side=30",
+      "PYTHONPATH='" + Python() + "'");
+  ASSERT_EQ(ran.code, 0) << ran.output;
+  EXPECT_EQ(Bytes(folder + "/kriging.png").substr(1, 3), "PNG");
+}
+
+TEST(Examples, SegmentersFindTheSquare) {
+  SKIP_WITHOUT("cmake");
+  SKIP_INSTRUMENTED();
+  const std::string examples = InstalledTree() + "/share/egosieve/examples";
+  CommandOutcome ran = RunClean(CppExamples(), "./segment --frames=3");
+  EXPECT_EQ(ran.code, 0) << ran.output;
+  ExpectOwnLibraries(CppExamples() + "/segment");
+  if (RunClean("/", "python3 -c 'import numpy'").code != 0) {
+    GTEST_SKIP() << "there is no python3 with numpy";
+  }
+  ran = RunClean("/", "python3 '" + examples + "/python/segment.py' --frames=3",
+                 "PYTHONPATH='" + Python() + "'");
+  EXPECT_EQ(ran.code, 0) << ran.output;
+}
+
+TEST(CMakePackage, KnowsItsComponentsAndVersion) {
+  SKIP_WITHOUT("cmake");
+  SKIP_INSTRUMENTED();
+  const std::string gp_only =
+      CMakeProject("gp_only", "find_package(egosieve REQUIRED COMPONENTS kernels_gp)");
+  CommandOutcome outcome = BuildWithCMake(gp_only, "gp_only_build");
+  ASSERT_EQ(outcome.code, 0) << outcome.output;
+  outcome = RunClean(testing::TempDir() + "/gp_only_build", "./p && ldd p");
+  EXPECT_EQ(outcome.code, 0) << outcome.output;
+  EXPECT_EQ(outcome.output.find("opencv"), std::string::npos) << outcome.output;
+
+  outcome = BuildWithCMake(
+      CMakeProject("sound", "find_package(egosieve REQUIRED COMPONENTS sound)"), "sound_build");
+  EXPECT_NE(outcome.code, 0);
+  EXPECT_NE(outcome.output.find("egosieve has no component sound"), std::string::npos)
+      << outcome.output;
+  outcome =
+      BuildWithCMake(CMakeProject("later", "find_package(egosieve 99 REQUIRED)"), "later_build");
+  EXPECT_NE(outcome.code, 0);
+}
+
+}  // namespace
+}  // namespace egosieve::embed

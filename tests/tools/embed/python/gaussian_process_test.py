@@ -1,0 +1,235 @@
+"""egosieve.GaussianProcess: what it computes, arrays of any layout, and what it refuses."""
+
+import copy
+import os
+import pickle
+import threading
+import unittest
+
+import numpy as np
+
+import egosieve
+
+
+def data(n=60, dimension=3, seed=0):
+    random = np.random.default_rng(seed)
+    X = random.uniform(-1, 1, (n, dimension))
+    return X, np.sin(2 * X[:, 0]) * np.cos(X[:, 1]) + 0.3 * X[:, -1]
+
+
+def posterior_in_float64(gp, X, y, queries):
+    """Mean and variance of f by the textbook, squared exponential."""
+    found = gp.hyperparameters_
+    lengths, signal, noise = np.array(found["scales"]), found["signal_stddev"], found["noise_stddev"]
+
+    def covariance(a, b):
+        squares = (((a[:, None] - b[None]) / lengths) ** 2).sum(-1)
+        return signal**2 * np.exp(-0.5 * squares)
+
+    inverse = np.linalg.inv(covariance(X, X) + noise**2 * np.eye(len(X)))
+    cross = covariance(queries, X)
+    return cross @ inverse @ y, signal**2 - np.einsum("ij,jk,ik->i", cross, inverse, cross)
+
+
+class Values(unittest.TestCase):
+    def test_posterior_is_the_textbooks(self):
+        X, y = data()
+        queries = data(40, seed=1)[0]
+        gp = egosieve.GaussianProcess("squared_exponential", noise_stddev=0.3, optimize=False).fit(X, y)
+        mean, variance = gp.predict(queries, return_var=True)
+        expected_mean, expected_variance = posterior_in_float64(gp, X, y, queries)
+        # Float32 covariances: 1e-6 |alpha|_1 for the mean; 60 of alpha's values are below 10.
+        np.testing.assert_allclose(mean, expected_mean, atol=1e-4)
+        np.testing.assert_allclose(variance, expected_variance, atol=1e-4)
+        std = gp.predict(queries, return_std=True)[1]
+        np.testing.assert_array_equal(std, np.sqrt(variance))
+        of_y = gp.predict(queries, return_var=True, of_observation=True)[1]
+        np.testing.assert_allclose(of_y - variance, 0.09, atol=1e-6)
+
+    def test_optimisation_and_normalisation(self):
+        X, y = data(100)
+        y = 1000 + 50 * y + np.random.default_rng(5).normal(0, 2, len(y))
+        gp = egosieve.GaussianProcess(normalize_y=True).fit(X, y)
+        self.assertGreater(gp.optimization_["log_likelihood"], gp.optimization_["log_likelihood_at_start"])
+        queries, truth = data(50, seed=2)
+        mean, std = gp.predict(queries, return_std=True)
+        self.assertLess(np.abs(mean - (1000 + 50 * truth)).max(), 10)  # 5 deviations of the noise
+        self.assertGreater(gp.score(X, y), 0.99)
+        np.testing.assert_allclose(gp.y_train_, y, rtol=1e-12)
+        self.assertTrue((std > 0).all())
+
+    def test_partial_fit_and_remove(self):
+        X, y = data()
+        whole = egosieve.GaussianProcess(optimize=False).fit(X[10:], y[10:])
+        parts = egosieve.GaussianProcess(optimize=False).partial_fit(X[:30], y[:30]).partial_fit(X[30:], y[30:])
+        parts.remove(np.arange(10))
+        np.testing.assert_array_equal(parts.X_train_, whole.X_train_)
+        queries = data(40, seed=1)[0]
+        np.testing.assert_allclose(parts.predict(queries), whole.predict(queries), atol=1e-4)
+        self.assertAlmostEqual(parts.log_marginal_likelihood(), whole.log_marginal_likelihood(), places=7)
+
+    def test_probabilities(self):
+        X, y = data(100)
+        gp = egosieve.GaussianProcess(noise_stddev=0.3).fit(X, np.sign(y))
+        probabilities = gp.predict_proba(X)
+        np.testing.assert_allclose(probabilities.sum(axis=1), 1, atol=1e-12)
+        self.assertGreater(((probabilities[:, 1] > 0.5) == (y > 0)).mean(), 0.95)
+        self.assertFalse(hasattr(egosieve.GaussianProcess().fit(X, 5 * y), "predict_proba"))
+        with self.assertRaisesRegex(AttributeError, r"predict_proba needs every y in \[-1, 1\]"):
+            gp.partial_fit(X, 5 * y).predict_proba(X)
+        frozen = egosieve.GaussianProcess(noise_stddev=0.3).fit(X, np.sign(y)).freeze()
+        np.testing.assert_array_equal(frozen.predict_proba(X), probabilities)
+
+    def test_grid_is_its_points(self):
+        X, y = data(30, 2)
+        gp = egosieve.GaussianProcess(optimize=False).fit(X, y)
+        mean, std = gp.predict_grid(-1, -0.5, 0.25, 0.5, 4, 9, return_std=True)
+        v, u = np.mgrid[0:4, 0:9]
+        points = np.stack([-1 + 0.25 * u, -0.5 + 0.5 * v], axis=-1).reshape(-1, 2)
+        expected = gp.predict(points.astype(np.float32), return_std=True)
+        np.testing.assert_array_equal(mean.ravel(), expected[0])
+        np.testing.assert_array_equal(std.ravel(), expected[1])
+        out = np.zeros((9, 4))[:, ::-1].T  # any strides
+        self.assertIs(gp.predict_grid(-1, -0.5, 0.25, 0.5, 4, 9, out=out), out)
+        np.testing.assert_array_equal(out, mean)
+
+    def test_image(self):
+        image = np.random.default_rng(0).integers(0, 256, (20, 31, 3), dtype=np.uint8)
+        places = np.array([[0, 0], [30, 19], [15, 10], [5, 15], [10, 5]])
+        gp = egosieve.GaussianProcess(optimize=False)
+        X = gp.describe_pixels(image, places)
+        gp.fit(X, [1, -1, 1, -1, 1])
+        mean, std = gp.predict_image(image, stride=5, return_std=True)
+        self.assertEqual(mean.shape, (5, 7))
+        np.testing.assert_array_equal(mean[2, 3], gp.predict(X[2:3])[0])
+        np.testing.assert_array_equal(mean[-1, -1], gp.predict(X[1:2])[0])
+        np.testing.assert_array_equal(gp.predict_image(image[..., ::-1], 5, order="rgb"), mean)
+
+
+class Layouts(unittest.TestCase):
+    def test_any_strides_and_types_give_the_same_bits(self):
+        X, y = data()
+        gp = egosieve.GaussianProcess(optimize=False).fit(X, y)
+        queries = data(50, seed=1)[0].astype(np.float32)
+        expected = gp.predict(queries)
+        self.assertEqual(expected.dtype, np.float32)
+        wide = np.zeros((100, 7), dtype=np.float32)
+        wide[::2, 1:7:2] = queries
+        layouts = {
+            "fortran": np.asfortranarray(queries),
+            "strided": wide[::2, 1:7:2],
+            "reversed": queries[::-1].copy()[::-1],
+            "float64": queries.astype(np.float64),
+            "swapped": queries.astype(">f4"),
+            "half of a record": np.rec.fromarrays([queries[:, 0]] * 2)["f0"][:, None].repeat(1, 1),
+        }
+        for name, layout in layouts.items():
+            if layout.shape == queries.shape:
+                np.testing.assert_array_equal(gp.predict(layout), expected, err_msg=name)
+        unaligned = np.frombuffer(b"\0" + queries.tobytes(), dtype=np.uint8)[1:].view(np.float32)
+        np.testing.assert_array_equal(gp.predict(unaligned.reshape(queries.shape)), expected)
+        np.testing.assert_array_equal(
+            egosieve.GaussianProcess(optimize=False).fit(X[::-1][::-1], y.astype(np.float64)[::-1][::-1]).predict(queries),
+            expected,
+        )
+
+    def test_saving_and_copies(self):
+        X, y = data()
+        gp = egosieve.GaussianProcess(normalize_y=True, noise_stddev=0.2).fit(X, y)
+        path = os.path.join(os.getcwd(), "model.npz")
+        gp.save(path)
+        expected = gp.predict(X)
+        loaded = egosieve.GaussianProcess.load(path)
+        np.testing.assert_array_equal(loaded.predict(X), expected)
+        self.assertTrue(loaded.normalize_y)
+        for twin in (pickle.loads(pickle.dumps(gp)), copy.deepcopy(gp)):
+            np.testing.assert_array_equal(twin.predict(X), expected)
+        self.assertEqual(np.load(path)["inputs"].shape, X.shape)
+        with open(path, "r+b") as file:
+            file.seek(200)
+            file.write(b"damage")
+        with self.assertRaises(ValueError):
+            egosieve.GaussianProcess.load(path)
+        with self.assertRaises(FileNotFoundError):
+            egosieve.GaussianProcess.load(path + ".none")
+
+    def test_frozen_posteriors_serve_threads(self):
+        X, y = data(80)
+        gp = egosieve.GaussianProcess(optimize=False).fit(X[:40], y[:40])
+        frozen = gp.freeze()
+        expected = frozen.predict(X)
+        wrong = []
+
+        def predict():
+            for _ in range(10):
+                if not np.array_equal(frozen.predict(X), expected):
+                    wrong.append(1)
+
+        threads = [threading.Thread(target=predict) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for i in range(40, 80):
+            gp.partial_fit(X[i : i + 1], y[i : i + 1])
+        for thread in threads:
+            thread.join()
+        self.assertEqual(wrong, [])
+        self.assertEqual(len(gp.X_train_), 80)
+
+
+class BadInput(unittest.TestCase):
+    def test_errors_name_the_argument(self):
+        X, y = data()
+        gp = egosieve.GaussianProcess(optimize=False).fit(X, y)
+        nan = X.copy()
+        nan[3, 1] = np.nan
+        cases = [
+            (ValueError, r"X contains NaN, first at \(3, 1\)", lambda: gp.predict(nan)),
+            (ValueError, "X contains infinity", lambda: gp.fit(X * np.inf, y)),
+            (ValueError, "y contains NaN", lambda: gp.fit(X, np.full(len(X), np.nan))),
+            (ValueError, "float32", lambda: gp.predict(X * 1e300)),
+            (TypeError, "X is an array of objects", lambda: gp.predict(X.astype(object))),
+            (TypeError, "y is an array of objects", lambda: gp.fit(X, y.astype(object))),
+            (TypeError, "X has dtype <U", lambda: gp.predict(X.astype(str))),
+            (ValueError, "Complex data not supported: X", lambda: gp.predict(X + 1j)),
+            (ValueError, "Expected 2D array, got 1D array instead for X", lambda: gp.predict(X[0])),
+            (ValueError, "X: found array with dim 3", lambda: gp.predict(X[None])),
+            (ValueError, "X has 2 features", lambda: gp.predict(X[:, :2])),
+            (ValueError, "X: found array with 0 sample", lambda: gp.predict(X[:0])),
+            (ValueError, "inconsistent numbers of samples: X 60, y 59", lambda: gp.fit(X, y[1:])),
+            (ValueError, "y should be a 1d array", lambda: gp.fit(X, X)),
+            (ValueError, "requires y", lambda: gp.fit(X, None)),
+            (ValueError, "kernel = 'cubic'", lambda: egosieve.GaussianProcess("cubic").fit(X, y)),
+            (ValueError, "scale_count = 1", lambda: egosieve.GaussianProcess(scales=[1]).fit(X, y)),
+            (ValueError, "noise_stddev", lambda: egosieve.GaussianProcess(noise_stddev=-1).fit(X, y)),
+            (ValueError, "nobody has", lambda: egosieve.GaussianProcess(device="nobody has").fit(X, y)),
+            (ValueError, "Invalid parameter 'degree'", lambda: gp.set_params(degree=3)),
+            (ValueError, "rows: 60", lambda: gp.remove([60])),
+            (ValueError, "rows: 5 stands there twice", lambda: gp.remove([5, 5])),
+            (TypeError, "rows must be", lambda: gp.remove([0.5])),
+            (egosieve.arguments.NotFittedError, "not fitted", lambda: egosieve.GaussianProcess().predict(X)),
+            (RuntimeError, "a grid needs a model of 2 inputs", lambda: gp.predict_grid(0, 0, 1, 1, 2, 2)),
+            (ValueError, "image must be height x width", lambda: gp.predict_image(np.zeros(5, np.uint8))),
+            (TypeError, "image has dtype float64", lambda: gp.predict_image(np.zeros((5, 5)))),
+            (ValueError, "order = 'grb'", lambda: gp.predict_image(np.zeros((5, 5), np.uint8), order="grb")),
+        ]
+        for kind, words, call in cases:
+            with self.subTest(words):
+                with self.assertRaisesRegex(kind, words):
+                    call()
+        read_only = np.zeros((2, 2))
+        read_only.flags.writeable = False
+        plane = egosieve.GaussianProcess(optimize=False).fit(X[:, :2], y)
+        with self.assertRaisesRegex(ValueError, "mean is read-only"):
+            plane.predict_grid(0, 0, 1, 1, 2, 2, out=read_only)
+        self.assertEqual(len(gp.X_train_), 60)
+
+    def test_everything_public_is_documented(self):
+        for owner in (egosieve.GaussianProcess, egosieve.FrozenPosterior, egosieve.Segmenter):
+            self.assertGreater(len(owner.__doc__), 100)
+            for name in dir(owner):
+                if not name.startswith("_"):
+                    self.assertTrue(getattr(owner, name).__doc__, f"{owner.__name__}.{name}")
+
+
+if __name__ == "__main__":
+    unittest.main()

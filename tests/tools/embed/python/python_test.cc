@@ -1,0 +1,35 @@
+// Runs the Python tests beside this file against the installed module; skips, saying so, what is
+// absent.
+#include <filesystem>
+#include <string>
+
+#include "gtest/gtest.h"
+#include "tests/tools/embed/testing/installed_tree.h"
+
+namespace egosieve::embed {
+namespace {
+
+class PythonTest : public testing::TestWithParam<const char*> {};
+
+TEST_P(PythonTest, Passes) {
+  if (IsInstrumented()) GTEST_SKIP() << "python3 cannot load libraries with a sanitizer";
+  const std::string name = GetParam();
+  const std::string needed = name == "check_estimator_test" ? "sklearn" : "numpy";
+  if (RunClean("/", "python3 -c 'import " + needed + "'").code != 0) {
+    GTEST_SKIP() << "there is no python3 with " << needed;
+  }
+  const std::string script =
+      std::filesystem::absolute("tests/tools/embed/python/" + name + ".py").string();
+  const CommandOutcome outcome =
+      RunClean(NewFolder(name), "python3 -B '" + script + "'",
+               "PYTHONPATH='" + InstalledTree() + "/lib/python3.11/site-packages'");
+  EXPECT_EQ(outcome.code, 0) << outcome.output;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PythonTest,
+                         testing::Values("gaussian_process_test", "segmenter_test",
+                                         "check_estimator_test"),
+                         [](const auto& info) { return std::string(info.param); });
+
+}  // namespace
+}  // namespace egosieve::embed

@@ -1,0 +1,52 @@
+// Each stage that ran says so in its time, wherever and whenever its work was done.
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "vision/labelling/frame_labeller.h"
+
+namespace egosieve::vision {
+namespace {
+
+// Blurred noise that slides by two pixels a frame.
+Frame SlidingNoise(int64_t index) {
+  constexpr int kWidth = 320, kHeight = 160;
+  cv::Mat noise(kHeight, kWidth + 20, CV_8UC3);
+  cv::RNG random(7);
+  random.fill(noise, cv::RNG::UNIFORM, 0, 256);
+  cv::GaussianBlur(noise, noise, cv::Size(), 1.5);
+  cv::normalize(noise, noise, 0, 255, cv::NORM_MINMAX);
+  Frame frame;
+  frame.image = noise(cv::Rect(static_cast<int>(2 * index), 0, kWidth, kHeight)).clone();
+  frame.index = index;
+  return frame;
+}
+
+TEST(StageTimes, EveryStageThatRanHasOne) {
+  for (const FeatureSource source :
+       {FeatureSource::kSiftCorners, FeatureSource::kFlow, FeatureSource::kBoth}) {
+    FrameLabellerOptions options;
+    options.features = source;
+    auto labeller = *FrameLabeller::Create(options);
+    for (int64_t index = 0; index < 3; ++index) {
+      // Features are computed ahead of the labels, as in a drive.
+      const auto extracted = labeller->Extract(SlidingNoise(index));
+      ASSERT_TRUE(extracted.ok()) << extracted.status();
+      const auto labelled = labeller->Label(*extracted);
+      ASSERT_TRUE(labelled.ok()) << labelled.status();
+      if (index == 0) continue;
+      EXPECT_EQ(labelled->outcome, LabelOutcome::kLabelled) << labelled->reason;
+      const LabellingTimes& times = labelled->times;
+      EXPECT_GT(times.equalization_milliseconds, 0.0);
+      EXPECT_GT(times.features_milliseconds, 0.0) << static_cast<int>(source);
+      EXPECT_GT(times.matching_milliseconds, 0.0) << static_cast<int>(source);
+      EXPECT_GT(times.geometry_milliseconds, 0.0);
+      EXPECT_GT(times.labelling_milliseconds, 0.0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace egosieve::vision

@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# Lays the installed tree out and packs it: pack.sh OUT.tar FILE... Where a file goes follows from its name.
+# Equal files give equal archives.
+set -euo pipefail
+
+out=$PWD/$1
+shift
+tree=$(mktemp -d)
+trap 'rm -rf "$tree"' EXIT
+python=$tree/lib/python3.11/site-packages/egosieve
+mkdir -p "$tree"/{bin,include/egosieve,lib/{cmake/egosieve,pkgconfig},share/doc/egosieve,share/egosieve/examples} "$python"
+
+templates=()
+version= abi= gp_libs= vision_libs=
+for file in "$@"; do
+  name=${file##*/}
+  case $file in
+    */tools/embed/include/egosieve/types.h | tools/embed/include/egosieve/types.h)
+      abi=$(sed -n 's/^#define EGOSIEVE_ABI_VERSION //p' "$file") ;;&
+    *tools/cli/version.h) version=$(sed -n 's/.*kVersion\[\] = "\(.*\)";/\1/p' "$file") ;;
+    *tools/embed/include/egosieve/*) cp "$file" "$tree/include/egosieve/" ;;
+    *tools/examples/*)
+      folder=$tree/share/egosieve/examples/$(dirname "${file#*tools/examples/}")
+      mkdir -p "$folder" && cp "$file" "$folder/" ;;
+    *tools/embed/python/*.py | */_*.so) cp "$file" "$python/" ;;
+    *.md) cp "$file" "$tree/share/doc/egosieve/" ;;
+    */libegosieve*.so.* | */libegosieve*.a) cp "$file" "$tree/lib/" ;;
+    */egosieve.libs) gp_libs=$(<"$file") ;;
+    */egosieve_vision.libs) vision_libs=$(<"$file") ;;
+    *.in) templates+=("$file") ;;
+    *tools/egosieve) cp "$file" "$tree/bin/" ;;
+    *) echo "pack.sh: no place for $file" >&2; exit 1 ;;
+  esac
+done
+for library in "$tree"/lib/*.so."$abi"; do
+  ln -s "${library##*/}" "${library%."$abi"}"
+done
+for template in "${templates[@]}"; do
+  name=$(basename "$template" .in)
+  folder=$tree/lib/cmake/egosieve
+  [ "${name##*.}" = pc ] && folder=$tree/lib/pkgconfig
+  sed -e "s|@VERSION@|$version|; s|@ABI@|$abi|; s|@GP_LIBS@|${gp_libs% }|; s|@VISION_LIBS@|${vision_libs% }|" \
+    "$template" >"$folder/$name"
+done
+find "$tree" -type d -exec chmod 755 {} +
+find "$tree" -type f -exec chmod 644 {} +
+chmod 755 "$tree"/bin/* "$tree"/lib/*.so.* "$python"/*.so
+tar --create --file="$out" --directory="$tree" --sort=name --mtime=@0 --owner=0 --group=0 --numeric-owner .

@@ -1,0 +1,30 @@
+"""Egosieve: dense Gaussian processes on a device, and the segmenter built on them.
+
+    GaussianProcess   regression and classification, in scikit-learn's manner
+    Segmenter         frames of one moving camera in, maps of what moves by itself out
+    devices()         what can compute: every OpenCL device, then the float64 reference
+
+All computing is done by the libraries libegosieve and libegosieve_vision, with the interpreter's lock
+released. Arrays of float32 and float64 are read and written where they are, whatever their strides.
+"""
+
+from ._gaussian_process import devices as devices
+from ._gaussian_process import version as _version
+from .gaussian_process import FrozenPosterior as FrozenPosterior
+from .gaussian_process import GaussianProcess as GaussianProcess
+
+__version__ = _version()
+__all__ = ["FrozenPosterior", "FrameReport", "GaussianProcess", "SegmentationMap", "Segmenter", "devices"]
+
+
+def __getattr__(name):
+    # Loads OpenCV, which those who only want a Gaussian process should not wait for.
+    if name in ("Segmenter", "SegmentationMap", "FrameReport"):
+        from . import segmenter
+
+        return getattr(segmenter, name)
+    raise AttributeError(f"module 'egosieve' has no attribute '{name}'")
+
+
+def __dir__():
+    return sorted(__all__)

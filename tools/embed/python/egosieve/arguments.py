@@ -1,0 +1,99 @@
+"""Arguments as arrays, checked, with scikit-learn's words where scikit-learn's users expect them."""
+
+import sys
+import warnings
+
+import numpy as np
+
+
+def _of_sklearn(name, substitute):
+    """scikit-learn's exception or warning where that is loaded, so that its users can catch it."""
+    return getattr(sys.modules.get("sklearn.exceptions"), name, substitute)
+
+
+class NotFittedError(ValueError, AttributeError):
+    """The estimator has no points yet."""
+
+
+def not_fitted(estimator):
+    """The exception for an estimator that was not fitted."""
+    return _of_sklearn("NotFittedError", NotFittedError)(
+        f"This {type(estimator).__name__} instance is not fitted yet: call fit or partial_fit first"
+    )
+
+
+def _floating(name, values):
+    """`values` as an array of float32 or float64; a copy only where the type is another."""
+    if hasattr(values, "toarray") or hasattr(values, "todense"):
+        raise TypeError(f"{name} is a sparse matrix, but dense data is required: pass {name}.toarray()")
+    array = np.asarray(values)
+    if array.dtype == object:
+        raise TypeError(f"{name} is an array of objects; convert it first: {name}.astype(float)")
+    if array.dtype.kind == "c":
+        raise ValueError(f"Complex data not supported: {name} has dtype {array.dtype}")
+    if array.dtype.kind not in "fiub" or array.dtype.itemsize > 8:
+        raise TypeError(f"{name} has dtype {array.dtype}; it must be of numbers, float32 or float64")
+    if array.dtype not in (np.float32, np.float64):
+        array = array.astype(np.float64)
+    return array
+
+
+def _check_finite(name, array):
+    # A sum is finite only where all are, but for overflow, which the second look tells apart.
+    with np.errstate(over="ignore", invalid="ignore"):
+        if np.isfinite(array.sum(dtype=np.float64)):
+            return
+    bad = np.argwhere(~np.isfinite(array))
+    if len(bad):
+        place = tuple(int(index) for index in bad[0])
+        what = "NaN" if np.isnan(array[place]) else "infinity"
+        raise ValueError(f"{name} contains {what}, first at {place}; NaN and infinity (inf) are not supported")
+
+
+def matrix(name, values):
+    """N x D numbers, N and D at least 1, finite."""
+    array = _floating(name, values)
+    if array.ndim < 2:
+        raise ValueError(
+            f"Expected 2D array, got {array.ndim}D array instead for {name}. Reshape your data with "
+            f"{name}.reshape(-1, 1) if it has one feature or {name}.reshape(1, -1) if it is one sample"
+        )
+    if array.ndim > 2:
+        raise ValueError(f"{name}: found array with dim {array.ndim}, expected 2")
+    for what, count in (("sample", array.shape[0]), ("feature", array.shape[1])):
+        if count == 0:
+            raise ValueError(
+                f"{name}: found array with 0 {what}(s) (shape={array.shape}) while a minimum of 1 is required."
+            )
+    _check_finite(name, array)
+    return array
+
+
+def targets(name, values, count):
+    """`count` finite numbers; a column is taken with a warning, as scikit-learn does."""
+    if values is None:
+        raise ValueError(f"GaussianProcess requires {name} to be passed, but the target {name} is None")
+    array = _floating(name, values)
+    if array.ndim == 2 and array.shape[1] == 1:
+        warnings.warn(
+            f"A column-vector {name} was passed when a 1d array was expected. "
+            f"Please change the shape of {name} to (n_samples, ), for example using ravel().",
+            _of_sklearn("DataConversionWarning", UserWarning),
+            stacklevel=3,
+        )
+        array = array[:, 0]
+    if array.ndim != 1:
+        raise ValueError(f"{name} should be a 1d array, got an array of shape {array.shape} instead.")
+    if len(array) != count:
+        raise ValueError(f"Found input variables with inconsistent numbers of samples: X {count}, {name} {len(array)}")
+    _check_finite(name, array)
+    return array
+
+
+def features(estimator, X, count):
+    """X, checked to have the number of features that the estimator was fitted with."""
+    if X.shape[1] != count:
+        raise ValueError(
+            f"X has {X.shape[1]} features, but {type(estimator).__name__} is expecting {count} features as input"
+        )
+    return X
