@@ -16,6 +16,7 @@
 #include "tools/segment/segment_command.h"
 #include "tools/synthesize/synthesize_command.h"
 #include "tools/tune/tune_command.h"
+#include "tools/tune_defaults/tune_defaults_command.h"
 
 int main(int argc, char** argv) {
   using namespace egosieve::tools;  // NOLINT(build/namespaces)
@@ -35,5 +36,6 @@ int main(int argc, char** argv) {
   line.Add(MakeModelCommand());
   line.Add(MakeDevicesCommand());
   line.Add(MakeTuneCommand());
+  line.Add(MakeTuneDefaultsCommand());
   return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
 }

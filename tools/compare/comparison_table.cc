@@ -105,6 +105,11 @@ Figure ErrorAucOf(const MethodSummary& method) {
   return method.scores.uncertainty().ErrorAuc();
 }
 
+Figure ClassErrorAucOf(const MethodSummary& method) {
+  if (!method.probabilistic) return std::nullopt;
+  return method.scores.class_uncertainty().ErrorAuc();
+}
+
 std::string DifferenceCell(const std::optional<BootstrapInterval>& difference) {
   if (!difference) return "";
   return absl::StrFormat("  %+.4f [%+.4f, %+.4f]", difference->mean, difference->low,
@@ -206,15 +211,16 @@ ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
 }
 
 std::string ToTable(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary) {
-  std::string table = absl::StrFormat("%-22s %8s %8s %8s %8s %8s %8s %8s %8s %8s %8s  %s\n",
-                                      "method", "AUC", "drives", "pooled", "AP", "IoU best", "ECE",
-                                      "err. AUC", "gain", "points", "ms own", "first less this");
+  std::string table =
+      absl::StrFormat("%-22s %8s %8s %8s %8s %8s %8s %8s %8s %8s %8s %8s  %s\n", "method", "AUC",
+                      "drives", "pooled", "AP", "IoU best", "ECE", "err. AUC", "by class", "gain",
+                      "points", "ms own", "first less this");
   for (const MethodSummary& method : summary.methods) {
     absl::StrAppendFormat(&table, "%-22s", method.method);
     for (const Figure& figure :
          {method.frame_auc, method.drive_auc, method.scores.pooled().Auc(),
           method.scores.Mean(&FrameScores::average_precision), BestIou(method.scores),
-          EceOf(method), ErrorAucOf(method), method.gain}) {
+          EceOf(method), ErrorAucOf(method), ClassErrorAucOf(method), method.gain}) {
       absl::StrAppend(&table, Cell(figure));
     }
     absl::StrAppendFormat(&table, " %8.0f %8.1f%s\n", method.model_size, method.own_milliseconds,

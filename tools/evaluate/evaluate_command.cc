@@ -35,7 +35,7 @@ class EvaluateCommand : public Command {
   std::string example() const override {
     return "egosieve evaluate out/drive --truth=drive/masks\n"
            "egosieve evaluate out/clip --truth=clip/tracks.csv\n"
-           "egosieve evaluate --suite=sequences --out=out/suite --profiles=paper,default --jobs=2";
+           "egosieve evaluate --suite=sequences --out=out/suite --jobs=2";
   }
 
   void AddFlags(CLI::App& app) override {
@@ -169,7 +169,7 @@ class EvaluateCommand : public Command {
   std::string truth_;
   EvaluateOptions options_;
   std::string suite_;
-  std::string profiles_ = "default";
+  std::string profiles_ = "paper,default";
   std::string segment_flags_;
   SuiteOptions suite_options_;
   ProgressFlag progress_;

@@ -160,7 +160,8 @@ absl::StatusOr<RunEvaluation> EvaluateRun(const RunFolder& folder, const std::st
   bool learnt = options.with_prior;
   int64_t matched = 0;
   for (const FrameLine& line : lines) {
-    learnt |= line.model_size > 0;
+    // Methods without a model learn from their frame alone.
+    learnt |= line.model_size > 0 || line.outcome == FrameLine::Outcome::kLearnt;
     if (!line.has_map()) continue;  // its truth counts as without a map
     if (!truth.Has(line.index)) {
       ++evaluation.frames_without_mask;

@@ -1,6 +1,7 @@
 #include "tools/evaluation/drive_scores.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -42,6 +43,12 @@ Json ConfusionJson(const RocHistogram& scores, int threshold) {
           {"precision", OrNull(c.Precision())},
           {"recall", OrNull(c.Recall())},
           {"false_positive_rate", OrNull(c.FalsePositiveRate())}};
+}
+
+// 2 sqrt(p (1 - p)) of a 16-bit probability, as 16 bits.
+uint16_t ClassDeviation(uint16_t score) {
+  const double p = score / 65535.0;
+  return ScoreOf(2.0 * std::sqrt(p * (1.0 - p)));
 }
 
 Json CalibrationJson(const RocHistogram& scores, int bins) {
@@ -102,7 +109,9 @@ absl::Status DriveScoresOptions::Validate() const {
 }
 
 DriveScores::DriveScores(const DriveScoresOptions& options)
-    : options_(options), uncertainty_(ThresholdOf(options.threshold)) {}
+    : options_(options),
+      uncertainty_(ThresholdOf(options.threshold)),
+      class_uncertainty_(ThresholdOf(options.threshold)) {}
 
 absl::Status DriveScores::Add(const ScoredFrame& frame) {
   const cv::Size size = frame.probability.size();
@@ -129,6 +138,8 @@ absl::Status DriveScores::Add(const ScoredFrame& frame) {
       }
       const bool positive = frame.truth(y, x) != 0;
       own.Add(frame.probability(y, x), positive);
+      class_uncertainty_.Add(frame.probability(y, x), ClassDeviation(frame.probability(y, x)),
+                             positive);
       if (!frame.deviation.empty())
         uncertainty_.Add(frame.probability(y, x), frame.deviation(y, x), positive);
     }
@@ -207,6 +218,7 @@ void DriveScores::AddObjects(const ScoredFrame& frame, const ObjectScores& score
 void DriveScores::Merge(const DriveScores& other) {
   pooled_.Merge(other.pooled_);
   uncertainty_.Merge(other.uncertainty_);
+  class_uncertainty_.Merge(other.class_uncertainty_);
   has_deviation_ |= other.has_deviation_;
   frames_.insert(frames_.end(), other.frames_.begin(), other.frames_.end());
   for (const auto& [group, r] : other.recall_) {
@@ -284,6 +296,10 @@ Json DriveScores::ToJson() const {
           {"false_positive_rate_without_movers", OrNull(FalsePositiveRateWithoutMovers())},
           {"calibration", CalibrationJson(pooled_, options_.calibration_bins)},
           {"uncertainty", uncertainty},
+          {"class_uncertainty",
+           {{"area_under_sparsification_error",
+             OrNull(class_uncertainty_.AreaUnderSparsificationError())},
+            {"error_auc", OrNull(class_uncertainty_.ErrorAuc())}}},
           {"false_objects_per_frame", OrNull(FalseObjectsPerFrame())},
           {"object_recall", RecallJson(recall_)},
           {"curve_threshold_fpr_recall_precision", CurveJson(pooled_, options_.curve_points)}};
@@ -320,6 +336,8 @@ std::string DriveScores::Summary() const {
                  &text);
     AppendFigure("AUC of the deviation for finding errors", uncertainty_.ErrorAuc(), &text);
   }
+  AppendFigure("AUC of the class's deviation, sqrt(p (1 - p)), for finding errors",
+               class_uncertainty_.ErrorAuc(), &text);
   for (const auto& [group, r] : recall_) {
     absl::StrAppendFormat(&text, "objects, %s: %d of %d found (IoU %.2f)\n", group, r.found,
                           r.objects, options_.objects.iou_threshold);

@@ -95,6 +95,9 @@ class DriveScores {
   const RocHistogram& pooled() const { return pooled_; }
   const UncertaintyHistogram& uncertainty() const { return uncertainty_; }
   bool has_deviation() const { return has_deviation_; }
+  // The same for what the probability itself says of its doubt, sqrt(p (1 - p)): the deviation of
+  // the class, where the map's is that of f.
+  const UncertaintyHistogram& class_uncertainty() const { return class_uncertainty_; }
   // The mean over the frames that have the figure; absent where none has.
   std::optional<double> Mean(std::optional<double> FrameScores::*figure) const;
   // Over the frames with movers, at each ThresholdStep; empty where there is no such frame.
@@ -128,6 +131,7 @@ class DriveScores {
   DriveScoresOptions options_;
   RocHistogram pooled_;
   UncertaintyHistogram uncertainty_;
+  UncertaintyHistogram class_uncertainty_;
   bool has_deviation_ = false;
   std::vector<FrameScores> frames_;
   std::map<std::string, ObjectRecall> recall_;

@@ -78,7 +78,7 @@ def draw(figure, folder):
     axes.set_xlabel(figure["x_label"])
     axes.set_ylabel(figure["y_label"])
     if len(series) > 1:
-        outside = len(series) > 4
+        outside = len(series) > 4 or any(s["style"] == "bars" for s in series)
         axes.legend(fontsize=8, framealpha=0.9,
                     **({"loc": "center left", "bbox_to_anchor": (1.01, 0.5)} if outside else {}))
     for kind in ("svg", "png"):

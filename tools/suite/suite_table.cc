@@ -63,6 +63,11 @@ Figure ErrorAuc(const SequenceResult& result) {
   return scores != nullptr ? scores->uncertainty().ErrorAuc() : std::nullopt;
 }
 
+Figure ClassErrorAuc(const SequenceResult& result) {
+  const DriveScores* scores = ScoresOf(result);
+  return scores != nullptr ? scores->class_uncertainty().ErrorAuc() : std::nullopt;
+}
+
 Figure Sparsification(const SequenceResult& result) {
   const DriveScores* scores = ScoresOf(result);
   return scores != nullptr ? scores->uncertainty().AreaUnderSparsificationError() : std::nullopt;
@@ -136,6 +141,7 @@ const std::vector<SuiteFigure>& SuiteFigures() {
       {"log_loss", "log loss", MeanOf<&FrameScores::log_loss>},
       {"area_under_sparsification_error", "AUSE", Sparsification},
       {"error_auc", "err. AUC", ErrorAuc},
+      {"class_error_auc", "by class", ClassErrorAuc},
       {"seconds_per_frame", "s/frame", Seconds},
   };
   return figures;

@@ -78,6 +78,17 @@ TEST(DriveScoresTest, FiguresOfAFrameAndTheirMeans) {
   EXPECT_EQ(by_threshold.back(), 0.0);
 }
 
+// Of 2,400 pixels the 10 that are wrong have p = 0.6 and all others 0.08 or 0.92: the class is in
+// doubt where the map errs, which the deviation, the same everywhere, cannot tell.
+TEST(DriveScoresTest, DoubtOfTheClassFindsErrorsNearTheThreshold) {
+  ScoredFrame frame = Frame(0);
+  frame.probability(cv::Rect(30, 30, 10, 1)) = 39321;
+  DriveScores scores({});
+  ASSERT_TRUE(scores.Add(frame).ok());
+  EXPECT_EQ(scores.class_uncertainty().ErrorAuc(), 1.0);
+  EXPECT_EQ(scores.uncertainty().ErrorAuc(), 0.5);
+}
+
 TEST(DriveScoresTest, ScatteredPointsHaveNoOutlinesAndNoObjects) {
   ScoredFrame points = Frame(0);
   points.scattered = true;

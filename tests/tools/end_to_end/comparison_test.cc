@@ -1,0 +1,139 @@
+// The commands that score many drives or many methods, as a user runs them.
+#include <filesystem>
+#include <fstream>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "nlohmann/json.hpp"
+#include "tests/tools/testing/patch_drive.h"
+#include "tests/tools/testing/program.h"
+#include "tools/run_folder/run_folder.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using Json = nlohmann::ordered_json;
+
+std::string Root() {
+  const std::string root =
+      testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
+  fs::remove_all(root);
+  return root;
+}
+
+void WriteDrives(const std::string& suite) {
+  PatchDriveOptions options;
+  options.frames = 5;
+  WritePatchDrive(suite + "/easy/one", options);
+  options.frames = 4;
+  WritePatchDrive(suite + "/easy/two", options);
+  // A truth of another size, and frames without truth.
+  WritePatchDrive(suite + "/wrong", options);
+  options.width_pixels = 64;
+  WritePatchDrive(suite + "/small", options);
+  fs::remove_all(suite + "/wrong/masks");
+  fs::rename(suite + "/small/masks", suite + "/wrong/masks");
+}
+
+TEST(Suite, ScoresWhatItCanAndSaysWhatFailed) {
+  const std::string root = Root(), suite = root + "/suite", out = root + "/out";
+  WriteDrives(suite);
+  const std::vector<std::string> command = {
+      "evaluate",   "--suite=" + suite, "--out=" + out,    "--profiles=default,paper",
+      "--no_plots", "--jobs=2",         "--progress=none", "--segment_flags=--budget=300 --seed=3"};
+  const ProgramOutcome outcome = RunProgram(command);
+  EXPECT_EQ(outcome.code, 4) << outcome.err;
+  EXPECT_THAT(outcome.out,
+              AllOf(HasSubstr("easy/one"), HasSubstr("mean easy"),
+                    HasSubstr("failed: wrong, default: 3 of 3 masks do not fit their frames"),
+                    HasSubstr("left out: 1 folders with frames, but without truth: small"),
+                    HasSubstr("4 of 6 runs scored, 2 failed")));
+  const Json json = Json::parse(*ReadFile(out + "/suite.json"));
+  EXPECT_EQ(json.at("sequences").size(), 6u);
+  EXPECT_GE(json.at("sequences")[0].at("mean_auc").get<double>(), 0.9);
+  const RunFolder run = *RunFolder::Open(out + "/runs/paper/easy/one");
+  EXPECT_EQ(run.ReadDescription()->flags.at("budget"), "300");
+  EXPECT_EQ(run.ReadDescription()->seed, 3u);
+
+  // Runs that are there are taken: the same figures, and their folders untouched.
+  const auto written = fs::last_write_time(out + "/runs/paper/easy/one/frames.jsonl");
+  EXPECT_EQ(RunProgram(command).code, 4);
+  EXPECT_EQ(fs::last_write_time(out + "/runs/paper/easy/one/frames.jsonl"), written);
+  const Json again = Json::parse(*ReadFile(out + "/suite.json"));
+  EXPECT_EQ(again.at("sequences")[0].at("scores"), json.at("sequences")[0].at("scores"));
+}
+
+TEST(Compare, TellsMethodsOverDrivesAndItsArcsineIsTheSegmenter) {
+  const std::string root = Root(), suite = root + "/suite", out = root + "/out";
+  PatchDriveOptions options;
+  options.frames = 5;
+  WritePatchDrive(suite + "/one", options);
+  const ProgramOutcome outcome =
+      RunProgram({"compare", suite, "--out=" + out, "--budget=300", "--no_plots",
+                  "--methods=arcsine,svm,ransac,homography_flow", "--progress=none"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("1 drives compared, 0 failed"),
+                                 HasSubstr("RANSAC distance at the features themselves")));
+  const Json json = Json::parse(*ReadFile(out + "/compare.json"));
+  ASSERT_EQ(json.at("methods").size(), 4u);
+  EXPECT_EQ(CountLines(*ReadFile(out + "/compare.csv")), 1 + 4 * 5);
+
+  const std::string run = root + "/run";
+  ASSERT_EQ(RunProgram({"segment", suite + "/one/frames", "--out=" + run, "--budget=300",
+                        "--progress=none", "--checkpoint_every=0"})
+                .code,
+            0);
+  ASSERT_EQ(RunProgram({"evaluate", run, "--truth=" + suite + "/one/masks", "--no_plots",
+                        "--progress=none"})
+                .code,
+            0);
+  const Json evaluation = Json::parse(*ReadFile(run + "/eval.json"));
+  EXPECT_EQ(json.at("methods")[0].at("scores").at("pooled_auc"), evaluation.at("pooled_auc"));
+  EXPECT_EQ(json.at("methods")[0].at("auc_over_frames"), evaluation.at("mean_auc"));
+}
+
+TEST(Method, ARivalHasARunFolderOfItsOwn) {
+  const std::string root = Root(), run = root + "/run";
+  PatchDriveOptions options;
+  options.frames = 4;
+  WritePatchDrive(root, options);
+  const ProgramOutcome outcome = RunProgram(
+      {"segment", root + "/frames", "--out=" + run, "--method=homography_flow", "--progress=none"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(RunFolder::Open(run)->ReadDescription()->flags.at("method"), "homography_flow");
+  EXPECT_FALSE(fs::exists(run + "/grid/000002.std.png"));
+  ASSERT_EQ(
+      RunProgram({"evaluate", run, "--truth=" + root + "/masks", "--no_plots", "--progress=none"})
+          .code,
+      0);
+  EXPECT_GE(Json::parse(*ReadFile(run + "/eval.json")).at("pooled_auc").get<double>(), 0.8);
+  const ProgramOutcome resumed = RunProgram(
+      {"segment", root + "/frames", "--out=" + run, "--method=svm", "--resume", "--progress=none"});
+  EXPECT_EQ(resumed.code, 2);
+  EXPECT_THAT(resumed.err, HasSubstr("keeps no checkpoints"));
+}
+
+TEST(Compare, WhatCannotBeIsRefusedBeforeWorkIsDone) {
+  const std::string root = Root();
+  fs::create_directories(root);
+  const auto refused = [&](std::vector<std::string> arguments, int code, const std::string& why) {
+    arguments.push_back("--progress=none");
+    const ProgramOutcome outcome = RunProgram(arguments);
+    EXPECT_EQ(outcome.code, code) << why;
+    EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(why));
+  };
+  refused({"compare", root, "--out=" + root + "/out", "--methods=magic"}, 2, "no method 'magic'");
+  refused({"compare", root, "--out=" + root + "/out"}, 3, "no sequence in");
+  refused({"compare", "--truth=x", "--out=" + root + "/out"}, 2, "no INPUT");
+  refused({"evaluate", "--suite=" + root}, 2, "--out is missing");
+  refused({"evaluate", root, "--suite=" + root}, 2, "either a run folder");
+  refused({"evaluate"}, 2, "either a run folder");
+  refused({"evaluate", root}, 2, "--truth is missing");
+}
+
+}  // namespace
+}  // namespace egosieve::tools
