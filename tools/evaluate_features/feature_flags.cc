@@ -64,6 +64,12 @@ void FeatureFlags::AddFlags(CLI::App& app) {
             {"auto", vision::FeatureSource::kAuto}},
            "Where labels come from")
       ->group(kGroup);
+  AddWords(app, "--flow_quality", options_.labeller.flow_quality,
+           {{"ultrafast", vision::FlowQuality::kUltrafast},
+            {"fast", vision::FlowQuality::kFast},
+            {"medium", vision::FlowQuality::kMedium}},
+           "Of the dense flow behind the grid")
+      ->group(kGroup);
   AddWords(app, "--motion_model", options_.labeller.motion_model,
            {{"auto", vision::MotionModelChoice::kAuto},
             {"fundamental", vision::MotionModelChoice::kFundamental},

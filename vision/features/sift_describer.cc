@@ -5,8 +5,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "kernels/base/parallel_for.h"
 #include "vision/features/feature_set.h"
-#include "vision/frame/parallel_for.h"
 
 namespace egosieve::vision {
 namespace {
@@ -173,12 +173,13 @@ void SiftDescriber::DescribeOne(const Level& level, const DescribedPlace& place,
 void SiftDescriber::Describe(const std::vector<DescribedPlace>& places, int threads,
                              uint8_t* out) const {
   const int64_t count = static_cast<int64_t>(places.size());
-  ParallelFor(threads, (count + kPlacesPerTask - 1) / kPlacesPerTask, [&](int64_t task) {
-    const int64_t end = std::min((task + 1) * kPlacesPerTask, count);
-    for (int64_t i = task * kPlacesPerTask; i < end; ++i) {
-      DescribeOne(LevelFor(places[i].sigma), places[i], out + i * kSiftDescriptorBytes);
-    }
-  });
+  kernels::ParallelFor(
+      (count + kPlacesPerTask - 1) / kPlacesPerTask, {.threads = threads}, [&](int64_t task) {
+        const int64_t end = std::min((task + 1) * kPlacesPerTask, count);
+        for (int64_t i = task * kPlacesPerTask; i < end; ++i) {
+          DescribeOne(LevelFor(places[i].sigma), places[i], out + i * kSiftDescriptorBytes);
+        }
+      });
 }
 
 }  // namespace egosieve::vision

@@ -8,8 +8,8 @@
 #define EGOSIEVE_VNNI 1
 #endif
 
+#include "kernels/base/parallel_for.h"
 #include "vision/features/feature_set.h"
-#include "vision/frame/parallel_for.h"
 
 namespace egosieve::vision {
 namespace {
@@ -224,7 +224,7 @@ NearestBothWays SearchDescriptors(const uint8_t* a, int64_t rows, const uint8_t*
   const int64_t tasks = (rows + kRowsPerTask - 1) / kRowsPerTask;
   const int64_t padded_columns = panels.count * kLanes;
   std::vector<ColumnBest> best(tasks, ColumnBest(padded_columns));
-  ParallelFor(threads, tasks, [&](int64_t task) {
+  kernels::ParallelFor(tasks, {.threads = threads}, [&](int64_t task) {
     const int64_t begin = task * kRowsPerTask;
     SearchRows(a, begin, std::min(begin + kRowsPerTask, rows), panels, columns, result.rows.data(),
                best[task]);

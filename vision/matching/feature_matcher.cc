@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
-#include "vision/frame/parallel_for.h"
 #include "vision/matching/descriptor_search.h"
 
 namespace egosieve::vision {
@@ -120,7 +120,7 @@ NearestBothWays SearchWindows(const FeatureSet& first, Kind kind_first, const Fe
   std::vector<std::vector<int32_t>> column_distance(
       tasks, std::vector<int32_t>(kind_second.size(), kNoDistance));
   std::vector<std::vector<int32_t>> column_index = column_distance;
-  ParallelFor(options.threads, tasks, [&](int64_t task) {
+  kernels::ParallelFor(tasks, {.threads = options.threads}, [&](int64_t task) {
     const int64_t begin = task * kFeaturesPerTask;
     const int64_t end = std::min(begin + kFeaturesPerTask, kind_first.size());
     for (int64_t i = begin; i < end; ++i) {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "kernels/base/parallel_for.h"
 #include "vision/synthetic/noise.h"
-#include "vision/synthetic/parallel_rows.h"
 
 namespace egosieve::vision {
 namespace {
@@ -62,14 +62,14 @@ cv::Mat Optics(const cv::Mat& radiance, const cv::Mat& motion, int threads) {
   cv::Mat moved = radiance;
   if (!motion.empty()) {
     moved = cv::Mat(radiance.size(), CV_32FC3);
-    ParallelRows(radiance.rows, threads, [&](int y) {
+    kernels::ParallelFor(radiance.rows, {.threads = threads}, [&](int y) {
       for (int x = 0; x < radiance.cols; ++x)
         moved.at<cv::Vec3f>(y, x) = Blurred(radiance, motion, x, y);
     });
   }
   constexpr float kSide = 0.11f;  // of the energy, in the pixels above, below, left and right
   cv::Mat spread(radiance.size(), CV_32FC3);
-  ParallelRows(radiance.rows, threads, [&](int y) {
+  kernels::ParallelFor(radiance.rows, {.threads = threads}, [&](int y) {
     const auto* above = moved.ptr<cv::Vec3f>(std::max(y - 1, 0));
     const auto* here = moved.ptr<cv::Vec3f>(y);
     const auto* below = moved.ptr<cv::Vec3f>(std::min(y + 1, moved.rows - 1));
@@ -92,7 +92,7 @@ cv::Mat Expose(const cv::Mat& radiance, const cv::Mat& motion, const SensorSetti
   cv::Mat image(radiance.size(), CV_8UC3);
   const float read = static_cast<float>(settings.read_noise * settings.read_noise);
   const float shot = static_cast<float>(settings.shot_noise * settings.shot_noise);
-  ParallelRows(radiance.rows, threads, [&](int y) {
+  kernels::ParallelFor(radiance.rows, {.threads = threads}, [&](int y) {
     for (int x = 0; x < radiance.cols; ++x) {
       const uint32_t pixel = Hash(seed, x, y);
       auto& out = image.at<cv::Vec3b>(y, x);

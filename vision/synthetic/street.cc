@@ -8,8 +8,8 @@
 
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "kernels/base/parallel_for.h"
 #include "vision/synthetic/noise.h"
-#include "vision/synthetic/parallel_rows.h"
 #include "vision/synthetic/ray_caster.h"
 #include "vision/synthetic/scenario_catalogue.h"
 #include "vision/synthetic/sensor.h"
@@ -42,11 +42,11 @@ Canvas Paint(const RayCaster& caster, const ScenarioOptions& options) {
   Canvas canvas;
   canvas.samples.resize(static_cast<size_t>(width) * height);
   canvas.radiance.create(height, width, CV_32FC3);
-  ParallelRows(height, options.threads, [&](int y) {
+  kernels::ParallelFor(height, {.threads = options.threads}, [&](int y) {
     for (int x = 0; x < width; ++x)
       canvas.samples[static_cast<size_t>(y) * width + x] = caster.Cast(x, y);
   });
-  ParallelRows(height, options.threads, [&](int y) {
+  kernels::ParallelFor(height, {.threads = options.threads}, [&](int y) {
     for (int x = 0; x < width; ++x) {
       Color color = Color::Zero();
       if (IsEdge(canvas, x, y)) {
@@ -81,7 +81,7 @@ cv::Mat ShutterMotion(const Scene& scene, const RayCaster& caster, const Canvas&
     shift[k] = {half * v.x(), half * v.y(), 0.0};
   }
   cv::Mat motion(canvas.radiance.size(), CV_32FC2);
-  ParallelRows(motion.rows, threads, [&](int y) {
+  kernels::ParallelFor(motion.rows, {.threads = threads}, [&](int y) {
     for (int x = 0; x < motion.cols; ++x) {
       const double depth = canvas.at(x, y).depth();
       const bool sky = std::isinf(depth);
