@@ -20,7 +20,8 @@ namespace {
 // camera.
 constexpr int64_t kDefaultBudget = 1500;
 constexpr int64_t kPaperBudget = 4000;
-// Measured on handheld video: 128 and more inducing points cost at most 0.003 AUC, 64 cost 0.005.
+// By segment --model=sparse --inducing_points=N and evaluate, on 40 frames of each of the four
+// DAVIS drives: 128 and more cost at most 0.003 mean AUC a drive, 64 cost up to 0.005.
 constexpr int64_t kInducingPoints = 256;
 constexpr int64_t kFastInducingPoints = 128;
 constexpr int64_t kFastTrainingPoints = 400;
