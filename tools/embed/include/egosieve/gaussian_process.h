@@ -18,13 +18,13 @@
  *
  *     k(x, x') = sigma_f^2 exp( -1/2 sum_d ((x_d - x'_d) / l_d)^2 )   scales = (l_1, ..., l_D)
  *
- * Cost: conditioning on k points k n^2 flops, removing k of them 2 k n^2, a query n (D + 10) for the
- * mean and n^2 / 2 more for the variance. Memory: 8 n^2 bytes, and 4 n^2 / 2 on the device.
+ * Cost: conditioning on k points k n^2 flops, removing k of them 2 k n^2, a query n (D + 10) for
+ * the mean and n^2 / 2 more for the variance. Memory: 8 n^2 bytes, and 2 n^2 on the device.
  *
- * Errors of the results: the factor is float64; queries, means and variances are float32 on a device
- * and float64 on "reference". The mean's error is at most
- * sigma_f^2 |alpha|_1 (1e-6 + (66 + n / 64) 2^-24 pi / 2). A query's result depends neither on the
- * other queries nor on the number of threads, to the last bit.
+ * Errors of the results: the factor is float64; queries, means and variances are float32 on a
+ * device and float64 on "reference". The mean's error is at most sigma_f^2 |alpha|_1 (1e-6 + (66 +
+ * n / 64) 2^-24 pi / 2). A query's result depends neither on the other queries nor on the number of
+ * threads, to the last bit.
  *
  * References: Rasmussen & Williams (2006), 2.2 and 6.5, eq. 4.29 (with 2/pi in front), eq. 6.41.
  */
@@ -64,10 +64,10 @@ typedef struct egosieve_gp_options {
   int64_t scale_count;            /**< D + 1 for the arcsine, else D; 0 where scales is null. */
   double signal_stddev;           /**< sigma_f, positive. Default: 1. */
   double noise_stddev;            /**< sigma_n, positive. Default: 0.1. */
-  const char* device;             /**< A device's index, part of its name, "cpu", "gpu" or "reference".
-                                       Null or empty: the variable EGOSIEVE_DEVICE, else a GPU, else a
-                                       CPU. */
-  int64_t memory_cap_bytes;       /**< Device memory for tiles. Default: 256 MiB. */
+  const char* device;       /**< A device's index, part of its name, "cpu", "gpu" or "reference".
+                                 Null or empty: the variable EGOSIEVE_DEVICE, else a GPU, else a
+                                 CPU. */
+  int64_t memory_cap_bytes; /**< Device memory for tiles. Default: 256 MiB. */
 } egosieve_gp_options;
 
 /** Sets every field to its default. Null does nothing. */
@@ -87,7 +87,8 @@ EGOSIEVE_API egosieve_status egosieve_gp_free(egosieve_gp* gp);
  * Adds points at the end.
  * @param gp  The model.
  * @param x   N x D, finite.
- * @param y   N values, finite; -1 and 1 (or between, for soft labels) where probabilities are wanted.
+ * @param y   N values, finite; -1 and 1 (or between, for soft labels) where probabilities are
+ * wanted.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_condition(egosieve_gp* gp, const egosieve_const_array* x,
                                                    const egosieve_const_array* y);
@@ -162,10 +163,10 @@ EGOSIEVE_API void egosieve_optimize_options_init(egosieve_optimize_options* opti
 EGOSIEVE_API void egosieve_optimize_result_init(egosieve_optimize_result* result);
 
 /**
- * Maximises the log marginal likelihood over the scales, sigma_f and sigma_n, from where they are, by
- * gradient ascent (iRprop-) on their logarithms within wide bounds that follow the data's spread; then
- * rebuilds the factor. sigma_n stays above a hundredth of y's root mean square, below which float32
- * means would be lost in rounding. Cost: n^3 flops a step, n the points used.
+ * Maximises the log marginal likelihood over the scales, sigma_f and sigma_n, from where they are,
+ * by gradient ascent (iRprop-) on their logarithms within wide bounds that follow the data's
+ * spread; then rebuilds the factor. sigma_n stays above a hundredth of y's root mean square, below
+ * which float32 means would be lost in rounding. Cost: n^3 flops a step, n the points used.
  * @param gp       The model; #EGOSIEVE_FAILED_PRECONDITION with fewer than 2 points.
  * @param options  Null: the defaults.
  * @param result   Null: not wanted.
@@ -270,15 +271,16 @@ EGOSIEVE_API egosieve_status egosieve_gp_set_annotation(egosieve_gp* gp, const v
  * Copies the annotation out.
  * @param gp        The model.
  * @param bytes     Where to; null where only the size is wanted.
- * @param capacity  Bytes there; fewer than the size: #EGOSIEVE_INVALID_ARGUMENT, with the size told.
+ * @param capacity  Bytes there; fewer than the size: #EGOSIEVE_INVALID_ARGUMENT, with the size
+ * told.
  * @param size      Out: bytes of the annotation.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_annotation(egosieve_gp* gp, void* bytes, int64_t capacity,
                                                     int64_t* size);
 
 /**
- * Writes the model into a file, whole or not at all; numpy.load() reads it. The factor is rebuilt on
- * the way, so that this model and the one that is loaded predict alike to the last bit.
+ * Writes the model into a file, whole or not at all; numpy.load() reads it. The factor is rebuilt
+ * on the way, so that this model and the one that is loaded predict alike to the last bit.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_save(egosieve_gp* gp, const char* path);
 

@@ -9,8 +9,8 @@
  *     mean         of the latent function, whose labels are -1 (static) and 1 (moving)
  *     deviation    its standard deviation: large where nothing like it was seen
  *
- * The first frame gets the prior's map. No frame is an error for what it shows: where nothing can be
- * learnt the map comes from the model as it is, and the report says why.
+ * The first frame gets the prior's map. No frame is an error for what it shows: where nothing can
+ * be learnt the map comes from the model as it is, and the report says why.
  *
  * Needs the library egosieve_vision. Reference: Guizilini & Ramos, "Online Self-Supervised
  * Segmentation of Dynamic Objects".
@@ -24,7 +24,8 @@
 extern "C" {
 #endif
 
-/** A segmenter with all that it has learnt: a handle. Calls on one segmenter wait for each other. */
+/** A segmenter with all that it has learnt: a handle. Calls on one segmenter wait for each other.
+ */
 typedef struct egosieve_segmenter egosieve_segmenter;
 
 /** Set of options to start from: one of the constants below. */
@@ -109,8 +110,8 @@ EGOSIEVE_API egosieve_status egosieve_segmenter_process(egosieve_segmenter* segm
 
 /**
  * Writes model, options and the frames that the next pair needs into a file, whole or not at all.
- * The factor is rebuilt on the way: this segmenter and the one that is loaded go on alike to the last
- * bit.
+ * The factor is rebuilt on the way: this segmenter and the one that is loaded go on alike to the
+ * last bit.
  */
 EGOSIEVE_API egosieve_status egosieve_segmenter_save(egosieve_segmenter* segmenter,
                                                      const char* path);

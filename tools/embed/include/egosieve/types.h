@@ -5,8 +5,8 @@
  *
  * Rules that hold for all calls:
  *
- *  - A call returns a status. On any other than #EGOSIEVE_OK nothing was written and the object is as
- *    it was; egosieve_last_error() says what was wrong, naming the argument. No exception and no
+ *  - A call returns a status. On any other than #EGOSIEVE_OK nothing was written and the object is
+ * as it was; egosieve_last_error() says what was wrong, naming the argument. No exception and no
  *    abort leaves the library.
  *  - Memory belongs to the caller. Inputs are read during the call only; outputs are written where
  *    their strides say.
