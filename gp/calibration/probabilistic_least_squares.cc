@@ -43,8 +43,17 @@ struct Objective {
 class SquashProblem {
  public:
   SquashProblem(absl::Span<const double> means, absl::Span<const double> variances,
-                absl::Span<const double> labels, const SquashFitOptions& options)
-      : means_(means), variances_(variances), labels_(labels), options_(options) {}
+                absl::Span<const double> labels, const SquashFitOptions& options,
+                double class_share)
+      : means_(means), variances_(variances), labels_(labels), options_(options) {
+    double sum = 0.0;
+    for (const double label : labels) sum += label;
+    const double share = sum / static_cast<double>(std::max<size_t>(labels.size(), 1));
+    if (class_share > 0.0 && share > 0.0 && share < 1.0) {
+      weight_up_ = class_share / share;
+      weight_down_ = (1.0 - class_share) / (1.0 - share);
+    }
+  }
 
   Objective Evaluate(double t, double b) const {
     const double a = std::exp(t);
@@ -54,12 +63,11 @@ class SquashProblem {
       const double z = (a * means_[i] + b) * scale;
       const LogDistribution up = LogNormalDistribution(z);
       const LogDistribution down = LogNormalDistribution(-z);
-      const double p = labels_[i];
-      result.likelihood +=
-          (p > 0.0 ? p * up.value : 0.0) + (p < 1.0 ? (1.0 - p) * down.value : 0.0);
-      const double slope = p * up.derivative - (1.0 - p) * down.derivative;
-      const double bend = p * up.derivative * (up.derivative + z) +
-                          (1.0 - p) * down.derivative * (down.derivative - z);
+      const double p = weight_up_ * labels_[i], q = weight_down_ * (1.0 - labels_[i]);
+      result.likelihood += (p > 0.0 ? p * up.value : 0.0) + (q > 0.0 ? q * down.value : 0.0);
+      const double slope = p * up.derivative - q * down.derivative;
+      const double bend =
+          p * up.derivative * (up.derivative + z) + q * down.derivative * (down.derivative - z);
       const double z_t = a * scale * (means_[i] - z * a * variances_[i] * scale);
       const double z_b = scale;
       result.gradient[0] += slope * z_t;
@@ -83,6 +91,7 @@ class SquashProblem {
   absl::Span<const double> variances_;
   absl::Span<const double> labels_;
   const SquashFitOptions& options_;
+  double weight_up_ = 1.0, weight_down_ = 1.0;
 };
 
 absl::Status CheckPoints(absl::Span<const double> means, absl::Span<const double> variances,
@@ -133,7 +142,7 @@ absl::Status SquashFitOptions::Validate() const {
 
 double SquashLogLikelihood(const SquashParameters& parameters, absl::Span<const double> means,
                            absl::Span<const double> variances, absl::Span<const double> labels) {
-  return SquashProblem(means, variances, labels, SquashFitOptions())
+  return SquashProblem(means, variances, labels, SquashFitOptions(), 0.0)
       .Evaluate(std::log(parameters.a), parameters.b)
       .likelihood;
 }
@@ -141,7 +150,11 @@ double SquashLogLikelihood(const SquashParameters& parameters, absl::Span<const 
 absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
                                     absl::Span<const double> variances,
                                     absl::Span<const double> labels, const SquashParameters& start,
-                                    const SquashFitOptions& options) {
+                                    const SquashFitOptions& options, double class_share) {
+  if (!(class_share >= 0.0 && class_share < 1.0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("class_share = %g; it must be in [0, 1)", class_share));
+  }
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   if (absl::Status status = CheckPoints(means, variances, labels); !status.ok()) return status;
   const double t_low = std::log(options.minimum_a), t_high = std::log(options.maximum_a);
@@ -149,7 +162,7 @@ absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
   double t = std::clamp(std::log(start.a), t_low, t_high);
   double b = std::clamp(start.b, -b_high, b_high);
   SquashFit fit;
-  const SquashProblem problem(means, variances, labels, options);
+  const SquashProblem problem(means, variances, labels, options, class_share);
   Objective now = problem.Evaluate(t, b);
   double damping = 1e-3;  // Levenberg-Marquardt, relative to the curvature
   for (; !means.empty() && fit.iterations < options.maximum_iterations; ++fit.iterations) {

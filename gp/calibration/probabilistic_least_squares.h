@@ -10,6 +10,9 @@
 //   l(a, b) = sum_i  p_i log Phi(z_i) + (1 - p_i) log Phi(-z_i),
 //   z_i = (a mu_i + b) / sqrt(1 + a^2 s_i^2)                                            (S2)
 //
+// Where the points are not a fair sample of what is predicted, w and v weigh the two terms of each:
+// w = share of the class wanted / its share in the sample, v likewise for the other class.
+//
 // l is unbounded in a on separable data, so a is kept in [0.3, 10] and b in [-b_max, b_max]. s^2 is
 // the variance of f, in the fit as in the prediction.
 #ifndef EGOSIEVE_GP_CALIBRATION_PROBABILISTIC_LEAST_SQUARES_H_
@@ -56,10 +59,11 @@ double SquashLogLikelihood(const SquashParameters& parameters, absl::Span<const 
 
 // Maximises (S2) from `start`. No points: `start`, clamped to the bounds. InvalidArgument on sizes
 // that differ, labels outside [0, 1], negative or non-finite variances, non-finite means.
+// class_share: of +1 where predictions will be made, in (0, 1); 0: that of the points.
 absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
                                     absl::Span<const double> variances,
                                     absl::Span<const double> labels, const SquashParameters& start,
-                                    const SquashFitOptions& options = {});
+                                    const SquashFitOptions& options = {}, double class_share = 0.0);
 
 }  // namespace egosieve::gp
 

@@ -67,6 +67,20 @@ void DrawContour(const cv::Mat1f& probability, double threshold, cv::Mat3b& imag
   cv::drawContours(image, contours, -1, cv::Scalar(235, 255, 255), width, cv::LINE_AA);
 }
 
+// Diagonal lines, continuous over neighbouring areas.
+void DrawHatching(const cv::Mat3b& frame, const std::vector<cv::Rect>& areas, cv::Mat3b& picture) {
+  constexpr int kPeriod = 12;
+  for (const cv::Rect& area : areas) {
+    const cv::Rect inside = area & cv::Rect(0, 0, frame.cols, frame.rows);
+    for (int y = inside.y; y < inside.y + inside.height; ++y) {
+      for (int x = inside.x; x < inside.x + inside.width; ++x) {
+        picture(y, x) =
+            (x + y) % kPeriod < 2 ? cv::Vec3b(150, 150, 150) : cv::Vec3b(frame(y, x) * 0.8);
+      }
+    }
+  }
+}
+
 // Text whose left edge and vertical middle are at `place`; returns its width.
 int DrawText(const std::string& text, cv::Point place, double scale, cv::Mat3b& image) {
   int baseline = 0;
@@ -118,7 +132,12 @@ void DrawLegend(const std::string& caption, double threshold, cv::Mat3b strip) {
 cv::Mat3b DrawOverlay(const cv::Mat3b& frame, const cv::Mat1f& probability,
                       const std::string& caption, const OverlayOptions& options) {
   cv::Mat3b picture = Blend(frame, probability);
-  DrawContour(probability, options.threshold, picture);
+  cv::Mat1f drawn = probability.clone();
+  for (const cv::Rect& area : options.own_car) {
+    drawn(area & cv::Rect(0, 0, drawn.cols, drawn.rows)) = 0.0f;
+  }
+  DrawContour(drawn, options.threshold, picture);
+  DrawHatching(frame, options.own_car, picture);
   const int strip_height = options.legend ? std::clamp(frame.rows / 16, 20, 44) : 0;
   const int width = frame.cols + frame.cols % 2;
   const int height = frame.rows + strip_height + (frame.rows + strip_height) % 2;

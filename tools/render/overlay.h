@@ -4,20 +4,22 @@
 //   alpha(p)   how much of it covers the frame: 0.22 at p = 0, 0.10 at 1/2, 0.65 at 1
 //   contour    a light line, dark-edged, around the pixels with p above the threshold
 //
-// Under the picture lies a strip with the legend: the colours, the threshold, the frame's number
-// and time.
+// Areas of the own car are hatched, whatever the map says of them. Under the picture lies a strip
+// with the legend: the colours, the threshold, the frame's number and time.
 #ifndef EGOSIEVE_TOOLS_RENDER_OVERLAY_H_
 #define EGOSIEVE_TOOLS_RENDER_OVERLAY_H_
 
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
+#include <vector>
 
 namespace egosieve::tools {
 
 struct OverlayOptions {
   double threshold = 0.75;  // of the contour, in (0, 1)
   bool legend = true;
+  std::vector<cv::Rect> own_car;  // hatched instead of coloured, pixels of the frame
 };
 
 // frame: CV_8UC3, B G R; probability: of the same size, in [0, 1]. `caption` stands in the legend.

@@ -44,8 +44,13 @@ absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
   EGOSIEVE_ASSIGN_OR_RETURN(
       const cv::Mat1f probability,
       InterpolateMap(*context_, GridOf(line, description_), maps.probability));
+  OverlayOptions with_own_car = options;
+  for (const auto& [x, y, width, height] : line.own_car) {
+    with_own_car.own_car.emplace_back(x, y, width, height);
+  }
   return DrawOverlay(frame->image, probability,
-                     absl::StrFormat("frame %d  %.2f s", line.index, line.time_seconds), options);
+                     absl::StrFormat("frame %d  %.2f s", line.index, line.time_seconds),
+                     with_own_car);
 }
 
 double FrameRate(const std::vector<FrameLine>& lines) {

@@ -116,6 +116,29 @@ Chart LabelsChart(const ChartBuilder& builder) {
   return chart;
 }
 
+Chart EvidenceChart(const ChartBuilder& builder, absl::Span<const FrameLine> lines) {
+  Chart chart{"evidence", "Evidence",
+              "Percentage of the dynamic labels by the evidence that weighed most: distance to the "
+              "epipolar line or homography, depth behind the camera, third view, road.",
+              "%"};
+  chart.stacked = true;
+  std::vector<std::string> terms;
+  for (const FrameLine& line : lines) {
+    if (line.decided_by.size() <= terms.size()) continue;
+    terms.clear();
+    for (const auto& [term, share] : line.decided_by) terms.push_back(term);
+  }
+  for (size_t k = 0; k < terms.size(); ++k) {
+    builder.AddSeries(
+        terms[k],
+        [k](const FrameLine& line) {
+          return k < line.decided_by.size() ? 100.0 * line.decided_by[k].second : kNone;
+        },
+        chart);
+  }
+  return chart;
+}
+
 Chart PointsChart(const ChartBuilder& builder) {
   using Points = FrameLine::PointCounts;
   Chart chart{"points", "Points added and dropped",
@@ -233,6 +256,7 @@ std::vector<Chart> MakeCharts(absl::Span<const FrameLine> lines,
   charts.push_back(ModelSizeChart(builder));
   charts.push_back(StagesChart(builder, lines));
   charts.push_back(LabelsChart(builder));
+  charts.push_back(EvidenceChart(builder, lines));
   charts.push_back(PointsChart(builder));
   charts.push_back(LikelihoodChart(builder));
   charts.push_back(ThetaChart(builder, lines));

@@ -46,13 +46,13 @@ absl::Status ReadOutcome(const std::string& name, Outcome& outcome) {
   return absl::DataLossError(absl::StrCat("unknown outcome '", name, "'"));
 }
 
-absl::Status ReadMilliseconds(const Json& json,
-                              std::vector<std::pair<std::string, double>>& milliseconds) {
-  for (const auto& [stage, value] : json.items()) {
+absl::Status ReadNumbers(const Json& json, const char* field,
+                         std::vector<std::pair<std::string, double>>& numbers) {
+  for (const auto& [name, value] : json.items()) {
     if (!value.is_number()) {
-      return absl::DataLossError(absl::StrCat("milliseconds of '", stage, "' are not a number"));
+      return absl::DataLossError(absl::StrCat(field, " of '", name, "' are not a number"));
     }
-    milliseconds.emplace_back(stage, value.get<double>());
+    numbers.emplace_back(name, value.get<double>());
   }
   return absl::OkStatus();
 }
@@ -76,6 +76,10 @@ Json ToJson(const FrameLine& line) {
   for (const auto& [stage, value] : line.milliseconds) {
     milliseconds[stage] = value;
   }
+  Json decided_by = Json::object();
+  for (const auto& [term, share] : line.decided_by) {
+    decided_by[term] = share;
+  }
   return Json{{"index", line.index},
               {"time_seconds", line.time_seconds},
               {"outcome", OutcomeName(line.outcome)},
@@ -89,6 +93,9 @@ Json ToJson(const FrameLine& line) {
               {"noise_pixels", line.noise_pixels},
               {"labelled_static", line.labelled_static},
               {"labelled_dynamic", line.labelled_dynamic},
+              {"frame_gap", line.frame_gap},
+              {"decided_by", decided_by},
+              {"own_car", line.own_car},
               {"points", PointsToJson(line.points)},
               {"model_size", line.model_size},
               {"theta", line.theta},
@@ -122,6 +129,9 @@ absl::StatusOr<FrameLine> FrameLineFromJson(const Json& json) {
   fields.Read("noise_pixels", line.noise_pixels);
   fields.Read("labelled_static", line.labelled_static);
   fields.Read("labelled_dynamic", line.labelled_dynamic);
+  fields.Read("frame_gap", line.frame_gap);
+  fields.Keep(ReadNumbers(fields.Object("decided_by"), "decided_by", line.decided_by));
+  fields.Read("own_car", line.own_car);
   fields.Keep(ReadPoints(fields.Object("points"), line.points));
   fields.Read("model_size", line.model_size);
   fields.Read("theta", line.theta);
@@ -133,7 +143,7 @@ absl::StatusOr<FrameLine> FrameLineFromJson(const Json& json) {
   fields.Read("dynamic_share", line.dynamic_share);
   fields.Read("clamped_variances", line.clamped_variances);
   fields.Read("saturated_deviations", line.saturated_deviations);
-  fields.Keep(ReadMilliseconds(fields.Object("milliseconds"), line.milliseconds));
+  fields.Keep(ReadNumbers(fields.Object("milliseconds"), "milliseconds", line.milliseconds));
   if (reason.is_string()) {
     line.reason = reason.get<std::string>();
   }

@@ -5,6 +5,7 @@
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_FRAME_LINE_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_FRAME_LINE_H_
 
+#include <array>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -50,6 +51,11 @@ struct FrameLine {
   double noise_pixels = 0.0;          // scale of the static features' residuals
   int64_t labelled_static = 0;        // p < 1/2
   int64_t labelled_dynamic = 0;       // p >= 1/2
+  int64_t frame_gap = 0;              // frames between the two of the pair; 0: no pair
+  // Of the dynamic labels, by the evidence that weighed most; names of vision/evidence/fusion.h.
+  std::vector<std::pair<std::string, double>> decided_by;  // shares
+  // Areas (x, y, width, height; pixels of the frame) found to belong to the own car.
+  std::vector<std::array<int, 4>> own_car;
 
   PointCounts points;
   int64_t model_size = 0;     // points, after this frame; 0: the map is the prior

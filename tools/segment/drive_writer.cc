@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <ctime>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -38,6 +39,18 @@ std::vector<std::pair<std::string, double>> MakeMilliseconds(
           {"calibration", stages.calibration},
           {"posterior", stages.posterior},
           {"inference", stages.inference}};
+}
+
+// None where nothing was called dynamic.
+std::vector<std::pair<std::string, double>> MakeShares(
+    const std::array<int64_t, vision::kEvidenceTerms>& counts) {
+  const auto total = static_cast<double>(std::accumulate(counts.begin(), counts.end(), int64_t{0}));
+  std::vector<std::pair<std::string, double>> shares;
+  for (int k = 0; total > 0 && k < vision::kEvidenceTerms; ++k) {
+    shares.emplace_back(vision::Name(static_cast<vision::EvidenceTerm>(k)),
+                        static_cast<double>(counts[k]) / total);
+  }
+  return shares;
 }
 
 }  // namespace
@@ -95,6 +108,11 @@ FrameLine MakeLine(const vision::SegmentedFrame& frame) {
   line.noise_pixels = record.noise_pixels;
   line.labelled_static = record.static_label_count;
   line.labelled_dynamic = record.dynamic_label_count;
+  line.frame_gap = record.frame_gap;
+  line.decided_by = MakeShares(record.decided_count);
+  for (const cv::Rect& area : record.own_car) {
+    line.own_car.push_back({area.x, area.y, area.width, area.height});
+  }
   line.points = MakePoints(record.selection);
   line.model_size = record.model_size;
   line.theta = record.theta;

@@ -155,7 +155,17 @@ void SegmentFlags::AddFlags(CLI::App& app) {
   AddWordFlag(app, "--motion_model", motion_model_, MotionModelWords(),
               "What the camera's motion does to the static world's image");
   AddWordFlag(app, "--labels", labels_, LabelWords(),
-              "How a feature's distance from the motion model becomes a label");
+              "How a feature's distance from the motion model becomes a label; evidence is "
+              "epipolar then, unless it is given");
+  app.add_option("--evidence", evidence_,
+                 "What labels rest on: epipolar (the distance from the motion model alone), all, "
+                 "or a list of epipolar, negative_depth, three_view, road, accumulation, own_car")
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            return std::string(vision::ParseEvidenceTerms(text).status().message());
+          },
+          ""))
+      ->type_name("TERMS");
   AddWordFlag(app, "--equalize", equalize_, EqualizationWords(),
               "Luminance equalisation of each frame");
   AddWordFlag(app, "--covariance", covariance_, CovarianceWords(),
@@ -183,6 +193,11 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   Override(features_, FeatureWords(), options.labeller.features);
   Override(motion_model_, MotionModelWords(), options.labeller.motion_model);
   Override(labels_, LabelWords(), options.labeller.label_rule);
+  if (evidence_) {
+    options.labeller.evidence = *vision::ParseEvidenceTerms(*evidence_);
+  } else if (labels_) {
+    options.labeller.evidence = vision::EvidenceTerms::EpipolarAlone();
+  }
   Override(equalize_, EqualizationWords(), options.labeller.equalization.method);
   Override(covariance_, CovarianceWords(), options.learner.covariance);
   return options;
@@ -205,6 +220,7 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       {"feature_count", absl::StrCat(labeller.feature_count)},
       {"features", NameOf(FeatureWords(), labeller.features)},
       {"motion_model", NameOf(MotionModelWords(), labeller.motion_model)},
+      {"evidence", vision::Describe(labeller.evidence)},
       {"labels", NameOf(LabelWords(), labeller.label_rule)},
       {"equalize", NameOf(EqualizationWords(), labeller.equalization.method)},
       {"covariance", NameOf(CovarianceWords(), learner.covariance)},

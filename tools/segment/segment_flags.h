@@ -37,6 +37,7 @@ class SegmentFlags {
   std::optional<std::string> features_;
   std::optional<std::string> motion_model_;
   std::optional<std::string> labels_;
+  std::optional<std::string> evidence_;
   std::optional<std::string> equalize_;
   std::optional<std::string> covariance_;
 };

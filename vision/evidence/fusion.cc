@@ -12,6 +12,20 @@ constexpr int kShareSteps = 20;
 
 }  // namespace
 
+const char* Name(EvidenceTerm term) {
+  switch (term) {
+    case EvidenceTerm::kEpipolar:
+      return "epipolar";
+    case EvidenceTerm::kNegativeDepth:
+      return "negative_depth";
+    case EvidenceTerm::kThreeView:
+      return "three_view";
+    case EvidenceTerm::kRoad:
+      return "road";
+  }
+  return "unknown";
+}
+
 double DistanceLogRatio(double z) {
   if (std::isnan(z)) return 0.0;
   const double square = std::min(z * z, 1e12);

@@ -35,6 +35,9 @@ namespace egosieve::vision {
 enum class EvidenceTerm { kEpipolar, kNegativeDepth, kThreeView, kRoad };
 inline constexpr int kEvidenceTerms = 4;
 
+// epipolar, negative_depth, three_view, road.
+const char* Name(EvidenceTerm term);
+
 inline constexpr double kMoverScale = 15.0;                                               // S
 inline constexpr std::array<double, kEvidenceTerms> kHiddenShare = {0.1, 0.0, 0.6, 0.0};  // h
 

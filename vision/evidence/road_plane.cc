@@ -29,9 +29,10 @@ constexpr double kSlack = 0.25, kOnRoad = 0.15, kRaised = 0.35;
 constexpr int kRoadBelow = 2;            // points of road that show a foot
 constexpr int kMostMissed = 2;           // bad places within a stretch, or none below it
 constexpr double kMostRise = 2.5;        // of the camera's height, above it: taller is no vehicle
+constexpr double kCarRise = 0.3;         // the same, of a car's roof
 constexpr double kLeastFootFall = 0.02;  // of A_y below the horizon: 70 m for a camera on a car
 constexpr double kHorizonError = 0.003;  // of A_y
-const double kMostLogRatio = getenv("CAP") ? atof(getenv("CAP")) : 6.0;
+constexpr double kMostLogRatio = 6.0;
 
 double DeviationFrom(const Eigen::Vector3d& m, const InverseDepth& point) {
   const double road = m.dot(point.ray);
@@ -149,7 +150,7 @@ double MedianOf(std::vector<double>& values) {
 
 // (R3) for a stretch of alike points whose foot is at the ray `foot`.
 double FootLogRatio(const RoadPlane& road, const std::vector<InverseDepth>& points,
-                    const std::vector<int>& stretch, const Eigen::Vector3d& foot) {
+                    const std::vector<int>& stretch, const Eigen::Vector3d& foot, bool is_tall) {
   const double at = road.At(foot);
   if (!(road.Fall(foot) > kLeastFootFall)) return 0.0;
   std::vector<double> values, deviations;
@@ -162,7 +163,7 @@ double FootLogRatio(const RoadPlane& road, const std::vector<InverseDepth>& poin
       std::hypot(MedianOf(deviations), std::hypot(kUneven * at, kHorizonError * road.m(1)));
   const double sunk = (value - (1.0 - kSlack) * at) / deviation;
   const double raised = ((1.0 + kRaised) * at - value) / deviation;
-  return std::max(RoadLogRatio(sunk), RoadLogRatio(raised));
+  return std::max(RoadLogRatio(sunk), is_tall ? 0.0 : RoadLogRatio(raised));
 }
 
 // A column of the image from the bottom upwards, in stretches of alike points above road.
@@ -176,7 +177,9 @@ class Column {
     const InverseDepth& point = points_[i];
     const bool on_road = IsOnRoad(road_, point);
     if (!stretch_.empty()) {
-      if (!on_road && IsAlike(points_[stretch_.back()], point)) {
+      // Near the horizon all may be road; what is road in truth soon differs from the first.
+      if (IsAlike(points_[stretch_.back()], point) &&
+          (!on_road || IsAlike(points_[stretch_.front()], point))) {
         stretch_.push_back(i);
         missed_ = 0;
         return;
@@ -200,8 +203,13 @@ class Column {
     // A blank wall or sky behind may seem to go on; it is no part of what has a foot.
     while (!stretch_.empty() && !points_[stretch_.back()].is_textured) stretch_.pop_back();
     const double fall = road_.Fall(foot_);
-    if (!stretch_.empty() && -road_.Fall(points_[stretch_.back()].ray) <= kMostRise * fall) {
-      const double ratio = FootLogRatio(road_, points_, stretch_, foot_);
+    const bool is_tall = !stretch_.empty() && Rise(stretch_.back()) > kMostRise * fall;
+    // What seems far is alike to what is far and rises behind it.
+    while (is_tall && !stretch_.empty() && Rise(stretch_.back()) > kCarRise * fall) {
+      stretch_.pop_back();
+    }
+    if (!stretch_.empty()) {
+      const double ratio = FootLogRatio(road_, points_, stretch_, foot_, is_tall);
       for (const int k : stretch_) ratios_[k] = std::max(ratios_[k], ratio);
     }
     stretch_.clear();
@@ -209,6 +217,8 @@ class Column {
   }
 
  private:
+  double Rise(int i) const { return -road_.Fall(points_[i].ray); }
+
   const RoadPlane& road_;
   const std::vector<InverseDepth>& points_;
   std::vector<double>& ratios_;

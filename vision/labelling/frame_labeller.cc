@@ -25,6 +25,8 @@ constexpr uint64_t kGeometryStep = 1;
 // Matches among features that look alike by chance come to a few in a hundred; pictures of one
 // scene share more.
 constexpr double kLeastMatchShare = 0.03;
+// Flow always points somewhere, and so agrees by chance more often.
+constexpr double kLeastFlowShare = 0.2;
 
 bool SamePixels(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
@@ -204,7 +206,9 @@ bool FrameLabeller::Implementation::IsEnough(const FramePairs& pairs, LabelledFr
   }
   const double share =
       static_cast<double>(pairs.match_count) / static_cast<double>(result.feature_count);
-  if (pairs.match_count < options_.minimum_matches || share < kLeastMatchShare) {
+  const double least =
+      options_.features == FeatureSource::kFlow ? kLeastFlowShare : kLeastMatchShare;
+  if (pairs.match_count < options_.minimum_matches || share < least) {
     SetOutcome(LabelOutcome::kTooFewMatches,
                absl::StrCat("only ", pairs.match_count, " of ", result.feature_count,
                             " features have a match"),
@@ -285,6 +289,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
       evidence_.Judge(InHistory(result.first_index), frame, gap, model, points));
+  result.own_car = OwnCarAreas(evidence_.own_car(), frame.grey.size());
   if (model.trusted) GiveFusedLabels(frame, points, model, evidence, result);
   result.times.labelling_milliseconds = watch.LapMilliseconds();
   return absl::OkStatus();
@@ -296,7 +301,6 @@ void FrameLabeller::Implementation::GiveFusedLabels(const ExtractedFrame& frame,
                                                     const EvidenceResult& evidence,
                                                     LabelledFrame& result) const {
   result.noise_pixels = evidence.noise_pixels;
-  result.own_car = OwnCarAreas(evidence_.own_car(), frame.grey.size());
   for (size_t i = 0; i < points.size(); ++i) {
     const PointEvidence& point = evidence.points[i];
     const cv::Point2f now = points[i].evidence.now, then = points[i].evidence.before;

@@ -2,10 +2,13 @@
 #ifndef EGOSIEVE_VISION_SEGMENTATION_FRAME_RECORD_H_
 #define EGOSIEVE_VISION_SEGMENTATION_FRAME_RECORD_H_
 
+#include <array>
 #include <cstdint>
+#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
+#include "vision/evidence/fusion.h"
 #include "vision/geometry/motion_model_kind.h"
 
 namespace egosieve::vision {
@@ -51,6 +54,9 @@ struct FrameRecord {
   double noise_pixels = 0.0;        // scale of the static features' residuals
   int64_t static_label_count = 0;   // p < 1/2
   int64_t dynamic_label_count = 0;  // p >= 1/2
+  int frame_gap = 0;                // frames between the two of the pair; 0: no pair
+  std::array<int64_t, kEvidenceTerms> decided_count{};  // of the dynamic labels, by EvidenceTerm
+  std::vector<cv::Rect> own_car;                        // labelled_frame.h
 
   SelectionCounts selection;
   int64_t model_size = 0;

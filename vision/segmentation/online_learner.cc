@@ -141,7 +141,7 @@ absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
   }
   {
     StageTimer timer(record.milliseconds.calibration);
-    EGOSIEVE_RETURN_IF_ERROR(Calibrate());
+    EGOSIEVE_RETURN_IF_ERROR(Calibrate(labels));
   }
   return absl::OkStatus();
 }
@@ -284,7 +284,7 @@ absl::Status OnlineLearner::Train(FrameRecord& record) {
   return absl::OkStatus();
 }
 
-absl::Status OnlineLearner::Calibrate() {
+absl::Status OnlineLearner::Calibrate(absl::Span<const double> frame_labels) {
   if (model_.size() < 2) {
     return absl::OkStatus();
   }
@@ -294,10 +294,17 @@ absl::Status OnlineLearner::Calibrate() {
   EGOSIEVE_ASSIGN_OR_RETURN(const gp::LeaveOneOut predictions, model_.PredictLeaveOneOut(sample));
   const std::vector<double> labels = LabelsFromTargets(Gather(model_.targets(), predictions.rows));
   const double noise_variance = model_.hyperparameters().noise_variance();
+  double share = 0.0;
+  if (options_.calibrates_to_frame && !frame_labels.empty()) {
+    constexpr double kLeastShare = 0.002;
+    const double sum = std::accumulate(frame_labels.begin(), frame_labels.end(), 0.0);
+    share =
+        std::clamp(sum / static_cast<double>(frame_labels.size()), kLeastShare, 1.0 - kLeastShare);
+  }
   EGOSIEVE_ASSIGN_OR_RETURN(
       const gp::SquashFit fit,
       gp::FitSquash(predictions.mean, predictions.LatentVariance(noise_variance), labels, squash_,
-                    options_.squash));
+                    options_.squash, share));
   squash_ = fit.parameters;
   return absl::OkStatus();
 }

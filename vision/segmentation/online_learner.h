@@ -53,6 +53,9 @@ struct OnlineLearnerOptions {
   gp::TrainerOptions training;
   int64_t calibration_sample_size = 600;  // points; at least 2
   gp::SquashFitOptions squash;
+  // The model keeps more of the rarer class than frames have; probabilities follow the frame's
+  // share.
+  bool calibrates_to_frame = true;
   uint64_t seed = 1;
 
   absl::Status Validate() const;
@@ -116,7 +119,7 @@ class OnlineLearner {
   absl::Status Thin(int64_t frame_index, std::vector<int64_t>& alive, Points& arriving,
                     SelectionCounts& counts) const;
   absl::Status Train(FrameRecord& record);
-  absl::Status Calibrate();
+  absl::Status Calibrate(absl::Span<const double> frame_labels);
 
   OnlineLearnerOptions options_;
   LearnerModel model_;

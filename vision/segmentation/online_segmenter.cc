@@ -35,6 +35,13 @@ void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
   record.reason = labels.reason;
   record.dynamic_label_count = std::count_if(labels.probability.begin(), labels.probability.end(),
                                              [](double probability) { return probability >= 0.5; });
+  for (int64_t i = 0; i < labels.size(); ++i) {
+    record.decided_count[static_cast<int>(labels.decided_by[i])] += labels.probability[i] >= 0.5;
+  }
+  if (labels.first_index >= 0) {
+    record.frame_gap = static_cast<int>(labels.second_index - labels.first_index);
+  }
+  record.own_car = labels.own_car;
   record.static_label_count = labels.size() - record.dynamic_label_count;
   record.milliseconds.equalization = labels.times.equalization_milliseconds;
   record.milliseconds.features = labels.times.features_milliseconds;
@@ -47,6 +54,7 @@ void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
 
 OnlineSegmenterOptions OnlineSegmenterOptions::Default() {
   OnlineSegmenterOptions options;
+  options.labeller.frame_gap = 0;
   options.learner.budget.budget = kDefaultBudget;
   options.learner.model.sparse.inducing_points = kInducingPoints;
   return options;
@@ -59,6 +67,7 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Paper() {
   options.learner.novelty_filter = true;
   options.learner.consistency_filter = true;
   options.learner.arrival_share = 1.0;
+  options.learner.calibrates_to_frame = false;
   options.learner.budget.budget = kPaperBudget;
   options.learner.model.sparse.inducing_points = kInducingPoints;
   return options;

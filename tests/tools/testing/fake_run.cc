@@ -71,6 +71,8 @@ FrameLine FakeRecord(const FakeRunOptions& options, int index) {
   line.inliers = 1200;
   line.labelled_static = 1300;
   line.labelled_dynamic = 200 + index % 13;
+  line.frame_gap = 1;
+  line.decided_by = {{"epipolar", 0.75}, {"road", 0.25}};
   line.dynamic_share = 0.1 + 0.05 * std::sin(index / 9.0);
   if (index == options.frames - 2) {
     line.reason = "7 matches; 8 are needed";

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <opencv2/imgproc.hpp>
@@ -226,6 +227,67 @@ TEST(FrameLabeller, FrameGapAndFirstFrames) {
       EXPECT_EQ(labelled->outcome, LabelOutcome::kLabelled) << labelled->reason;
       EXPECT_EQ(labelled->first_index, t - 3);
     }
+  }
+}
+
+TEST(FrameLabeller, AutoGapResumesWithTheSameBytes) {
+  FrameLabellerOptions options;
+  options.frame_gap = 0;
+  auto whole = MakeLabeller(options), resumed = MakeLabeller(options);
+  std::vector<LabelledFrame> reference;
+  std::vector<std::string> states;
+  const auto frame = [](int64_t t) {
+    return t == 3 ? FrameOf(3, Scene(2).image) : Scene(t);  // a picture that is repeated
+  };
+  for (int64_t t = 0; t < 7; ++t) {
+    reference.push_back(*whole->Process(frame(t)));
+    states.push_back(whole->state());
+    if (t == 0) continue;
+    EXPECT_EQ(reference[t].outcome,
+              t == 3 ? LabelOutcome::kDuplicateFrame : LabelOutcome::kLabelled);
+  }
+  for (const int64_t last : {3, 4}) {
+    ASSERT_TRUE(resumed->Restore(states[last]).ok());
+    for (int64_t t = std::max<int64_t>(0, last + 1 - options.HistoryFrames()); t <= last; ++t) {
+      ASSERT_TRUE(resumed->Prime(frame(t)).ok());
+    }
+    for (int64_t t = last + 1; t < 7; ++t) ExpectSame(*resumed->Process(frame(t)), reference[t]);
+    EXPECT_EQ(resumed->state(), states[6]);
+  }
+}
+
+TEST(FrameLabeller, ADarkFrameEndsTheTracksAndMissingFramesDoNot) {
+  FrameLabellerOptions options;
+  options.frame_gap = 2;
+  auto labeller = MakeLabeller(options);
+  for (const int64_t t : {0, 1, 2}) ASSERT_TRUE(labeller->Process(Scene(t)).ok());
+  // 3 and 4 are missing: the step is longer, nothing else.
+  const auto behind = labeller->Process(Scene(5));
+  ASSERT_TRUE(behind.ok());
+  ASSERT_EQ(behind->outcome, LabelOutcome::kLabelled) << behind->reason;
+  EXPECT_EQ(behind->first_index, 1);
+  EXPECT_GT(ScoreAgainstMask(*behind, Mask(5)).label_auc.value_or(0), 0.95);
+  // A covered lens: no pair reaches across it.
+  ASSERT_NE(
+      labeller->Process(FrameOf(6, cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar::all(3))))->outcome,
+      LabelOutcome::kLabelled);
+  for (int64_t t = 7; t < 11; ++t) {
+    const auto labelled = labeller->Process(Scene(t));
+    ASSERT_TRUE(labelled.ok());
+    ExpectWellFormed(*labelled);
+    EXPECT_EQ(labelled->outcome == LabelOutcome::kLabelled, t >= 9) << t << labelled->reason;
+    if (t >= 9) {
+      EXPECT_GE(labelled->first_index, 7);
+    }
+  }
+}
+
+TEST(FrameLabeller, ACameraThatTurnsKnowsOfNoDepth) {
+  auto labeller = MakeLabeller({});
+  for (int64_t t = 0; t < 5; ++t) {
+    const auto labelled = labeller->Process(Scene(t));
+    ASSERT_TRUE(labelled.ok());
+    for (const EvidenceTerm term : labelled->decided_by) EXPECT_EQ(term, EvidenceTerm::kEpipolar);
   }
 }
 

@@ -1,0 +1,33 @@
+#include "vision/labelling/evidence_terms.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace egosieve::vision {
+namespace {
+
+TEST(EvidenceTerms, WhatIsDescribedIsParsed) {
+  for (const char* text : {"all", "epipolar", "road", "epipolar,negative_depth",
+                           "epipolar,three_view,accumulation", "negative_depth,road,own_car"}) {
+    const auto terms = ParseEvidenceTerms(text);
+    ASSERT_TRUE(terms.ok()) << terms.status();
+    EXPECT_EQ(Describe(*terms), text);
+  }
+  EXPECT_TRUE(ParseEvidenceTerms("epipolar")->IsEpipolarAlone());
+  EXPECT_EQ(Describe(*ParseEvidenceTerms("road,epipolar")), "epipolar,road");
+  EXPECT_EQ(Describe(EvidenceTerms::EpipolarAlone()), "epipolar");
+}
+
+TEST(EvidenceTerms, NonsenseIsRefusedWithTheNames) {
+  for (const char* text : {"", "epipolar,", "everything", "all,epipolar", "epipolar;road"}) {
+    const auto terms = ParseEvidenceTerms(text);
+    EXPECT_EQ(terms.status().code(), absl::StatusCode::kInvalidArgument) << text;
+    EXPECT_THAT(std::string(terms.status().message()), ::testing::HasSubstr("negative_depth"));
+  }
+  EXPECT_FALSE(ParseEvidenceTerms("accumulation,own_car").ok()) << "nothing says what moves";
+}
+
+}  // namespace
+}  // namespace egosieve::vision
