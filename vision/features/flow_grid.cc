@@ -26,7 +26,9 @@ cv::Ptr<cv::DISOpticalFlow> MakeFlow(FlowQuality quality) {
     case FlowQuality::kMedium:
       break;
   }
-  return cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_MEDIUM);
+  const auto flow = cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_MEDIUM);
+  flow->setVariationalRefinementIterations(kRefinements);
+  return flow;
 }
 
 // Patches of a picture against those of another, warped onto it by a flow.
