@@ -232,9 +232,13 @@ bool IsFair(const Array& array) {
 }
 
 void Ask(egosieve_gp* gp, Draw& draw) {
-  const auto x = RandomArray<egosieve_const_array>(draw);
-  const auto y = RandomArray<egosieve_const_array>(draw);
-  const auto out = RandomArray<egosieve_array>(draw);
+  auto x = RandomArray<egosieve_const_array>(draw);
+  auto y = RandomArray<egosieve_const_array>(draw);
+  auto out = RandomArray<egosieve_array>(draw);
+  if (!draw.OneIn(4)) {  // shapes that go together, so that what is wrong stands alone
+    x.rows = y.rows = out.rows = 1 + static_cast<int64_t>(draw.Below(9));
+    y.columns = out.columns = 1;
+  }
   if (!IsFair(x) || !IsFair(y) || !IsFair(out)) return;
   for (size_t i = 0; i + 8 <= sizeof memory; i += 8) {
     const double value = draw.OneIn(50) ? draw.Real() : 0.001 * static_cast<double>(i % 977);
