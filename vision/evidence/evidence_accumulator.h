@@ -7,6 +7,7 @@
 //      points as well as the given matrix does; else to the given model
 //   3. sign of depth, negative_depth.h                  where 1 is there
 //   4. three views t - 2g, t - g, t; three_view.h       where 1 is there, now and g frames ago
+//   -  road, road_plane.h                               where 1 is there and a plane has support
 //   5. own car, own_car.h                               where images are given
 //   6. log-likelihood ratios, summed along the track, and their probability; fusion.h
 //

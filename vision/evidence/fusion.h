@@ -8,8 +8,9 @@
 //   distance    l(z) = log c(|z| / S) / S - log t_3(|z|),  c Cauchy's density                  (F1)
 //   depth       l(z) = max(0, -log 2 T_3(z)),              T_3 the distribution function       (F2)
 //
-// (F2): the depth of a static point is uniform over all positive ones, of a mover over both signs;
-// a positive depth says nothing. Along a track each term's ratios add up with forgetting,
+// The road's ratio is that of road_plane.h. (F2): the depth of a static point is uniform over all
+// positive ones, of a mover over both signs; a positive depth says nothing. Along a track each
+// term's ratios add up with forgetting,
 //
 //   A <- lambda A + l                                                                        (F3)
 //   L = sum_terms log(h + (1 - h) exp(kappa A))                                              (F4)

@@ -8,6 +8,10 @@
 //   5. residual of each correspondence, and its probability of
 //      belonging to something that moves                         vision/labelling/label_rule.h
 //
+// With evidence beyond the epipolar distance (evidence_terms.h) correspondences are those of the
+// last two frames, chained into tracks, and the label is the fused probability:
+// evidence_labeller.h.
+//
 // Step 2 needs nothing but the frame: Extract() is const and may run ahead on other threads, in any
 // order. Label() does the rest and must see the frames in order.
 //
