@@ -75,6 +75,8 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Paper() {
 
 OnlineSegmenterOptions OnlineSegmenterOptions::Fast() {
   OnlineSegmenterOptions options = Default();
+  // Fast flow drifts along tracks: longer gaps made its labels worse.
+  options.labeller.frame_gap = 1;
   options.labeller.flow_quality = FlowQuality::kFast;
   options.learner.model.kind = ModelKind::kSparse;
   options.learner.model.sparse.inducing_points = kFastInducingPoints;

@@ -134,7 +134,9 @@ TEST_F(Adelaide, SeveralMotions) {
     }
     std::printf("%-14s largest motion %d, a consensus larger than it %d, of %d\n", name,
                 largest_motion, larger_consensus, kSeeds);
-    if (std::string(name) != "biscuitbookbox") EXPECT_EQ(larger_consensus, 0) << name;
+    if (std::string(name) != "biscuitbookbox") {
+      EXPECT_EQ(larger_consensus, 0) << name;
+    }
   }
 }
 

@@ -148,7 +148,7 @@ absl::StatusOr<SegmenterSession::Result> SegmenterSession::Process(const kernels
   ++next_frame_;
   EGOSIEVE_ASSIGN_OR_RETURN(auto learnt, segmenter_->Learn(frame, std::move(extracted)));
   recent_.push_back(frame);
-  while (static_cast<int>(recent_.size()) > segmenter_->options().labeller.frame_gap) {
+  while (static_cast<int>(recent_.size()) > segmenter_->options().labeller.HistoryFrames()) {
     recent_.pop_front();
   }
   Result result;

@@ -71,7 +71,7 @@ class SegmenterSession {
   const SessionOptions options_;
   std::mutex mutex_;  // of all below
   std::unique_ptr<vision::OnlineSegmenter> segmenter_;
-  std::deque<vision::Frame> recent_;  // the last frame_gap that were learnt from
+  std::deque<vision::Frame> recent_;  // the last HistoryFrames() that were taken in
   int64_t next_frame_ = 0;
 };
 
