@@ -35,6 +35,15 @@ int OutputMask(const PosteriorOutputs& outputs) {
          (outputs.probability != nullptr ? kWantProbability : 0);
 }
 
+int64_t MemoryCapBytes(const DensePosteriorOptions& options, const Context& context) {
+  if (options.memory_cap_bytes != DensePosteriorOptions::kCapOfTheDevice) {
+    return options.memory_cap_bytes;
+  }
+  constexpr int64_t kLeastCapBytes = int64_t{256} << 20;
+  return context.shares_host_memory() ? kLeastCapBytes
+                                      : std::max(kLeastCapBytes, context.info().memory_bytes / 8);
+}
+
 // Results before all of them are there: a device may fail in any chunk.
 class StagedOutputs {
  public:
@@ -206,7 +215,8 @@ OpenClPosterior::Tiling OpenClPosterior::ChooseTiling(FactorKind kind, int64_t q
   // Without local tiles a tile's sums lie beside it.
   const int64_t micro_floats = (rows + (tuning_.local_tiles ? 0 : 2)) * MicroTileQueries(kind);
   const int64_t query_floats = PreparedComponents(covariance_) + 4;  // prepared, and the outputs
-  const int64_t cap_floats = options_.memory_cap_bytes / static_cast<int64_t>(sizeof(float));
+  const int64_t cap_floats =
+      MemoryCapBytes(options_, *context_) / static_cast<int64_t>(sizeof(float));
   const int tiles_a_group = tuning_.local_tiles ? 1 : tuning_.work_group;
   Tiling tiling;
   tiling.micro_tiles = tuning_.local_tiles ? 1 : tuning_.micro_tiles;

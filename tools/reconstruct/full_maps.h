@@ -16,7 +16,7 @@ namespace egosieve::tools {
 
 struct ClassThresholds {
   double static_below = 0.4;    // in [0, dynamic_above]
-  double dynamic_above = 0.75;  // in [static_below, 1]
+  double dynamic_above = 0.5;  // in [static_below, 1]
 
   // InvalidArgument, naming flag, value and rule.
   absl::Status Validate() const;

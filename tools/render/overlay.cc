@@ -95,7 +95,7 @@ int TextWidth(const std::string& text, double scale) {
   return cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &baseline).width;
 }
 
-// static [colours, a tick at the threshold] moving    contour: p > 0.75            caption
+// static [colours, a tick at the threshold] moving    contour: p > 0.5             caption
 void DrawLegend(const std::string& caption, double threshold, cv::Mat3b strip) {
   strip.setTo(cv::Scalar(32, 28, 26));
   const int height = strip.rows;

@@ -17,7 +17,7 @@
 namespace egosieve::tools {
 
 struct OverlayOptions {
-  double threshold = 0.75;  // of the contour, in (0, 1)
+  double threshold = 0.5;  // of the contour, in (0, 1)
   bool legend = true;
   std::vector<cv::Rect> own_car;  // hatched instead of coloured, pixels of the frame
 };

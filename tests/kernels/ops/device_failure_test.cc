@@ -98,6 +98,24 @@ class DeviceFailureTest : public testing::Test {
   std::mt19937_64 random_ = TestRandom();
 };
 
+TEST_F(DeviceFailureTest, TheDefaultCapHoldsThousandsOfQueriesAtOnce) {
+  const Problem problem = MakeProblem(random_, ArcsineParameters({1, 2, 3}), 50, 0.3);
+  const auto posterior = DensePosterior::Create(TestContext(), problem.model(FactorKind::kCholesky),
+                                                DensePosteriorOptions());
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  constexpr int64_t kQueries = 5000;
+  std::vector<float> queries;
+  for (const double value : RandomPoints(random_, kQueries, 2)) {
+    queries.push_back(static_cast<float>(value));
+  }
+  std::vector<float> mean(kQueries);
+  PosteriorOutputs outputs;
+  outputs.mean = mean.data();
+  FailCall("clEnqueueNDRangeKernel", 1, CL_OUT_OF_RESOURCES);  // the second start of the kernel
+  EXPECT_TRUE((*posterior)->Evaluate({queries.data(), kQueries, 2, 2}, outputs).ok());
+  EXPECT_FALSE(CallHasFailed());
+}
+
 TEST_F(DeviceFailureTest, DensePosterior) {
   const Problem problem = MakeProblem(random_, ArcsineParameters({1, 2, 3}), 50, 0.3);
   DensePosteriorOptions options;
