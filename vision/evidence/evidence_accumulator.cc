@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -224,8 +223,8 @@ void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& moti
     // `standing`: where the term would have a point that stands still.
     const auto set = [&](EvidenceTerm term, double ratio, cv::Point2f standing) {
       if (pictures.has_value() && ratio > 0.0) {
-        ratio = std::min(ratio, pictures->LogRatio(point.before, point.now, standing)
-                                    .value_or(std::numeric_limits<double>::infinity()));
+        ratio =
+            std::min(ratio, pictures->LogRatio(point.before, point.now, standing).value_or(0.0));
       }
       result.points[i].log_ratio[static_cast<int>(term)] = ratio;
       result.points[i].present[static_cast<int>(term)] = true;

@@ -29,7 +29,7 @@ class PhotometricSupport {
   PhotometricSupport(cv::Mat before, cv::Mat now, const std::vector<cv::Point2f>& befores,
                      const std::vector<cv::Point2f>& nows);
 
-  // (S1); nothing where a patch does not lie in its picture.
+  // (S1); nothing where a patch does not lie in its picture: then nothing was seen, either.
   std::optional<double> LogRatio(cv::Point2f before, cv::Point2f now, cv::Point2f standing) const;
 
   double noise_levels() const { return noise_levels_; }
