@@ -15,7 +15,7 @@
 namespace egosieve::tools {
 
 struct ClassThresholds {
-  double static_below = 0.4;    // in [0, dynamic_above]
+  double static_below = 0.4;   // in [0, dynamic_above]
   double dynamic_above = 0.5;  // in [static_below, 1]
 
   // InvalidArgument, naming flag, value and rule.

@@ -21,7 +21,7 @@ constexpr char kLog[] = "frames.jsonl";
 // All that a run leaves. run.json goes last: until then the folder still tells what it is.
 constexpr const char* kProducts[] = {"report.html", "overlay.mp4", "overlay.avi", "eval.json",
                                      "eval.csv",    "render",      "full",        "grid",
-                                     "steps",       "model",       kLog,       kDescription};
+                                     "steps",       "model",       kLog,          kDescription};
 
 absl::Status RemoveFormerRun(const std::string& path) {
   for (const char* product : kProducts) {

@@ -86,8 +86,8 @@ class OnlineSegmenter {
   // The state after the frame learnt last, as the bytes of a model file (gp/io/model_file.h).
   // Between two frames; this segmenter and one restored from the bytes go on alike to the last bit.
   absl::StatusOr<std::string> Checkpoint();
-  // Goes on from a checkpoint. `recent`: the last HistoryFrames() frames before it that could be read
-  // (all where there were fewer), oldest first.
+  // Goes on from a checkpoint. `recent`: the last HistoryFrames() frames before it that could be
+  // read (all where there were fewer), oldest first.
   absl::Status Restore(absl::string_view checkpoint, const std::vector<Frame>& recent);
 
   const OnlineSegmenterOptions& options() const { return options_; }
