@@ -98,10 +98,10 @@ absl::StatusOr<SuiteVariant> ParseVariant(absl::string_view text) {
     return absl::ascii_isalnum(c) || c == '_' || c == '-' || c == '+';
   });
   if (equals == absl::string_view::npos || !is_name) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "variant \"", text,
-        "\" is not NAME=FLAGS, NAME of letters, digits, _, - and +; write, say, "
-        "\"no_road=--evidence=epipolar,negative_depth,three_view\""));
+    return absl::InvalidArgumentError(
+        absl::StrCat("variant \"", text,
+                     "\" is not NAME=FLAGS, NAME of letters, digits, _, - and +; write, say, "
+                     "\"no_road=--evidence=epipolar,negative_depth,three_view\""));
   }
   return SuiteVariant{std::string(name),
                       absl::StrSplit(text.substr(equals + 1), ' ', absl::SkipEmpty())};

@@ -1,5 +1,5 @@
-// Many sequences under several variants of segment, profiles or others: each is segmented where no run of it is there yet, then
-// evaluated.
+// Many sequences under several variants of segment, profiles or others: each is segmented where no
+// run of it is there yet, then evaluated.
 //
 //   out/runs/VARIANT/NAME       the run folder; one that is there goes on or is taken as it is
 //   out/runs/VARIANT/NAME.log   what segmenting printed

@@ -65,12 +65,6 @@ std::optional<PhotometricSupport> PicturesOf(const EvidenceFrame& frame) {
   return PhotometricSupport(frame.grey_before, frame.grey, befores, nows);
 }
 
-// One bound of an option: the value, whether it holds, and the rule in words.
-absl::Status Check(const char* name, double value, bool holds, const char* rule) {
-  if (holds && std::isfinite(value)) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(name, " is ", value, "; it must ", rule));
-}
-
 absl::Status CheckFrame(const EvidenceFrame& frame, int64_t last_index) {
   if (frame.index < 0 || frame.index <= last_index) {
     return absl::InvalidArgumentError(
@@ -128,22 +122,6 @@ struct EvidenceAccumulator::Motion {
   bool pose_line = false;
   double noise_pixels = 0.0;
 };
-
-absl::Status EvidenceOptions::Validate() const {
-  EGOSIEVE_RETURN_IF_ERROR(
-      Check("focal_pixels", focal_pixels, focal_pixels >= 0, "not be negative"));
-  EGOSIEVE_RETURN_IF_ERROR(
-      Check("forgetting", forgetting, forgetting >= 0 && forgetting < 1, "lie in [0, 1)"));
-  EGOSIEVE_RETURN_IF_ERROR(
-      Check("tempering", tempering, tempering > 0 && tempering <= 1, "lie in (0, 1]"));
-  EGOSIEVE_RETURN_IF_ERROR(
-      Check("noise_memory", noise_memory, noise_memory >= 0 && noise_memory < 1, "lie in [0, 1)"));
-  EGOSIEVE_RETURN_IF_ERROR(
-      Check("noise_floor_pixels", noise_floor_pixels, noise_floor_pixels > 0, "be positive"));
-  EGOSIEVE_RETURN_IF_ERROR(pose.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(three_views.Validate());
-  return own_car_options.Validate();
-}
 
 EvidencePoint PointOfTrack(const Track& track, int gap) {
   EvidencePoint point;
@@ -281,15 +259,7 @@ bool EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& 
   }
   next.road = {true, road.m(0) / road.m(1), -road.m(2) / road.m(1)};
   if (pictures != nullptr) {
-    const PhotometricSupport back = pictures->Reversed();
-    for (size_t k = 0; k < depths.size(); ++k) {
-      if (!depths[k].valid) continue;
-      const std::optional<cv::Point2f> before =
-          PlaceOfRoadBefore(road, motion.camera, motion.pose, places[k]);
-      if (!before) continue;
-      depths[k].against_road =
-          back.SignedLogRatio(places[k], frame.points[owners[k]].before, *before).value_or(0.0);
-    }
+    CompareWithRoad(road, motion.camera, motion.pose, *pictures, pairs, depths);
   }
   const std::vector<double> ratios = RoadLogRatios(road, depths, places, frame.size);
   for (size_t k = 0; k < owners.size(); ++k) {

@@ -30,6 +30,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "vision/evidence/evidence_options.h"
 #include "vision/evidence/fusion.h"
 #include "vision/evidence/own_car.h"
 #include "vision/evidence/photometric_support.h"
@@ -40,26 +41,6 @@
 #include "vision/tracking/track.h"
 
 namespace egosieve::vision {
-
-struct EvidenceOptions {
-  bool epipolar = true;  // distance to the motion model, whichever that is
-  bool negative_depth = true;
-  bool three_view = true;
-  bool road = true;
-  bool accumulation = true;  // along tracks
-  bool own_car = true;
-
-  double focal_pixels = 0.0;        // 0: guessed (pinhole.h); the result hardly depends on it
-  double forgetting = 0.5;          // lambda of (F3); [0, 1)
-  double tempering = 0.7;           // kappa of (F3); (0, 1]
-  double noise_memory = 0.9;        // of scales and the share of movers, a frame; [0, 1)
-  double noise_floor_pixels = 0.1;  // of the scale of residuals; positive
-  RelativePoseOptions pose;
-  ThreeViewOptions three_views;
-  OwnCarOptions own_car_options;
-
-  absl::Status Validate() const;
-};
 
 // A point of frame t and where it was before, pixels; NaN where that is not known.
 struct EvidencePoint {

@@ -40,7 +40,7 @@ inline constexpr int kEvidenceTerms = 4;
 const char* Name(EvidenceTerm term);
 
 inline constexpr double kMoverScale = 15.0;                                               // S
-inline constexpr std::array<double, kEvidenceTerms> kHiddenShare = {0.1, 0.0, 0.6, 0.0};  // h
+inline constexpr std::array<double, kEvidenceTerms> kHiddenShare = {0.3, 0.0, 0.6, 0.0};  // h
 
 // (F1), (F2); 0 for z that is not a number.
 double DistanceLogRatio(double z);

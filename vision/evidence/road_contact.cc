@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 namespace egosieve::vision {
@@ -10,12 +11,12 @@ namespace {
 
 // Of the road's inverse depth: hollows and slopes far ahead; what counts as road; how much nearer
 // the lower edge of something may seem that hangs less than a quarter of the camera's height above
-// the road: a bumper.
-constexpr double kSlack = 0.25, kOnRoad = 0.15, kRaised = 0.15;
+// the road: a bumper. Without pictures the foot of what is not road is found higher than it is.
+constexpr double kSlack = 0.25, kOnRoad = 0.15, kRaised = 0.15, kRaisedUnseen = 0.35;
 constexpr double kSeenOnRoad = 1.0, kSeenOffRoad = 3.0;  // of the pictures' log-likelihood ratio
-constexpr int kRoadBelow = 2;            // points of road that show a foot
-constexpr size_t kMostMissed = 2;        // bad places within a stretch
-constexpr size_t kMostBetween = 4;       // places between the road and the stretch
+constexpr int kRoadBelow = 2;                            // points of road that show a foot
+constexpr size_t kMostMissed = 2;                        // bad places within a stretch
+constexpr size_t kMostBetween = 4;                       // places between the road and the stretch
 constexpr int kFewestAlike = 2;          // places of a stretch that are seen not to be road
 constexpr double kMostRise = 2.5;        // of the camera's height, above it: taller is no vehicle
 constexpr double kCarRise = 0.3;         // the same, of a car's roof
@@ -72,8 +73,7 @@ enum class Ground { kRoad, kUnclear, kOff };
 Ground GroundOf(const RoadPlane& road, const InverseDepth& point) {
   if (point.against_road < -kSeenOnRoad) return Ground::kRoad;
   const double at = road.At(point.ray);
-  const bool fits =
-      at > 0.0 && std::abs(point.value - at) < 2.0 * point.deviation + kOnRoad * at;
+  const bool fits = at > 0.0 && std::abs(point.value - at) < 2.0 * point.deviation + kOnRoad * at;
   if (!(point.against_road < kSeenOffRoad)) {
     return fits && std::isinf(point.against_road) ? Ground::kRoad : Ground::kOff;
   }
@@ -130,7 +130,8 @@ class Column {
     std::vector<size_t> stretch = {first};
     for (size_t k = first + 1; k < column_.size() && k - stretch.back() <= kMostMissed + 1; ++k) {
       // Near the horizon all may be road; what is road in truth soon differs from the first.
-      if (IsAlike(At(stretch.back()), At(k)) && (ground_[k] != Ground::kRoad || IsAlike(At(first), At(k)))) {
+      if (IsAlike(At(stretch.back()), At(k)) &&
+          (ground_[k] != Ground::kRoad || IsAlike(At(first), At(k)))) {
         stretch.push_back(k);
       }
     }
@@ -167,8 +168,9 @@ class Column {
       deviations.push_back(At(k).deviation);
     }
     const double value = MedianOf(values);
-    const FootRatios ratios = RatiosOf(value, MedianOf(deviations), At(foot).ray,
-                                       At(stretch.front()).ray, is_tall);
+    const FootRatios ratios =
+        RatiosOf(value, MedianOf(deviations), At(foot).ray, At(stretch.front()).ray, is_tall,
+                 std::isfinite(At(off).against_road));
     for (size_t k = foot + 1; k < stretch.front(); ++k) {
       const double own = At(k).value;
       if (std::abs(own - value) < std::abs(own - road_.At(At(k).ray))) stretch.push_back(k);
@@ -179,16 +181,16 @@ class Column {
 
   // (R3); the foot lies between the last ray of the road and the first above.
   FootRatios RatiosOf(double value, double deviation, const Eigen::Vector3d& below,
-                      const Eigen::Vector3d& above, bool is_tall) const {
+                      const Eigen::Vector3d& above, bool is_tall, bool is_seen) const {
     if (!(road_.Fall(above) > kLeastFootFall)) return {};
     const double furthest = road_.At(above);
     const double middle = 0.5 * (road_.At(below) + furthest);
     const auto total = [&](double at) {
-      return std::hypot(deviation,
-                        std::hypot(kRoadUnevenness * at, kHorizonError * road_.m(1)));
+      return std::hypot(deviation, std::hypot(kRoadUnevenness * at, kHorizonError * road_.m(1)));
     };
     const double sunk = (value - (1.0 - kSlack) * furthest) / total(furthest);
-    const double raised = ((1.0 + kRaised) * middle - value) / total(middle);
+    const double raised =
+        ((1.0 + (is_seen ? kRaised : kRaisedUnseen)) * middle - value) / total(middle);
     return {true, RoadLogRatio(sunk), is_tall ? 0.0 : RoadLogRatio(raised)};
   }
 
@@ -219,9 +221,9 @@ class Objects {
 };
 
 bool IsOneSurface(const InverseDepth& a, const InverseDepth& b) {
-  return std::abs(a.value - b.value) < 1.5 * std::hypot(a.deviation, b.deviation) +
-                                           kSameDepth *
-                                               std::max(std::abs(a.value), std::abs(b.value));
+  return std::abs(a.value - b.value) <
+         1.5 * std::hypot(a.deviation, b.deviation) +
+             kSameDepth * std::max(std::abs(a.value), std::abs(b.value));
 }
 
 // What some columns of an object say holds for all of it: the mean of `raised` over its points that
@@ -259,7 +261,34 @@ std::vector<double> RaisedByObject(const Raster& raster, const std::vector<Inver
   return means;
 }
 
+// Where a point of the road that is now at `place` was in the first frame; nothing above the
+// horizon.
+std::optional<cv::Point2f> PlaceOfRoadBefore(const RoadPlane& road, const Pinhole& camera,
+                                             const RelativePose& back, cv::Point2f place) {
+  const Eigen::Vector3d ray = camera.Ray(place.x, place.y);
+  const double inverse_depth = road.At(ray);
+  const Eigen::Vector3d point = back.rotation * ray + inverse_depth * back.translation;
+  if (!(inverse_depth > 0.0) || !(point(2) > 0.1)) return std::nullopt;
+  const Eigen::Vector2d before = camera.Project(point);
+  return cv::Point2f(static_cast<float>(before(0)), static_cast<float>(before(1)));
+}
+
 }  // namespace
+
+void CompareWithRoad(const RoadPlane& road, const Pinhole& camera, const RelativePose& pose,
+                     const PhotometricSupport& pictures, const std::vector<PointPair>& pairs,
+                     std::vector<InverseDepth>& points) {
+  const RelativePose back = Inverse(pose);
+  const PhotometricSupport reversed = pictures.Reversed();
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (!points[i].valid) continue;
+    const cv::Point2f now(static_cast<float>(pairs[i].x2), static_cast<float>(pairs[i].y2));
+    const cv::Point2f before(static_cast<float>(pairs[i].x1), static_cast<float>(pairs[i].y1));
+    const std::optional<cv::Point2f> as_road = PlaceOfRoadBefore(road, camera, back, now);
+    if (!as_road) continue;
+    points[i].against_road = reversed.SignedLogRatio(now, before, *as_road).value_or(0.0);
+  }
+}
 
 std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<InverseDepth>& points,
                                   const std::vector<cv::Point2f>& places, cv::Size image) {
@@ -288,7 +317,8 @@ std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<Inver
   const std::vector<double> raised = RaisedByObject(raster, points, grounds, by_foot);
   for (size_t i = 0; i < points.size(); ++i) {
     const int speaker = raster.SpeakerFor(places[i]);
-    if (!points[i].valid || !points[speaker].valid || !IsAlike(points[i], points[speaker])) continue;
+    if (!points[i].valid || !points[speaker].valid || !IsAlike(points[i], points[speaker]))
+      continue;
     const FootRatios& foot = by_foot[speaker];
     ratios[i] = std::max({ratios[i], foot.sunk, foot.raised, raised[speaker]});
   }

@@ -1,7 +1,7 @@
 // Points that stand neither on the road nor on anything that stands on it.
 //
-// With r a point's inverse depth, A its ray and m.A the road's inverse depth there (road_plane.h), a
-// static point is not below the road,
+// With r a point's inverse depth, A its ray and m.A the road's inverse depth there (road_plane.h),
+// a static point is not below the road,
 //
 //   r >= m.A                                                                                 (R2)
 //
@@ -29,9 +29,18 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "vision/evidence/photometric_support.h"
+#include "vision/evidence/pinhole.h"
+#include "vision/evidence/relative_pose.h"
 #include "vision/evidence/road_plane.h"
+#include "vision/geometry/point_pair.h"
 
 namespace egosieve::vision {
+
+// Sets against_road of the points that are below the horizon; pose, pairs: as for InverseDepths.
+void CompareWithRoad(const RoadPlane& road, const Pinhole& camera, const RelativePose& pose,
+                     const PhotometricSupport& pictures, const std::vector<PointPair>& pairs,
+                     std::vector<InverseDepth>& points);
 
 // Log-likelihood ratio by (R2) and (R3), not negative, one a point; places: of the points, in the
 // image.

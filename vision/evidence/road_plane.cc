@@ -141,15 +141,4 @@ RoadPlane FitRoad(const std::vector<InverseDepth>& points, const RoadSlope& last
   return road;
 }
 
-std::optional<cv::Point2f> PlaceOfRoadBefore(const RoadPlane& road, const Pinhole& camera,
-                                             const RelativePose& pose, cv::Point2f place) {
-  const RelativePose back = Inverse(pose);
-  const Eigen::Vector3d ray = camera.Ray(place.x, place.y);
-  const double inverse_depth = road.At(ray);
-  const Eigen::Vector3d point = back.rotation * ray + inverse_depth * back.translation;
-  if (!(inverse_depth > 0.0) || !(point(2) > 0.1)) return std::nullopt;
-  const Eigen::Vector2d before = camera.Project(point);
-  return cv::Point2f(static_cast<float>(before(0)), static_cast<float>(before(1)));
-}
-
 }  // namespace egosieve::vision

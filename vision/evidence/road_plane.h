@@ -17,7 +17,6 @@
 #include <cstdint>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <vector>
 
 #include "vision/evidence/pinhole.h"
@@ -60,11 +59,6 @@ struct RoadPlane {
 };
 
 RoadPlane FitRoad(const std::vector<InverseDepth>& points, const RoadSlope& last, uint64_t seed);
-
-// Where a point of the road that is now at `place` (of the second frame) was in the first. pose:
-// first frame to second. Nothing above the horizon.
-std::optional<cv::Point2f> PlaceOfRoadBefore(const RoadPlane& road, const Pinhole& camera,
-                                             const RelativePose& pose, cv::Point2f place);
 
 }  // namespace egosieve::vision
 

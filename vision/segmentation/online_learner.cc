@@ -131,9 +131,10 @@ absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
                                   absl::Span<const double> labels, int64_t frame_index,
                                   FrameRecord& record) {
   record.selection.candidates = inputs.rows;
+  std::vector<int64_t> taken;
   {
     StageTimer timer(record.milliseconds.selection);
-    EGOSIEVE_RETURN_IF_ERROR(UpdatePoints(inputs, labels, frame_index, record.selection));
+    EGOSIEVE_RETURN_IF_ERROR(UpdatePoints(inputs, labels, frame_index, taken, record.selection));
   }
   {
     StageTimer timer(record.milliseconds.training);
@@ -141,15 +142,17 @@ absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
   }
   {
     StageTimer timer(record.milliseconds.calibration);
-    EGOSIEVE_RETURN_IF_ERROR(Calibrate(labels));
+    EGOSIEVE_RETURN_IF_ERROR(options_.calibrates_to_frame
+                                 ? CalibrateToFrame(inputs, labels, taken, frame_index)
+                                 : Calibrate());
   }
   return absl::OkStatus();
 }
 
 absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
                                          absl::Span<const double> labels, int64_t frame_index,
-                                         SelectionCounts& counts) {
-  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> selected, SelectNewPoints(inputs, labels, counts));
+                                         std::vector<int64_t>& selected, SelectionCounts& counts) {
+  EGOSIEVE_ASSIGN_OR_RETURN(selected, SelectNewPoints(inputs, labels, counts));
   counts.added = static_cast<int64_t>(selected.size());
   LimitArrivals(labels, frame_index, selected);
   counts.dropped_by_budget = counts.added - static_cast<int64_t>(selected.size());
@@ -284,27 +287,62 @@ absl::Status OnlineLearner::Train(FrameRecord& record) {
   return absl::OkStatus();
 }
 
-absl::Status OnlineLearner::Calibrate(absl::Span<const double> frame_labels) {
-  if (model_.size() < 2) {
-    return absl::OkStatus();
-  }
+absl::Status OnlineLearner::Calibrate() {
+  if (model_.size() < 2) return absl::OkStatus();
   const std::vector<int64_t> sample =
       gp::StratifiedSample(model_.targets(), options_.calibration_sample_size,
                            options_.training.minimum_class_share, options_.seed);
   EGOSIEVE_ASSIGN_OR_RETURN(const gp::LeaveOneOut predictions, model_.PredictLeaveOneOut(sample));
   const std::vector<double> labels = LabelsFromTargets(Gather(model_.targets(), predictions.rows));
   const double noise_variance = model_.hyperparameters().noise_variance();
-  double share = 0.0;
-  if (options_.calibrates_to_frame && !frame_labels.empty()) {
-    constexpr double kLeastShare = 0.002;
-    const double sum = std::accumulate(frame_labels.begin(), frame_labels.end(), 0.0);
-    share =
-        std::clamp(sum / static_cast<double>(frame_labels.size()), kLeastShare, 1.0 - kLeastShare);
-  }
   EGOSIEVE_ASSIGN_OR_RETURN(
       const gp::SquashFit fit,
       gp::FitSquash(predictions.mean, predictions.LatentVariance(noise_variance), labels, squash_,
-                    options_.squash, share));
+                    options_.squash));
+  squash_ = fit.parameters;
+  return absl::OkStatus();
+}
+
+absl::Status OnlineLearner::CalibrateToFrame(kernels::ConstMatrixView<float> inputs,
+                                             absl::Span<const double> labels,
+                                             absl::Span<const int64_t> taken, int64_t frame_index) {
+  constexpr int64_t kFewestLeft = 100;
+  constexpr double kLeastShare = 0.002;
+  std::vector<int64_t> sorted(taken.begin(), taken.end());
+  std::sort(sorted.begin(), sorted.end());
+  const std::vector<int64_t> left = Complement(inputs.rows, sorted);
+  if (model_.size() < 2) return absl::OkStatus();
+  if (static_cast<int64_t>(left.size()) < kFewestLeft) return Calibrate();
+  const std::vector<double> left_labels = Gather(labels, left);
+  std::vector<double> targets;
+  targets.reserve(left.size());
+  for (const double label : left_labels) targets.push_back(2.0 * label - 1.0);
+  std::vector<int64_t> rows;
+  for (const int64_t index :
+       gp::StratifiedSample(targets, options_.calibration_sample_size, 0.5,
+                            options_.seed + static_cast<uint64_t>(frame_index))) {
+    rows.push_back(left[index]);
+  }
+  const std::vector<float> queries = GatherRows(inputs, rows);
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const gp::Posterior> posterior,
+                            model_.MakePosterior(squash_));
+  std::vector<float> mean(rows.size()), variance(rows.size());
+  kernels::PosteriorOutputs outputs;
+  outputs.mean = mean.data();
+  outputs.variance = variance.data();
+  EGOSIEVE_RETURN_IF_ERROR(
+      posterior
+          ->Evaluate(kernels::ConstMatrixView<float>(
+                         queries.data(), static_cast<int64_t>(rows.size()), inputs.cols),
+                     outputs)
+          .status());
+  const double sum = std::accumulate(labels.begin(), labels.end(), 0.0);
+  const double share =
+      std::clamp(sum / static_cast<double>(labels.size()), kLeastShare, 1.0 - kLeastShare);
+  EGOSIEVE_ASSIGN_OR_RETURN(const gp::SquashFit fit,
+                            gp::FitSquash(std::vector<double>(mean.begin(), mean.end()),
+                                          std::vector<double>(variance.begin(), variance.end()),
+                                          Gather(labels, rows), squash_, options_.squash, share));
   squash_ = fit.parameters;
   return absl::OkStatus();
 }

@@ -110,7 +110,8 @@ class OnlineLearner {
                                                        absl::Span<const double> labels,
                                                        SelectionCounts& counts) const;
   absl::Status UpdatePoints(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                            int64_t frame_index, SelectionCounts& counts);
+                            int64_t frame_index, std::vector<int64_t>& selected,
+                            SelectionCounts& counts);
   void LimitArrivals(absl::Span<const double> labels, int64_t frame_index,
                      std::vector<int64_t>& selected) const;
   absl::Status Add(const Points& points, int64_t frame_index);
@@ -119,7 +120,10 @@ class OnlineLearner {
   absl::Status Thin(int64_t frame_index, std::vector<int64_t>& alive, Points& arriving,
                     SelectionCounts& counts) const;
   absl::Status Train(FrameRecord& record);
-  absl::Status Calibrate(absl::Span<const double> frame_labels);
+  absl::Status Calibrate();
+  absl::Status CalibrateToFrame(kernels::ConstMatrixView<float> inputs,
+                                absl::Span<const double> labels, absl::Span<const int64_t> taken,
+                                int64_t frame_index);
 
   OnlineLearnerOptions options_;
   LearnerModel model_;

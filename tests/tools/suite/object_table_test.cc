@@ -14,8 +14,8 @@ using ::testing::IsEmpty;
 // One frame of 40 x 10 pixels: two cars of 100 pixels, ahead (id 1) and oncoming (id 2); `called`
 // columns of the image are called dynamic.
 SequenceResult Result(const std::string& variant, int first, int called) {
-  static const std::map<int, SyntheticObject> objects = {{1, {1, "car", "ahead", true, 10.0, 100}},
-                                                         {2, {2, "car", "oncoming", true, 50.0, 100}}};
+  static const std::map<int, SyntheticObject> objects = {
+      {1, {1, "car", "ahead", true, 10.0, 100}}, {2, {2, "car", "oncoming", true, 50.0, 100}}};
   ScoredFrame frame;
   frame.truth = cv::Mat1b::zeros(10, 60);
   frame.probability = cv::Mat1w::zeros(10, 60);

@@ -1,0 +1,166 @@
+#include "vision/evidence/road_contact.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "tests/vision/evidence/road_view.h"
+
+namespace egosieve::vision {
+namespace {
+
+double ShareAbove(const View& view, const std::vector<double>& ratios, What what, double level) {
+  double above = 0.0, count = 0.0;
+  for (size_t i = 0; i < ratios.size(); ++i) {
+    if (view.what[i] != what) continue;
+    ++count;
+    above += ratios[i] > level ? 1.0 : 0.0;
+  }
+  return above / count;
+}
+
+TEST(RoadContact, TellsCarsAheadAndOncomingFromParkedOnes) {
+  for (const double noise : {0.0, 0.1}) {
+    const View view = MakeView(noise);
+    const auto depths = InverseDepths(view.camera, view.pose, view.pairs);
+    const RoadPlane road = FitRoad(depths, {}, 1);
+    ASSERT_TRUE(road.found);
+    const auto ratios = RoadLogRatios(road, depths, view.places, kImage);
+    EXPECT_GT(ShareAbove(view, ratios, What::kAhead, 2.0), 0.8) << noise;
+    EXPECT_GT(ShareAbove(view, ratios, What::kOncoming, 2.0), 0.8) << noise;
+    EXPECT_EQ(ShareAbove(view, ratios, What::kStanding, 1.0), 0.0) << noise;
+    EXPECT_LT(ShareAbove(view, ratios, What::kRoad, 1.0), 0.002) << noise;
+    EXPECT_LT(ShareAbove(view, ratios, What::kHouse, 1.0), 0.01) << noise;
+    EXPECT_EQ(ShareAbove(view, ratios, What::kSky, 1.0), 0.0) << noise;
+  }
+}
+
+// Beneath the car that comes, three places of road get its motion, as from smooth flow.
+View WithBleedingFlow(std::vector<bool>& is_carried) {
+  View view = MakeView(0.1);
+  is_carried.assign(view.what.size(), false);
+  const auto columns = static_cast<size_t>((kImage.width + kStep - 3) / kStep);
+  for (size_t i = 0; i + 3 * columns < view.what.size(); ++i) {
+    if (view.what[i] != What::kOncoming || view.what[i + columns] != What::kRoad) continue;
+    for (size_t k = 1; k <= 3; ++k) {
+      const size_t road = i + k * columns;
+      const Eigen::Vector3d ray = view.camera.Ray(view.places[road].x, view.places[road].y);
+      const Eigen::Vector2d place =
+          view.camera.Project(15.0 * ray + 2.0 * kTravel * Eigen::Vector3d::UnitZ());
+      view.pairs[road].x1 = place(0);
+      view.pairs[road].y1 = place(1);
+      is_carried[road] = true;
+    }
+  }
+  return view;
+}
+
+TEST(RoadContact, PicturesShowTheFootWhereFlowIsCarriedOverTheRoad) {
+  std::vector<bool> is_carried;
+  const View view = WithBleedingFlow(is_carried);
+  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
+  const RoadPlane road = FitRoad(depths, {}, 1);
+  ASSERT_TRUE(road.found);
+  const auto blind = RoadLogRatios(road, depths, view.places, kImage);
+  for (size_t i = 0; i < depths.size(); ++i) {
+    depths[i].against_road = view.what[i] == What::kRoad ? (is_carried[i] ? -5.0 : 0.0) : 20.0;
+  }
+  const auto seeing = RoadLogRatios(road, depths, view.places, kImage);
+  EXPECT_LT(ShareAbove(view, blind, What::kOncoming, 2.0), 0.5);
+  EXPECT_GT(ShareAbove(view, seeing, What::kOncoming, 2.0), 0.9);
+  EXPECT_EQ(ShareAbove(view, seeing, What::kStanding, 1.0), 0.0);
+  EXPECT_LT(ShareAbove(view, seeing, What::kRoad, 1.0), 0.002);
+}
+
+TEST(RoadContact, ColumnsWithoutAFootFollowTheRestOfTheSurface) {
+  const View view = MakeView(0.1);
+  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
+  const RoadPlane road = FitRoad(depths, {}, 1);
+  ASSERT_TRUE(road.found);
+  // Nothing was measured below the right third of the car.
+  for (size_t i = 0; i < depths.size(); ++i) {
+    const double across = depths[i].ray(0);
+    if (view.what[i] == What::kRoad && across > 0.3 && across < 0.35) depths[i].valid = false;
+  }
+  const auto ratios = RoadLogRatios(road, depths, view.places, kImage);
+  EXPECT_GT(ShareAbove(view, ratios, What::kOncoming, 2.0), 0.9);
+}
+
+// A road's texture at a place of it, metres; smooth, of a wave length of some pixels.
+double Texture(double across, double along) {
+  return 120.0 + 50.0 * std::sin(25.0 * across) * std::cos(9.0 * along) +
+         30.0 * std::sin(11.0 * across + 5.0 * along);
+}
+
+TEST(RoadContact, PicturesTellRoadFromPlacesThatWereCarriedAlong) {
+  std::vector<bool> is_carried;
+  const View view = WithBleedingFlow(is_carried);
+  cv::Mat1b before(kImage), now(kImage);
+  for (int y = 0; y < kImage.height; ++y) {
+    for (int x = 0; x < kImage.width; ++x) {
+      const Eigen::Vector3d ray = view.camera.Ray(x, y);
+      const double depth = ray(1) > 1e-3 ? kHeight / ray(1) : 1e3;
+      now(y, x) = static_cast<uint8_t>(Texture(depth * ray(0), depth));
+      // The camera was kTravel further back: a place at depth d then is one at d - kTravel now.
+      before(y, x) = static_cast<uint8_t>(Texture(depth * ray(0), depth - kTravel));
+    }
+  }
+  std::vector<cv::Point2f> befores;
+  for (const PointPair& pair : view.pairs) {
+    befores.emplace_back(static_cast<float>(pair.x1), static_cast<float>(pair.y1));
+  }
+  const PhotometricSupport pictures(before, now, befores, view.places);
+  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
+  const RoadPlane road = FitRoad(depths, {}, 1);
+  ASSERT_TRUE(road.found);
+  CompareWithRoad(road, view.camera, view.pose, pictures, view.pairs, depths);
+  int carried = 0, seen = 0;
+  for (size_t i = 0; i < depths.size(); ++i) {
+    if (!depths[i].valid || !std::isfinite(depths[i].against_road)) continue;
+    if (is_carried[i]) {
+      ++carried;
+      seen += depths[i].against_road < -1.0 ? 1 : 0;
+    } else if (view.what[i] == What::kRoad) {
+      EXPECT_LT(depths[i].against_road, 3.0) << view.places[i];  // not seen to be anything else
+    }
+  }
+  ASSERT_GT(carried, 20);
+  EXPECT_GT(seen, 0.6 * carried);
+}
+
+TEST(RoadContact, NoRoadNoEvidence) {
+  // A wall across the whole view.
+  View view = MakeView(0.1);
+  for (PointPair& pair : view.pairs) {
+    const Eigen::Vector3d ray = view.camera.Ray(pair.x2, pair.y2);
+    const Eigen::Vector2d place =
+        view.camera.Project(12.0 * ray + kTravel * Eigen::Vector3d::UnitZ());
+    pair.x1 = place(0);
+    pair.y1 = place(1);
+  }
+  const auto depths = InverseDepths(view.camera, view.pose, view.pairs);
+  const RoadPlane road = FitRoad(depths, {}, 1);
+  EXPECT_FALSE(road.found);
+  for (const double ratio : RoadLogRatios(road, depths, view.places, kImage)) EXPECT_EQ(ratio, 0.0);
+  EXPECT_FALSE(FitRoad({}, {}, 1).found);
+}
+
+TEST(RoadContact, PlacesThatAreNoNumbersSayNothing) {
+  View view = MakeView(0.1);
+  for (size_t i = 0; i < view.pairs.size(); i += 7) view.pairs[i].x1 = std::nan("");
+  const auto depths = InverseDepths(view.camera, view.pose, view.pairs);
+  const RoadPlane road = FitRoad(depths, {}, 1);
+  ASSERT_TRUE(road.found);
+  const auto ratios = RoadLogRatios(road, depths, view.places, kImage);
+  for (size_t i = 0; i < ratios.size(); ++i) {
+    EXPECT_TRUE(std::isfinite(ratios[i])) << i;
+    if (i % 7 == 0) {
+      EXPECT_EQ(ratios[i], 0.0) << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace egosieve::vision

@@ -1,0 +1,34 @@
+// What evidence is gathered, and how it is weighed; evidence_accumulator.h.
+#ifndef EGOSIEVE_VISION_EVIDENCE_EVIDENCE_OPTIONS_H_
+#define EGOSIEVE_VISION_EVIDENCE_EVIDENCE_OPTIONS_H_
+
+#include "absl/status/status.h"
+#include "vision/evidence/own_car.h"
+#include "vision/evidence/relative_pose.h"
+#include "vision/evidence/three_view.h"
+
+namespace egosieve::vision {
+
+struct EvidenceOptions {
+  bool epipolar = true;  // distance to the motion model, whichever that is
+  bool negative_depth = true;
+  bool three_view = true;
+  bool road = true;
+  bool accumulation = true;  // along tracks
+  bool own_car = true;
+
+  double focal_pixels = 0.0;        // 0: guessed (pinhole.h); the result hardly depends on it
+  double forgetting = 0.5;          // lambda of (F3); [0, 1)
+  double tempering = 0.7;           // kappa of (F3); (0, 1]
+  double noise_memory = 0.9;        // of scales and the share of movers, a frame; [0, 1)
+  double noise_floor_pixels = 0.1;  // of the scale of residuals; positive
+  RelativePoseOptions pose;
+  ThreeViewOptions three_views;
+  OwnCarOptions own_car_options;
+
+  absl::Status Validate() const;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_EVIDENCE_EVIDENCE_OPTIONS_H_
