@@ -10,6 +10,7 @@
 #include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/matching/feature_matcher.h"
+#include "vision/matching/motion_field.h"
 
 namespace egosieve::vision {
 
@@ -28,8 +29,11 @@ struct FramePairs {
   double features_milliseconds = 0.0, matching_milliseconds = 0.0;
 };
 
-// Frames of one size. Errors are those of the libraries beneath.
+// Frames of one size, `pictures` apart. Features are looked for where the flow between the frames
+// leads, where it does not hold where the motion before leads (empty: not known), and else, or
+// where that finds little, everywhere. Errors are those of the libraries beneath.
 absl::StatusOr<FramePairs> BuildPairs(const ExtractedFrame& first, const ExtractedFrame& second,
+                                      const MotionField& motion, int pictures,
                                       const FrameLabellerOptions& options);
 
 }  // namespace egosieve::vision
