@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "vision/geometry/sampling.h"
 #include "vision/labelling/evidence_labeller.h"
@@ -22,11 +23,6 @@ namespace egosieve::vision {
 namespace {
 
 constexpr uint64_t kGeometryStep = 1;
-// Matches among features that look alike by chance come to a few in a hundred; pictures of one
-// scene share more.
-constexpr double kLeastMatchShare = 0.03;
-// Flow always points somewhere, and so agrees by chance more often.
-constexpr double kLeastFlowShare = 0.2;
 
 bool SamePixels(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
@@ -201,18 +197,18 @@ bool FrameLabeller::Implementation::IsEnough(const FramePairs& pairs, LabelledFr
                absl::StrCat("only ", result.feature_count, " features: no texture"), result);
     return false;
   }
-  const double share =
-      static_cast<double>(pairs.match_count) / static_cast<double>(result.feature_count);
-  const double least =
-      options_.features == FeatureSource::kFlow ? kLeastFlowShare : kLeastMatchShare;
-  if (pairs.match_count < options_.minimum_matches || share < least) {
-    SetOutcome(LabelOutcome::kTooFewMatches,
-               absl::StrCat("only ", pairs.match_count, " of ", result.feature_count,
-                            " features have a match"),
-               result);
-    return false;
-  }
-  return true;
+  const bool enough = pairs.match_count >= options_.minimum_matches;
+  if (enough && ShowOneScene(pairs)) return true;
+  SetOutcome(LabelOutcome::kTooFewMatches,
+             enough ? absl::StrFormat(
+                          "another scene: %d of %d textured points and %d of %d features agree "
+                          "with the frame before, as by chance",
+                          pairs.flow_count, pairs.textured_count, pairs.agreeing_count,
+                          pairs.described_count)
+                    : absl::StrFormat("only %d of %d features have a match", pairs.match_count,
+                                      pairs.feature_count),
+             result);
+  return false;
 }
 
 absl::StatusOr<MotionModel> FrameLabeller::Implementation::FindMotion(

@@ -21,8 +21,8 @@ TEST(FrameLabeller, MoverStandsOutWithEverySourceAndRule) {
     SCOPED_TRACE(::testing::Message() << "features " << static_cast<int>(options.features)
                                       << " rule " << static_cast<int>(options.label_rule));
     auto labeller = MakeLabeller(options);
-    ASSERT_TRUE(labeller->Process(Scene(0)).ok());
-    const auto labelled = labeller->Process(Scene(1));
+    ASSERT_TRUE(labeller->Process(WallFrame(0)).ok());
+    const auto labelled = labeller->Process(WallFrame(1));
     ASSERT_TRUE(labelled.ok()) << labelled.status();
     ExpectWellFormed(*labelled);
     ASSERT_EQ(labelled->outcome, LabelOutcome::kLabelled) << labelled->reason;
@@ -30,7 +30,7 @@ TEST(FrameLabeller, MoverStandsOutWithEverySourceAndRule) {
     EXPECT_EQ(labelled->first_index, 0);
     EXPECT_EQ(labelled->labelled.index, 1);
     if (options.label_rule == LabelRule::kScaledDistance) continue;  // discards the mover
-    const FeatureScore score = ScoreAgainstMask(*labelled, Mask(labelled->labelled.index));
+    const FeatureScore score = ScoreAgainstMask(*labelled, WallMask(labelled->labelled.index));
     EXPECT_GT(score.residual_auc.value_or(0), 0.95);
     EXPECT_GT(score.label_auc.value_or(0), 0.95);
   }
@@ -39,8 +39,8 @@ TEST(FrameLabeller, MoverStandsOutWithEverySourceAndRule) {
 TEST(FrameLabeller, PaperLabelsTheFirstFrameAndDiscardsBeyondItsDistance) {
   const FrameLabellerOptions options = FrameLabellerOptions::Paper();
   auto labeller = MakeLabeller(options);
-  ASSERT_TRUE(labeller->Process(Scene(0)).ok());
-  const auto labelled = labeller->Process(Scene(1));
+  ASSERT_TRUE(labeller->Process(WallFrame(0)).ok());
+  const auto labelled = labeller->Process(WallFrame(1));
   ASSERT_TRUE(labelled.ok());
   ASSERT_EQ(labelled->outcome, LabelOutcome::kLabelled) << labelled->reason;
   EXPECT_EQ(labelled->labelled.index, 0);
@@ -59,7 +59,7 @@ TEST(FrameLabeller, SameBytesForOneTwoAndFourThreads) {
       options.threads = threads;
       auto labeller = MakeLabeller(options);
       for (int64_t t = 0; t < 3; ++t) {
-        const auto labelled = labeller->Process(Scene(t));
+        const auto labelled = labeller->Process(WallFrame(t));
         ASSERT_TRUE(labelled.ok());
         if (threads == 1) {
           reference.push_back(*labelled);
@@ -78,14 +78,14 @@ TEST(FrameLabeller, ResumesWithTheSameBytes) {
     std::vector<LabelledFrame> reference;
     std::vector<std::string> states;
     for (int64_t t = 0; t < 7; ++t) {
-      reference.push_back(*whole->Process(Scene(t)));
+      reference.push_back(*whole->Process(WallFrame(t)));
       states.push_back(whole->state());
     }
     auto resumed = MakeLabeller(options);
     ASSERT_TRUE(resumed->Restore(states[4]).ok());
-    ASSERT_TRUE(resumed->Prime(Scene(3)).ok());
-    ASSERT_TRUE(resumed->Prime(Scene(4)).ok());
-    for (int64_t t = 5; t < 7; ++t) ExpectSame(*resumed->Process(Scene(t)), reference[t]);
+    ASSERT_TRUE(resumed->Prime(WallFrame(3)).ok());
+    ASSERT_TRUE(resumed->Prime(WallFrame(4)).ok());
+    for (int64_t t = 5; t < 7; ++t) ExpectSame(*resumed->Process(WallFrame(t)), reference[t]);
     EXPECT_EQ(resumed->state(), states[6]);
   }
 }
@@ -94,9 +94,10 @@ TEST(FrameLabeller, ExtractingAheadChangesNothing) {
   FrameLabellerOptions options;
   auto in_turn = MakeLabeller(options), ahead = MakeLabeller(options);
   std::vector<std::shared_ptr<const ExtractedFrame>> extracted;
-  for (int64_t t = 3; t >= 0; --t) extracted.insert(extracted.begin(), *ahead->Extract(Scene(t)));
+  for (int64_t t = 3; t >= 0; --t)
+    extracted.insert(extracted.begin(), *ahead->Extract(WallFrame(t)));
   for (int64_t t = 0; t < 4; ++t) {
-    ExpectSame(*ahead->Label(extracted[t]), *in_turn->Process(Scene(t)));
+    ExpectSame(*ahead->Label(extracted[t]), *in_turn->Process(WallFrame(t)));
   }
 }
 
@@ -105,7 +106,7 @@ TEST(FrameLabeller, FrameGapAndFirstFrames) {
   options.frame_gap = 3;
   auto labeller = MakeLabeller(options);
   for (int64_t t = 0; t < 6; ++t) {
-    const auto labelled = labeller->Process(Scene(t));
+    const auto labelled = labeller->Process(WallFrame(t));
     ASSERT_TRUE(labelled.ok());
     ExpectWellFormed(*labelled);
     if (t < 3) {
@@ -124,7 +125,7 @@ TEST(FrameLabeller, AutoGapResumesWithTheSameBytes) {
   std::vector<LabelledFrame> reference;
   std::vector<std::string> states;
   const auto frame = [](int64_t t) {
-    return t == 3 ? FrameOf(3, Scene(2).image) : Scene(t);  // a picture that is repeated
+    return t == 3 ? FrameOf(3, WallFrame(2).image) : WallFrame(t);  // a picture that is repeated
   };
   for (int64_t t = 0; t < 7; ++t) {
     reference.push_back(*whole->Process(frame(t)));
@@ -147,19 +148,19 @@ TEST(FrameLabeller, ADarkFrameEndsTheTracksAndMissingFramesDoNot) {
   FrameLabellerOptions options;
   options.frame_gap = 2;
   auto labeller = MakeLabeller(options);
-  for (const int64_t t : {0, 1, 2}) ASSERT_TRUE(labeller->Process(Scene(t)).ok());
+  for (const int64_t t : {0, 1, 2}) ASSERT_TRUE(labeller->Process(WallFrame(t)).ok());
   // 3 and 4 are missing: the step is longer, nothing else.
-  const auto behind = labeller->Process(Scene(5));
+  const auto behind = labeller->Process(WallFrame(5));
   ASSERT_TRUE(behind.ok());
   ASSERT_EQ(behind->outcome, LabelOutcome::kLabelled) << behind->reason;
   EXPECT_EQ(behind->first_index, 1);
-  EXPECT_GT(ScoreAgainstMask(*behind, Mask(5)).label_auc.value_or(0), 0.95);
+  EXPECT_GT(ScoreAgainstMask(*behind, WallMask(5)).label_auc.value_or(0), 0.95);
   // A covered lens: no pair reaches across it.
   ASSERT_NE(
       labeller->Process(FrameOf(6, cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar::all(3))))->outcome,
       LabelOutcome::kLabelled);
   for (int64_t t = 7; t < 11; ++t) {
-    const auto labelled = labeller->Process(Scene(t));
+    const auto labelled = labeller->Process(WallFrame(t));
     ASSERT_TRUE(labelled.ok());
     ExpectWellFormed(*labelled);
     EXPECT_EQ(labelled->outcome == LabelOutcome::kLabelled, t >= 9) << t << labelled->reason;
@@ -172,7 +173,7 @@ TEST(FrameLabeller, ADarkFrameEndsTheTracksAndMissingFramesDoNot) {
 TEST(FrameLabeller, ACameraThatTurnsKnowsOfNoDepth) {
   auto labeller = MakeLabeller({});
   for (int64_t t = 0; t < 5; ++t) {
-    const auto labelled = labeller->Process(Scene(t));
+    const auto labelled = labeller->Process(WallFrame(t));
     ASSERT_TRUE(labelled.ok());
     for (const EvidenceTerm term : labelled->decided_by) EXPECT_EQ(term, EvidenceTerm::kEpipolar);
   }
@@ -180,9 +181,9 @@ TEST(FrameLabeller, ACameraThatTurnsKnowsOfNoDepth) {
 
 TEST(FrameLabeller, ErrorsLeaveTheStateAsItWas) {
   auto labeller = MakeLabeller({}), other = MakeLabeller({});
-  for (auto* each : {&labeller, &other}) ASSERT_TRUE((*each)->Process(Scene(1)).ok());
-  EXPECT_FALSE(labeller->Process(Scene(1)).ok()) << "the index does not grow";
-  EXPECT_FALSE(labeller->Process(Scene(0)).ok());
+  for (auto* each : {&labeller, &other}) ASSERT_TRUE((*each)->Process(WallFrame(1)).ok());
+  EXPECT_FALSE(labeller->Process(WallFrame(1)).ok()) << "the index does not grow";
+  EXPECT_FALSE(labeller->Process(WallFrame(0)).ok());
   EXPECT_FALSE(labeller->Process(FrameOf(2, cv::Mat())).ok());
   EXPECT_FALSE(labeller->Process(FrameOf(2, cv::Mat(20, 20, CV_16UC3))).ok());
   EXPECT_FALSE(labeller->Label(nullptr).ok());
@@ -190,7 +191,7 @@ TEST(FrameLabeller, ErrorsLeaveTheStateAsItWas) {
   EXPECT_FALSE(labeller->Restore("").ok());
   EXPECT_FALSE(labeller->Restore(state + " ").ok());
   EXPECT_FALSE(labeller->Restore(absl::string_view(state).substr(0, state.size() - 1)).ok());
-  ExpectSame(*labeller->Process(Scene(2)), *other->Process(Scene(2)));
+  ExpectSame(*labeller->Process(WallFrame(2)), *other->Process(WallFrame(2)));
 }
 
 TEST(FrameLabellerOptions, NonsenseIsRefusedByName) {

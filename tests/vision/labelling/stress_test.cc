@@ -32,9 +32,9 @@ std::vector<HardPair> StressCases() {
       {"black", [](int) { return Constant(0); }, {duplicate}},
       {"white, then nearly", [](int t) { return Constant(255 - t); }, {features}},
       {"lens cap",
-       [](int t) { return t == 0 ? Scene(0).image : Constant(3); },
+       [](int t) { return t == 0 ? WallFrame(0).image : Constant(3); },
        {features, matches, untrusted}},
-      {"identical", [](int) { return Scene(0).image; }, {duplicate}},
+      {"identical", [](int) { return WallFrame(0).image; }, {duplicate}},
       {"noise",
        [](int t) {
          cv::Mat image(kHeight, kWidth, CV_8UC3);
@@ -71,7 +71,7 @@ std::vector<HardPair> StressCases() {
        },
        {labelled, features, matches, untrusted}},
       {"over-exposed",
-       [](int t) { return cv::Mat(Scene(t).image * 4 + cv::Scalar::all(180)); },
+       [](int t) { return cv::Mat(WallFrame(t).image * 4 + cv::Scalar::all(180)); },
        {labelled, features, matches, untrusted}},
   };
 }
@@ -98,14 +98,14 @@ TEST(Stress, GivesADefinedOutcomeAndTheDriveGoesOn) {
 
 TEST(Stress, FramesOfAnotherSizeStartAnew) {
   auto labeller = MakeLabeller({});
-  ASSERT_TRUE(labeller->Process(Scene(0)).ok());
+  ASSERT_TRUE(labeller->Process(WallFrame(0)).ok());
   const auto changed = labeller->Process(FrameOf(1, Texture(100, 90, 1)));
   ASSERT_TRUE(changed.ok());
   EXPECT_EQ(changed->outcome, LabelOutcome::kSizeChanged);
   ExpectWellFormed(*changed);
-  const auto back = labeller->Process(Scene(2));
+  const auto back = labeller->Process(WallFrame(2));
   EXPECT_EQ(back->outcome, LabelOutcome::kSizeChanged);
-  EXPECT_EQ(labeller->Process(Scene(3))->outcome, LabelOutcome::kLabelled);
+  EXPECT_EQ(labeller->Process(WallFrame(3))->outcome, LabelOutcome::kLabelled);
 }
 
 TEST(Stress, TinyFrames) {

@@ -29,7 +29,7 @@ cv::Mat Texture(int width, int height, uint64_t seed) {
   return image;
 }
 
-Frame Scene(int64_t index) {
+Frame WallFrame(int64_t index) {
   static const cv::Mat wall = Texture(3 * kWidth, kHeight, 5), square = Texture(60, 60, 6);
   Frame frame;
   frame.index = index;
@@ -39,7 +39,7 @@ Frame Scene(int64_t index) {
   return frame;
 }
 
-cv::Mat Mask(int64_t index) {
+cv::Mat WallMask(int64_t index) {
   cv::Mat mask = cv::Mat::zeros(kHeight, kWidth, CV_8UC1);
   mask(cv::Rect(30 + 4 * static_cast<int>(index), 50, 60, 60)).setTo(255);
   return mask;

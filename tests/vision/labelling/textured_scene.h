@@ -19,9 +19,9 @@ cv::Mat Texture(int width, int height, uint64_t seed);
 
 // A wide textured wall seen by a camera that turns 3 pixels a frame, and a square that moves
 // against it.
-Frame Scene(int64_t index);
+Frame WallFrame(int64_t index);
 // 255 on the square.
-cv::Mat Mask(int64_t index);
+cv::Mat WallMask(int64_t index);
 
 Frame FrameOf(int64_t index, const cv::Mat& image);
 
