@@ -18,6 +18,7 @@
 #include "tools/plots/plots_flag.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/suite/child_process.h"
+#include "tools/suite/object_table.h"
 #include "tools/suite/suite_figures.h"
 #include "tools/suite/suite_run.h"
 #include "tools/suite/suite_table.h"
@@ -35,7 +36,9 @@ class EvaluateCommand : public Command {
   std::string example() const override {
     return "egosieve evaluate out/drive --truth=drive/masks\n"
            "egosieve evaluate out/clip --truth=clip/tracks.csv\n"
-           "egosieve evaluate --suite=sequences --out=out/suite --jobs=2";
+           "egosieve evaluate --suite=sequences --out=out/suite --jobs=2\n"
+           "egosieve evaluate --suite=streets --out=out/terms --profiles=default "
+           "--variant=line=--evidence=epipolar";
   }
 
   void AddFlags(CLI::App& app) override {
@@ -101,6 +104,10 @@ class EvaluateCommand : public Command {
     app.add_option("--profiles", profiles_, "With --suite: profiles of segment, by commas")
         ->capture_default_str()
         ->type_name("NAMES");
+    app.add_option("--variant", variants_,
+                   "With --suite: one more way to segment, beside the profiles: a name and flags "
+                   "of segment, by spaces; may be repeated")
+        ->type_name("NAME=FLAGS");
     app.add_option("--segment_flags", segment_flags_,
                    "With --suite: further flags of segment, by spaces, the same for all sequences")
         ->type_name("FLAGS");
@@ -140,11 +147,18 @@ class EvaluateCommand : public Command {
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const SequenceList list, FindSequences(suite_));
     EGOSIEVE_ASSIGN_OR_RETURN(suite_options_.program, OwnProgram());
-    suite_options_.profiles = absl::StrSplit(profiles_, ',', absl::SkipEmpty());
+    suite_options_.variants.clear();
+    for (const absl::string_view profile : absl::StrSplit(profiles_, ',', absl::SkipEmpty())) {
+      suite_options_.variants.push_back(VariantOfProfile(std::string(profile)));
+    }
+    for (const std::string& text : variants_) {
+      EGOSIEVE_ASSIGN_OR_RETURN(SuiteVariant variant, ParseVariant(text));
+      suite_options_.variants.push_back(std::move(variant));
+    }
     suite_options_.segment_flags = absl::StrSplit(segment_flags_, ' ', absl::SkipEmpty());
     suite_options_.evaluate = options_;
     suite_options_.cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-    const int runs = static_cast<int>(list.sequences.size() * suite_options_.profiles.size());
+    const int runs = static_cast<int>(list.sequences.size() * suite_options_.variants.size());
     if (suite_options_.jobs == 0) {
       suite_options_.jobs = std::clamp(suite_options_.cores, 1, std::clamp(runs, 1, 256));
     }
@@ -159,7 +173,7 @@ class EvaluateCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".csv", ToCsv(results)));
     EGOSIEVE_RETURN_IF_ERROR(
         WriteFileAtomically(base + ".json", ToJson(list, results, summary).dump(2) + "\n"));
-    std::cout << ToTable(list, results, summary);
+    std::cout << ToTable(list, results, summary) << ObjectTable(results);
     EGOSIEVE_RETURN_IF_ERROR(plots_.Write(absl::StrCat(suite_options_.out, "/plots"),
                                           MakeSuitePage(list, results, summary)));
     return summary.failed > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
@@ -170,6 +184,7 @@ class EvaluateCommand : public Command {
   EvaluateOptions options_;
   std::string suite_;
   std::string profiles_ = "paper,default";
+  std::vector<std::string> variants_;
   std::string segment_flags_;
   SuiteOptions suite_options_;
   ProgressFlag progress_;

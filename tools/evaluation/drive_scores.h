@@ -105,6 +105,8 @@ class DriveScores {
   // By group: "all", "relation ahead", "class car", "size 100-399", "distance under 20 m",
   // "ahead within 40 m", ...
   const std::map<std::string, ObjectRecall>& recall() const { return recall_; }
+  int64_t false_objects() const { return false_objects_; }
+  int64_t frames_with_objects() const { return frames_with_objects_; }  // looked for in them
   // Absent where objects were looked for in no frame.
   std::optional<double> FalseObjectsPerFrame() const;
   // Pooled over the frames without movers; absent where there is none.
@@ -136,7 +138,7 @@ class DriveScores {
   std::vector<FrameScores> frames_;
   std::map<std::string, ObjectRecall> recall_;
   int64_t false_objects_ = 0;
-  int64_t frames_with_objects_ = 0;  // in which objects were looked for
+  int64_t frames_with_objects_ = 0;
   int64_t mover_free_pixels_ = 0;
   int64_t mover_free_alarms_ = 0;
 };

@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <thread>
 #include <utility>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
@@ -32,7 +34,7 @@ std::string LastLine(const std::string& path) {
   return last;
 }
 
-absl::Status Segment(const Sequence& sequence, const std::string& profile, const std::string& run,
+absl::Status Segment(const Sequence& sequence, const SuiteVariant& variant, const std::string& run,
                      const SuiteOptions& options, const std::function<bool()>& stop_requested) {
   const int threads = std::max(1, options.cores / options.jobs);
   ChildCommand command;
@@ -40,10 +42,10 @@ absl::Status Segment(const Sequence& sequence, const std::string& profile, const
                        "segment",
                        sequence.frames,
                        absl::StrCat("--out=", run),
-                       absl::StrCat("--profile=", profile),
                        "--resume",
                        "--progress=none",
                        absl::StrCat("--threads=", threads)};
+  command.arguments.insert(command.arguments.end(), variant.flags.begin(), variant.flags.end());
   if (options.max_frames > 0) {
     command.arguments.push_back(absl::StrCat("--max_frames=", options.max_frames));
   }
@@ -63,11 +65,11 @@ absl::Status Segment(const Sequence& sequence, const std::string& profile, const
                                              LastLine(command.log_path), command.log_path));
 }
 
-absl::Status RunSequence(const SuiteOptions& options, const std::function<bool()>& stop_requested,
-                         SequenceResult& result) {
+absl::Status RunSequence(const SuiteOptions& options, const SuiteVariant& variant,
+                         const std::function<bool()>& stop_requested, SequenceResult& result) {
   const std::string path =
       (fs::path(options.out) / "runs" / result.profile / result.sequence.name).string();
-  EGOSIEVE_RETURN_IF_ERROR(Segment(result.sequence, result.profile, path, options, stop_requested));
+  EGOSIEVE_RETURN_IF_ERROR(Segment(result.sequence, variant, path, options, stop_requested));
   EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(path));
   EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
   result.frames = description.frames_answered;
@@ -85,12 +87,39 @@ absl::Status RunSequence(const SuiteOptions& options, const std::function<bool()
 
 }  // namespace
 
+SuiteVariant VariantOfProfile(const std::string& profile) {
+  return {profile, {absl::StrCat("--profile=", profile)}};
+}
+
+absl::StatusOr<SuiteVariant> ParseVariant(absl::string_view text) {
+  const size_t equals = text.find('=');
+  const absl::string_view name = text.substr(0, equals);
+  const bool is_name = !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
+    return absl::ascii_isalnum(c) || c == '_' || c == '-' || c == '+';
+  });
+  if (equals == absl::string_view::npos || !is_name) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "variant \"", text,
+        "\" is not NAME=FLAGS, NAME of letters, digits, _, - and +; write, say, "
+        "\"no_road=--evidence=epipolar,negative_depth,three_view\""));
+  }
+  return SuiteVariant{std::string(name),
+                      absl::StrSplit(text.substr(equals + 1), ' ', absl::SkipEmpty())};
+}
+
 absl::Status SuiteOptions::Validate() const {
   if (program.empty() || out.empty()) {
     return absl::InvalidArgumentError("a suite needs a program and a folder to write");
   }
-  if (profiles.empty()) {
+  if (variants.empty()) {
     return absl::InvalidArgumentError("no profile; give one at least, as in --profiles=default");
+  }
+  std::set<std::string> names;
+  for (const SuiteVariant& variant : variants) {
+    if (!names.insert(variant.name).second) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("two variants have the name ", variant.name, "; give each its own"));
+    }
   }
   if (jobs < 1 || jobs > 256 || cores < 1) {
     return absl::InvalidArgumentError(absl::StrFormat(
@@ -106,10 +135,10 @@ absl::StatusOr<std::vector<SequenceResult>> RunSuite(const SequenceList& list,
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   std::vector<SequenceResult> results;
   for (const Sequence& sequence : list.sequences) {
-    for (const std::string& profile : options.profiles) {
+    for (const SuiteVariant& variant : options.variants) {
       SequenceResult result;
       result.sequence = sequence;
-      result.profile = profile;
+      result.profile = variant.name;
       results.push_back(std::move(result));
     }
   }
@@ -117,7 +146,8 @@ absl::StatusOr<std::vector<SequenceResult>> RunSuite(const SequenceList& list,
   std::mutex mutex;
   const auto work = [&] {
     for (size_t i = next++; i < results.size() && !stop_requested(); i = next++) {
-      results[i].status = RunSequence(options, stop_requested, results[i]);
+      results[i].status = RunSequence(options, options.variants[i % options.variants.size()],
+                                      stop_requested, results[i]);
       const std::lock_guard lock(mutex);
       after_sequence();
     }

@@ -1,8 +1,8 @@
-// Many sequences under several profiles: each is segmented where no run of it is there yet, then
+// Many sequences under several variants of segment, profiles or others: each is segmented where no run of it is there yet, then
 // evaluated.
 //
-//   out/runs/PROFILE/NAME       the run folder; one that is there goes on or is taken as it is
-//   out/runs/PROFILE/NAME.log   what segmenting printed
+//   out/runs/VARIANT/NAME       the run folder; one that is there goes on or is taken as it is
+//   out/runs/VARIANT/NAME.log   what segmenting printed
 //
 // `jobs` sequences at a time, each segmented by a process of its own with its share of the cores:
 // one that crashes fails alone. The results' order does not depend on how long each took.
@@ -17,15 +17,27 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "tools/evaluate/evaluate_run.h"
 #include "tools/suite/sequences.h"
 
 namespace egosieve::tools {
 
+// One way to call segment; its name is that of a folder.
+struct SuiteVariant {
+  std::string name;
+  std::vector<std::string> flags;
+};
+
+SuiteVariant VariantOfProfile(const std::string& profile);
+// "NAME=FLAGS", flags by spaces. InvalidArgument where the name is not made of letters, digits,
+// '_', '-' and '+', or is missing.
+absl::StatusOr<SuiteVariant> ParseVariant(absl::string_view text);
+
 struct SuiteOptions {
   std::string program;  // that has the command `segment`
   std::string out;      // the folder that is written
-  std::vector<std::string> profiles = {"paper", "default"};
+  std::vector<SuiteVariant> variants = {VariantOfProfile("paper"), VariantOfProfile("default")};
   std::vector<std::string> segment_flags;  // passed on to every segmentation
   int jobs = 1;                            // 1 to 256
   int cores = 1;                           // shared by the jobs
@@ -37,14 +49,14 @@ struct SuiteOptions {
 
 struct SequenceResult {
   Sequence sequence;
-  std::string profile;
+  std::string profile;               // name of the variant
   absl::Status status;               // what failed, segmenting or evaluating
   std::optional<RunEvaluation> run;  // where nothing did
   int64_t frames = 0;                // of the run
   double seconds_per_frame = 0.0;    // of segmenting, wall clock
 };
 
-// One result a sequence and profile, profiles within sequences. A sequence that fails has its
+// One result a sequence and variant, variants within sequences. A sequence that fails has its
 // reason; Cancelled where `stop_requested` became true. `after_sequence` is called by one thread at
 // a time.
 absl::StatusOr<std::vector<SequenceResult>> RunSuite(const SequenceList& list,

@@ -67,7 +67,7 @@ class TuneDefaultsCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<Setting> settings, ParseGrid(grid_, kMostSettings));
     EGOSIEVE_ASSIGN_OR_RETURN(const SequenceList list, AllSequences());
     EGOSIEVE_ASSIGN_OR_RETURN(options_.program, OwnProgram());
-    options_.profiles = {profile_};
+    options_.variants = {VariantOfProfile(profile_)};
     options_.cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     const std::string out = options_.out;
     Progress progress("tune_defaults", progress_,

@@ -10,6 +10,7 @@
 #include "vision/evidence/negative_depth.h"
 #include "vision/evidence/photometric_support.h"
 #include "vision/evidence/residual_scale.h"
+#include "vision/evidence/road_contact.h"
 #include "vision/evidence/road_plane.h"
 #include "vision/geometry/residual.h"
 
@@ -213,16 +214,16 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
 }
 
 void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& motion,
+                                  const PhotometricSupport* pictures,
                                   EvidenceResult& result) const {
   if (motion.kind == MotionModelKind::kNone) return;
-  const std::optional<PhotometricSupport> pictures = PicturesOf(frame);
   for (size_t i = 0; i < frame.points.size(); ++i) {
     const EvidencePoint& point = frame.points[i];
     if (!IsKnown(point.now) || !IsKnown(point.before)) continue;
     const PointPair pair = PairOf(point);
     // `standing`: where the term would have a point that stands still.
     const auto set = [&](EvidenceTerm term, double ratio, cv::Point2f standing) {
-      if (pictures.has_value() && ratio > 0.0) {
+      if (pictures != nullptr && ratio > 0.0) {
         ratio =
             std::min(ratio, pictures->LogRatio(point.before, point.now, standing).value_or(0.0));
       }
@@ -255,7 +256,8 @@ void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& moti
 }
 
 bool EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
-                                      EvidenceState& next, EvidenceResult& result) const {
+                                      const PhotometricSupport* pictures, EvidenceState& next,
+                                      EvidenceResult& result) const {
   if (!options_.road || !motion.pose.found()) return false;
   std::vector<PointPair> pairs;
   std::vector<cv::Point2f> places;
@@ -278,6 +280,17 @@ bool EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& 
     return false;
   }
   next.road = {true, road.m(0) / road.m(1), -road.m(2) / road.m(1)};
+  if (pictures != nullptr) {
+    const PhotometricSupport back = pictures->Reversed();
+    for (size_t k = 0; k < depths.size(); ++k) {
+      if (!depths[k].valid) continue;
+      const std::optional<cv::Point2f> before =
+          PlaceOfRoadBefore(road, motion.camera, motion.pose, places[k]);
+      if (!before) continue;
+      depths[k].against_road =
+          back.SignedLogRatio(places[k], frame.points[owners[k]].before, *before).value_or(0.0);
+    }
+  }
   const std::vector<double> ratios = RoadLogRatios(road, depths, places, frame.size);
   for (size_t k = 0; k < owners.size(); ++k) {
     PointEvidence& evidence = result.points[owners[k]];
@@ -367,8 +380,10 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
     LearnOwnCar(frame.grey, frame.index, frame.gap, known ? &world : nullptr,
                 options_.own_car_options, next.own_car);
   }
-  Measure(frame, motion, result);
-  result.road = MeasureRoad(frame, motion, next, result);
+  const std::optional<PhotometricSupport> pictures = PicturesOf(frame);
+  const PhotometricSupport* both = pictures ? &*pictures : nullptr;
+  Measure(frame, motion, both, result);
+  result.road = MeasureRoad(frame, motion, both, next, result);
   Fuse(frame, next, result);
   std::erase_if(next.poses,
                 [&](const auto& pose) { return pose.index <= frame.index - frame.gap; });

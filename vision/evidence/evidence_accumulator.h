@@ -32,6 +32,7 @@
 #include "absl/status/statusor.h"
 #include "vision/evidence/fusion.h"
 #include "vision/evidence/own_car.h"
+#include "vision/evidence/photometric_support.h"
 #include "vision/evidence/relative_pose.h"
 #include "vision/evidence/road_plane.h"
 #include "vision/evidence/three_view.h"
@@ -147,9 +148,12 @@ class EvidenceAccumulator {
 
   struct Motion;
   Motion MotionOf(const EvidenceFrame& frame, EvidenceState& next) const;
-  void Measure(const EvidenceFrame& frame, const Motion& motion, EvidenceResult& result) const;
+  // pictures: null where there are not both.
+  void Measure(const EvidenceFrame& frame, const Motion& motion, const PhotometricSupport* pictures,
+               EvidenceResult& result) const;
   // The road term of `result`.
-  bool MeasureRoad(const EvidenceFrame& frame, const Motion& motion, EvidenceState& next,
+  bool MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
+                   const PhotometricSupport* pictures, EvidenceState& next,
                    EvidenceResult& result) const;
   void Fuse(const EvidenceFrame& frame, EvidenceState& next, EvidenceResult& result) const;
 

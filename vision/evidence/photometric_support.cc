@@ -67,13 +67,19 @@ PhotometricSupport::PhotometricSupport(cv::Mat before, cv::Mat now,
 
 std::optional<double> PhotometricSupport::LogRatio(cv::Point2f before, cv::Point2f now,
                                                    cv::Point2f standing) const {
+  const std::optional<double> ratio = SignedLogRatio(before, now, standing);
+  return ratio ? std::max(0.0, *ratio) : ratio;
+}
+
+std::optional<double> PhotometricSupport::SignedLogRatio(cv::Point2f before, cv::Point2f now,
+                                                         cv::Point2f standing) const {
   Patch p, q, s;
   if (!Sample(before_, before, p) || !Sample(now_, now, q) || !Sample(now_, standing, s)) {
     return std::nullopt;
   }
   const double found = SquaredDifference(p, q), still = SquaredDifference(p, s);
-  const double variance = std::max(noise_levels_ * noise_levels_, found / kPixels);
-  return std::max(0.0, kIndependentShare * (still - found) / (2.0 * variance));
+  const double variance = std::max(noise_levels_ * noise_levels_, std::min(found, still) / kPixels);
+  return kIndependentShare * (still - found) / (2.0 * variance);
 }
 
 }  // namespace egosieve::vision

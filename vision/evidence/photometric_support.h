@@ -5,7 +5,7 @@
 // place that was found for it in the current frame, and around the place where it would be if it
 // stood still, each less its mean, and N = 49:
 //
-//   E_1 = |P - Q|^2,  E_0 = |P - S|^2,  v = max(sigma^2, E_1 / N)
+//   E_1 = |P - Q|^2,  E_0 = |P - S|^2,  v = max(sigma^2, min(E_0, E_1) / N)
 //   l = max(0, kappa (E_0 - E_1) / (2 v))                                                    (S1)
 //
 // the log-likelihood ratio of the pictures, found place against standing still. No residual may say
@@ -18,6 +18,7 @@
 #include <array>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace egosieve::vision {
@@ -31,10 +32,19 @@ class PhotometricSupport {
 
   // (S1); nothing where a patch does not lie in its picture: then nothing was seen, either.
   std::optional<double> LogRatio(cv::Point2f before, cv::Point2f now, cv::Point2f standing) const;
+  // The same without the bound at 0: below it the pictures prefer the place of standing still.
+  std::optional<double> SignedLogRatio(cv::Point2f before, cv::Point2f now,
+                                       cv::Point2f standing) const;
+
+  // The two pictures exchanged.
+  PhotometricSupport Reversed() const { return PhotometricSupport(now_, before_, noise_levels_); }
 
   double noise_levels() const { return noise_levels_; }
 
  private:
+  PhotometricSupport(cv::Mat before, cv::Mat now, double noise_levels)
+      : before_(std::move(before)), now_(std::move(now)), noise_levels_(noise_levels) {}
+
   cv::Mat before_, now_;
   double noise_levels_ = 0.0;
 };

@@ -1,4 +1,4 @@
-// Points that stand neither on the road nor on anything that stands on it.
+// The road as a plane in inverse depth.
 //
 // Between two views every point has a measured inverse depth r (epipolar_line.h; base: the current
 // frame, units of 1/|t|). For points of a plane n.X = h it is linear in the ray A = K^-1 x:
@@ -7,29 +7,17 @@
 //
 // m is found among the points of the lower middle of the image, by seeded sampling of three and
 // reweighted least squares, near the last frame's slope m / m_y. It counts as a road where it has
-// support and hardly anything lies below it. A static point is not below the road,
+// support and hardly anything lies below it. What that says of points: road_contact.h.
 //
-//   r >= m.A                                                                                 (R2)
-//
-// and what stands on the road has the road's depth at its foot. A stretch of alike points in a
-// column of the image, below which road is seen, has its foot there:
-//
-//   r_stretch = m.A_foot                                                                     (R3)
-//
-// and the stretch rises no more than kMostRise camera heights above the camera: houses and trees
-// do. A car ahead seems too far for its foot, infinitely far at equal speed; an oncoming one too
-// near: with v_o its speed and v the camera's, (v_o + v) / v times as near. Both hold whatever the
-// direction of the epipolar lines. (R2) and (R3) have slack, for roads are not plane and bumpers
-// hang above them.
-//
-// Nothing is said without a pose or a plane. Reference: Klappstein, Stein & Franke (2006), positive
-// height constraint.
+// Reference: Klappstein, Stein & Franke (2006), positive height constraint.
 #ifndef EGOSIEVE_VISION_EVIDENCE_ROAD_PLANE_H_
 #define EGOSIEVE_VISION_EVIDENCE_ROAD_PLANE_H_
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "vision/evidence/pinhole.h"
@@ -45,12 +33,16 @@ struct RoadSlope {
   double horizon = 0.0;  // -m_z / m_y: A_y of the horizon in the middle of the image
 };
 
+inline constexpr double kRoadUnevenness = 0.08;  // of r, deviation of a road from a plane
+
 struct InverseDepth {
   bool valid = false;
   Eigen::Vector3d ray = Eigen::Vector3d::UnitZ();  // A, third component 1
   double value = 0.0;                              // r
   double deviation = 0.0;                          // sigma_r
   bool is_textured = true;                         // false: may belong to what is behind
+  // What the pictures say for this depth against the road's (S1), signed.
+  double against_road = std::numeric_limits<double>::infinity();
 };
 
 // pose: first frame of the pairs to second, found. One a pair, of the second frame's place.
@@ -69,9 +61,10 @@ struct RoadPlane {
 
 RoadPlane FitRoad(const std::vector<InverseDepth>& points, const RoadSlope& last, uint64_t seed);
 
-// Log-likelihood ratio by (R2) and (R3), not negative; places: of the points, in the image.
-std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<InverseDepth>& points,
-                                  const std::vector<cv::Point2f>& places, cv::Size image);
+// Where a point of the road that is now at `place` (of the second frame) was in the first. pose:
+// first frame to second. Nothing above the horizon.
+std::optional<cv::Point2f> PlaceOfRoadBefore(const RoadPlane& road, const Pinhole& camera,
+                                             const RelativePose& pose, cv::Point2f place);
 
 }  // namespace egosieve::vision
 

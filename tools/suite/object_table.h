@@ -1,0 +1,21 @@
+// Movers found, by group (heading, class, size, distance), pooled over a suite's sequences, one
+// column a variant.
+//
+//   recall          share of the group's objects, frame by frame, found with an IoU of 0.3 or more
+//   false a frame   components that lie on nothing that moves, over the frames looked at
+#ifndef EGOSIEVE_TOOLS_SUITE_OBJECT_TABLE_H_
+#define EGOSIEVE_TOOLS_SUITE_OBJECT_TABLE_H_
+
+#include <string>
+#include <vector>
+
+#include "tools/suite/suite_run.h"
+
+namespace egosieve::tools {
+
+// Empty where no sequence tells its objects apart.
+std::string ObjectTable(const std::vector<SequenceResult>& results);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_SUITE_OBJECT_TABLE_H_

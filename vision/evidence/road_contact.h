@@ -1,0 +1,43 @@
+// Points that stand neither on the road nor on anything that stands on it.
+//
+// With r a point's inverse depth, A its ray and m.A the road's inverse depth there (road_plane.h), a
+// static point is not below the road,
+//
+//   r >= m.A                                                                                 (R2)
+//
+// and what stands on the road has the road's depth at its foot. A stretch of alike points in a
+// column of the image, below which road is seen, has its foot there:
+//
+//   r_stretch = m.A_foot                                                                     (R3)
+//
+// and the stretch rises no more than kMostRise camera heights above the camera: houses and trees
+// do. A car ahead seems too far for its foot, infinitely far at equal speed; an oncoming one too
+// near: with v_o its speed and v the camera's, (v_o + v) / v times as near. Both hold whatever the
+// direction of the epipolar lines. (R2) and (R3) have slack, for roads are not plane and bumpers
+// hang above them.
+//
+// Flow is smooth and carries a mover's motion some places over the road below it, where the
+// pictures know better: against_road tells road from what is not, and (R2) says no more than it.
+// Of what is too near, the columns of one surface speak for all of it, those without a foot in
+// sight included.
+//
+// Nothing is said without a plane. Reference: Klappstein, Stein & Franke (2006), positive height
+// constraint.
+#ifndef EGOSIEVE_VISION_EVIDENCE_ROAD_CONTACT_H_
+#define EGOSIEVE_VISION_EVIDENCE_ROAD_CONTACT_H_
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "vision/evidence/road_plane.h"
+
+namespace egosieve::vision {
+
+// Log-likelihood ratio by (R2) and (R3), not negative, one a point; places: of the points, in the
+// image.
+std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<InverseDepth>& points,
+                                  const std::vector<cv::Point2f>& places, cv::Size image);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_EVIDENCE_ROAD_CONTACT_H_
