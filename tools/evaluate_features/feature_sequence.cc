@@ -10,33 +10,17 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "tools/evaluate/truth_masks.h"
+#include "tools/suite/sequences.h"
 #include "vision/frame/frame_source.h"
 
 namespace egosieve::tools {
 namespace {
 
-namespace fs = std::filesystem;
-
-// "" where the folder has none.
-std::string TruthIn(const fs::path& folder) {
+// A synthetic drive is named by its folder.
+std::string MasksOrTracks(const Sequence& sequence) {
   std::error_code error;
-  for (const char* name : {"masks", "labels"}) {
-    if (fs::is_directory(folder / name, error)) return (folder / name).string();
-  }
-  const fs::path tracks = folder / "tracks.csv";
-  return fs::is_regular_file(tracks, error) ? tracks.string() : "";
-}
-
-void AddSequence(const fs::path& folder, const fs::path& root,
-                 std::vector<FeatureSequence>& sequences) {
-  std::error_code error;
-  const fs::path frames = folder / "frames";
-  const std::string truth = TruthIn(folder);
-  if (!fs::is_directory(frames, error) || truth.empty()) return;
-  std::string name = folder.lexically_relative(root).string();
-  if (name == "." || name.empty()) name = fs::absolute(folder).lexically_normal().filename();
-  if (name.empty()) name = folder.string();
-  sequences.push_back({name, frames.string(), truth});
+  const std::filesystem::path masks = std::filesystem::path(sequence.truth) / "masks";
+  return std::filesystem::is_directory(masks, error) ? masks.string() : sequence.truth;
 }
 
 // The number at the end of a frame's name; 0 where there is none.
@@ -51,19 +35,10 @@ int64_t NumberOf(const std::string& name) {
 }  // namespace
 
 absl::StatusOr<std::vector<FeatureSequence>> FindFeatureSequences(const std::string& folder) {
-  std::error_code error;
-  if (!fs::is_directory(folder, error)) {
-    return absl::NotFoundError(absl::StrCat(folder, ": there is no such folder"));
-  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const SequenceList list, FindSequences(folder));
   std::vector<FeatureSequence> sequences;
-  AddSequence(folder, folder, sequences);
-  for (fs::recursive_directory_iterator at(folder, error), end; at != end; at.increment(error)) {
-    if (error) break;
-    if (at->is_directory(error)) AddSequence(at->path(), folder, sequences);
-  }
-  if (sequences.empty()) {
-    return absl::NotFoundError(
-        absl::StrCat(folder, ": no folder in it has frames/ and masks/, labels/ or tracks.csv"));
+  for (const Sequence& sequence : list.sequences) {
+    sequences.push_back({sequence.name, sequence.frames, MasksOrTracks(sequence)});
   }
   std::sort(sequences.begin(), sequences.end(),
             [](const FeatureSequence& a, const FeatureSequence& b) {

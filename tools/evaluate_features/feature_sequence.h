@@ -1,10 +1,6 @@
-// A sequence of frames with truth to score features against.
-//
-//   folder/frames      what is labelled
-//   folder/masks       a mask a frame (tools/evaluate/truth_masks.h), or
-//   folder/labels      masks of some frames, or
-//   folder/tracks.csv  labelled tracks, "track,label,frame,x,y"; frame k is the one whose name ends
-//                      in k, and frames follow each other in natural order
+// A sequence of frames with truth to score features against: one of a suite's
+// (tools/suite/sequences.h). Of labelled tracks, "track,label,frame,x,y", frame k is the one whose
+// name ends in k; frames follow each other in natural order.
 #ifndef EGOSIEVE_TOOLS_EVALUATE_FEATURES_FEATURE_SEQUENCE_H_
 #define EGOSIEVE_TOOLS_EVALUATE_FEATURES_FEATURE_SEQUENCE_H_
 
@@ -24,7 +20,7 @@ struct FeatureSequence {
   std::string truth;   // a folder of masks or a file of tracks
 };
 
-// Sequences in `folder` and at any depth below it, by name. NotFound where there is none.
+// Those of the suite in `folder`, in natural order of their names. NotFound where there is none.
 absl::StatusOr<std::vector<FeatureSequence>> FindFeatureSequences(const std::string& folder);
 
 // What a sequence's frames are scored against: masks or tracks.

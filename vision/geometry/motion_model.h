@@ -28,6 +28,11 @@
 //
 // From a moving car or hand a quarter of the image stays within 1/4 pixel at most.
 //
+// Measured and left out, on 328 frames of hand-held video and of drives: averaging GRIC over
+// frames, with weights from 0.8 down to 0.1, changed not one choice (the criteria lie 0.25 a pair
+// apart at least); and a robust quadratic flow in place of the homography gained 0.003 in AUC in
+// the hand and is 0.01 to 0.25 below F on drives.
+//
 // Trust. A majority is what tells the camera's motion from an object's, so the model is believed
 // where at least `minimum_support` of the pairs lie within `support_pixels` of it.
 #ifndef EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_H_

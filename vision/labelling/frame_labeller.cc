@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
-#include "vision/geometry/residual.h"
 #include "vision/geometry/sampling.h"
 #include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/extracted_frame.h"
@@ -16,17 +16,13 @@
 #include "vision/labelling/label_rule.h"
 #include "vision/labelling/labeller_state.h"
 #include "vision/labelling/pair_builder.h"
+#include "vision/labelling/place_labels.h"
 #include "vision/labelling/stopwatch.h"
 
 namespace egosieve::vision {
 namespace {
 
 constexpr uint64_t kGeometryStep = 1;
-// Matches among features that look alike by chance come to a few in a hundred; pictures of one
-// scene share more.
-constexpr double kLeastMatchShare = 0.03;
-// Flow always points somewhere, and so agrees by chance more often.
-constexpr double kLeastFlowShare = 0.2;
 
 bool SamePixels(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
@@ -43,10 +39,6 @@ cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
     for (int j = 0; j < 3; ++j) result(i, j) = m(i, j);
   }
   return result;
-}
-
-bool IsInside(double x, double y, cv::Size size) {
-  return x >= 0 && y >= 0 && x <= size.width - 1 && y <= size.height - 1;
 }
 
 }  // namespace
@@ -80,25 +72,23 @@ class FrameLabeller::Implementation {
   }
   absl::Status LabelPair(const ExtractedFrame& first, const ExtractedFrame& second,
                          LabelledFrame& result);
-  void GiveLabels(const ExtractedFrame& labelled, const std::vector<PointPair>& pairs,
-                  const MotionModel& model, LabelledFrame& result);
   // The same with evidence along tracks; `before` is the frame before.
   absl::Status LabelTracks(const ExtractedFrame& before, const ExtractedFrame& frame,
                            LabelledFrame& result);
-  void GiveFusedLabels(const ExtractedFrame& frame, const std::vector<TrackedPoint>& points,
-                       const MotionModel& model, const EvidenceResult& evidence,
-                       LabelledFrame& result) const;
   // Whether there is enough to go on; else the outcome is set.
   bool IsEnough(const FramePairs& pairs, LabelledFrame& result) const;
   absl::StatusOr<MotionModel> FindMotion(const std::vector<PointPair>& pairs, int64_t frame_index,
                                          LabelledFrame& result) const;
   void ObserveGap(const MotionModel& model, int gap);
+  // What the next pair is predicted from: nothing, where the motion is not to be believed.
+  void KeepMotion(const FramePairs& pairs, int pictures, cv::Size size, bool trusted);
 
   const FrameLabellerOptions options_;
   const bool gathers_;  // evidence beyond the epipolar distance
   std::deque<std::shared_ptr<const ExtractedFrame>> history_;  // at most frame_gap, oldest first
   MixtureState mixture_;
   GapState gap_;
+  MotionField motion_;  // of the last pair
   // Its last picture is that of the history's last frame. Not used where !gathers_.
   EvidenceLabeller evidence_;
 };
@@ -150,6 +140,7 @@ std::string FrameLabeller::Implementation::state() const {
   LabellerState state;
   state.mixture = mixture_;
   state.gap = gap_;
+  state.motion = motion_;
   state.evidence = evidence_.state();
   return ToBytes(state);
 }
@@ -159,6 +150,7 @@ absl::Status FrameLabeller::Implementation::Restore(absl::string_view bytes) {
   EGOSIEVE_RETURN_IF_ERROR(evidence_.Restore(std::move(state.evidence)));
   mixture_ = state.mixture;
   gap_ = state.gap;
+  motion_ = std::move(state.motion);
   history_.clear();
   return absl::OkStatus();
 }
@@ -177,6 +169,7 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
                absl::StrCat("the frame is ", now.width, "x", now.height, ", those before it ",
                             before.width, "x", before.height),
                result);
+    motion_ = MotionField();
   } else if (history_.empty() ||
              (!gathers_ && static_cast<int>(history_.size()) < options_.frame_gap)) {
     SetOutcome(LabelOutcome::kNoPair,
@@ -204,18 +197,18 @@ bool FrameLabeller::Implementation::IsEnough(const FramePairs& pairs, LabelledFr
                absl::StrCat("only ", result.feature_count, " features: no texture"), result);
     return false;
   }
-  const double share =
-      static_cast<double>(pairs.match_count) / static_cast<double>(result.feature_count);
-  const double least =
-      options_.features == FeatureSource::kFlow ? kLeastFlowShare : kLeastMatchShare;
-  if (pairs.match_count < options_.minimum_matches || share < least) {
-    SetOutcome(LabelOutcome::kTooFewMatches,
-               absl::StrCat("only ", pairs.match_count, " of ", result.feature_count,
-                            " features have a match"),
-               result);
-    return false;
-  }
-  return true;
+  const bool enough = pairs.match_count >= options_.minimum_matches;
+  if (enough && ShowOneScene(pairs)) return true;
+  SetOutcome(LabelOutcome::kTooFewMatches,
+             enough ? absl::StrFormat(
+                          "another scene: %d of %d textured points and %d of %d features agree "
+                          "with the frame before, as by chance",
+                          pairs.flow_count, pairs.textured_count, pairs.agreeing_count,
+                          pairs.described_count)
+                    : absl::StrFormat("only %d of %d features have a match", pairs.match_count,
+                                      pairs.feature_count),
+             result);
+  return false;
 }
 
 absl::StatusOr<MotionModel> FrameLabeller::Implementation::FindMotion(
@@ -242,20 +235,30 @@ void FrameLabeller::Implementation::ObserveGap(const MotionModel& model, int gap
   ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap, gap_);
 }
 
+void FrameLabeller::Implementation::KeepMotion(const FramePairs& pairs, int pictures, cv::Size size,
+                                               bool trusted) {
+  const bool is_used = options_.windowed_search && options_.features != FeatureSource::kFlow;
+  motion_ = is_used && trusted ? MakeMotionField(pairs.geometry, pictures, size) : MotionField();
+}
+
 absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& first,
                                                       const ExtractedFrame& second,
                                                       LabelledFrame& result) {
   result.first_index = first.frame.index;
   result.second_index = second.frame.index;
-  EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs, BuildPairs(first, second, options_));
+  const int gap = Gap(static_cast<int>(history_.size()));
+  EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs,
+                            BuildPairs(first, second, motion_, gap, options_));
+  motion_ = MotionField();
   if (!IsEnough(pairs, result)) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const MotionModel model,
                             FindMotion(pairs.geometry, second.frame.index, result));
-  ObserveGap(model, Gap(static_cast<int>(history_.size())));
+  ObserveGap(model, gap);
+  KeepMotion(pairs, gap, second.grey.size(), model.trusted);
   if (!model.trusted) return absl::OkStatus();
   Stopwatch watch;
   const bool on_first = options_.labelled_side == LabelledSide::kFirstFrame;
-  GiveLabels(on_first ? first : second, pairs.labelled, model, result);
+  LabelByDistance(on_first ? first : second, pairs.labelled, model, options_, mixture_, result);
   result.times.labelling_milliseconds = watch.LapMilliseconds();
   return absl::OkStatus();
 }
@@ -263,7 +266,9 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
 absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& before,
                                                         const ExtractedFrame& frame,
                                                         LabelledFrame& result) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs, BuildPairs(before, frame, options_));
+  EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs,
+                            BuildPairs(before, frame, motion_, 1, options_));
+  motion_ = MotionField();
   if (!IsEnough(pairs, result)) {
     evidence_.Begin(frame.frame.index);
     return absl::OkStatus();
@@ -284,92 +289,16 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   }
   EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, FindMotion(geometry, frame.frame.index, result));
   ObserveGap(model, gap);
+  KeepMotion(pairs, 1, frame.grey.size(), model.trusted);
   Stopwatch watch;
   if (!model.trusted) model.kind = MotionModelKind::kNone;
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
       evidence_.Judge(InHistory(result.first_index), frame, gap, model, points));
   result.own_car = OwnCarAreas(evidence_.own_car(), frame.grey.size());
-  if (model.trusted) GiveFusedLabels(frame, points, model, evidence, result);
+  if (model.trusted) LabelByEvidence(frame, points, model, evidence, result);
   result.times.labelling_milliseconds = watch.LapMilliseconds();
   return absl::OkStatus();
-}
-
-void FrameLabeller::Implementation::GiveFusedLabels(const ExtractedFrame& frame,
-                                                    const std::vector<TrackedPoint>& points,
-                                                    const MotionModel& model,
-                                                    const EvidenceResult& evidence,
-                                                    LabelledFrame& result) const {
-  result.noise_pixels = evidence.noise_pixels;
-  for (size_t i = 0; i < points.size(); ++i) {
-    const PointEvidence& point = evidence.points[i];
-    const cv::Point2f now = points[i].evidence.now, then = points[i].evidence.before;
-    if (!point.judged || point.own_car || !IsInside(now.x, now.y, frame.grey.size())) {
-      ++result.discarded_count;
-      continue;
-    }
-    const PointPair pair{then.x, then.y, now.x, now.y};
-    result.positions.insert(result.positions.end(), {now.x, now.y});
-    result.other_positions.insert(result.other_positions.end(), {then.x, then.y});
-    result.probability.push_back(point.probability);
-    result.residual_pixels.push_back(
-        Residuals(model.kind, model.matrix, {pair}, EpipolarDistance::kSampson)[0]);
-    result.decided_by.push_back(point.decided_by);
-  }
-  result.outcome = LabelOutcome::kLabelled;
-}
-
-void FrameLabeller::Implementation::GiveLabels(const ExtractedFrame& labelled,
-                                               const std::vector<PointPair>& pairs,
-                                               const MotionModel& model, LabelledFrame& result) {
-  const bool on_first = options_.labelled_side == LabelledSide::kFirstFrame;
-  const bool paper = options_.label_rule == LabelRule::kScaledDistance;
-  const std::vector<double> residuals =
-      Residuals(model.kind, model.matrix, pairs,
-                paper ? EpipolarDistance::kPointToLine : EpipolarDistance::kSampson);
-  std::vector<double> distances = residuals;
-  if (!paper) {
-    std::vector<double> lengths;
-    lengths.reserve(pairs.size());
-    for (const PointPair& p : pairs) lengths.push_back(std::hypot(p.x2 - p.x1, p.y2 - p.y1));
-    ReduceToShortFlow(lengths, options_.flow_noise_share, options_.noise_floor_pixels, distances);
-  }
-  result.noise_pixels = NoiseScale(distances, options_.noise_floor_pixels);
-  std::vector<double> probability;
-  switch (options_.label_rule) {
-    case LabelRule::kScaledDistance:
-      for (const double d : distances) probability.push_back(d / options_.paper_distance_pixels);
-      break;
-    case LabelRule::kScaledMedian:
-      probability = ScaledMedianLabels(distances, result.noise_pixels, options_.median_multiple);
-      break;
-    case LabelRule::kMixture: {
-      MixtureOptions mixture;
-      mixture.residual_dimension = model.kind == MotionModelKind::kFundamental ? 1 : 2;
-      mixture.noise_floor_pixels = options_.noise_floor_pixels;
-      MixtureLabels labels = EstimateMixtureLabels(distances, mixture_, mixture);
-      mixture_ = labels.state;
-      result.noise_pixels = labels.state.noise_pixels;
-      probability = std::move(labels.probability);
-      break;
-    }
-  }
-  result.labelled = labelled.frame;
-  for (size_t i = 0; i < pairs.size(); ++i) {
-    const PointPair& p = pairs[i];
-    const double x = on_first ? p.x1 : p.x2, y = on_first ? p.y1 : p.y2;
-    if (!(probability[i] >= 0 && probability[i] <= 1) || !IsInside(x, y, labelled.grey.size())) {
-      ++result.discarded_count;
-      continue;
-    }
-    result.positions.insert(result.positions.end(), {x, y});
-    result.other_positions.insert(result.other_positions.end(),
-                                  {on_first ? p.x2 : p.x1, on_first ? p.y2 : p.y1});
-    result.probability.push_back(probability[i]);
-    result.residual_pixels.push_back(residuals[i]);
-    result.decided_by.push_back(EvidenceTerm::kEpipolar);
-  }
-  result.outcome = LabelOutcome::kLabelled;
 }
 
 FrameLabeller::FrameLabeller(std::unique_ptr<Implementation> implementation)

@@ -2,8 +2,8 @@
 //
 //   1. grey, equalised picture                                   vision/frame/equalization.h
 //   2. features of the frame, computed once                      vision/features
-//   3. correspondences with the frame `frame_gap` before it      vision/matching,
-//   features/flow_grid.h
+//   3. correspondences with the frame `frame_gap` before it,
+//      searched where the motion before leads                    vision/matching, features
 //   4. motion model of the camera, selected and fitted           vision/geometry
 //   5. residual of each correspondence, and its probability of
 //      belonging to something that moves                         vision/labelling/label_rule.h
@@ -63,9 +63,12 @@ struct FrameLabellerOptions {
   LabelledSide labelled_side = LabelledSide::kCurrentFrame;
   EqualizationOptions equalization;
 
-  int frame_gap = 1;              // frames between the two of a pair; 1 to 100; 0: auto
-  int feature_count = 0;          // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area
-  double match_ratio = 0.8;       // nearest to second-nearest descriptor distance; (0, 1]
+  int frame_gap = 1;         // frames between the two of a pair; 1 to 100; 0: auto
+  int feature_count = 0;     // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area
+  double match_ratio = 0.8;  // nearest to second-nearest descriptor distance; (0, 1]
+  // Features are looked for where motion leads, and everywhere only where that is not known: else
+  // always everywhere.
+  bool windowed_search = true;
   bool drop_lone_matches = true;  // features that move like none near them are false matches
   int flow_stride_pixels = 5;     // of the flow grid; 1 to 100
   // kFast loses what is small and quick: cars that cross 30 m away.

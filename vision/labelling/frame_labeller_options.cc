@@ -14,6 +14,7 @@ FrameLabellerOptions FrameLabellerOptions::Paper() {
   options.evidence = EvidenceTerms::EpipolarAlone();
   options.labelled_side = LabelledSide::kFirstFrame;
   options.equalization.method = Equalization::kGlobal;
+  options.windowed_search = false;
   options.drop_lone_matches = false;
   return options;
 }

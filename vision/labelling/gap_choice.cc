@@ -7,7 +7,7 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kWeight = 0.3;        // w
-constexpr double kWantedPixels = 2.0;  // ten times the noise of a good match
+constexpr double kWantedPixels = 1.5;  // seven times the noise of a good match
 constexpr double kLeastPixels = 0.35;  // hand-held sequences have up to 0.25
 constexpr double kMargin = 0.25;
 constexpr double kFloorPixels = 0.01;

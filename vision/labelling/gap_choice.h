@@ -3,6 +3,11 @@
 //   p <- p^(1-w) (parallax / gap)^w        pixels a picture, tracked over the drive          (G1)
 //   gap = ceil(wanted / p),  at most `longest`;  1 where p < least                           (G2)
 //
+// wanted is 1.5: over 34 synthetic drives (walked and driven, 320 and 640 pixels wide) labels had a
+// mean AUC of 0.886 at the gap of (G2), 0.876 with 2 pixels wanted, 0.879 with 1, 0.858 at gap 1
+// throughout and 0.892 at the best gap of each. A longer gap is not the better one by itself: what
+// is near changes its look, and what moves covers and uncovers more.
+//
 // parallax is what the best homography leaves unexplained (motion_model.h). Where it leaves next to
 // nothing (a camera that turns, far scenes in the hand) a longer gap brings none, only longer flow.
 // The gap stays as it is while wanted / p moves by less than `margin` beyond it, so that three

@@ -12,7 +12,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr uint64_t kMagic = 0x3230'6c62'616c'6765;  // "egalbl02"
+constexpr uint64_t kMagic = 0x3330'6c62'616c'6765;  // "egalbl03"
 
 // One walk over the state serves both ways: Writer appends, Reader takes.
 class Writer {
@@ -169,6 +169,14 @@ void WalkEvidence(Archive& archive, State& evidence) {
   WalkOwnCar(archive, evidence.own_car);
 }
 
+template <typename Archive, typename Field>
+void WalkMotion(Archive& archive, Field& motion) {
+  archive.Plain(motion.columns);
+  archive.Plain(motion.rows);
+  if (!archive.Count(motion.velocities, sizeof(cv::Point2f))) return;
+  if (!motion.velocities.empty()) WalkPlaces(archive, motion.velocities);
+}
+
 template <typename Archive, typename State>
 void Walk(Archive& archive, State& state) {
   archive.Plain(state.mixture.noise_pixels);
@@ -176,6 +184,7 @@ void Walk(Archive& archive, State& state) {
   archive.Plain(state.gap.gap);
   archive.Flag(state.gap.has_parallax);
   archive.Plain(state.gap.log_parallax);
+  WalkMotion(archive, state.motion);
   archive.Plain(state.evidence.picture);
   if (!archive.Count(state.evidence.frame_indices, sizeof(int64_t))) return;
   archive.Block(state.evidence.frame_indices.data(), state.evidence.frame_indices.size());
@@ -184,13 +193,21 @@ void Walk(Archive& archive, State& state) {
   WalkEvidence(archive, state.evidence.evidence);
 }
 
+bool IsSensible(const MotionField& motion) {
+  const auto cells = static_cast<uint64_t>(motion.velocities.size());
+  if (cells == 0) return motion.columns == 0 && motion.rows == 0;
+  return motion.columns > 0 && motion.rows > 0 &&
+         static_cast<uint64_t>(motion.columns) * static_cast<uint64_t>(motion.rows) == cells;
+}
+
 bool IsSensible(const LabellerState& state) {
   const MixtureState& mixture = state.mixture;
   const auto& indices = state.evidence.frame_indices;
-  return mixture.noise_pixels >= 0 && std::isfinite(mixture.noise_pixels) &&
-         mixture.dynamic_share >= 0 && mixture.dynamic_share <= 1 &&
-         std::isfinite(state.gap.log_parallax) && state.gap.gap >= 1 && state.gap.gap <= 100 &&
-         indices.size() <= kTrackHistory && std::is_sorted(indices.begin(), indices.end());
+  return IsSensible(state.motion) && mixture.noise_pixels >= 0 &&
+         std::isfinite(mixture.noise_pixels) && mixture.dynamic_share >= 0 &&
+         mixture.dynamic_share <= 1 && std::isfinite(state.gap.log_parallax) &&
+         state.gap.gap >= 1 && state.gap.gap <= 100 && indices.size() <= kTrackHistory &&
+         std::is_sorted(indices.begin(), indices.end());
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // What a labeller carries from frame to frame, as bytes.
 //
-//   magic, version | mixture | frame gap | evidence_labeller.h: pictures, grid tracks,
-//   feature tracks, sums of evidence, poses, own car
+//   magic, version | mixture | frame gap | motion field | evidence_labeller.h: pictures, grid
+//   tracks, feature tracks, sums of evidence, poses, own car
 //
 // Numbers are little-endian as in memory, counts stand before what they count. Equal states give
 // equal bytes. About 3 MB at 1242 x 375.
@@ -15,12 +15,14 @@
 #include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/gap_choice.h"
 #include "vision/labelling/label_rule.h"
+#include "vision/matching/motion_field.h"
 
 namespace egosieve::vision {
 
 struct LabellerState {
   MixtureState mixture;
   GapState gap;
+  MotionField motion;
   EvidenceLabellerState evidence;
 };
 

@@ -142,11 +142,12 @@ TEST(EvaluateSequence, ScoresAtLabelledTracks) {
   EXPECT_GT(*frame.score.label_auc, 0.9);
 }
 
-TEST(FindFeatureSequences, FindsThemAtAnyDepthInNaturalOrder) {
+TEST(FindFeatureSequences, NaturalOrderAndTheMasksOfASyntheticDrive) {
   for (const char* folder : {"b/clip10/frames", "b/clip10/masks", "b/clip9/frames", "a/frames",
                              "a/labels", "c/frames", "d/masks"}) {
     std::filesystem::create_directories(Root() + "/" + folder);
   }
+  WriteText(Root() + "/b/clip10/scene.json", "{}");
   WriteText(Root() + "/b/clip9/tracks.csv", "track,label,frame,x,y\n");
   const auto sequences = FindFeatureSequences(Root());
   ASSERT_TRUE(sequences.ok()) << sequences.status();
@@ -154,6 +155,7 @@ TEST(FindFeatureSequences, FindsThemAtAnyDepthInNaturalOrder) {
   for (const FeatureSequence& sequence : *sequences) names.push_back(sequence.name);
   EXPECT_THAT(names, ElementsAre("a", "b/clip9", "b/clip10"));
   EXPECT_THAT((*sequences)[1].truth, ::testing::EndsWith("clip9/tracks.csv"));
+  EXPECT_THAT((*sequences)[2].truth, ::testing::EndsWith("clip10/masks"));
   EXPECT_TRUE(absl::IsNotFound(FindFeatureSequences(Root() + "/d").status()));
   EXPECT_TRUE(absl::IsNotFound(FindFeatureSequences(Root() + "/none").status()));
 }

@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "tests/vision/labelling/same_labels.h"
 #include "vision/frame/frame_source.h"
 #include "vision/labelling/frame_labeller.h"
 
@@ -29,15 +30,6 @@ constexpr const char* kInputs[] = {
 constexpr int kFramesOfAnInput = 3;
 constexpr const char* kInputs[] = {"davis/bmx-trees/frames", "kt3dmoseg/Seq013_Clip02/frames"};
 #endif
-
-void ExpectSame(const LabelledFrame& a, const LabelledFrame& b) {
-  EXPECT_EQ(a.outcome, b.outcome);
-  EXPECT_EQ(a.positions, b.positions);
-  EXPECT_EQ(a.other_positions, b.other_positions);
-  EXPECT_EQ(a.probability, b.probability);
-  EXPECT_EQ(a.residual_pixels, b.residual_pixels);
-  EXPECT_EQ(a.motion_matrix, b.motion_matrix);
-}
 
 // Labellers of 1, 2 and 4 threads, frame by frame side by side. Returns the frames compared.
 int64_t CompareThreads(const std::string& input, FrameLabellerOptions options) {

@@ -1,0 +1,210 @@
+// Two videos joined: the frame behind the cut has no labels but a reason, nothing reaches across,
+// and what follows is labelled again. And no such frame in videos without a cut. Built for every
+// frame of the data it takes minutes; the suite takes some.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "tests/vision/labelling/textured_scene.h"
+#include "vision/frame/frame_source.h"
+#include "vision/labelling/frame_labeller.h"
+#include "vision/synthetic/street.h"
+
+namespace egosieve::vision {
+namespace {
+
+#ifdef EGOSIEVE_EVERY_FRAME
+constexpr int kFramesOfAnInput = 1 << 30;
+constexpr size_t kJoinStep = 1;
+#else
+constexpr int kFramesOfAnInput = 8;
+constexpr size_t kJoinStep = 7;
+#endif
+constexpr const char* kInputs[] = {
+    "davis/car-shadow/frames",        "davis/horsejump-high/frames",
+    "davis/bmx-trees/frames",         "davis/cows/frames",
+    "kt3dmoseg/Seq005_Clip01/frames", "kt3dmoseg/Seq013_Clip02/frames",
+    "kt3dmoseg/Seq028_Clip01/frames", "kitti-residential/frames",
+    "highway/solidWhiteRight.mp4",    "highway/vehicle_test_video.mp4"};
+constexpr int kPictures = 3;  // on each side of a cut
+
+struct Clip {
+  std::string name;
+  std::vector<cv::Mat> images;
+};
+
+// Noise blurred by `sigma` pixels: the smoother, the better dense flow pulls one over another.
+Clip SmoothClip(double sigma, uint64_t seed) {
+  cv::Mat noise(kHeight, kWidth + 40, CV_32FC3), wall;
+  cv::RNG(seed).fill(noise, cv::RNG::NORMAL, 0, 1);
+  cv::GaussianBlur(noise, noise, {}, sigma);
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(noise, mean, deviation);
+  noise.convertTo(wall, CV_8UC3, 40 / deviation[0], 128 - 40 * mean[0] / deviation[0]);
+  Clip clip{absl::StrCat("sigma ", sigma, ", seed ", seed), {}};
+  for (int t = 0; t < kPictures; ++t) {
+    clip.images.push_back(wall(cv::Rect(4 * t, 0, kWidth, kHeight)).clone());
+  }
+  return clip;
+}
+
+// Another seed is another town; two scenarios of one would show the same street.
+Clip StreetClip(const std::string& scenario, uint64_t seed) {
+  ScenarioOptions options;
+  options.width_pixels = 400;
+  options.height_pixels = 240;
+  Clip clip{scenario, {}};
+  const auto street = MakeScenario(scenario, seed, options);
+  EXPECT_TRUE(street.ok()) << street.status();
+  for (int t = 0; street.ok() && t < kPictures; ++t) {
+    clip.images.push_back(street->Render(20 + t)->image);
+  }
+  return clip;
+}
+
+Clip ReadClip(const std::string& folder, const std::string& input, int most) {
+  Clip clip{input, {}};
+  auto source = OpenFrameSource(folder + "/" + input);
+  EXPECT_TRUE(source.ok()) << source.status();
+  while (source.ok() && static_cast<int>(clip.images.size()) < most) {
+    const auto read = (*source)->Next();
+    if (!read.ok() || !std::holds_alternative<Frame>(*read)) break;
+    clip.images.push_back(std::get<Frame>(*read).image.clone());
+  }
+  return clip;
+}
+
+// Both clips of kPictures.
+void ExpectCut(const Clip& before, const Clip& after, const FrameLabellerOptions& options) {
+  SCOPED_TRACE(absl::StrCat(before.name, " -> ", after.name, ", features ",
+                            static_cast<int>(options.features)));
+  ASSERT_EQ(before.images.size(), static_cast<size_t>(kPictures));
+  ASSERT_EQ(after.images.size(), static_cast<size_t>(kPictures));
+  const auto labeller = MakeLabeller(options);
+  for (int t = 0; t < 2 * kPictures; ++t) {
+    cv::Mat image = t < kPictures ? before.images[t] : after.images[t - kPictures];
+    if (image.size() != before.images[0].size()) {
+      cv::resize(image, image, before.images[0].size(), 0, 0, cv::INTER_AREA);
+    }
+    const auto frame = labeller->Process(FrameOf(t, image));
+    ASSERT_TRUE(frame.ok()) << frame.status();
+    if (t == kPictures) {
+      EXPECT_EQ(frame->outcome, LabelOutcome::kTooFewMatches) << frame->reason;
+      EXPECT_FALSE(frame->reason.empty());
+      EXPECT_EQ(frame->size(), 0);
+    } else if (t > 0) {
+      EXPECT_EQ(frame->outcome, LabelOutcome::kLabelled) << t << ": " << frame->reason;
+      EXPECT_GE(frame->first_index, t < kPictures ? 0 : kPictures);
+    }
+  }
+}
+
+void ExpectCutsBetweenAll(const std::vector<Clip>& clips, const FrameLabellerOptions& options) {
+  for (const Clip& before : clips) {
+    for (const Clip& after : clips) {
+      if (&before != &after) ExpectCut(before, after, options);
+    }
+  }
+}
+
+FrameLabellerOptions With(FeatureSource features) {
+  FrameLabellerOptions options;
+  options.features = features;
+  return options;
+}
+
+TEST(Cut, SmoothTexturesAreToldApart) {
+  for (const double sigma : {2.0, 3.0, 6.0, 11.0}) {
+    for (uint64_t seed = 1; seed < 5; seed += 2) {
+      const Clip one = SmoothClip(sigma, seed), other = SmoothClip(sigma, seed + 1);
+      for (const FeatureSource features : {FeatureSource::kAuto, FeatureSource::kFlow}) {
+        ExpectCut(one, other, With(features));
+        ExpectCut(other, one, With(features));
+      }
+    }
+  }
+}
+
+TEST(Cut, SyntheticStreets) {
+  const std::vector<Clip> clips = {StreetClip("street", 3), StreetClip("crossing", 4),
+                                   SmoothClip(4.0, 9)};
+  for (const FeatureSource features : {FeatureSource::kAuto, FeatureSource::kSiftCorners}) {
+    ExpectCutsBetweenAll(clips, With(features));
+  }
+  FrameLabellerOptions epipolar;
+  epipolar.evidence = EvidenceTerms::EpipolarAlone();
+  ExpectCutsBetweenAll(clips, epipolar);
+}
+
+// What carries over from frame to frame must not carry over the cut: a longer pair does not.
+TEST(Cut, NoPairReachesAcross) {
+  const Clip one = SmoothClip(4.0, 1), other = SmoothClip(4.0, 2);
+  FrameLabellerOptions options;
+  options.frame_gap = 2;
+  const auto labeller = MakeLabeller(options);
+  std::vector<LabelOutcome> outcomes;
+  for (int t = 0; t < 2 * kPictures; ++t) {
+    const auto frame =
+        labeller->Process(FrameOf(t, t < kPictures ? one.images[t] : other.images[t - kPictures]));
+    ASSERT_TRUE(frame.ok()) << frame.status();
+    outcomes.push_back(frame->outcome);
+  }
+  using enum LabelOutcome;
+  EXPECT_EQ(outcomes, (std::vector<LabelOutcome>{kNoPair, kNoPair, kLabelled, kTooFewMatches,
+                                                 kNoPair, kLabelled}));
+}
+
+TEST(Cut, RealVideosJoined) {
+  const char* folder = std::getenv("EGOSIEVE_DATA");
+  if (folder == nullptr) GTEST_SKIP() << "EGOSIEVE_DATA does not name a folder of real data";
+  std::vector<Clip> clips;
+  for (const char* input : kInputs) clips.push_back(ReadClip(folder, input, kPictures));
+  size_t join = 0;
+  for (size_t i = 0; i < clips.size(); ++i) {
+    for (size_t j = 0; j < i; ++j) {
+      if (join++ % kJoinStep != 0) continue;
+      ExpectCut(clips[i], clips[j], {});
+      ExpectCut(clips[j], clips[i], With(FeatureSource::kSiftCorners));
+#ifdef EGOSIEVE_EVERY_FRAME
+      ExpectCut(clips[j], clips[i], {});
+      ExpectCut(clips[i], clips[j], With(FeatureSource::kFlow));
+      ExpectCut(clips[j], clips[i], With(FeatureSource::kFlow));
+#endif
+    }
+  }
+}
+
+TEST(Cut, RealVideosHaveNone) {
+  const char* folder = std::getenv("EGOSIEVE_DATA");
+  if (folder == nullptr) GTEST_SKIP() << "EGOSIEVE_DATA does not name a folder of real data";
+  for (const char* input : kInputs) {
+    const Clip clip = ReadClip(folder, input, kFramesOfAnInput);
+    for (const FeatureSource features : {
+             FeatureSource::kAuto,
+#ifdef EGOSIEVE_EVERY_FRAME
+             FeatureSource::kFlow,
+             FeatureSource::kSiftCorners,
+#endif
+         }) {
+      const auto labeller = MakeLabeller(With(features));
+      for (size_t t = 0; t < clip.images.size(); ++t) {
+        const auto frame = labeller->Process(FrameOf(static_cast<int64_t>(t), clip.images[t]));
+        ASSERT_TRUE(frame.ok()) << frame.status();
+        EXPECT_EQ(frame->outcome, t == 0 ? LabelOutcome::kNoPair : LabelOutcome::kLabelled)
+            << input << ", features " << static_cast<int>(features) << ", frame " << t << ": "
+            << frame->reason;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace egosieve::vision
