@@ -5,7 +5,6 @@
 #include <iostream>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -19,6 +18,7 @@
 #include "tools/cli/frame_range.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/threads_flag.h"
 #include "tools/infer/map_book.h"
 #include "tools/segment/drive_input.h"
 #include "tools/segment/resume.h"
@@ -72,10 +72,7 @@ class InferCommand : public Command {
                    "Pixels between neighbouring grid pixels; 0: the run's; others need --out")
         ->check(Between(0, 1000))
         ->type_name("PIXELS");
-    app.add_option("--threads", threads_,
-                   "With 1 the stages do not overlap; 0: the machine's cores")
-        ->check(Between(0, 256))
-        ->type_name("NUMBER");
+    threads_.AddFlag(app);
     device_.AddFlag(app);
     progress_.AddFlag(app);
   }
@@ -224,7 +221,7 @@ class InferCommand : public Command {
       return std::binary_search(wanted.begin(), wanted.end(), index);
     };
     vision::PipelineOptions pipeline;
-    pipeline.overlap = threads_ != 1 && (threads_ > 1 || std::thread::hardware_concurrency() > 1);
+    pipeline.overlap = threads_.Apply() > 1;
     pipeline.first_frame = wanted.front();
     pipeline.end_frame = wanted.back() + 1;
     pipeline.checkpoint_interval = work.checkpoint_every;
@@ -272,7 +269,7 @@ class InferCommand : public Command {
   FrameRange range_;
   int64_t every_ = 1;
   int stride_ = 0;
-  int threads_ = 0;
+  ThreadsFlag threads_;
   DeviceFlag device_;
   ProgressFlag progress_;
 };

@@ -97,16 +97,19 @@ std::string Tiles(const ReportContent& content) {
     absl::StrAppend(
         &html, Tile(absl::StrFormat("%.2f s", seconds_per_frame), "a frame"),
         Tile(DescribeDuration(content.description.seconds), "in all"),
-        Tile(absl::StrCat(content.lines.back().model_size), "points in the model at the end"),
-        Tile(absl::StrFormat("%.1f %%", 100.0 * Median(shares)), "of a frame moves, median"));
+        Tile(absl::StrCat(content.lines.back().model_size), "points in the model at the end"));
+  }
+  if (!shares.empty()) {
+    absl::StrAppend(&html, Tile(absl::StrFormat("%.1f %%", 100.0 * Median(shares)),
+                                "of a frame moves, median"));
   }
   return absl::StrCat(html, "</section>\n");
 }
 
 std::string Pictures(const ReportContent& content) {
   std::string html = "<h2>What moves</h2>\n";
-  if (!content.pictures_note.empty()) {
-    absl::StrAppend(&html, "<p class=\"note\">", EscapeHtml(content.pictures_note), "</p>\n");
+  for (const std::string& note : content.picture_notes) {
+    absl::StrAppend(&html, "<p class=\"note\">", EscapeHtml(note), "</p>\n");
   }
   absl::StrAppend(&html, "<section class=\"pictures\">\n");
   for (const ReportPicture& picture : content.pictures) {
@@ -322,7 +325,7 @@ std::string MakeReportPage(const ReportContent& content) {
       EscapeHtml(Title(description)), "</title>\n<style>\n", kDygraphsCss, kPageCss,
       "</style>\n</head>\n<body>\n<main>\n");
   absl::StrAppend(&html, Header(description), Tiles(content));
-  if (!content.pictures.empty() || !content.pictures_note.empty()) {
+  if (!content.pictures.empty() || !content.picture_notes.empty()) {
     absl::StrAppend(&html, Pictures(content));
   }
   absl::StrAppend(&html, Charts(content));

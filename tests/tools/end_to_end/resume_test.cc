@@ -13,6 +13,7 @@
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tests/tools/testing/run_comparison.h"
@@ -29,16 +30,8 @@ class Resume : public testing::Test {
   static constexpr int kFrames = 18;
   static constexpr int kLongestWait = 60000;  // steps of a millisecond, for a program that crashed
 
-  Resume()
-      : root_(testing::TempDir() + "/" +
-              testing::UnitTest::GetInstance()->current_test_info()->name()),
-        whole_(root_ + "/whole"),
-        run_(root_ + "/run") {
-    PatchDriveOptions options;
-    options.width_pixels = 160;
-    options.height_pixels = 96;
-    options.frames = kFrames;
-    WritePatchDrive(root_, options);
+  Resume() : root_(FreshFolder()), whole_(root_ + "/whole"), run_(root_ + "/run") {
+    WritePatchDrive(root_, SmallPatchDrive(kFrames));
     // A frame that cannot be read, just before a checkpoint.
     const std::string torn = root_ + absl::StrFormat("/frames/%06d.png", 7);
     fs::resize_file(torn, fs::file_size(torn) / 2);
@@ -146,8 +139,13 @@ TEST_F(Resume, AnInterruptionEndsBetweenFramesAndSaysSo) {
     kill(process, signal);
     const int code = WaitForProgram(process);
     ASSERT_TRUE(code == 130 || code == 4) << code << ": " << *ReadFile(root_ + "/err.txt");
-    const RunDescription description = *RunFolder::Open(run_)->ReadDescription();
+    const RunFolder folder = *RunFolder::Open(run_);
+    const RunDescription description = *folder.ReadDescription();
     EXPECT_EQ(description.ended, code == 130 ? "interrupted" : "done");
+    const std::vector<FrameLine> lines = *folder.ReadLines();
+    for (const FrameLine& line : lines) {
+      EXPECT_TRUE(folder.ReadGridMaps(line, description, true).ok()) << line.index;
+    }
     if (code == 130) {
       EXPECT_THAT(*ReadFile(root_ + "/err.txt"), HasSubstr("--resume goes on"));
     }

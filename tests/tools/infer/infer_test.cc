@@ -23,11 +23,7 @@ class Infer : public testing::TestWithParam<const char*> {
       : root_(testing::TempDir() + "/infer_" + GetParam()),
         whole_(root_ + "/whole"),
         run_(root_ + "/run") {
-    PatchDriveOptions options;
-    options.width_pixels = 160;
-    options.height_pixels = 96;
-    options.frames = kFrames;
-    WritePatchDrive(root_, options);
+    WritePatchDrive(root_, SmallPatchDrive(kFrames));
     const std::string torn = root_ + absl::StrFormat("/frames/%06d.png", kDamaged);
     fs::resize_file(torn, fs::file_size(torn) / 2);
     EXPECT_EQ(Segment(whole_), 4);

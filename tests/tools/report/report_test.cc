@@ -143,7 +143,7 @@ TEST(ReportCommand, HasPicturesWhileTheInputIsThere) {
 
   std::filesystem::remove_all(run.frames);
   EXPECT_EQ(RunCommandForTest(MakeReportCommand(), {run.folder.path()}).code, 0);
-  EXPECT_THAT(*ReadFile(run.folder.File("report.html")), HasSubstr("No pictures: "));
+  EXPECT_THAT(*ReadFile(run.folder.File("report.html")), HasSubstr("no pictures: "));
 }
 
 }  // namespace
