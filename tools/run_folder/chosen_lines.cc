@@ -57,6 +57,12 @@ absl::Status CheckMaps(const RunFolder& folder, const RunDescription& descriptio
                    " has no maps of these frames yet; make them: ", Remedy(folder, description)));
 }
 
+absl::Status CheckMaps(const RunFolder& folder) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, ChooseLines(folder, FrameRange()));
+  return CheckMaps(folder, description, lines);
+}
+
 std::string DescribeMissingMaps(const RunFolder& folder, const RunDescription& description,
                                 absl::Span<const FrameLine> lines) {
   const auto lacking = std::count_if(lines.begin(), lines.end(), LacksMap);

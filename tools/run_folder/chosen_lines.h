@@ -25,6 +25,8 @@ absl::StatusOr<std::vector<FrameLine>> ChooseLines(const RunFolder& folder,
 // the command that makes them.
 absl::Status CheckMaps(const RunFolder& folder, const RunDescription& description,
                        absl::Span<const FrameLine> lines);
+// Of the whole run.
+absl::Status CheckMaps(const RunFolder& folder);
 
 // "5 of 8 frames have no map; egosieve infer DIR makes them": of the frames that could be read. ""
 // where all have one.

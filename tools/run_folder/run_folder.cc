@@ -54,6 +54,11 @@ absl::Status RemoveFormerRun(const std::string& path) {
 
 }  // namespace
 
+std::string AbsolutePath(const std::string& path) {
+  const fs::path normal = fs::absolute(path).lexically_normal();
+  return (normal.has_filename() ? normal : normal.parent_path()).string();
+}
+
 kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& description) {
   return {line.width_pixels, line.height_pixels, description.grid.stride};
 }

@@ -31,6 +31,9 @@ struct FrameMaps {
   cv::Mat1f deviation;
 };
 
+// The folder's absolute path, the same however it is written.
+std::string AbsolutePath(const std::string& path);
+
 // The grid of a frame's maps: the run's, but for the frame's own size.
 kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& description);
 

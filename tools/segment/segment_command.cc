@@ -269,6 +269,9 @@ class SegmentCommand : public Command {
     const DriveWriter::Counts& counts = writer.counts();
     std::cout << absl::StrFormat("%d frames answered, %d learnt from, in %s: %s\n", counts.answered,
                                  counts.learnt, DescribeDuration(seconds), directory_);
+    if (LeavesMaps()) {
+      std::cout << "egosieve infer " << directory_ << " makes the maps that were left out\n";
+    }
     if (summary->stopped) {
       return absl::CancelledError(absl::StrCat("interrupted; the ", counts.answered + counts.failed,
                                                " frames in ", directory_,
