@@ -123,8 +123,10 @@ absl::StatusOr<std::vector<BatchEntry>> ParseToml(absl::string_view text) {
   return entries;
 }
 
+// "runs/a/" and "runs/a" are one folder.
 std::string From(const std::string& folder, const std::string& path) {
-  return (fs::path(folder) / path).lexically_normal().string();
+  const fs::path normal = (fs::path(folder) / path).lexically_normal();
+  return (normal.has_filename() ? normal : normal.parent_path()).string();
 }
 
 }  // namespace

@@ -45,21 +45,27 @@ std::vector<std::string> LongFlags(const CLI::App& app) {
   return flags;
 }
 
-std::string DescribeExtras(const CLI::App& app) {
+// "" where every flag given is known.
+std::string DescribeUnknownFlag(const CLI::App& app) {
   for (const std::string& argument : app.remaining()) {
     if (absl::StartsWith(argument, "-")) {
       const std::string flag(absl::StripAsciiWhitespace(argument.substr(0, argument.find('='))));
       return absl::StrCat("unknown flag ", flag, "; ", DidYouMean(flag, LongFlags(app)));
     }
   }
-  return absl::StrCat("unexpected argument '", app.remaining().front(), "'; ");
+  return "";
 }
 
 // CLI11's messages in this program's words.
 std::string DescribeParseError(const CLI::App& app, const CLI::ParseError& error) {
   const std::string message = error.what();
+  // What is missing may be what was misspelt: the unknown flag says more than the required one.
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr ||
+      dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+    if (std::string unknown = DescribeUnknownFlag(app); !unknown.empty()) return unknown;
+  }
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
-    return DescribeExtras(app);
+    return absl::StrCat("unexpected argument '", app.remaining().front(), "'; ");
   }
   if (dynamic_cast<const CLI::ConfigError*>(&error) != nullptr) {
     const std::string key(absl::StripPrefix(message, "INI was not able to parse "));

@@ -17,6 +17,7 @@
 #include "tools/evaluate_features/feature_flags.h"
 #include "tools/plots/plots_flag.h"
 #include "tools/run_folder/atomic_file.h"
+#include "tools/run_folder/chosen_lines.h"
 #include "tools/suite/child_process.h"
 #include "tools/suite/object_table.h"
 #include "tools/suite/suite_figures.h"
@@ -127,6 +128,7 @@ class EvaluateCommand : public Command {
           "--truth is missing; give masks or tracks to score against");
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
+    EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder));
     Progress progress("evaluate", progress_, -1);
     EGOSIEVE_ASSIGN_OR_RETURN(const RunEvaluation run, EvaluateRun(folder, truth_, options_, [&] {
                                 progress.Advance();

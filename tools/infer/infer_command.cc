@@ -5,7 +5,6 @@
 #include <iostream>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -19,8 +18,11 @@
 #include "tools/cli/frame_range.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/threads_flag.h"
 #include "tools/infer/map_book.h"
+#include "tools/run_folder/chosen_lines.h"
 #include "tools/segment/drive_input.h"
+#include "tools/segment/drive_writer.h"
 #include "tools/segment/resume.h"
 #include "tools/segment/segment_flags.h"
 #include "vision/segmentation/segmentation_pipeline.h"
@@ -72,10 +74,7 @@ class InferCommand : public Command {
                    "Pixels between neighbouring grid pixels; 0: the run's; others need --out")
         ->check(Between(0, 1000))
         ->type_name("PIXELS");
-    app.add_option("--threads", threads_,
-                   "With 1 the stages do not overlap; 0: the machine's cores")
-        ->check(Between(0, 256))
-        ->type_name("NUMBER");
+    threads_.AddFlag(app);
     device_.AddFlag(app);
     progress_.AddFlag(app);
   }
@@ -85,7 +84,8 @@ class InferCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(Work work, OpenRun());
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenInput(work));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
-    EGOSIEVE_ASSIGN_OR_RETURN(MapBook book, OpenBook(work, device.info));
+    work.device = DescribeDevice(device.info);
+    EGOSIEVE_ASSIGN_OR_RETURN(MapBook book, OpenBook(work));
     const std::vector<int64_t> wanted = WantedFrames(work, book);
     if (wanted.empty()) {
       std::cout << work.target << " holds these maps already\n";
@@ -106,6 +106,7 @@ class InferCommand : public Command {
     int64_t run_from = 0;
     int64_t checkpoint_every = 0;
     std::string target;  // folder that gets the maps
+    std::string device;  // that makes them
   };
 
   absl::StatusOr<Work> OpenRun() const {
@@ -129,6 +130,7 @@ class InferCommand : public Command {
                                                      "; give the maps a folder with --out"));
     }
     if (stride_ > 0) work.options.stride_pixels = stride_;
+    EGOSIEVE_RETURN_IF_ERROR(ChooseLines(*work.run, range_).status());
     EGOSIEVE_ASSIGN_OR_RETURN(work.lines, work.run->ReadLines());
     work.target = out_.empty() ? directory_ : out_;
     return work;
@@ -156,26 +158,49 @@ class InferCommand : public Command {
     return range_.from;
   }
 
-  // With --out, a folder with this range's lines, that have no maps yet.
-  absl::StatusOr<MapBook> OpenBook(const Work& work, const kernels::DeviceInfo& device) const {
-    if (out_.empty()) return MapBook::Open(*work.run, work.description);
-    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Create(out_, overwrite_));
+  // With --out, a folder with this range's lines, that have no maps yet; or the one that an earlier
+  // call has begun.
+  absl::StatusOr<MapBook> OpenBook(const Work& work) const {
+    if (out_.empty()) return MapBook::Open(*work.run, work.description, {}, work.device);
     RunDescription description = work.description;
-    description.device = DescribeDevice(device);
+    description.device = work.device;
+    description.maps_from = AbsolutePath(directory_);
     description.grid.stride = work.options.stride_pixels;
     description.flags["stride"] = absl::StrCat(work.options.stride_pixels);
     description.flags["learn_only"] = "no";
     description.flags["every"] = "1";
-    EGOSIEVE_RETURN_IF_ERROR(folder.WriteDescription(description));
-    EGOSIEVE_ASSIGN_OR_RETURN(LineLog log, folder.OpenLog());
+    description.ended = "running";
+    description.ended_message.clear();
+    description.seconds = 0.0;
+    description.started_utc = UtcNow();
+    description.finished_utc.clear();
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, OpenTarget(description));
+    std::vector<FrameLine> lines;
     const FrameRange range{FirstFrame(work), range_.to};
     for (FrameLine line : work.lines) {
       if (!range.Contains(line.index)) continue;
       line.width_pixels = line.height_pixels = 0;
       line.dynamic_share = 0.0;
-      EGOSIEVE_RETURN_IF_ERROR(log.Append(ToText(line)));
+      line.map_device.clear();
+      lines.push_back(std::move(line));
     }
-    return MapBook::Open(folder, description);
+    return MapBook::Open(folder, description, lines, work.device);
+  }
+
+  // The folder of --out, which holds nothing or maps of the same making.
+  absl::StatusOr<RunFolder> OpenTarget(const RunDescription& description) const {
+    absl::StatusOr<RunFolder> folder = RunFolder::Open(out_);
+    if (folder.ok() && !overwrite_) {
+      EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription before, folder->ReadDescription());
+      const std::string difference = DescribeDifference(before, description);
+      if (difference.empty()) return folder;
+      return absl::AlreadyExistsError(
+          absl::StrCat("the folder ", out_, " holds another run: ", difference,
+                       "; choose another for --out, or add --overwrite"));
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(folder, RunFolder::Create(out_, overwrite_));
+    EGOSIEVE_RETURN_IF_ERROR(folder->WriteDescription(description));
+    return folder;
   }
 
   // Of the range, what is due and not there.
@@ -224,7 +249,7 @@ class InferCommand : public Command {
       return std::binary_search(wanted.begin(), wanted.end(), index);
     };
     vision::PipelineOptions pipeline;
-    pipeline.overlap = threads_ != 1 && (threads_ > 1 || std::thread::hardware_concurrency() > 1);
+    pipeline.overlap = threads_.Apply() > 1;
     pipeline.first_frame = wanted.front();
     pipeline.end_frame = wanted.back() + 1;
     pipeline.checkpoint_interval = work.checkpoint_every;
@@ -252,14 +277,16 @@ class InferCommand : public Command {
                               return absl::OkStatus();
                             });
     progress.Finish();
-    // What was made is entered even after an error, which is what is told.
-    const absl::Status entered = book.Enter();
-    EGOSIEVE_RETURN_IF_ERROR(summary.status());
-    EGOSIEVE_RETURN_IF_ERROR(entered);
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    std::cout << absl::StrFormat("%d maps in %s: %s\n", made, DescribeDuration(seconds),
-                                 work.target);
+    // What was made is entered even after an error, which is what is told.
+    const absl::Status entered = book.Enter();
+    const absl::Status told = TellEnd(summary, seconds, book);
+    EGOSIEVE_RETURN_IF_ERROR(summary.status());
+    EGOSIEVE_RETURN_IF_ERROR(entered);
+    EGOSIEVE_RETURN_IF_ERROR(told);
+    std::cout << absl::StrFormat("%d maps in %s on %s: %s\n", made, DescribeDuration(seconds),
+                                 work.device, work.target);
     if (summary->stopped) {
       return absl::CancelledError(absl::StrCat("interrupted; the ", made, " maps made are whole, ",
                                                "the same command goes on"));
@@ -267,12 +294,32 @@ class InferCommand : public Command {
     return failed ? ExitCode::kFramesFailed : ExitCode::kDone;
   }
 
+  // run.json of --out; that of a run is the run's.
+  absl::Status TellEnd(const absl::StatusOr<vision::PipelineSummary>& summary, double seconds,
+                       const MapBook& book) const {
+    if (out_.empty()) return absl::OkStatus();
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(out_));
+    EGOSIEVE_ASSIGN_OR_RETURN(RunDescription description, folder.ReadDescription());
+    description.ended = !summary.ok() ? "failed" : summary->stopped ? "interrupted" : "done";
+    description.ended_message = std::string(summary.status().message());
+    description.frames_answered = description.frames_learnt = description.frames_failed = 0;
+    for (const auto& [index, line] : book.lines()) {
+      const bool failed = line.outcome == FrameLine::Outcome::kFailed;
+      description.frames_failed += failed;
+      description.frames_answered += !failed && line.has_map();
+      description.frames_learnt += line.outcome == FrameLine::Outcome::kLearnt;
+    }
+    description.seconds += seconds;
+    description.finished_utc = UtcNow();
+    return folder.WriteDescription(description);
+  }
+
   std::string directory_, out_, input_;
   bool overwrite_ = false;
   FrameRange range_;
   int64_t every_ = 1;
   int stride_ = 0;
-  int threads_ = 0;
+  ThreadsFlag threads_;
   DeviceFlag device_;
   ProgressFlag progress_;
 };

@@ -7,7 +7,9 @@
 
 namespace egosieve::tools {
 
-// egosieve infer RUN: the dense maps of a run that segment left without.
+// egosieve infer DIR: the dense maps that segment left out. On the run's device they are those that
+// segment would have written, byte for byte; on another they differ by float32's rounding
+// (kernels/ops/dense_posterior.h), and their lines name it.
 std::unique_ptr<Command> MakeInferCommand();
 
 }  // namespace egosieve::tools

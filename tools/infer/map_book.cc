@@ -54,14 +54,24 @@ void SetMilliseconds(const std::string& stage, double value, FrameLine& line) {
 
 }  // namespace
 
-absl::StatusOr<MapBook> MapBook::Open(const RunFolder& folder, const RunDescription& description) {
-  MapBook book(folder, description);
+absl::StatusOr<MapBook> MapBook::Open(const RunFolder& folder, const RunDescription& description,
+                                      absl::Span<const FrameLine> to_be_there,
+                                      const std::string& device) {
+  MapBook book(folder, description, device);
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("grid")));
+  EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Take(folder.path()));
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadLines());
+  const size_t entered = lines.size();
+  lines.insert(lines.end(), to_be_there.begin(), to_be_there.end());
   for (FrameLine& line : lines) {
     const int64_t index = line.index;
-    book.lines_.emplace(index, std::move(line));
+    book.lines_.emplace(index, std::move(line));  // what was entered stays
   }
-  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("grid")));
+  if (book.lines_.size() > entered) {
+    std::string text;
+    for (const auto& [index, line] : book.lines_) absl::StrAppend(&text, ToText(line), "\n");
+    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File(kLog), text));
+  }
   return book;
 }
 
@@ -89,6 +99,7 @@ absl::Status MapBook::Write(const vision::SegmentedFrame& frame) {
     line.height_pixels = frame.map.grid.height;
     line.dynamic_share = frame.record.dynamic_share;
     line.clamped_variances = frame.record.clamped_variances;
+    line.map_device = device_ == description_.device ? "" : device_;
     SetMilliseconds("posterior", frame.record.milliseconds.posterior, line);
     SetMilliseconds("inference", frame.record.milliseconds.inference, line);
     const std::chrono::duration<double, std::milli> writing =

@@ -16,6 +16,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/types/span.h"
 #include "tools/run_folder/run_folder.h"
 #include "vision/segmentation/segmentation_pipeline.h"
 
@@ -23,8 +24,11 @@ namespace egosieve::tools {
 
 class MapBook {
  public:
-  // `folder` holds `description` and the lines already.
-  static absl::StatusOr<MapBook> Open(const RunFolder& folder, const RunDescription& description);
+  // `folder` holds `description`, and the lines that are to be there or at least those that an
+  // earlier program had entered: the others are added. Maps will come from `device`.
+  static absl::StatusOr<MapBook> Open(const RunFolder& folder, const RunDescription& description,
+                                      absl::Span<const FrameLine> to_be_there,
+                                      const std::string& device);
 
   const std::map<int64_t, FrameLine>& lines() const { return lines_; }
 
@@ -36,11 +40,12 @@ class MapBook {
   absl::Status Enter();
 
  private:
-  MapBook(const RunFolder& folder, const RunDescription& description)
-      : folder_(folder), description_(description) {}
+  MapBook(const RunFolder& folder, const RunDescription& description, const std::string& device)
+      : folder_(folder), description_(description), device_(device) {}
 
   RunFolder folder_;
   RunDescription description_;
+  std::string device_;
   std::map<int64_t, FrameLine> lines_;
   std::vector<int64_t> not_entered_;
 };

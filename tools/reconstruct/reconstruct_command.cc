@@ -12,7 +12,9 @@
 #include "tools/cli/frame_range.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/warning.h"
 #include "tools/reconstruct/full_maps.h"
+#include "tools/run_folder/chosen_lines.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/run_folder.h"
 
@@ -70,32 +72,35 @@ class ReconstructCommand : public Command {
 
   absl::StatusOr<ExitCode> Run() override {
     EGOSIEVE_RETURN_IF_ERROR(thresholds_.Validate());
-    EGOSIEVE_RETURN_IF_ERROR(range_.Validate());
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder.ReadLines());
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, ChooseLines(folder, range_));
+    EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, description, lines));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("full")));
     CatchInterruptions();
     Progress progress("reconstruct", progress_, static_cast<int64_t>(lines.size()));
-    int64_t frames = 0, failed = 0;
+    int64_t frames = 0, unreadable = 0;
     for (const FrameLine& line : lines) {
       if (InterruptionRequested()) {
         return absl::CancelledError(absl::StrCat("interrupted after ", frames, " frames"));
       }
-      if (!line.has_map()) {
-        failed += range_.Contains(line.index);
-      } else if (range_.Contains(line.index)) {
+      if (line.has_map()) {
         EGOSIEVE_RETURN_IF_ERROR(
             ReconstructFrame(*device.context, folder, description, line, thresholds_));
         ++frames;
+      } else {
+        unreadable += line.outcome == FrameLine::Outcome::kFailed;
       }
       progress.Advance();
     }
     progress.Finish();
-    std::cout << absl::StrFormat("%d frames reconstructed in %s/full", frames, directory_);
-    std::cout << (failed > 0 ? absl::StrFormat("; %d have no map\n", failed) : "\n");
-    return failed > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
+    std::cout << absl::StrFormat("%d frames reconstructed in %s\n", frames, folder.File("full"));
+    Warn(DescribeMissingMaps(folder, description, lines));
+    if (unreadable > 0) {
+      Warn(absl::StrCat(unreadable, " frames could not be read and have no map"));
+    }
+    return unreadable > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
   }
 
  private:

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -14,8 +15,10 @@
 #include "tools/cli/frame_range.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/warning.h"
 #include "tools/render/overlay_video.h"
 #include "tools/render/render_run.h"
+#include "tools/run_folder/chosen_lines.h"
 #include "tools/run_folder/map_image.h"
 
 namespace egosieve::tools {
@@ -52,19 +55,21 @@ class RenderCommand : public Command {
   }
 
   absl::StatusOr<ExitCode> Run() override {
-    EGOSIEVE_RETURN_IF_ERROR(range_.Validate());
     if (!images_ && !video_) {
       return absl::InvalidArgumentError(
           "--no_images and --no_video leave nothing to do; leave one of them out");
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, ChooseLines(folder, range_));
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
+    EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, description, lines));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     EGOSIEVE_ASSIGN_OR_RETURN(OverlaySource overlays,
                               OverlaySource::Open(device.context, folder, input_));
     CatchInterruptions();
-    Progress progress("render", progress_, static_cast<int64_t>(overlays.lines().size()));
+    Progress progress("render", progress_, static_cast<int64_t>(lines.size()));
     absl::Status status = absl::OkStatus();
-    for (const FrameLine& line : overlays.lines()) {
+    for (const FrameLine& line : lines) {
       status = RenderFrame(folder, line, overlays);
       if (!status.ok()) break;
       progress.Advance();
@@ -76,6 +81,7 @@ class RenderCommand : public Command {
     if (images_) {
       std::cout << absl::StrFormat("%d overlays in %s\n", frames_, folder.File("render"));
     }
+    Warn(DescribeMissingMaps(folder, description, lines));
     return failed_ > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
   }
 
@@ -85,7 +91,6 @@ class RenderCommand : public Command {
     if (InterruptionRequested()) {
       return absl::CancelledError(absl::StrCat("interrupted after ", frames_, " frames"));
     }
-    if (!range_.Contains(line.index)) return absl::OkStatus();
     if (line.outcome == FrameLine::Outcome::kFailed) {
       ++failed_;
       return absl::OkStatus();
@@ -126,13 +131,9 @@ class RenderCommand : public Command {
     if (!writer_) return absl::OkStatus();
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string path, writer_->Finish());
     std::cout << "video in " << path << "\n";
-    if (!writer_->warning().empty()) {
-      std::cerr << ErrorLine(absl::StrCat("warning: ", writer_->warning())) << "\n";
-    }
+    Warn(writer_->warning());
     if (other_sizes_ > 0) {
-      std::cerr << ErrorLine(absl::StrCat("warning: ", other_sizes_,
-                                          " frames of another size are not in the video"))
-                << "\n";
+      Warn(absl::StrCat(other_sizes_, " frames of another size are not in the video"));
     }
     return absl::OkStatus();
   }

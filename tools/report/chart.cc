@@ -139,18 +139,47 @@ Chart EvidenceChart(const ChartBuilder& builder, absl::Span<const FrameLine> lin
   return chart;
 }
 
-Chart PointsChart(const ChartBuilder& builder) {
+Chart NewPointsChart(const ChartBuilder& builder) {
   using Points = FrameLine::PointCounts;
-  Chart chart{"points", "Points added and dropped",
-              "Points a frame, by the step that added or dropped them.", "points"};
+  Chart chart{"newpoints", "New points",
+              "A frame's labelled features, those that the filters dropped, and those that the "
+              "model took.",
+              "points"};
   builder.AddSeries("candidates", PointCount(&Points::candidates), chart);
   builder.AddSeries("dropped: density", PointCount(&Points::dropped_by_density), chart);
   builder.AddSeries("dropped: novelty", PointCount(&Points::dropped_by_novelty), chart);
   builder.AddSeries("added", PointCount(&Points::added), chart);
-  builder.AddSeries("dropped: consistency", PointCount(&Points::dropped_by_consistency), chart);
-  builder.AddSeries("dropped: model density", PointCount(&Points::dropped_by_model_density), chart);
-  builder.AddSeries("dropped: age", PointCount(&Points::dropped_by_age), chart);
-  builder.AddSeries("dropped: budget", PointCount(&Points::dropped_by_budget), chart);
+  return chart;
+}
+
+Chart DroppedPointsChart(const ChartBuilder& builder) {
+  using Points = FrameLine::PointCounts;
+  Chart chart{"droppedpoints", "Points that left the model",
+              "Points a frame, by the filter that dropped them.", "points"};
+  builder.AddSeries("consistency", PointCount(&Points::dropped_by_consistency), chart);
+  builder.AddSeries("density", PointCount(&Points::dropped_by_model_density), chart);
+  builder.AddSeries("age", PointCount(&Points::dropped_by_age), chart);
+  builder.AddSeries("budget", PointCount(&Points::dropped_by_budget), chart);
+  return chart;
+}
+
+// Where in a drive nothing was learnt; the page's table tells why.
+Chart OutcomeChart(const ChartBuilder& builder) {
+  Chart chart{"outcome", "Frames by outcome",
+              "Percentage of the frames that were learnt from, that have a map and were not learnt "
+              "from, and that could not be read.",
+              "%"};
+  chart.stacked = true;
+  for (const auto& [name, outcome] : {std::pair("learnt from", FrameLine::Outcome::kLearnt),
+                                      std::pair("not learnt from", FrameLine::Outcome::kAnswered),
+                                      std::pair("failed", FrameLine::Outcome::kFailed)}) {
+    builder.AddSeries(
+        name,
+        [outcome = outcome](const FrameLine& line) {
+          return line.outcome == outcome ? 100.0 : 0.0;
+        },
+        chart);
+  }
   return chart;
 }
 
@@ -257,10 +286,12 @@ std::vector<Chart> MakeCharts(absl::Span<const FrameLine> lines,
   charts.push_back(StagesChart(builder, lines));
   charts.push_back(LabelsChart(builder));
   charts.push_back(EvidenceChart(builder, lines));
-  charts.push_back(PointsChart(builder));
+  charts.push_back(NewPointsChart(builder));
+  charts.push_back(DroppedPointsChart(builder));
   charts.push_back(LikelihoodChart(builder));
   charts.push_back(ThetaChart(builder, lines));
   charts.push_back(CalibrationChart(builder));
+  charts.push_back(OutcomeChart(builder));
   charts.erase(std::remove_if(charts.begin(), charts.end(),
                               [](const Chart& chart) { return !HasPoint(chart); }),
                charts.end());

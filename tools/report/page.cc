@@ -51,7 +51,21 @@ std::string Title(const RunDescription& description) {
   return (path.parent_path().filename() / path.filename()).string();
 }
 
-std::string Header(const RunDescription& description) {
+// Maps that another device made than the run's.
+std::string OtherDevices(absl::Span<const FrameLine> lines) {
+  std::map<std::string, int64_t> counts;
+  for (const FrameLine& line : lines) {
+    if (!line.map_device.empty()) ++counts[line.map_device];
+  }
+  std::string html;
+  for (const auto& [device, count] : counts) {
+    absl::StrAppend(&html, "<p>maps made on ", EscapeHtml(device), ": ", count, "</p>\n");
+  }
+  return html;
+}
+
+std::string Header(const ReportContent& content) {
+  const RunDescription& description = content.description;
   const std::string name = Title(description);
   const std::string ended = EscapeHtml(description.ended);
   const std::string label = ended == "running" ? "not finished" : ended;
@@ -65,7 +79,11 @@ std::string Header(const RunDescription& description) {
   if (!description.finished_utc.empty()) {
     absl::StrAppend(&html, ", ended ", EscapeHtml(description.finished_utc));
   }
-  absl::StrAppend(&html, "</p>\n");
+  absl::StrAppend(&html, "</p>\n", OtherDevices(content.lines));
+  if (!description.maps_from.empty()) {
+    absl::StrAppend(&html, "<p>maps from the models of ", EscapeHtml(description.maps_from),
+                    "</p>\n");
+  }
   if (!description.ended_message.empty()) {
     absl::StrAppend(&html, "<p><b>", EscapeHtml(description.ended_message), "</b></p>\n");
   }
@@ -97,16 +115,19 @@ std::string Tiles(const ReportContent& content) {
     absl::StrAppend(
         &html, Tile(absl::StrFormat("%.2f s", seconds_per_frame), "a frame"),
         Tile(DescribeDuration(content.description.seconds), "in all"),
-        Tile(absl::StrCat(content.lines.back().model_size), "points in the model at the end"),
-        Tile(absl::StrFormat("%.1f %%", 100.0 * Median(shares)), "of a frame moves, median"));
+        Tile(absl::StrCat(content.lines.back().model_size), "points in the model at the end"));
+  }
+  if (!shares.empty()) {
+    absl::StrAppend(&html, Tile(absl::StrFormat("%.1f %%", 100.0 * Median(shares)),
+                                "of a frame moves, median"));
   }
   return absl::StrCat(html, "</section>\n");
 }
 
 std::string Pictures(const ReportContent& content) {
   std::string html = "<h2>What moves</h2>\n";
-  if (!content.pictures_note.empty()) {
-    absl::StrAppend(&html, "<p class=\"note\">", EscapeHtml(content.pictures_note), "</p>\n");
+  for (const std::string& note : content.picture_notes) {
+    absl::StrAppend(&html, "<p class=\"note\">", EscapeHtml(note), "</p>\n");
   }
   absl::StrAppend(&html, "<section class=\"pictures\">\n");
   for (const ReportPicture& picture : content.pictures) {
@@ -125,8 +146,9 @@ std::string Charts(const ReportContent& content) {
   const std::vector<Chart> charts =
       MakeCharts(content.lines, content.evaluation, content.max_chart_points);
   std::string html =
-      "<h2>Over the drive</h2>\n<p class=\"note\">Drag along a chart to zoom all of them, "
-      "double-click to see the whole drive again.</p>\n<noscript><p class=\"note\">The charts need "
+      "<h2>Over the drive</h2>\n<p class=\"note\">Over the frames' numbers in the input. "
+      "Drag along a chart to zoom all of them, double-click to see the whole drive "
+      "again.</p>\n<noscript><p class=\"note\">The charts need "
       "JavaScript.</p></noscript>\n<section class=\"charts\">\n";
   nlohmann::ordered_json data = nlohmann::ordered_json::array();
   for (const Chart& chart : charts) {
@@ -321,8 +343,8 @@ std::string MakeReportPage(const ReportContent& content) {
       "name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>Egosieve: ",
       EscapeHtml(Title(description)), "</title>\n<style>\n", kDygraphsCss, kPageCss,
       "</style>\n</head>\n<body>\n<main>\n");
-  absl::StrAppend(&html, Header(description), Tiles(content));
-  if (!content.pictures.empty() || !content.pictures_note.empty()) {
+  absl::StrAppend(&html, Header(content), Tiles(content));
+  if (!content.pictures.empty() || !content.picture_notes.empty()) {
     absl::StrAppend(&html, Pictures(content));
   }
   absl::StrAppend(&html, Charts(content));

@@ -29,8 +29,8 @@ struct ReportContent {
   std::vector<FrameLine> lines;
   std::optional<Evaluation> evaluation;
   std::vector<ReportPicture> pictures;
-  std::string pictures_note;       // why there are none, or what they show
-  int64_t max_chart_points = 600;  // frames beyond are averaged
+  std::vector<std::string> picture_notes;  // what they show, what is missing and why
+  int64_t max_chart_points = 600;          // frames beyond are averaged
 };
 
 std::string MakeReportPage(const ReportContent& content);

@@ -8,15 +8,18 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/device_flag.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/warning.h"
 #include "tools/render/render_run.h"
 #include "tools/report/page.h"
 #include "tools/run_folder/atomic_file.h"
+#include "tools/run_folder/chosen_lines.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -36,7 +39,7 @@ std::string Jpeg(const cv::Mat3b& picture) {
 }
 
 // `count` lines evenly over those that have a map, the first and the last among them.
-std::vector<FrameLine> ChooseLines(const std::vector<FrameLine>& lines, int64_t count) {
+std::vector<FrameLine> ChoosePictures(const std::vector<FrameLine>& lines, int64_t count) {
   std::vector<FrameLine> with_map;
   std::copy_if(lines.begin(), lines.end(), std::back_inserter(with_map), [](const FrameLine& line) {
     return line.outcome != FrameLine::Outcome::kFailed && line.model_size > 0 && line.has_map();
@@ -94,24 +97,28 @@ class ReportCommand : public Command {
   }
 
  private:
-  // An input that is gone costs the page its pictures, not its charts.
+  // What is gone costs the page its pictures, not its charts.
   absl::Status AddPictures(const RunFolder& folder, ReportContent& content) {
-    const std::vector<FrameLine> lines = ChooseLines(content.lines, pictures_);
+    const auto tell = [&content](absl::string_view what) {
+      Warn(what);
+      content.picture_notes.emplace_back(what);
+    };
+    if (const std::string missing = DescribeMissingMaps(folder, content.description, content.lines);
+        !missing.empty()) {
+      tell(missing);
+    }
+    const std::vector<FrameLine> lines = ChoosePictures(content.lines, pictures_);
     if (lines.empty()) return absl::OkStatus();
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     absl::StatusOr<OverlaySource> overlays = OverlaySource::Open(device.context, folder, input_);
     if (!overlays.ok()) {
-      content.pictures_note =
-          absl::StrFormat("No pictures: %s", std::string(overlays.status().message()));
-      std::cerr << ErrorLine("warning: the report has no pictures: " +
-                             std::string(overlays.status().message()))
-                << "\n";
+      tell(absl::StrCat("no pictures: ", overlays.status().message()));
       return absl::OkStatus();
     }
-    content.pictures_note = absl::StrFormat(
+    content.picture_notes.push_back(absl::StrFormat(
         "Orange: likely to move by itself; blue: likely part of the static scene; no colour: "
         "unsure. The line is drawn at a probability of %.2f.",
-        overlay_.threshold);
+        overlay_.threshold));
     Progress progress("report", progress_, static_cast<int64_t>(lines.size()));
     OverlayOptions options = overlay_;
     options.legend = false;
@@ -119,10 +126,14 @@ class ReportCommand : public Command {
       if (InterruptionRequested()) {
         return absl::CancelledError("interrupted; nothing was written");
       }
-      EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat3b picture, overlays->Draw(line, options));
+      const absl::StatusOr<cv::Mat3b> picture = overlays->Draw(line, options);
+      if (!picture.ok()) {
+        tell(absl::StrCat("pictures are missing: ", picture.status().message()));
+        return absl::OkStatus();
+      }
       content.pictures.push_back(
-          {Jpeg(picture), absl::StrFormat("frame %d, %.2f s: %.1f %% moves", line.index,
-                                          line.time_seconds, 100.0 * line.dynamic_share)});
+          {Jpeg(*picture), absl::StrFormat("frame %d, %.2f s: %.1f %% moves", line.index,
+                                           line.time_seconds, 100.0 * line.dynamic_share)});
       progress.Advance();
     }
     return absl::OkStatus();

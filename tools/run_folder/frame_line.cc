@@ -80,34 +80,36 @@ Json ToJson(const FrameLine& line) {
   for (const auto& [term, share] : line.decided_by) {
     decided_by[term] = share;
   }
-  return Json{{"index", line.index},
-              {"time_seconds", line.time_seconds},
-              {"outcome", OutcomeName(line.outcome)},
-              {"reason", line.reason.empty() ? Json() : Json(line.reason)},
-              {"width_pixels", line.width_pixels},
-              {"height_pixels", line.height_pixels},
-              {"features", line.features},
-              {"matches", line.matches},
-              {"motion_model", line.motion_model},
-              {"inliers", line.inliers},
-              {"noise_pixels", line.noise_pixels},
-              {"labelled_static", line.labelled_static},
-              {"labelled_dynamic", line.labelled_dynamic},
-              {"frame_gap", line.frame_gap},
-              {"decided_by", decided_by},
-              {"own_car", line.own_car},
-              {"points", PointsToJson(line.points)},
-              {"model_size", line.model_size},
-              {"theta", line.theta},
-              {"a", line.a},
-              {"b", line.b},
-              {"log_likelihood_per_point", line.log_likelihood_per_point},
-              {"factor_rebuilt", line.factor_rebuilt},
-              {"jitter", line.jitter},
-              {"dynamic_share", line.dynamic_share},
-              {"clamped_variances", line.clamped_variances},
-              {"saturated_deviations", line.saturated_deviations},
-              {"milliseconds", milliseconds}};
+  Json json{{"index", line.index},
+            {"time_seconds", line.time_seconds},
+            {"outcome", OutcomeName(line.outcome)},
+            {"reason", line.reason.empty() ? Json() : Json(line.reason)},
+            {"width_pixels", line.width_pixels},
+            {"height_pixels", line.height_pixels},
+            {"features", line.features},
+            {"matches", line.matches},
+            {"motion_model", line.motion_model},
+            {"inliers", line.inliers},
+            {"noise_pixels", line.noise_pixels},
+            {"labelled_static", line.labelled_static},
+            {"labelled_dynamic", line.labelled_dynamic},
+            {"frame_gap", line.frame_gap},
+            {"decided_by", decided_by},
+            {"own_car", line.own_car},
+            {"points", PointsToJson(line.points)},
+            {"model_size", line.model_size},
+            {"theta", line.theta},
+            {"a", line.a},
+            {"b", line.b},
+            {"log_likelihood_per_point", line.log_likelihood_per_point},
+            {"factor_rebuilt", line.factor_rebuilt},
+            {"jitter", line.jitter},
+            {"dynamic_share", line.dynamic_share},
+            {"clamped_variances", line.clamped_variances},
+            {"saturated_deviations", line.saturated_deviations}};
+  if (!line.map_device.empty()) json["map_device"] = line.map_device;
+  json["milliseconds"] = milliseconds;
+  return json;
 }
 
 absl::StatusOr<FrameLine> FrameLineFromJson(const Json& json) {
@@ -143,6 +145,7 @@ absl::StatusOr<FrameLine> FrameLineFromJson(const Json& json) {
   fields.Read("dynamic_share", line.dynamic_share);
   fields.Read("clamped_variances", line.clamped_variances);
   fields.Read("saturated_deviations", line.saturated_deviations);
+  fields.ReadIfThere("map_device", line.map_device);
   fields.Keep(ReadNumbers(fields.Object("milliseconds"), "milliseconds", line.milliseconds));
   if (reason.is_string()) {
     line.reason = reason.get<std::string>();

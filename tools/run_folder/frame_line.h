@@ -68,6 +68,7 @@ struct FrameLine {
   double dynamic_share = 0.0;        // of the grid's pixels, with a probability of 1/2 or more
   int64_t clamped_variances = 0;     // negative from rounding, set to 0
   int64_t saturated_deviations = 0;  // beyond the scale of the deviation maps
+  std::string map_device;            // that made the map; empty, in the log absent: the run's
 
   bool has_map() const { return width_pixels > 0; }
 

@@ -47,6 +47,12 @@ class JsonFields {
     }
   }
 
+  // As Read, but where there is no such field the target stays as it is.
+  template <typename T>
+  void ReadIfThere(const char* name, T& target) {
+    if (status_.ok() && object_.contains(name)) Read(name, target);
+  }
+
   // The nested object `name`, or an empty one after an error.
   const nlohmann::ordered_json& Object(const char* name) {
     static const nlohmann::ordered_json& empty = *new nlohmann::ordered_json();

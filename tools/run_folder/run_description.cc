@@ -44,7 +44,7 @@ std::string Difference(const std::string& what, const std::string& before, const
 
 std::string ToText(const RunDescription& description) {
   const kernels::ImageGrid& grid = description.grid;
-  const Json json = {
+  Json json = {
       {"format", kFormatName},
       {"format_version", kRunFormat},
       {"version", description.version},
@@ -73,6 +73,7 @@ std::string ToText(const RunDescription& description) {
       {"started_utc", description.started_utc},
       {"finished_utc", description.finished_utc},
   };
+  if (!description.maps_from.empty()) json["maps_from"] = description.maps_from;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -88,6 +89,7 @@ absl::StatusOr<RunDescription> RunDescriptionFromText(absl::string_view text) {
   fields.Read("flags", description.flags);
   fields.Read("device", description.device);
   fields.Read("seed", description.seed);
+  fields.ReadIfThere("maps_from", description.maps_from);
   JsonFields input(fields.Object("input"), "its 'input'");
   input.Read("path", description.input.path);
   input.Read("kind", description.input.kind);
@@ -133,8 +135,12 @@ std::string DescribeDifference(const RunDescription& before, const RunDescriptio
   const auto size = [](const kernels::ImageGrid& grid) {
     return absl::StrCat(grid.width, " x ", grid.height);
   };
+  const auto source = [](const RunDescription& run) {
+    return run.maps_from.empty() ? std::string("itself") : run.maps_from;
+  };
   for (const std::string& difference :
        {Difference("the program's version", before.version, now.version),
+        Difference("the run with the models", source(before), source(now)),
         Difference("the input", before.input.path, now.input.path),
         Difference("the size of the frames", size(before.grid), size(now.grid)),
         Difference("the input's content", before.input.fingerprint, now.input.fingerprint),

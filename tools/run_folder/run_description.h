@@ -18,8 +18,10 @@ inline constexpr int kRunFormat = 1;
 struct RunDescription {
   std::string version;                       // of the program
   std::map<std::string, std::string> flags;  // every flag that shapes the output, as it was used
-  std::string device;                        // on which the dense maps were computed
+  std::string device;                        // that computes the dense maps; FrameLine::map_device
   uint64_t seed = 0;
+  // The run folder whose models made the maps, made absolute; empty: this one, in run.json absent.
+  std::string maps_from;
 
   struct Input {
     std::string path;         // as it was given, made absolute
@@ -48,8 +50,8 @@ std::string ToText(const RunDescription& description);
 // DataLoss, naming the field; FailedPrecondition for a later format.
 absl::StatusOr<RunDescription> RunDescriptionFromText(absl::string_view text);
 
-// The first flag, or input or device, in which a run that is to be continued differs from the one
-// that `before` describes: "stride is 5 there and 3 here". Empty where they agree.
+// The first flag, input, device or source of models in which a run that is to be continued differs
+// from the one that `before` describes: "stride is 5 there and 3 here". Empty where they agree.
 std::string DescribeDifference(const RunDescription& before, const RunDescription& now);
 
 }  // namespace egosieve::tools

@@ -18,25 +18,46 @@ namespace fs = std::filesystem;
 constexpr char kDescription[] = "run.json";
 constexpr char kLog[] = "frames.jsonl";
 
-// All that a run leaves. run.json goes last: until then the folder still tells what it is.
-constexpr const char* kProducts[] = {"report.html", "overlay.mp4", "overlay.avi", "eval.json",
-                                     "eval.csv",    "render",      "full",        "grid",
-                                     "steps",       "model",       kLog,          kDescription};
+// All that a run leaves, and what is made from it. run.json goes last: until then the folder still
+// tells what it is.
+constexpr const char* kProducts[] = {
+    "report.html",     "overlay.mp4", "overlay.avi", "overlay.tmp.mp4",
+    "overlay.tmp.avi", "eval.json",   "eval.csv",    "plots",
+    "render",          "full",        "grid",        "steps",
+    "model",           kLog,          kDescription};
 
+// Whether the folder holds nothing but what a run that was killed before its run.json leaves.
+bool IsBarelyBegun(const std::string& path, std::error_code& error) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(path, error)) {
+    const std::string name = entry.path().filename().string();
+    const bool empty_grid = name == "grid" && entry.is_directory() && fs::is_empty(entry.path());
+    if (!empty_grid && name != std::string(kDescription) + ".tmp") return false;
+  }
+  return true;
+}
+
+// Each with the temporary file that a kill may have left of it.
 absl::Status RemoveFormerRun(const std::string& path) {
-  for (const char* product : kProducts) {
-    std::error_code error;
-    fs::remove_all(fs::path(path) / product, error);
-    if (error) {
-      return absl::PermissionDeniedError(absl::StrCat("cannot remove ", path, "/", product, ": ",
-                                                      error.message(),
-                                                      "; choose another folder for --out"));
+  for (const std::string product : kProducts) {
+    for (const std::string& name : {product + ".tmp", product}) {
+      std::error_code error;
+      fs::remove_all(fs::path(path) / name, error);
+      if (error) {
+        return absl::PermissionDeniedError(absl::StrCat("cannot remove ", path, "/", name, ": ",
+                                                        error.message(),
+                                                        "; choose another folder for --out"));
+      }
     }
   }
   return absl::OkStatus();
 }
 
 }  // namespace
+
+std::string AbsolutePath(const std::string& path) {
+  const fs::path normal = fs::absolute(path).lexically_normal();
+  return (normal.has_filename() ? normal : normal.parent_path()).string();
+}
 
 kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& description) {
   return {line.width_pixels, line.height_pixels, description.grid.stride};
@@ -58,7 +79,7 @@ absl::StatusOr<RunFolder> RunFolder::Create(const std::string& path, bool overwr
   }
   RunFolder folder(path);
   error.clear();
-  if (fs::is_directory(path) && fs::directory_iterator(path, error) != fs::directory_iterator()) {
+  if (fs::is_directory(path) && !IsBarelyBegun(path, error)) {
     const bool is_run = folder.ReadDescription().ok();
     if (!is_run) {
       return absl::AlreadyExistsError(

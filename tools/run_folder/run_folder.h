@@ -7,7 +7,7 @@
 //   render/NNNNNN.png              overlays
 //   model/                         checkpoints
 //   steps/NNNNNN.npz               what the frame did to the model, where maps are made later
-//   report.html, overlay.mp4, eval.json, eval.csv
+//   report.html, overlay.mp4, eval.json, eval.csv, plots/
 //
 // NNNNNN is the frame's index in the input, from 0. A frame's maps are written before its line: a
 // frame that has a line has its maps, whole.
@@ -31,6 +31,9 @@ struct FrameMaps {
   cv::Mat1f deviation;
 };
 
+// The folder's absolute path, the same however it is written.
+std::string AbsolutePath(const std::string& path);
+
 // The grid of a frame's maps: the run's, but for the frame's own size.
 kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& description);
 
@@ -38,7 +41,8 @@ class RunFolder {
  public:
   // Makes the folder and its parents. A folder that holds something is refused (AlreadyExists)
   // unless `overwrite` is set and it is a run folder: then a former run's files are removed, and
-  // only those. Nothing is removed after an error.
+  // only those. Nothing is removed after an error. What a kill leaves before the first run.json
+  // counts as nothing.
   static absl::StatusOr<RunFolder> Create(const std::string& path, bool overwrite);
   // NotFound where there is no folder, or no run in it.
   static absl::StatusOr<RunFolder> Open(const std::string& path);

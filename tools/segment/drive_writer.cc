@@ -75,6 +75,7 @@ absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLin
   line.width_pixels = before.width_pixels;
   line.height_pixels = before.height_pixels;
   line.dynamic_share = before.dynamic_share;
+  line.map_device = before.map_device;
   return absl::OkStatus();
 }
 

@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -15,14 +14,15 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/device_flag.h"
 #include "tools/cli/frame_range.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/threads_flag.h"
 #include "tools/cli/version.h"
+#include "tools/cli/warning.h"
 #include "tools/segment/drive_input.h"
 #include "tools/segment/drive_writer.h"
 #include "tools/segment/method_flag.h"
@@ -36,10 +36,6 @@ namespace {
 
 // A header's count may be a guess: only a video that lacks more than this share was cut short.
 constexpr double kMissingShare = 0.1;
-
-void Warn(const std::string& message) {
-  std::cerr << ErrorLine(absl::StrCat("warning: ", message)) << "\n";
-}
 
 class SegmentCommand : public Command {
  public:
@@ -79,11 +75,7 @@ class SegmentCommand : public Command {
     app.add_option("--max_frames", max_frames_, "Frames to segment at most; 0: no limit")
         ->check(AtLeast<int64_t>(0))
         ->type_name("FRAMES");
-    app.add_option("--threads", threads_,
-                   "Threads of the host, beside the device's; with 1 the stages do not overlap "
-                   "either; 0: the machine's cores. The output is the same")
-        ->check(Between(0, 256))
-        ->type_name("NUMBER");
+    threads_.AddFlag(app);
     device_.AddFlag(app);
     progress_.AddFlag(app);
   }
@@ -94,10 +86,7 @@ class SegmentCommand : public Command {
       return absl::InvalidArgumentError(
           "--overwrite and --resume exclude each other; leave one of them out");
     }
-    const int threads =
-        threads_ > 0 ? threads_
-                     : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 256);
-    kernels::SetMaximumThreads(threads);
+    const int threads = threads_.Apply();
     vision::OnlineSegmenterOptions options = flags_.MakeOptions(threads);
     method_.Apply(options);
     EGOSIEVE_RETURN_IF_ERROR(options.Validate());
@@ -280,6 +269,9 @@ class SegmentCommand : public Command {
     const DriveWriter::Counts& counts = writer.counts();
     std::cout << absl::StrFormat("%d frames answered, %d learnt from, in %s: %s\n", counts.answered,
                                  counts.learnt, DescribeDuration(seconds), directory_);
+    if (LeavesMaps()) {
+      std::cout << "egosieve infer " << directory_ << " makes the maps that were left out\n";
+    }
     if (summary->stopped) {
       return absl::CancelledError(absl::StrCat("interrupted; the ", counts.answered + counts.failed,
                                                " frames in ", directory_,
@@ -322,7 +314,7 @@ class SegmentCommand : public Command {
   int64_t every_ = 1;
   bool learn_only_ = false;
   int64_t max_frames_ = 0;
-  int threads_ = 0;
+  ThreadsFlag threads_;
   DeviceFlag device_;
   ProgressFlag progress_;
 };

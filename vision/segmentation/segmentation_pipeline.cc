@@ -105,9 +105,11 @@ class Stages {
     item.posterior = std::move(learnt.posterior);
     item.result.labels = std::move(learnt.labels);
     item.result.record = std::move(learnt.record);
-    // What extraction took beside equalising; the labeller tells only what it computed later.
+    // The labeller tells the features' time with that of the pair that used them; without a pair
+    // extraction is all there was.
     StageMilliseconds& milliseconds = item.result.record.milliseconds;
-    milliseconds.features += std::max(0.0, item.extract_milliseconds - milliseconds.equalization);
+    milliseconds.features = std::max(milliseconds.features,
+                                     item.extract_milliseconds - milliseconds.equalization);
     summary_.unlearnt_frames += item.result.record.learnt ? 0 : 1;
     if (options_.record_steps) {
       EGOSIEVE_ASSIGN_OR_RETURN(item.result.step, segmenter_.TakeStep());

@@ -7,6 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tests/tools/testing/run_comparison.h"
@@ -21,15 +22,9 @@ using ::testing::HasSubstr;
 
 class Batch : public testing::Test {
  protected:
-  Batch()
-      : root_(testing::TempDir() + "/" +
-              testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    PatchDriveOptions options;
-    options.width_pixels = 160;
-    options.height_pixels = 96;
-    options.frames = 8;
-    WritePatchDrive(root_ + "/a", options);
-    WritePatchDrive(root_ + "/b", options);
+  Batch() : root_(FreshFolder()) {
+    WritePatchDrive(root_ + "/a", SmallPatchDrive(8));
+    WritePatchDrive(root_ + "/b", SmallPatchDrive(8));
   }
 
   std::string Entry(const std::string& drive, const std::string& out) const {

@@ -63,7 +63,7 @@ TEST(ManifestTest, WhatIsWrongIsSaidWithTheEntrysNumber) {
               HasSubstr("entry 1: the flag 'stride' has no single value"));
   EXPECT_THAT(error("[{\"path\": \"a\", \"out\": \"x\", \"flags\": {\"resume\": true}}]"),
               HasSubstr("entry 1: the flag 'resume' is the batch's own"));
-  EXPECT_THAT(error("[{\"path\": \"a\", \"out\": \"x\"}, {\"path\": \"b\", \"out\": \"./x\"}]"),
+  EXPECT_THAT(error("[{\"path\": \"a\", \"out\": \"x\"}, {\"path\": \"b\", \"out\": \"./x/\"}]"),
               HasSubstr("entry 2: its 'out', x, is that of entry 1"));
   EXPECT_THAT(error("path = \"a\"\nout = \"x\"\n"), HasSubstr("outside the tables"));
   EXPECT_THAT(error("[a]\npath = \"a\"\n"), HasSubstr("entry 1: no 'out'"));

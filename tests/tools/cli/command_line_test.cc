@@ -96,6 +96,14 @@ TEST(CommandLine, UsageErrorsNameTheFlagAndPointToHelp) {
   EXPECT_EQ(extra.code, 2);
   EXPECT_THAT(extra.err, HasSubstr("unexpected argument 'a.mp4'"));
 
+  // The flag that was misspelt is the one that is required.
+  FakeCommand::required = true;
+  EXPECT_EQ(Invoke({"sift", "--mist=3"}).err,
+            "egosieve: unknown flag --mist; did you mean --must? see egosieve sift --help\n");
+  EXPECT_EQ(Invoke({"sift", "a.mp4"}).err,
+            "egosieve: --must is required; see egosieve sift --help\n");
+  FakeCommand::required = false;
+
   const Outcome command = Invoke({"shift"});
   EXPECT_EQ(command.code, 2);
   EXPECT_EQ(command.err,

@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tools/run_folder/run_folder.h"
@@ -22,25 +23,12 @@ using ::testing::StartsWith;
 
 class BadInput : public testing::Test {
  protected:
-  BadInput()
-      : root_(testing::TempDir() + "/" +
-              testing::UnitTest::GetInstance()->current_test_info()->name()),
-        input_(root_ + "/frames"),
-        out_(root_ + "/out") {
-    fs::remove_all(root_);
+  BadInput() : root_(FreshFolder()), input_(root_ + "/frames"), out_(root_ + "/out") {
     fs::create_directories(input_);
   }
 
-  // Small and quick: the texture is dense.
-  static PatchDriveOptions Drive(int frames) {
-    PatchDriveOptions options;
-    options.width_pixels = 160;
-    options.height_pixels = 96;
-    options.frames = frames;
-    return options;
-  }
   std::string Frame(int index) const { return input_ + absl::StrFormat("/%06d.png", index); }
-  void WriteFrames(int frames) { WritePatchDrive(root_, Drive(frames)); }
+  void WriteFrames(int frames) { WritePatchDrive(root_, SmallPatchDrive(frames)); }
 
   ProgramOutcome Segment(const std::string& input, std::vector<std::string> more = {}) const {
     std::vector<std::string> arguments = {"segment", input, "--out=" + out_, "--progress=none",
@@ -169,7 +157,7 @@ TEST_F(BadInput, CorruptJpegsAndAMissingFrame) {
   constexpr int kFrames = 9;
   const auto path = [&](int index) { return input_ + absl::StrFormat("/%06d.jpg", index); };
   for (int i = 0; i < kFrames; ++i) {
-    cv::imwrite(path(i), PatchFrame(Drive(kFrames), i), {cv::IMWRITE_JPEG_QUALITY, 92});
+    cv::imwrite(path(i), PatchFrame(SmallPatchDrive(kFrames), i), {cv::IMWRITE_JPEG_QUALITY, 92});
   }
   std::string bytes = *ReadFile(path(3));
   for (size_t i = bytes.size() / 2; i < bytes.size() / 2 + 60; ++i)
@@ -202,7 +190,7 @@ TEST_F(BadInput, NothingButGrey) {
 
 TEST_F(BadInput, ATruncatedVideo) {
   const std::string path = root_ + "/drive.avi";
-  const PatchDriveOptions options = Drive(12);
+  const PatchDriveOptions options = SmallPatchDrive(12);
   cv::VideoWriter writer(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 10,
                          cv::Size(options.width_pixels, options.height_pixels));
   ASSERT_TRUE(writer.isOpened());
@@ -261,6 +249,8 @@ TEST_F(BadInput, FlagsThatAreNone) {
   const ProgramOutcome no_out = RunProgram({"segment", input_});
   EXPECT_EQ(no_out.code, 2);
   EXPECT_THAT(no_out.err, HasSubstr("--out is required"));
+  ExpectRefused(RunProgram({"segment", input_, "--outt=3"}), 2,
+                "unknown flag --outt; did you mean --out?");
 }
 
 TEST_F(BadInput, FoldersThatAreNoRuns) {

@@ -1,15 +1,13 @@
 // The whole way of a drive through the program: synthesize, segment, evaluate, reconstruct, render,
 // report.
-#include <signal.h>
-
-#include <chrono>
 #include <filesystem>
-#include <thread>
+#include <set>
 
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tools/evaluate/evaluation.h"
@@ -20,14 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::ContainsRegex;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-std::string Root() {
-  const std::string root =
-      testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
-  fs::remove_all(root);
-  return root;
-}
 
 void ExpectDone(const std::vector<std::string>& arguments) {
   const ProgramOutcome outcome = RunProgram(arguments);
@@ -55,7 +47,7 @@ std::string Fingerprint(const std::string& run) {
 }
 
 TEST(Chain, FromNothingToAReport) {
-  const std::string root = Root(), run = root + "/run";
+  const std::string root = FreshFolder(), run = root + "/run";
   ExpectDone({"synthesize", "--scenario=handheld", "--frames=10", "--width=400", "--height=240",
               "--out=" + root + "/drive", "--progress=none"});
   ExpectDone(
@@ -81,10 +73,20 @@ TEST(Chain, FromNothingToAReport) {
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(run)) {
     EXPECT_NE(entry.path().extension(), ".tmp") << entry.path();
   }
+
+  // Another run in its place leaves nothing that was made from the former one.
+  ExpectDone({"segment", root + "/drive/frames", "--out=" + run, "--overwrite", "--max_frames=1",
+              "--checkpoint_every=0", "--progress=none"});
+  std::set<std::string> left;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(run)) {
+    left.insert(fs::relative(entry.path(), run).string());
+  }
+  EXPECT_THAT(left, ElementsAre("frames.jsonl", "grid", "grid/000000.prob.png",
+                                "grid/000000.std.png", "run.json"));
 }
 
 TEST(Chain, AnEasyDriveIsSegmentedWell) {
-  const std::string root = Root(), run = root + "/run";
+  const std::string root = FreshFolder(), run = root + "/run";
   WritePatchDrive(root);
   ExpectDone({"segment", root + "/frames", "--out=" + run, "--budget=800", "--progress=none"});
   ExpectDone({"evaluate", run, "--truth=" + root + "/masks", "--progress=none"});
@@ -92,7 +94,7 @@ TEST(Chain, AnEasyDriveIsSegmentedWell) {
 }
 
 TEST(Chain, TheBytesDoNotDependOnThreads) {
-  const std::string root = Root();
+  const std::string root = FreshFolder();
   WritePatchDrive(root);
   for (const char* threads : {"1", "4"}) {
     ExpectDone({"segment", root + "/frames", "--out=" + root + "/run" + threads, "--budget=300",
@@ -105,37 +107,8 @@ TEST(Chain, TheBytesDoNotDependOnThreads) {
   EXPECT_FALSE(Fingerprint(root + "/run1") == Fingerprint(root + "/other"));
 }
 
-TEST(Chain, AnInterruptedRunIsWhole) {
-  const std::string root = Root(), run = root + "/run";
-  PatchDriveOptions options;
-  options.frames = 100;
-  WritePatchDrive(root, options);
-  for (const int signal : {SIGINT, SIGTERM}) {
-    const pid_t process = StartProgram(
-        {"segment", root + "/frames", "--out=" + run, "--overwrite", "--progress=none"},
-        root + "/out.txt", root + "/err.txt");
-    // Until it has written a few frames.
-    while (!fs::exists(run + "/grid/000003.prob.png")) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    kill(process, signal);
-    EXPECT_EQ(WaitForProgram(process), 130);
-    EXPECT_THAT(*ReadFile(root + "/err.txt"), HasSubstr("egosieve: interrupted; "));
-    const RunFolder folder = *RunFolder::Open(run);
-    const RunDescription description = *folder.ReadDescription();
-    const std::vector<FrameLine> lines = *folder.ReadLines();
-    EXPECT_EQ(description.ended, "interrupted");
-    EXPECT_GE(lines.size(), 4u);
-    EXPECT_LT(lines.size(), 100u);
-    for (const FrameLine& line : lines) {
-      EXPECT_TRUE(folder.ReadGridMaps(line, description, true).ok());
-    }
-    fs::remove_all(run);
-  }
-}
-
 TEST(Chain, ProgressAsJsonIsJson) {
-  const std::string root = Root();
+  const std::string root = FreshFolder();
   PatchDriveOptions options;
   options.frames = 3;
   WritePatchDrive(root, options);

@@ -5,6 +5,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "nlohmann/json.hpp"
+#include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tools/run_folder/run_folder.h"
@@ -16,13 +17,6 @@ namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using Json = nlohmann::ordered_json;
-
-std::string Root() {
-  const std::string root =
-      testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
-  fs::remove_all(root);
-  return root;
-}
 
 void WriteDrives(const std::string& suite) {
   PatchDriveOptions options;
@@ -39,7 +33,7 @@ void WriteDrives(const std::string& suite) {
 }
 
 TEST(Suite, ScoresWhatItCanAndSaysWhatFailed) {
-  const std::string root = Root(), suite = root + "/suite", out = root + "/out";
+  const std::string root = FreshFolder(), suite = root + "/suite", out = root + "/out";
   WriteDrives(suite);
   const std::vector<std::string> command = {
       "evaluate",   "--suite=" + suite, "--out=" + out,    "--profiles=default,paper",
@@ -67,7 +61,7 @@ TEST(Suite, ScoresWhatItCanAndSaysWhatFailed) {
 }
 
 TEST(Compare, TellsMethodsOverDrivesAndItsArcsineIsTheSegmenter) {
-  const std::string root = Root(), suite = root + "/suite", out = root + "/out";
+  const std::string root = FreshFolder(), suite = root + "/suite", out = root + "/out";
   PatchDriveOptions options;
   options.frames = 5;
   WritePatchDrive(suite + "/one", options);
@@ -96,7 +90,7 @@ TEST(Compare, TellsMethodsOverDrivesAndItsArcsineIsTheSegmenter) {
 }
 
 TEST(Method, ARivalHasARunFolderOfItsOwn) {
-  const std::string root = Root(), run = root + "/run";
+  const std::string root = FreshFolder(), run = root + "/run";
   PatchDriveOptions options;
   options.frames = 4;
   WritePatchDrive(root, options);
@@ -117,8 +111,7 @@ TEST(Method, ARivalHasARunFolderOfItsOwn) {
 }
 
 TEST(Compare, WhatCannotBeIsRefusedBeforeWorkIsDone) {
-  const std::string root = Root();
-  fs::create_directories(root);
+  const std::string root = FreshFolder();
   const auto refused = [&](std::vector<std::string> arguments, int code, const std::string& why) {
     arguments.push_back("--progress=none");
     const ProgramOutcome outcome = RunProgram(arguments);

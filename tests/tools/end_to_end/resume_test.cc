@@ -5,14 +5,17 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tests/tools/testing/run_comparison.h"
@@ -29,16 +32,8 @@ class Resume : public testing::Test {
   static constexpr int kFrames = 18;
   static constexpr int kLongestWait = 60000;  // steps of a millisecond, for a program that crashed
 
-  Resume()
-      : root_(testing::TempDir() + "/" +
-              testing::UnitTest::GetInstance()->current_test_info()->name()),
-        whole_(root_ + "/whole"),
-        run_(root_ + "/run") {
-    PatchDriveOptions options;
-    options.width_pixels = 160;
-    options.height_pixels = 96;
-    options.frames = kFrames;
-    WritePatchDrive(root_, options);
+  Resume() : root_(FreshFolder()), whole_(root_ + "/whole"), run_(root_ + "/run") {
+    WritePatchDrive(root_, SmallPatchDrive(kFrames));
     // A frame that cannot be read, just before a checkpoint.
     const std::string torn = root_ + absl::StrFormat("/frames/%06d.png", 7);
     fs::resize_file(torn, fs::file_size(torn) / 2);
@@ -65,6 +60,28 @@ class Resume : public testing::Test {
     std::this_thread::sleep_for(after);
     kill(process, signal);
     return WaitForProgram(process);
+  }
+
+  // The whole run as a kill leaves it once the frames before `frame` have their lines.
+  void LeaveWholeAsKilledBefore(int64_t frame) {
+    fs::remove_all(run_);
+    fs::copy(whole_, run_, fs::copy_options::recursive);
+    RunDescription description = *RunFolder::Open(run_)->ReadDescription();
+    description.ended = "running";
+    ASSERT_TRUE(RunFolder::Open(run_)->WriteDescription(description).ok());
+    ASSERT_TRUE(LineLog::OpenTruncated(run_ + "/frames.jsonl", frame).ok());
+    fs::remove(run_ + absl::StrFormat("/steps/%06d.npz", frame));
+    fs::remove(run_ + absl::StrFormat("/grid/%06d.prob.png", frame));
+  }
+
+  // Until the log has some lines; not for ever, where the program has crashed.
+  void WaitForLines(int count) const {
+    const std::string log = run_ + "/frames.jsonl";
+    for (int wait = 0; wait < kLongestWait; ++wait) {
+      const absl::StatusOr<std::string> text = ReadFile(log);
+      if (text.ok() && std::count(text->begin(), text->end(), '\n') >= count) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
   }
 
   std::string root_, whole_, run_;
@@ -136,18 +153,17 @@ TEST_F(Resume, AnInterruptionEndsBetweenFramesAndSaysSo) {
   for (const int signal : {SIGINT, SIGTERM}) {
     fs::remove_all(run_);
     const pid_t process = StartProgram(Arguments(run_), root_ + "/out.txt", root_ + "/err.txt");
-    const std::string log = run_ + "/frames.jsonl";
-    std::error_code error;
-    for (int wait = 0;
-         wait < kLongestWait && (!fs::exists(log, error) || fs::file_size(log, error) == 0);
-         ++wait) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+    WaitForLines(1);
     kill(process, signal);
     const int code = WaitForProgram(process);
     ASSERT_TRUE(code == 130 || code == 4) << code << ": " << *ReadFile(root_ + "/err.txt");
-    const RunDescription description = *RunFolder::Open(run_)->ReadDescription();
+    const RunFolder folder = *RunFolder::Open(run_);
+    const RunDescription description = *folder.ReadDescription();
     EXPECT_EQ(description.ended, code == 130 ? "interrupted" : "done");
+    const std::vector<FrameLine> lines = *folder.ReadLines();
+    for (const FrameLine& line : lines) {
+      EXPECT_TRUE(folder.ReadGridMaps(line, description, true).ok()) << line.index;
+    }
     if (code == 130) {
       EXPECT_THAT(*ReadFile(root_ + "/err.txt"), HasSubstr("--resume goes on"));
     }
@@ -163,23 +179,51 @@ TEST_F(Resume, OfAnyModelAndMode) {
        {std::vector<std::string>{"--profile=fast"},
         std::vector<std::string>{"--model=sparse", "--learn_only"},
         std::vector<std::string>{"--every=3"}}) {
-    fs::remove_all(run_);
     std::vector<std::string> arguments = Arguments(whole_, mode);
     arguments.push_back("--overwrite");
     ASSERT_EQ(RunProgram(arguments).code, 4);
-    // Cut after frame 13; the checkpoint before it is that after frame 11.
-    fs::copy(whole_, run_, fs::copy_options::recursive);
-    RunDescription description = *RunFolder::Open(run_)->ReadDescription();
-    description.ended = "running";
-    ASSERT_TRUE(RunFolder::Open(run_)->WriteDescription(description).ok());
-    ASSERT_TRUE(LineLog::OpenTruncated(run_ + "/frames.jsonl", 14).ok());
-    fs::remove(run_ + "/steps/000015.npz");
-    fs::remove(run_ + "/grid/000015.prob.png");
+    LeaveWholeAsKilledBefore(14);  // the checkpoint before it is that after frame 11
     arguments = Arguments(run_, mode);
     arguments.push_back("--resume");
     const int code = RunProgram(arguments).code;
     EXPECT_EQ(code, 4);
     EXPECT_EQ(CompareRuns(whole_, run_), "") << mode.front();
+  }
+}
+
+// On a drive whose parallax changes, so that the gap does, too: what chose it, and the pictures
+// that it reaches back to, come back with the checkpoint.
+TEST_F(Resume, WithTheFrameGapThatItChose) {
+  fs::remove_all(root_ + "/frames");
+  ASSERT_EQ(
+      RunProgram({"synthesize", "--scenario=street", "--frames=18", "--width=192", "--height=108",
+                  "--frames_per_second=15", "--out=" + root_ + "/street", "--progress=none"})
+          .code,
+      0);
+  fs::rename(root_ + "/street/frames", root_ + "/frames");
+  ASSERT_EQ(RunProgram(Arguments(whole_, {"--frame_gap=auto", "--overwrite"})).code, 0);
+  const std::vector<FrameLine> lines = *RunFolder::Open(whole_)->ReadLines();
+  ASSERT_EQ(lines.size(), static_cast<size_t>(kFrames));
+  std::set<int64_t> late_gaps;
+  for (size_t i = 9; i < lines.size(); ++i) late_gaps.insert(lines[i].frame_gap);
+  ASSERT_GE(late_gaps.size(), 2u) << "the gap stays, and shows nothing";
+  const auto resume = [&] {
+    EXPECT_EQ(RunProgram(Arguments(run_, {"--frame_gap=auto", "--resume"})).code, 0);
+    return CompareRuns(whole_, run_);
+  };
+  for (const int frame : {12, 14, 17}) {
+    LeaveWholeAsKilledBefore(frame);
+    EXPECT_EQ(resume(), "") << "cut before frame " << frame;
+  }
+  for (const int signal : {SIGKILL, SIGTERM}) {
+    fs::remove_all(run_);
+    const pid_t process =
+        StartProgram(Arguments(run_, {"--frame_gap=auto"}), root_ + "/out.txt", root_ + "/err.txt");
+    WaitForLines(9);
+    kill(process, signal);
+    const int code = WaitForProgram(process);
+    EXPECT_TRUE(code == (signal == SIGKILL ? 128 + SIGKILL : 130) || code == 0) << code;
+    EXPECT_EQ(resume(), "") << "signal " << signal;
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "tests/tools/testing/fresh_folder.h"
 #include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
@@ -33,15 +34,8 @@ PlotPage Page() {
   return page;
 }
 
-std::string Folder() {
-  const std::string folder =
-      testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
-  std::filesystem::remove_all(folder);
-  return folder;
-}
-
 TEST(WritePlotPage, DrawsEveryFigureThatHasPoints) {
-  const std::string folder = Folder();
+  const std::string folder = FreshFolder();
   const absl::Status status = WritePlotPage(folder, Page());
   if (absl::IsFailedPrecondition(status)) GTEST_SKIP() << status.message();
   ASSERT_TRUE(status.ok()) << status;
@@ -58,7 +52,7 @@ TEST(WritePlotPage, DrawsEveryFigureThatHasPoints) {
 }
 
 TEST(WritePlotPage, WithoutALibraryTheDataAreThereAndItIsSaid) {
-  const std::string folder = Folder();
+  const std::string folder = FreshFolder();
   const absl::Status missing = WritePlotPage(folder, Page(), "/no/such/python3");
   EXPECT_EQ(missing.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(missing.message()), HasSubstr("apt-get install python3-matplotlib"));

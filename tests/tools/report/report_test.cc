@@ -57,6 +57,32 @@ TEST(MakeCharts, EveryFrameIsAPointUntilThereAreTooMany) {
               std::isnan(ToJson(theta)["values"][1][0].get<double>()));
 }
 
+TEST(MakeCharts, TellWhereInTheDriveNothingWasLearnt) {
+  std::vector<FrameLine> lines = Lines(14500);
+  for (int i = 500; i < 1015; ++i) lines[i].outcome = FrameLine::Outcome::kAnswered;
+  lines[1015].outcome = FrameLine::Outcome::kFailed;
+  const std::vector<Chart> charts = MakeCharts(lines, std::nullopt, 1450);
+  const Chart& outcome = *Find(charts, "outcome");
+  EXPECT_TRUE(outcome.stacked);
+  const auto at = [&](int point) {
+    return std::vector<double>{outcome.values[0][point], outcome.values[1][point],
+                               outcome.values[2][point]};
+  };
+  EXPECT_EQ(at(49), (std::vector<double>{100.0, 0.0, 0.0}));
+  EXPECT_EQ(at(50), (std::vector<double>{0.0, 100.0, 0.0}));
+  EXPECT_EQ(at(101), (std::vector<double>{40.0, 50.0, 10.0}));
+}
+
+TEST(MakeReportPage, NamesOtherDevicesAndTheRunWithTheModels) {
+  ReportContent content;
+  content.lines = Lines(5);
+  content.lines[1].map_device = content.lines[3].map_device = "another <device>";
+  content.description.maps_from = "/runs/learnt";
+  const std::string page = MakeReportPage(content);
+  EXPECT_THAT(page, HasSubstr("maps made on another &lt;device&gt;: 2<"));
+  EXPECT_THAT(page, HasSubstr("maps from the models of /runs/learnt<"));
+}
+
 TEST(DescribeRanges, JoinsNeighbours) {
   EXPECT_EQ(DescribeRanges({}), "");
   EXPECT_EQ(DescribeRanges({4}), "4");
@@ -143,7 +169,7 @@ TEST(ReportCommand, HasPicturesWhileTheInputIsThere) {
 
   std::filesystem::remove_all(run.frames);
   EXPECT_EQ(RunCommandForTest(MakeReportCommand(), {run.folder.path()}).code, 0);
-  EXPECT_THAT(*ReadFile(run.folder.File("report.html")), HasSubstr("No pictures: "));
+  EXPECT_THAT(*ReadFile(run.folder.File("report.html")), HasSubstr("no pictures: "));
 }
 
 }  // namespace

@@ -10,19 +10,12 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/tools/testing/fresh_folder.h"
 
 namespace egosieve::tools {
 namespace {
 
 using ::testing::HasSubstr;
-
-std::string FreshFolder() {
-  const std::string folder =
-      testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  return folder;
-}
 
 TEST(WriteFileAtomically, ReplacesTheWholeFileAndLeavesNothingBeside) {
   const std::string folder = FreshFolder();

@@ -4,20 +4,18 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <set>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/tools/testing/fake_run.h"
+#include "tests/tools/testing/fresh_folder.h"
 #include "tools/run_folder/map_image.h"
 
 namespace egosieve::tools {
 namespace {
 
 using ::testing::HasSubstr;
-
-std::string Root() {
-  return testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
-}
 
 TEST(FrameLine, ALineComesBackAsItWas) {
   FrameLine line;
@@ -82,7 +80,7 @@ TEST(FrameLine, DamageNamesTheField) {
 }
 
 TEST(MapImage, ValuesComeBackWithinHalfAStep) {
-  const std::string path = Root() + ".png";
+  const std::string path = FreshFolder() + ".png";
   cv::Mat1f values(7, 9);
   for (int i = 0; i < 63; ++i) values(i / 9, i % 9) = static_cast<float>(i) / 62.0f * 4.0f;
   const absl::StatusOr<EncodedMap> encoded = EncodeMap(values, 4.0);
@@ -101,7 +99,7 @@ TEST(MapImage, ValuesComeBackWithinHalfAStep) {
 }
 
 TEST(MapImage, ATruncatedFileIsDataLoss) {
-  const FakeRun run = WriteFakeRun(Root());
+  const FakeRun run = WriteFakeRun(FreshFolder());
   const std::string path = run.folder.FrameFile("grid", 1, ".prob.png");
   for (const size_t size : {size_t{0}, size_t{20}}) {
     std::filesystem::resize_file(path, size);
@@ -113,7 +111,7 @@ TEST(MapImage, ATruncatedFileIsDataLoss) {
 }
 
 TEST(RunFolder, WhatIsWrittenIsRead) {
-  const FakeRun run = WriteFakeRun(Root());
+  const FakeRun run = WriteFakeRun(FreshFolder());
   const absl::StatusOr<RunFolder> opened = RunFolder::Open(run.folder.path());
   ASSERT_TRUE(opened.ok());
   const absl::StatusOr<RunDescription> description = opened->ReadDescription();
@@ -131,8 +129,7 @@ TEST(RunFolder, WhatIsWrittenIsRead) {
 }
 
 TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
-  const std::string root = Root();
-  std::filesystem::remove_all(root);
+  const std::string root = FreshFolder();
   ASSERT_TRUE(RunFolder::Create(root + "/deep/er", false).ok());
   const FakeRun run = WriteFakeRun(root);
   const std::string path = run.folder.path();
@@ -140,11 +137,23 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
   EXPECT_EQ(RunFolder::Create(path, false).status().code(), absl::StatusCode::kAlreadyExists);
   EXPECT_THAT(std::string(RunFolder::Create(path, false).status().message()),
               HasSubstr("--overwrite"));
+  const std::vector<std::string> derived = {
+      "plots/index.html",  "full/000001.prob.png", "render/000001.png",   "report.html",
+      "report.html.tmp",   "overlay.mp4",          "overlay.tmp.mp4",     "eval.json",
+      "model/000003.npz",  "steps/000001.npz",     "frames.jsonl.tmp",    "eval.csv",
+      "grid/000001.x.tmp", "run.json.tmp",         "model/000003.npz.tmp"};
+  for (const std::string& name : derived) {
+    std::filesystem::create_directories(std::filesystem::path(path + "/" + name).parent_path());
+    std::ofstream(path + "/" + name) << "old";
+  }
   std::ofstream(path + "/notes.txt") << "mine";
   ASSERT_TRUE(RunFolder::Create(path, true).ok());
-  EXPECT_TRUE(std::filesystem::exists(path + "/notes.txt"));
-  EXPECT_FALSE(std::filesystem::exists(path + "/frames.jsonl"));
   EXPECT_TRUE(std::filesystem::is_empty(path + "/grid"));
+  std::set<std::string> left;
+  for (const auto& entry : std::filesystem::directory_iterator(path)) {
+    left.insert(entry.path().filename().string());
+  }
+  EXPECT_THAT(left, testing::ElementsAre("grid", "notes.txt"));
 
   // Not a run: nothing is removed, whatever is asked.
   EXPECT_EQ(RunFolder::Create(run.frames, true).status().code(), absl::StatusCode::kAlreadyExists);
@@ -154,14 +163,25 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
   EXPECT_FALSE(RunFolder::Create("/proc/egosieve", false).ok());
 }
 
+// Otherwise --resume could not begin again what was killed before its run.json.
+TEST(RunFolder, IsCreatedAgainWhereItHadBarelyBegun) {
+  const std::string root = FreshFolder();
+  ASSERT_TRUE(RunFolder::Create(root, false).ok());
+  EXPECT_TRUE(RunFolder::Create(root, false).ok());
+  std::ofstream(root + "/run.json.tmp") << "{";
+  EXPECT_TRUE(RunFolder::Create(root, false).ok());
+  std::ofstream(root + "/grid/000000.prob.png") << "somebody's";
+  EXPECT_EQ(RunFolder::Create(root, false).status().code(), absl::StatusCode::kAlreadyExists);
+}
+
 TEST(RunFolder, OpenSaysWhatIsMissing) {
   EXPECT_EQ(RunFolder::Open("/nowhere").status().code(), absl::StatusCode::kNotFound);
-  const FakeRun run = WriteFakeRun(Root());
+  const FakeRun run = WriteFakeRun(FreshFolder());
   EXPECT_EQ(RunFolder::Open(run.frames).status().code(), absl::StatusCode::kNotFound);
 }
 
 TEST(RunFolder, DamageIsReportedWithItsPlace) {
-  const FakeRun run = WriteFakeRun(Root());
+  const FakeRun run = WriteFakeRun(FreshFolder());
   const std::string log = run.folder.File("frames.jsonl");
   const std::string text = *ReadFile(log);
   std::ofstream(log) << text << "{\"index\": 6, \"ti";

@@ -1,6 +1,6 @@
 // A drive that is easy by construction: a textured plane slides past the camera, and a textured
-// square slides the other way over it
-// and starts again at the left when it has crossed. A homography explains the plane exactly.
+// square slides the other way over it and starts again at the left when it has crossed. A
+// homography explains the plane exactly.
 #ifndef EGOSIEVE_TESTS_TOOLS_TESTING_PATCH_DRIVE_H_
 #define EGOSIEVE_TESTS_TOOLS_TESTING_PATCH_DRIVE_H_
 
@@ -14,6 +14,9 @@ struct PatchDriveOptions {
   int height_pixels = 128;
   int frames = 8;
 };
+
+// Small and quick: the texture is dense.
+inline PatchDriveOptions SmallPatchDrive(int frames) { return {160, 96, frames}; }
 
 cv::Mat3b PatchFrame(const PatchDriveOptions& options, int index);
 cv::Mat1b PatchMask(const PatchDriveOptions& options, int index);

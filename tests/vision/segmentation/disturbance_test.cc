@@ -1,65 +1,22 @@
 // What goes wrong with a camera in a long drive: every frame is answered, the log says why nothing
 // was learnt, and once the pictures are good again so are the maps.
-//
-// A synthetic drive is played to its middle, then comes the disturbance, then its second half. The
-// maps of the last frames, that have had time to recover, are scored against the drive's masks and
-// against the same frames of a drive without the disturbance.
 #include <cmath>
-#include <functional>
-#include <memory>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <ostream>
 #include <string>
 #include <vector>
 
 #include "gtest/gtest.h"
-#include "kernels/runtime/context.h"
-#include "vision/segmentation/online_segmenter.h"
-#include "vision/synthetic/street.h"
+#include "tests/vision/segmentation/disturbed_drive.h"
 
 namespace egosieve::vision {
 namespace {
 
-constexpr int kFrames = 28;
-constexpr int kMiddle = 14;  // the disturbance comes before this frame
-constexpr int kScoredFrom = 20;
 constexpr double kAllowedLoss = 0.02;
 
-struct Drive {
-  std::vector<cv::Mat> images, masks;
-};
-
-const Drive& TheDrive() {
-  static const Drive& drive = *[] {
-    ScenarioOptions options;
-    options.width_pixels = 256;
-    options.height_pixels = 144;
-    options.frames = 60;
-    const auto scenario = MakeScenario("junction", 1, options);
-    auto* drive = new Drive;
-    for (int i = 0; i < kFrames; ++i) {
-      SyntheticFrame frame = *scenario->Render(20 + i);
-      drive->images.push_back(frame.image);
-      drive->masks.push_back(frame.mask);
-    }
-    return drive;
-  }();
-  return drive;
-}
-
-cv::Mat WithNoise(const cv::Mat& image, double deviation, uint64_t seed) {
-  cv::RNG random(seed);
-  cv::Mat noise(image.size(), CV_16SC3), sum;
-  random.fill(noise, cv::RNG::NORMAL, 0.0, deviation);
-  image.convertTo(sum, CV_16SC3);
-  sum += noise;
-  sum.convertTo(sum, CV_8UC3);
-  return sum;
-}
-
-cv::Mat Uniform(int value, double noise, uint64_t seed) {
-  return WithNoise(cv::Mat(TheDrive().images[0].size(), CV_8UC3, cv::Scalar::all(value)), noise,
-                   seed);
+cv::Mat Uniform(const cv::Mat& like, int value, double noise, uint64_t seed) {
+  return WithNoise(cv::Mat(like.size(), CV_8UC3, cv::Scalar::all(value)), noise, seed);
 }
 
 // The picture of a camera of 75 degrees that has turned about its vertical axis.
@@ -94,177 +51,94 @@ cv::Mat WithWiper(const cv::Mat& image, int step) {
   return wiped;
 }
 
-struct Disturbance {
-  std::string name;
-  std::vector<cv::Mat> (*frames)(const cv::Mat& last);  // after frame kMiddle - 1, the last
-  int skipped;                                          // of the drive's own frames
-  bool nothing_is_learnt;                               // from the disturbing frames
-};
+// Into the sun: four fifths of the range are lost.
+cv::Mat WithGlare(const cv::Mat& image, int step) {
+  cv::Mat glaring;
+  image.convertTo(glaring, CV_8U, 5.0, 30.0);
+  return WithNoise(glaring, 1.0, 300 + step);
+}
 
-template <typename Make>
-std::vector<cv::Mat> Repeat(int count, const Make& make) {
-  std::vector<cv::Mat> frames;
-  for (int i = 0; i < count; ++i) frames.push_back(make(i));
-  return frames;
+// A JPEG with a stretch of wrong bytes, as its decoder delivers it: from there on blocks of another
+// place and colour. What cannot be decoded at all never comes here.
+cv::Mat FromCorruptJpeg(const cv::Mat& image, int step) {
+  std::vector<uchar> bytes;
+  cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, 92});
+  const size_t begin = bytes.size() * (3 + step) / 8;
+  for (size_t i = begin; i < begin + 40; ++i) bytes[i] = static_cast<uchar>(i * 37 % 251);
+  const cv::Mat decoded = cv::imdecode(bytes, cv::IMREAD_COLOR);
+  EXPECT_EQ(decoded.size(), image.size());
+  EXPECT_GT(cv::norm(decoded, image, cv::NORM_INF), 50.0) << "the picture is whole";
+  return decoded;
+}
+
+cv::Mat OfAnotherSize(const cv::Mat& image, int step) {
+  cv::Mat other;
+  cv::resize(image, other, cv::Size(160 + 40 * step, 100));
+  return other;
 }
 
 const std::vector<Disturbance>& Disturbances() {
   static const auto& disturbances = *new std::vector<Disturbance>{
-      {"FramesMissing", [](const cv::Mat&) { return std::vector<cv::Mat>(); }, 2, false},
-      {"Black", [](const cv::Mat&) { return Repeat(6, [](int i) { return Uniform(2, 1.0, i); }); },
-       0, true},
-      {"OverExposed",
-       [](const cv::Mat&) { return Repeat(6, [](int i) { return Uniform(255, 1.0, i); }); }, 0,
+      {"FramesMissing", nullptr, 0, false, 2},
+      {"Black", [](const cv::Mat& last, int step) { return Uniform(last, 2, 1.0, step); }, 6, true},
+      {"OverExposed", [](const cv::Mat& last, int step) { return Uniform(last, 255, 1.0, step); },
+       6, true},
+      {"Glare", WithGlare},
+      {"AllGrey", [](const cv::Mat& last, int step) { return Uniform(last, 128, 3.0, step); }, 6,
        true},
-      {"AllGrey",
-       [](const cv::Mat&) { return Repeat(6, [](int i) { return Uniform(128, 3.0, i); }); }, 0,
-       true},
-      {"Duplicated",
-       [](const cv::Mat& last) { return Repeat(6, [&](int) { return last.clone(); }); }, 0, true},
-      {"SizeChanged",
-       [](const cv::Mat& last) {
-         return Repeat(3, [&](int i) {
-           cv::Mat other;
-           cv::resize(last, other, cv::Size(160 + 40 * i, 100));
-           return other;
-         });
-       },
-       0, true},
-      {"StandingStill",
-       [](const cv::Mat& last) {
-         return Repeat(30, [&](int i) { return WithNoise(last, 2.0, 100 + i); });
-       },
-       0, false},
+      {"Duplicated", [](const cv::Mat& last, int) { return last.clone(); }, 6, true},
+      {"CorruptJpegs", FromCorruptJpeg, 4},
+      {"SizeChangedForAWhile", OfAnotherSize, 3, true},
+      {"SizeChangedForGood", nullptr, 0, false, 0, cv::Size(232, 130)},
+      {"StandingStill", StandingStill, 30},
+      {"StandingAmongMovers", StandingAmongMovers, 30},
       {"PureRotation",
-       [](const cv::Mat& last) {
-         return Repeat(10, [&](int i) {
-           return WithNoise(Turned(last, 1.5 * (5 - std::abs(i - 5))), 2.0, 200 + i);
-         });
+       [](const cv::Mat& last, int step) {
+         return WithNoise(Turned(last, 1.5 * (5 - std::abs(step - 5))), 2.0, 200 + step);
        },
-       0, false},
-      {"HandOverTheLens",
-       [](const cv::Mat& last) { return Repeat(6, [&](int i) { return WithHand(last, i); }); }, 0,
-       false},
-      {"Wiper",
-       [](const cv::Mat& last) { return Repeat(6, [&](int i) { return WithWiper(last, i); }); }, 0,
-       false},
+       10},
+      {"HandOverTheLens", WithHand},
+      {"Wiper", WithWiper},
   };
   return disturbances;
 }
 
-void PrintTo(const Disturbance& disturbance, std::ostream* out) { *out << disturbance.name; }
-
 struct Case {
   Disturbance disturbance;
-  bool fast = false;
+  DriveProfile profile;
 };
 
-void PrintTo(const Case& test, std::ostream* out) { PrintTo(test.disturbance, out); }
+void PrintTo(const Case& test, std::ostream* out) { *out << test.disturbance.name; }
 
 std::vector<Case> Cases() {
   std::vector<Case> cases;
-  for (const Disturbance& disturbance : Disturbances()) cases.push_back({disturbance, false});
   for (const Disturbance& disturbance : Disturbances()) {
-    if (!disturbance.nothing_is_learnt) cases.push_back({disturbance, true});
+    cases.push_back({disturbance, DriveProfile::kDefault});
+    if (!disturbance.nothing_is_learnt) cases.push_back({disturbance, DriveProfile::kFast});
   }
   return cases;
 }
 
-class DisturbanceTest : public testing::TestWithParam<Case> {
- protected:
-  static std::unique_ptr<OnlineSegmenter> MakeSegmenter(bool fast) {
-    OnlineSegmenterOptions options =
-        fast ? OnlineSegmenterOptions::Fast() : OnlineSegmenterOptions::Default();
-    options.learner.budget.budget = 600;
-    options.learner.training.annealing_evaluations = 40;
-    options.learner.training.subset_size = 300;
-    auto context = kernels::OpenContext();
-    EXPECT_TRUE(context.ok()) << context.status();
-    return *OnlineSegmenter::Create(*context, options);
-  }
+double UndisturbedAuc(DriveProfile profile) {
+  static double auc[2] = {-1.0, -1.0};
+  double& known = auc[profile == DriveProfile::kFast];
+  if (known < 0.0) known = AucOfTheEnd(profile, nullptr);
+  return known;
+}
 
-  OnlineSegmenter::Result Process(OnlineSegmenter& segmenter, const cv::Mat& image) {
-    Frame frame;
-    frame.index = next_index_;
-    frame.time_seconds = 0.1 * static_cast<double>(next_index_++);
-    frame.image = image;
-    auto result = segmenter.Process(frame);
-    EXPECT_TRUE(result.ok()) << result.status();
-    EXPECT_EQ(result->map.grid.width, image.cols);
-    EXPECT_EQ(static_cast<int64_t>(result->map.probability.size()), result->map.grid.size());
-    EXPECT_NE(result->record.learnt, !result->record.reason.empty());
-    for (const float p : result->map.probability) EXPECT_TRUE(p >= 0.0f && p <= 1.0f);
-    return *std::move(result);
-  }
-
-  // Of all pixels of the frames scored: Mann-Whitney by counting 1,024 levels.
-  struct Scores {
-    std::vector<double> positive = std::vector<double>(1025), negative = positive;
-    double Auc() const {
-      double below = 0.0, ordered = 0.0, p = 0.0, n = 0.0;
-      for (size_t v = 0; v < positive.size(); ++v) {
-        ordered += positive[v] * (below + 0.5 * negative[v]);
-        below += negative[v];
-        p += positive[v];
-        n += negative[v];
-      }
-      return ordered / (p * n);
-    }
-  };
-
-  void Score(const SegmentationMap& map, const cv::Mat& mask, Scores& scores) const {
-    for (int row = 0; row < map.grid.rows(); ++row) {
-      for (int column = 0; column < map.grid.columns(); ++column) {
-        const bool moves = mask.at<uint8_t>(map.grid.y_pixels(row), map.grid.x_pixels(column)) != 0;
-        const float p = map.probability[row * map.grid.columns() + column];
-        (moves ? scores.positive : scores.negative)[std::lround(1024.0f * p)] += 1.0;
-      }
-    }
-  }
-
-  // The drive with `disturbance` in its middle, or without.
-  double AucOfTheEnd(bool fast, const Disturbance* disturbance) {
-    auto segmenter = MakeSegmenter(fast);
-    next_index_ = 0;
-    Scores scores;
-    for (int i = 0; i < kFrames; ++i) {
-      if (disturbance != nullptr && i == kMiddle) {
-        for (const cv::Mat& image : disturbance->frames(TheDrive().images[i - 1])) {
-          const OnlineSegmenter::Result result = Process(*segmenter, image);
-          if (disturbance->nothing_is_learnt) {
-            EXPECT_FALSE(result.record.learnt) << result.record.frame_index;
-          }
-        }
-        i += disturbance->skipped;
-      }
-      const OnlineSegmenter::Result result = Process(*segmenter, TheDrive().images[i]);
-      if (i >= kScoredFrom) {
-        EXPECT_TRUE(result.record.learnt) << result.record.reason;
-        Score(result.map, TheDrive().masks[i], scores);
-      }
-    }
-    return scores.Auc();
-  }
-
-  double UndisturbedAuc(bool fast) {
-    static double auc[2] = {-1.0, -1.0};
-    if (auc[fast] < 0.0) auc[fast] = AucOfTheEnd(fast, nullptr);
-    return auc[fast];
-  }
-
-  int64_t next_index_ = 0;
-};
+class DisturbanceTest : public testing::TestWithParam<Case> {};
 
 TEST_P(DisturbanceTest, LeavesTheModelSound) {
-  const double undisturbed = UndisturbedAuc(GetParam().fast);
+  const double undisturbed = UndisturbedAuc(GetParam().profile);
   EXPECT_GT(undisturbed, 0.8);
-  const double disturbed = AucOfTheEnd(GetParam().fast, &GetParam().disturbance);
+  const double disturbed = AucOfTheEnd(GetParam().profile, &GetParam().disturbance);
   RecordProperty("auc", std::to_string(disturbed));
   EXPECT_GE(disturbed, undisturbed - kAllowedLoss);
 }
 
 INSTANTIATE_TEST_SUITE_P(Drives, DisturbanceTest, testing::ValuesIn(Cases()), [](const auto& test) {
-  return test.param.disturbance.name + (test.param.fast ? "Fast" : "Default");
+  return test.param.disturbance.name +
+         (test.param.profile == DriveProfile::kFast ? "Fast" : "Default");
 });
 
 }  // namespace

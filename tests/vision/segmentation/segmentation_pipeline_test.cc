@@ -11,6 +11,7 @@
 #include "kernels/runtime/context.h"
 #include "tests/vision/segmentation/moving_square.h"
 #include "vision/segmentation/bounded_queue.h"
+#include "vision/segmentation/stage_timer.h"
 
 namespace egosieve::vision {
 namespace {
@@ -79,6 +80,35 @@ DriveRun RunDrive(FrameSource& source, const PipelineOptions& options,
         return absl::OkStatus();
       });
   return run;
+}
+
+// One frame after the other, the stages' times are parts of the whole: work that two of them told
+// would make the sum the greater.
+TEST(SegmentationPipelineTest, StagesTellTheirWorkOnce) {
+  for (const FeatureSource features :
+       {FeatureSource::kSiftCorners, FeatureSource::kFlow, FeatureSource::kBoth}) {
+    OnlineSegmenterOptions options = OnlineSegmenterOptions::Default();
+    options.labeller.features = features;
+    options.labeller.feature_count = 3000;
+    options.learner.budget.budget = 50;
+    options.stride_pixels = 20;
+    auto segmenter = *OnlineSegmenter::Create(*kernels::OpenContext(), options);
+    MovingSquareSource source(6, {});
+    PipelineOptions in_turn;
+    in_turn.overlap = false;
+    double told = 0.0, whole = 0.0;
+    {
+      const StageTimer timer(whole);
+      const auto summary =
+          RunPipeline(source, *segmenter, in_turn, nullptr, [&](const SegmentedFrame& frame) {
+            told += frame.read_milliseconds + frame.record.milliseconds.total();
+            EXPECT_TRUE(frame.index == 0 || frame.record.milliseconds.features > 0.0);
+            return absl::OkStatus();
+          });
+      ASSERT_TRUE(summary.ok()) << summary.status();
+    }
+    EXPECT_LE(told, whole) << static_cast<int>(features);
+  }
 }
 
 class PipelineOfBothModels : public testing::TestWithParam<ModelKind> {};

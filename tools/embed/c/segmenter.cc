@@ -43,37 +43,44 @@ egosieve_status WithSession(const char* function, egosieve_segmenter* segmenter,
   });
 }
 
-// One of a map's arrays with the size that it has: the grid's or the frame's.
-struct MapOutput {
-  OutputArray array;
-  bool full = false;
-
+// One of a map's arrays with the size that it has, the grid's or the frame's. What can fail comes
+// before anything is written: Prepare all, then Write all.
+class MapOutput {
+ public:
   static absl::StatusOr<MapOutput> Create(const char* name, const egosieve_array& array,
                                           const kernels::ImageGrid& grid) {
     MapOutput output;
-    output.full = array.rows == grid.height && array.columns == grid.width;
+    output.full_ = array.rows == grid.height && array.columns == grid.width;
     absl::StatusOr<OutputArray> checked =
-        output.full ? OutputArray::Create(name, array, grid.height, grid.width)
-                    : OutputArray::Create(name, array, grid.rows(), grid.columns());
+        output.full_ ? OutputArray::Create(name, array, grid.height, grid.width)
+                     : OutputArray::Create(name, array, grid.rows(), grid.columns());
     EGOSIEVE_RETURN_IF_ERROR(checked.status());
-    output.array = *checked;
+    output.array_ = *checked;
     return output;
   }
 
-  absl::Status Write(kernels::Context& context, const kernels::ImageGrid& grid,
-                     const std::vector<float>& values) const {
-    if (!array.wanted()) return absl::OkStatus();
-    if (!full || grid.stride == 1) {
-      array.Write(0, grid.size(), values.data());
+  // `values`: on the grid.
+  absl::Status Prepare(kernels::Context& context, const kernels::ImageGrid& grid,
+                       std::vector<float> values) {
+    if (!array_.wanted()) return absl::OkStatus();
+    if (!full_ || grid.stride == 1) {
+      values_ = std::move(values);
       return absl::OkStatus();
     }
-    std::vector<float> pixels(int64_t{grid.width} * grid.height);
-    EGOSIEVE_RETURN_IF_ERROR(kernels::GridInterpolation(
+    values_.resize(int64_t{grid.width} * grid.height);
+    return kernels::GridInterpolation(
         context, grid, {values.data(), grid.rows(), grid.columns()},
-        kernels::MatrixView<float>(pixels.data(), grid.height, grid.width)));
-    array.Write(0, static_cast<int64_t>(pixels.size()), pixels.data());
-    return absl::OkStatus();
+        kernels::MatrixView<float>(values_.data(), grid.height, grid.width));
   }
+
+  void Write() const {
+    if (array_.wanted()) array_.Write(0, static_cast<int64_t>(values_.size()), values_.data());
+  }
+
+ private:
+  OutputArray array_;
+  bool full_ = false;
+  std::vector<float> values_;
 };
 
 egosieve_frame_report ReportOf(const vision::FrameRecord& record) {
@@ -106,18 +113,19 @@ absl::Status ProcessFrame(SegmenterSession& session, const egosieve_image* image
   egosieve_map_init(&wishes);
   if (map != nullptr) EGOSIEVE_RETURN_IF_ERROR(ReadStruct("map", map, wishes));
   if (report != nullptr) EGOSIEVE_RETURN_IF_ERROR(CheckStruct("report", report));
-  EGOSIEVE_ASSIGN_OR_RETURN(const MapOutput probability,
+  EGOSIEVE_ASSIGN_OR_RETURN(MapOutput probability,
                             MapOutput::Create("map.probability", wishes.probability, grid));
-  EGOSIEVE_ASSIGN_OR_RETURN(const MapOutput mean, MapOutput::Create("map.mean", wishes.mean, grid));
-  EGOSIEVE_ASSIGN_OR_RETURN(const MapOutput deviation,
+  EGOSIEVE_ASSIGN_OR_RETURN(MapOutput mean, MapOutput::Create("map.mean", wishes.mean, grid));
+  EGOSIEVE_ASSIGN_OR_RETURN(MapOutput deviation,
                             MapOutput::Create("map.deviation", wishes.deviation, grid));
-  EGOSIEVE_ASSIGN_OR_RETURN(const SegmenterSession::Result result,
+  EGOSIEVE_ASSIGN_OR_RETURN(SegmenterSession::Result result,
                             session.Process(view, time_seconds, map != nullptr));
   if (map != nullptr) {
     kernels::Context& context = *session.context();
-    EGOSIEVE_RETURN_IF_ERROR(probability.Write(context, grid, result.map.probability));
-    EGOSIEVE_RETURN_IF_ERROR(mean.Write(context, grid, result.map.mean));
-    EGOSIEVE_RETURN_IF_ERROR(deviation.Write(context, grid, result.map.deviation));
+    EGOSIEVE_RETURN_IF_ERROR(probability.Prepare(context, grid, std::move(result.map.probability)));
+    EGOSIEVE_RETURN_IF_ERROR(mean.Prepare(context, grid, std::move(result.map.mean)));
+    EGOSIEVE_RETURN_IF_ERROR(deviation.Prepare(context, grid, std::move(result.map.deviation)));
+    for (const MapOutput* output : {&probability, &mean, &deviation}) output->Write();
   }
   if (report != nullptr) WriteStruct(ReportOf(result.record), report);
   return absl::OkStatus();

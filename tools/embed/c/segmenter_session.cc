@@ -145,12 +145,14 @@ absl::StatusOr<SegmenterSession::Result> SegmenterSession::Process(const kernels
   std::lock_guard lock(mutex_);
   const vision::Frame frame = FrameOf(image, next_frame_, time_seconds);
   EGOSIEVE_ASSIGN_OR_RETURN(auto extracted, segmenter_->Extract(frame));
+  // From here on the frame is taken in, even where the device fails before its map is there.
   ++next_frame_;
-  EGOSIEVE_ASSIGN_OR_RETURN(auto learnt, segmenter_->Learn(frame, std::move(extracted)));
   recent_.push_back(frame);
   while (static_cast<int>(recent_.size()) > segmenter_->options().labeller.HistoryFrames()) {
     recent_.pop_front();
   }
+  EGOSIEVE_ASSIGN_OR_RETURN(auto learnt,
+                            segmenter_->Learn(frame, std::move(extracted), map_wanted));
   Result result;
   result.record = std::move(learnt.record);
   if (map_wanted) {

@@ -55,7 +55,8 @@ class SegmenterSession {
   static absl::StatusOr<std::shared_ptr<SegmenterSession>> FromBytes(
       std::shared_ptr<kernels::Context> context, std::string_view bytes);
 
-  // The image is copied.
+  // The image is copied. After an error of the device the frame counts as taken in, and may have
+  // been learnt from.
   absl::StatusOr<Result> Process(const kernels::ImageView& image, double time_seconds,
                                  bool map_wanted);
   absl::StatusOr<std::string> ToBytes();

@@ -1,52 +1,11 @@
-/* The C interface of the model, from C99: what it computes, and what it refuses. */
+/* The C interface of the model, from C99: what it computes. */
 #include "egosieve/gaussian_process.h"
 
 #include <math.h>
 #include <stdlib.h>
 
 #include "tests/tools/embed/c/check.h"
-
-enum { N = 40, M = 30, D = 3 };
-
-static double x[N][D], y[N], queries[M][D];
-
-/* Reproducible points in [-1, 1] and a smooth function of them. */
-static void make_data(void) {
-  uint32_t state = 7;
-  for (int i = 0; i < N + M; ++i) {
-    double* row = i < N ? x[i] : queries[i - N];
-    for (int d = 0; d < D; ++d) {
-      state = state * 1664525u + 1013904223u;
-      row[d] = (double)(state >> 8) / 8388608.0 - 1.0;
-    }
-    if (i < N) y[i] = sin(2.0 * row[0]) * cos(row[1]) > 0.2 * row[2] ? 1.0 : -1.0;
-  }
-}
-
-static egosieve_gp* new_model(int32_t covariance) {
-  egosieve_gp_options options;
-  egosieve_gp* gp = NULL;
-  egosieve_gp_options_init(&options);
-  options.covariance = covariance;
-  options.dimension = D;
-  CHECK_OK(egosieve_gp_create(&options, &gp));
-  return gp;
-}
-
-static egosieve_gp* new_conditioned_model(int32_t covariance) {
-  egosieve_gp* gp = new_model(covariance);
-  const egosieve_const_array inputs = doubles(&x[0][0], N, D), targets = doubles(y, N, 1);
-  CHECK_OK(egosieve_gp_condition(gp, &inputs, &targets));
-  return gp;
-}
-
-static egosieve_status predict_mean(egosieve_gp* gp, float* mean) {
-  const egosieve_const_array points = doubles(&queries[0][0], M, D);
-  egosieve_prediction prediction;
-  egosieve_prediction_init(&prediction);
-  prediction.mean = floats_out(mean, M, 1);
-  return egosieve_gp_predict(gp, &points, &prediction);
-}
+#include "tests/tools/embed/c/small_model.h"
 
 /* A posterior interpolates: at a point of its own, n = 1, the mean is y k / (k + sigma_n^2). */
 static void test_one_point_by_hand(void) {
@@ -270,147 +229,6 @@ static void test_save_and_load(const char* folder) {
   CHECK_OK(egosieve_gp_free(from_bytes));
 }
 
-static void test_handles(void) {
-  egosieve_gp* gp = new_conditioned_model(EGOSIEVE_ARCSINE);
-  egosieve_gp* next = NULL;
-  egosieve_posterior* posterior = NULL;
-  double value = 0;
-  int on_the_stack = 0;
-  CHECK_CALL(egosieve_gp_log_marginal_likelihood(NULL, &value), EGOSIEVE_INVALID_HANDLE,
-             "gp is null");
-  CHECK_CALL(egosieve_gp_log_marginal_likelihood((egosieve_gp*)&on_the_stack, &value),
-             EGOSIEVE_INVALID_HANDLE, "gp is no handle");
-  CHECK_OK(egosieve_gp_posterior(gp, &posterior));
-  CHECK_CALL(egosieve_gp_log_marginal_likelihood((egosieve_gp*)posterior, &value),
-             EGOSIEVE_INVALID_HANDLE, "gp is a handle of another type");
-  CHECK_OK(egosieve_gp_free(gp));
-  CHECK_CALL(egosieve_gp_free(gp), EGOSIEVE_INVALID_HANDLE, "gp was freed");
-  next = new_model(EGOSIEVE_ARCSINE); /* takes the slot */
-  CHECK(next != gp);
-  CHECK_CALL(egosieve_gp_log_marginal_likelihood(gp, &value), EGOSIEVE_INVALID_HANDLE,
-             "gp was freed");
-  CHECK_OK(egosieve_gp_log_marginal_likelihood(next, &value));
-  CHECK_OK(egosieve_gp_free(next));
-  CHECK_OK(egosieve_gp_free(NULL));
-  CHECK_OK(egosieve_posterior_free(posterior));
-  CHECK_CALL(egosieve_posterior_free(posterior), EGOSIEVE_INVALID_HANDLE, "posterior was freed");
-}
-
-static void test_bad_arrays(void) {
-  egosieve_gp* gp = new_conditioned_model(EGOSIEVE_ARCSINE);
-  const egosieve_const_array inputs = doubles(&x[0][0], N, D), targets = doubles(y, N, 1);
-  egosieve_const_array bad;
-  egosieve_prediction prediction;
-  float mean[M], untouched = -5.0f;
-  double broken[2][D] = {{0, 0, 0}, {0, NAN, 0}};
-  egosieve_gp_info info;
-  const int64_t twice[2] = {1, 1}, beyond[1] = {N};
-
-  CHECK_CALL(egosieve_gp_condition(gp, NULL, &targets), EGOSIEVE_INVALID_ARGUMENT, "x is null");
-  CHECK_CALL(egosieve_gp_condition(gp, &inputs, NULL), EGOSIEVE_INVALID_ARGUMENT, "y is null");
-  bad = inputs;
-  bad.data = NULL;
-  CHECK_CALL(egosieve_gp_condition(gp, &bad, &targets), EGOSIEVE_INVALID_ARGUMENT, "x.data");
-  bad = inputs;
-  bad.columns = D - 1;
-  CHECK_CALL(egosieve_gp_condition(gp, &bad, &targets), EGOSIEVE_INVALID_ARGUMENT, "x: 2 columns");
-  bad = inputs;
-  bad.rows = -1;
-  CHECK_CALL(egosieve_gp_condition(gp, &bad, &targets), EGOSIEVE_INVALID_ARGUMENT, "x: -1 x 3");
-  bad = inputs;
-  bad.type = 9;
-  CHECK_CALL(egosieve_gp_condition(gp, &bad, &targets), EGOSIEVE_INVALID_ARGUMENT, "x.type");
-  bad = inputs;
-  bad.row_stride = 8;
-  bad.column_stride = 8;
-  CHECK_CALL(egosieve_gp_condition(gp, &bad, &targets), EGOSIEVE_INVALID_ARGUMENT,
-             "x: row_stride = 8");
-  bad.row_stride = INT64_MIN;
-  CHECK_CALL(egosieve_gp_condition(gp, &bad, &targets), EGOSIEVE_INVALID_ARGUMENT, "x: strides");
-  bad = targets;
-  bad.rows = N - 1;
-  CHECK_CALL(egosieve_gp_condition(gp, &inputs, &bad), EGOSIEVE_INVALID_ARGUMENT, "y: 39 values");
-  bad = doubles(&broken[0][0], 2, D);
-  {
-    const egosieve_const_array two = doubles(y, 2, 1);
-    CHECK_CALL(egosieve_gp_condition(gp, &bad, &two), EGOSIEVE_INVALID_ARGUMENT, "x(1, 1)");
-    broken[1][1] = 1e39; /* finite in float64 alone */
-    CHECK_CALL(egosieve_gp_condition(gp, &bad, &two), EGOSIEVE_INVALID_ARGUMENT, "x(1, 1)");
-  }
-  egosieve_prediction_init(&prediction);
-  prediction.mean = floats_out(mean, M, 1);
-  mean[0] = untouched;
-  broken[1][1] = NAN;
-  prediction.mean.rows = 2;
-  CHECK_CALL(egosieve_gp_predict(gp, &bad, &prediction), EGOSIEVE_INVALID_ARGUMENT, "x(1, 1)");
-  CHECK(mean[0] == untouched);
-  bad = doubles(&queries[0][0], M, D);
-  prediction.mean.rows = M - 1;
-  CHECK_CALL(egosieve_gp_predict(gp, &bad, &prediction), EGOSIEVE_INVALID_ARGUMENT,
-             "prediction.mean: 29 x 1");
-  prediction.mean.rows = M;
-  prediction.mean.row_stride = 2;
-  prediction.mean.column_stride = 4;
-  CHECK_CALL(egosieve_gp_predict(gp, &bad, &prediction), EGOSIEVE_INVALID_ARGUMENT,
-             "prediction.mean: row_stride");
-  CHECK_CALL(egosieve_gp_predict(gp, &bad, NULL), EGOSIEVE_INVALID_ARGUMENT, "prediction is null");
-  prediction.struct_size = 0;
-  CHECK_CALL(egosieve_gp_predict(gp, &bad, &prediction), EGOSIEVE_INVALID_ARGUMENT,
-             "prediction.struct_size");
-  CHECK_CALL(egosieve_gp_remove(gp, twice, 2), EGOSIEVE_INVALID_ARGUMENT, "rows: 1 stands");
-  CHECK_CALL(egosieve_gp_remove(gp, beyond, 1), EGOSIEVE_INVALID_ARGUMENT, "rows: 40");
-  CHECK_CALL(egosieve_gp_remove(gp, NULL, 1), EGOSIEVE_INVALID_ARGUMENT, "rows is null");
-  CHECK_CALL(egosieve_gp_remove(gp, beyond, -1), EGOSIEVE_INVALID_ARGUMENT, "count = -1");
-  egosieve_gp_info_init(&info);
-  CHECK_OK(egosieve_gp_describe(gp, &info));
-  CHECK(info.size == N);
-  CHECK_OK(egosieve_gp_free(gp));
-}
-
-static void test_bad_options(void) {
-  egosieve_gp_options options;
-  egosieve_gp* gp = NULL;
-  const double scales[2] = {1.0, -1.0};
-  const egosieve_grid empty = {0, 0, 1, 1, 0, 5};
-  egosieve_prediction prediction;
-  uint8_t pixels[12] = {0};
-  egosieve_image image = {pixels, 2, 2, 0, EGOSIEVE_BGR};
-  egosieve_prediction_init(&prediction);
-  egosieve_gp_options_init(&options);
-  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "dimension = 0");
-  options.dimension = 1;
-  options.covariance = 5;
-  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "covariance = 5");
-  options.covariance = EGOSIEVE_ARCSINE;
-  options.scales = scales;
-  options.scale_count = 1;
-  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "scale_count = 1");
-  options.scale_count = 2;
-  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "scales");
-  options.scales = NULL;
-  options.scale_count = 0;
-  options.noise_stddev = NAN;
-  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "noise_stddev");
-  options.noise_stddev = 0.1;
-  options.device = "a device that nobody has";
-  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_NOT_FOUND, "a device that nobody has");
-  options.device = NULL;
-  CHECK_CALL(egosieve_gp_create(&options, NULL), EGOSIEVE_INVALID_ARGUMENT, "gp is null");
-  CHECK_CALL(egosieve_gp_create(NULL, &gp), EGOSIEVE_INVALID_ARGUMENT, "options is null");
-  CHECK(gp == NULL);
-  CHECK_OK(egosieve_gp_create(&options, &gp));
-  CHECK_CALL(egosieve_gp_predict_grid(gp, &empty, &prediction), EGOSIEVE_INVALID_ARGUMENT,
-             "grid: 0 rows");
-  CHECK_CALL(egosieve_gp_predict_image(gp, &image, 1, &prediction), EGOSIEVE_FAILED_PRECONDITION,
-             "6 inputs");
-  image.row_stride = 5;
-  CHECK_CALL(egosieve_gp_predict_image(gp, &image, 1, &prediction), EGOSIEVE_INVALID_ARGUMENT,
-             "image.row_stride");
-  CHECK_CALL(egosieve_gp_optimize(gp, NULL, NULL), EGOSIEVE_FAILED_PRECONDITION, "2 points");
-  CHECK_CALL(egosieve_gp_calibrate(gp), EGOSIEVE_FAILED_PRECONDITION, "2 points");
-  CHECK_OK(egosieve_gp_free(gp));
-}
-
 static void test_devices(void) {
   int32_t count = 0;
   char name[64], cut[4];
@@ -434,9 +252,6 @@ int main(void) {
   test_grid_and_posterior();
   test_optimize_and_calibrate();
   test_save_and_load(folder != NULL ? folder : "/tmp");
-  test_handles();
-  test_bad_arrays();
-  test_bad_options();
   test_devices();
   printf("%d checks failed\n", failures);
   return failures == 0 ? 0 : 1;

@@ -79,7 +79,7 @@ EGOSIEVE_API void egosieve_map_init(egosieve_map* map);
 /** The account of one frame. */
 typedef struct egosieve_frame_report {
   uint64_t struct_size;   /**< Set by egosieve_frame_report_init(). */
-  int64_t frame;          /**< From 0; frames that were refused keep their place in the count. */
+  int64_t frame;          /**< From 0; frames whose arguments were refused are not counted. */
   int32_t learnt;         /**< Nonzero: the model learnt from this frame. */
   char reason[256];       /**< Why it did not; empty where it did. Cut to fit. */
   int64_t matches;        /**< Between this frame and the one that it was paired with. */
@@ -96,6 +96,10 @@ EGOSIEVE_API void egosieve_frame_report_init(egosieve_frame_report* report);
 
 /**
  * Learns from the next frame and gives its map.
+ *
+ * An argument that is refused changes nothing. Where the device or memory fails on the way, nothing
+ * is written either, but the frame has its place in the count and may have been learnt from; the
+ * segmenter is sound: go on with the next frame.
  * @param segmenter     The segmenter.
  * @param image         The frame. All of one size; another size starts new pairs.
  * @param time_seconds  Finite; of the frame's exposure.

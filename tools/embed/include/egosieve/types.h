@@ -6,8 +6,9 @@
  * Rules that hold for all calls:
  *
  *  - A call returns a status. On any other than #EGOSIEVE_OK nothing was written and the object is
- * as it was; egosieve_last_error() says what was wrong, naming the argument. No exception and no
- *    abort leaves the library.
+ *    as it was; egosieve_last_error() says what was wrong, naming the argument. No exception and no
+ *    abort leaves the library. One exception: a segmenter whose device fails in the middle of a
+ *    frame may have learnt from it (egosieve_segmenter_process()).
  *  - Memory belongs to the caller. Inputs are read during the call only; outputs are written where
  *    their strides say.
  *  - Handles look like pointers and are none: they carry a generation, so that a handle that was

@@ -10,8 +10,8 @@ released. Arrays of float32 and float64 are read and written where they are, wha
 
 from ._gaussian_process import devices as devices
 from ._gaussian_process import version as _version
-from .gaussian_process import FrozenPosterior as FrozenPosterior
 from .gaussian_process import GaussianProcess as GaussianProcess
+from .predictor import FrozenPosterior as FrozenPosterior
 
 __version__ = _version()
 __all__ = ["FrozenPosterior", "FrameReport", "GaussianProcess", "SegmentationMap", "Segmenter", "devices"]

@@ -1,0 +1,23 @@
+// A folder of the current test's own.
+#ifndef EGOSIEVE_TESTS_TOOLS_TESTING_FRESH_FOLDER_H_
+#define EGOSIEVE_TESTS_TOOLS_TESTING_FRESH_FOLDER_H_
+
+#include <filesystem>
+#include <string>
+
+#include "gtest/gtest.h"
+
+namespace egosieve::tools {
+
+// Named after the test, empty: what it held before is gone.
+inline std::string FreshFolder() {
+  const std::string folder =
+      testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TESTS_TOOLS_TESTING_FRESH_FOLDER_H_

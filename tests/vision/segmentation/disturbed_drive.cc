@@ -1,0 +1,156 @@
+#include "tests/vision/segmentation/disturbed_drive.h"
+
+#include <cmath>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+
+#include "gtest/gtest.h"
+#include "kernels/runtime/context.h"
+#include "vision/segmentation/online_segmenter.h"
+#include "vision/synthetic/street.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kFrames = 28;
+constexpr int kMiddle = 14;  // the disturbance comes before this frame
+constexpr int kScoredFrom = 20;
+
+struct Drive {
+  std::vector<cv::Mat> images, masks;
+};
+
+const Drive& TheDrive() {
+  static const Drive& drive = *[] {
+    ScenarioOptions options;
+    options.width_pixels = 256;
+    options.height_pixels = 144;
+    options.frames = 60;
+    const auto scenario = MakeScenario("junction", 1, options);
+    auto* drive = new Drive;
+    for (int i = 0; i < kFrames; ++i) {
+      SyntheticFrame frame = *scenario->Render(20 + i);
+      drive->images.push_back(frame.image);
+      drive->masks.push_back(frame.mask);
+    }
+    return drive;
+  }();
+  return drive;
+}
+
+std::unique_ptr<OnlineSegmenter> MakeSegmenter(DriveProfile profile) {
+  OnlineSegmenterOptions options = profile == DriveProfile::kFast
+                                       ? OnlineSegmenterOptions::Fast()
+                                       : OnlineSegmenterOptions::Default();
+  options.learner.budget.budget = 600;
+  options.learner.training.annealing_evaluations = 40;
+  options.learner.training.subset_size = 300;
+  auto context = kernels::OpenContext();
+  EXPECT_TRUE(context.ok()) << context.status();
+  return *OnlineSegmenter::Create(*context, options);
+}
+
+OnlineSegmenter::Result Process(OnlineSegmenter& segmenter, int64_t index, const cv::Mat& image) {
+  Frame frame;
+  frame.index = index;
+  frame.time_seconds = 0.1 * static_cast<double>(index);
+  frame.image = image;
+  auto result = segmenter.Process(frame);
+  EXPECT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->map.grid.width, image.cols);
+  EXPECT_EQ(static_cast<int64_t>(result->map.probability.size()), result->map.grid.size());
+  EXPECT_NE(result->record.learnt, !result->record.reason.empty());
+  for (const float p : result->map.probability) EXPECT_TRUE(p >= 0.0f && p <= 1.0f);
+  return *std::move(result);
+}
+
+// Mann-Whitney by counting 1,024 levels.
+class Scores {
+ public:
+  void Add(const SegmentationMap& map, const cv::Mat& mask) {
+    for (int row = 0; row < map.grid.rows(); ++row) {
+      for (int column = 0; column < map.grid.columns(); ++column) {
+        const bool moves = mask.at<uint8_t>(map.grid.y_pixels(row), map.grid.x_pixels(column)) != 0;
+        const float p = map.probability[row * map.grid.columns() + column];
+        (moves ? positive_ : negative_)[std::lround(1024.0f * p)] += 1.0;
+      }
+    }
+  }
+
+  double Auc() const {
+    double below = 0.0, ordered = 0.0, p = 0.0, n = 0.0;
+    for (size_t v = 0; v < positive_.size(); ++v) {
+      ordered += positive_[v] * (below + 0.5 * negative_[v]);
+      below += negative_[v];
+      p += positive_[v];
+      n += negative_[v];
+    }
+    return ordered / (p * n);
+  }
+
+ private:
+  std::vector<double> positive_ = std::vector<double>(1025), negative_ = positive_;
+};
+
+cv::Mat Resized(const cv::Mat& image, cv::Size size, int interpolation) {
+  if (size.empty()) return image;
+  cv::Mat resized;
+  cv::resize(image, resized, size, 0.0, 0.0, interpolation);
+  return resized;
+}
+
+}  // namespace
+
+cv::Mat WithNoise(const cv::Mat& image, double deviation, uint64_t seed) {
+  cv::RNG random(seed);
+  cv::Mat noise(image.size(), CV_16SC3), sum;
+  random.fill(noise, cv::RNG::NORMAL, 0.0, deviation);
+  image.convertTo(sum, CV_16SC3);
+  sum += noise;
+  sum.convertTo(sum, CV_8UC3);
+  return sum;
+}
+
+cv::Mat StandingStill(const cv::Mat& last, int step) { return WithNoise(last, 2.0, 100 + step); }
+
+cv::Mat StandingAmongMovers(const cv::Mat& last, int step) {
+  cv::Mat crossed = last.clone();
+  for (int box = 0; box < 3; ++box) {
+    const cv::Size size(44 - 8 * box, 26);
+    cv::Mat coarse(7, 11, CV_8UC3), texture;
+    cv::RNG(box + 1).fill(coarse, cv::RNG::UNIFORM, 30 * box, 120 + 60 * box);
+    cv::resize(coarse, texture, size, 0.0, 0.0, cv::INTER_CUBIC);
+    const int speed = box == 1 ? -2 : 2 + box;
+    const int range = last.cols - size.width;
+    const int x = ((speed * step + 70 * box) % range + range) % range;
+    texture.copyTo(crossed(cv::Rect(cv::Point(x, 45 + 30 * box), size)));
+  }
+  return WithNoise(crossed, 2.0, 500 + step);
+}
+
+double AucOfTheEnd(DriveProfile profile, const Disturbance* disturbance) {
+  const std::unique_ptr<OnlineSegmenter> segmenter = MakeSegmenter(profile);
+  Scores scores;
+  int64_t next_index = 0;
+  cv::Size size;
+  for (int i = 0; i < kFrames; ++i) {
+    if (disturbance != nullptr && i == kMiddle) {
+      for (int step = 0; step < disturbance->count; ++step) {
+        const OnlineSegmenter::Result result =
+            Process(*segmenter, next_index++, disturbance->frame(TheDrive().images[i - 1], step));
+        EXPECT_FALSE(disturbance->nothing_is_learnt && result.record.learnt) << step;
+      }
+      size = disturbance->size_after;
+      i += disturbance->skipped;
+    }
+    const OnlineSegmenter::Result result =
+        Process(*segmenter, next_index++, Resized(TheDrive().images[i], size, cv::INTER_AREA));
+    if (i >= kScoredFrom) {
+      EXPECT_TRUE(result.record.learnt) << result.record.reason;
+      scores.Add(result.map, Resized(TheDrive().masks[i], size, cv::INTER_NEAREST));
+    }
+  }
+  return scores.Auc();
+}
+
+}  // namespace egosieve::vision

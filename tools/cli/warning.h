@@ -1,0 +1,20 @@
+// What a command has to say although it goes on: one line on stderr.
+#ifndef EGOSIEVE_TOOLS_CLI_WARNING_H_
+#define EGOSIEVE_TOOLS_CLI_WARNING_H_
+
+#include <iostream>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "tools/cli/exit_code.h"
+
+namespace egosieve::tools {
+
+// Nothing where the message is empty.
+inline void Warn(absl::string_view message) {
+  if (!message.empty()) std::cerr << ErrorLine(absl::StrCat("warning: ", message)) << "\n";
+}
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_CLI_WARNING_H_

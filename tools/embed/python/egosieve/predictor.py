@@ -1,0 +1,165 @@
+"""Predictions of a model or of a posterior that was made from one."""
+
+import functools
+
+import numpy as np
+
+from . import arguments
+
+
+class _OnlyWithLabels:
+    """A method that is there unless the model holds a y outside [-1, 1], as scikit-learn's available_if."""
+
+    def __init__(self, method):
+        self._method = method
+        self.__doc__ = method.__doc__
+
+    def __get__(self, owner, kind=None):
+        if owner is None:
+            return self._method
+        if not owner._are_labels():
+            raise AttributeError(f"{self._method.__name__} needs every y in [-1, 1]")
+        return functools.partial(self._method, owner)
+
+
+class Predictor:
+    """Predictions of a model or of a frozen posterior; `_core` computes, `_offset` and `_scale` undo the
+    normalisation of y."""
+
+    def predict(self, X, return_std=False, return_var=False, of_observation=False):
+        """Mean of f at the rows of X, and on request its deviation or variance.
+
+        Parameters
+        ----------
+        X : array of shape (n_queries, n_features)
+            float32 rows that lie packed are read in place; strides, float64 and other numbers are converted
+            in pieces.
+        return_std, return_var : bool
+            Also return the standard deviation, or the variance, of f.
+        of_observation : bool
+            Those of an observation y instead of f: the noise is added.
+
+        Returns
+        -------
+        mean : array of shape (n_queries,), float32 where X is, else float64
+            Values are computed in float32 on a device; see GaussianProcess for the error.
+        std or variance : array of shape (n_queries,), only if asked for
+        """
+        core, count = self._fitted()
+        X = arguments.features(self, arguments.matrix("X", X), count)
+        mean = np.empty(len(X), dtype=X.dtype)
+        variance = np.empty(len(X), dtype=X.dtype) if return_std or return_var else None
+        core.predict(X, mean=mean, variance=variance, of_observation=of_observation)
+        return self._denormalized(mean, variance, return_std, return_var)
+
+    def predict_grid(
+        self, x0, y0, dx, dy, rows, columns, return_std=False, return_var=False, of_observation=False, out=None
+    ):
+        """Mean of f on a regular grid in the plane, for models of two features.
+
+        Element (r, c) of the results is at (x0 + c dx, y0 + r dy). The points need no memory, so that a grid of
+        a million is as easy as one.
+
+        Parameters
+        ----------
+        x0, y0, dx, dy : float
+            First point and steps.
+        rows, columns : int
+            Shape of the results.
+        return_std, return_var, of_observation : bool
+            As in predict.
+        out : array of shape (rows, columns), float32 or float64, optional
+            Where the mean goes, in any strides.
+
+        Returns
+        -------
+        mean : array of shape (rows, columns), float32 unless `out` is given
+        std or variance : array of shape (rows, columns), only if asked for
+        """
+        core, _ = self._fitted()
+        mean = np.empty((rows, columns), dtype=np.float32) if out is None else out
+        variance = np.empty((rows, columns), dtype=mean.dtype) if return_std or return_var else None
+        core.predict_grid(
+            float(x0), float(y0), float(dx), float(dy), rows, columns,
+            mean=mean, variance=variance, of_observation=of_observation,
+        )  # fmt: skip
+        return self._denormalized(mean, variance, return_std, return_var)
+
+    def predict_image(self, image, stride=1, order="bgr", return_std=False):
+        """Mean of f over an image, for models of six features (see GaussianProcess.describe_pixels).
+
+        Parameters
+        ----------
+        image : array of uint8, (height, width) or (height, width, 3)
+        stride : int
+            Pixels between the places that are asked for; the image's border is always among them.
+        order : "bgr" or "rgb"
+        return_std : bool
+            Also return the standard deviation of f.
+
+        Returns
+        -------
+        mean : float32 array of shape (ceil((height - 1) / stride) + 1, ceil((width - 1) / stride) + 1)
+        std : array of that shape, only if asked for
+        """
+        core, _ = self._fitted()
+        image = np.asarray(image)
+        if image.ndim < 2 or stride < 1:
+            raise ValueError("image must be height x width (x 3), and stride at least 1")
+        shape = tuple(-(-(side - 1) // stride) + 1 for side in image.shape[:2])
+        mean = np.empty(shape, dtype=np.float32)
+        variance = np.empty(shape, dtype=np.float32) if return_std else None
+        core.predict_image(image, stride, order, mean=mean, variance=variance)
+        return self._denormalized(mean, variance, return_std, False)
+
+    @_OnlyWithLabels
+    def predict_proba(self, X):
+        """Probabilities of the classes y = -1 and y = +1 at the rows of X.
+
+        Probabilistic least squares: Phi((a mean + b) / sqrt(1 + a^2 variance)), where a and b are fitted by
+        leave-one-out likelihood the first time after a change of the model. Only there where every y lies in
+        [-1, 1] and normalize_y is false.
+
+        Returns
+        -------
+        probabilities : array of shape (n_queries, 2), columns for -1 and +1
+        """
+        core, count = self._fitted()
+        X = arguments.features(self, arguments.matrix("X", X), count)
+        self._calibrate()
+        probabilities = np.empty((len(X), 2), dtype=X.dtype)
+        core.predict(X, probability=probabilities[:, 1])
+        np.subtract(1, probabilities[:, 1], out=probabilities[:, 0])
+        return probabilities
+
+    def _denormalized(self, mean, variance, return_std, return_var):
+        if self._scale != 1.0 or self._offset != 0.0:
+            mean *= self._scale
+            mean += self._offset
+        if variance is None:
+            return mean
+        if self._scale != 1.0:
+            variance *= self._scale**2
+        if return_std and return_var:
+            return mean, np.sqrt(variance), variance
+        return mean, (np.sqrt(variance, out=variance) if return_std else variance)
+
+
+class FrozenPosterior(Predictor):
+    """What a model believed at one moment: made by GaussianProcess.freeze, never changes.
+
+    Any number of threads may predict while the model that made it goes on learning.
+    """
+
+    def __init__(self, core, n_features, offset, scale, labels):
+        self._core, self._n_features = core, n_features
+        self._offset, self._scale, self._labels = offset, scale, labels
+
+    def _fitted(self):
+        return self._core, self._n_features
+
+    def _are_labels(self):
+        return self._labels
+
+    def _calibrate(self):
+        pass  # as the model was when this was made

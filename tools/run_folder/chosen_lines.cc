@@ -1,0 +1,74 @@
+#include "tools/run_folder/chosen_lines.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+
+namespace egosieve::tools {
+namespace {
+
+bool HasMap(const FrameLine& line) { return line.has_map(); }
+
+bool LacksMap(const FrameLine& line) {
+  return !line.has_map() && line.outcome != FrameLine::Outcome::kFailed;
+}
+
+// What makes the maps that are missing.
+std::string Remedy(const RunFolder& folder, const RunDescription& description) {
+  if (!description.maps_from.empty()) {
+    return absl::StrCat("egosieve infer ", description.maps_from, " --out=", folder.path());
+  }
+  return absl::StrCat("egosieve infer ", folder.path());
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<FrameLine>> ChooseLines(const RunFolder& folder,
+                                                   const FrameRange& range) {
+  EGOSIEVE_RETURN_IF_ERROR(range.Validate());
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder.ReadLines());
+  if (lines.empty()) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the run in ", folder.path(),
+                     " has no frame yet; go on with it: egosieve segment --resume"));
+  }
+  std::vector<FrameLine> chosen;
+  std::copy_if(lines.begin(), lines.end(), std::back_inserter(chosen),
+               [&](const FrameLine& line) { return range.Contains(line.index); });
+  if (chosen.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat("the run in ", folder.path(), " has frames ",
+                                                   lines.front().index, " to ", lines.back().index,
+                                                   "; choose --from and --to among them"));
+  }
+  return chosen;
+}
+
+absl::Status CheckMaps(const RunFolder& folder, const RunDescription& description,
+                       absl::Span<const FrameLine> lines) {
+  if (std::any_of(lines.begin(), lines.end(), HasMap)) return absl::OkStatus();
+  if (std::none_of(lines.begin(), lines.end(), LacksMap)) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "no frame of the run in ", folder.path(),
+        " that is asked for could be read: ", lines.front().reason, "; choose other frames"));
+  }
+  return absl::FailedPreconditionError(
+      absl::StrCat("the run in ", folder.path(),
+                   " has no maps of these frames yet; make them: ", Remedy(folder, description)));
+}
+
+absl::Status CheckMaps(const RunFolder& folder) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, ChooseLines(folder, FrameRange()));
+  return CheckMaps(folder, description, lines);
+}
+
+std::string DescribeMissingMaps(const RunFolder& folder, const RunDescription& description,
+                                absl::Span<const FrameLine> lines) {
+  const auto lacking = std::count_if(lines.begin(), lines.end(), LacksMap);
+  if (lacking == 0) return "";
+  return absl::StrCat(lacking, " of ", lines.size(), " frames have no map; ",
+                      Remedy(folder, description), " makes them");
+}
+
+}  // namespace egosieve::tools
