@@ -224,6 +224,12 @@ absl::StatusOr<bool> Soak(const Flags& flags, const std::shared_ptr<kernels::Con
   const size_t frames = drive.frames.size();
   const size_t begin = std::min<size_t>(2000, frames / 4),
                window = std::min<size_t>(500, frames / 4);
+  // What keeps no state cannot grow: its ratio is that of the machine's speed, then and now.
+  const auto stateless = [](const Json& snapshot) {
+    const Json& stages = snapshot["milliseconds_by_stage_median"];
+    return stages["decode"].get<double>() + stages["equalization"].get<double>() +
+           stages["features"].get<double>();
+  };
   const Json early = Snapshot(drive, begin, begin + window);
   const Json late = Snapshot(drive, frames - window, frames);
   const auto ratio = [&](const char* field) {
@@ -237,6 +243,7 @@ absl::StatusOr<bool> Soak(const Flags& flags, const std::shared_ptr<kernels::Con
                     {"seconds_ratio", ratio("seconds_per_frame_median")},
                     {"seconds_ratio_target", 1.1},
                     {"processor_seconds_ratio", ratio("processor_seconds_per_frame_median")},
+                    {"stateless_stages_ratio", stateless(late) / stateless(early)},
                     {"resident_ratio", ratio("resident_mebibytes")},
                     {"resident_ratio_target", 1.05},
                     {"maps_sound", drive.complaints.empty()},

@@ -80,6 +80,9 @@ std::string DescribeParseError(const CLI::App& app, const CLI::ParseError& error
       dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) {
     return absl::StrCat(message, "; ");
   }
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
+    return absl::StrCat(message.substr(0, message.find(':')), " takes one value; give it once; ");
+  }
   const absl::string_view kConversion = "Could not convert: ";
   if (absl::StartsWith(message, kConversion)) {
     const std::vector<std::string> parts =

@@ -22,6 +22,7 @@ struct FrameRange {
         ->check(AtLeast<int64_t>(0))
         ->type_name("FRAME");
     app.add_option("--to", to, "Index of the last frame; -1: the last of the drive")
+        ->check(AtLeast<int64_t>(-1))
         ->type_name("FRAME");
   }
 

@@ -113,6 +113,11 @@ class InferCommand : public Command {
     Work work;
     EGOSIEVE_ASSIGN_OR_RETURN(work.run, RunFolder::Open(directory_));
     EGOSIEVE_ASSIGN_OR_RETURN(work.description, work.run->ReadDescription());
+    if (!work.description.maps_from.empty()) {
+      return absl::FailedPreconditionError(
+          absl::StrCat(directory_, " holds maps alone; make more: egosieve infer ",
+                       work.description.maps_from, " --out=", directory_));
+    }
     EGOSIEVE_ASSIGN_OR_RETURN(work.run_from, NumberOf(work.description, "from"));
     EGOSIEVE_ASSIGN_OR_RETURN(work.checkpoint_every,
                               NumberOf(work.description, "checkpoint_every"));
@@ -122,6 +127,10 @@ class InferCommand : public Command {
           absl::StrCat("the run in ", directory_,
                        " has all its maps and kept no models to make others from; segment the "
                        "drive with --learn_only for that"));
+    }
+    if (!out_.empty() && AbsolutePath(out_) == AbsolutePath(directory_)) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "--out=", out_, " is the run itself; leave --out away to make its maps there"));
     }
     EGOSIEVE_ASSIGN_OR_RETURN(work.options, ReadInferenceOptions(work.description.flags));
     if (stride_ > 0 && stride_ != work.options.stride_pixels && out_.empty()) {

@@ -1,5 +1,6 @@
 #include "tools/reconstruct/reconstruct_command.h"
 
+#include <filesystem>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -30,15 +31,21 @@ absl::Status ReconstructFrame(kernels::Context& context, const RunFolder& folder
                               const RunDescription& description, const FrameLine& line,
                               const ClassThresholds& thresholds) {
   const kernels::ImageGrid grid = GridOf(line, description);
-  EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder.ReadGridMaps(line, description, true));
+  // Methods other than the process may have no deviation.
+  const bool with_deviation =
+      std::filesystem::exists(folder.FrameFile("grid", line.index, ".std.png"));
+  EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps,
+                            folder.ReadGridMaps(line, description, with_deviation));
   EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1f probability,
                             InterpolateMap(context, grid, maps.probability));
-  EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1f deviation,
-                            InterpolateMap(context, grid, maps.deviation));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string classes,
                             EncodePng(ClassifyMap(probability, thresholds)));
-  EGOSIEVE_RETURN_IF_ERROR(WriteMap(folder.FrameFile("full", line.index, ".std.png"), deviation,
-                                    description.deviation_full_scale));
+  if (with_deviation) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1f deviation,
+                              InterpolateMap(context, grid, maps.deviation));
+    EGOSIEVE_RETURN_IF_ERROR(WriteMap(folder.FrameFile("full", line.index, ".std.png"), deviation,
+                                      description.deviation_full_scale));
+  }
   EGOSIEVE_RETURN_IF_ERROR(
       WriteMap(folder.FrameFile("full", line.index, ".prob.png"), probability, 1.0));
   return WriteFileAtomically(folder.FrameFile("full", line.index, ".class.png"), classes);

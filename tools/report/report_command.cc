@@ -86,7 +86,14 @@ class ReportCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(content.lines, folder.ReadLines());
     const absl::StatusOr<std::string> evaluation = ReadFile(folder.File("eval.json"));
     if (evaluation.ok()) {
-      EGOSIEVE_ASSIGN_OR_RETURN(content.evaluation, EvaluationFromText(*evaluation));
+      absl::StatusOr<Evaluation> parsed = EvaluationFromText(*evaluation);
+      if (parsed.ok()) {
+        content.evaluation = *std::move(parsed);
+      } else {
+        Warn(absl::StrCat("the report has no evaluation: ", folder.File("eval.json"),
+                          " cannot be used: ", parsed.status().message(),
+                          "; run egosieve evaluate again"));
+      }
     }
     CatchInterruptions();
     EGOSIEVE_RETURN_IF_ERROR(AddPictures(folder, content));

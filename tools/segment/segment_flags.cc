@@ -123,7 +123,9 @@ void SegmentFlags::AddFlags(CLI::App& app) {
          "III to V; fast: every stage chosen for speed. Flags below override what the profile says")
       ->check(OneOf(NamesOf(Profiles())))
       ->type_name(absl::StrJoin(NamesOf(Profiles()), "|"));
-  app.add_option("--seed", seed_, "Of everything random")->type_name("NUMBER");
+  app.add_option("--seed", seed_, "Of everything random")
+      ->check(AtLeast<int64_t>(0))
+      ->type_name("NUMBER");
   app.add_option("--stride", stride_,
                  "Pixels between neighbouring grid pixels, at which the map is evaluated; 1: all")
       ->check(Between(1, 1000))

@@ -92,6 +92,13 @@ TEST(CommandLine, UsageErrorsNameTheFlagAndPointToHelp) {
   EXPECT_EQ(word.err,
             "egosieve: --seed: cannot read 'many' as its value; see egosieve sift --help\n");
 
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"sift", "--name="},
+                                                    {"sift", "--name=a", "--name=b"},
+                                                    {"sift", "--name"}}) {
+    EXPECT_EQ(Invoke(arguments).err,
+              "egosieve: --name takes one value; give it once; see egosieve sift --help\n");
+  }
+
   const Outcome extra = Invoke({"sift", "a.mp4"});
   EXPECT_EQ(extra.code, 2);
   EXPECT_THAT(extra.err, HasSubstr("unexpected argument 'a.mp4'"));

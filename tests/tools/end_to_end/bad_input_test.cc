@@ -245,6 +245,8 @@ TEST_F(BadInput, FlagsThatAreNone) {
   ExpectRefused(Segment(input_, {"--profile=best"}), 2, "'best' is none of default, paper");
   ExpectRefused(Segment(input_, {"--from=5", "--to=3"}), 2, "--to=3");
   ExpectRefused(Segment(input_, {"--from=99"}), 3, "has 2 frames");
+  ExpectRefused(Segment(input_, {"--to=-5"}), 2, "--to: -5 is less than -1");
+  ExpectRefused(Segment(input_, {"--seed=-3"}), 2, "--seed: -3 is less than 0");
   ExpectRefused(Segment(input_, {"--device=abacus"}), 2, "abacus");
   const ProgramOutcome no_out = RunProgram({"segment", input_});
   EXPECT_EQ(no_out.code, 2);

@@ -104,6 +104,9 @@ TEST(Method, ARivalHasARunFolderOfItsOwn) {
           .code,
       0);
   EXPECT_GE(Json::parse(*ReadFile(run + "/eval.json")).at("pooled_auc").get<double>(), 0.8);
+  EXPECT_EQ(RunProgram({"reconstruct", run, "--progress=none"}).code, 0);
+  EXPECT_TRUE(fs::exists(run + "/full/000002.prob.png"));
+  EXPECT_FALSE(fs::exists(run + "/full/000002.std.png"));
   const ProgramOutcome resumed = RunProgram(
       {"segment", root + "/frames", "--out=" + run, "--method=svm", "--resume", "--progress=none"});
   EXPECT_EQ(resumed.code, 2);

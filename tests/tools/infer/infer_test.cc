@@ -154,6 +154,7 @@ TEST_P(Infer, GoesOnWithAFolderThatItHasBegun) {
   EXPECT_EQ(description.frames_answered, kFrames - 1);
   EXPECT_EQ(description.frames_failed, 1);
   EXPECT_THAT(InferMaps({"--out=" + out}).out, HasSubstr("holds these maps already"));
+  EXPECT_THAT(RunProgram({"infer", out}).err, HasSubstr("holds maps alone; make more: "));
   const ProgramOutcome other = InferMaps({"--out=" + out, "--stride=4"});
   EXPECT_EQ(other.code, 2);
   EXPECT_THAT(other.err, HasSubstr("--stride is '8' there and '4' here"));
@@ -251,6 +252,7 @@ TEST_P(Infer, RefusesWhatItCannotDoInOneLine) {
     EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
   };
   expect({"infer", whole_}, 2, "has all its maps and kept no models");
+  expect({"infer", run_, "--out=" + run_ + "/"}, 2, "is the run itself");
   expect({"infer", run_, "--stride=2"}, 2, "--stride=2 is not the run's 8");
   expect({"infer", run_, "--out=" + whole_}, 2, "holds another run: the run with the models is");
   expect({"infer", run_, "--from=6"}, 2, "has frames 0 to 5; choose --from and --to among them");

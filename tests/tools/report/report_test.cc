@@ -167,6 +167,12 @@ TEST(ReportCommand, HasPicturesWhileTheInputIsThere) {
   EXPECT_EQ(pictures, 3u);
   EXPECT_THAT(page, HasSubstr("7 matches; 8 are needed"));
 
+  // What cannot be read costs its part of the page, and no more.
+  ASSERT_TRUE(WriteFileAtomically(run.folder.File("eval.json"), "{").ok());
+  ASSERT_TRUE(WriteFileAtomically(run.folder.FrameFile("grid", 5, ".prob.png"), "torn").ok());
+  EXPECT_EQ(RunCommandForTest(MakeReportCommand(), {run.folder.path(), "--pictures=3"}).code, 0);
+  EXPECT_THAT(*ReadFile(run.folder.File("report.html")), HasSubstr("pictures are missing: "));
+
   std::filesystem::remove_all(run.frames);
   EXPECT_EQ(RunCommandForTest(MakeReportCommand(), {run.folder.path()}).code, 0);
   EXPECT_THAT(*ReadFile(run.folder.File("report.html")), HasSubstr("no pictures: "));
