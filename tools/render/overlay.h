@@ -9,7 +9,6 @@
 #ifndef EGOSIEVE_TOOLS_RENDER_OVERLAY_H_
 #define EGOSIEVE_TOOLS_RENDER_OVERLAY_H_
 
-#include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>

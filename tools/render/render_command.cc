@@ -68,6 +68,7 @@ class RenderCommand : public Command {
                               OverlaySource::Open(device.context, folder, input_));
     CatchInterruptions();
     Progress progress("render", progress_, static_cast<int64_t>(lines.size()));
+    if (rate_hz_ == 0.0) rate_hz_ = FrameRate(lines);
     absl::Status status = absl::OkStatus();
     for (const FrameLine& line : lines) {
       status = RenderFrame(folder, line, overlays);
@@ -104,18 +105,17 @@ class RenderCommand : public Command {
           WriteFileAtomically(folder.FrameFile("render", line.index, ".png"), png));
     }
     if (video_) {
-      EGOSIEVE_RETURN_IF_ERROR(AppendToVideo(folder, picture, FrameRate(overlays.lines())));
+      EGOSIEVE_RETURN_IF_ERROR(AppendToVideo(folder, picture));
     }
     ++frames_;
     return absl::OkStatus();
   }
 
   // The first picture fixes the video's size; frames of another are left out of it.
-  absl::Status AppendToVideo(const RunFolder& folder, const cv::Mat3b& picture, double rate_hz) {
+  absl::Status AppendToVideo(const RunFolder& folder, const cv::Mat3b& picture) {
     if (!writer_) {
-      EGOSIEVE_ASSIGN_OR_RETURN(OverlayVideo writer,
-                                OverlayVideo::Open(folder.File("overlay"), picture.size(),
-                                                   rate_hz_ > 0.0 ? rate_hz_ : rate_hz));
+      EGOSIEVE_ASSIGN_OR_RETURN(OverlayVideo writer, OverlayVideo::Open(folder.File("overlay"),
+                                                                        picture.size(), rate_hz_));
       writer_ = std::move(writer);
       video_size_ = picture.size();
     }

@@ -17,7 +17,6 @@ absl::StatusOr<OverlaySource> OverlaySource::Open(std::shared_ptr<kernels::Conte
                                                   const std::string& input) {
   OverlaySource source(std::move(context), folder);
   EGOSIEVE_ASSIGN_OR_RETURN(source.description_, folder.ReadDescription());
-  EGOSIEVE_ASSIGN_OR_RETURN(source.lines_, folder.ReadLines());
   auto frames = vision::OpenFrameSource(input.empty() ? source.description_.input.path : input, {});
   if (!frames.ok()) {
     return absl::DataLossError(absl::StrCat(

@@ -2,8 +2,6 @@
 #ifndef EGOSIEVE_TOOLS_RENDER_RENDER_RUN_H_
 #define EGOSIEVE_TOOLS_RENDER_RENDER_RUN_H_
 
-#include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,9 +24,6 @@ class OverlaySource {
   static absl::StatusOr<OverlaySource> Open(std::shared_ptr<kernels::Context> context,
                                             const RunFolder& folder, const std::string& input);
 
-  const RunDescription& description() const { return description_; }
-  const std::vector<FrameLine>& lines() const { return lines_; }
-
   // The overlay of a frame that did not fail. DataLoss where the input's frame is gone, damaged or
   // of another size.
   absl::StatusOr<cv::Mat3b> Draw(const FrameLine& line, const OverlayOptions& options);
@@ -40,7 +35,6 @@ class OverlaySource {
   std::shared_ptr<kernels::Context> context_;
   RunFolder folder_;
   RunDescription description_;
-  std::vector<FrameLine> lines_;
   std::unique_ptr<vision::FrameSource> frames_;
 };
 

@@ -1,7 +1,5 @@
 #include "tools/run_folder/frame_line.h"
 
-#include <limits>
-
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "tools/run_folder/json_fields.h"

@@ -3,7 +3,6 @@
 #define EGOSIEVE_TOOLS_SEGMENT_METHOD_RUN_H_
 
 #include <functional>
-#include <string>
 
 #include "absl/status/statusor.h"
 #include "vision/frame/frame_source.h"
