@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -42,6 +43,7 @@ absl::StatusOr<RunDescription> DescriptionIn(const std::string& out) {
 
 // In the child: only calls that are safe after a fork.
 [[noreturn]] void Become(const char* program, char* const* arguments, int log) {
+  prctl(PR_SET_PDEATHSIG, SIGTERM);  // a batch that is killed takes its drives along
   const int nothing = open("/dev/null", O_RDONLY);
   dup2(nothing, STDIN_FILENO);
   dup2(log, STDOUT_FILENO);

@@ -1,15 +1,10 @@
 #include "tools/infer/map_book.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <chrono>
-#include <cstring>
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "tools/run_folder/folder_lock.h"
 #include "tools/segment/drive_writer.h"
 
 namespace egosieve::tools {
@@ -17,30 +12,6 @@ namespace {
 
 constexpr size_t kBatch = 500;  // maps
 constexpr char kLog[] = "frames.jsonl";
-
-// Held while it lives; the kernel lets go of it when the process ends, however it ends.
-class FolderLock {
- public:
-  static absl::StatusOr<FolderLock> Take(const std::string& path) {
-    const int descriptor = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (descriptor < 0 || flock(descriptor, LOCK_EX) != 0) {
-      const int error = errno;
-      if (descriptor >= 0) close(descriptor);
-      return absl::UnavailableError(absl::StrCat("cannot lock ", path, ": ", std::strerror(error),
-                                                 "; check that it is a folder you may read"));
-    }
-    return FolderLock(descriptor);
-  }
-  FolderLock(FolderLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-  FolderLock& operator=(FolderLock&&) = delete;
-  ~FolderLock() {
-    if (descriptor_ >= 0) close(descriptor_);
-  }
-
- private:
-  explicit FolderLock(int descriptor) : descriptor_(descriptor) {}
-  int descriptor_;
-};
 
 void SetMilliseconds(const std::string& stage, double value, FrameLine& line) {
   for (auto& [name, milliseconds] : line.milliseconds) {
@@ -59,7 +30,7 @@ absl::StatusOr<MapBook> MapBook::Open(const RunFolder& folder, const RunDescript
                                       const std::string& device) {
   MapBook book(folder, description, device);
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("grid")));
-  EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Take(folder.path()));
+  EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::TakeWhenFree(folder.path()));
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadLines());
   const size_t entered = lines.size();
   lines.insert(lines.end(), to_be_there.begin(), to_be_there.end());
@@ -112,7 +83,7 @@ absl::Status MapBook::Write(const vision::SegmentedFrame& frame) {
 
 absl::Status MapBook::Enter() {
   if (not_entered_.empty()) return absl::OkStatus();
-  EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Take(folder_.path()));
+  EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::TakeWhenFree(folder_.path()));
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder_.ReadLines());
   size_t next = 0;
   std::string text;

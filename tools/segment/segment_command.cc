@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -22,6 +25,7 @@
 #include "tools/cli/threads_flag.h"
 #include "tools/cli/version.h"
 #include "tools/cli/warning.h"
+#include "tools/run_folder/folder_lock.h"
 #include "tools/segment/drive_input.h"
 #include "tools/segment/drive_writer.h"
 #include "tools/segment/method_flag.h"
@@ -32,6 +36,8 @@
 
 namespace egosieve::tools {
 namespace {
+
+namespace fs = std::filesystem;
 
 // A header's count may be a guess: only a video that lacks more than this share was cut short.
 constexpr double kMissingShare = 0.1;
@@ -92,6 +98,7 @@ class SegmentCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(method_.CheckWith(resume_, every_ > 1 || learn_only_));
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(input_, range_.from));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<FolderLock> lock, LockFolder());
     if (method_.is_rival()) return SegmentByRival(input, device, options);
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<vision::OnlineSegmenter> segmenter,
                               vision::OnlineSegmenter::Create(device.context, options));
@@ -110,6 +117,15 @@ class SegmentCommand : public Command {
     std::optional<DriveWriter> writer;  // absent: the run is done
     int64_t first_frame = 0;
   };
+
+  // None where --out is no folder, which is an error of RunFolder's.
+  absl::StatusOr<std::optional<FolderLock>> LockFolder() const {
+    std::error_code error;
+    if (!fs::exists(directory_, error)) EGOSIEVE_RETURN_IF_ERROR(CreateFolder(directory_));
+    if (!fs::is_directory(directory_, error)) return std::nullopt;
+    EGOSIEVE_ASSIGN_OR_RETURN(FolderLock lock, FolderLock::Take(directory_));
+    return std::optional<FolderLock>(std::move(lock));
+  }
 
   // A new run folder, or where --resume finds one the state in which it was left.
   absl::StatusOr<Beginning> Begin(RunDescription description, DriveInput& input,

@@ -1,7 +1,9 @@
 // A list of drives: what is missing is done, what is there stays, one that fails stops no other.
 #include <signal.h>
+#include <unistd.h>
 
 #include <filesystem>
+#include <functional>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -11,6 +13,8 @@
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tests/tools/testing/run_comparison.h"
+#include "tools/batch/drive_job.h"
+#include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -41,6 +45,21 @@ class Batch : public testing::Test {
       absl::StrAppend(&text, text.size() > 1 ? ",\n" : "", entry);
     }
     ASSERT_TRUE(WriteFileAtomically(root_ + "/drives.json", text + "]").ok());
+  }
+
+  // Starts the batch and sends the signal as soon as the first drive has a line. Where it is over
+  // by then, nothing is lost.
+  int StartAndSend(int signal) const {
+    const pid_t batch =
+        StartProgram({"batch", root_ + "/drives.json"}, root_ + "/batch.out", root_ + "/batch.err");
+    const std::string log = root_ + "/out/a/frames.jsonl";
+    std::error_code error;
+    for (int wait = 0; wait < 60000 && (!fs::exists(log, error) || fs::file_size(log, error) == 0);
+         ++wait) {
+      usleep(1000);  // no longer than a minute: the program may have crashed
+    }
+    kill(batch, signal);
+    return WaitForProgram(batch);
   }
 
   ProgramOutcome RunBatch(int jobs = 1) const {
@@ -94,24 +113,57 @@ TEST_F(Batch, ABadManifestIsOneLineAndStartsNothing) {
   EXPECT_EQ(RunProgram({"batch", root_ + "/none.json"}).code, 3);
 }
 
-// Asked to stop as soon as the first drive has a line; where it is over by then, nothing is lost.
 TEST_F(Batch, AnInterruptedOneGoesOn) {
   WriteManifest({Entry("a", "a"), Entry("b", "b")});
-  const pid_t batch =
-      StartProgram({"batch", root_ + "/drives.json"}, root_ + "/batch.out", root_ + "/batch.err");
-  const std::string log = root_ + "/out/a/frames.jsonl";
-  std::error_code error;
-  for (int wait = 0; wait < 60000 && (!fs::exists(log, error) || fs::file_size(log, error) == 0);
-       ++wait) {
-    usleep(1000);  // no longer than a minute: the program may have crashed
-  }
-  kill(batch, SIGTERM);
-  const int code = WaitForProgram(batch);
+  const int code = StartAndSend(SIGTERM);
   const std::string table = *ReadFile(root_ + "/batch.out");
   ASSERT_TRUE(code == 130 || code == 0) << code << table;
   const ProgramOutcome again = RunBatch();
   EXPECT_EQ(again.code, 0) << again.out;
   EXPECT_THAT(again.out, ContainsRegex("/out/b +(was )?done +8 +0"));
+}
+
+TEST_F(Batch, AKilledOneGoesOn) {
+  WriteManifest({Entry("a", "a"), Entry("b", "b")});
+  const int code = StartAndSend(SIGKILL);
+  ASSERT_TRUE(code == 128 + SIGKILL || code == 0) << code;
+  ASSERT_TRUE(FolderLock::TakeWhenFree(root_ + "/out/a").ok());
+  const ProgramOutcome again = RunBatch();
+  EXPECT_EQ(again.code, 0) << again.out;
+  EXPECT_THAT(again.out, ContainsRegex("/out/a +(was )?done +8 +0"));
+  EXPECT_THAT(again.out, ContainsRegex("/out/b +(was )?done +8 +0"));
+}
+
+// Otherwise a drive would go on writing where the next batch begins. Its program is one that would
+// never end by itself.
+TEST_F(Batch, AKilledOneEndsItsDrives) {
+  const std::string program = root_ + "/endless", pid_path = root_ + "/pid";
+  ASSERT_TRUE(WriteFileAtomically(program, "#!/bin/sh\necho $$ > " + pid_path + ".tmp\nmv " +
+                                               pid_path + ".tmp " + pid_path +
+                                               "\nexec sleep 100000\n")
+                  .ok());
+  fs::permissions(program, fs::perms::owner_all);
+  const pid_t batch = fork();
+  if (batch == 0) {
+    const absl::StatusOr<DriveJob> job = DriveJob::Start(program, {"input", root_ + "/run", {}});
+    while (job.ok()) pause();
+    _exit(1);
+  }
+  const auto wait_until = [](const std::function<bool()>& condition) {
+    for (int i = 0; i < 60000 && !condition(); ++i) usleep(1000);
+    return condition();
+  };
+  ASSERT_TRUE(wait_until([&] { return fs::exists(pid_path); }));
+  const pid_t drive = static_cast<pid_t>(std::stoi(*ReadFile(pid_path)));
+  EXPECT_EQ(kill(drive, 0), 0);
+  kill(batch, SIGKILL);
+  WaitForProgram(batch);
+  // Gone, or dead and waiting for its new parent to notice.
+  EXPECT_TRUE(wait_until([&] {
+    const absl::StatusOr<std::string> stat = ReadFile(absl::StrCat("/proc/", drive, "/stat"));
+    return !stat.ok() || stat->find(") Z ") != std::string::npos;
+  }));
+  kill(drive, SIGKILL);
 }
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
 #include "tests/tools/testing/run_comparison.h"
+#include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -259,6 +260,18 @@ TEST_F(Resume, ADoneRunStaysAndALongerOneGoesOn) {
   EXPECT_THAT(again.out, HasSubstr("holds the whole run already"));
   EXPECT_EQ(RunProgram(Arguments(run_, {"--resume"})).code, 4);
   EXPECT_EQ(CompareRuns(whole_, run_), "");
+}
+
+// Two programs that write into one folder would mix their lines.
+TEST_F(Resume, OneProgramAtATime) {
+  const absl::StatusOr<FolderLock> lock = FolderLock::Take(whole_);
+  ASSERT_TRUE(lock.ok()) << lock.status();
+  for (const char* flag : {"--resume", "--overwrite", "--method=homography_flow"}) {
+    const ProgramOutcome outcome = RunProgram(Arguments(whole_, {flag}));
+    EXPECT_EQ(outcome.code, 2) << flag;
+    EXPECT_THAT(outcome.err, HasSubstr("another program is writing into " + whole_)) << flag;
+  }
+  EXPECT_EQ(RunFolder::Open(whole_)->ReadLines()->size(), static_cast<size_t>(kFrames));
 }
 
 // A limit on the size of files stands for a full disk.
