@@ -12,9 +12,9 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr int kFrames = 28;
-constexpr int kMiddle = 14;  // the disturbance comes before this frame
-constexpr int kScoredFrom = 20;
+constexpr int kFrames = 32;
+constexpr int kMiddle = 14;      // the disturbance comes before this frame
+constexpr int kScoredFrom = 24;  // a second to recover in
 
 struct Drive {
   std::vector<cv::Mat> images, masks;
@@ -99,6 +99,31 @@ cv::Mat Resized(const cv::Mat& image, cv::Size size, int interpolation) {
   return resized;
 }
 
+// The size holds from the beginning, a disturbance's from behind it.
+double Auc(DriveProfile profile, const Disturbance* disturbance, cv::Size size) {
+  const std::unique_ptr<OnlineSegmenter> segmenter = MakeSegmenter(profile);
+  Scores scores;
+  int64_t next_index = 0;
+  for (int i = 0; i < kFrames; ++i) {
+    if (disturbance != nullptr && i == kMiddle) {
+      for (int step = 0; step < disturbance->count; ++step) {
+        const OnlineSegmenter::Result result =
+            Process(*segmenter, next_index++, disturbance->frame(TheDrive().images[i - 1], step));
+        EXPECT_FALSE(disturbance->nothing_is_learnt && result.record.learnt) << step;
+      }
+      size = disturbance->size_after;
+      i += disturbance->skipped;
+    }
+    const OnlineSegmenter::Result result =
+        Process(*segmenter, next_index++, Resized(TheDrive().images[i], size, cv::INTER_AREA));
+    if (i >= kScoredFrom) {
+      EXPECT_TRUE(result.record.learnt) << result.record.reason;
+      scores.Add(result.map, Resized(TheDrive().masks[i], size, cv::INTER_NEAREST));
+    }
+  }
+  return scores.Auc();
+}
+
 }  // namespace
 
 cv::Mat WithNoise(const cv::Mat& image, double deviation, uint64_t seed) {
@@ -128,29 +153,10 @@ cv::Mat StandingAmongMovers(const cv::Mat& last, int step) {
   return WithNoise(crossed, 2.0, 500 + step);
 }
 
-double AucOfTheEnd(DriveProfile profile, const Disturbance* disturbance) {
-  const std::unique_ptr<OnlineSegmenter> segmenter = MakeSegmenter(profile);
-  Scores scores;
-  int64_t next_index = 0;
-  cv::Size size;
-  for (int i = 0; i < kFrames; ++i) {
-    if (disturbance != nullptr && i == kMiddle) {
-      for (int step = 0; step < disturbance->count; ++step) {
-        const OnlineSegmenter::Result result =
-            Process(*segmenter, next_index++, disturbance->frame(TheDrive().images[i - 1], step));
-        EXPECT_FALSE(disturbance->nothing_is_learnt && result.record.learnt) << step;
-      }
-      size = disturbance->size_after;
-      i += disturbance->skipped;
-    }
-    const OnlineSegmenter::Result result =
-        Process(*segmenter, next_index++, Resized(TheDrive().images[i], size, cv::INTER_AREA));
-    if (i >= kScoredFrom) {
-      EXPECT_TRUE(result.record.learnt) << result.record.reason;
-      scores.Add(result.map, Resized(TheDrive().masks[i], size, cv::INTER_NEAREST));
-    }
-  }
-  return scores.Auc();
+double AucOfTheEnd(DriveProfile profile, const Disturbance& disturbance) {
+  return Auc(profile, &disturbance, cv::Size());
 }
+
+double UndisturbedAuc(DriveProfile profile, cv::Size size) { return Auc(profile, nullptr, size); }
 
 }  // namespace egosieve::vision

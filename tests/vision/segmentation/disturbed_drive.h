@@ -28,7 +28,9 @@ enum class DriveProfile { kDefault, kFast };
 // Area under the ROC curve of all pixels of the scored frames. Expects that every frame has a map
 // of its size, and a reason where nothing was learnt from it; and that the scored frames are learnt
 // from.
-double AucOfTheEnd(DriveProfile profile, const Disturbance* disturbance);
+double AucOfTheEnd(DriveProfile profile, const Disturbance& disturbance);
+// Of the drive without any, all of it of that size; empty: its own.
+double UndisturbedAuc(DriveProfile profile, cv::Size size = {});
 
 // `image` with noise of that deviation, in grey levels.
 cv::Mat WithNoise(const cv::Mat& image, double deviation, uint64_t seed);
