@@ -17,9 +17,9 @@ constexpr double kSeenOnRoad = 1.0, kSeenOffRoad = 3.0;  // of the pictures' log
 constexpr int kRoadBelow = 2;                            // points of road that show a foot
 constexpr size_t kMostMissed = 2;                        // bad places within a stretch
 constexpr size_t kMostBetween = 4;                       // places between the road and the stretch
-constexpr int kFewestAlike = 2;          // places of a stretch that are seen not to be road
-constexpr double kMostRise = 2.5;        // of the camera's height, above it: taller is no vehicle
-constexpr double kCarRise = 0.3;         // the same, of a car's roof
+constexpr int kFewestAlike = 2;    // places of a stretch that are seen not to be road
+constexpr double kMostRise = 2.5;  // of the camera's height, above it: taller is no vehicle
+constexpr double kCarRise = 0.3, kVanRise = 0.5;  // the same, of their roofs
 constexpr double kLeastFootFall = 0.02;  // of A_y below the horizon: 70 m for a camera on a car
 constexpr double kHorizonError = 0.003;  // of A_y
 constexpr double kMostLogRatio = 6.0;
@@ -155,9 +155,9 @@ class Column {
     // A blank wall or sky behind may seem to go on; it is no part of what has a foot.
     while (!stretch.empty() && !At(stretch.back()).is_textured) stretch.pop_back();
     if (stretch.empty()) return behind;
-    // What seems far is alike to what is far and rises behind it.
     const double fall = road_.Fall(At(foot).ray);
     const bool is_tall = Rise(stretch.back()) > kMostRise * fall;
+    // What seems far is alike to what is far and rises behind it.
     while (is_tall && !stretch.empty() && Rise(stretch.back()) > kCarRise * fall) {
       stretch.pop_back();
     }
@@ -175,7 +175,10 @@ class Column {
       const double own = At(k).value;
       if (std::abs(own - value) < std::abs(own - road_.At(At(k).ray))) stretch.push_back(k);
     }
-    for (const size_t k : stretch) ratios_[column_[k]] = ratios;
+    for (const size_t k : stretch) {
+      ratios_[column_[k]] = ratios;
+      if (Rise(k) > kVanRise * fall) ratios_[column_[k]].sunk = 0.0;
+    }
     return behind;
   }
 

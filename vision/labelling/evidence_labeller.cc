@@ -8,6 +8,9 @@
 namespace egosieve::vision {
 namespace {
 
+constexpr int kSupportRadius = 2;  // nodes
+constexpr double kSupportShare = 0.45;
+
 // Ids of the two trackers side by side.
 int64_t GridId(int64_t id) { return id < 0 ? id : 2 * id; }
 int64_t FeatureId(int64_t id) { return id < 0 ? id : 2 * id + 1; }
@@ -103,6 +106,21 @@ absl::Status EvidenceLabeller::AdvanceFeatures(const ExtractedFrame& before,
   return features_.Advance(state_.picture + 1, *frame.features(), pairs.matches);
 }
 
+bool EvidenceLabeller::IsSupported(size_t n, int gap) const {
+  const int columns = grid_.state().nodes.width, rows = grid_.state().nodes.height;
+  const int row = static_cast<int>(n) / columns, column = static_cast<int>(n) % columns;
+  int nodes = 0, followed = 0;
+  for (int y = std::max(0, row - kSupportRadius); y <= std::min(rows - 1, row + kSupportRadius);
+       ++y) {
+    for (int x = std::max(0, column - kSupportRadius);
+         x <= std::min(columns - 1, column + kSupportRadius); ++x) {
+      ++nodes;
+      followed += grid_.tracks()[static_cast<size_t>(y) * columns + x].Reaches(gap) ? 1 : 0;
+    }
+  }
+  return followed >= kSupportShare * nodes;
+}
+
 std::vector<TrackedPoint> EvidenceLabeller::Points(int gap) const {
   std::vector<TrackedPoint> points;
   for (size_t n = 0; n < grid_.tracks().size(); ++n) {
@@ -113,6 +131,7 @@ std::vector<TrackedPoint> EvidenceLabeller::Points(int gap) const {
     point.evidence.track_id = GridId(track.id);
     point.evidence.parent_id = GridId(track.parent_id);
     point.is_textured = is_textured_[n] != 0;
+    point.is_supported = IsSupported(n, gap);
     point.evidence.estimates = point.is_textured;
     points.push_back(point);
   }

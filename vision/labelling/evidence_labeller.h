@@ -40,6 +40,7 @@ struct EvidenceLabellerState {
 struct TrackedPoint {
   EvidencePoint evidence;
   bool is_textured = true;
+  bool is_supported = true;  // most places around it could be followed as well
 };
 
 class EvidenceLabeller {
@@ -81,6 +82,8 @@ class EvidenceLabeller {
   EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid, FeatureTracker features,
                    EvidenceAccumulator accumulator);
 
+  // Whether flow holds around node n of the grid: a lone place that passes every check is a chance.
+  bool IsSupported(size_t n, int gap) const;
   absl::Status AdvanceGrid(cv::Size size, const FramePairs& pairs);
   absl::Status AdvanceFeatures(const ExtractedFrame& before, const ExtractedFrame& frame,
                                const FramePairs& pairs);

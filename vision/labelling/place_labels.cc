@@ -81,7 +81,8 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
   for (size_t i = 0; i < points.size(); ++i) {
     const PointEvidence& point = evidence.points[i];
     const cv::Point2f now = points[i].evidence.now, then = points[i].evidence.before;
-    if (!point.judged || point.own_car || !IsInside(now.x, now.y, frame.grey.size())) {
+    if (!point.judged || !points[i].is_supported || point.own_car ||
+        !IsInside(now.x, now.y, frame.grey.size())) {
       ++result.discarded_count;
       continue;
     }
