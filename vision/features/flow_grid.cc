@@ -160,6 +160,10 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
       const bool textured = patch.deviation >= options.texture_levels;
       const bool agrees = textured && patch.correlation >= options.agreement;
       grid.textured_count += textured;
+      if (textured) {
+        grid.textured.emplace_back(static_cast<float>(x), static_cast<float>(y));
+        grid.agrees.push_back(0);
+      }
       const cv::Point2f f = there.at<cv::Point2f>(y, x);
       const cv::Point2f moved(x + f.x, y + f.y);
       const bool inside = moved.x >= 0 && moved.y >= 0 && moved.x <= there.cols - 1 &&
@@ -172,6 +176,7 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
       grid.pairs.push_back(anchor_second ? PointPair{pair.x2, pair.y2, pair.x1, pair.y1} : pair);
       grid.is_textured.push_back(textured ? 1 : 0);
       grid.agreeing_count += agrees;
+      if (agrees) grid.agrees.back() = 1;
     }
   }
   return grid;

@@ -58,9 +58,12 @@ absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second
 struct TrackedGrid {
   std::vector<PointPair> pairs;      // row by row of the grid
   std::vector<uint8_t> is_textured;  // one a pair
-  int64_t point_count = 0;           // of the grid
-  int64_t textured_count = 0;        // of the grid, kept or not
-  int64_t agreeing_count = 0;        // kept, textured and agreeing
+  // The grid's textured points, kept or not, and which of them agree and are kept.
+  std::vector<cv::Point2f> textured;
+  std::vector<uint8_t> agrees;
+  int64_t point_count = 0;     // of the grid
+  int64_t textured_count = 0;  // = textured.size()
+  int64_t agreeing_count = 0;  // of these, those that agree and are kept
 };
 
 // The grid lies in the second image (`anchor_second`) or in the first; there its points are whole

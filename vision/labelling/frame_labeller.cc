@@ -198,13 +198,11 @@ bool FrameLabeller::Implementation::IsEnough(const FramePairs& pairs, LabelledFr
     return false;
   }
   const bool enough = pairs.match_count >= options_.minimum_matches;
-  if (enough && ShowOneScene(pairs)) return true;
+  if (enough && pairs.scene.IsOneScene()) return true;
+  const SceneAgreement::Areas areas = pairs.scene.CountAreas();
   SetOutcome(LabelOutcome::kTooFewMatches,
-             enough ? absl::StrFormat(
-                          "another scene: %d of %d textured points and %d of %d features agree "
-                          "with the frame before, as by chance",
-                          pairs.flow_count, pairs.textured_count, pairs.agreeing_count,
-                          pairs.described_count)
+             enough ? absl::StrFormat("another scene: %d of %d areas agree with the frame before",
+                                      areas.holding, areas.judged)
                     : absl::StrFormat("only %d of %d features have a match", pairs.match_count,
                                       pairs.feature_count),
              result);

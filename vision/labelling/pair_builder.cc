@@ -18,8 +18,6 @@ constexpr double kFlowSuffices = 0.35;
 // Of the features, those that must agree with their neighbours for the windows to be in the right
 // place; elsewhere 0.006 do.
 constexpr double kWindowsSuffice = 0.05;
-constexpr double kOneSceneFlow = 0.25, kOneSceneMatches = 0.03;
-constexpr int64_t kOneSceneFewest = 8;  // matches: fewer say nothing
 
 // Flow between the two frames, and how far it can be relied on.
 struct GridFlow {
@@ -102,8 +100,11 @@ absl::Status AddFeatureMatches(const ExtractedFrame& first, const ExtractedFrame
   }
   pairs.feature_count += b.size();
   pairs.match_count += static_cast<int64_t>(found.matches.size());
-  pairs.described_count = std::min(a.size(), b.size());
-  pairs.agreeing_count = found.agreeing_count;
+  std::vector<uint8_t> agrees(b.size(), 0);
+  for (size_t i = 0; i < found.matches.size(); ++i) {
+    agrees[found.matches[i].second] = found.agrees[i];
+  }
+  for (int64_t i = 0; i < b.size(); ++i) pairs.scene.AddFeature(b.positions[i], agrees[i] != 0);
   pairs.matching_milliseconds += watch.LapMilliseconds();
   return absl::OkStatus();
 }
@@ -130,8 +131,9 @@ absl::StatusOr<GridFlow> AddFlowGrid(const ExtractedFrame& first, const Extracte
   pairs.link_is_textured = std::move(tracked.is_textured);
   pairs.feature_count += tracked.textured_count;
   pairs.match_count += tracked.agreeing_count;
-  pairs.textured_count = tracked.textured_count;
-  pairs.flow_count = tracked.agreeing_count;
+  for (size_t i = 0; i < tracked.textured.size(); ++i) {
+    pairs.scene.AddFlow(tracked.textured[i], tracked.agrees[i] != 0);
+  }
   pairs.matching_milliseconds += watch.LapMilliseconds();
   flow.share = Share(tracked.agreeing_count, tracked.textured_count);
   return flow;
@@ -139,16 +141,11 @@ absl::StatusOr<GridFlow> AddFlowGrid(const ExtractedFrame& first, const Extracte
 
 }  // namespace
 
-bool ShowOneScene(const FramePairs& pairs) {
-  return Share(pairs.flow_count, pairs.textured_count) >= kOneSceneFlow ||
-         (pairs.agreeing_count >= kOneSceneFewest &&
-          Share(pairs.agreeing_count, pairs.described_count) >= kOneSceneMatches);
-}
-
 absl::StatusOr<FramePairs> BuildPairs(const ExtractedFrame& first, const ExtractedFrame& second,
                                       const MotionField& motion, int pictures,
                                       const FrameLabellerOptions& options) {
   FramePairs pairs;
+  pairs.scene = SceneAgreement(second.grey.size());
   Stopwatch watch;
   GridFlow flow;
   if (options.features != FeatureSource::kSiftCorners) {

@@ -11,6 +11,7 @@
 #include "vision/labelling/frame_labeller.h"
 #include "vision/matching/feature_matcher.h"
 #include "vision/matching/motion_field.h"
+#include "vision/matching/scene_agreement.h"
 
 namespace egosieve::vision {
 
@@ -24,21 +25,11 @@ struct FramePairs {
   std::vector<Match> matches;
   int64_t feature_count = 0;  // features and textured grid points of the second frame
   int64_t match_count = 0;    // of these, those found again in the other frame
-  // The same by source, for the flow's grid and for features; of these only those found again that
-  // move as their neighbours do.
-  int64_t textured_count = 0, flow_count = 0;
-  int64_t described_count = 0, agreeing_count = 0;
+  SceneAgreement scene;
   // Features of the second frame, whenever they were computed, and dense flow; then, search among
   // descriptors and the checks of matches and flow.
   double features_milliseconds = 0.0, matching_milliseconds = 0.0;
 };
-
-// Whether the two frames show one scene. Chance agrees, too: flow between unrelated pictures, the
-// smoother the better, at up to 0.17 of the texture, and matches, of which chance makes 0.01 to
-// 0.07 of the features, with their neighbours at 0.002. Frames that follow each other, at speed in
-// a narrow street, had 0.43 and 0.15 at least. One of the two suffices: smooth pictures have few
-// features, and flow is lost where things move far.
-bool ShowOneScene(const FramePairs& pairs);
 
 // Frames of one size, `pictures` apart. Features are looked for where the flow between the frames
 // leads, where it does not hold where the motion before leads (empty: not known), and else, or

@@ -57,7 +57,6 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Default() {
   options.labeller.frame_gap = 0;
   options.learner.new_point_density.radius = 0.05;
   options.learner.model_density.radius = 0.035;
-  options.learner.arrival_share = 0.75;
   options.learner.budget.budget = kDefaultBudget;
   options.learner.model.sparse.inducing_points = kInducingPoints;
   return options;
