@@ -144,6 +144,15 @@ void SegmentFlags::AddFlags(CLI::App& app) {
   app.add_option("--budget", budget_, "Points that the model holds at most")
       ->check(Between(int64_t{0}, int64_t{20000}))
       ->type_name("POINTS");
+  app.add_option("--density", density_,
+                 "Distance between descriptors below which points of one class are thinned; in "
+                 "the model 0.7 of it; 0: none are")
+      ->check(Between(0.0, 1.0))
+      ->type_name("DISTANCE");
+  app.add_option("--arrival_share", arrival_share_,
+                 "The most points that one frame brings, as a share of the budget")
+      ->check(Between(0.01, 1.0))
+      ->type_name("SHARE");
   app.add_option("--frame_gap", frame_gap_,
                  "Frames between the two of a pair; auto: by the parallax that is seen. Every "
                  "frame has its map")
@@ -184,6 +193,8 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   Override(stride_, options.stride_pixels);
   Override(window_, options.descriptor.window_pixels);
   Override(budget_, options.learner.budget.budget);
+  if (density_) options.learner.SetDensity(*density_);
+  Override(arrival_share_, options.learner.arrival_share);
   Override(model_, ModelWords(), options.learner.model.kind);
   Override(inducing_points_, options.learner.model.sparse.inducing_points);
   if (frame_gap_ == kAutomatic) {
@@ -217,6 +228,8 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
                               ? absl::StrCat(learner.model.sparse.inducing_points)
                               : "none"},
       {"budget", absl::StrCat(learner.budget.budget)},
+      {"density", absl::StrCat(learner.new_point_density.radius)},
+      {"arrival_share", absl::StrCat(learner.arrival_share)},
       {"frame_gap",
        labeller.frame_gap == kAutomaticGap ? kAutomatic : absl::StrCat(labeller.frame_gap)},
       {"feature_count", absl::StrCat(labeller.feature_count)},

@@ -31,6 +31,8 @@ class SegmentFlags {
   std::optional<int> window_;
   std::optional<std::string> model_;
   std::optional<int64_t> budget_;
+  std::optional<double> density_;
+  std::optional<double> arrival_share_;
   std::optional<int64_t> inducing_points_;
   std::optional<std::string> frame_gap_;
   std::optional<int> feature_count_;

@@ -40,7 +40,7 @@ struct EvidenceLabellerState {
 struct TrackedPoint {
   EvidencePoint evidence;
   bool is_textured = true;
-  bool is_supported = true;  // most places around it could be followed as well
+  bool is_supported = true;  // enough places around it could be followed as well
 };
 
 class EvidenceLabeller {
@@ -82,7 +82,7 @@ class EvidenceLabeller {
   EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid, FeatureTracker features,
                    EvidenceAccumulator accumulator);
 
-  // Whether flow holds around node n of the grid: a lone place that passes every check is a chance.
+  // Whether flow holds around node n of the grid.
   bool IsSupported(size_t n, int gap) const;
   absl::Status AdvanceGrid(cv::Size size, const FramePairs& pairs);
   absl::Status AdvanceFeatures(const ExtractedFrame& before, const ExtractedFrame& frame,

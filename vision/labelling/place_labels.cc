@@ -78,10 +78,12 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
                      const MotionModel& model, const EvidenceResult& evidence,
                      LabelledFrame& result) {
   result.noise_pixels = evidence.noise_pixels;
+  // A line checks one direction of two: a lone place may pass by chance.
+  const bool needs_support = model.kind == MotionModelKind::kFundamental;
   for (size_t i = 0; i < points.size(); ++i) {
     const PointEvidence& point = evidence.points[i];
     const cv::Point2f now = points[i].evidence.now, then = points[i].evidence.before;
-    if (!point.judged || !points[i].is_supported || point.own_car ||
+    if (!point.judged || point.own_car || (needs_support && !points[i].is_supported) ||
         !IsInside(now.x, now.y, frame.grey.size())) {
       ++result.discarded_count;
       continue;

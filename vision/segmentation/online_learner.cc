@@ -82,6 +82,11 @@ std::vector<double> RandomRanks(size_t count, uint64_t seed, int64_t frame_index
 
 }  // namespace
 
+void OnlineLearnerOptions::SetDensity(double radius) {
+  new_point_density.radius = radius;
+  model_density.radius = 0.7 * radius;
+}
+
 absl::Status OnlineLearnerOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(model.Validate());
   EGOSIEVE_RETURN_IF_ERROR(budget.Validate());

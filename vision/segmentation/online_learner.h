@@ -58,6 +58,8 @@ struct OnlineLearnerOptions {
   bool calibrates_to_frame = true;
   uint64_t seed = 1;
 
+  // Of step 1, and 0.7 of it of step 4.
+  void SetDensity(double radius);
   absl::Status Validate() const;
 };
 

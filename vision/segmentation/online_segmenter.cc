@@ -20,6 +20,8 @@ namespace {
 // camera.
 constexpr int64_t kDefaultBudget = 1500;
 constexpr int64_t kPaperBudget = 4000;
+// By tune_defaults --grid='density=0.05,0.08'.
+constexpr double kDefaultDensity = 0.05;
 // By segment --model=sparse --inducing_points=N and evaluate, on 40 frames of each of the four
 // DAVIS drives: 128 and more cost at most 0.003 mean AUC a drive, 64 cost up to 0.005.
 constexpr int64_t kInducingPoints = 256;
@@ -55,8 +57,7 @@ void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
 OnlineSegmenterOptions OnlineSegmenterOptions::Default() {
   OnlineSegmenterOptions options;
   options.labeller.frame_gap = 0;
-  options.learner.new_point_density.radius = 0.05;
-  options.learner.model_density.radius = 0.035;
+  options.learner.SetDensity(kDefaultDensity);
   options.learner.budget.budget = kDefaultBudget;
   options.learner.model.sparse.inducing_points = kInducingPoints;
   return options;
