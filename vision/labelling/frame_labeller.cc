@@ -173,7 +173,10 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
   } else if (history_.empty() ||
              (!gathers_ && static_cast<int>(history_.size()) < options_.frame_gap)) {
     SetOutcome(LabelOutcome::kNoPair,
-               absl::StrCat("no frame ", options_.frame_gap, " before this one"), result);
+               options_.frame_gap > 1
+                   ? absl::StrCat("fewer than ", options_.frame_gap, " frames before this one")
+                   : "no frame before this one",
+               result);
   } else if (SamePixels(history_.back()->frame.image, frame->frame.image)) {
     SetOutcome(LabelOutcome::kDuplicateFrame, "the same picture as the frame before", result);
     if (gathers_) evidence_.Repeat(frame->frame.index);
@@ -274,7 +277,8 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   EGOSIEVE_RETURN_IF_ERROR(evidence_.Advance(before, frame, pairs));
   const int gap = Gap(evidence_.PicturesBefore());
   if (evidence_.PicturesBefore() < gap) {
-    SetOutcome(LabelOutcome::kNoPair, absl::StrCat("no frame ", gap, " before this one"), result);
+    SetOutcome(LabelOutcome::kNoPair, absl::StrCat("fewer than ", gap, " frames before this one"),
+               result);
     return absl::OkStatus();
   }
   result.first_index = evidence_.FrameIndexBefore(gap);
