@@ -108,8 +108,8 @@ class Stages {
     // The labeller tells the features' time with that of the pair that used them; without a pair
     // extraction is all there was.
     StageMilliseconds& milliseconds = item.result.record.milliseconds;
-    milliseconds.features = std::max(milliseconds.features,
-                                     item.extract_milliseconds - milliseconds.equalization);
+    milliseconds.features =
+        std::max(milliseconds.features, item.extract_milliseconds - milliseconds.equalization);
     summary_.unlearnt_frames += item.result.record.learnt ? 0 : 1;
     if (options_.record_steps) {
       EGOSIEVE_ASSIGN_OR_RETURN(item.result.step, segmenter_.TakeStep());
