@@ -16,6 +16,9 @@ namespace {
 constexpr double kLeastFall = 0.04;
 constexpr double kMostAcross = 0.15, kMostHorizon = 0.25;  // of a camera on a car
 constexpr double kSlopeChange = 0.03;                      // between frames: a jolt
+// Deviations by which a road is nearer than infinity. Flow stays at nought on a blank road, and on
+// the own car; a car ahead is as far.
+constexpr double kLeastNear = 3.0;
 constexpr int kSamples = 150;
 constexpr size_t kMostCandidates = 400, kFewestCandidates = 40;
 constexpr double kLeastSupport = 0.3, kMostBelow = 0.15;
@@ -40,7 +43,8 @@ std::vector<InverseDepth> Candidates(const std::vector<InverseDepth>& points,
   std::vector<InverseDepth> candidates;
   for (const InverseDepth& point : points) {
     const double fall = point.ray(1) - horizon;
-    if (point.valid && fall > kLeastFall && std::abs(point.ray(0)) < 0.15 + 1.5 * fall) {
+    if (point.valid && point.is_textured && point.value > kLeastNear * point.deviation &&
+        fall > kLeastFall && std::abs(point.ray(0)) < 0.15 + 1.5 * fall) {
       candidates.push_back(point);
     }
   }
