@@ -12,9 +12,9 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr int kFrames = 32;
-constexpr int kMiddle = 14;      // the disturbance comes before this frame
-constexpr int kScoredFrom = 24;  // a second to recover in
+constexpr int kFrames = 28;
+constexpr int kMiddle = 14;  // the disturbance comes before this frame
+constexpr int kScoredFrom = 20;
 
 struct Drive {
   std::vector<cv::Mat> images, masks;
