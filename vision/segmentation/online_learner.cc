@@ -11,29 +11,12 @@
 #include "gp/calibration/leave_one_out.h"
 #include "gp/selection/agreement_filter.h"
 #include "kernels/base/status_macros.h"
+#include "vision/segmentation/frame_calibration.h"
+#include "vision/segmentation/rows.h"
 #include "vision/segmentation/stage_timer.h"
 
 namespace egosieve::vision {
 namespace {
-
-template <typename T>
-std::vector<T> GatherRows(kernels::ConstMatrixView<T> matrix, absl::Span<const int64_t> rows) {
-  std::vector<T> gathered;
-  gathered.reserve(rows.size() * matrix.cols);
-  for (const int64_t row : rows) {
-    gathered.insert(gathered.end(), matrix.row(row), matrix.row(row) + matrix.cols);
-  }
-  return gathered;
-}
-
-std::vector<double> Gather(absl::Span<const double> values, absl::Span<const int64_t> rows) {
-  std::vector<double> gathered;
-  gathered.reserve(rows.size());
-  for (const int64_t row : rows) {
-    gathered.push_back(values[row]);
-  }
-  return gathered;
-}
 
 template <typename T>
 std::vector<double> LabelsFromTargets(const T& targets) {
@@ -54,20 +37,6 @@ std::vector<float> PredictionsFromMeans(const T& means) {
     predictions.push_back(static_cast<float>(0.5 * (mean + 1.0)));
   }
   return predictions;
-}
-
-// The rows of [0, count) that are not in `kept`, which increases.
-std::vector<int64_t> Complement(int64_t count, absl::Span<const int64_t> kept) {
-  std::vector<int64_t> rest;
-  size_t next = 0;
-  for (int64_t row = 0; row < count; ++row) {
-    if (next < kept.size() && kept[next] == row) {
-      ++next;
-    } else {
-      rest.push_back(row);
-    }
-  }
-  return rest;
 }
 
 // Which of equally old points goes first must not follow their order in the image.
@@ -312,43 +281,17 @@ absl::Status OnlineLearner::CalibrateToFrame(kernels::ConstMatrixView<float> inp
                                              absl::Span<const double> labels,
                                              absl::Span<const int64_t> taken, int64_t frame_index) {
   constexpr int64_t kFewestLeft = 100;
-  constexpr double kLeastShare = 0.002;
   std::vector<int64_t> sorted(taken.begin(), taken.end());
   std::sort(sorted.begin(), sorted.end());
   const std::vector<int64_t> left = Complement(inputs.rows, sorted);
   if (model_.size() < 2) return absl::OkStatus();
   if (static_cast<int64_t>(left.size()) < kFewestLeft) return Calibrate();
-  const std::vector<double> left_labels = Gather(labels, left);
-  std::vector<double> targets;
-  targets.reserve(left.size());
-  for (const double label : left_labels) targets.push_back(2.0 * label - 1.0);
-  std::vector<int64_t> rows;
-  for (const int64_t index :
-       gp::StratifiedSample(targets, options_.calibration_sample_size, 0.5,
-                            options_.seed + static_cast<uint64_t>(frame_index))) {
-    rows.push_back(left[index]);
-  }
-  const std::vector<float> queries = GatherRows(inputs, rows);
   EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const gp::Posterior> posterior,
                             model_.MakePosterior(squash_));
-  std::vector<float> mean(rows.size()), variance(rows.size());
-  kernels::PosteriorOutputs outputs;
-  outputs.mean = mean.data();
-  outputs.variance = variance.data();
-  EGOSIEVE_RETURN_IF_ERROR(
-      posterior
-          ->Evaluate(kernels::ConstMatrixView<float>(
-                         queries.data(), static_cast<int64_t>(rows.size()), inputs.cols),
-                     outputs)
-          .status());
-  const double sum = std::accumulate(labels.begin(), labels.end(), 0.0);
-  const double share =
-      std::clamp(sum / static_cast<double>(labels.size()), kLeastShare, 1.0 - kLeastShare);
-  EGOSIEVE_ASSIGN_OR_RETURN(const gp::SquashFit fit,
-                            gp::FitSquash(std::vector<double>(mean.begin(), mean.end()),
-                                          std::vector<double>(variance.begin(), variance.end()),
-                                          Gather(labels, rows), squash_, options_.squash, share));
-  squash_ = fit.parameters;
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      squash_,
+      FitSquashToFrame(*posterior, inputs, labels, left, options_.calibration_sample_size,
+                       options_.seed + static_cast<uint64_t>(frame_index), options_.squash));
   return absl::OkStatus();
 }
 

@@ -9,6 +9,8 @@
 //      remove        one removal of all that 3 to 5 name                            IV-D
 //   6. training      annealing at first, then a few gradient steps                  IV-B
 //   7. calibration   a, b by leave-one-out on a stratified sample                   IV-C
+//                    or, by default, at the frame's places that the model does not
+//                    hold; frame_calibration.h
 //
 // Steps 2 and 3 can be switched off: with clean labels they cost accuracy. Without step 3 nothing
 // has to be predicted by the grown model, and steps 4 and 5 are decided before points are added, so
@@ -53,8 +55,8 @@ struct OnlineLearnerOptions {
   gp::TrainerOptions training;
   int64_t calibration_sample_size = 600;  // points; at least 2
   gp::SquashFitOptions squash;
-  // The model keeps more of the rarer class than frames have; probabilities follow the frame's
-  // share.
+  // frame_calibration.h; else leave-one-out, as in the paper, which also serves frames that leave
+  // hardly a place out of the model.
   bool calibrates_to_frame = true;
   uint64_t seed = 1;
 

@@ -1,0 +1,48 @@
+// Rows of matrices and vectors, by index.
+#ifndef EGOSIEVE_VISION_SEGMENTATION_ROWS_H_
+#define EGOSIEVE_VISION_SEGMENTATION_ROWS_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/types/span.h"
+#include "kernels/base/matrix_view.h"
+
+namespace egosieve::vision {
+
+template <typename T>
+std::vector<T> GatherRows(kernels::ConstMatrixView<T> matrix, absl::Span<const int64_t> rows) {
+  std::vector<T> gathered;
+  gathered.reserve(rows.size() * matrix.cols);
+  for (const int64_t row : rows) {
+    gathered.insert(gathered.end(), matrix.row(row), matrix.row(row) + matrix.cols);
+  }
+  return gathered;
+}
+
+inline std::vector<double> Gather(absl::Span<const double> values, absl::Span<const int64_t> rows) {
+  std::vector<double> gathered;
+  gathered.reserve(rows.size());
+  for (const int64_t row : rows) {
+    gathered.push_back(values[row]);
+  }
+  return gathered;
+}
+
+// The rows of [0, count) that are not in `kept`, which increases.
+inline std::vector<int64_t> Complement(int64_t count, absl::Span<const int64_t> kept) {
+  std::vector<int64_t> rest;
+  size_t next = 0;
+  for (int64_t row = 0; row < count; ++row) {
+    if (next < kept.size() && kept[next] == row) {
+      ++next;
+    } else {
+      rest.push_back(row);
+    }
+  }
+  return rest;
+}
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SEGMENTATION_ROWS_H_
