@@ -86,14 +86,24 @@ Eigen::Matrix<double, 3, 2> Tangent(const Eigen::Vector3d& t) {
   return basis;
 }
 
-// (P4), (P5). sigma in units of the focal length.
+// dd/dlog f, the distance in units of the focal length as it is.
+double ByFocal(const Eigen::Matrix3d& r, const Eigen::Vector3d& t, const RayPair& pair,
+               double value) {
+  constexpr double kStep = 1e-4;
+  RayPair longer = pair;
+  longer.first.head<2>() *= 1.0 - kStep;
+  longer.second.head<2>() *= 1.0 - kStep;
+  return (SignedSampson(r, t, longer).value * (1.0 + kStep) - value) / kStep;
+}
+
+// (P4), (P5), (P7). sigma in units of the focal length.
 void Refine(const std::vector<RayPair>& rays, int iterations, double floor, RelativePose& pose,
             double& sigma) {
   sigma = Scale(rays, pose.rotation, pose.translation, floor);
   for (int k = 0; k <= iterations; ++k) {
     const Eigen::Matrix<double, 3, 2> tangent = Tangent(pose.translation);
     Matrix5d normal = Matrix5d::Zero();
-    Vector5d gradient = Vector5d::Zero();
+    Vector5d gradient = Vector5d::Zero(), by_focal = Vector5d::Zero();
     for (const RayPair& pair : rays) {
       const Distance d = SignedSampson(pose.rotation, pose.translation, pair);
       const double ratio = d.value / (2.0 * sigma);
@@ -103,12 +113,17 @@ void Refine(const std::vector<RayPair>& rays, int iterations, double floor, Rela
       const double w2 = weight * weight;  // squared: far points lose their say altogether
       normal.noalias() += w2 * jacobian * jacobian.transpose();
       gradient.noalias() += w2 * d.value * jacobian;
+      if (k == iterations) {
+        by_focal.noalias() +=
+            w2 * ByFocal(pose.rotation, pose.translation, pair, d.value) * jacobian;
+      }
     }
     normal.diagonal().array() += 1e-12 * normal.trace() + 1e-300;
     const Eigen::LDLT<Matrix5d> factor(normal);
     if (k == iterations) {
       const Matrix5d inverse = factor.solve(Matrix5d::Identity());
       pose.rotation_covariance = sigma * sigma * inverse.topLeftCorner<3, 3>();
+      pose.rotation_by_focal = -(inverse * by_focal).head<3>();
       return;
     }
     const Vector5d step = -factor.solve(gradient);
@@ -177,6 +192,9 @@ absl::Status RelativePoseOptions::Validate() const {
   if (!(parallax_multiple > 0) || !std::isfinite(parallax_multiple)) {
     return error("parallax_multiple is ", parallax_multiple, "; it must be positive");
   }
+  if (!(focal_deviation >= 0) || !std::isfinite(focal_deviation)) {
+    return error("focal_deviation is ", focal_deviation, "; it must not be negative");
+  }
   if (!(cheirality_margin >= 0.5 && cheirality_margin <= 1)) {
     return error("cheirality_margin is ", cheirality_margin, "; it must lie in [0.5, 1]");
   }
@@ -207,6 +225,7 @@ RelativePose EstimateRelativePose(const std::vector<PointPair>& pairs,
                                   const Eigen::Matrix3d& fundamental, const Pinhole& camera,
                                   const RelativePoseOptions& options) {
   RelativePose pose;
+  pose.focal_deviation = options.focal_deviation;
   if (static_cast<int64_t>(pairs.size()) < kFewestPairs || !fundamental.allFinite()) return pose;
   const std::vector<RayPair> rays = Choose(pairs, camera, options.max_pairs);
   const Eigen::Matrix3d k = camera.Matrix();
@@ -270,6 +289,7 @@ RelativePose Inverse(const RelativePose& pose) {
   // exp(w) R turned round is R^T exp(-w) = exp(-R^T w) R^T.
   inverse.rotation_covariance =
       inverse.rotation * pose.rotation_covariance * inverse.rotation.transpose();
+  inverse.rotation_by_focal = -(inverse.rotation * pose.rotation_by_focal);
   return inverse;
 }
 

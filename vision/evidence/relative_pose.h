@@ -7,11 +7,13 @@
 //   minimise  sum_i rho(d_i / sigma)  over R (3) and t (2)                                  (P4)
 //   covariance  sigma^2 (J^T W J)^-1                                                        (P5)
 //   (P4), (P5) again, without the points that are significantly behind a camera             (P6)
+//   dw/dlog f = -((J^T W J)^-1 J^T W dd/dlog f)_w     what another focal length does to R   (P7)
 //
 // with Sampson's distance d, rho of Cauchy, sigma the scale of residual_scale.h. Rotations beyond
 // 90 degrees are refused in (P3): they are the twisted twins of small ones. (P4) makes the pose
 // agree with the guessed camera: what the guess gets wrong is taken up by R and t, so that the flow
-// that they predict hardly depends on it.
+// that they predict hardly depends on it while the camera hardly turns; in sharp turns it does, and
+// (P7) says how.
 //
 // The translation is significant where the parallax is: the share `parallax_share` of the points
 // whose distance to the line is small moves along it by more than `parallax_multiple` sigma beyond
@@ -40,6 +42,8 @@ struct RelativePoseOptions {
   double parallax_share = 0.25;     // (0, 1)
   double parallax_multiple = 5.0;   // positive
   double cheirality_margin = 0.6;   // least share of the votes of (P3) that decides; [0.5, 1]
+  // Of log f: lenses see 40 to 100 degrees, the guess is 58. Not negative; 0: f is known.
+  double focal_deviation = 0.4;
 
   absl::Status Validate() const;
 };
@@ -58,7 +62,10 @@ struct RelativePose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R
   Eigen::Vector3d translation = Eigen::Vector3d::UnitZ();  // t, unit
   Eigen::Matrix3d rotation_covariance =
-      Eigen::Matrix3d::Zero();   // of w in R' = exp(w) R, radians^2
+      Eigen::Matrix3d::Zero();  // of w in R' = exp(w) R, radians^2
+  // (P7) and the deviation of log f. For the pair's own evidence: states do not keep them.
+  Eigen::Vector3d rotation_by_focal = Eigen::Vector3d::Zero();
+  double focal_deviation = 0.0;
   double noise_pixels = 0.0;     // sigma
   double parallax_pixels = 0.0;  // exceeded by parallax_share of the points
 

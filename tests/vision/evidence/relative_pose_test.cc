@@ -157,6 +157,9 @@ TEST(RelativePose, OptionsAreChecked) {
   options = {};
   options.max_pairs = 3;
   EXPECT_FALSE(options.Validate().ok());
+  options = {};
+  options.focal_deviation = std::nan("");
+  EXPECT_FALSE(options.Validate().ok());
 }
 
 }  // namespace
