@@ -19,11 +19,7 @@ SignedFlow MeasureSignedFlow(const Pinhole& camera, const RelativePose& pose,
   g << line.direction, -line.direction.dot(line.ray.head<2>()) / depth;
   g *= camera.focal_pixels / depth;
   const Eigen::Vector3d j = -line.ray.cross(g);
-  const Eigen::Vector2d from_centre(line.infinity(0) - camera.centre_x,
-                                    line.infinity(1) - camera.centre_y);
-  const double by_focal = -line.direction.dot(from_centre) - g.dot(pose.rotation.col(2)) +
-                          j.dot(pose.rotation_by_focal);
-  const double lens = pose.focal_deviation * by_focal;
+  const double lens = pose.focal_deviation * FlowByFocal(camera, pose, line);
   const double noise = pose.noise_pixels;
   flow.direction = line.direction;
   flow.along_pixels = line.Along({pair.x2, pair.y2});

@@ -17,8 +17,9 @@
 //
 // The translation is significant where the parallax is: the share `parallax_share` of the points
 // whose distance to the line is small moves along it by more than `parallax_multiple` sigma beyond
-// what the rotation alone does. Where it is not (standing, turning on the spot, a far or flat
-// world), t means nothing, and so would every depth.
+// what the rotation alone does, and by more than `lens_multiple` deviations of f make of a rotation
+// (negative_depth.h, N4). Where it is not (standing, turning on the spot, a far or flat world), t
+// means nothing, and so would every depth.
 //
 // Cost: 1 ms for 2000 pairs, of which more are not used.
 // References: Hartley & Zisserman, 2nd ed., 9.6; Nister (2004).
@@ -30,6 +31,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "vision/evidence/epipolar_line.h"
 #include "vision/evidence/pinhole.h"
 #include "vision/geometry/point_pair.h"
 
@@ -41,6 +43,7 @@ struct RelativePoseOptions {
   double noise_floor_pixels = 0.1;  // of sigma; positive
   double parallax_share = 0.25;     // (0, 1)
   double parallax_multiple = 5.0;   // positive
+  double lens_multiple = 2.0;       // not negative
   double cheirality_margin = 0.6;   // least share of the votes of (P3) that decides; [0.5, 1]
   // Of log f: lenses see 40 to 100 degrees, the guess is 58. Not negative; 0: f is known.
   double focal_deviation = 0.4;
@@ -76,6 +79,9 @@ struct RelativePose {
 RelativePose EstimateRelativePose(const std::vector<PointPair>& pairs,
                                   const Eigen::Matrix3d& fundamental, const Pinhole& camera,
                                   const RelativePoseOptions& options);
+
+// ds/dlog f of a point's signed flow, pixels (negative_depth.h, N4). line: that of the pose.
+double FlowByFocal(const Pinhole& camera, const RelativePose& pose, const EpipolarLine& line);
 
 // K^-T [t]x R K^-1, unit Frobenius norm.
 Eigen::Matrix3d FundamentalOfPose(const RelativePose& pose, const Pinhole& camera);
