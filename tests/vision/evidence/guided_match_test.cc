@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -103,10 +104,32 @@ TEST(GuidedMatch, ThereIsNoRoadAboveTheHorizon) {
   EXPECT_TRUE(scene.Match(scene.Before(now, scene.road.m), now, PlacesBetween(20, 170)).empty());
 }
 
-TEST(GuidedMatch, BlankPicturesShowNothing) {
+TEST(GuidedMatch, BlankRoadCountsUpToWhatStandsOnIt) {
   const Scene scene = StraightAhead();
-  const cv::Mat grey(kImage, CV_8UC1, cv::Scalar(120));
-  EXPECT_TRUE(scene.Match(grey, grey, PlacesBetween(40, 350)).empty());
+  const std::vector<cv::Point2f> places = PlacesBetween(220, 350);
+  const cv::Mat blank(kImage, CV_8UC1, cv::Scalar(120));
+  EXPECT_EQ(scene.Match(blank, blank, places).size(), places.size());
+
+  // A bumper, as far in both pictures as a car ahead at equal speed, and blank above it.
+  cv::Mat car = blank.clone();
+  const cv::Rect bumper(200, 280, 200, 20);
+  Texture()(bumper).copyTo(car(bumper));
+  const auto found = scene.Match(car, car, places);
+  EXPECT_LT(found.size(), places.size());
+  for (const GuidedPlace& place : found) {
+    const bool is_above = place.now.x > 205 && place.now.x < 395 && place.now.y < 295;
+    EXPECT_FALSE(is_above) << place.now;
+  }
+  const auto beside = std::count_if(found.begin(), found.end(), [](const GuidedPlace& place) {
+    return place.now.x < 190 || place.now.x > 410;
+  });
+  EXPECT_GT(beside, 300);
+}
+
+TEST(GuidedMatch, WhatGrewDarkIsNotTheRoad) {
+  const Scene scene = StraightAhead();
+  const cv::Mat before(kImage, CV_8UC1, cv::Scalar(120)), now(kImage, CV_8UC1, cv::Scalar(90));
+  EXPECT_TRUE(scene.Match(before, now, PlacesBetween(220, 350)).empty());
 }
 
 TEST(GuidedMatch, PlacesAtTheBorderAreLeftOut) {
