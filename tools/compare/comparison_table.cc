@@ -65,16 +65,28 @@ std::vector<double> Differences(const MethodResult& a, const MethodResult& b) {
   return differences;
 }
 
-MethodSummary SummariseMethod(const std::vector<const DriveComparison*>& drives, size_t index) {
+std::vector<FrameFigure> AucsByFrame(const MethodResult& method) {
+  std::vector<FrameFigure> aucs;
+  for (const MethodFrame& frame : method.frames) {
+    if (frame.auc) aucs.push_back({static_cast<double>(frame.index), *frame.auc});
+  }
+  return aucs;
+}
+
+MethodSummary SummariseMethod(const std::vector<const DriveComparison*>& drives, size_t index,
+                              const BootstrapOptions& bootstrap) {
   const MethodResult& model = drives.front()->methods[index];
-  MethodSummary summary{model.method, model.probabilistic, model.scores, {}, {}, {}, 0.0, 0.0, {}};
+  MethodSummary summary{
+      model.method, model.probabilistic, model.scores, {}, {}, {}, {}, 0.0, 0.0, {}};
   std::vector<double> frame_aucs, drive_aucs, gains, milliseconds, sizes;
+  std::vector<std::vector<FrameFigure>> by_frame;
   for (size_t d = 0; d < drives.size(); ++d) {
     const MethodResult& method = drives[d]->methods[index];
     if (d > 0) summary.scores.Merge(method.scores);
     const std::vector<double> aucs = AucsOf(method);
     frame_aucs.insert(frame_aucs.end(), aucs.begin(), aucs.end());
     if (const Figure mean = Mean(aucs)) drive_aucs.push_back(*mean);
+    by_frame.push_back(AucsByFrame(method));
     if (const Figure gain = GainOf(aucs)) gains.push_back(*gain);
     for (const MethodFrame& frame : method.frames) milliseconds.push_back(frame.own_milliseconds);
     sizes.push_back(static_cast<double>(method.frames.back().model_size));
@@ -82,15 +94,10 @@ MethodSummary SummariseMethod(const std::vector<const DriveComparison*>& drives,
   summary.frame_auc = Mean(frame_aucs);
   summary.drive_auc = Mean(drive_aucs);
   summary.gain = Mean(gains);
+  summary.slope = SlopeBootstrap(by_frame, bootstrap);
   summary.own_milliseconds = Median(std::move(milliseconds));
   summary.model_size = Mean(sizes).value_or(0.0);
   return summary;
-}
-
-Figure BestIou(const DriveScores& scores) {
-  const std::vector<double> ious = scores.MeanIouByThreshold();
-  if (ious.empty()) return std::nullopt;
-  return *std::max_element(ious.begin(), ious.end());
 }
 
 Figure EceOf(const MethodSummary& method) {
@@ -179,6 +186,12 @@ void AppendDrives(const std::vector<DriveComparison>& drives, const ComparisonSu
 
 }  // namespace
 
+std::optional<double> BestIou(const DriveScores& scores) {
+  const std::vector<double> ious = scores.MeanIouByThreshold();
+  if (ious.empty()) return std::nullopt;
+  return *std::max_element(ious.begin(), ious.end());
+}
+
 ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
                             const BootstrapOptions& bootstrap) {
   ComparisonSummary summary;
@@ -191,13 +204,14 @@ ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
     }
     whole.push_back(&drive);
     summary.at_features.Merge(drive.at_features);
+    summary.labels.Add(drive.labels);
     shared.insert(shared.end(), drive.shared_milliseconds.begin(), drive.shared_milliseconds.end());
   }
   summary.drives = static_cast<int>(whole.size());
   summary.shared_milliseconds = Median(std::move(shared));
   if (whole.empty()) return summary;
   for (size_t i = 0; i < whole.front()->methods.size(); ++i) {
-    MethodSummary method = SummariseMethod(whole, i);
+    MethodSummary method = SummariseMethod(whole, i, bootstrap);
     if (i > 0) {
       std::vector<std::vector<double>> differences;
       for (const DriveComparison* drive : whole) {
@@ -241,20 +255,19 @@ std::string ToTable(const std::vector<DriveComparison>& drives, const Comparison
   return table;
 }
 
-std::string ToCsv(const std::vector<DriveComparison>& drives) {
-  std::string csv = "sequence,method,frame,auc,model_size,own_milliseconds,shared_milliseconds\n";
+void AppendCsv(const std::string& prefix, const std::vector<DriveComparison>& drives,
+               std::string* csv) {
   for (const DriveComparison& drive : drives) {
     for (const MethodResult& method : drive.methods) {
       for (size_t i = 0; i < method.frames.size(); ++i) {
         const MethodFrame& frame = method.frames[i];
         absl::StrAppendFormat(
-            &csv, "%s,%s,%d,%s,%d,%.3f,%.3f\n", drive.sequence.name, method.method, frame.index,
-            frame.auc ? absl::StrFormat("%.6f", *frame.auc) : "", frame.model_size,
+            csv, "%s%s,%s,%d,%s,%d,%.3f,%.3f\n", prefix, drive.sequence.name, method.method,
+            frame.index, frame.auc ? absl::StrFormat("%.6f", *frame.auc) : "", frame.model_size,
             frame.own_milliseconds, drive.shared_milliseconds[i]);
       }
     }
   }
-  return csv;
 }
 
 Json ToJson(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary) {
@@ -265,6 +278,7 @@ Json ToJson(const std::vector<DriveComparison>& drives, const ComparisonSummary&
                        {"auc_over_frames", OrNull(method.frame_auc)},
                        {"auc_over_drives", OrNull(method.drive_auc)},
                        {"gain", OrNull(method.gain)},
+                       {"slope_per_frame", IntervalJson(method.slope)},
                        {"model_size", method.model_size},
                        {"own_milliseconds", method.own_milliseconds},
                        {"first_less_this", IntervalJson(method.difference)},
@@ -278,6 +292,11 @@ Json ToJson(const std::vector<DriveComparison>& drives, const ComparisonSummary&
           {"ransac_at_features",
            {{"pooled_auc", OrNull(summary.at_features.Auc())},
             {"curve_fpr_recall_precision", CurveJson(summary.at_features)}}},
+          {"labels",
+           {{"static_features", summary.labels.features[0]},
+            {"static_features_labelled_dynamic", summary.labels.dynamic[0]},
+            {"moving_features", summary.labels.features[1]},
+            {"moving_features_labelled_dynamic", summary.labels.dynamic[1]}}},
           {"methods", methods},
           {"drives", per_drive}};
 }

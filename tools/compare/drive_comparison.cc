@@ -88,8 +88,10 @@ class Comparison {
       const auto x = static_cast<int>(std::lround(places[2 * i]));
       const auto y = static_cast<int>(std::lround(places[2 * i + 1]));
       if (x < 0 || y < 0 || x >= mask.cols || y >= mask.rows || mask(y, x) == kTruthVoid) continue;
-      result_.at_features.Add(ScoreOf(vision::ScoreOfDistance(labels.residual_pixels[i])),
-                              mask(y, x) == kTruthDynamic);
+      const bool moves = mask(y, x) == kTruthDynamic;
+      result_.at_features.Add(ScoreOf(vision::ScoreOfDistance(labels.residual_pixels[i])), moves);
+      ++result_.labels.features[moves ? 1 : 0];
+      result_.labels.dynamic[moves ? 1 : 0] += labels.probability[i] >= 0.5;
     }
     return absl::OkStatus();
   }
@@ -101,7 +103,25 @@ class Comparison {
   bool learnt_ = false;
 };
 
+std::optional<double> Ratio(int64_t part, int64_t whole) {
+  if (whole == 0) return std::nullopt;
+  return static_cast<double>(part) / static_cast<double>(whole);
+}
+
 }  // namespace
+
+void LabelCounts::Add(const LabelCounts& other) {
+  for (const int moves : {0, 1}) {
+    features[moves] += other.features[moves];
+    dynamic[moves] += other.dynamic[moves];
+  }
+}
+
+std::optional<double> LabelCounts::Precision() const {
+  return Ratio(dynamic[1], dynamic[0] + dynamic[1]);
+}
+
+std::optional<double> LabelCounts::Recall() const { return Ratio(dynamic[1], features[1]); }
 
 absl::StatusOr<DriveComparison> CompareMethods(std::shared_ptr<kernels::Context> context,
                                                const Sequence& sequence,

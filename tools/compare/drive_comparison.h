@@ -41,6 +41,18 @@ struct MethodResult {
   std::vector<MethodFrame> frames;
 };
 
+// Labels of features, p >= 1/2 being dynamic, against the mask's pixel.
+struct LabelCounts {
+  int64_t features[2] = {0, 0};  // that lie on the static world, on movers
+  int64_t dynamic[2] = {0, 0};   // of those, with a dynamic label
+
+  void Add(const LabelCounts& other);
+  // Of the dynamic labels, those on movers. Absent without dynamic labels.
+  std::optional<double> Precision() const;
+  // Of the features on movers, those with a dynamic label. Absent without such features.
+  std::optional<double> Recall() const;
+};
+
 struct DriveComparison {
   Sequence sequence;
   absl::Status status;                // why there is nothing below
@@ -48,6 +60,7 @@ struct DriveComparison {
   std::vector<MethodResult> methods;  // in the order of the options
   // RANSAC distances at the features themselves, against the mask's pixel there; empty for tracks.
   RocHistogram at_features;
+  LabelCounts labels;                       // likewise
   std::vector<double> shared_milliseconds;  // a frame: features, labels, descriptors
   int64_t frames = 0;
   int64_t frames_of_prior = 0;       // not scored: before the first frame with labels
