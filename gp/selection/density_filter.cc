@@ -1,13 +1,11 @@
 #include "gp/selection/density_filter.h"
 
 #include <algorithm>
-#include <cmath>
-#include <nanoflann.hpp>
 #include <numeric>
 #include <utility>
 
 #include "absl/status/status.h"
-#include "absl/strings/str_format.h"
+#include "gp/selection/labelled_points.h"
 
 namespace egosieve::gp {
 namespace {
@@ -15,40 +13,10 @@ namespace {
 using kernels::ConstMatrixView;
 
 template <typename T>
-struct PointCloud {
-  ConstMatrixView<T> points;
-  size_t kdtree_get_point_count() const { return static_cast<size_t>(points.rows); }
-  double kdtree_get_pt(size_t i, size_t d) const {
-    return static_cast<double>(points(static_cast<int64_t>(i), static_cast<int64_t>(d)));
-  }
-  template <typename Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
-
-template <typename T>
 absl::Status Check(ConstMatrixView<T> inputs, absl::Span<const double> labels,
                    const DensityFilterOptions& options, absl::Span<const int64_t> order) {
-  if (static_cast<int64_t>(labels.size()) != inputs.rows) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d inputs and %d labels", inputs.rows, labels.size()));
-  }
-  if (!(options.radius >= 0.0) || std::isinf(options.radius)) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("radius = %g; it must be finite and not negative", options.radius));
-  }
-  for (int64_t i = 0; i < inputs.rows; ++i) {
-    if (!(labels[i] >= 0.0 && labels[i] <= 1.0)) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("labels[%d] = %g; it must be in [0, 1]", i, labels[i]));
-    }
-    for (int64_t d = 0; d < inputs.cols; ++d) {
-      if (!std::isfinite(inputs(i, d))) {
-        return absl::InvalidArgumentError(
-            absl::StrFormat("inputs(%d, %d) = %g; it must be finite", i, d, inputs(i, d)));
-      }
-    }
+  if (absl::Status status = CheckLabelledPoints(inputs, labels, options.radius); !status.ok()) {
+    return status;
   }
   if (order.empty()) return absl::OkStatus();
   std::vector<bool> seen(labels.size(), false);
@@ -76,10 +44,8 @@ absl::StatusOr<std::vector<int64_t>> Filter(ConstMatrixView<T> inputs,
   }
   std::vector<bool> dropped(n, false);
   if (options.radius > 0.0 && n > 1) {
-    using Metric = nanoflann::L2_Simple_Adaptor<double, PointCloud<T>, double, size_t>;
-    using Tree = nanoflann::KDTreeSingleIndexAdaptor<Metric, PointCloud<T>, -1, size_t>;
     const PointCloud<T> cloud{inputs};
-    const Tree tree(inputs.cols, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(10));
+    const PointTree<T> tree(inputs.cols, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(10));
     std::vector<std::pair<size_t, double>> neighbours;
     std::vector<double> query(inputs.cols);
     nanoflann::SearchParams unsorted;

@@ -154,6 +154,11 @@ void SegmentFlags::AddFlags(CLI::App& app) {
                  "the model 0.7 of it; 0: none are")
       ->check(Between(0.0, 1.0))
       ->type_name("DISTANCE");
+  app.add_option("--contradiction_radius", contradiction_radius_,
+                 "Distance between descriptors within which a new label drops the model's points "
+                 "of the other class; 0: none are; without effect in profile paper")
+      ->check(Between(0.0, 1.0))
+      ->type_name("DISTANCE");
   app.add_option("--arrival_share", arrival_share_,
                  "The most points that one frame brings, as a share of the budget")
       ->check(Between(0.01, 1.0))
@@ -209,6 +214,7 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   Override(window_, options.descriptor.window_pixels);
   Override(budget_, options.learner.budget.budget);
   if (density_) options.learner.SetDensity(*density_);
+  Override(contradiction_radius_, options.learner.contradiction_radius);
   Override(arrival_share_, options.learner.arrival_share);
   Override(model_, ModelWords(), options.learner.model.kind);
   Override(inducing_points_, options.learner.model.sparse.inducing_points);
@@ -247,6 +253,7 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
                               : "none"},
       {"budget", absl::StrCat(learner.budget.budget)},
       {"density", absl::StrCat(learner.new_point_density.radius)},
+      {"contradiction_radius", absl::StrCat(learner.contradiction_radius)},
       {"arrival_share", absl::StrCat(learner.arrival_share)},
       {"frame_gap",
        labeller.frame_gap == kAutomaticGap ? kAutomatic : absl::StrCat(labeller.frame_gap)},

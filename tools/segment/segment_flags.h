@@ -32,6 +32,7 @@ class SegmentFlags {
   std::optional<std::string> model_;
   std::optional<int64_t> budget_;
   std::optional<double> density_;
+  std::optional<double> contradiction_radius_;
   std::optional<double> arrival_share_;
   std::optional<int64_t> inducing_points_;
   std::optional<std::string> frame_gap_;

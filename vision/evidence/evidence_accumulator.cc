@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -10,7 +11,7 @@
 #include "vision/evidence/negative_depth.h"
 #include "vision/evidence/photometric_support.h"
 #include "vision/evidence/residual_scale.h"
-#include "vision/evidence/road_contact.h"
+#include "vision/evidence/road_evidence.h"
 #include "vision/evidence/road_plane.h"
 #include "vision/geometry/residual.h"
 
@@ -237,36 +238,36 @@ bool EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& 
                                       const PhotometricSupport* pictures, EvidenceState& next,
                                       EvidenceResult& result) const {
   if (!options_.road || !motion.pose.found()) return false;
-  std::vector<PointPair> pairs;
-  std::vector<cv::Point2f> places;
+  RoadView view;
+  view.camera = motion.camera;
+  view.pose = motion.pose;
+  view.size = frame.size;
+  view.before = frame.grey_before;
+  view.now = frame.grey;
+  view.pictures = pictures;
+  const auto is_own = [&](cv::Point2f now) { return IsOwnCar(next.own_car, now); };
   std::vector<size_t> owners;
   for (size_t i = 0; i < frame.points.size(); ++i) {
     const EvidencePoint& point = frame.points[i];
-    if (!IsKnown(point.now) || !IsKnown(point.before) || IsOwnCar(next.own_car, point.now))
-      continue;
-    pairs.push_back(PairOf(point));
-    places.push_back(point.now);
+    if (!IsKnown(point.now) || !IsKnown(point.before) || is_own(point.now)) continue;
+    view.pairs.push_back(PairOf(point));
+    view.is_textured.push_back(point.estimates);
     owners.push_back(i);
   }
-  std::vector<InverseDepth> depths = InverseDepths(motion.camera, motion.pose, pairs);
-  for (size_t k = 0; k < owners.size(); ++k) {
-    depths[k].is_textured = frame.points[owners[k]].estimates;
-  }
-  const RoadPlane road = FitRoad(depths, next.road, static_cast<uint64_t>(frame.index));
-  if (!road.found) {
-    next.road.known = false;
-    return false;
-  }
+  std::remove_copy_if(frame.unfollowed.begin(), frame.unfollowed.end(),
+                      std::back_inserter(view.unfollowed), is_own);
+  RoadEvidence evidence =
+      egosieve::vision::MeasureRoad(view, next.road, static_cast<uint64_t>(frame.index));
+  const RoadPlane& road = evidence.road;
+  next.road = {};
+  if (!road.found) return false;
   next.road = {true, road.m(0) / road.m(1), -road.m(2) / road.m(1)};
-  if (pictures != nullptr) {
-    CompareWithRoad(road, motion.camera, motion.pose, *pictures, pairs, depths);
-  }
-  const std::vector<double> ratios = RoadLogRatios(road, depths, places, frame.size);
   for (size_t k = 0; k < owners.size(); ++k) {
-    PointEvidence& evidence = result.points[owners[k]];
-    evidence.log_ratio[static_cast<int>(EvidenceTerm::kRoad)] = ratios[k];
-    evidence.present[static_cast<int>(EvidenceTerm::kRoad)] = true;
+    PointEvidence& point = result.points[owners[k]];
+    point.log_ratio[static_cast<int>(EvidenceTerm::kRoad)] = evidence.log_ratios[k];
+    point.present[static_cast<int>(EvidenceTerm::kRoad)] = true;
   }
+  result.standing = std::move(evidence.standing);
   return true;
 }
 
@@ -364,6 +365,8 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
   result.pose_line = motion.pose_line;
   result.noise_pixels = motion.noise_pixels;
   result.mover_share = next.mover_share;
+  result.standing_probability = ProbabilityOf(
+      VisibleLogRatio(EvidenceTerm::kEpipolar, DistanceLogRatio(0.0)), next.mover_share);
   state_ = std::move(next);
   return result;
 }

@@ -7,7 +7,7 @@
 //      points as well as the given matrix does; else to the given model
 //   3. sign of depth, negative_depth.h                  where 1 is there
 //   4. three views t - 2g, t - g, t; three_view.h       where 1 is there, now and g frames ago
-//   -  road, road_plane.h                               where 1 is there and a plane has support
+//   -  road, road_evidence.h                            where 1 is there and a plane has support
 //   5. own car, own_car.h                               where images are given
 //   6. log-likelihood ratios, summed along the track, and their probability; fusion.h
 //
@@ -32,6 +32,7 @@
 #include "absl/status/statusor.h"
 #include "vision/evidence/evidence_options.h"
 #include "vision/evidence/fusion.h"
+#include "vision/evidence/guided_match.h"
 #include "vision/evidence/own_car.h"
 #include "vision/evidence/photometric_support.h"
 #include "vision/evidence/relative_pose.h"
@@ -62,6 +63,7 @@ struct EvidenceFrame {
   MotionModelKind motion_model = MotionModelKind::kNone;
   Eigen::Matrix3d motion_matrix = Eigen::Matrix3d::Identity();  // t - g to t, pixels
   std::vector<EvidencePoint> points;
+  std::vector<cv::Point2f> unfollowed;  // places of frame t that flow does not follow; no points
   cv::Mat grey;         // CV_8UC1 of `size`, or empty: nothing is learnt about the own car
   cv::Mat grey_before;  // of frame t - g, likewise; empty: places are taken at their word
 };
@@ -79,6 +81,8 @@ struct PointEvidence {
 
 struct EvidenceResult {
   std::vector<PointEvidence> points;  // one a point
+  std::vector<GuidedPlace> standing;  // of `unfollowed`
+  double standing_probability = 0.0;  // of being dynamic, of each of them
   PoseOutcome pose = PoseOutcome::kUndetermined;
   bool three_views = false;   // motion over three views found
   bool road = false;          // a road plane found

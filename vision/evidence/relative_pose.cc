@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "vision/evidence/epipolar_line.h"
 #include "vision/evidence/residual_scale.h"
 
 namespace egosieve::vision {
@@ -86,14 +85,24 @@ Eigen::Matrix<double, 3, 2> Tangent(const Eigen::Vector3d& t) {
   return basis;
 }
 
-// (P4), (P5). sigma in units of the focal length.
+// dd/dlog f, the distance in units of the focal length as it is.
+double ByFocal(const Eigen::Matrix3d& r, const Eigen::Vector3d& t, const RayPair& pair,
+               double value) {
+  constexpr double kStep = 1e-4;
+  RayPair longer = pair;
+  longer.first.head<2>() *= 1.0 - kStep;
+  longer.second.head<2>() *= 1.0 - kStep;
+  return (SignedSampson(r, t, longer).value * (1.0 + kStep) - value) / kStep;
+}
+
+// (P4), (P5), (P7). sigma in units of the focal length.
 void Refine(const std::vector<RayPair>& rays, int iterations, double floor, RelativePose& pose,
             double& sigma) {
   sigma = Scale(rays, pose.rotation, pose.translation, floor);
   for (int k = 0; k <= iterations; ++k) {
     const Eigen::Matrix<double, 3, 2> tangent = Tangent(pose.translation);
     Matrix5d normal = Matrix5d::Zero();
-    Vector5d gradient = Vector5d::Zero();
+    Vector5d gradient = Vector5d::Zero(), by_focal = Vector5d::Zero();
     for (const RayPair& pair : rays) {
       const Distance d = SignedSampson(pose.rotation, pose.translation, pair);
       const double ratio = d.value / (2.0 * sigma);
@@ -103,12 +112,17 @@ void Refine(const std::vector<RayPair>& rays, int iterations, double floor, Rela
       const double w2 = weight * weight;  // squared: far points lose their say altogether
       normal.noalias() += w2 * jacobian * jacobian.transpose();
       gradient.noalias() += w2 * d.value * jacobian;
+      if (k == iterations) {
+        by_focal.noalias() +=
+            w2 * ByFocal(pose.rotation, pose.translation, pair, d.value) * jacobian;
+      }
     }
     normal.diagonal().array() += 1e-12 * normal.trace() + 1e-300;
     const Eigen::LDLT<Matrix5d> factor(normal);
     if (k == iterations) {
       const Matrix5d inverse = factor.solve(Matrix5d::Identity());
       pose.rotation_covariance = sigma * sigma * inverse.topLeftCorner<3, 3>();
+      pose.rotation_by_focal = -(inverse * by_focal).head<3>();
       return;
     }
     const Vector5d step = -factor.solve(gradient);
@@ -125,23 +139,38 @@ void Refine(const std::vector<RayPair>& rays, int iterations, double floor, Rela
 
 struct Votes {
   int64_t in_front = 0, behind = 0;
-  std::vector<double> parallax;  // |s|, pixels, of the points near their lines
+  std::vector<double> parallax;      // |s|, pixels, of the points near their lines
+  std::vector<double> significance;  // |s| over what noise and lens may do; likewise
 };
 
-Votes Count(const std::vector<RayPair>& rays, const Pinhole& camera, const Eigen::Matrix3d& r,
-            const Eigen::Vector3d& t, double sigma_pixels) {
+Votes Count(const std::vector<RayPair>& rays, const Pinhole& camera, const RelativePose& pose,
+            const RelativePoseOptions& options) {
   Votes votes;
+  const double sigma = pose.noise_pixels;
   for (const RayPair& pair : rays) {
-    const double distance = camera.focal_pixels * std::abs(SignedSampson(r, t, pair).value);
-    if (!(distance < kInlierMultiple * sigma_pixels)) continue;
-    const EpipolarLine line = LineOf(camera, r, t, pair.pixels.x1, pair.pixels.y1);
+    const double distance =
+        camera.focal_pixels * std::abs(SignedSampson(pose.rotation, pose.translation, pair).value);
+    if (!(distance < kInlierMultiple * sigma)) continue;
+    const EpipolarLine line =
+        LineOf(camera, pose.rotation, pose.translation, pair.pixels.x1, pair.pixels.y1);
     if (!line.valid) continue;
     const double s = line.Along({pair.pixels.x2, pair.pixels.y2});
+    const double lens = pose.focal_deviation * FlowByFocal(camera, pose, line);
     votes.parallax.push_back(std::abs(s));
-    if (!(std::abs(s) > kSignificant * sigma_pixels)) continue;
+    votes.significance.push_back(
+        std::abs(s) / std::hypot(options.parallax_multiple * sigma, options.lens_multiple * lens));
+    if (!(std::abs(s) > kSignificant * sigma)) continue;
     ++(s > 0 && line.Reachable(s) ? votes.in_front : votes.behind);
   }
   return votes;
+}
+
+// What the given share of the values exceeds.
+double ExceededBy(std::vector<double> values, double share) {
+  const auto quantile =
+      values.begin() + static_cast<int64_t>((1.0 - share) * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), quantile, values.end());
+  return *quantile;
 }
 
 // Those that may be static (P6).
@@ -177,6 +206,12 @@ absl::Status RelativePoseOptions::Validate() const {
   if (!(parallax_multiple > 0) || !std::isfinite(parallax_multiple)) {
     return error("parallax_multiple is ", parallax_multiple, "; it must be positive");
   }
+  if (!(lens_multiple >= 0) || !std::isfinite(lens_multiple)) {
+    return error("lens_multiple is ", lens_multiple, "; it must not be negative");
+  }
+  if (!(focal_deviation >= 0) || !std::isfinite(focal_deviation)) {
+    return error("focal_deviation is ", focal_deviation, "; it must not be negative");
+  }
   if (!(cheirality_margin >= 0.5 && cheirality_margin <= 1)) {
     return error("cheirality_margin is ", cheirality_margin, "; it must lie in [0.5, 1]");
   }
@@ -207,6 +242,7 @@ RelativePose EstimateRelativePose(const std::vector<PointPair>& pairs,
                                   const Eigen::Matrix3d& fundamental, const Pinhole& camera,
                                   const RelativePoseOptions& options) {
   RelativePose pose;
+  pose.focal_deviation = options.focal_deviation;
   if (static_cast<int64_t>(pairs.size()) < kFewestPairs || !fundamental.allFinite()) return pose;
   const std::vector<RayPair> rays = Choose(pairs, camera, options.max_pairs);
   const Eigen::Matrix3d k = camera.Matrix();
@@ -229,18 +265,16 @@ RelativePose EstimateRelativePose(const std::vector<PointPair>& pairs,
   pose.noise_pixels = sigma * camera.focal_pixels;
   const double uncertainty = std::sqrt(pose.rotation_covariance.trace());
   if (!(uncertainty < kCertainRotation)) return pose;
-  Votes votes = Count(rays, camera, pose.rotation, pose.translation, pose.noise_pixels);
+  const Votes votes = Count(rays, camera, pose, options);
   if (static_cast<int64_t>(votes.parallax.size()) < kFewestPairs) return pose;
-  const auto quantile =
-      votes.parallax.begin() +
-      static_cast<int64_t>((1.0 - options.parallax_share) * (votes.parallax.size() - 1));
-  std::nth_element(votes.parallax.begin(), quantile, votes.parallax.end());
-  pose.parallax_pixels = *quantile;
-  if (!(pose.parallax_pixels > options.parallax_multiple * pose.noise_pixels)) {
+  pose.parallax_pixels = ExceededBy(votes.parallax, options.parallax_share);
+  if (!(ExceededBy(votes.significance, options.parallax_share) > 1.0)) {
     pose.outcome = PoseOutcome::kNoTranslation;
     return pose;
   }
-  const Votes opposite = Count(rays, camera, pose.rotation, -pose.translation, pose.noise_pixels);
+  RelativePose backwards = pose;
+  backwards.translation = -pose.translation;
+  const Votes opposite = Count(rays, camera, backwards, options);
   const bool turned = opposite.in_front > votes.in_front;
   if (turned) pose.translation = -pose.translation;
   const Votes& winner = turned ? opposite : votes;
@@ -258,6 +292,19 @@ RelativePose EstimateRelativePose(const std::vector<PointPair>& pairs,
   return pose;
 }
 
+double FlowByFocal(const Pinhole& camera, const RelativePose& pose, const EpipolarLine& line) {
+  const Eigen::Vector3d& a = line.ray;
+  const Eigen::Vector3d b = pose.rotation.col(2);
+  const Eigen::Vector2d& d = line.direction;
+  // d^T (dproject/dA).
+  Eigen::Vector3d g;
+  g << d, -d.dot(a.head<2>()) / a(2);
+  g *= camera.focal_pixels / a(2);
+  const Eigen::Vector2d from_centre(line.infinity(0) - camera.centre_x,
+                                    line.infinity(1) - camera.centre_y);
+  return -d.dot(from_centre) - g.dot(b) - a.cross(g).dot(pose.rotation_by_focal);
+}
+
 Eigen::Matrix3d FundamentalOfPose(const RelativePose& pose, const Pinhole& camera) {
   const Eigen::Matrix3d inverse = camera.Matrix().inverse();
   return (inverse.transpose() * Cross(pose.translation) * pose.rotation * inverse).normalized();
@@ -270,6 +317,7 @@ RelativePose Inverse(const RelativePose& pose) {
   // exp(w) R turned round is R^T exp(-w) = exp(-R^T w) R^T.
   inverse.rotation_covariance =
       inverse.rotation * pose.rotation_covariance * inverse.rotation.transpose();
+  inverse.rotation_by_focal = -(inverse.rotation * pose.rotation_by_focal);
   return inverse;
 }
 

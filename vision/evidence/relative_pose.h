@@ -7,16 +7,19 @@
 //   minimise  sum_i rho(d_i / sigma)  over R (3) and t (2)                                  (P4)
 //   covariance  sigma^2 (J^T W J)^-1                                                        (P5)
 //   (P4), (P5) again, without the points that are significantly behind a camera             (P6)
+//   dw/dlog f = -((J^T W J)^-1 J^T W dd/dlog f)_w     what another focal length does to R   (P7)
 //
 // with Sampson's distance d, rho of Cauchy, sigma the scale of residual_scale.h. Rotations beyond
 // 90 degrees are refused in (P3): they are the twisted twins of small ones. (P4) makes the pose
 // agree with the guessed camera: what the guess gets wrong is taken up by R and t, so that the flow
-// that they predict hardly depends on it.
+// that they predict hardly depends on it while the camera hardly turns; in sharp turns it does, and
+// (P7) says how.
 //
 // The translation is significant where the parallax is: the share `parallax_share` of the points
 // whose distance to the line is small moves along it by more than `parallax_multiple` sigma beyond
-// what the rotation alone does. Where it is not (standing, turning on the spot, a far or flat
-// world), t means nothing, and so would every depth.
+// what the rotation alone does, and by more than `lens_multiple` deviations of f make of a rotation
+// (negative_depth.h, N4). Where it is not (standing, turning on the spot, a far or flat world), t
+// means nothing, and so would every depth.
 //
 // Cost: 1 ms for 2000 pairs, of which more are not used.
 // References: Hartley & Zisserman, 2nd ed., 9.6; Nister (2004).
@@ -28,6 +31,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "vision/evidence/epipolar_line.h"
 #include "vision/evidence/pinhole.h"
 #include "vision/geometry/point_pair.h"
 
@@ -39,7 +43,10 @@ struct RelativePoseOptions {
   double noise_floor_pixels = 0.1;  // of sigma; positive
   double parallax_share = 0.25;     // (0, 1)
   double parallax_multiple = 5.0;   // positive
+  double lens_multiple = 2.0;       // not negative
   double cheirality_margin = 0.6;   // least share of the votes of (P3) that decides; [0.5, 1]
+  // Of log f: lenses see 40 to 100 degrees, the guess is 58. Not negative; 0: f is known.
+  double focal_deviation = 0.4;
 
   absl::Status Validate() const;
 };
@@ -58,7 +65,10 @@ struct RelativePose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R
   Eigen::Vector3d translation = Eigen::Vector3d::UnitZ();  // t, unit
   Eigen::Matrix3d rotation_covariance =
-      Eigen::Matrix3d::Zero();   // of w in R' = exp(w) R, radians^2
+      Eigen::Matrix3d::Zero();  // of w in R' = exp(w) R, radians^2
+  // (P7) and the deviation of log f. For the pair's own evidence: states do not keep them.
+  Eigen::Vector3d rotation_by_focal = Eigen::Vector3d::Zero();
+  double focal_deviation = 0.0;
   double noise_pixels = 0.0;     // sigma
   double parallax_pixels = 0.0;  // exceeded by parallax_share of the points
 
@@ -69,6 +79,9 @@ struct RelativePose {
 RelativePose EstimateRelativePose(const std::vector<PointPair>& pairs,
                                   const Eigen::Matrix3d& fundamental, const Pinhole& camera,
                                   const RelativePoseOptions& options);
+
+// ds/dlog f of a point's signed flow, pixels (negative_depth.h, N4). line: that of the pose.
+double FlowByFocal(const Pinhole& camera, const RelativePose& pose, const EpipolarLine& line);
 
 // K^-T [t]x R K^-1, unit Frobenius norm.
 Eigen::Matrix3d FundamentalOfPose(const RelativePose& pose, const Pinhole& camera);

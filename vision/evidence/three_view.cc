@@ -15,6 +15,7 @@ constexpr int64_t kFewestTriples = 20;
 constexpr double kMedianOfRayleigh = 1.17741;
 constexpr double kSignificant = 3.0;  // flow of a point that votes for the scale, in sigma
 constexpr double kNearest = 0.05;     // X_c(3) of a point that can be predicted
+constexpr double kMostRatio = 1.6;    // of the lengths of the two steps
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -178,8 +179,9 @@ ThreeViewMotion FitThreeViews(const std::vector<PointTriple>& triples, const Rel
   for (int k = 0; k < options.iterations; ++k) {
     if (!Step(chosen, bases, camera, /*last=*/false, motion)) return motion;
   }
-  motion.found = Step(chosen, bases, camera, /*last=*/true, motion);
   motion.speed_ratio = motion.translation.norm();
+  const bool is_even = motion.speed_ratio < kMostRatio && motion.speed_ratio > 1.0 / kMostRatio;
+  motion.found = is_even && Step(chosen, bases, camera, /*last=*/true, motion);
   return motion;
 }
 

@@ -19,8 +19,10 @@
 // depth. What is not: movement at constant velocity parallel to the camera's.
 //
 // Nothing is said where one of the poses was not found, the scale has no support, or the point lies
-// near the point of expansion. Cost: 1 ms for 2000 triples, of which more are not used.
-// Reference: Hartley & Zisserman, 2nd ed., 12.3, 15.
+// near the point of expansion; nor where |tau| is not near 1: a step is longer than the other by
+// more than a car brakes where a picture is missing, and places that were followed over a long step
+// are off along their lines by more than sigma, which is measured across them. Cost: 1 ms for 2000
+// triples, of which more are not used. Reference: Hartley & Zisserman, 2nd ed., 12.3, 15.
 #ifndef EGOSIEVE_VISION_EVIDENCE_THREE_VIEW_H_
 #define EGOSIEVE_VISION_EVIDENCE_THREE_VIEW_H_
 

@@ -146,6 +146,18 @@ std::vector<TrackedPoint> EvidenceLabeller::Points(int gap) const {
   return points;
 }
 
+std::vector<cv::Point2f> EvidenceLabeller::UnfollowedPlaces(int gap) const {
+  std::vector<cv::Point2f> places;
+  const int columns = grid_.state().nodes.width, first = stride_pixels_ / 2;
+  for (size_t n = 0; n < grid_.tracks().size(); ++n) {
+    if (grid_.tracks()[n].Reaches(gap) && IsSupported(n, gap)) continue;
+    const int row = static_cast<int>(n) / columns, column = static_cast<int>(n) % columns;
+    places.emplace_back(static_cast<float>(first + column * stride_pixels_),
+                        static_cast<float>(first + row * stride_pixels_));
+  }
+  return places;
+}
+
 absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(const ExtractedFrame* before,
                                                        const ExtractedFrame& frame, int gap,
                                                        const MotionModel& model,
@@ -159,7 +171,10 @@ absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(const ExtractedFrame* bef
   evidence.points.reserve(points.size());
   for (const TrackedPoint& point : points) evidence.points.push_back(point.evidence);
   if (draws_own_car_ || before != nullptr) evidence.grey = frame.grey;
-  if (before != nullptr) evidence.grey_before = before->grey;
+  if (before != nullptr) {
+    evidence.grey_before = before->grey;
+    evidence.unfollowed = UnfollowedPlaces(gap);
+  }
   return accumulator_.Add(evidence);
 }
 

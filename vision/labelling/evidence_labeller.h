@@ -67,6 +67,8 @@ class EvidenceLabeller {
 
   // Tracks of the current picture that reach `gap` pictures back.
   std::vector<TrackedPoint> Points(int gap) const;
+  // Nodes of the grid without such a track, or without support.
+  std::vector<cv::Point2f> UnfollowedPlaces(int gap) const;
   // Step 4; `model` may be of kind kNone.
   // `before`: the other frame of the pair, or null.
   absl::StatusOr<EvidenceResult> Judge(const ExtractedFrame* before, const ExtractedFrame& frame,

@@ -65,6 +65,7 @@ struct LabelledFrame {
   int64_t match_count = 0;      // before anything was discarded
   int64_t inlier_count = 0;     // of the motion model, among the matches it was estimated from
   int64_t discarded_count = 0;  // matches given no label
+  int64_t guided_count = 0;     // of the places, last in their order: no matches; guided_match.h
   double noise_pixels = 0.0;    // scale of static points' residuals, one standard deviation
   LabellingTimes times;
 

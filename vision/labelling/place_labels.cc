@@ -80,22 +80,29 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
   result.noise_pixels = evidence.noise_pixels;
   // A line checks one direction of two: a lone place may pass by chance.
   const bool needs_support = model.kind == MotionModelKind::kFundamental;
+  const auto add = [&](cv::Point2f now, cv::Point2f before, double probability, EvidenceTerm by) {
+    const PointPair pair{before.x, before.y, now.x, now.y};
+    result.positions.insert(result.positions.end(), {now.x, now.y});
+    result.other_positions.insert(result.other_positions.end(), {before.x, before.y});
+    result.probability.push_back(probability);
+    result.residual_pixels.push_back(
+        Residuals(model.kind, model.matrix, {pair}, EpipolarDistance::kSampson)[0]);
+    result.decided_by.push_back(by);
+  };
   for (size_t i = 0; i < points.size(); ++i) {
     const PointEvidence& point = evidence.points[i];
-    const cv::Point2f now = points[i].evidence.now, then = points[i].evidence.before;
+    const cv::Point2f now = points[i].evidence.now;
     if (!point.judged || point.own_car || (needs_support && !points[i].is_supported) ||
         !IsInside(now.x, now.y, frame.grey.size())) {
       ++result.discarded_count;
       continue;
     }
-    const PointPair pair{then.x, then.y, now.x, now.y};
-    result.positions.insert(result.positions.end(), {now.x, now.y});
-    result.other_positions.insert(result.other_positions.end(), {then.x, then.y});
-    result.probability.push_back(point.probability);
-    result.residual_pixels.push_back(
-        Residuals(model.kind, model.matrix, {pair}, EpipolarDistance::kSampson)[0]);
-    result.decided_by.push_back(point.decided_by);
+    add(now, points[i].evidence.before, point.probability, point.decided_by);
   }
+  for (const GuidedPlace& place : evidence.standing) {
+    add(place.now, place.before, evidence.standing_probability, EvidenceTerm::kEpipolar);
+  }
+  result.guided_count = static_cast<int64_t>(evidence.standing.size());
   result.outcome = LabelOutcome::kLabelled;
 }
 

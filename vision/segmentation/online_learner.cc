@@ -10,6 +10,7 @@
 #include "absl/strings/str_format.h"
 #include "gp/calibration/leave_one_out.h"
 #include "gp/selection/agreement_filter.h"
+#include "gp/selection/contradiction_filter.h"
 #include "kernels/base/status_macros.h"
 #include "vision/segmentation/frame_calibration.h"
 #include "vision/segmentation/rows.h"
@@ -56,6 +57,10 @@ absl::Status OnlineLearnerOptions::Validate() const {
       return absl::InvalidArgumentError(absl::StrFormat(
           "density radius = %g; it must be finite and not negative", density->radius));
     }
+  }
+  if (!(contradiction_radius >= 0.0) || std::isinf(contradiction_radius)) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "contradiction_radius = %g; it must be finite and not negative", contradiction_radius));
   }
   if (!(arrival_share > 0.0 && arrival_share <= 1.0)) {
     return absl::InvalidArgumentError(
@@ -125,7 +130,7 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
   LimitArrivals(labels, frame_index, selected);
   counts.dropped_by_budget = counts.added - static_cast<int64_t>(selected.size());
   Points arriving{GatherRows(inputs, selected), Gather(labels, selected)};
-  std::vector<int64_t> alive(model_.size());
+  std::vector<int64_t> alive;
   // What untrained hyperparameters say of a point is no ground to drop it: with random ones the
   // first frame lost all its rarer class, and without two classes nothing is ever trained.
   if (options_.consistency_filter && trainer_.state().frames_trained > 0) {
@@ -136,7 +141,10 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
                                        PredictionsFromMeans(model_.PredictOwnMean())));
     counts.dropped_by_consistency = model_.size() - static_cast<int64_t>(alive.size());
   } else {
-    std::iota(alive.begin(), alive.end(), 0);
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        alive, gp::FilterByContradiction(model_.inputs(), LabelsOf(model_.targets()), inputs,
+                                         labels, options_.contradiction_radius));
+    counts.dropped_by_consistency = model_.size() - static_cast<int64_t>(alive.size());
   }
   EGOSIEVE_RETURN_IF_ERROR(Thin(frame_index, alive, arriving, counts));
   EGOSIEVE_RETURN_IF_ERROR(model_.Remove(Complement(model_.size(), alive)));

@@ -4,6 +4,8 @@
 //   2. novelty       keep those that the model gets wrong (all while it is empty)   IV-E, 2
 //      add           the factor grows                                               IV-D
 //   3. consistency   drop model points that are still classified wrongly            IV-E, 3
+//                    or, by default, those that the frame's labels contradict;
+//                    contradiction_filter.h
 //   4. density       thin the model, newest preferred                               IV-E, 4
 //   5. budget        drop the oldest beyond the budget, the rarer class protected
 //      remove        one removal of all that 3 to 5 name                            IV-D
@@ -23,9 +25,9 @@
 // which most are false, the mean is negative everywhere: step 3 empties the rarer class in the
 // second frame, and without two classes nothing is trained or taken any more.
 //
-// Steps 2 and 3 can be switched off: with clean labels they cost accuracy. Without step 3 nothing
-// has to be predicted by the grown model, and steps 4 and 5 are decided before points are added, so
-// that the factor never grows by what is dropped at once.
+// Step 2 and the paper's step 3 can be switched off: with clean labels they cost accuracy. Without
+// the latter nothing has to be predicted by the grown model, and steps 4 and 5 are decided before
+// points are added, so that the factor never grows by what is dropped at once.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_ONLINE_LEARNER_H_
 #define EGOSIEVE_VISION_SEGMENTATION_ONLINE_LEARNER_H_
 
@@ -59,6 +61,8 @@ struct OnlineLearnerOptions {
   gp::DensityFilterOptions new_point_density{0.08};
   bool novelty_filter = false;
   bool consistency_filter = false;
+  // Of contradiction_filter.h, in place of the consistency filter; 0: none are dropped.
+  double contradiction_radius = 0.0;
   gp::DensityFilterOptions model_density{0.056};
   gp::BudgetOptions budget;
   // The most points that one frame brings, of the budget: a model of one frame alone forgets what

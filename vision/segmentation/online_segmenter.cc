@@ -27,6 +27,7 @@ constexpr double kPaperZeroLabel = 0.2;
 // By tune_defaults --grid='density=0.03,0.08' over real and synthetic drives: mean AUC 0.9025, with
 // 0.03 0.9029 and with the paper's 0.08 0.8968.
 constexpr double kDefaultDensity = 0.05;
+constexpr double kContradictionRadius = 0.1;
 // By segment --model=sparse --inducing_points=N and evaluate, on 40 frames of each of the four
 // DAVIS drives: 128 and more cost at most 0.003 mean AUC a drive, 64 cost up to 0.005.
 constexpr int64_t kInducingPoints = 256;
@@ -63,6 +64,7 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Default() {
   OnlineSegmenterOptions options;
   options.labeller.frame_gap = 0;
   options.learner.SetDensity(kDefaultDensity);
+  options.learner.contradiction_radius = kContradictionRadius;
   options.learner.budget.budget = kDefaultBudget;
   options.learner.model.sparse.inducing_points = kInducingPoints;
   return options;

@@ -21,6 +21,10 @@ cv::Point2f Offset(const Track& track, int k) { return track.places[k] - track.p
 
 cv::Point2f Step(const Track& track, int k) { return track.places[k] - track.places[k - 1]; }
 
+bool IsInside(double x, double y, cv::Size image) {  // false for NaN
+  return x >= 0 && y >= 0 && x <= image.width - 1 && y <= image.height - 1;
+}
+
 int NodeCount(int pixels, int stride) {
   const int first = stride / 2;
   return pixels > first ? (pixels - 1 - first) / stride + 1 : 0;
@@ -63,7 +67,7 @@ int64_t GridTracker::NearestNode(cv::Point2f place) const {
          nearest(place.x, state_.nodes.width);
 }
 
-Track GridTracker::Inherit(cv::Point2f node, cv::Point2f before) const {
+Track GridTracker::Inherit(cv::Point2f node, cv::Point2f before, cv::Size image_size) const {
   const int stride = options_.stride_pixels;
   const auto cell = [&](float pixels, int count, int& low, int& high) {
     const float at = (pixels - stride / 2) / static_cast<float>(stride);
@@ -106,7 +110,9 @@ Track GridTracker::Inherit(cv::Point2f node, cv::Point2f before) const {
                             options_.agreement_slope * std::hypot<double>(step.x, step.y);
       if (agree) offset = mean;
     }
-    track.places[k + 1] = before + offset;
+    const cv::Point2f place = before + offset;
+    if (!IsInside(place.x, place.y, image_size)) break;
+    track.places[k + 1] = place;
     ++track.length;
   }
   if (track.length == kTrackHistory) track.length = nearest.length + 1;
@@ -161,15 +167,13 @@ absl::Status GridTracker::Link(cv::Size image_size, const std::vector<PointPair>
   std::vector<float> distances(state_.tracks.size(), 0.0F);
   for (const PointPair& link : links) {
     const int64_t n = NodeOf(link, next.nodes);
-    const bool inside = link.x1 >= 0 && link.y1 >= 0 && link.x1 <= image_size.width - 1 &&
-                        link.y1 <= image_size.height - 1;  // false for NaN
-    if (n < 0 || !inside || next.tracks[n].length != 1) {
+    if (n < 0 || !IsInside(link.x1, link.y1, image_size) || next.tracks[n].length != 1) {
       return absl::InvalidArgumentError(absl::StrCat(
           "the link from (", link.x1, ", ", link.y1, ") to (", link.x2, ", ", link.y2,
           ") must begin in the image and end in a node of the grid that no other ends in"));
     }
     const cv::Point2f before(link.x1, link.y1);
-    next.tracks[n] = Inherit(next.tracks[n].places[0], before);
+    next.tracks[n] = Inherit(next.tracks[n].places[0], before, image_size);
     const int64_t parent = NearestNode(before);
     const cv::Point2f off = before - state_.tracks[parent].places[0];
     const float distance = off.dot(off);

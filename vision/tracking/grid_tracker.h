@@ -7,7 +7,8 @@
 //
 // o is read between the four nodes around x_(t-1), bilinearly, as long as they moved alike: back to
 // the first k where their steps places[k] - places[k - 1] differ by more than `agreement_floor +
-// agreement_slope |step|`. From there on, and so at the edge of an object, the nearest is read.
+// agreement_slope |step|`. From there on, and so at the edge of an object, the nearest is read. A
+// past ends where it leaves the image, half a node beside one that did not.
 // Drift is guarded by the check of each link; a node without a link is a birth.
 //
 // The nearest node is the parent. Of several children the one nearest to it keeps its id; the
@@ -71,7 +72,7 @@ class GridTracker {
   absl::Status Link(cv::Size image_size, const std::vector<PointPair>& links,
                     GridTrackerState& next) const;
   // (G1) for a node that came from `before`; a track without an id.
-  Track Inherit(cv::Point2f node, cv::Point2f before) const;
+  Track Inherit(cv::Point2f node, cv::Point2f before, cv::Size image_size) const;
   // The node that a link ends in, or -1.
   int64_t NodeOf(const PointPair& link, cv::Size nodes) const;
   // The node of the last frame nearest to a place inside the image.

@@ -9,8 +9,9 @@
 namespace egosieve::vision {
 namespace {
 
-RelativePose PoseOf(const PointStreet& street, int a, int b, const Pinhole& camera) {
-  return EstimateRelativePose(street.Pairs(a, b), street.Fundamental(a, b), camera, {});
+RelativePose PoseOf(const PointStreet& street, int a, int b, const Pinhole& camera,
+                    const RelativePoseOptions& options = {}) {
+  return EstimateRelativePose(street.Pairs(a, b), street.Fundamental(a, b), camera, options);
 }
 
 // Points straight ahead that travel with the camera, faster than it: the epipolar line is blind to
@@ -53,7 +54,7 @@ TEST(NegativeDepth, DeviationIsThatOfTheNoise) {
   options.noise_pixels = 0.4;
   options.static_count = 1500;
   const PointStreet street(options);
-  const RelativePose pose = PoseOf(street, 0, 2, street.camera());
+  const RelativePose pose = PoseOf(street, 0, 2, street.camera(), {.focal_deviation = 0});
   ASSERT_TRUE(pose.found());
   const Eigen::Matrix3d turn = street.RotationBetween(0, 2);
   std::mt19937_64 random(3);
@@ -103,6 +104,59 @@ TEST(NegativeDepth, HardlyDependsOnTheFocalLength) {
       changed += negative(a) != negative(b) ? 1 : 0;
     }
     EXPECT_LT(changed, 0.02 * pairs.size()) << share;
+  }
+}
+
+StreetOptions SharpTurn() {
+  StreetOptions options;
+  options.static_count = 3000;
+  options.yaw = 0.1;
+  options.travel = {0.02, 0.0, 0.5};
+  return options;
+}
+
+// (P7), (N4): what another focal length makes of the signed flow, the pose estimated anew.
+TEST(NegativeDepth, DeviationByTheLensIsTheSlope) {
+  const PointStreet street(SharpTurn());
+  constexpr double kStep = 0.01, kDeviation = 10.0;
+  const double focal = street.camera().focal_pixels;
+  const Pinhole longer = Pinhole::Of(SharpTurn().size, focal * std::exp(kStep));
+  const Pinhole shorter = Pinhole::Of(SharpTurn().size, focal * std::exp(-kStep));
+  const RelativePose at_longer = PoseOf(street, 0, 1, longer),
+                     at_shorter = PoseOf(street, 0, 1, shorter),
+                     pose = PoseOf(street, 0, 1, street.camera(),
+                                   {.lens_multiple = 0, .focal_deviation = kDeviation});
+  int compared = 0;
+  for (const PointPair& pair : street.Pairs(0, 1)) {
+    const SignedFlow a = MeasureSignedFlow(shorter, at_shorter, pair),
+                     b = MeasureSignedFlow(longer, at_longer, pair),
+                     flow = MeasureSignedFlow(street.camera(), pose, pair);
+    // Near the point of expansion lines turn by more than the slope knows.
+    if (!a.present || !b.present || !flow.present || a.direction.dot(b.direction) < 0.999) continue;
+    const double slope = (b.along_pixels - a.along_pixels) / (2 * kStep);
+    const double stated = flow.deviation_pixels / kDeviation;
+    EXPECT_NEAR(std::abs(slope), stated, 0.05 * stated + 0.2) << pair.x1 << " " << pair.y1;
+    ++compared;
+  }
+  EXPECT_GT(compared, 500);
+}
+
+// The true share is 0.58: guesses up to 1.4 deviations off.
+TEST(NegativeDepth, SharpTurnsUnderAGuessedLensPutNoStaticPointBehindTheCamera) {
+  StreetOptions options = SharpTurn();
+  options.noise_pixels = 0.2;
+  const PointStreet street(options);
+  for (const double share : {0.45, 0.7, 0.9, 1.0}) {
+    const Pinhole guess = Pinhole::Of(options.size, share * options.size.width);
+    const RelativePose pose = PoseOf(street, 0, 1, guess, {.lens_multiple = 0});
+    ASSERT_TRUE(pose.found()) << share;
+    int present = 0, negative = 0;
+    for (const PointPair& pair : street.Pairs(0, 1)) {
+      const SignedFlow flow = MeasureSignedFlow(guess, pose, pair);
+      present += flow.present ? 1 : 0;
+      negative += flow.present && flow.along_pixels < -3 * flow.deviation_pixels ? 1 : 0;
+    }
+    EXPECT_LE(negative, 0.01 * present) << share << ", of " << present;
   }
 }
 

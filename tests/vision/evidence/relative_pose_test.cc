@@ -113,6 +113,29 @@ TEST(RelativePose, NoTranslationIsSaid) {
   EXPECT_EQ(pose.outcome, PoseOutcome::kNoTranslation);
 }
 
+// What a rotation looks like through another lens is no rotation; nor is it travel.
+TEST(RelativePose, NoTranslationIsSaidUnderAGuessedLens) {
+  StreetOptions options;
+  options.travel.setZero();
+  options.noise_pixels = 0.1;
+  options.yaw = 0.15;
+  const PointStreet street(options);
+  const PointStreet other([&] {
+    StreetOptions moved = options;
+    moved.travel = {0.1, 0.0, 1.0};
+    return moved;
+  }());
+  for (const double share : {0.45, 0.9}) {  // 0.58 is the true one
+    const Pinhole guess = Pinhole::Of(options.size, share * options.size.width);
+    const RelativePose pose =
+        EstimateRelativePose(street.Pairs(0, 1), other.Fundamental(0, 1), guess, {});
+    EXPECT_EQ(pose.outcome, PoseOutcome::kNoTranslation) << share << Name(pose.outcome);
+    const RelativePose certain = EstimateRelativePose(street.Pairs(0, 1), other.Fundamental(0, 1),
+                                                      guess, {.lens_multiple = 0});
+    EXPECT_NE(certain.outcome, PoseOutcome::kNoTranslation) << share;
+  }
+}
+
 TEST(RelativePose, DegenerateInputIsAnOutcome) {
   const PointStreet street(StreetOptions{});
   const Eigen::Matrix3d f = street.Fundamental(0, 1);
@@ -156,6 +179,12 @@ TEST(RelativePose, OptionsAreChecked) {
   EXPECT_FALSE(options.Validate().ok());
   options = {};
   options.max_pairs = 3;
+  EXPECT_FALSE(options.Validate().ok());
+  options = {};
+  options.focal_deviation = std::nan("");
+  EXPECT_FALSE(options.Validate().ok());
+  options = {};
+  options.lens_multiple = -1;
   EXPECT_FALSE(options.Validate().ok());
 }
 

@@ -36,10 +36,10 @@ Fit FitStreet(const PointStreet& street, int a, int b, int c) {
 
 TEST(ThreeView, ExactStaticPointsHaveNoResidualAndTheScaleIsFound) {
   const PointStreet street(StreetOptions{});
-  // From 0 to 2 the camera travels twice as far as from 2 to 3.
-  const Fit fit = FitStreet(street, 0, 2, 3);
+  // From 0 to 3 the camera travels half as far again as from 3 to 5.
+  const Fit fit = FitStreet(street, 0, 3, 5);
   ASSERT_TRUE(fit.motion.found);
-  EXPECT_NEAR(fit.motion.speed_ratio, 0.5, 1e-6);
+  EXPECT_NEAR(fit.motion.speed_ratio, 2.0 / 3, 1e-6);
   for (const PointTriple& triple : fit.triples) {
     const ThreeViewResidual r = MeasureThreeViews(fit.motion, street.camera(), triple);
     if (!r.present) continue;
@@ -99,6 +99,18 @@ TEST(ThreeView, AMinorityOfMoversDoesNotMoveTheFit) {
   // 450 triples at 0.2 px and flows of about 20 px determine the ratio to 0.2 / 20 / sqrt(450),
   // 5e-4; a fit that gave the movers their say is off by more than 0.02.
   EXPECT_NEAR(fit.motion.speed_ratio, 1.0, 0.01);
+}
+
+// One step of two pictures beside one of one.
+TEST(ThreeView, AbsentWhereAPictureIsMissing) {
+  const PointStreet street(StreetOptions{});
+  const Fit before = FitStreet(street, 0, 2, 3), behind = FitStreet(street, 0, 1, 3);
+  for (const Fit* fit : {&before, &behind}) {
+    EXPECT_FALSE(fit->motion.found);
+    EXPECT_FALSE(MeasureThreeViews(fit->motion, street.camera(), fit->triples[0]).present);
+  }
+  EXPECT_NEAR(before.motion.speed_ratio, 0.5, 1e-3);
+  EXPECT_NEAR(behind.motion.speed_ratio, 2.0, 1e-3);
 }
 
 TEST(ThreeView, AbsentWithoutPosesOrTriples) {

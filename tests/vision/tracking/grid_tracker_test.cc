@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -111,6 +112,25 @@ TEST(GridTracker, EdgesAreNotBlended) {
     moving += moved > 1 ? 1 : 0;
   }
   EXPECT_GT(moving, 100);
+}
+
+// A camera that turns: what enters at the left has no past further left.
+TEST(GridTracker, APastEndsWhereItLeavesTheImage) {
+  constexpr double kShift = 7.3;
+  GridTracker tracker = Tracker();
+  for (int t = 0; t < 12; ++t) {
+    ASSERT_TRUE(tracker.Advance(t, kSize, Zoom(1.0, {kShift, 0})).ok());
+    for (const Track& track : tracker.tracks()) {
+      const float x = track.places[0].x;
+      for (int k = 0; track.Reaches(k); ++k) {
+        ASSERT_GE(track.places[k].x, 0.0F);
+        ASSERT_NEAR(track.places[k].x, x - kShift * k, 1e-3);
+      }
+      // What it has in common with the nearest node: of the way to the edge half a node is lost.
+      const auto seen = static_cast<int64_t>((x - kStride / 2.0) / kShift);
+      ASSERT_GE(track.length, std::min<int64_t>(t, seen));
+    }
+  }
 }
 
 TEST(GridTracker, DroppedFrameCutAndSizeEndAllTracks) {

@@ -1,0 +1,75 @@
+#include "tests/vision/labelling/track_watch.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace egosieve::vision {
+
+void TrackWatch::CheckTracks(const std::vector<Track>& tracks, int64_t next_id, cv::Size size,
+                             Ids& ids) {
+  ASSERT_GE(next_id, ids.next);
+  std::set<int64_t> now;
+  for (const Track& track : tracks) {
+    ASSERT_TRUE(now.insert(track.id).second) << "track " << track.id << " is there twice";
+    ASSERT_LT(track.id, next_id);
+    ASSERT_TRUE(track.id >= ids.next || ids.last.contains(track.id))
+        << "the id " << track.id << " was given before, and not to a track of the last picture";
+    ASSERT_LE(track.length, pictures_);
+    ASSERT_EQ(track.parent_id < 0, track.length == 1);
+    // Tracks that were born in the picture before have parents that no state has shown.
+    ASSERT_TRUE(track.parent_id < 0 || track.length == 2 || ids.last.contains(track.parent_id));
+    for (int k = 0; track.Reaches(k); ++k) {
+      const cv::Point2f place = track.places[k];
+      ASSERT_TRUE(place.x >= 0 && place.y >= 0 && place.x <= static_cast<float>(size.width - 1) &&
+                  place.y <= static_cast<float>(size.height - 1))
+          << place << ", " << k << " pictures ago";
+    }
+  }
+  ids.last = std::move(now);
+  ids.next = next_id;
+}
+
+void TrackWatch::Check(const LabelledFrame& labels, const LabellerState& state,
+                       const FrameLabellerOptions& options) {
+  SCOPED_TRACE(testing::Message() << "frame " << labels.frame_index);
+  const bool goes_on = labels.outcome == LabelOutcome::kLabelled ||
+                       labels.outcome == LabelOutcome::kUntrustedMotion ||
+                       (labels.outcome == LabelOutcome::kNoPair && labels.match_count > 0);
+  if (!goes_on) begin_ = labels.frame_index;
+  pictures_ = goes_on ? pictures_ + 1 : 1;
+  const EvidenceLabellerState& evidence = state.evidence;
+  const cv::Size size = labels.labelled.image.size();
+  CheckTracks(evidence.grid.tracks, evidence.grid.next_id, size, grid_);
+  CheckTracks(evidence.features.tracks, evidence.features.next_id, size, features_);
+
+  const size_t nodes = static_cast<size_t>(size.width / options.flow_stride_pixels + 1) *
+                       (size.height / options.flow_stride_pixels + 1);
+  EXPECT_LE(evidence.grid.tracks.size(), nodes);
+  if (goes_on) {
+    EXPECT_LE(evidence.features.tracks.size(), static_cast<size_t>(labels.feature_count));
+  }
+  EXPECT_LE(evidence.evidence.memories.size(),
+            evidence.grid.tracks.size() + evidence.features.tracks.size());
+  for (const auto& memory : evidence.evidence.memories) {
+    const Ids& ids = memory.track_id % 2 == 0 ? grid_ : features_;
+    ASSERT_TRUE(ids.last.contains(memory.track_id / 2)) << "evidence of a track that is gone";
+  }
+  constexpr size_t kMostGap = FrameLabellerOptions::kLongestAutoGap;
+  EXPECT_LE(evidence.evidence.poses.size(), kMostGap + 1);
+  EXPECT_LE(evidence.evidence.own_car.images.size(), kMostGap + 1);
+  EXPECT_LE(evidence.frame_indices.size(), static_cast<size_t>(kTrackHistory));
+  EXPECT_LE(static_cast<int64_t>(evidence.frame_indices.size()), pictures_);
+  if (labels.first_index >= 0) {
+    EXPECT_GE(labels.first_index, begin_);
+  }
+  if (!goes_on) {
+    EXPECT_TRUE(evidence.grid.tracks.empty());
+    EXPECT_TRUE(evidence.features.tracks.empty());
+    EXPECT_TRUE(evidence.evidence.memories.empty());
+    EXPECT_TRUE(evidence.evidence.poses.empty());
+    EXPECT_TRUE(evidence.evidence.own_car.images.empty());
+  }
+}
+
+}  // namespace egosieve::vision
