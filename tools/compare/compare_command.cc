@@ -269,7 +269,12 @@ class CompareCommand : public Command {
     const std::string base = absl::StrCat(out_, "/compare");
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".csv", ToCsv(comparisons)));
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".json", json.dump(2) + "\n"));
-    std::cout << ToTable(comparisons);
+    std::cout << ToTable(comparisons) << "\n";
+    for (const ProfileComparison& comparison : comparisons) {
+      for (const std::string& line : CompareWithPaper(comparison.summary)) {
+        std::cout << comparison.profile << ": " << line << "\n";
+      }
+    }
     int scored = 0, failed = 0;
     for (const ProfileComparison& comparison : comparisons) {
       scored += comparison.summary.drives;

@@ -167,11 +167,11 @@ Figure DrivesFigure(const std::vector<DriveComparison>& drives, const Comparison
 
 Figure TrendsFigure(const ComparisonSummary& summary) {
   constexpr double kFrames = 100.0;
-  Figure figure{"trends", "Does accuracy change over time?",
+  Figure figure{"trends", "AUC gained over time",
                 "Slope of the AUC of single frames over their number, common to all drives, with "
-                "the interval that holds 95 % of the block bootstrap's resamples. Above 0: the "
-                "method improves as it learns, which the paper claims of those that learn; an "
-                "interval that holds 0 decides nothing.",
+                "the interval that holds 95 % of the block bootstrap's resamples; an interval that "
+                "holds 0 decides nothing. What methods that learn nothing gain, too, is the "
+                "drives' getting easier.",
                 "", "AUC gained in 100 frames"};
   Series series{"slope", {}, {}};
   series.style = Series::Style::kIntervals;
@@ -205,6 +205,7 @@ Figure ProfilesFigure(const std::vector<ProfileComparison>& profiles) {
     if (!series.x.empty()) figure.series.push_back(std::move(series));
   }
   figure.y_range = std::pair(0.0, 1.0);
+  figure.full_width = true;
   return figure;
 }
 
@@ -229,16 +230,15 @@ PlotPage MakeComparisonPage(const std::vector<ProfileComparison>& profiles) {
   page.table = ToTable(profiles);
   const bool several = profiles.size() > 1;
   std::vector<std::vector<Figure>> figures;
+  page.columns = std::max<int>(1, static_cast<int>(profiles.size()));
   for (const ProfileComparison& profile : profiles) {
-    page.paragraphs.push_back(absl::StrFormat(
-        "Profile %s: %d drives; the same features, labels, frames and pixels for every method. "
-        "Flags: %s.",
-        profile.profile, profile.summary.drives,
-        absl::StrJoin(profile.flags, ", ", absl::PairFormatter(" "))));
-    for (const std::string& line : CompareWithPaper(profile.summary)) {
-      page.paragraphs.push_back(several ? absl::StrCat("Profile ", profile.profile, ", ", line)
-                                        : line);
-    }
+    TextList claims{absl::StrFormat("Profile %s: what the paper claims, and what %d drives show",
+                                    profile.profile, profile.summary.drives),
+                    CompareWithPaper(profile.summary)};
+    claims.items.push_back(
+        absl::StrFormat("flags: %s; the same features, labels, frames and pixels for every method",
+                        absl::StrJoin(profile.flags, ", ", absl::PairFormatter(" "))));
+    page.lists.push_back(std::move(claims));
     if (profile.summary.drives == 0) continue;
     figures.push_back(FiguresOf(profile));
     for (Figure& figure : figures.back()) {

@@ -65,28 +65,41 @@ std::vector<double> Differences(const MethodResult& a, const MethodResult& b) {
   return differences;
 }
 
-std::vector<FrameFigure> AucsByFrame(const MethodResult& method) {
+// The AUC by frame, less the other method's, where there is one.
+std::vector<FrameFigure> AucsByFrame(const MethodResult& method, const MethodResult* other) {
   std::vector<FrameFigure> aucs;
-  for (const MethodFrame& frame : method.frames) {
-    if (frame.auc) aucs.push_back({static_cast<double>(frame.index), *frame.auc});
+  for (size_t i = 0; i < method.frames.size(); ++i) {
+    const MethodFrame& frame = method.frames[i];
+    const Figure less = other == nullptr ? Figure(0.0) : other->frames[i].auc;
+    if (frame.auc && less) aucs.push_back({static_cast<double>(frame.index), *frame.auc - *less});
   }
   return aucs;
+}
+
+const MethodResult* FindLabels(const DriveComparison& drive) {
+  for (const MethodResult& method : drive.methods) {
+    if (method.method == "labels") return &method;
+  }
+  return nullptr;
 }
 
 MethodSummary SummariseMethod(const std::vector<const DriveComparison*>& drives, size_t index,
                               const BootstrapOptions& bootstrap) {
   const MethodResult& model = drives.front()->methods[index];
   MethodSummary summary{
-      model.method, model.probabilistic, model.scores, {}, {}, {}, {}, 0.0, 0.0, {}};
+      model.method, model.probabilistic, model.scores, {}, {}, {}, {}, {}, 0.0, 0.0, {}};
   std::vector<double> frame_aucs, drive_aucs, gains, milliseconds, sizes;
-  std::vector<std::vector<FrameFigure>> by_frame;
+  std::vector<std::vector<FrameFigure>> by_frame, lead_by_frame;
   for (size_t d = 0; d < drives.size(); ++d) {
     const MethodResult& method = drives[d]->methods[index];
     if (d > 0) summary.scores.Merge(method.scores);
     const std::vector<double> aucs = AucsOf(method);
     frame_aucs.insert(frame_aucs.end(), aucs.begin(), aucs.end());
     if (const Figure mean = Mean(aucs)) drive_aucs.push_back(*mean);
-    by_frame.push_back(AucsByFrame(method));
+    by_frame.push_back(AucsByFrame(method, nullptr));
+    if (const MethodResult* labels = FindLabels(*drives[d]); labels != nullptr) {
+      lead_by_frame.push_back(AucsByFrame(method, labels));
+    }
     if (const Figure gain = GainOf(aucs)) gains.push_back(*gain);
     for (const MethodFrame& frame : method.frames) milliseconds.push_back(frame.own_milliseconds);
     sizes.push_back(static_cast<double>(method.frames.back().model_size));
@@ -95,6 +108,7 @@ MethodSummary SummariseMethod(const std::vector<const DriveComparison*>& drives,
   summary.drive_auc = Mean(drive_aucs);
   summary.gain = Mean(gains);
   summary.slope = SlopeBootstrap(by_frame, bootstrap);
+  summary.slope_of_lead = SlopeBootstrap(lead_by_frame, bootstrap);
   summary.own_milliseconds = Median(std::move(milliseconds));
   summary.model_size = Mean(sizes).value_or(0.0);
   return summary;
@@ -279,6 +293,7 @@ Json ToJson(const std::vector<DriveComparison>& drives, const ComparisonSummary&
                        {"auc_over_drives", OrNull(method.drive_auc)},
                        {"gain", OrNull(method.gain)},
                        {"slope_per_frame", IntervalJson(method.slope)},
+                       {"slope_of_lead_over_labels_per_frame", IntervalJson(method.slope_of_lead)},
                        {"model_size", method.model_size},
                        {"own_milliseconds", method.own_milliseconds},
                        {"first_less_this", IntervalJson(method.difference)},

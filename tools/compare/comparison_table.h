@@ -4,7 +4,8 @@
 //   AUC (drives)   mean over drives of the mean over frames
 //   pooled AUC     of all scored pixels together
 //   difference     of the first method to another one in AUC, frame by frame (block_bootstrap.h)
-//   slope          AUC a frame over the frame's number, common to all drives (SlopeBootstrap)
+//   slope          AUC a frame over the frame's number, common to all drives (SlopeBootstrap);
+//                  of the lead over the method `labels`, which learns nothing, likewise
 //   gain           mean AUC of each drive's last third of frames less that of its first third
 #ifndef EGOSIEVE_TOOLS_COMPARE_COMPARISON_TABLE_H_
 #define EGOSIEVE_TOOLS_COMPARE_COMPARISON_TABLE_H_
@@ -27,9 +28,10 @@ struct MethodSummary {
   std::optional<double> drive_auc;
   std::optional<double> gain;
   std::optional<BootstrapInterval> slope;
-  double own_milliseconds = 0.0;                // median over frames
-  double model_size = 0.0;                      // mean over the drives' last frames
-  std::optional<BootstrapInterval> difference;  // of the first method; absent for itself
+  std::optional<BootstrapInterval> slope_of_lead;  // of its AUC less that of `labels`
+  double own_milliseconds = 0.0;                   // median over frames
+  double model_size = 0.0;                         // mean over the drives' last frames
+  std::optional<BootstrapInterval> difference;     // of the first method; absent for itself
 };
 
 struct ComparisonSummary {

@@ -82,11 +82,14 @@ void TellTrends(const ComparisonSummary& summary, std::vector<std::string>& line
   for (const char* learner : {"arcsine", "squared_exponential", "svm"}) {
     const MethodSummary* method = Find(summary, learner);
     if (method == nullptr || !method->slope) continue;
-    const BootstrapInterval& b = *method->slope;
+    const bool has_lead = method->slope_of_lead.has_value();
+    const BootstrapInterval& b = has_lead ? *method->slope_of_lead : *method->slope;
     lines.push_back(absl::StrFormat(
-        "the paper's claim: %s improves over time: %s (AUC %+.3f in 100 frames, 95 %% from %+.3f "
-        "to %+.3f)",
-        learner, Verdict(b), kFrames * b.mean, kFrames * b.low, kFrames * b.high));
+        "the paper's claim: %s improves over time: %s (%s %+.3f in 100 frames, 95 %% from %+.3f to "
+        "%+.3f%s)",
+        learner, Verdict(b), has_lead ? "lead over labels" : "AUC", kFrames * b.mean,
+        kFrames * b.low, kFrames * b.high,
+        has_lead ? absl::StrFormat("; AUC %+.3f", kFrames * method->slope->mean) : ""));
   }
 }
 
@@ -120,9 +123,6 @@ std::string ToTable(const std::vector<ProfileComparison>& profiles) {
   for (const ProfileComparison& profile : profiles) {
     absl::StrAppend(&table, "profile ", profile.profile, "\n",
                     ToTable(profile.drives, profile.summary));
-    for (const std::string& line : CompareWithPaper(profile.summary)) {
-      absl::StrAppend(&table, profile.profile, ": ", line, "\n");
-    }
     if (&profile != &profiles.back()) table.push_back('\n');
   }
   return table;

@@ -19,13 +19,15 @@ struct ProfileComparison {
 };
 
 // A line a method with a group of columns a profile, then each profile's own table (ToTable of
-// comparison_table.h), and what the paper claims beside what was found (CompareWithPaper).
+// comparison_table.h).
 std::string ToTable(const std::vector<ProfileComparison>& profiles);
 // A line a profile, drive, method and frame.
 std::string ToCsv(const std::vector<ProfileComparison>& profiles);
 nlohmann::ordered_json ToJson(const std::vector<ProfileComparison>& profiles);
 
-// What the paper claims and these figures do or do not show, a sentence each.
+// What the paper claims and these figures do or do not show, a sentence each; empty unless the
+// first method is arcsine. That a method improves over time is judged by its lead over `labels`,
+// which learn nothing: the drive itself may get easier.
 std::vector<std::string> CompareWithPaper(const ComparisonSummary& summary);
 
 }  // namespace egosieve::tools
