@@ -19,12 +19,16 @@ std::vector<double> BlockSums(const std::vector<double>& values, int64_t length)
   return sums;
 }
 
+int64_t BlockLength(int64_t frames, const BootstrapOptions& options) {
+  constexpr int64_t kFewestBlocks = 3;
+  return std::min<int64_t>(options.block_frames, std::max<int64_t>(1, frames / kFewestBlocks));
+}
+
 // One drive's resampled sum: whole blocks, and a last one that may be shorter.
 class Drive {
  public:
   Drive(const std::vector<double>& values, int64_t block)
-      : count_(static_cast<int64_t>(values.size())), whole_(count_ / std::min(block, count_)) {
-    block = std::min(block, count_);
+      : count_(static_cast<int64_t>(values.size())), whole_(count_ / block) {
     blocks_ = BlockSums(values, block);
     rest_ = BlockSums(values, count_ - whole_ * block);
   }
@@ -86,7 +90,7 @@ CentredDrive Centre(const std::vector<FrameFigure>& frames) {
 }
 
 // sum t e, the residuals e drawn by blocks.
-double ResampledProduct(const CentredDrive& drive, int block, std::mt19937_64& random) {
+double ResampledProduct(const CentredDrive& drive, int64_t block, std::mt19937_64& random) {
   const size_t count = drive.time.size();
   double product = 0.0;
   size_t source = 0;
@@ -116,7 +120,7 @@ std::optional<BootstrapInterval> BlockBootstrap(const std::vector<std::vector<do
   double sum = 0.0;
   for (const std::vector<double>& drive : differences) {
     if (drive.empty()) continue;
-    drives.emplace_back(drive, options.block_frames);
+    drives.emplace_back(drive, BlockLength(static_cast<int64_t>(drive.size()), options));
     interval.frames += static_cast<int64_t>(drive.size());
     for (const double value : drive) sum += value;
   }
@@ -161,7 +165,8 @@ std::optional<BootstrapInterval> SlopeBootstrap(const std::vector<std::vector<Fr
   for (int i = 0; i < options.resamples; ++i) {
     double resampled = 0.0;
     for (const CentredDrive& drive : centred) {
-      resampled += ResampledProduct(drive, options.block_frames, random);
+      const auto frames = static_cast<int64_t>(drive.time.size());
+      resampled += ResampledProduct(drive, BlockLength(frames, options), random);
     }
     slopes.push_back(interval.mean + resampled / square);
   }

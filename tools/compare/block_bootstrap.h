@@ -1,7 +1,8 @@
 // How sure a mean difference is, when neighbouring frames are alike: the block bootstrap.
 //
 //   d_i       the difference of two methods' figures in frame i
-//   blocks    `block_frames` frames in a row, within one drive, wrapping at its end
+//   blocks    `block_frames` frames in a row, within one drive, wrapping at its end; fewer in a
+//             drive that has less than three blocks of them: a drive drawn whole is always the same
 //   resample  for each drive of n frames ceil(n / block_frames) blocks with replacement, cut to n
 //   interval  quantiles 0.025 and 0.975 of the resampled means over all frames
 //

@@ -164,6 +164,8 @@ Json DriveJson(const DriveComparison& drive) {
   json["frames"] = drive.frames;
   json["frames_of_prior"] = drive.frames_of_prior;
   json["frames_without_truth"] = drive.frames_without_truth;
+  json["frames_of_void"] = drive.frames_of_void;
+  json["frames_of_one_class"] = drive.frames_of_one_class;
   json["points_outside"] = drive.points_outside;
   Json& methods = json["methods"] = Json::array();
   for (const MethodResult& method : drive.methods) {
@@ -177,6 +179,31 @@ Json DriveJson(const DriveComparison& drive) {
                        {"frames_index_auc_size_milliseconds", frames}});
   }
   return json;
+}
+
+// What of the drives that were compared is not in the figures.
+void AppendLeftOut(const std::vector<DriveComparison>& drives, std::string* table) {
+  int64_t frames = 0, prior = 0, without = 0, voids = 0, one_class = 0, outside = 0;
+  for (const DriveComparison& drive : drives) {
+    if (!drive.status.ok()) continue;
+    frames += drive.frames;
+    prior += drive.frames_of_prior;
+    without += drive.frames_without_truth;
+    voids += drive.frames_of_void;
+    one_class += drive.frames_of_one_class;
+    outside += drive.points_outside;
+  }
+  const auto tell = [&](int64_t count, const char* what) {
+    if (count > 0)
+      absl::StrAppendFormat(table, "left out: %d of %d frames %s\n", count, frames, what);
+  };
+  tell(without, "without truth");
+  tell(prior, "before the first with labels (the prior)");
+  tell(voids, "whose truth is void everywhere or outside the image");
+  tell(one_class, "whose truth has one class, from the AUC by frame");
+  if (outside > 0) {
+    absl::StrAppendFormat(table, "left out: %d labelled points, outside the image\n", outside);
+  }
 }
 
 void AppendDrives(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary,
@@ -261,6 +288,7 @@ std::string ToTable(const std::vector<DriveComparison>& drives, const Comparison
                           *auc);
   }
   AppendDrives(drives, summary, &table);
+  AppendLeftOut(drives, &table);
   for (const DriveComparison& drive : drives) {
     if (drive.status.ok()) continue;
     absl::StrAppendFormat(&table, "failed: %s: %s\n", drive.sequence.name, drive.status.message());

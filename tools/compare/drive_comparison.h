@@ -65,10 +65,14 @@ struct DriveComparison {
   int64_t frames = 0;
   int64_t frames_of_prior = 0;       // not scored: before the first frame with labels
   int64_t frames_without_truth = 0;  // not scored
+  int64_t frames_of_void = 0;        // not scored: the truth knows nothing of them
+  int64_t frames_of_one_class = 0;   // scored, but without an AUC
   int64_t points_outside = 0;
 };
 
-// FailedPrecondition where no frame can be scored; Cancelled where `after_frame` returns false.
+// FailedPrecondition where no frame can be scored, where masks have another size than their frames
+// (how many is told), or where the truth lies beside the frames of another drive; Cancelled where
+// `after_frame` returns false.
 absl::StatusOr<DriveComparison> CompareMethods(std::shared_ptr<kernels::Context> context,
                                                const Sequence& sequence,
                                                const ComparisonOptions& options,

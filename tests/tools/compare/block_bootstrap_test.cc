@@ -58,6 +58,14 @@ TEST(BlockBootstrap, BlocksSeeThatNeighboursAreAlike) {
   EXPECT_LT(ratio, 3.5);
 }
 
+// A block as long as the drive would draw the whole drive each time, and be sure of its mean.
+TEST(BlockBootstrap, AShortDriveIsNotCertain) {
+  const auto interval = BlockBootstrap({{0.3, -0.1, 0.2, 0.4, 0.1, -0.2}}, {});
+  EXPECT_NEAR(interval->mean, 0.7 / 6.0, 1e-15);
+  EXPECT_LT(interval->low, interval->mean - 0.05);
+  EXPECT_GT(interval->high, interval->mean + 0.05);
+}
+
 TEST(BlockBootstrap, IsTheSameForTheSameSeed) {
   const std::vector<std::vector<double>> drives = {{0.1, -0.9, 0.3, 0.05}, {0.2, 0.0}};
   const auto first = BlockBootstrap(drives, {}), second = BlockBootstrap(drives, {});

@@ -120,6 +120,38 @@ TEST(Method, ARivalHasARunFolderOfItsOwn) {
   EXPECT_THAT(resumed.err, HasSubstr("keeps no checkpoints"));
 }
 
+TEST(Compare, TruthThatDoesNotFitIsToldWithCounts) {
+  const std::string root = FreshFolder();
+  PatchDriveOptions options;
+  options.frames = 5;
+  WritePatchDrive(root + "/one", options);
+  options.width_pixels = 64;
+  WritePatchDrive(root + "/small", options);
+  // Masks alone: beside frames they would be another drive's.
+  fs::rename(root + "/small/masks", root + "/small_masks");
+  fs::create_directory(root + "/half");
+  for (const char* name : {"000001.png", "000002.png"}) {
+    fs::copy(root + "/one/masks/" + name, root + "/half/" + name);
+  }
+  const auto compare = [&](const std::string& truth) {
+    return RunProgram({"compare", root + "/one/frames", "--truth=" + truth,
+                       "--out=" + root + "/out", "--methods=ransac", "--profiles=default",
+                       "--no_plots", "--progress=none"});
+  };
+  const ProgramOutcome small = compare(root + "/small_masks");
+  EXPECT_EQ(small.code, 2);
+  EXPECT_THAT(small.err, HasSubstr("5 of 5 masks do not fit their frames, first:"));
+  const ProgramOutcome half = compare(root + "/half");
+  EXPECT_EQ(half.code, 0) << half.err;
+  EXPECT_THAT(half.out, HasSubstr("left out: 3 of 5 frames without truth"));
+  options.width_pixels = 192;
+  options.frames = 4;
+  WritePatchDrive(root + "/other", options);
+  const ProgramOutcome other = compare(root + "/other/masks");
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.err, HasSubstr("which are other frames"));
+}
+
 TEST(Compare, WhatCannotBeIsRefusedBeforeWorkIsDone) {
   const std::string root = FreshFolder();
   const auto refused = [&](std::vector<std::string> arguments, int code, const std::string& why) {
