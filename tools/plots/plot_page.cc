@@ -23,7 +23,7 @@ constexpr char kStyle[] =
     "main{display:grid;column-gap:2em}.full{grid-column:1/-1}h2{font-size:1.1em}"
     "figure{margin:2em 0;border-top:1px solid #ccc;padding-top:1em}"
     "figure svg{max-width:100%;height:auto}figcaption{max-width:60em}"
-    "pre{font-size:12px;overflow-x:auto;background:#f6f6f6;padding:1em}";
+    "pre{font-size:11px;overflow-x:auto;background:#f6f6f6;padding:1em}";
 
 std::string Escaped(const std::string& text) {
   return absl::StrReplaceAll(text, {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}});
