@@ -1,5 +1,7 @@
 #include "vision/evidence/road_evidence.h"
 
+#include <utility>
+
 #include "vision/evidence/road_contact.h"
 
 namespace egosieve::vision {
@@ -7,46 +9,43 @@ namespace {
 
 constexpr double kMostDoubt = 1.5;  // log-likelihood ratio of a place that stands still
 
-cv::Point2f Now(const PointPair& pair) {
-  return {static_cast<float>(pair.x2), static_cast<float>(pair.y2)};
-}
-
-PointPair PairOf(const GuidedPlace& place) {
-  return {place.before.x, place.before.y, place.now.x, place.now.y};
+void Append(const std::vector<GuidedPlace>& guided, const RoadView& view,
+            std::vector<PointPair>& pairs, std::vector<InverseDepth>& depths) {
+  std::vector<PointPair> added;
+  for (const GuidedPlace& place : guided) {
+    added.push_back({place.before.x, place.before.y, place.now.x, place.now.y});
+  }
+  const std::vector<InverseDepth> added_depths = InverseDepths(view.camera, view.pose, added);
+  pairs.insert(pairs.end(), added.begin(), added.end());
+  depths.insert(depths.end(), added_depths.begin(), added_depths.end());
 }
 
 }  // namespace
 
 RoadEvidence MeasureRoad(const RoadView& view, const RoadSlope& last, uint64_t seed) {
   RoadEvidence result;
-  std::vector<InverseDepth> depths = InverseDepths(view.camera, view.pose, view.pairs);
+  std::vector<PointPair> pairs = view.pairs;
+  std::vector<InverseDepth> depths = InverseDepths(view.camera, view.pose, pairs);
   for (size_t i = 0; i < depths.size(); ++i) depths[i].is_textured = view.is_textured[i];
   result.road = FitRoad(depths, last, seed);
   if (!result.road.found) return result;
 
-  std::vector<PointPair> pairs = view.pairs;
   std::vector<GuidedPlace> guided;
   if (view.pictures != nullptr) {
-    guided = GuidedMatcher(view.before, view.now, view.camera, view.pose, result.road,
-                           view.pictures->noise_levels())
-                 .Match(view.unfollowed);
-    for (const GuidedPlace& place : guided) pairs.push_back(PairOf(place));
-    const std::vector<InverseDepth> guided_depths = InverseDepths(
-        view.camera, view.pose, {pairs.begin() + std::ptrdiff_t(view.pairs.size()), pairs.end()});
-    for (size_t i = 0; i < guided.size(); ++i) {
-      depths.push_back(guided_depths[i]);
-      depths.back().valid &= guided[i].has_depth;
-    }
+    guided = MatchRoad(result.road, view.camera, view.pose, view.before, view.now,
+                       view.pictures->noise_levels(), view.unfollowed);
+    Append(guided, view, pairs, depths);
     CompareWithRoad(result.road, view.camera, view.pose, *view.pictures, pairs, depths);
   }
   std::vector<cv::Point2f> places;
-  for (const PointPair& pair : pairs) places.push_back(Now(pair));
-  std::vector<double> ratios = RoadLogRatios(result.road, depths, places, view.size);
-  for (size_t i = 0; i < guided.size(); ++i) {
-    if (ratios[view.pairs.size() + i] < kMostDoubt) result.standing.push_back(guided[i]);
+  for (const PointPair& pair : pairs) {
+    places.emplace_back(static_cast<float>(pair.x2), static_cast<float>(pair.y2));
   }
-  ratios.resize(view.pairs.size());
-  result.log_ratios = std::move(ratios);
+  result.log_ratios = RoadLogRatios(result.road, depths, places, view.size);
+  for (size_t i = 0; i < guided.size(); ++i) {
+    if (result.log_ratios[view.pairs.size() + i] < kMostDoubt) result.standing.push_back(guided[i]);
+  }
+  result.log_ratios.resize(view.pairs.size());
   return result;
 }
 

@@ -1,12 +1,10 @@
 // The road's part in a frame's evidence, step by step:
 //
 //   1. inverse depths of the places that were followed, and the plane    road_plane.h
-//   2. with both pictures: places that were not followed                 guided_match.h
+//   2. with both pictures: road among the places that were not           guided_match.h
 //   3. what the pictures, R2 and R3 say of all of them                   road_contact.h
 //
-// Places of step 2 stand still, for they show where standing still has them; but what moves along
-// its epipolar line does, too. Those that step 3 doubts are given up: flow did not follow them, so
-// a wrong depth is likelier than a mover, and one that stands still must not be said of a mover.
+// A place of step 2 that step 3 doubts is given up: nothing follows it, so it has no word to say.
 #ifndef EGOSIEVE_VISION_EVIDENCE_ROAD_EVIDENCE_H_
 #define EGOSIEVE_VISION_EVIDENCE_ROAD_EVIDENCE_H_
 
