@@ -22,6 +22,9 @@ constexpr int64_t kBlockRows = 64;
 constexpr int64_t kWidePanel = 32;
 constexpr int64_t kNarrowPanel = 16;
 constexpr int64_t kNarrowRemoval = 16;  // rows
+// |c2|^2 / c1^2 below which a row has nothing to reflect: far below rounding, and far above where
+// v0^2, of the order of its square, underflows and 0 / 0 is made of it.
+constexpr double kNegligibleSquare = 1e-100;
 
 // Dots and updates of short vectors, written so that they vectorise in a fixed order.
 double Dot(const double* a, const double* b, int64_t n) {
@@ -159,7 +162,7 @@ class Removal {
       const double square = Dot(c2.row(j), c2.row(j), active);
       double tau = 0.0;
       std::fill(v.row(j), v.row(j) + active, 0.0);
-      if (square > 0.0) {
+      if (square > kNegligibleSquare * diagonal * diagonal) {
         const double norm = std::sqrt(diagonal * diagonal + square);
         const double v0 = -square / (diagonal + norm);
         tau = 2.0 * v0 * v0 / (square + v0 * v0);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <random>
+#include <utility>
 
 #include "absl/strings/str_format.h"
 
@@ -18,12 +19,16 @@ std::vector<double> BlockSums(const std::vector<double>& values, int64_t length)
   return sums;
 }
 
+int64_t BlockLength(int64_t frames, const BootstrapOptions& options) {
+  constexpr int64_t kFewestBlocks = 3;
+  return std::min<int64_t>(options.block_frames, std::max<int64_t>(1, frames / kFewestBlocks));
+}
+
 // One drive's resampled sum: whole blocks, and a last one that may be shorter.
 class Drive {
  public:
   Drive(const std::vector<double>& values, int64_t block)
-      : count_(static_cast<int64_t>(values.size())), whole_(count_ / std::min(block, count_)) {
-    block = std::min(block, count_);
+      : count_(static_cast<int64_t>(values.size())), whole_(count_ / block) {
     blocks_ = BlockSums(values, block);
     rest_ = BlockSums(values, count_ - whole_ * block);
   }
@@ -53,6 +58,50 @@ double Quantile(const std::vector<double>& sorted, double share) {
   return sorted[low] + (place - static_cast<double>(low)) * (sorted[high] - sorted[low]);
 }
 
+// Takes the resampled figures; the rest of the interval is set.
+void SetQuantiles(std::vector<double> resampled, BootstrapInterval& interval) {
+  double positive = 0.0;
+  for (const double value : resampled) positive += value > 0.0 ? 1.0 : value == 0.0 ? 0.5 : 0.0;
+  interval.share_positive = positive / static_cast<double>(resampled.size());
+  std::sort(resampled.begin(), resampled.end());
+  interval.low = Quantile(resampled, 0.025);
+  interval.high = Quantile(resampled, 0.975);
+}
+
+// A drive's frames less their mean, and what is left of its figures.
+struct CentredDrive {
+  std::vector<double> time;
+  std::vector<double> residual;
+};
+
+CentredDrive Centre(const std::vector<FrameFigure>& frames) {
+  double time = 0.0, value = 0.0;
+  for (const FrameFigure& frame : frames) {
+    time += frame.frame;
+    value += frame.value;
+  }
+  const auto count = static_cast<double>(frames.size());
+  CentredDrive drive;
+  for (const FrameFigure& frame : frames) {
+    drive.time.push_back(frame.frame - time / count);
+    drive.residual.push_back(frame.value - value / count);
+  }
+  return drive;
+}
+
+// sum t e, the residuals e drawn by blocks.
+double ResampledProduct(const CentredDrive& drive, int64_t block, std::mt19937_64& random) {
+  const size_t count = drive.time.size();
+  double product = 0.0;
+  size_t source = 0;
+  for (size_t i = 0; i < count; ++i) {
+    source = i % static_cast<size_t>(block) == 0 ? static_cast<size_t>(random() % count)
+                                                 : (source + 1) % count;
+    product += drive.time[i] * drive.residual[source];
+  }
+  return product;
+}
+
 }  // namespace
 
 absl::Status BootstrapOptions::Validate() const {
@@ -71,7 +120,7 @@ std::optional<BootstrapInterval> BlockBootstrap(const std::vector<std::vector<do
   double sum = 0.0;
   for (const std::vector<double>& drive : differences) {
     if (drive.empty()) continue;
-    drives.emplace_back(drive, options.block_frames);
+    drives.emplace_back(drive, BlockLength(static_cast<int64_t>(drive.size()), options));
     interval.frames += static_cast<int64_t>(drive.size());
     for (const double value : drive) sum += value;
   }
@@ -84,12 +133,44 @@ std::optional<BootstrapInterval> BlockBootstrap(const std::vector<std::vector<do
     double resampled = 0.0;
     for (const Drive& drive : drives) resampled += drive.Resample(random);
     means.push_back(resampled / frames);
-    interval.share_positive += means.back() > 0.0 ? 1.0 : means.back() == 0.0 ? 0.5 : 0.0;
   }
-  interval.share_positive /= options.resamples;
-  std::sort(means.begin(), means.end());
-  interval.low = Quantile(means, 0.025);
-  interval.high = Quantile(means, 0.975);
+  SetQuantiles(std::move(means), interval);
+  return interval;
+}
+
+std::optional<BootstrapInterval> SlopeBootstrap(const std::vector<std::vector<FrameFigure>>& drives,
+                                                const BootstrapOptions& options) {
+  constexpr size_t kFewestFrames = 3;
+  BootstrapInterval interval;
+  std::vector<CentredDrive> centred;
+  double product = 0.0, square = 0.0;
+  for (const std::vector<FrameFigure>& frames : drives) {
+    if (frames.size() < kFewestFrames) continue;
+    centred.push_back(Centre(frames));
+    interval.frames += static_cast<int64_t>(frames.size());
+    for (size_t i = 0; i < frames.size(); ++i) {
+      product += centred.back().time[i] * centred.back().residual[i];
+      square += centred.back().time[i] * centred.back().time[i];
+    }
+  }
+  if (!(square > 0.0)) return std::nullopt;
+  interval.mean = product / square;
+  for (CentredDrive& drive : centred) {
+    for (size_t i = 0; i < drive.time.size(); ++i) {
+      drive.residual[i] -= interval.mean * drive.time[i];
+    }
+  }
+  std::mt19937_64 random(options.seed);
+  std::vector<double> slopes;
+  for (int i = 0; i < options.resamples; ++i) {
+    double resampled = 0.0;
+    for (const CentredDrive& drive : centred) {
+      const auto frames = static_cast<int64_t>(drive.time.size());
+      resampled += ResampledProduct(drive, BlockLength(frames, options), random);
+    }
+    slopes.push_back(interval.mean + resampled / square);
+  }
+  SetQuantiles(std::move(slopes), interval);
   return interval;
 }
 

@@ -1,9 +1,18 @@
 // How sure a mean difference is, when neighbouring frames are alike: the block bootstrap.
 //
 //   d_i       the difference of two methods' figures in frame i
-//   blocks    `block_frames` frames in a row, within one drive, wrapping at its end
+//   blocks    `block_frames` frames in a row, within one drive, wrapping at its end; fewer in a
+//             drive that has less than three blocks of them: a drive drawn whole is always the same
 //   resample  for each drive of n frames ceil(n / block_frames) blocks with replacement, cut to n
 //   interval  quantiles 0.025 and 0.975 of the resampled means over all frames
+//
+// A figure's trend over time, with the same blocks:
+//
+//   slope      b = sum (t - T_d)(a - A_d) / sum (t - T_d)^2 over all frames of all drives d, whose
+//              means are T_d and A_d: drives may lie at different heights
+//   residuals  e = a - A_d - b (t - T_d)
+//   resample   the residuals of each drive by blocks in a row, wrapping, around the fitted line;
+//              the interval is that of the slopes found again
 //
 // Deterministic in the seed. Reference: Künsch (1989); circular blocks after Politis and Romano
 // (1992).
@@ -37,6 +46,16 @@ struct BootstrapInterval {
 // Each drive's differences in the order of its frames; drives without frames are left out. Absent
 // without frames. Options must be valid.
 std::optional<BootstrapInterval> BlockBootstrap(const std::vector<std::vector<double>>& differences,
+                                                const BootstrapOptions& options);
+
+struct FrameFigure {
+  double frame = 0.0;  // t
+  double value = 0.0;  // a
+};
+
+// `mean` is the slope a frame, `frames` those of the drives that count: drives with fewer than
+// three frames are left out. Absent without drives. Options must be valid.
+std::optional<BootstrapInterval> SlopeBootstrap(const std::vector<std::vector<FrameFigure>>& drives,
                                                 const BootstrapOptions& options);
 
 }  // namespace egosieve::tools

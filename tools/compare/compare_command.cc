@@ -21,10 +21,12 @@
 #include "tools/compare/comparison_figures.h"
 #include "tools/compare/comparison_table.h"
 #include "tools/compare/drive_comparison.h"
+#include "tools/compare/profile_comparison.h"
 #include "tools/plots/plots_flag.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/segment/segment_flags.h"
 #include "tools/suite/sequences.h"
+#include "tools/suite/suite_run.h"
 #include "tools/synthesize/synthesize.h"
 #include "vision/segmentation/methods/map_method.h"
 
@@ -40,6 +42,12 @@ std::string AllMethods() {
                        });
 }
 
+// A way to segment, ready to be run.
+struct NamedOptions {
+  std::string name;
+  ComparisonOptions options;
+};
+
 class CompareCommand : public Command {
  public:
   std::string name() const override { return "compare"; }
@@ -49,6 +57,8 @@ class CompareCommand : public Command {
   std::string example() const override {
     return "egosieve compare drive/frames --truth=drive/masks --out=out/compare\n"
            "egosieve compare sequences --out=out/compare --profile=paper\n"
+           "egosieve compare sequences --out=out/compare --profiles=paper "
+           "--variant='no_filter_3=--profile=paper --consistency_filter=off'\n"
            "egosieve compare --scenarios=street,junction --frames=60 --out=out/compare";
   }
 
@@ -88,7 +98,17 @@ class CompareCommand : public Command {
                    "Probability from which a pixel is called moving, for IoU, F and objects")
         ->check(Between(0.0, 1.0))
         ->capture_default_str();
+    app.add_option("--profiles", profiles_,
+                   "Profiles of segment, by commas, side by side; --profile alone is one of them")
+        ->capture_default_str()
+        ->type_name("NAMES");
+    app.add_option("--variant", variants_,
+                   "One more way to segment, beside the profiles: a name and flags of segment, by "
+                   "spaces; may be repeated")
+        ->type_name("NAME=FLAGS");
     segment_.AddFlags(app);
+    app.get_option("--profile")->excludes(app.get_option("--profiles"));
+    profile_option_ = app.get_option("--profile");
     device_.AddFlag(app);
     plots_.AddFlag(app);
     progress_.AddFlag(app);
@@ -98,24 +118,72 @@ class CompareCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(bootstrap_.Validate());
     CatchInterruptions();
     options_.methods = absl::StrSplit(methods_, ',', absl::SkipEmpty());
-    options_.segmenter = segment_.MakeOptions(
-        std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / jobs_, 1, 256));
-    EGOSIEVE_RETURN_IF_ERROR(options_.segmenter.Validate());
+    if (options_.methods.empty()) return absl::InvalidArgumentError("no method; name one at least");
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<NamedOptions> profiles, Profiles());
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     // Names are checked before minutes are spent.
-    if (options_.methods.empty()) return absl::InvalidArgumentError("no method; name one at least");
     for (const std::string& method : options_.methods) {
-      const auto made = vision::MakeMethod(method, device.context, options_.segmenter);
+      const auto made =
+          vision::MakeMethod(method, device.context, profiles.front().options.segmenter);
       if (!made.ok()) return AsUsageError(made.status());
     }
     EGOSIEVE_RETURN_IF_ERROR(CreateFolder(out_));
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<Sequence> sequences, Sequences());
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<DriveComparison> drives,
-                              CompareAll(device.context, sequences));
-    return Report(drives);
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<ProfileComparison> comparisons,
+                              CompareAll(device.context, profiles, sequences));
+    return Report(comparisons);
   }
 
  private:
+  // The profiles and variants, each overridden by the flags that were given to all.
+  absl::StatusOr<std::vector<NamedOptions>> Profiles() const {
+    std::vector<SuiteVariant> variants;
+    if (profile_option_->count() > 0) {
+      variants.push_back({profile_option_->as<std::string>(), {}});
+    } else {
+      for (const std::string& profile :
+           std::vector<std::string>(absl::StrSplit(profiles_, ',', absl::SkipEmpty()))) {
+        variants.push_back(VariantOfProfile(profile));
+      }
+    }
+    for (const std::string& text : variants_) {
+      EGOSIEVE_ASSIGN_OR_RETURN(SuiteVariant variant, ParseVariant(text));
+      variants.push_back(std::move(variant));
+    }
+    if (variants.empty()) return absl::InvalidArgumentError("no profile; name one at least");
+    std::vector<NamedOptions> profiles;
+    for (const SuiteVariant& variant : variants) {
+      const bool known = std::any_of(profiles.begin(), profiles.end(), [&](const auto& profile) {
+        return profile.name == variant.name;
+      });
+      if (known) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("'", variant.name, "' is named twice; names must differ"));
+      }
+      EGOSIEVE_ASSIGN_OR_RETURN(ComparisonOptions options, OptionsOf(variant));
+      profiles.push_back({variant.name, std::move(options)});
+    }
+    return profiles;
+  }
+
+  absl::StatusOr<ComparisonOptions> OptionsOf(const SuiteVariant& variant) const {
+    SegmentFlags segment = segment_;
+    CLI::App app;
+    segment.AddFlags(app);
+    // CLI11 takes the last argument first.
+    std::vector<std::string> arguments(variant.flags.rbegin(), variant.flags.rend());
+    try {
+      app.parse(arguments);
+    } catch (const CLI::Error& error) {
+      return absl::InvalidArgumentError(absl::StrCat(variant.name, ": ", error.what()));
+    }
+    ComparisonOptions options = options_;
+    options.segmenter = segment.MakeOptions(
+        std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / jobs_, 1, 256));
+    EGOSIEVE_RETURN_IF_ERROR(options.segmenter.Validate());
+    return options;
+  }
+
   absl::StatusOr<std::vector<Sequence>> Sequences() {
     if (input_.empty()) {
       if (!truth_.empty()) {
@@ -151,25 +219,35 @@ class CompareCommand : public Command {
     return absl::OkStatus();
   }
 
-  absl::StatusOr<std::vector<DriveComparison>> CompareAll(
-      const std::shared_ptr<kernels::Context>& context, const std::vector<Sequence>& sequences) {
-    std::vector<DriveComparison> drives(sequences.size());
+  // Every drive under every profile, jobs_ at a time.
+  absl::StatusOr<std::vector<ProfileComparison>> CompareAll(
+      const std::shared_ptr<kernels::Context>& context, const std::vector<NamedOptions>& profiles,
+      const std::vector<Sequence>& sequences) {
+    std::vector<ProfileComparison> comparisons;
+    for (const NamedOptions& profile : profiles) {
+      comparisons.push_back({profile.name, DescribeOptions(profile.options.segmenter),
+                             std::vector<DriveComparison>(sequences.size()), ComparisonSummary()});
+    }
     Progress progress("compare", progress_, -1);
     std::mutex mutex;
     std::atomic<size_t> next = 0;
+    const size_t tasks = profiles.size() * sequences.size();
     const auto work = [&] {
-      for (size_t i = next++; i < sequences.size() && !InterruptionRequested(); i = next++) {
+      for (size_t i = next++; i < tasks && !InterruptionRequested(); i = next++) {
+        const Sequence& sequence = sequences[i / profiles.size()];
+        const size_t profile = i % profiles.size();
+        DriveComparison& result = comparisons[profile].drives[i / profiles.size()];
         absl::StatusOr<DriveComparison> drive =
-            CompareMethods(context, sequences[i], options_, [&] {
+            CompareMethods(context, sequence, profiles[profile].options, [&] {
               const std::lock_guard lock(mutex);
               progress.Advance();
               return !InterruptionRequested();
             });
         if (drive.ok()) {
-          drives[i] = *std::move(drive);
+          result = *std::move(drive);
         } else {
-          drives[i].sequence = sequences[i];
-          drives[i].status = drive.status();
+          result.sequence = sequence;
+          result.status = drive.status();
         }
       }
     };
@@ -178,32 +256,35 @@ class CompareCommand : public Command {
     for (std::thread& thread : threads) thread.join();
     progress.Finish();
     if (InterruptionRequested()) return absl::CancelledError("interrupted; nothing was written");
-    if (sequences.size() == 1) EGOSIEVE_RETURN_IF_ERROR(drives[0].status);
-    return drives;
+    if (sequences.size() == 1) EGOSIEVE_RETURN_IF_ERROR(comparisons[0].drives[0].status);
+    for (ProfileComparison& comparison : comparisons) {
+      comparison.summary = Summarise(comparison.drives, bootstrap_);
+    }
+    return comparisons;
   }
 
-  absl::StatusOr<ExitCode> Report(const std::vector<DriveComparison>& drives) const {
-    const ComparisonSummary summary = Summarise(drives, bootstrap_);
-    nlohmann::ordered_json json = ToJson(drives, summary);
-    json["flags"] = DescribeOptions(options_.segmenter);
+  absl::StatusOr<ExitCode> Report(const std::vector<ProfileComparison>& comparisons) const {
+    nlohmann::ordered_json json = ToJson(comparisons);
     json["block_frames"] = bootstrap_.block_frames;
     const std::string base = absl::StrCat(out_, "/compare");
-    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".csv", ToCsv(drives)));
+    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".csv", ToCsv(comparisons)));
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".json", json.dump(2) + "\n"));
-    std::cout << ToTable(drives, summary);
-    for (const std::string& line : CompareWithPaper(summary)) std::cout << line << "\n";
-    if (summary.drives > 0) {
-      const PlotPage page = MakeComparisonPage(drives, summary, FlagsLine());
-      EGOSIEVE_RETURN_IF_ERROR(plots_.Write(absl::StrCat(out_, "/plots"), page));
+    std::cout << ToTable(comparisons) << "\n";
+    for (const ProfileComparison& comparison : comparisons) {
+      for (const std::string& line : CompareWithPaper(comparison.summary)) {
+        std::cout << comparison.profile << ": " << line << "\n";
+      }
     }
-    return summary.failed > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
-  }
-
-  // The flags that shape the answer, as a line.
-  std::string FlagsLine() const {
-    return absl::StrCat(
-        "Flags: ",
-        absl::StrJoin(DescribeOptions(options_.segmenter), ", ", absl::PairFormatter(" ")), ".");
+    int scored = 0, failed = 0;
+    for (const ProfileComparison& comparison : comparisons) {
+      scored += comparison.summary.drives;
+      failed += comparison.summary.failed;
+    }
+    if (scored > 0) {
+      EGOSIEVE_RETURN_IF_ERROR(
+          plots_.Write(absl::StrCat(out_, "/plots"), MakeComparisonPage(comparisons)));
+    }
+    return failed > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
   }
 
   std::string input_, truth_, out_;
@@ -211,7 +292,10 @@ class CompareCommand : public Command {
   std::string scenarios_ = "street,junction,crossing,oncoming";
   int synthetic_frames_ = 150;
   int jobs_ = 1;
-  ComparisonOptions options_;
+  std::string profiles_ = "paper,default";
+  std::vector<std::string> variants_;
+  CLI::Option* profile_option_ = nullptr;
+  ComparisonOptions options_;  // but for the segmenter's, which each profile has its own
   BootstrapOptions bootstrap_;
   SegmentFlags segment_;
   DeviceFlag device_;

@@ -9,6 +9,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
 #include "tools/plots/score_figures.h"
 
 namespace egosieve::tools {
@@ -163,62 +165,93 @@ Figure DrivesFigure(const std::vector<DriveComparison>& drives, const Comparison
   return figure;
 }
 
-const MethodSummary* Find(const ComparisonSummary& summary, const std::string& name) {
+Figure TrendsFigure(const ComparisonSummary& summary) {
+  constexpr double kFrames = 100.0;
+  Figure figure{"trends", "AUC gained over time",
+                "Slope of the AUC of single frames over their number, common to all drives, with "
+                "the interval that holds 95 % of the block bootstrap's resamples; an interval that "
+                "holds 0 decides nothing. What methods that learn nothing gain, too, is the "
+                "drives' getting easier.",
+                "", "AUC gained in 100 frames"};
+  Series series{"slope", {}, {}};
+  series.style = Series::Style::kIntervals;
   for (const MethodSummary& method : summary.methods) {
-    if (method.method == name) return &method;
+    if (!method.slope) continue;
+    series.x.push_back(static_cast<double>(figure.categories.size()));
+    series.y.push_back(kFrames * method.slope->mean);
+    series.low.push_back(kFrames * method.slope->low);
+    series.high.push_back(kFrames * method.slope->high);
+    figure.categories.push_back(method.method);
   }
-  return nullptr;
+  figure.series.push_back(std::move(series));
+  return figure;
 }
 
-// Whether arcsine is ahead of another method; empty where that one was not run.
-std::string Verdict(const ComparisonSummary& summary, const char* whose, const std::string& rival) {
-  const MethodSummary* method = Find(summary, rival);
-  if (method == nullptr || !method->difference) return "";
-  const BootstrapInterval& d = *method->difference;
-  const char* verdict = d.low > 0.0 ? "shown" : d.high < 0.0 ? "contradicted" : "not decided";
-  return absl::StrFormat("%s: arcsine ahead of %s: %s (AUC %+.3f, 95 %% from %+.3f to %+.3f)",
-                         whose, rival, verdict, d.mean, d.low, d.high);
+Figure ProfilesFigure(const std::vector<ProfileComparison>& profiles) {
+  Figure figure{"profiles", "AUC by method and profile",
+                "Mean over all frames of all drives of the area under the ROC curve; 0.5 is "
+                "guessing.",
+                "", "AUC"};
+  for (const ProfileComparison& profile : profiles) {
+    Series series{profile.profile, {}, {}};
+    series.style = Series::Style::kBars;
+    for (const MethodSummary& method : profile.summary.methods) {
+      const auto known =
+          std::find(figure.categories.begin(), figure.categories.end(), method.method);
+      series.x.push_back(static_cast<double>(known - figure.categories.begin()));
+      series.y.push_back(method.frame_auc.value_or(kNone));
+      if (known == figure.categories.end()) figure.categories.push_back(method.method);
+    }
+    if (!series.x.empty()) figure.series.push_back(std::move(series));
+  }
+  figure.y_range = std::pair(0.0, 1.0);
+  figure.full_width = true;
+  return figure;
+}
+
+// All of one profile, in the order in which they are told.
+std::vector<Figure> FiguresOf(const ProfileComparison& profile) {
+  const std::vector<DriveComparison>& drives = profile.drives;
+  const ComparisonSummary& summary = profile.summary;
+  const std::vector<NamedScores> scores = Scores(summary);
+  return {RocWithFeatures(summary),     AucAgainstFrame(drives, summary),
+          TrendsFigure(summary),        SizeAgainstFrame(drives, summary),
+          DifferencesFigure(summary),   DrivesFigure(drives, summary),
+          TimeOfAFrame(summary),        PrecisionRecallFigure(scores),
+          IouByThresholdFigure(scores), ReliabilityFigure(scores),
+          SparsificationFigure(scores)};
 }
 
 }  // namespace
 
-std::vector<std::string> CompareWithPaper(const ComparisonSummary& summary) {
-  std::vector<std::string> lines;
-  const MethodSummary* arcsine = Find(summary, "arcsine");
-  if (arcsine == nullptr || arcsine != &summary.methods.front()) return lines;
-  for (const char* rival : {"squared_exponential", "svm", "optical_flow", "ransac"}) {
-    lines.push_back(Verdict(summary, "the paper's claim", rival));
-  }
-  for (const char* rival : {"labels", "dense_optical_flow", "homography_flow"}) {
-    lines.push_back(Verdict(summary, "beyond the paper", rival));
-  }
-  lines.erase(std::remove(lines.begin(), lines.end(), ""), lines.end());
-  if (arcsine->gain) {
-    lines.push_back(
-        absl::StrFormat("the paper's claim: improvement over time: AUC of the last third of a "
-                        "drive less the first %+.3f (%s)",
-                        *arcsine->gain, *arcsine->gain > 0.0 ? "as claimed" : "not shown"));
-  }
-  return lines;
-}
-
-PlotPage MakeComparisonPage(const std::vector<DriveComparison>& drives,
-                            const ComparisonSummary& summary, const std::string& flags) {
+PlotPage MakeComparisonPage(const std::vector<ProfileComparison>& profiles) {
   PlotPage page;
   page.title = "Egosieve and its rivals";
-  page.paragraphs = {absl::StrFormat(
-      "%d drives; the same features, labels, frames and pixels for every method. %s",
-      summary.drives, flags)};
-  for (const std::string& line : CompareWithPaper(summary)) {
-    page.paragraphs.push_back(line);
+  page.table = ToTable(profiles);
+  const bool several = profiles.size() > 1;
+  std::vector<std::vector<Figure>> figures;
+  page.columns = std::max<int>(1, static_cast<int>(profiles.size()));
+  for (const ProfileComparison& profile : profiles) {
+    TextList claims{absl::StrFormat("Profile %s: what the paper claims, and what %d drives show",
+                                    profile.profile, profile.summary.drives),
+                    CompareWithPaper(profile.summary)};
+    claims.items.push_back(
+        absl::StrFormat("flags: %s; the same features, labels, frames and pixels for every method",
+                        absl::StrJoin(profile.flags, ", ", absl::PairFormatter(" "))));
+    page.lists.push_back(std::move(claims));
+    if (profile.summary.drives == 0) continue;
+    figures.push_back(FiguresOf(profile));
+    for (Figure& figure : figures.back()) {
+      if (!several) break;
+      absl::StrAppend(&figure.id, "_",
+                      absl::StrReplaceAll(profile.profile, {{"-", "_"}, {"+", "_and_"}}));
+      absl::StrAppend(&figure.title, ", profile ", profile.profile);
+    }
   }
-  page.table = ToTable(drives, summary);
-  const std::vector<NamedScores> scores = Scores(summary);
-  page.figures = {RocWithFeatures(summary),          AucAgainstFrame(drives, summary),
-                  SizeAgainstFrame(drives, summary), DifferencesFigure(summary),
-                  DrivesFigure(drives, summary),     TimeOfAFrame(summary),
-                  PrecisionRecallFigure(scores),     IouByThresholdFigure(scores),
-                  ReliabilityFigure(scores),         SparsificationFigure(scores)};
+  if (several) page.figures.push_back(ProfilesFigure(profiles));
+  for (size_t kind = 0; !figures.empty() && kind < figures.front().size(); ++kind) {
+    for (std::vector<Figure>& all : figures) page.figures.push_back(std::move(all[kind]));
+  }
   return page;
 }
 

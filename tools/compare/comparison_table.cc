@@ -65,16 +65,41 @@ std::vector<double> Differences(const MethodResult& a, const MethodResult& b) {
   return differences;
 }
 
-MethodSummary SummariseMethod(const std::vector<const DriveComparison*>& drives, size_t index) {
+// The AUC by frame, less the other method's, where there is one.
+std::vector<FrameFigure> AucsByFrame(const MethodResult& method, const MethodResult* other) {
+  std::vector<FrameFigure> aucs;
+  for (size_t i = 0; i < method.frames.size(); ++i) {
+    const MethodFrame& frame = method.frames[i];
+    const Figure less = other == nullptr ? Figure(0.0) : other->frames[i].auc;
+    if (frame.auc && less) aucs.push_back({static_cast<double>(frame.index), *frame.auc - *less});
+  }
+  return aucs;
+}
+
+const MethodResult* FindLabels(const DriveComparison& drive) {
+  for (const MethodResult& method : drive.methods) {
+    if (method.method == "labels") return &method;
+  }
+  return nullptr;
+}
+
+MethodSummary SummariseMethod(const std::vector<const DriveComparison*>& drives, size_t index,
+                              const BootstrapOptions& bootstrap) {
   const MethodResult& model = drives.front()->methods[index];
-  MethodSummary summary{model.method, model.probabilistic, model.scores, {}, {}, {}, 0.0, 0.0, {}};
+  MethodSummary summary{
+      model.method, model.probabilistic, model.scores, {}, {}, {}, {}, {}, 0.0, 0.0, {}};
   std::vector<double> frame_aucs, drive_aucs, gains, milliseconds, sizes;
+  std::vector<std::vector<FrameFigure>> by_frame, lead_by_frame;
   for (size_t d = 0; d < drives.size(); ++d) {
     const MethodResult& method = drives[d]->methods[index];
     if (d > 0) summary.scores.Merge(method.scores);
     const std::vector<double> aucs = AucsOf(method);
     frame_aucs.insert(frame_aucs.end(), aucs.begin(), aucs.end());
     if (const Figure mean = Mean(aucs)) drive_aucs.push_back(*mean);
+    by_frame.push_back(AucsByFrame(method, nullptr));
+    if (const MethodResult* labels = FindLabels(*drives[d]); labels != nullptr) {
+      lead_by_frame.push_back(AucsByFrame(method, labels));
+    }
     if (const Figure gain = GainOf(aucs)) gains.push_back(*gain);
     for (const MethodFrame& frame : method.frames) milliseconds.push_back(frame.own_milliseconds);
     sizes.push_back(static_cast<double>(method.frames.back().model_size));
@@ -82,15 +107,11 @@ MethodSummary SummariseMethod(const std::vector<const DriveComparison*>& drives,
   summary.frame_auc = Mean(frame_aucs);
   summary.drive_auc = Mean(drive_aucs);
   summary.gain = Mean(gains);
+  summary.slope = SlopeBootstrap(by_frame, bootstrap);
+  summary.slope_of_lead = SlopeBootstrap(lead_by_frame, bootstrap);
   summary.own_milliseconds = Median(std::move(milliseconds));
   summary.model_size = Mean(sizes).value_or(0.0);
   return summary;
-}
-
-Figure BestIou(const DriveScores& scores) {
-  const std::vector<double> ious = scores.MeanIouByThreshold();
-  if (ious.empty()) return std::nullopt;
-  return *std::max_element(ious.begin(), ious.end());
 }
 
 Figure EceOf(const MethodSummary& method) {
@@ -143,6 +164,8 @@ Json DriveJson(const DriveComparison& drive) {
   json["frames"] = drive.frames;
   json["frames_of_prior"] = drive.frames_of_prior;
   json["frames_without_truth"] = drive.frames_without_truth;
+  json["frames_of_void"] = drive.frames_of_void;
+  json["frames_of_one_class"] = drive.frames_of_one_class;
   json["points_outside"] = drive.points_outside;
   Json& methods = json["methods"] = Json::array();
   for (const MethodResult& method : drive.methods) {
@@ -156,6 +179,31 @@ Json DriveJson(const DriveComparison& drive) {
                        {"frames_index_auc_size_milliseconds", frames}});
   }
   return json;
+}
+
+// What of the drives that were compared is not in the figures.
+void AppendLeftOut(const std::vector<DriveComparison>& drives, std::string* table) {
+  int64_t frames = 0, prior = 0, without = 0, voids = 0, one_class = 0, outside = 0;
+  for (const DriveComparison& drive : drives) {
+    if (!drive.status.ok()) continue;
+    frames += drive.frames;
+    prior += drive.frames_of_prior;
+    without += drive.frames_without_truth;
+    voids += drive.frames_of_void;
+    one_class += drive.frames_of_one_class;
+    outside += drive.points_outside;
+  }
+  const auto tell = [&](int64_t count, const char* what) {
+    if (count > 0)
+      absl::StrAppendFormat(table, "left out: %d of %d frames %s\n", count, frames, what);
+  };
+  tell(without, "without truth");
+  tell(prior, "before the first with labels (the prior)");
+  tell(voids, "whose truth is void everywhere or outside the image");
+  tell(one_class, "whose truth has one class, from the AUC by frame");
+  if (outside > 0) {
+    absl::StrAppendFormat(table, "left out: %d labelled points, outside the image\n", outside);
+  }
 }
 
 void AppendDrives(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary,
@@ -179,6 +227,12 @@ void AppendDrives(const std::vector<DriveComparison>& drives, const ComparisonSu
 
 }  // namespace
 
+std::optional<double> BestIou(const DriveScores& scores) {
+  const std::vector<double> ious = scores.MeanIouByThreshold();
+  if (ious.empty()) return std::nullopt;
+  return *std::max_element(ious.begin(), ious.end());
+}
+
 ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
                             const BootstrapOptions& bootstrap) {
   ComparisonSummary summary;
@@ -191,13 +245,14 @@ ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
     }
     whole.push_back(&drive);
     summary.at_features.Merge(drive.at_features);
+    summary.labels.Add(drive.labels);
     shared.insert(shared.end(), drive.shared_milliseconds.begin(), drive.shared_milliseconds.end());
   }
   summary.drives = static_cast<int>(whole.size());
   summary.shared_milliseconds = Median(std::move(shared));
   if (whole.empty()) return summary;
   for (size_t i = 0; i < whole.front()->methods.size(); ++i) {
-    MethodSummary method = SummariseMethod(whole, i);
+    MethodSummary method = SummariseMethod(whole, i, bootstrap);
     if (i > 0) {
       std::vector<std::vector<double>> differences;
       for (const DriveComparison* drive : whole) {
@@ -233,6 +288,7 @@ std::string ToTable(const std::vector<DriveComparison>& drives, const Comparison
                           *auc);
   }
   AppendDrives(drives, summary, &table);
+  AppendLeftOut(drives, &table);
   for (const DriveComparison& drive : drives) {
     if (drive.status.ok()) continue;
     absl::StrAppendFormat(&table, "failed: %s: %s\n", drive.sequence.name, drive.status.message());
@@ -241,20 +297,19 @@ std::string ToTable(const std::vector<DriveComparison>& drives, const Comparison
   return table;
 }
 
-std::string ToCsv(const std::vector<DriveComparison>& drives) {
-  std::string csv = "sequence,method,frame,auc,model_size,own_milliseconds,shared_milliseconds\n";
+void AppendCsv(const std::string& prefix, const std::vector<DriveComparison>& drives,
+               std::string* csv) {
   for (const DriveComparison& drive : drives) {
     for (const MethodResult& method : drive.methods) {
       for (size_t i = 0; i < method.frames.size(); ++i) {
         const MethodFrame& frame = method.frames[i];
         absl::StrAppendFormat(
-            &csv, "%s,%s,%d,%s,%d,%.3f,%.3f\n", drive.sequence.name, method.method, frame.index,
-            frame.auc ? absl::StrFormat("%.6f", *frame.auc) : "", frame.model_size,
+            csv, "%s%s,%s,%d,%s,%d,%.3f,%.3f\n", prefix, drive.sequence.name, method.method,
+            frame.index, frame.auc ? absl::StrFormat("%.6f", *frame.auc) : "", frame.model_size,
             frame.own_milliseconds, drive.shared_milliseconds[i]);
       }
     }
   }
-  return csv;
 }
 
 Json ToJson(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary) {
@@ -265,6 +320,8 @@ Json ToJson(const std::vector<DriveComparison>& drives, const ComparisonSummary&
                        {"auc_over_frames", OrNull(method.frame_auc)},
                        {"auc_over_drives", OrNull(method.drive_auc)},
                        {"gain", OrNull(method.gain)},
+                       {"slope_per_frame", IntervalJson(method.slope)},
+                       {"slope_of_lead_over_labels_per_frame", IntervalJson(method.slope_of_lead)},
                        {"model_size", method.model_size},
                        {"own_milliseconds", method.own_milliseconds},
                        {"first_less_this", IntervalJson(method.difference)},
@@ -278,6 +335,11 @@ Json ToJson(const std::vector<DriveComparison>& drives, const ComparisonSummary&
           {"ransac_at_features",
            {{"pooled_auc", OrNull(summary.at_features.Auc())},
             {"curve_fpr_recall_precision", CurveJson(summary.at_features)}}},
+          {"labels",
+           {{"static_features", summary.labels.features[0]},
+            {"static_features_labelled_dynamic", summary.labels.dynamic[0]},
+            {"moving_features", summary.labels.features[1]},
+            {"moving_features_labelled_dynamic", summary.labels.dynamic[1]}}},
           {"methods", methods},
           {"drives", per_drive}};
 }

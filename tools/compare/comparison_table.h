@@ -4,6 +4,8 @@
 //   AUC (drives)   mean over drives of the mean over frames
 //   pooled AUC     of all scored pixels together
 //   difference     of the first method to another one in AUC, frame by frame (block_bootstrap.h)
+//   slope          AUC a frame over the frame's number, common to all drives (SlopeBootstrap);
+//                  of the lead over the method `labels`, which learns nothing, likewise
 //   gain           mean AUC of each drive's last third of frames less that of its first third
 #ifndef EGOSIEVE_TOOLS_COMPARE_COMPARISON_TABLE_H_
 #define EGOSIEVE_TOOLS_COMPARE_COMPARISON_TABLE_H_
@@ -25,14 +27,17 @@ struct MethodSummary {
   std::optional<double> frame_auc;
   std::optional<double> drive_auc;
   std::optional<double> gain;
-  double own_milliseconds = 0.0;                // median over frames
-  double model_size = 0.0;                      // mean over the drives' last frames
-  std::optional<BootstrapInterval> difference;  // of the first method; absent for itself
+  std::optional<BootstrapInterval> slope;
+  std::optional<BootstrapInterval> slope_of_lead;  // of its AUC less that of `labels`
+  double own_milliseconds = 0.0;                   // median over frames
+  double model_size = 0.0;                         // mean over the drives' last frames
+  std::optional<BootstrapInterval> difference;     // of the first method; absent for itself
 };
 
 struct ComparisonSummary {
   std::vector<MethodSummary> methods;
   RocHistogram at_features;
+  LabelCounts labels;
   double shared_milliseconds = 0.0;  // median over frames
   int drives = 0;
   int failed = 0;
@@ -42,9 +47,14 @@ struct ComparisonSummary {
 ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
                             const BootstrapOptions& bootstrap);
 
+// The mean IoU of the method's frames at the one threshold that is best for them all.
+std::optional<double> BestIou(const DriveScores& scores);
+
 std::string ToTable(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary);
-// A line a drive, method and frame.
-std::string ToCsv(const std::vector<DriveComparison>& drives);
+// A line a drive, method and frame: prefix, sequence, method, frame, AUC, model size, own and
+// shared milliseconds.
+void AppendCsv(const std::string& prefix, const std::vector<DriveComparison>& drives,
+               std::string* csv);
 nlohmann::ordered_json ToJson(const std::vector<DriveComparison>& drives,
                               const ComparisonSummary& summary);
 

@@ -9,6 +9,8 @@
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
 #include "tools/evaluate/drive_truth.h"
+#include "tools/evaluate/same_drive.h"
+#include "tools/segment/drive_input.h"
 #include "vision/frame/frame_source.h"
 #include "vision/segmentation/methods/map_method.h"
 #include "vision/segmentation/methods/method_segmenter.h"
@@ -61,13 +63,19 @@ class Comparison {
       entry.own_milliseconds = answer.own_milliseconds;
       if (has_truth && learnt_) {
         int64_t outside = 0;
-        EGOSIEVE_ASSIGN_OR_RETURN(const ScoredFrame scored,
-                                  truth_.Compare(frame.index, answer.map.grid, MapsOf(answer.map),
-                                                 kDeviationFullScale, &outside));
-        if (i == 0) result_.points_outside += outside;
-        if (!scored.truth.empty()) {
-          EGOSIEVE_RETURN_IF_ERROR(method.scores.Add(scored));
+        const absl::StatusOr<ScoredFrame> scored = truth_.Compare(
+            frame.index, answer.map.grid, MapsOf(answer.map), kDeviationFullScale, &outside);
+        if (absl::IsOutOfRange(scored.status())) return Misfit(frame, scored.status());
+        EGOSIEVE_RETURN_IF_ERROR(scored.status());
+        const bool is_void = IsVoid(*scored);
+        if (!is_void) {
+          EGOSIEVE_RETURN_IF_ERROR(method.scores.Add(*scored));
           entry.auc = method.scores.frames().back().auc;
+        }
+        if (i == 0) {
+          result_.points_outside += outside;
+          result_.frames_of_void += is_void;
+          result_.frames_of_one_class += !is_void && !entry.auc;
         }
       }
       method.frames.push_back(entry);
@@ -79,6 +87,17 @@ class Comparison {
   DriveComparison Take() { return std::move(result_); }
 
  private:
+  // How many masks have another size than this frame, of which one does.
+  absl::Status Misfit(const vision::Frame& frame, const absl::Status& first) const {
+    int64_t count = 0;
+    for (const int64_t index : truth_.frames()) {
+      count += absl::IsOutOfRange(truth_.ReadMask(index, frame.image.size()).status());
+    }
+    return absl::FailedPreconditionError(
+        absl::StrFormat("%d of %d masks do not fit their frames, first: %s", count,
+                        truth_.frames().size(), first.message()));
+  }
+
   absl::Status AddFeatures(const vision::Frame& frame, const vision::LabelledFrame& labels) {
     if (labels.size() == 0) return absl::OkStatus();
     EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1b mask,
@@ -88,8 +107,10 @@ class Comparison {
       const auto x = static_cast<int>(std::lround(places[2 * i]));
       const auto y = static_cast<int>(std::lround(places[2 * i + 1]));
       if (x < 0 || y < 0 || x >= mask.cols || y >= mask.rows || mask(y, x) == kTruthVoid) continue;
-      result_.at_features.Add(ScoreOf(vision::ScoreOfDistance(labels.residual_pixels[i])),
-                              mask(y, x) == kTruthDynamic);
+      const bool moves = mask(y, x) == kTruthDynamic;
+      result_.at_features.Add(ScoreOf(vision::ScoreOfDistance(labels.residual_pixels[i])), moves);
+      ++result_.labels.features[moves ? 1 : 0];
+      result_.labels.dynamic[moves ? 1 : 0] += labels.probability[i] >= 0.5;
     }
     return absl::OkStatus();
   }
@@ -101,7 +122,25 @@ class Comparison {
   bool learnt_ = false;
 };
 
+std::optional<double> Ratio(int64_t part, int64_t whole) {
+  if (whole == 0) return std::nullopt;
+  return static_cast<double>(part) / static_cast<double>(whole);
+}
+
 }  // namespace
+
+void LabelCounts::Add(const LabelCounts& other) {
+  for (const int moves : {0, 1}) {
+    features[moves] += other.features[moves];
+    dynamic[moves] += other.dynamic[moves];
+  }
+}
+
+std::optional<double> LabelCounts::Precision() const {
+  return Ratio(dynamic[1], dynamic[0] + dynamic[1]);
+}
+
+std::optional<double> LabelCounts::Recall() const { return Ratio(dynamic[1], features[1]); }
 
 absl::StatusOr<DriveComparison> CompareMethods(std::shared_ptr<kernels::Context> context,
                                                const Sequence& sequence,
@@ -117,6 +156,9 @@ absl::StatusOr<DriveComparison> CompareMethods(std::shared_ptr<kernels::Context>
   EGOSIEVE_ASSIGN_OR_RETURN(DriveTruth truth,
                             DriveTruth::Open(sequence.truth, frames, options.evaluate.match));
   const size_t truth_frames = truth.frames().size();
+  EGOSIEVE_ASSIGN_OR_RETURN(const DriveInput input, OpenDriveInput(sequence.frames, 0));
+  EGOSIEVE_RETURN_IF_ERROR(CheckSameDrive(sequence.name, sequence.frames,
+                                          input.description.fingerprint, 0, sequence.truth));
   EGOSIEVE_ASSIGN_OR_RETURN(
       std::unique_ptr<vision::MethodSegmenter> segmenter,
       vision::MethodSegmenter::Create(std::move(context), options.segmenter, options.methods));
@@ -135,9 +177,10 @@ absl::StatusOr<DriveComparison> CompareMethods(std::shared_ptr<kernels::Context>
   if (result.methods.front().scores.frames().empty()) {
     return absl::FailedPreconditionError(absl::StrFormat(
         "no frame of %s can be scored against %s (%d frames, %d without truth, %d with the prior "
-        "only; truth for %d frames, %d points outside the image); give the truth of this drive",
+        "only; truth for %d frames, void in %d, %d points outside the image); give the truth of "
+        "this drive",
         sequence.frames, sequence.truth, result.frames, result.frames_without_truth,
-        result.frames_of_prior, truth_frames, result.points_outside));
+        result.frames_of_prior, truth_frames, result.frames_of_void, result.points_outside));
   }
   return result;
 }

@@ -41,6 +41,18 @@ struct MethodResult {
   std::vector<MethodFrame> frames;
 };
 
+// Labels of features, p >= 1/2 being dynamic, against the mask's pixel.
+struct LabelCounts {
+  int64_t features[2] = {0, 0};  // that lie on the static world, on movers
+  int64_t dynamic[2] = {0, 0};   // of those, with a dynamic label
+
+  void Add(const LabelCounts& other);
+  // Of the dynamic labels, those on movers. Absent without dynamic labels.
+  std::optional<double> Precision() const;
+  // Of the features on movers, those with a dynamic label. Absent without such features.
+  std::optional<double> Recall() const;
+};
+
 struct DriveComparison {
   Sequence sequence;
   absl::Status status;                // why there is nothing below
@@ -48,14 +60,19 @@ struct DriveComparison {
   std::vector<MethodResult> methods;  // in the order of the options
   // RANSAC distances at the features themselves, against the mask's pixel there; empty for tracks.
   RocHistogram at_features;
+  LabelCounts labels;                       // likewise
   std::vector<double> shared_milliseconds;  // a frame: features, labels, descriptors
   int64_t frames = 0;
   int64_t frames_of_prior = 0;       // not scored: before the first frame with labels
   int64_t frames_without_truth = 0;  // not scored
+  int64_t frames_of_void = 0;        // not scored: the truth knows nothing of them
+  int64_t frames_of_one_class = 0;   // scored, but without an AUC
   int64_t points_outside = 0;
 };
 
-// FailedPrecondition where no frame can be scored; Cancelled where `after_frame` returns false.
+// FailedPrecondition where no frame can be scored, where masks have another size than their frames
+// (how many is told), or where the truth lies beside the frames of another drive; Cancelled where
+// `after_frame` returns false.
 absl::StatusOr<DriveComparison> CompareMethods(std::shared_ptr<kernels::Context> context,
                                                const Sequence& sequence,
                                                const ComparisonOptions& options,

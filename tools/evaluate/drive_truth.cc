@@ -62,6 +62,11 @@ std::map<int64_t, int64_t> IndicesByNumber(const std::vector<std::string>& names
 
 }  // namespace
 
+bool IsVoid(const ScoredFrame& frame) {
+  return frame.truth.empty() || std::all_of(frame.truth.begin(), frame.truth.end(),
+                                            [](uint8_t truth) { return truth == kTruthVoid; });
+}
+
 double InterpolateAt(const cv::Mat1f& map, const kernels::ImageGrid& grid, double x, double y) {
   const Place column = PlaceOn(x, grid.stride, grid.columns(), grid.width - 1);
   const Place row = PlaceOn(y, grid.stride, grid.rows(), grid.height - 1);

@@ -73,6 +73,9 @@ class DriveTruth {
   std::map<int64_t, std::vector<LabelledPoint>> tracks_;
 };
 
+// Whether no pixel or point of the frame is known to be static or dynamic.
+bool IsVoid(const ScoredFrame& frame);
+
 // The map at (x, y) in pixels, linearly between the four grid pixels around it.
 double InterpolateAt(const cv::Mat1f& map, const kernels::ImageGrid& grid, double x, double y);
 

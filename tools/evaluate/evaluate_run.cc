@@ -1,9 +1,7 @@
 #include "tools/evaluate/evaluate_run.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <optional>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -12,13 +10,11 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "tools/evaluate/same_drive.h"
 #include "tools/run_folder/map_image.h"
-#include "tools/segment/drive_input.h"
 
 namespace egosieve::tools {
 namespace {
-
-namespace fs = std::filesystem;
 
 // The maps that are scored; the deviation is left empty where the run has none.
 absl::StatusOr<FrameMaps> ReadScored(const RunFolder& folder, const RunDescription& description,
@@ -39,29 +35,6 @@ absl::StatusOr<FrameMaps> ReadScored(const RunFolder& folder, const RunDescripti
   absl::StatusOr<cv::Mat1f> deviation = ReadMap(folder.FrameFile("full", line.index, ".std.png"),
                                                 size, description.deviation_full_scale);
   return FrameMaps{*std::move(probability), deviation.ok() ? *std::move(deviation) : cv::Mat1f()};
-}
-
-// Where frames/ lies beside the truth, they must be those that the run segmented.
-absl::Status CheckSameDrive(const RunFolder& folder, const RunDescription& description,
-                            const std::string& truth) {
-  fs::path path = fs::absolute(truth).lexically_normal();
-  if (path.filename().empty()) path = path.parent_path();
-  std::error_code error;
-  for (const fs::path& frames : {path / "frames", path.parent_path() / "frames"}) {
-    if (!fs::is_directory(frames, error)) continue;
-    if (fs::equivalent(frames, description.input.path, error)) return absl::OkStatus();
-    int64_t from = 0;
-    const auto flag = description.flags.find("from");
-    if (flag != description.flags.end() && !absl::SimpleAtoi(flag->second, &from)) from = 0;
-    const absl::StatusOr<DriveInput> beside = OpenDriveInput(frames.string(), from);
-    if (beside.ok() && beside->description.fingerprint == description.input.fingerprint) {
-      return absl::OkStatus();
-    }
-    return absl::FailedPreconditionError(absl::StrCat(
-        "the run in ", folder.path(), " is of ", description.input.path, ", the truth ", truth,
-        " of ", frames.string(), ", which are other frames; give the truth of the run's drive"));
-  }
-  return absl::OkStatus();
 }
 
 // Masks that do not fit are counted to the end, so that the error can say how many there are.
@@ -103,7 +76,7 @@ class RunScorer {
       return absl::OkStatus();
     }
     EGOSIEVE_RETURN_IF_ERROR(frame.status());
-    if (frame->truth.empty()) {
+    if (IsVoid(*frame)) {
       ++frames_without_points_;
       return absl::OkStatus();
     }
@@ -149,7 +122,12 @@ absl::StatusOr<RunEvaluation> EvaluateRun(const RunFolder& folder, const std::st
   for (const FrameLine& line : lines) frames.indices.push_back(line.index);
   EGOSIEVE_ASSIGN_OR_RETURN(const DriveTruth truth,
                             DriveTruth::Open(truth_path, frames, options.match));
-  EGOSIEVE_RETURN_IF_ERROR(CheckSameDrive(folder, description, truth_path));
+  int64_t from = 0;
+  const auto flag = description.flags.find("from");
+  if (flag != description.flags.end() && !absl::SimpleAtoi(flag->second, &from)) from = 0;
+  EGOSIEVE_RETURN_IF_ERROR(CheckSameDrive(absl::StrCat("the run in ", folder.path()),
+                                          description.input.path, description.input.fingerprint,
+                                          from, truth_path));
 
   Evaluation evaluation;
   evaluation.truth = truth.path();
@@ -184,10 +162,10 @@ absl::StatusOr<RunEvaluation> EvaluateRun(const RunFolder& folder, const std::st
   if (scores.frames().empty()) {
     return absl::FailedPreconditionError(absl::StrFormat(
         "no frame of %s can be scored against %s (%d frames, %d of them with the prior only; truth "
-        "for %d frames, matched by %s; %d points outside the image); give the truth of this drive, "
-        "or choose --match",
+        "for %d frames, matched by %s, void in %d; %d points outside the image); give the truth of "
+        "this drive, or choose --match",
         folder.path(), truth_path, lines.size(), evaluation.frames_of_prior, truth.frames().size(),
-        truth.matched_by(), evaluation.points_outside));
+        truth.matched_by(), evaluation.frames_without_points, evaluation.points_outside));
   }
   Summarise(scores, &evaluation);
   return RunEvaluation{std::move(evaluation), std::move(scores)};

@@ -81,8 +81,10 @@ std::string LeftOut(const Evaluation& evaluation) {
   AppendLeftOut(
       evaluation.frames_without_map,
       tracks ? "with labelled points, but without a map" : "with a mask, but without a map", &text);
-  AppendLeftOut(evaluation.frames_without_points, "whose labelled points lie outside the image",
-                &text);
+  AppendLeftOut(
+      evaluation.frames_without_points,
+      tracks ? "whose labelled points lie outside the image" : "whose mask is void everywhere",
+      &text);
   if (evaluation.points_outside > 0) {
     absl::StrAppendFormat(&text, "left out: %d of %d labelled points, outside the image\n",
                           evaluation.points_outside, evaluation.points);
@@ -182,9 +184,12 @@ std::string ToTable(const Evaluation& evaluation) {
     table.push_back('\n');
   }
   absl::StrAppend(&table, LeftOut(evaluation));
-  AppendLeftOut(static_cast<int64_t>(evaluation.frames.size()) - with_auc,
-                "whose truth has one class have no AUC of their own; they are in the pooled one",
-                &table);
+  AppendLeftOut(
+      static_cast<int64_t>(evaluation.frames.size()) - with_auc,
+      evaluation.pooled_auc
+          ? "whose truth has one class have no AUC of their own; they are in the pooled one"
+          : "whose truth has one class, from AUC, average precision and IoU",
+      &table);
   absl::StrAppendFormat(&table, "scored: %s pixels; %s matched by %s\n", evaluation.pixels,
                         evaluation.truth_kind == "tracks" ? "tracks" : "masks",
                         evaluation.matched_by);

@@ -29,7 +29,7 @@ struct Evaluation {
   int64_t frames_of_prior = 0;        // left out: their map is the prior, nothing was learnt before
   int64_t frames_without_map = 0;     // left out: they have a truth, but no map
   int64_t frames_without_mask = 0;    // left out: they have a map, but no truth
-  int64_t frames_without_points = 0;  // left out: no labelled point lies in the image
+  int64_t frames_without_points = 0;  // left out: truth void, no labelled point inside
   int64_t points = 0;                 // of tracks, in all frames
   int64_t points_outside = 0;         // of these, left out: not in the image
 

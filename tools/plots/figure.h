@@ -33,6 +33,7 @@ struct Figure {
   std::optional<std::pair<double, double>> y_range = {};
   bool diagonal = false;  // a faint line from (0, 0) to (1, 1)
   bool logarithmic_y = false;
+  bool full_width = false;  // of the page, where that has columns
 };
 
 // Whether any series has a finite point: figures without one are not drawn.

@@ -19,10 +19,11 @@ namespace {
 constexpr int kLibraryMissing = 3;  // plot.py
 
 constexpr char kStyle[] =
-    "body{font:16px/1.45 sans-serif;margin:2em auto;max-width:72em;padding:0 1em;color:#222}"
+    "body{font:16px/1.45 sans-serif;margin:2em auto;max-width:84em;padding:0 1em;color:#222}"
+    "main{display:grid;column-gap:2em}.full{grid-column:1/-1}h2{font-size:1.1em}"
     "figure{margin:2em 0;border-top:1px solid #ccc;padding-top:1em}"
     "figure svg{max-width:100%;height:auto}figcaption{max-width:60em}"
-    "pre{font-size:12px;overflow-x:auto;background:#f6f6f6;padding:1em}";
+    "pre{font-size:11px;overflow-x:auto;background:#f6f6f6;padding:1em}";
 
 std::string Escaped(const std::string& text) {
   return absl::StrReplaceAll(text, {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}});
@@ -78,16 +79,25 @@ absl::Status WritePlotPage(const std::string& folder, const PlotPage& page,
   for (const std::string& paragraph : page.paragraphs) {
     absl::StrAppend(&html, "<p>", Escaped(paragraph), "</p>\n");
   }
+  for (const TextList& list : page.lists) {
+    absl::StrAppend(&html, "<h2>", Escaped(list.title), "</h2>\n<ul>\n");
+    for (const std::string& item : list.items) {
+      absl::StrAppend(&html, "<li>", Escaped(item), "</li>\n");
+    }
+    absl::StrAppend(&html, "</ul>\n");
+  }
   if (!page.table.empty()) absl::StrAppend(&html, "<pre>", Escaped(page.table), "</pre>\n");
+  absl::StrAppend(&html, "<main style=\"grid-template-columns:repeat(", page.columns,
+                  ",minmax(0,1fr))\">\n");
   for (const Figure& figure : figures) {
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string svg,
                               ReadFile(absl::StrCat(folder, "/", figure.id, ".svg")));
-    absl::StrAppend(&html, "<figure>", InlineSvg(svg, figure.id), "<figcaption>",
-                    Escaped(figure.caption), " (<a href=\"", figure.id,
-                    ".svg\">SVG</a>, <a href=\"", figure.id,
+    absl::StrAppend(&html, figure.full_width ? "<figure class=\"full\">" : "<figure>",
+                    InlineSvg(svg, figure.id), "<figcaption>", Escaped(figure.caption),
+                    " (<a href=\"", figure.id, ".svg\">SVG</a>, <a href=\"", figure.id,
                     ".png\">PNG</a>)</figcaption></figure>\n");
   }
-  absl::StrAppend(&html, "</body></html>\n");
+  absl::StrAppend(&html, "</main></body></html>\n");
   return WriteFileAtomically(absl::StrCat(folder, "/index.html"), html);
 }
 

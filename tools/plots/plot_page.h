@@ -14,11 +14,19 @@
 
 namespace egosieve::tools {
 
+struct TextList {
+  std::string title;
+  std::vector<std::string> items;
+};
+
+// Texts are plain.
 struct PlotPage {
   std::string title;
-  std::vector<std::string> paragraphs;  // plain text above the figures
-  std::string table;                    // plain text, set in a fixed width; may be empty
+  std::vector<std::string> paragraphs;  // above the figures
+  std::vector<TextList> lists;          // below the paragraphs
+  std::string table;                    // set in a fixed width; may be empty
   std::vector<Figure> figures;          // those without points are left out
+  int columns = 1;                      // in which the figures stand
 };
 
 // FailedPrecondition, saying what to install, where there is no Python or no matplotlib: the data

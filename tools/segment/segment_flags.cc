@@ -67,6 +67,11 @@ const Words<vision::FlowQuality>& FlowQualityWords() {
   return words;
 }
 
+const Words<bool>& SwitchWords() {
+  static const auto& words = *new Words<bool>{{"on", true}, {"off", false}};
+  return words;
+}
+
 const Words<OnlineSegmenterOptions (*)()>& Profiles() {
   static const auto& words =
       *new Words<OnlineSegmenterOptions (*)()>{{"default", &OnlineSegmenterOptions::Default},
@@ -186,6 +191,16 @@ void SegmentFlags::AddFlags(CLI::App& app) {
               "Luminance equalisation of each frame");
   AddWordFlag(app, "--covariance", covariance_, CovarianceWords(),
               "Covariance function of the Gaussian process");
+  AddWordFlag(
+      app, "--novelty_filter", novelty_filter_, SwitchWords(),
+      "Of new points only those are taken that the model gets wrong (the paper's filter 2)");
+  AddWordFlag(app, "--consistency_filter", consistency_filter_, SwitchWords(),
+              "Points that the model gets wrong though it holds them are dropped (filter 3)");
+  app.add_option("--zero_label", zero_label_,
+                 "Label that the process takes for zero, its prior mean: what is above it counts "
+                 "as dynamic to the filters")
+      ->check(Between(0.01, 0.5))
+      ->type_name("PROBABILITY");
 }
 
 OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
@@ -219,6 +234,9 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   }
   Override(equalize_, EqualizationWords(), options.labeller.equalization.method);
   Override(covariance_, CovarianceWords(), options.learner.covariance);
+  Override(novelty_filter_, SwitchWords(), options.learner.novelty_filter);
+  Override(consistency_filter_, SwitchWords(), options.learner.consistency_filter);
+  Override(zero_label_, options.learner.zero_label);
   return options;
 }
 
@@ -246,14 +264,15 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       {"labels", NameOf(LabelWords(), labeller.label_rule)},
       {"equalize", NameOf(EqualizationWords(), labeller.equalization.method)},
       {"covariance", NameOf(CovarianceWords(), learner.covariance)},
+      {"novelty_filter", yes_or_no(learner.novelty_filter)},
+      {"consistency_filter", yes_or_no(learner.consistency_filter)},
+      {"zero_label", absl::StrCat(learner.zero_label)},
       {"seed", absl::StrCat(labeller.seed)},
       // What the profiles set and no flag does.
       {"flow_quality", NameOf(FlowQualityWords(), labeller.flow_quality)},
       {"training_points", absl::StrCat(learner.training.subset_size)},
       {"labelled_frame",
        labeller.labelled_side == vision::LabelledSide::kFirstFrame ? "first" : "current"},
-      {"novelty_filter", yes_or_no(learner.novelty_filter)},
-      {"consistency_filter", yes_or_no(learner.consistency_filter)},
       {"random_start", yes_or_no(learner.random_start)},
   };
 }

@@ -43,6 +43,9 @@ class SegmentFlags {
   std::optional<std::string> evidence_;
   std::optional<std::string> equalize_;
   std::optional<std::string> covariance_;
+  std::optional<std::string> novelty_filter_;
+  std::optional<std::string> consistency_filter_;
+  std::optional<double> zero_label_;
 };
 
 // Every flag of SegmentFlags by the value that the options have, so that two runs with the same

@@ -19,17 +19,7 @@
 namespace egosieve::vision {
 namespace {
 
-template <typename T>
-std::vector<double> LabelsFromTargets(const T& targets) {
-  std::vector<double> labels;
-  labels.reserve(targets.size());
-  for (const double target : targets) {
-    labels.push_back(0.5 * (target + 1.0));
-  }
-  return labels;
-}
-
-// Regression means, whose classes are -1 and 1, as the probabilities that agreement compares.
+// Regression means, whose classes are their signs, as the probabilities that agreement compares.
 template <typename T>
 std::vector<float> PredictionsFromMeans(const T& means) {
   std::vector<float> predictions;
@@ -75,6 +65,10 @@ absl::Status OnlineLearnerOptions::Validate() const {
   if (!(arrival_share > 0.0 && arrival_share <= 1.0)) {
     return absl::InvalidArgumentError(
         absl::StrFormat("arrival_share = %g; it must be in (0, 1]", arrival_share));
+  }
+  if (!(zero_label > 0.0 && zero_label <= 0.5)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("zero_label = %g; it must be in (0, 0.5]", zero_label));
   }
   if (calibration_sample_size < 2) {
     return absl::InvalidArgumentError(absl::StrFormat(
@@ -143,13 +137,13 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
     EGOSIEVE_RETURN_IF_ERROR(Add(arriving, frame_index));
     arriving = Points();
     EGOSIEVE_ASSIGN_OR_RETURN(
-        alive, gp::FilterByConsistency(LabelsFromTargets(model_.targets()),
+        alive, gp::FilterByConsistency(LabelsOf(model_.targets()),
                                        PredictionsFromMeans(model_.PredictOwnMean())));
     counts.dropped_by_consistency = model_.size() - static_cast<int64_t>(alive.size());
   } else {
     EGOSIEVE_ASSIGN_OR_RETURN(
-        alive, gp::FilterByContradiction(model_.inputs(), LabelsFromTargets(model_.targets()),
-                                         inputs, labels, options_.contradiction_radius));
+        alive, gp::FilterByContradiction(model_.inputs(), LabelsOf(model_.targets()), inputs,
+                                         labels, options_.contradiction_radius));
     counts.dropped_by_consistency = model_.size() - static_cast<int64_t>(alive.size());
   }
   EGOSIEVE_RETURN_IF_ERROR(Thin(frame_index, alive, arriving, counts));
@@ -180,9 +174,26 @@ void OnlineLearner::LimitArrivals(absl::Span<const double> labels, int64_t frame
 }
 
 absl::Status OnlineLearner::Add(const Points& points, int64_t frame_index) {
+  // The model's targets are 2 p - 1.
+  std::vector<double> scaled = points.labels;
+  if (options_.zero_label != 0.5) {
+    for (double& label : scaled) {
+      label = 0.5 + 0.5 * (label - options_.zero_label) / (1.0 - options_.zero_label);
+    }
+  }
   return model_.Add(kernels::ConstMatrixView<float>(points.inputs.data(), points.size(),
                                                     model_.input_dimension()),
-                    points.labels, frame_index);
+                    scaled, frame_index);
+}
+
+std::vector<double> OnlineLearner::LabelsOf(absl::Span<const double> targets) const {
+  std::vector<double> labels;
+  labels.reserve(targets.size());
+  for (const double target : targets) {
+    labels.push_back(
+        std::clamp(options_.zero_label + (1.0 - options_.zero_label) * target, 0.0, 1.0));
+  }
+  return labels;
 }
 
 absl::StatusOr<std::vector<int64_t>> OnlineLearner::SelectNewPoints(
@@ -218,7 +229,7 @@ absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& aliv
   const int64_t alive_count = static_cast<int64_t>(alive.size());
   std::vector<double> inputs = GatherRows(model_.inputs(), alive);
   inputs.insert(inputs.end(), arriving.inputs.begin(), arriving.inputs.end());
-  std::vector<double> labels = LabelsFromTargets(Gather(model_.targets(), alive));
+  std::vector<double> labels = LabelsOf(Gather(model_.targets(), alive));
   labels.insert(labels.end(), arriving.labels.begin(), arriving.labels.end());
   const int64_t total = static_cast<int64_t>(labels.size());
 
@@ -275,7 +286,7 @@ absl::Status OnlineLearner::Calibrate() {
       gp::StratifiedSample(model_.targets(), options_.calibration_sample_size,
                            options_.training.minimum_class_share, options_.seed);
   EGOSIEVE_ASSIGN_OR_RETURN(const gp::LeaveOneOut predictions, model_.PredictLeaveOneOut(sample));
-  const std::vector<double> labels = LabelsFromTargets(Gather(model_.targets(), predictions.rows));
+  const std::vector<double> labels = LabelsOf(Gather(model_.targets(), predictions.rows));
   const double noise_variance = model_.hyperparameters().noise_variance();
   EGOSIEVE_ASSIGN_OR_RETURN(
       const gp::SquashFit fit,

@@ -14,6 +14,17 @@
 //                    or, by default, at the frame's places that the model does not
 //                    hold; frame_calibration.h
 //
+// A label p becomes the target
+//
+//   y = (p - p0) / (1 - p0),                                                                (T1)
+//
+// whose zero, the process's prior mean, is the label p0. Regression reverts to it where nothing was
+// seen, and steps 2 and 3 decide by the sign of the mean: a point is classified as dynamic where
+// its neighbourhood has labels above p0. p0 = 1/2 takes the prior for undecided; the paper scales
+// its data to mean zero (IV-A), and p0 is then the mean label. With 1/2, and few dynamic labels of
+// which most are false, the mean is negative everywhere: step 3 empties the rarer class in the
+// second frame, and without two classes nothing is trained or taken any more.
+//
 // Step 2 and the paper's step 3 can be switched off: with clean labels they cost accuracy. Without
 // the latter nothing has to be predicted by the grown model, and steps 4 and 5 are decided before
 // points are added, so that the factor never grows by what is dropped at once.
@@ -45,6 +56,7 @@ namespace egosieve::vision {
 struct OnlineLearnerOptions {
   kernels::CovarianceFunction covariance = kernels::CovarianceFunction::kArcsine;
   LearnerModelOptions model;
+  double zero_label = 0.5;    // p0 of (T1); in (0, 0.5]
   bool random_start = false;  // hyperparameters drawn within their bounds, as in the paper
   gp::DensityFilterOptions new_point_density{0.08};
   bool novelty_filter = false;
@@ -123,6 +135,7 @@ class OnlineLearner {
   void LimitArrivals(absl::Span<const double> labels, int64_t frame_index,
                      std::vector<int64_t>& selected) const;
   absl::Status Add(const Points& points, int64_t frame_index);
+  std::vector<double> LabelsOf(absl::Span<const double> targets) const;
   // Steps 4 and 5 on the model's rows `alive` and the points about to be added: both are reduced to
   // what stays.
   absl::Status Thin(int64_t frame_index, std::vector<int64_t>& alive, Points& arriving,

@@ -189,6 +189,23 @@ TEST(IncrementalCholesky, LargeSizesCrossEveryTile) {
   ExpectFactorOf(Select(k, Complement(n, rows)), cholesky, k.rows());
 }
 
+// What far points and short length scales make: elements that are all but zero, not quite. Their
+// squares underflow, which must not make numbers of 0 / 0.
+TEST(IncrementalCholesky, RemovesRowsThatHardlyCorrelate) {
+  const int64_t n = 40;
+  for (const double correlation : {1e-20, 1e-60, 1e-90, 1e-154, 1e-160, 1e-250, 5e-324}) {
+    RowMatrix k = RowMatrix::Constant(n, n, correlation);
+    k.diagonal().setConstant(1.25);
+    for (const std::vector<int64_t>& rows : {std::vector<int64_t>{0}, {0, 1, 2, 7, 20}}) {
+      IncrementalCholesky cholesky;
+      ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+      ASSERT_TRUE(cholesky.Remove(rows).ok());
+      ASSERT_TRUE(Factor(cholesky).allFinite()) << correlation;
+      ExpectFactorOf(Select(k, Complement(n, rows)), cholesky, n);
+    }
+  }
+}
+
 TEST(IncrementalCholesky, RefusesDuplicatesAndStaysUnchanged) {
   auto generator = TestGenerator();
   const int64_t n = 90;

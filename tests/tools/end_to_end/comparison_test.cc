@@ -67,13 +67,20 @@ TEST(Compare, TellsMethodsOverDrivesAndItsArcsineIsTheSegmenter) {
   WritePatchDrive(suite + "/one", options);
   const ProgramOutcome outcome =
       RunProgram({"compare", suite, "--out=" + out, "--budget=300", "--no_plots",
-                  "--methods=arcsine,svm,ransac,homography_flow", "--progress=none"});
+                  "--methods=arcsine,svm,ransac,homography_flow", "--progress=none",
+                  "--variant=few=--profile=paper --budget=200"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("1 drives compared, 0 failed"),
                                  HasSubstr("RANSAC distance at the features themselves")));
-  const Json json = Json::parse(*ReadFile(out + "/compare.json"));
+  const Json all = Json::parse(*ReadFile(out + "/compare.json"));
+  ASSERT_EQ(all.at("profiles").size(), 3u);
+  EXPECT_EQ(all.at("profiles")[0].at("profile"), "paper");
+  EXPECT_EQ(all.at("profiles")[2].at("profile"), "few");
+  EXPECT_EQ(all.at("profiles")[1].at("flags").at("budget"), "300");
+  EXPECT_EQ(all.at("profiles")[2].at("flags").at("budget"), "200");
+  const Json& json = all.at("profiles")[1];
   ASSERT_EQ(json.at("methods").size(), 4u);
-  EXPECT_EQ(CountLines(*ReadFile(out + "/compare.csv")), 1 + 4 * 5);
+  EXPECT_EQ(CountLines(*ReadFile(out + "/compare.csv")), 1 + 3 * 4 * 5);
 
   const std::string run = root + "/run";
   ASSERT_EQ(RunProgram({"segment", suite + "/one/frames", "--out=" + run, "--budget=300",
@@ -113,6 +120,38 @@ TEST(Method, ARivalHasARunFolderOfItsOwn) {
   EXPECT_THAT(resumed.err, HasSubstr("keeps no checkpoints"));
 }
 
+TEST(Compare, TruthThatDoesNotFitIsToldWithCounts) {
+  const std::string root = FreshFolder();
+  PatchDriveOptions options;
+  options.frames = 5;
+  WritePatchDrive(root + "/one", options);
+  options.width_pixels = 64;
+  WritePatchDrive(root + "/small", options);
+  // Masks alone: beside frames they would be another drive's.
+  fs::rename(root + "/small/masks", root + "/small_masks");
+  fs::create_directory(root + "/half");
+  for (const char* name : {"000001.png", "000002.png"}) {
+    fs::copy(root + "/one/masks/" + name, root + "/half/" + name);
+  }
+  const auto compare = [&](const std::string& truth) {
+    return RunProgram({"compare", root + "/one/frames", "--truth=" + truth,
+                       "--out=" + root + "/out", "--methods=ransac", "--profiles=default",
+                       "--no_plots", "--progress=none"});
+  };
+  const ProgramOutcome small = compare(root + "/small_masks");
+  EXPECT_EQ(small.code, 2);
+  EXPECT_THAT(small.err, HasSubstr("5 of 5 masks do not fit their frames, first:"));
+  const ProgramOutcome half = compare(root + "/half");
+  EXPECT_EQ(half.code, 0) << half.err;
+  EXPECT_THAT(half.out, HasSubstr("left out: 3 of 5 frames without truth"));
+  options.width_pixels = 192;
+  options.frames = 4;
+  WritePatchDrive(root + "/other", options);
+  const ProgramOutcome other = compare(root + "/other/masks");
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.err, HasSubstr("which are other frames"));
+}
+
 TEST(Compare, WhatCannotBeIsRefusedBeforeWorkIsDone) {
   const std::string root = FreshFolder();
   const auto refused = [&](std::vector<std::string> arguments, int code, const std::string& why) {
@@ -124,6 +163,10 @@ TEST(Compare, WhatCannotBeIsRefusedBeforeWorkIsDone) {
   };
   refused({"compare", root, "--out=" + root + "/out", "--methods=magic"}, 2, "no method 'magic'");
   refused({"compare", root, "--out=" + root + "/out"}, 3, "no sequence in");
+  refused({"compare", root, "--out=" + root + "/out", "--profiles=magic"}, 2, "magic");
+  refused({"compare", root, "--out=" + root + "/out", "--variant=paper=--budget=9"}, 2,
+          "'paper' is named twice");
+  refused({"compare", root, "--out=" + root + "/out", "--variant=x=--magic=9"}, 2, "x: ");
   refused({"compare", "--truth=x", "--out=" + root + "/out"}, 2, "no INPUT");
   refused({"evaluate", "--suite=" + root}, 2, "--out is missing");
   refused({"evaluate", root, "--suite=" + root}, 2, "either a run folder");

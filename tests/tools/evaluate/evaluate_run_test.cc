@@ -18,6 +18,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 const auto kGoOn = [] { return true; };
 
@@ -88,6 +89,23 @@ TEST(EvaluateRun, VoidPixelsCountForNothing) {
   EXPECT_EQ(frame.void_pixels + frame.dynamic_pixels, 20 * 14);
   EXPECT_FALSE(frame.auc.has_value());
   EXPECT_EQ(evaluation->pooled_auc, 1.0);
+}
+
+TEST(EvaluateRun, MasksThatAreVoidEverywhereAreCountedAndNoFigureIsMadeOfThem) {
+  const FakeRun run = WriteFakeRun(Root());
+  const auto write_void = [&](int index) {
+    cv::imwrite(run.masks + absl::StrFormat("/%06d.png", index), cv::Mat1b(64, 96, uint8_t{128}));
+  };
+  write_void(2);
+  const absl::StatusOr<Evaluation> one = Evaluate(run);
+  ASSERT_TRUE(one.ok()) << one.status();
+  EXPECT_EQ(one->frames.size(), 4u);
+  EXPECT_EQ(one->frames_without_points, 1);
+  EXPECT_THAT(ToTable(*one), HasSubstr("left out: 1 frame whose mask is void everywhere"));
+  for (int i = 0; i < 6; ++i) write_void(i);
+  const absl::Status all = Evaluate(run).status();
+  EXPECT_EQ(all.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(all.message()), HasSubstr("void in 5"));
 }
 
 TEST(EvaluateRun, CountsWhatHasNoPartner) {
@@ -167,6 +185,7 @@ TEST(EvaluateRun, TruthOfOneClassHasNoAuc) {
   // Of 20 x 14 grid pixels in each of 5 frames those in the disc, whose p is 0.9, are alarms.
   EXPECT_GT(evaluation->scores.at("false_positive_rate_without_movers").get<double>(), 0.05);
   EXPECT_THAT(ToTable(*evaluation), EndsWith("pooled AUC: none, the truth has one class only\n"));
+  EXPECT_THAT(ToTable(*evaluation), Not(HasSubstr("in the pooled one")));
 }
 
 TEST(EvaluateRun, TheTruthOfAnotherDriveIsRefused) {

@@ -6,10 +6,9 @@
 //   squared_exponential   yes      the same with the squared-exponential covariance
 //   svm                   yes      support vector machine in the same incremental framework
 //   labels                no       each pixel the label of the nearest feature
-//   ransac                no       each pixel the distance of the nearest feature to the motion
-//   model optical_flow          no       each pixel the violation (optical_flow_classifier.h) of
-//   the
-//                                  nearest feature
+//   ransac                no       each pixel the nearest feature's distance to the motion model
+//   optical_flow          no       each pixel the nearest feature's violation
+//                                  (optical_flow_classifier.h)
 //   dense_optical_flow    no       the violation of each pixel's own dense flow
 //   homography_flow       no       the distance of each pixel's dense flow to a homography
 //

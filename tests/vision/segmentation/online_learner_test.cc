@@ -1,0 +1,81 @@
+#include "vision/segmentation/online_learner.h"
+
+#include <cmath>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "kernels/runtime/context.h"
+#include "vision/segmentation/online_segmenter.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int64_t kDimension = 6;
+constexpr int kStatic = 600, kMover = 16;
+
+// What the paper's labels look like on a street: most are small, one in thirty is large by a false
+// match, and of a small mover's a good half are.
+struct Street {
+  std::vector<float> inputs;
+  std::vector<double> labels;
+
+  explicit Street(uint64_t seed) {
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) {
+      return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+    };
+    for (int i = 0; i < kStatic + kMover; ++i) {
+      const bool mover = i >= kStatic;
+      inputs.push_back(static_cast<float>(mover ? uniform(0.25, 0.45) : uniform(-1.0, 1.0)));
+      inputs.push_back(static_cast<float>(mover ? uniform(0.0, 0.15) : uniform(-0.6, 0.6)));
+      const double grey = mover ? uniform(0.5, 0.8) : uniform(-0.6, 0.2);
+      for (int channel = 0; channel < 4; ++channel) inputs.push_back(static_cast<float>(grey));
+      const bool large = uniform(0.0, 1.0) < (mover ? 0.6 : 0.03);
+      labels.push_back(large ? uniform(0.5, 1.0) : uniform(0.0, 0.3));
+    }
+  }
+
+  int64_t size() const { return static_cast<int64_t>(labels.size()); }
+};
+
+// Points of the model with dynamic labels after some frames.
+int64_t DynamicPoints(const OnlineLearnerOptions& options, int frames) {
+  auto context = *kernels::OpenContext();
+  auto learner = *OnlineLearner::Create(context, kDimension, options);
+  for (int frame = 1; frame <= frames; ++frame) {
+    const Street street(static_cast<uint64_t>(frame));
+    FrameRecord record;
+    const absl::Status status = learner->Learn(
+        kernels::ConstMatrixView<float>(street.inputs.data(), street.size(), kDimension),
+        street.labels, frame, record);
+    EXPECT_TRUE(status.ok()) << status;
+  }
+  int64_t dynamic = 0;
+  for (const double target : learner->model().targets()) {
+    const double label = options.zero_label + (1.0 - options.zero_label) * target;
+    dynamic += label >= 0.5 - 1e-9;
+  }
+  return dynamic;
+}
+
+// With the prior mean at undecided, the paper's filter 3 empties the rarer class for good.
+TEST(OnlineLearner, WithDataScaledToMeanZeroTheRareClassStays) {
+  OnlineLearnerOptions paper = OnlineSegmenterOptions::Paper().learner;
+  EXPECT_GE(DynamicPoints(paper, 6), kMover / 4);
+  paper.zero_label = 0.5;
+  EXPECT_EQ(DynamicPoints(paper, 6), 0);
+}
+
+TEST(OnlineLearner, TheZeroLabelIsChecked) {
+  OnlineLearnerOptions options;
+  for (const double wrong : {0.0, -0.1, 0.6, std::nan("")}) {
+    options.zero_label = wrong;
+    EXPECT_THAT(std::string(options.Validate().message()), testing::HasSubstr("zero_label"));
+  }
+}
+
+}  // namespace
+}  // namespace egosieve::vision
