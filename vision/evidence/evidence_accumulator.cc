@@ -374,6 +374,7 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
 void EvidenceAccumulator::Interrupt() {
   state_.memories.clear();
   state_.poses.clear();
+  state_.road = {};
   state_.own_car.images.clear();
 }
 

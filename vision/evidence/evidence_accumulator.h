@@ -121,7 +121,7 @@ class EvidenceAccumulator {
   // other than the last frame's starts anew.
   absl::StatusOr<EvidenceResult> Add(const EvidenceFrame& frame);
 
-  // A cut: forgets tracks, poses and the own car's last images; keeps scales and shares.
+  // A cut: forgets tracks, poses, the road and the own car's last images; keeps scales and shares.
   void Interrupt();
 
   const EvidenceState& state() const { return state_; }

@@ -221,7 +221,11 @@ TEST(EvidenceAccumulator, ACutAndAnotherSizeStartAnew) {
   EvidenceAccumulator accumulator = Accumulator();
   for (int t = 0; t <= 4; ++t) ASSERT_TRUE(accumulator.Add(FrameOf(street, t)).ok());
   EXPECT_FALSE(accumulator.state().memories.empty());
+  EvidenceState with_road = accumulator.state();
+  with_road.road = {true, 0.0, 0.1};
+  ASSERT_TRUE(accumulator.Restore(with_road).ok());
   accumulator.Interrupt();
+  EXPECT_FALSE(accumulator.state().road.known);
   EXPECT_TRUE(accumulator.state().memories.empty());
   EXPECT_TRUE(accumulator.state().poses.empty());
   EXPECT_TRUE(accumulator.state().has_noise);
