@@ -3,21 +3,17 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>
-#include <numeric>
+
+#include "vision/evidence/patch.h"
 
 namespace egosieve::vision {
 namespace {
 
-constexpr int kRadius = 3;
-constexpr int kPixels = (2 * kRadius + 1) * (2 * kRadius + 1);
 constexpr double kMostChange = 0.15, kLeastTexture = 2.0, kMostApart = 3.0;
-
-using Patch = std::array<float, kPixels>;
 
 // NaN outside of the picture.
 float Sample(const cv::Mat& picture, double x, double y) {
@@ -35,29 +31,16 @@ float Sample(const cv::Mat& picture, double x, double y) {
 
 // The patch around a place, its pixels taken from where `motion` has them. NaN where it leaves the
 // picture.
-Patch Take(const cv::Mat& picture, const Eigen::Matrix3d& motion, cv::Point2f place) {
+template <typename Motion>
+Patch Take(const cv::Mat& picture, cv::Point2f place, const Motion& motion) {
   Patch patch;
-  for (int y = -kRadius, i = 0; y <= kRadius; ++y) {
-    for (int x = -kRadius; x <= kRadius; ++x, ++i) {
-      const Eigen::Vector2d at =
-          (motion * Eigen::Vector3d(place.x + x, place.y + y, 1.0)).hnormalized();
+  for (int y = -kPatchRadius, i = 0; y <= kPatchRadius; ++y) {
+    for (int x = -kPatchRadius; x <= kPatchRadius; ++x, ++i) {
+      const Eigen::Vector2d at = motion(Eigen::Vector2d(place.x + x, place.y + y));
       patch[i] = Sample(picture, at(0), at(1));
     }
   }
   return patch;
-}
-
-// Returns the mean.
-float SubtractMean(Patch& patch) {
-  const float mean = std::accumulate(patch.begin(), patch.end(), 0.0f) / kPixels;
-  for (float& value : patch) value -= mean;
-  return mean;
-}
-
-double SquaredDifference(const Patch& a, const Patch& b) {
-  float sum = 0.0f;
-  for (int i = 0; i < kPixels; ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
-  return sum;
 }
 
 enum class Shown { kRoad, kBlank, kOther };
@@ -76,42 +59,32 @@ class RoadPictures {
     return road_.At(camera_.Ray(place.x, place.y)) > 0.0;
   }
   Shown At(cv::Point2f place) const {
-    Patch p = Take(now_, Eigen::Matrix3d::Identity(), place), s = Take(before_, motion_, place);
+    Patch p = Take(now_, place, [](const Eigen::Vector2d& at) { return at; });
+    Patch s = Take(before_, place, [&](const Eigen::Vector2d& at) { return Moved(at); });
     const double apart = SubtractMean(p) - SubtractMean(s);
     const double texture = SquaredDifference(p, Patch{}), change = SquaredDifference(p, s);
-    const double least = kPixels * kLeastTexture * kLeastTexture * noise_levels_ * noise_levels_;
+    const double least =
+        kPatchPixels * kLeastTexture * kLeastTexture * noise_levels_ * noise_levels_;
     if (texture >= least) return change <= kMostChange * texture ? Shown::kRoad : Shown::kOther;
     const bool is_alike = std::abs(apart) <= kMostApart * noise_levels_ && change <= least;
     return is_alike ? Shown::kBlank : Shown::kOther;
   }
   cv::Point2f Before(cv::Point2f place) const {
-    const Eigen::Vector2d at = (motion_ * Eigen::Vector3d(place.x, place.y, 1.0)).hnormalized();
+    const Eigen::Vector2d at = Moved({place.x, place.y});
     return {static_cast<float>(at(0)), static_cast<float>(at(1))};
   }
 
  private:
+  Eigen::Vector2d Moved(const Eigen::Vector2d& place) const {
+    return (motion_ * place.homogeneous()).hnormalized();
+  }
+
   const RoadPlane& road_;
   const Pinhole& camera_;
   const cv::Mat &before_, &now_;
   double noise_levels_;
   Eigen::Matrix3d motion_;  // of the road, now to before
 };
-
-// Whether nothing but road is seen below each place of a column; places: upwards.
-std::vector<bool> StandOnRoad(const RoadPictures& pictures, const std::vector<cv::Point2f>& places,
-                              int height) {
-  std::vector<bool> result;
-  bool is_road = true;
-  float y = static_cast<float>(height - kRadius - 2);
-  for (const cv::Point2f place : places) {
-    for (; y > place.y; y -= kRadius + 1) {
-      const Shown shown = pictures.At({place.x, y});
-      if (shown != Shown::kBlank) is_road = shown == Shown::kRoad;
-    }
-    result.push_back(is_road);
-  }
-  return result;
-}
 
 }  // namespace
 
@@ -127,11 +100,17 @@ std::vector<GuidedPlace> MatchRoad(const RoadPlane& road, const Pinhole& camera,
   std::vector<GuidedPlace> matches;
   for (auto& [x, column] : columns) {
     std::sort(column.begin(), column.end(), [](auto a, auto b) { return a.y > b.y; });
-    const std::vector<bool> stands_on_road = StandOnRoad(pictures, column, now.rows);
-    for (size_t i = 0; i < column.size(); ++i) {
-      const Shown shown = pictures.At(column[i]);
-      if (shown == Shown::kRoad || (shown == Shown::kBlank && stands_on_road[i])) {
-        matches.push_back({column[i], pictures.Before(column[i])});
+    // What was seen last from the picture's lower edge up to `y`, blank places left out.
+    bool is_road_below = true;
+    float y = static_cast<float>(now.rows - kPatchRadius - 2);
+    for (const cv::Point2f place : column) {
+      const Shown shown = pictures.At(place);
+      for (; shown == Shown::kBlank && y > place.y; y -= kPatchRadius + 1) {
+        const Shown below = pictures.At({x, y});
+        if (below != Shown::kBlank) is_road_below = below == Shown::kRoad;
+      }
+      if (shown == Shown::kRoad || (shown == Shown::kBlank && is_road_below)) {
+        matches.push_back({place, pictures.Before(place)});
       }
     }
   }

@@ -5,44 +5,34 @@
 #include <cstdint>
 #include <utility>
 
+#include "vision/evidence/patch.h"
+
 namespace egosieve::vision {
 namespace {
 
-constexpr int kRadius = 3;
-constexpr int kSide = 2 * kRadius + 1;
-constexpr int kPixels = kSide * kSide;
 constexpr double kNoiseFloorLevels = 1.5;
 constexpr double kIndependentShare = 0.25;  // kappa
 
-using Patch = std::array<float, kPixels>;
-
 // The patch around a place, sampled bilinearly, less its mean. False where it leaves the picture.
 bool Sample(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
-  const float left = place.x - kRadius, top = place.y - kRadius;
-  if (!(left >= 0 && top >= 0 && left + kSide < picture.cols && top + kSide < picture.rows)) {
+  const float left = place.x - kPatchRadius, top = place.y - kPatchRadius;
+  if (!(left >= 0 && top >= 0 && left + kPatchSide < picture.cols &&
+        top + kPatchSide < picture.rows)) {
     return false;
   }
   const int column = static_cast<int>(left), row = static_cast<int>(top);
   const float fx = left - column, fy = top - row;
-  float sum = 0.0f;
-  for (int y = 0; y < kSide; ++y) {
+  for (int y = 0; y < kPatchSide; ++y) {
     const uint8_t* upper = picture.ptr<uint8_t>(row + y) + column;
     const uint8_t* lower = picture.ptr<uint8_t>(row + y + 1) + column;
-    for (int x = 0; x < kSide; ++x) {
+    for (int x = 0; x < kPatchSide; ++x) {
       const float above = upper[x] + fx * (upper[x + 1] - upper[x]);
       const float below = lower[x] + fx * (lower[x + 1] - lower[x]);
-      patch[y * kSide + x] = above + fy * (below - above);
-      sum += patch[y * kSide + x];
+      patch[y * kPatchSide + x] = above + fy * (below - above);
     }
   }
-  for (float& value : patch) value -= sum / kPixels;
+  SubtractMean(patch);
   return true;
-}
-
-double SquaredDifference(const Patch& a, const Patch& b) {
-  float sum = 0.0f;
-  for (int i = 0; i < kPixels; ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
-  return sum;
 }
 
 }  // namespace
@@ -55,7 +45,7 @@ PhotometricSupport::PhotometricSupport(cv::Mat before, cv::Mat now,
   Patch p, q;
   for (size_t i = 0; i < befores.size(); ++i) {
     if (Sample(before_, befores[i], p) && Sample(now_, nows[i], q)) {
-      levels.push_back(std::sqrt(SquaredDifference(p, q) / kPixels));
+      levels.push_back(std::sqrt(SquaredDifference(p, q) / kPatchPixels));
     }
   }
   noise_levels_ = kNoiseFloorLevels;
@@ -78,7 +68,8 @@ std::optional<double> PhotometricSupport::SignedLogRatio(cv::Point2f before, cv:
     return std::nullopt;
   }
   const double found = SquaredDifference(p, q), still = SquaredDifference(p, s);
-  const double variance = std::max(noise_levels_ * noise_levels_, std::min(found, still) / kPixels);
+  const double variance =
+      std::max(noise_levels_ * noise_levels_, std::min(found, still) / kPatchPixels);
   return kIndependentShare * (still - found) / (2.0 * variance);
 }
 

@@ -134,6 +134,14 @@ class PointStreet {
   std::vector<Eigen::Vector3d> points_;
 };
 
+// Of frames 0 and 1 of a street whose camera turns without travelling: any matrix holds whose
+// rotation is right, and this one's translation is invented.
+inline Eigen::Matrix3d FundamentalOfInventedTravel(StreetOptions options,
+                                                   const Eigen::Vector3d& travel) {
+  options.travel = travel;
+  return PointStreet(options).Fundamental(0, 1);
+}
+
 }  // namespace egosieve::vision
 
 #endif  // EGOSIEVE_TESTS_VISION_EVIDENCE_POINT_STREET_H_

@@ -102,14 +102,9 @@ TEST(RelativePose, NoTranslationIsSaid) {
   options.noise_pixels = 0.2;
   options.yaw = 0.05;
   const PointStreet street(options);
-  // Any F holds whose rotation is right: this one's translation is invented.
-  const PointStreet other([&] {
-    StreetOptions moved = options;
-    moved.travel = {0.1, 0.0, 1.0};
-    return moved;
-  }());
-  const RelativePose pose =
-      EstimateRelativePose(street.Pairs(0, 1), other.Fundamental(0, 1), street.camera(), {});
+  const RelativePose pose = EstimateRelativePose(
+      street.Pairs(0, 1), FundamentalOfInventedTravel(options, {0.1, 0.0, 1.0}), street.camera(),
+      {});
   EXPECT_EQ(pose.outcome, PoseOutcome::kNoTranslation);
 }
 
@@ -120,18 +115,13 @@ TEST(RelativePose, NoTranslationIsSaidUnderAGuessedLens) {
   options.noise_pixels = 0.1;
   options.yaw = 0.15;
   const PointStreet street(options);
-  const PointStreet other([&] {
-    StreetOptions moved = options;
-    moved.travel = {0.1, 0.0, 1.0};
-    return moved;
-  }());
+  const Eigen::Matrix3d fundamental = FundamentalOfInventedTravel(options, {0.1, 0.0, 1.0});
   for (const double share : {0.45, 0.9}) {  // 0.58 is the true one
     const Pinhole guess = Pinhole::Of(options.size, share * options.size.width);
-    const RelativePose pose =
-        EstimateRelativePose(street.Pairs(0, 1), other.Fundamental(0, 1), guess, {});
+    const RelativePose pose = EstimateRelativePose(street.Pairs(0, 1), fundamental, guess, {});
     EXPECT_EQ(pose.outcome, PoseOutcome::kNoTranslation) << share << Name(pose.outcome);
-    const RelativePose certain = EstimateRelativePose(street.Pairs(0, 1), other.Fundamental(0, 1),
-                                                      guess, {.lens_multiple = 0});
+    const RelativePose certain =
+        EstimateRelativePose(street.Pairs(0, 1), fundamental, guess, {.lens_multiple = 0});
     EXPECT_NE(certain.outcome, PoseOutcome::kNoTranslation) << share;
   }
 }
