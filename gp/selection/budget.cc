@@ -21,6 +21,10 @@ absl::Status BudgetOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrFormat("maximum_age_frames = %d; it must not be negative", maximum_age_frames));
   }
+  if (!(maximum_dynamic_age_frames >= 0)) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "maximum_dynamic_age_frames = %d; it must not be negative", maximum_dynamic_age_frames));
+  }
   return absl::OkStatus();
 }
 
@@ -42,12 +46,15 @@ absl::StatusOr<BudgetDecision> EnforceBudget(absl::Span<const double> labels,
       return absl::InvalidArgumentError(absl::StrFormat(
           "point %d: label %g; labels must be in [0, 1] and ranks numbers", i, labels[i]));
     }
-    if (frame - birth_frames[i] > options.maximum_age_frames) {
+    const int64_t age = frame - birth_frames[i];
+    const bool is_dynamic = labels[i] >= 0.5;
+    if (age > options.maximum_age_frames ||
+        (is_dynamic && age > options.maximum_dynamic_age_frames)) {
       decision.dropped.push_back(i);
       ++decision.dropped_for_age;
     } else {
       left.push_back(i);
-      ++class_sizes[labels[i] >= 0.5 ? 1 : 0];
+      ++class_sizes[is_dynamic ? 1 : 0];
     }
   }
   int64_t excess = static_cast<int64_t>(left.size()) - options.budget;

@@ -1,7 +1,8 @@
 // The hard limit on a model's size, aware of age and of the balance of the classes.
 //
-// Of n points, those older than `maximum_age_frames` go first. Of the rest, n - budget go, oldest
-// first; but the rarer class is not cut below
+// Of n points, those older than `maximum_age_frames` go first, and those whose label is 1/2 or more
+// and that are older than `maximum_dynamic_age_frames`: what moves is no longer where it was. Of
+// the rest, n - budget go, oldest first; but the rarer class is not cut below
 //
 //   protected = min(its size, floor(rare_class_share * budget)),                          (B1)
 //
@@ -24,6 +25,7 @@ struct BudgetOptions {
   int64_t budget = 4000;           // points; 0 empties the model
   double rare_class_share = 0.25;  // of the budget, in [0, 0.5]
   int64_t maximum_age_frames = std::numeric_limits<int64_t>::max();
+  int64_t maximum_dynamic_age_frames = std::numeric_limits<int64_t>::max();
 
   absl::Status Validate() const;
 };

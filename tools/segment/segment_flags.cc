@@ -1,5 +1,7 @@
 #include "tools/segment/segment_flags.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -83,6 +85,7 @@ const Words<OnlineSegmenterOptions (*)()>& Profiles() {
 // The gap that the labeller chooses by itself.
 constexpr char kAutomatic[] = "auto";
 constexpr int kAutomaticGap = 0;
+constexpr int64_t kUnlimitedAge = 1000000;  // frames
 
 CLI::Validator GapOrAutomatic() {
   return CLI::Validator(
@@ -159,6 +162,10 @@ void SegmentFlags::AddFlags(CLI::App& app) {
                  "of the other class; 0: none are; without effect in profile paper")
       ->check(Between(0.0, 1.0))
       ->type_name("DISTANCE");
+  app.add_option("--dynamic_age", dynamic_age_,
+                 "Frames for which the model keeps points of what moves: it leaves its place")
+      ->check(Between(int64_t{0}, kUnlimitedAge))
+      ->type_name("FRAMES");
   app.add_option("--arrival_share", arrival_share_,
                  "The most points that one frame brings, as a share of the budget")
       ->check(Between(0.01, 1.0))
@@ -173,6 +180,8 @@ void SegmentFlags::AddFlags(CLI::App& app) {
       ->check(Between(0, 1000000))
       ->type_name("NUMBER");
   AddWordFlag(app, "--features", features_, FeatureWords(), "Where labels come from");
+  AddWordFlag(app, "--patch_search", patch_search_, SwitchWords(),
+              "Search for the places that flow loses: small cars that cross");
   AddWordFlag(app, "--motion_model", motion_model_, MotionModelWords(),
               "What the camera's motion does to the static world's image");
   AddWordFlag(app, "--labels", labels_, LabelWords(),
@@ -215,6 +224,7 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   Override(budget_, options.learner.budget.budget);
   if (density_) options.learner.SetDensity(*density_);
   Override(contradiction_radius_, options.learner.contradiction_radius);
+  Override(dynamic_age_, options.learner.budget.maximum_dynamic_age_frames);
   Override(arrival_share_, options.learner.arrival_share);
   Override(model_, ModelWords(), options.learner.model.kind);
   Override(inducing_points_, options.learner.model.sparse.inducing_points);
@@ -225,6 +235,7 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   }
   Override(feature_count_, options.labeller.feature_count);
   Override(features_, FeatureWords(), options.labeller.features);
+  Override(patch_search_, SwitchWords(), options.labeller.searches_lost);
   Override(motion_model_, MotionModelWords(), options.labeller.motion_model);
   Override(labels_, LabelWords(), options.labeller.label_rule);
   if (evidence_) {
@@ -254,11 +265,14 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       {"budget", absl::StrCat(learner.budget.budget)},
       {"density", absl::StrCat(learner.new_point_density.radius)},
       {"contradiction_radius", absl::StrCat(learner.contradiction_radius)},
+      {"dynamic_age",
+       absl::StrCat(std::min(learner.budget.maximum_dynamic_age_frames, kUnlimitedAge))},
       {"arrival_share", absl::StrCat(learner.arrival_share)},
       {"frame_gap",
        labeller.frame_gap == kAutomaticGap ? kAutomatic : absl::StrCat(labeller.frame_gap)},
       {"feature_count", absl::StrCat(labeller.feature_count)},
       {"features", NameOf(FeatureWords(), labeller.features)},
+      {"patch_search", yes_or_no(labeller.searches_lost)},
       {"motion_model", NameOf(MotionModelWords(), labeller.motion_model)},
       {"evidence", vision::Describe(labeller.evidence)},
       {"labels", NameOf(LabelWords(), labeller.label_rule)},

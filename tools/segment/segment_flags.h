@@ -33,11 +33,13 @@ class SegmentFlags {
   std::optional<int64_t> budget_;
   std::optional<double> density_;
   std::optional<double> contradiction_radius_;
+  std::optional<int64_t> dynamic_age_;
   std::optional<double> arrival_share_;
   std::optional<int64_t> inducing_points_;
   std::optional<std::string> frame_gap_;
   std::optional<int> feature_count_;
   std::optional<std::string> features_;
+  std::optional<std::string> patch_search_;
   std::optional<std::string> motion_model_;
   std::optional<std::string> labels_;
   std::optional<std::string> evidence_;

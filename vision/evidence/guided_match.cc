@@ -14,20 +14,8 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kMostChange = 0.15, kLeastTexture = 2.0, kMostApart = 3.0;
-
-// NaN outside of the picture.
-float Sample(const cv::Mat& picture, double x, double y) {
-  if (!(x >= 0 && y >= 0 && x < picture.cols - 1 && y < picture.rows - 1)) {
-    return std::numeric_limits<float>::quiet_NaN();
-  }
-  const int column = static_cast<int>(x), row = static_cast<int>(y);
-  const float fx = static_cast<float>(x - column), fy = static_cast<float>(y - row);
-  const uint8_t* upper = picture.ptr<uint8_t>(row) + column;
-  const uint8_t* lower = picture.ptr<uint8_t>(row + 1) + column;
-  const float above = upper[0] + fx * (upper[1] - upper[0]);
-  const float below = lower[0] + fx * (lower[1] - lower[0]);
-  return above + fy * (below - above);
-}
+constexpr double kLeastCorner = 0.1;  // of the gradients' squares, across their main direction
+constexpr double kMostStep = 4.0;     // noise levels, from one blank place to the next
 
 // The patch around a place, its pixels taken from where `motion` has them. NaN where it leaves the
 // picture.
@@ -37,13 +25,35 @@ Patch Take(const cv::Mat& picture, cv::Point2f place, const Motion& motion) {
   for (int y = -kPatchRadius, i = 0; y <= kPatchRadius; ++y) {
     for (int x = -kPatchRadius; x <= kPatchRadius; ++x, ++i) {
       const Eigen::Vector2d at = motion(Eigen::Vector2d(place.x + x, place.y + y));
-      patch[i] = Sample(picture, at(0), at(1));
+      patch[i] = SampleAt(picture, at(0), at(1));
     }
   }
   return patch;
 }
 
 enum class Shown { kRoad, kBlank, kOther };
+
+struct Look {
+  Shown shown = Shown::kOther;
+  float level = 0.0f;  // mean of the patch
+};
+
+// Whether a patch has texture in both directions. An edge alone looks the same moved along itself.
+bool IsCorner(const Patch& patch) {
+  double xx = 0.0, yy = 0.0, xy = 0.0;
+  for (int y = 1; y + 1 < kPatchSide; ++y) {
+    for (int x = 1; x + 1 < kPatchSide; ++x) {
+      const int i = y * kPatchSide + x;
+      const double across = patch[i + 1] - patch[i - 1];
+      const double down = patch[i + kPatchSide] - patch[i - kPatchSide];
+      xx += across * across;
+      yy += down * down;
+      xy += across * down;
+    }
+  }
+  const double smaller = 0.5 * (xx + yy - std::hypot(xx - yy, 2.0 * xy));
+  return smaller >= kLeastCorner * (xx + yy);
+}
 
 class RoadPictures {
  public:
@@ -58,16 +68,20 @@ class RoadPictures {
   bool IsBelowHorizon(cv::Point2f place) const {
     return road_.At(camera_.Ray(place.x, place.y)) > 0.0;
   }
-  Shown At(cv::Point2f place) const {
+  Look At(cv::Point2f place) const {
     Patch p = Take(now_, place, [](const Eigen::Vector2d& at) { return at; });
     Patch s = Take(before_, place, [&](const Eigen::Vector2d& at) { return Moved(at); });
-    const double apart = SubtractMean(p) - SubtractMean(s);
+    const float level = SubtractMean(p), level_before = SubtractMean(s);
     const double texture = SquaredDifference(p, Patch{}), change = SquaredDifference(p, s);
     const double least =
         kPatchPixels * kLeastTexture * kLeastTexture * noise_levels_ * noise_levels_;
-    if (texture >= least) return change <= kMostChange * texture ? Shown::kRoad : Shown::kOther;
-    const bool is_alike = std::abs(apart) <= kMostApart * noise_levels_ && change <= least;
-    return is_alike ? Shown::kBlank : Shown::kOther;
+    if (texture >= least) {
+      if (!(change <= kMostChange * texture)) return {Shown::kOther, level};
+      return {IsCorner(p) ? Shown::kRoad : Shown::kBlank, level};
+    }
+    const bool is_alike =
+        std::abs(level - level_before) <= kMostApart * noise_levels_ && change <= least;
+    return {is_alike ? Shown::kBlank : Shown::kOther, level};
   }
   cv::Point2f Before(cv::Point2f place) const {
     const Eigen::Vector2d at = Moved({place.x, place.y});
@@ -86,6 +100,30 @@ class RoadPictures {
   Eigen::Matrix3d motion_;  // of the road, now to before
 };
 
+// Whether the road goes on, from the picture's lower edge upwards.
+class RoadBelow {
+ public:
+  explicit RoadBelow(double noise_levels) : most_step_(kMostStep * noise_levels) {}
+
+  void Add(const Look& look) {
+    if (look.shown != Shown::kBlank) {
+      goes_on_ = look.shown == Shown::kRoad;
+      has_level_ = false;
+      return;
+    }
+    goes_on_ &= !(has_level_ && std::abs(look.level - level_) > most_step_);
+    has_level_ = true;
+    level_ = look.level;
+  }
+  bool GoesOn() const { return goes_on_; }
+
+ private:
+  double most_step_;
+  bool goes_on_ = true;
+  bool has_level_ = false;  // of the last blank place, with none but blank ones since
+  float level_ = 0.0f;
+};
+
 }  // namespace
 
 std::vector<GuidedPlace> MatchRoad(const RoadPlane& road, const Pinhole& camera,
@@ -100,16 +138,15 @@ std::vector<GuidedPlace> MatchRoad(const RoadPlane& road, const Pinhole& camera,
   std::vector<GuidedPlace> matches;
   for (auto& [x, column] : columns) {
     std::sort(column.begin(), column.end(), [](auto a, auto b) { return a.y > b.y; });
-    // What was seen last from the picture's lower edge up to `y`, blank places left out.
-    bool is_road_below = true;
+    RoadBelow road_below(noise_levels);
     float y = static_cast<float>(now.rows - kPatchRadius - 2);
     for (const cv::Point2f place : column) {
-      const Shown shown = pictures.At(place);
-      for (; shown == Shown::kBlank && y > place.y; y -= kPatchRadius + 1) {
-        const Shown below = pictures.At({x, y});
-        if (below != Shown::kBlank) is_road_below = below == Shown::kRoad;
+      const Look look = pictures.At(place);
+      if (look.shown == Shown::kBlank) {
+        for (; y > place.y; y -= kPatchRadius + 1) road_below.Add(pictures.At({x, y}));
+        road_below.Add(look);
       }
-      if (shown == Shown::kRoad || (shown == Shown::kBlank && is_road_below)) {
+      if (look.shown == Shown::kRoad || (look.shown == Shown::kBlank && road_below.GoesOn())) {
         matches.push_back({place, pictures.Before(place)});
       }
     }

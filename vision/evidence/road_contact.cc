@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <limits>
 #include <optional>
 #include <utility>
+
+#include "vision/evidence/surfaces.h"
 
 namespace egosieve::vision {
 namespace {
@@ -19,48 +21,23 @@ constexpr size_t kMostMissed = 2;                        // bad places within a 
 constexpr size_t kMostBetween = 4;                       // places between the road and the stretch
 constexpr int kFewestAlike = 2;    // places of a stretch that are seen not to be road
 constexpr double kMostRise = 2.5;  // of the camera's height, above it: taller is no vehicle
+constexpr size_t kEnoughPlaces = 3;
+constexpr double kEnoughRise = 0.3;  // of the camera's height: more than flow carries over the road
+constexpr double kSureRoad = 5.0;    // deviations by which a road is nearer than infinity
 constexpr double kCarRise = 0.3, kVanRise = 0.5;  // the same, of their roofs
 constexpr double kLeastFootFall = 0.02;  // of A_y below the horizon: 70 m for a camera on a car
 constexpr double kHorizonError = 0.003;  // of A_y
 constexpr double kMostLogRatio = 6.0;
-constexpr double kSameDepth = 0.05;  // of r, within a surface
+// Of a surface: the columns that must be judged for what they say to count in full; what many of
+// them say counts more, up to kMostWeight; and its rise above the foot, as kMostRise.
+constexpr double kEnoughColumns = 0.5, kMostWeight = 1.5, kSurfaceRise = 1.5;
 
 // What its foot says of a point: that it is too far for it, or too near.
 struct FootRatios {
   bool judged = false;
   double sunk = 0.0;
   double raised = 0.0;
-};
-
-// The points in cells of the image; one speaks for its cell.
-class Raster {
- public:
-  Raster(const std::vector<cv::Point2f>& places, cv::Size image)
-      : cell_(std::max(4.0, std::sqrt(static_cast<double>(image.area()) /
-                                      static_cast<double>(std::max<size_t>(places.size(), 1))))),
-        columns_(static_cast<int>(image.width / cell_) + 1),
-        rows_(static_cast<int>(image.height / cell_) + 1),
-        points_(static_cast<size_t>(columns_) * rows_, -1) {
-    for (size_t i = 0; i < places.size(); ++i) {
-      int& point = points_[CellOf(places[i])];
-      if (point < 0) point = static_cast<int>(i);
-    }
-  }
-  int rows() const { return rows_; }
-  int columns() const { return columns_; }
-  int At(int row, int column) const { return points_[row * columns_ + column]; }
-  int SpeakerFor(cv::Point2f place) const { return points_[CellOf(place)]; }
-
- private:
-  int CellOf(cv::Point2f place) const {
-    const int row = std::clamp(static_cast<int>(place.y / cell_), 0, rows_ - 1);
-    const int column = std::clamp(static_cast<int>(place.x / cell_), 0, columns_ - 1);
-    return row * columns_ + column;
-  }
-
-  double cell_;
-  int columns_, rows_;
-  std::vector<int> points_;
+  double fall = 0.0;  // of the foot, A_y below the horizon
 };
 
 bool IsAlike(const InverseDepth& a, const InverseDepth& b) {
@@ -96,9 +73,16 @@ double MedianOf(std::vector<double>& values) {
 // that of its foot.
 class Column {
  public:
-  Column(const RoadPlane& road, const std::vector<InverseDepth>& points, std::vector<int> column,
-         const std::vector<Ground>& grounds, std::vector<FootRatios>& ratios)
-      : road_(road), points_(points), column_(std::move(column)), ratios_(ratios) {
+  // feet: null without pictures.
+  Column(const RoadPlane& road, const std::vector<InverseDepth>& points,
+         const std::vector<cv::Point2f>& places, const std::vector<Ground>& grounds,
+         const FootSearch* feet, std::vector<int> column, std::vector<FootRatios>& ratios)
+      : road_(road),
+        points_(points),
+        places_(places),
+        feet_(feet),
+        column_(std::move(column)),
+        ratios_(ratios) {
     for (const int i : column_) ground_.push_back(grounds[i]);
   }
 
@@ -124,30 +108,60 @@ class Column {
  private:
   const InverseDepth& At(size_t k) const { return points_[column_[k]]; }
   double Rise(size_t k) const { return -road_.Fall(At(k).ray); }
+  bool IsSureRoad(size_t k) const {
+    return ground_[k] == Ground::kRoad && road_.At(At(k).ray) > kSureRoad * At(k).deviation;
+  }
 
-  // Places in the column of the points from `first` upwards that are alike.
+  // Median of r and its deviation over places in the column.
+  InverseDepth MiddleOf(const std::vector<size_t>& stretch) const {
+    std::vector<double> values, deviations;
+    for (const size_t k : stretch) {
+      values.push_back(At(k).value);
+      deviations.push_back(At(k).deviation);
+    }
+    InverseDepth middle;
+    middle.value = MedianOf(values);
+    middle.deviation = MedianOf(deviations);
+    return middle;
+  }
+
+  // Places in the column of the points from `first` upwards that are alike their mean: flow goes
+  // over smoothly from one thing to the next, and a chain of neighbours goes with it.
   std::vector<size_t> StretchFrom(size_t first) const {
     std::vector<size_t> stretch = {first};
+    InverseDepth mean = At(first);
     for (size_t k = first + 1; k < column_.size() && k - stretch.back() <= kMostMissed + 1; ++k) {
+      if (k > first + 1 && IsSureRoad(k) && IsSureRoad(k - 1)) break;
       // Near the horizon all may be road; what is road in truth soon differs from the first.
-      if (IsAlike(At(stretch.back()), At(k)) &&
-          (ground_[k] != Ground::kRoad || IsAlike(At(first), At(k)))) {
-        stretch.push_back(k);
-      }
+      if (!IsAlike(mean, At(k))) continue;
+      if (ground_[k] == Ground::kRoad && !IsAlike(At(first), At(k))) continue;
+      stretch.push_back(k);
+      const double share = 1.0 / static_cast<double>(stretch.size());
+      mean.value += share * (At(k).value - mean.value);
+      mean.deviation += share * (At(k).deviation - mean.deviation);
     }
     return stretch;
   }
 
-  // Road is last seen at `foot`, and first seen not to be at `off`. The place in the column behind
-  // what was judged.
-  size_t JudgeAbove(size_t foot, size_t off) {
-    // Flow is smooth: between the road and what stands on it lie places that belong to neither.
-    std::vector<size_t> stretch;
+  // The first stretch from above `foot` on that is more than what flow carries over the road, which
+  // is last seen there and first seen to end at `off`; else the longest.
+  std::vector<size_t> StretchAbove(size_t foot, size_t off) const {
+    const double least_rise = kEnoughRise * road_.Fall(At(foot).ray);
+    std::vector<size_t> longest;
     for (size_t k = foot + 1; k < column_.size() && k <= off + kMostBetween; ++k) {
       if (ground_[k] == Ground::kRoad) break;
-      std::vector<size_t> other = StretchFrom(k);
-      if (other.size() > stretch.size()) stretch = std::move(other);
+      std::vector<size_t> stretch = StretchFrom(k);
+      const bool is_enough = stretch.size() >= kEnoughPlaces &&
+                             Rise(stretch.back()) - Rise(stretch.front()) >= least_rise;
+      if (is_enough) return stretch;
+      if (stretch.size() > longest.size()) longest = std::move(stretch);
     }
+    return longest;
+  }
+
+  // The place in the column behind what was judged.
+  size_t JudgeAbove(size_t foot, size_t off) {
+    std::vector<size_t> stretch = StretchAbove(foot, off);
     const auto seen = std::count_if(stretch.begin(), stretch.end(),
                                     [&](size_t k) { return ground_[k] == Ground::kOff; });
     if (seen < kFewestAlike) return off + 1;
@@ -162,18 +176,17 @@ class Column {
       stretch.pop_back();
     }
     if (stretch.empty()) return behind;
-    std::vector<double> values, deviations;
-    for (const size_t k : stretch) {
-      values.push_back(At(k).value);
-      deviations.push_back(At(k).deviation);
+    const InverseDepth middle = MiddleOf(stretch);
+    FootRatios ratios;
+    ratios.judged = road_.Fall(At(stretch.front()).ray) > kLeastFootFall;
+    ratios.fall = fall;
+    if (ratios.judged) {
+      ratios.sunk = Sunk(middle, At(stretch.front()).ray);
+      if (!is_tall) SetRaised(middle, foot, off, stretch, ratios);
     }
-    const double value = MedianOf(values);
-    const FootRatios ratios =
-        RatiosOf(value, MedianOf(deviations), At(foot).ray, At(stretch.front()).ray, is_tall,
-                 std::isfinite(At(off).against_road));
     for (size_t k = foot + 1; k < stretch.front(); ++k) {
       const double own = At(k).value;
-      if (std::abs(own - value) < std::abs(own - road_.At(At(k).ray))) stretch.push_back(k);
+      if (std::abs(own - middle.value) < std::abs(own - road_.At(At(k).ray))) stretch.push_back(k);
     }
     for (const size_t k : stretch) {
       ratios_[column_[k]] = ratios;
@@ -182,86 +195,91 @@ class Column {
     return behind;
   }
 
+  // Of r less what the road has at a foot, `at`.
+  double Deviation(const InverseDepth& middle, double at) const {
+    return std::hypot(middle.deviation,
+                      std::hypot(kRoadUnevenness * at, kHorizonError * road_.m(1)));
+  }
+
   // (R3); the foot lies between the last ray of the road and the first above.
-  FootRatios RatiosOf(double value, double deviation, const Eigen::Vector3d& below,
-                      const Eigen::Vector3d& above, bool is_tall, bool is_seen) const {
-    if (!(road_.Fall(above) > kLeastFootFall)) return {};
+  double Sunk(const InverseDepth& middle, const Eigen::Vector3d& above) const {
     const double furthest = road_.At(above);
-    const double middle = 0.5 * (road_.At(below) + furthest);
-    const auto total = [&](double at) {
-      return std::hypot(deviation, std::hypot(kRoadUnevenness * at, kHorizonError * road_.m(1)));
-    };
-    const double sunk = (value - (1.0 - kSlack) * furthest) / total(furthest);
-    const double raised =
-        ((1.0 + (is_seen ? kRaised : kRaisedUnseen)) * middle - value) / total(middle);
-    return {true, RoadLogRatio(sunk), is_tall ? 0.0 : RoadLogRatio(raised)};
+    return RoadLogRatio((middle.value - (1.0 - kSlack) * furthest) / Deviation(middle, furthest));
+  }
+  void SetRaised(const InverseDepth& middle, size_t foot, size_t off,
+                 const std::vector<size_t>& stretch, FootRatios& ratios) const {
+    const double furthest = road_.At(At(stretch.front()).ray);
+    if (!(middle.value > furthest + Deviation(middle, furthest))) return;
+    double at = 0.5 * (road_.At(At(foot).ray) + furthest);
+    if (feet_ != nullptr) {
+      const cv::Point2f below(0.0f, 2.0f);  // the last place of the road may be half off it
+      const Eigen::Vector3d lowest =
+          feet_->LowestFoot(places_[column_[stretch[stretch.size() / 2]]],
+                            places_[column_[foot]] + below, middle.value);
+      at = road_.At(lowest);
+      ratios.fall = road_.Fall(lowest);
+    }
+    const bool is_seen = std::isfinite(At(off).against_road);
+    const double nearest = (1.0 + (is_seen ? kRaised : kRaisedUnseen)) * at;
+    ratios.raised = RoadLogRatio((nearest - middle.value) / Deviation(middle, at));
   }
 
   const RoadPlane& road_;
   const std::vector<InverseDepth>& points_;
+  const std::vector<cv::Point2f>& places_;
+  const FootSearch* feet_;
   std::vector<int> column_;
   std::vector<Ground> ground_;
   std::vector<FootRatios>& ratios_;
 };
 
-// Sets of alike points in neighbouring cells.
-class Objects {
- public:
-  explicit Objects(size_t points) : parent_(points) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
-  int Find(int i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void Join(int i, int k) {
-    const int a = Find(i), b = Find(k);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
+// What a surface's columns say.
+struct Votes {
+  int columns = 0, last_column = -1;                       // that it is seen in
+  int judged = 0, last_judged = -1;                        // of these
+  double raised = 0.0, fall = 0.0;                         // sums over the judged
+  double rise = -std::numeric_limits<double>::infinity();  // the highest
 
- private:
-  std::vector<int> parent_;
+  double LogRatio() const {
+    if (judged == 0 || rise > kSurfaceRise * fall / judged) return 0.0;
+    const double share = static_cast<double>(judged) / columns;
+    return raised / judged * std::min(kMostWeight, std::sqrt(static_cast<double>(judged))) *
+           std::min(1.0, share / kEnoughColumns);
+  }
 };
 
-bool IsOneSurface(const InverseDepth& a, const InverseDepth& b) {
-  return std::abs(a.value - b.value) <
-         1.5 * std::hypot(a.deviation, b.deviation) +
-             kSameDepth * std::max(std::abs(a.value), std::abs(b.value));
-}
-
-// What some columns of an object say holds for all of it: the mean of `raised` over its points that
-// were judged. Not so for `sunk`: what seems far is of one depth with all that is far.
-std::vector<double> RaisedByObject(const Raster& raster, const std::vector<InverseDepth>& points,
-                                   const std::vector<Ground>& grounds,
-                                   const std::vector<FootRatios>& ratios) {
-  Objects objects(points.size());
-  const auto is_part = [&](int i) {
-    return i >= 0 && points[i].valid && grounds[i] != Ground::kRoad;
-  };
-  for (int row = 0; row < raster.rows(); ++row) {
-    for (int column = 0; column < raster.columns(); ++column) {
+// What some columns of a surface say holds for all of it. Not so for `sunk`: what seems far is of
+// one depth with all that is far.
+std::vector<double> RaisedBySurface(const RoadPlane& road, const Raster& raster,
+                                    const std::vector<InverseDepth>& points,
+                                    const std::vector<Ground>& grounds,
+                                    const std::vector<FootRatios>& ratios) {
+  std::vector<bool> is_part(points.size());
+  for (size_t i = 0; i < points.size(); ++i) {
+    is_part[i] = points[i].valid && grounds[i] != Ground::kRoad;
+  }
+  const std::vector<int> surfaces = FindSurfaces(raster, points, is_part);
+  std::vector<Votes> votes(points.size());
+  for (int column = 0; column < raster.columns(); ++column) {
+    for (int row = raster.rows() - 1; row >= 0; --row) {
       const int i = raster.At(row, column);
-      if (!is_part(i)) continue;
-      const int right = column + 1 < raster.columns() ? raster.At(row, column + 1) : -1;
-      const int below = row + 1 < raster.rows() ? raster.At(row + 1, column) : -1;
-      for (const int k : {right, below}) {
-        if (is_part(k) && IsOneSurface(points[i], points[k])) objects.Join(i, k);
-      }
+      if (i < 0 || surfaces[i] < 0) continue;
+      Votes& own = votes[surfaces[i]];
+      own.columns += own.last_column != column;
+      own.last_column = column;
+      own.rise = std::max(own.rise, -road.Fall(points[i].ray));
+      if (!ratios[i].judged || own.last_judged == column) continue;
+      own.last_judged = column;
+      ++own.judged;
+      own.raised += ratios[i].raised;
+      own.fall += ratios[i].fall;
     }
   }
-  std::vector<double> sums(points.size(), 0.0), counts(points.size(), 0.0);
+  std::vector<double> raised(points.size(), 0.0);
   for (size_t i = 0; i < points.size(); ++i) {
-    if (!ratios[i].judged) continue;
-    const int object = objects.Find(static_cast<int>(i));
-    sums[object] += ratios[i].raised;
-    counts[object] += 1.0;
+    if (surfaces[i] >= 0) raised[i] = votes[surfaces[i]].LogRatio();
   }
-  std::vector<double> means(points.size(), 0.0);
-  for (size_t i = 0; i < points.size(); ++i) {
-    const int object = objects.Find(static_cast<int>(i));
-    if (counts[object] > 0.0) means[i] = sums[object] / counts[object];
-  }
-  return means;
+  return raised;
 }
 
 // Where a point of the road that is now at `place` was in the first frame; nothing above the
@@ -294,7 +312,8 @@ void CompareWithRoad(const RoadPlane& road, const Pinhole& camera, const Relativ
 }
 
 std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<InverseDepth>& points,
-                                  const std::vector<cv::Point2f>& places, cv::Size image) {
+                                  const std::vector<cv::Point2f>& places, cv::Size image,
+                                  const FootSearch* feet) {
   std::vector<double> ratios(points.size(), 0.0);
   if (!road.found) return ratios;
   std::vector<Ground> grounds(points.size(), Ground::kUnclear);
@@ -315,15 +334,15 @@ std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<Inver
       const int i = raster.At(row, column);
       if (i >= 0 && points[i].valid) upwards.push_back(i);
     }
-    Column(road, points, std::move(upwards), grounds, by_foot).Judge();
+    Column(road, points, places, grounds, feet, std::move(upwards), by_foot).Judge();
   }
-  const std::vector<double> raised = RaisedByObject(raster, points, grounds, by_foot);
+  const std::vector<double> raised = RaisedBySurface(road, raster, points, grounds, by_foot);
   for (size_t i = 0; i < points.size(); ++i) {
     const int speaker = raster.SpeakerFor(places[i]);
     if (!points[i].valid || !points[speaker].valid || !IsAlike(points[i], points[speaker]))
       continue;
     const FootRatios& foot = by_foot[speaker];
-    ratios[i] = std::max({ratios[i], foot.sunk, foot.raised, raised[speaker]});
+    ratios[i] = std::max({ratios[i], foot.sunk, raised[speaker]});
   }
   return ratios;
 }

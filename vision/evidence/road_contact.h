@@ -17,9 +17,12 @@
 // hang above them.
 //
 // Flow is smooth and carries a mover's motion some places over the road below it, where the
-// pictures know better: against_road tells road from what is not, and (R2) says no more than it.
-// Of what is too near, the columns of one surface speak for all of it, those without a foot in
-// sight included.
+// pictures know better: against_road tells road from what is not, and (R2) says no more than it;
+// the foot of what is too near is looked for in the pictures, row by row (foot_search.h). And of
+// what is too near, the columns of one surface (surfaces.h) speak for all of it, those without a
+// foot in sight included: the mean of what they say, less where few of its columns have a foot,
+// nothing where it is taller than a vehicle. One column alone often takes for its foot what is the
+// blank side of a car in front.
 //
 // Nothing is said without a plane. Reference: Klappstein, Stein & Franke (2006), positive height
 // constraint.
@@ -29,6 +32,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "vision/evidence/foot_search.h"
 #include "vision/evidence/photometric_support.h"
 #include "vision/evidence/pinhole.h"
 #include "vision/evidence/relative_pose.h"
@@ -43,9 +47,10 @@ void CompareWithRoad(const RoadPlane& road, const Pinhole& camera, const Relativ
                      std::vector<InverseDepth>& points);
 
 // Log-likelihood ratio by (R2) and (R3), not negative, one a point; places: of the points, in the
-// image.
+// image; feet: null without pictures.
 std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<InverseDepth>& points,
-                                  const std::vector<cv::Point2f>& places, cv::Size image);
+                                  const std::vector<cv::Point2f>& places, cv::Size image,
+                                  const FootSearch* feet);
 
 }  // namespace egosieve::vision
 

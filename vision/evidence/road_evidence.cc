@@ -1,5 +1,6 @@
 #include "vision/evidence/road_evidence.h"
 
+#include <optional>
 #include <utility>
 
 #include "vision/evidence/road_contact.h"
@@ -41,7 +42,13 @@ RoadEvidence MeasureRoad(const RoadView& view, const RoadSlope& last, uint64_t s
   for (const PointPair& pair : pairs) {
     places.emplace_back(static_cast<float>(pair.x2), static_cast<float>(pair.y2));
   }
-  result.log_ratios = RoadLogRatios(result.road, depths, places, view.size);
+  std::optional<FootSearch> feet;
+  if (view.pictures != nullptr) {
+    feet.emplace(result.road, view.camera, view.pose, view.before, view.now,
+                 view.pictures->noise_levels());
+  }
+  result.log_ratios =
+      RoadLogRatios(result.road, depths, places, view.size, feet ? &*feet : nullptr);
   for (size_t i = 0; i < guided.size(); ++i) {
     if (result.log_ratios[view.pairs.size() + i] < kMostDoubt) result.standing.push_back(guided[i]);
   }

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "vision/features/patch_search.h"
 
 namespace egosieve::vision {
 namespace {
@@ -84,6 +87,48 @@ class PatchComparison {
   cv::Mat warped_;
 };
 
+// From the picture that the grid lies in to the other.
+PointPair PairOf(cv::Point2f node, cv::Point2f there, bool anchor_second) {
+  return anchor_second ? PointPair{there.x, there.y, node.x, node.y}
+                       : PointPair{node.x, node.y, there.x, there.y};
+}
+
+// A textured node that flow loses, and how many pairs come before it.
+struct LostNode {
+  cv::Point2f place;
+  size_t position;
+};
+
+void AddSearched(const cv::Mat& from, const cv::Mat& to, const std::vector<LostNode>& lost,
+                 bool anchor_second, int stride_pixels, TrackedGrid& grid) {
+  std::vector<cv::Point2f> places;
+  for (const LostNode& node : lost) places.push_back(node.place);
+  const auto found = SearchPatches(from, to, places, stride_pixels);
+  std::vector<PointPair> pairs;
+  std::vector<uint8_t> is_textured;
+  size_t taken = 0;
+  const auto take_to = [&](size_t end) {
+    pairs.insert(pairs.end(), grid.pairs.begin() + static_cast<std::ptrdiff_t>(taken),
+                 grid.pairs.begin() + static_cast<std::ptrdiff_t>(end));
+    is_textured.insert(is_textured.end(),
+                       grid.is_textured.begin() + static_cast<std::ptrdiff_t>(taken),
+                       grid.is_textured.begin() + static_cast<std::ptrdiff_t>(end));
+    taken = end;
+  };
+  const cv::Rect2f inside(0.0f, 0.0f, static_cast<float>(to.cols - 1),
+                          static_cast<float>(to.rows - 1));
+  for (size_t i = 0; i < lost.size(); ++i) {
+    if (!found[i] || !inside.contains(*found[i])) continue;
+    take_to(lost[i].position);
+    pairs.push_back(PairOf(lost[i].place, *found[i], anchor_second));
+    is_textured.push_back(1);
+    ++grid.searched_count;
+  }
+  take_to(grid.pairs.size());
+  grid.pairs = std::move(pairs);
+  grid.is_textured = std::move(is_textured);
+}
+
 }  // namespace
 
 absl::Status FlowGridOptions::Validate() const {
@@ -150,34 +195,43 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
                       bool anchor_second, const FlowGridOptions& options) {
   const cv::Mat& there = anchor_second ? flow.backward : flow.forward;
   const cv::Mat& back = anchor_second ? flow.forward : flow.backward;
-  const PatchComparison patches(anchor_second ? second : first, anchor_second ? first : second,
-                                there);
+  const cv::Mat& from = anchor_second ? second : first;
+  const cv::Mat& to = anchor_second ? first : second;
+  const PatchComparison patches(from, to, there);
   TrackedGrid grid;
+  std::vector<LostNode> lost;
   for (int y = options.stride_pixels / 2; y < there.rows; y += options.stride_pixels) {
     for (int x = options.stride_pixels / 2; x < there.cols; x += options.stride_pixels) {
       ++grid.point_count;
+      const cv::Point2f node(static_cast<float>(x), static_cast<float>(y));
       const PatchComparison::Result patch = patches.At(x, y);
       const bool textured = patch.deviation >= options.texture_levels;
       const bool agrees = textured && patch.correlation >= options.agreement;
       grid.textured_count += textured;
       if (textured) {
-        grid.textured.emplace_back(static_cast<float>(x), static_cast<float>(y));
+        grid.textured.push_back(node);
         grid.agrees.push_back(0);
       }
       const cv::Point2f f = there.at<cv::Point2f>(y, x);
       const cv::Point2f moved(x + f.x, y + f.y);
       const bool inside = moved.x >= 0 && moved.y >= 0 && moved.x <= there.cols - 1 &&
                           moved.y <= there.rows - 1;  // false for NaN
-      if (!inside || (textured && !(patch.correlation >= options.contradiction))) continue;
-      const cv::Point2f b = SampleField(back, moved);
-      const double error = std::hypot(f.x + b.x, f.y + b.y);
-      if (!(error < options.error_floor + options.error_slope * std::hypot(f.x, f.y))) continue;
-      const PointPair pair{static_cast<double>(x), static_cast<double>(y), moved.x, moved.y};
-      grid.pairs.push_back(anchor_second ? PointPair{pair.x2, pair.y2, pair.x1, pair.y1} : pair);
+      const bool contradicts = textured && !(patch.correlation >= options.contradiction);
+      const cv::Point2f b = inside ? SampleField(back, moved) : cv::Point2f();
+      const bool returns = std::hypot(f.x + b.x, f.y + b.y) <
+                           options.error_floor + options.error_slope * std::hypot(f.x, f.y);
+      if (!inside || contradicts || !returns) {
+        if (textured) lost.push_back({node, grid.pairs.size()});
+        continue;
+      }
+      grid.pairs.push_back(PairOf(node, moved, anchor_second));
       grid.is_textured.push_back(textured ? 1 : 0);
       grid.agreeing_count += agrees;
       if (agrees) grid.agrees.back() = 1;
     }
+  }
+  if (options.searches_lost) {
+    AddSearched(from, to, lost, anchor_second, options.stride_pixels, grid);
   }
   return grid;
 }

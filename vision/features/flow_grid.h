@@ -12,7 +12,8 @@
 //   agrees     sum (P - mean P)(Q - mean Q) >= agreement |P - mean P| |Q - mean Q|
 //
 // Points that are textured and do not agree are dropped; those without texture are kept and marked,
-// as the flow around them may well be theirs.
+// as the flow around them may well be theirs. Textured points that are lost are searched for
+// (patch_search.h) where that is asked for.
 //
 // Fields and pictures are sampled bilinearly. Cost: two flows, linear in the pixels.
 #ifndef EGOSIEVE_VISION_FEATURES_FLOW_GRID_H_
@@ -42,6 +43,7 @@ struct FlowGridOptions {
   double agreement = 0.5;       // [-1, 1]
   double contradiction = 0.2;   // [-1, agreement]
   FlowQuality quality = FlowQuality::kFast;
+  bool searches_lost = false;
 
   absl::Status Validate() const;
 };
@@ -58,12 +60,13 @@ absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second
 struct TrackedGrid {
   std::vector<PointPair> pairs;      // row by row of the grid
   std::vector<uint8_t> is_textured;  // one a pair
-  // The grid's textured points, kept or not, and which of them agree and are kept.
+  // The grid's textured points, kept or not, and for which of them flow agrees and is kept.
   std::vector<cv::Point2f> textured;
   std::vector<uint8_t> agrees;
   int64_t point_count = 0;     // of the grid
   int64_t textured_count = 0;  // = textured.size()
-  int64_t agreeing_count = 0;  // of these, those that agree and are kept
+  int64_t agreeing_count = 0;  // of these, those for which flow agrees and is kept
+  int64_t searched_count = 0;  // of the pairs, those that flow lost
 };
 
 // The grid lies in the second image (`anchor_second`) or in the first; there its points are whole

@@ -119,6 +119,7 @@ absl::StatusOr<GridFlow> AddFlowGrid(const ExtractedFrame& first, const Extracte
   FlowGridOptions grid;
   grid.stride_pixels = options.flow_stride_pixels;
   grid.quality = options.flow_quality;
+  grid.searches_lost = options.searches_lost;
   EGOSIEVE_ASSIGN_OR_RETURN(flow.fields, ComputeFlow(first.grey, second.grey, grid.quality));
   pairs.features_milliseconds += watch.LapMilliseconds();
   TrackedGrid tracked = TrackGrid(flow.fields, first.grey, second.grey,

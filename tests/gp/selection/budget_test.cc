@@ -62,6 +62,15 @@ TEST(Budget, StalePointsGoWhateverTheirClass) {
   EXPECT_EQ(decision->dropped_for_age, 2);
 }
 
+TEST(Budget, DynamicPointsGoSooner) {
+  BudgetOptions options;
+  options.maximum_dynamic_age_frames = 1;
+  const auto decision = EnforceBudget({1.0, 0.5, 0.49, 0.0, 0.9}, {9, 8, 8, 0, 10}, 10, options);
+  ASSERT_TRUE(decision.ok());
+  EXPECT_THAT(decision->dropped, ElementsAre(1));
+  EXPECT_EQ(decision->dropped_for_age, 1);
+}
+
 TEST(Budget, NothingAndNonsense) {
   BudgetOptions options;
   options.budget = 0;
@@ -72,6 +81,9 @@ TEST(Budget, NothingAndNonsense) {
   EXPECT_EQ(EnforceBudget({std::nan("")}, {1}, 4).status().code(), kInvalid);
   EXPECT_EQ(EnforceBudget({0.1}, {1}, 4, {}, {1.0, 2.0}).status().code(), kInvalid);
   options.budget = -1;
+  EXPECT_EQ(EnforceBudget({0.1}, {1}, 4, options).status().code(), kInvalid);
+  options = {};
+  options.maximum_dynamic_age_frames = -1;
   EXPECT_EQ(EnforceBudget({0.1}, {1}, 4, options).status().code(), kInvalid);
   options = {};
   options.rare_class_share = 0.6;

@@ -27,7 +27,7 @@ TEST(RoadContact, TellsCarsAheadAndOncomingFromParkedOnes) {
     const auto depths = InverseDepths(view.camera, view.pose, view.pairs);
     const RoadPlane road = FitRoad(depths, {}, 1);
     ASSERT_TRUE(road.found);
-    const auto ratios = RoadLogRatios(road, depths, view.places, kImage);
+    const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
     EXPECT_GT(ShareAbove(view, ratios, What::kAhead, 2.0), 0.8) << noise;
     EXPECT_GT(ShareAbove(view, ratios, What::kOncoming, 2.0), 0.8) << noise;
     EXPECT_EQ(ShareAbove(view, ratios, What::kStanding, 1.0), 0.0) << noise;
@@ -63,11 +63,11 @@ TEST(RoadContact, PicturesShowTheFootWhereFlowIsCarriedOverTheRoad) {
   auto depths = InverseDepths(view.camera, view.pose, view.pairs);
   const RoadPlane road = FitRoad(depths, {}, 1);
   ASSERT_TRUE(road.found);
-  const auto blind = RoadLogRatios(road, depths, view.places, kImage);
+  const auto blind = RoadLogRatios(road, depths, view.places, kImage, nullptr);
   for (size_t i = 0; i < depths.size(); ++i) {
     depths[i].against_road = view.what[i] == What::kRoad ? (is_carried[i] ? -5.0 : 0.0) : 20.0;
   }
-  const auto seeing = RoadLogRatios(road, depths, view.places, kImage);
+  const auto seeing = RoadLogRatios(road, depths, view.places, kImage, nullptr);
   EXPECT_LT(ShareAbove(view, blind, What::kOncoming, 2.0), 0.5);
   EXPECT_GT(ShareAbove(view, seeing, What::kOncoming, 2.0), 0.9);
   EXPECT_EQ(ShareAbove(view, seeing, What::kStanding, 1.0), 0.0);
@@ -84,7 +84,7 @@ TEST(RoadContact, ColumnsWithoutAFootFollowTheRestOfTheSurface) {
     const double across = depths[i].ray(0);
     if (view.what[i] == What::kRoad && across > 0.3 && across < 0.35) depths[i].valid = false;
   }
-  const auto ratios = RoadLogRatios(road, depths, view.places, kImage);
+  const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
   EXPECT_GT(ShareAbove(view, ratios, What::kOncoming, 2.0), 0.9);
 }
 
@@ -143,7 +143,8 @@ TEST(RoadContact, NoRoadNoEvidence) {
   const auto depths = InverseDepths(view.camera, view.pose, view.pairs);
   const RoadPlane road = FitRoad(depths, {}, 1);
   EXPECT_FALSE(road.found);
-  for (const double ratio : RoadLogRatios(road, depths, view.places, kImage)) EXPECT_EQ(ratio, 0.0);
+  for (const double ratio : RoadLogRatios(road, depths, view.places, kImage, nullptr))
+    EXPECT_EQ(ratio, 0.0);
   EXPECT_FALSE(FitRoad({}, {}, 1).found);
 }
 
@@ -153,7 +154,7 @@ TEST(RoadContact, PlacesThatAreNoNumbersSayNothing) {
   const auto depths = InverseDepths(view.camera, view.pose, view.pairs);
   const RoadPlane road = FitRoad(depths, {}, 1);
   ASSERT_TRUE(road.found);
-  const auto ratios = RoadLogRatios(road, depths, view.places, kImage);
+  const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
   for (size_t i = 0; i < ratios.size(); ++i) {
     EXPECT_TRUE(std::isfinite(ratios[i])) << i;
     if (i % 7 == 0) {

@@ -1,0 +1,186 @@
+#include "vision/features/patch_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <limits>
+#include <map>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+#include <utility>
+
+namespace egosieve::vision {
+namespace {
+
+// At half resolution. 48 displacements sideways fill vector registers.
+constexpr int kSide = 8, kLeft = 24, kUp = 10;
+constexpr int kWide = 2 * kLeft, kHigh = 2 * kUp + 1;
+constexpr int kBeside = 2;
+constexpr double kMostOfOthers = 0.9, kMostOfSpread = 0.8;
+// Pixels at full resolution.
+constexpr int kWindow = 11;
+constexpr double kMostReturn = 0.5, kMostRefined = 3.0;
+constexpr double kAlikeFloor = 1.0, kAlikeSlope = 0.05;
+constexpr int kNeighbourhood = 2, kFewestAlike = 3;  // places
+
+using Differences = std::array<std::array<uint16_t, kWide>, kHigh>;
+
+// E of (P1) for the patch whose corner is (x, y): row r, column c is the displacement (c - kLeft,
+// r - kUp). False where the reach leaves the picture sideways; above and below it E is greatest.
+bool Compare(const cv::Mat& from, const cv::Mat& to, int x, int y, Differences& differences) {
+  const int left = x - kLeft, top = y - kUp;
+  if (x < 0 || y < 0 || x + kSide > from.cols || y + kSide > from.rows || left < 0 ||
+      left + kWide + kSide > to.cols) {
+    return false;
+  }
+  for (int r = 0; r < kHigh; ++r) {
+    std::array<uint16_t, kWide>& sums = differences[r];
+    if (top + r < 0 || top + r + kSide > to.rows) {
+      sums.fill(std::numeric_limits<uint16_t>::max());
+      continue;
+    }
+    std::array<uint16_t, kWide> row{};
+    for (int v = 0; v < kSide; ++v) {
+      const uint8_t* p = from.ptr<uint8_t>(y + v) + x;
+      const uint8_t* q = to.ptr<uint8_t>(top + r + v) + left;
+      for (int u = 0; u < kSide; ++u) {
+        const uint8_t level = p[u];
+        for (int c = 0; c < kWide; ++c) {
+          const uint8_t other = q[c + u];
+          const uint8_t apart = other > level ? other - level : level - other;
+          row[c] = static_cast<uint16_t>(row[c] + apart);
+        }
+      }
+    }
+    sums = row;
+  }
+  return true;
+}
+
+int SpreadOf(const cv::Mat& picture, int x, int y) {
+  const cv::Mat patch = picture(cv::Rect(x, y, kSide, kSide));
+  const int mean = static_cast<int>(cv::sum(patch)[0]) / (kSide * kSide);
+  int spread = 0;
+  for (int v = 0; v < kSide; ++v) {
+    for (int u = 0; u < kSide; ++u) spread += std::abs(patch.at<uint8_t>(v, u) - mean);
+  }
+  return spread;
+}
+
+// The displacement of the patch whose corner is (x, y) that stands out.
+std::optional<cv::Point> DistinctDisplacement(const cv::Mat& from, const cv::Mat& to, int x,
+                                              int y) {
+  Differences differences;
+  if (!Compare(from, to, x, y, differences)) return std::nullopt;
+  int best = std::numeric_limits<int>::max(), row = 0, column = 0;
+  for (int r = 0; r < kHigh; ++r) {
+    const auto least = std::min_element(differences[r].begin(), differences[r].end());
+    if (*least >= best) continue;
+    best = *least;
+    row = r;
+    column = static_cast<int>(least - differences[r].begin());
+  }
+  if (best >= kMostOfSpread * SpreadOf(from, x, y)) return std::nullopt;
+  for (int r = 0; r < kHigh; ++r) {
+    for (int c = 0; c < kWide; ++c) {
+      const bool is_beside = std::abs(r - row) <= kBeside && std::abs(c - column) <= kBeside;
+      if (!is_beside && best >= kMostOfOthers * differences[r][c]) return std::nullopt;
+    }
+  }
+  return cv::Point(column - kLeft, row - kUp);
+}
+
+// Places on their way from one picture to the other.
+struct Ways {
+  std::vector<size_t> owners;  // indices of the places
+  std::vector<cv::Point2f> starts, ends;
+
+  cv::Point2f Way(size_t k) const { return ends[k] - starts[k]; }
+  void Keep(const std::vector<bool>& kept) {
+    size_t count = 0;
+    for (size_t k = 0; k < owners.size(); ++k) {
+      if (!kept[k]) continue;
+      owners[count] = owners[k];
+      starts[count] = starts[k];
+      ends[count++] = ends[k];
+    }
+    owners.resize(count);
+    starts.resize(count);
+    ends.resize(count);
+  }
+};
+
+Ways CoarseWays(const cv::Mat& from, const cv::Mat& to, const std::vector<cv::Point2f>& places) {
+  cv::Mat half_from, half_to;
+  cv::resize(from, half_from, {}, 0.5, 0.5, cv::INTER_AREA);
+  cv::resize(to, half_to, {}, 0.5, 0.5, cv::INTER_AREA);
+  Ways ways;
+  for (size_t i = 0; i < places.size(); ++i) {
+    const std::optional<cv::Point> displacement =
+        DistinctDisplacement(half_from, half_to, static_cast<int>(places[i].x / 2) - kSide / 2,
+                             static_cast<int>(places[i].y / 2) - kSide / 2);
+    if (!displacement) continue;
+    ways.owners.push_back(i);
+    ways.starts.push_back(places[i]);
+    ways.ends.push_back(places[i] + 2.0f * cv::Point2f(*displacement));
+  }
+  return ways;
+}
+
+void Refine(const cv::Mat& from, const cv::Mat& to, Ways& ways) {
+  if (ways.owners.empty()) return;
+  const cv::Size window(kWindow, kWindow);
+  const cv::TermCriteria criteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.01);
+  const std::vector<cv::Point2f> coarse = ways.ends;
+  std::vector<cv::Point2f> back = ways.starts;
+  std::vector<uint8_t> is_there, is_back;
+  cv::calcOpticalFlowPyrLK(from, to, ways.starts, ways.ends, is_there, cv::noArray(), window, 0,
+                           criteria, cv::OPTFLOW_USE_INITIAL_FLOW);
+  cv::calcOpticalFlowPyrLK(to, from, ways.ends, back, is_back, cv::noArray(), window, 0, criteria,
+                           cv::OPTFLOW_USE_INITIAL_FLOW);
+  std::vector<bool> kept(ways.owners.size());
+  for (size_t k = 0; k < kept.size(); ++k) {
+    kept[k] = is_there[k] != 0 && is_back[k] != 0 &&
+              cv::norm(back[k] - ways.starts[k]) <= kMostReturn &&
+              cv::norm(ways.ends[k] - coarse[k]) <= kMostRefined;
+  }
+  ways.Keep(kept);
+}
+
+void DropLone(int spacing, Ways& ways) {
+  const auto cell = [&](cv::Point2f place) {
+    return std::pair(static_cast<int>(place.x) / spacing, static_cast<int>(place.y) / spacing);
+  };
+  std::map<std::pair<int, int>, cv::Point2f> way_at;
+  for (size_t k = 0; k < ways.owners.size(); ++k) way_at[cell(ways.starts[k])] = ways.Way(k);
+  std::vector<bool> kept(ways.owners.size());
+  for (size_t k = 0; k < kept.size(); ++k) {
+    const auto [column, row] = cell(ways.starts[k]);
+    const double most = kAlikeFloor + kAlikeSlope * cv::norm(ways.Way(k));
+    int alike = -1;  // itself
+    for (int x = column - kNeighbourhood; x <= column + kNeighbourhood; ++x) {
+      for (int y = row - kNeighbourhood; y <= row + kNeighbourhood; ++y) {
+        const auto other = way_at.find({x, y});
+        alike += other != way_at.end() && cv::norm(other->second - ways.Way(k)) < most;
+      }
+    }
+    kept[k] = alike >= kFewestAlike;
+  }
+  ways.Keep(kept);
+}
+
+}  // namespace
+
+std::vector<std::optional<cv::Point2f>> SearchPatches(const cv::Mat& from, const cv::Mat& to,
+                                                      const std::vector<cv::Point2f>& places,
+                                                      int spacing) {
+  Ways ways = CoarseWays(from, to, places);
+  Refine(from, to, ways);
+  DropLone(spacing, ways);
+  std::vector<std::optional<cv::Point2f>> found(places.size());
+  for (size_t k = 0; k < ways.owners.size(); ++k) found[ways.owners[k]] = ways.ends[k];
+  return found;
+}
+
+}  // namespace egosieve::vision
