@@ -30,8 +30,11 @@ std::vector<std::string> GroupsOf(const SyntheticObject& object) {
                                                          : "distance from 40 m";
   std::vector<std::string> groups = {absl::StrCat("relation ", object.relation),
                                      absl::StrCat("class ", object.object_class), size, distance};
-  if (object.distance_metres < 40.0)
+  const bool is_vehicle = object.object_class != "pedestrian" && object.object_class != "cyclist";
+  if (object.distance_metres < 40.0) {
     groups.push_back(absl::StrCat(object.relation, " within 40 m"));
+    if (is_vehicle) groups.push_back(absl::StrCat(object.relation, " vehicle within 40 m"));
+  }
   return groups;
 }
 

@@ -103,7 +103,7 @@ class DriveScores {
   // Over the frames with movers, at each ThresholdStep; empty where there is no such frame.
   std::vector<double> MeanIouByThreshold() const;
   // By group: "all", "relation ahead", "class car", "size 100-399", "distance under 20 m",
-  // "ahead within 40 m", ...
+  // "ahead within 40 m", "ahead vehicle within 40 m" (neither pedestrian nor cyclist), ...
   const std::map<std::string, ObjectRecall>& recall() const { return recall_; }
   int64_t false_objects() const { return false_objects_; }
   int64_t frames_with_objects() const { return frames_with_objects_; }  // looked for in them

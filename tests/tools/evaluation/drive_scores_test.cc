@@ -125,24 +125,28 @@ TEST(DriveScoresTest, RecallByHeadingSizeAndDistance) {
   frame.ids = cv::Mat1i::zeros(40, 60);
   frame.ids(cv::Rect(10, 10, 10, 10)) = 4;
   frame.ids(cv::Rect(30, 20, 5, 4)) = 9;
+  frame.truth(cv::Rect(50, 20, 5, 4)) = 255;
+  frame.ids(cv::Rect(50, 20, 5, 4)) = 11;
   const std::map<int, SyntheticObject> objects = {
       {4, {4, "car", "ahead", true, 12.0, 2500}},
+      {11, {11, "cyclist", "ahead", true, 15.0, 300}},
       {9, {9, "pedestrian", "crossing", true, 55.0, 80}}};
   frame.objects = &objects;
   DriveScores scores({});
   ASSERT_TRUE(scores.Add(frame).ok());
   ASSERT_TRUE(scores.Add(frame).ok());
   const auto& recall = scores.recall();
-  EXPECT_EQ(recall.at("all").objects, 4);
+  EXPECT_EQ(recall.at("all").objects, 6);
   EXPECT_EQ(recall.at("all").found, 2);
   EXPECT_EQ(recall.at("relation ahead").found_at_50, 2);
-  EXPECT_EQ(recall.at("ahead within 40 m").objects, 2);
+  EXPECT_EQ(recall.at("ahead within 40 m").objects, 4);
+  EXPECT_EQ(recall.at("ahead vehicle within 40 m").objects, 2);
   EXPECT_EQ(recall.at("relation crossing").found_at_30, 0);
   EXPECT_EQ(recall.at("size under 100").objects, 2);
   EXPECT_EQ(recall.at("size from 1600").found, 2);
   EXPECT_EQ(recall.at("distance from 40 m").objects, 2);
   EXPECT_EQ(recall.count("crossing within 40 m"), 0u);
-  EXPECT_THAT(scores.Summary(), HasSubstr("objects, relation ahead: 2 of 2 found"));
+  EXPECT_THAT(scores.Summary(), HasSubstr("objects, relation ahead: 2 of 4 found"));
 }
 
 TEST(DriveScoresTest, MergedHalvesEqualTheWhole) {
