@@ -7,13 +7,15 @@
 //
 //   |P|^2 >= N (kLeastTexture sigma)^2,   |P - S|^2 <= kMostChange |P|^2                     (M1)
 //
-// shows that it is road: nothing was searched, and texture does not agree by chance. Blank asphalt
-// shows nothing, and a blank door as little. It counts as road where
+// shows that it is road where P has texture in both directions: nothing was searched, and such
+// texture does not agree by chance. An edge alone does: it looks the same moved along itself, and
+// shows as little as blank asphalt or a blank door. Such places count as road where
 //
 //   |P|^2 and |P - S|^2 < N (kLeastTexture sigma)^2,   |p - s| <= kMostApart sigma           (M2)
 //
-// and below it, to the lower edge of the picture or the next place by (M1), there is nothing else:
-// what stands on the road ends at an edge. sigma: noise of photometric_support.h.
+// (or P is such an edge, by (M1)), and below, to the lower edge of the picture or the next place
+// that is road, there is nothing else and no step of brightness of more than kMostStep sigma: what
+// stands on the road ends at an edge. sigma: noise of photometric_support.h.
 //
 // A search along the epipolar line for what stands on the road finds it, one time in ten on what
 // moves; it made labels worse than none. Cost: 0.5 us a place that is looked at.

@@ -17,8 +17,8 @@ namespace {
 constexpr double kSlack = 0.25, kOnRoad = 0.15, kRaised = 0.15, kRaisedUnseen = 0.35;
 constexpr double kSeenOnRoad = 1.0, kSeenOffRoad = 3.0;  // of the pictures' log-likelihood ratio
 constexpr int kRoadBelow = 2;                            // points of road that show a foot
-constexpr size_t kMostMissed = 2;                        // bad places within a stretch
-constexpr size_t kMostBetween = 4;                       // places between the road and the stretch
+constexpr int kMostMissed = 2;                           // cells without a place, within a stretch
+constexpr int kMostBetween = 4;                          // cells between the road and the stretch
 constexpr int kFewestAlike = 2;    // places of a stretch that are seen not to be road
 constexpr double kMostRise = 2.5;  // of the camera's height, above it: taller is no vehicle
 constexpr size_t kEnoughPlaces = 3;
@@ -76,14 +76,19 @@ class Column {
   // feet: null without pictures.
   Column(const RoadPlane& road, const std::vector<InverseDepth>& points,
          const std::vector<cv::Point2f>& places, const std::vector<Ground>& grounds,
-         const FootSearch* feet, std::vector<int> column, std::vector<FootRatios>& ratios)
+         const FootSearch* feet, std::vector<FootRatios>& ratios)
       : road_(road),
         points_(points),
         places_(places),
+        grounds_(grounds),
         feet_(feet),
-        column_(std::move(column)),
-        ratios_(ratios) {
-    for (const int i : column_) ground_.push_back(grounds[i]);
+        ratios_(ratios) {}
+
+  // The next point upwards, in the raster's cell `height`, counted from below.
+  void Add(int point, int height) {
+    column_.push_back(point);
+    ground_.push_back(grounds_[point]);
+    height_.push_back(height);
   }
 
   void Judge() {
@@ -93,7 +98,7 @@ class Column {
       if (ground_[k] == Ground::kRoad) {
         ++road_below;
         foot = k++;
-      } else if (road_below < kRoadBelow || k - foot > kMostBetween) {
+      } else if (road_below < kRoadBelow || Cells(foot, k) > kMostBetween) {
         road_below = 0;
         ++k;
       } else if (ground_[k] == Ground::kUnclear) {
@@ -108,6 +113,8 @@ class Column {
  private:
   const InverseDepth& At(size_t k) const { return points_[column_[k]]; }
   double Rise(size_t k) const { return -road_.Fall(At(k).ray); }
+  // Places may be missing in between.
+  int Cells(size_t lower, size_t upper) const { return height_[upper] - height_[lower]; }
   bool IsSureRoad(size_t k) const {
     return ground_[k] == Ground::kRoad && road_.At(At(k).ray) > kSureRoad * At(k).deviation;
   }
@@ -130,7 +137,8 @@ class Column {
   std::vector<size_t> StretchFrom(size_t first) const {
     std::vector<size_t> stretch = {first};
     InverseDepth mean = At(first);
-    for (size_t k = first + 1; k < column_.size() && k - stretch.back() <= kMostMissed + 1; ++k) {
+    for (size_t k = first + 1; k < column_.size() && Cells(stretch.back(), k) <= kMostMissed + 1;
+         ++k) {
       if (k > first + 1 && IsSureRoad(k) && IsSureRoad(k - 1)) break;
       // Near the horizon all may be road; what is road in truth soon differs from the first.
       if (!IsAlike(mean, At(k))) continue;
@@ -148,7 +156,7 @@ class Column {
   std::vector<size_t> StretchAbove(size_t foot, size_t off) const {
     const double least_rise = kEnoughRise * road_.Fall(At(foot).ray);
     std::vector<size_t> longest;
-    for (size_t k = foot + 1; k < column_.size() && k <= off + kMostBetween; ++k) {
+    for (size_t k = foot + 1; k < column_.size() && Cells(off, k) <= kMostBetween; ++k) {
       if (ground_[k] == Ground::kRoad) break;
       std::vector<size_t> stretch = StretchFrom(k);
       const bool is_enough = stretch.size() >= kEnoughPlaces &&
@@ -227,10 +235,11 @@ class Column {
   const RoadPlane& road_;
   const std::vector<InverseDepth>& points_;
   const std::vector<cv::Point2f>& places_;
+  const std::vector<Ground>& grounds_;
   const FootSearch* feet_;
-  std::vector<int> column_;
-  std::vector<Ground> ground_;
   std::vector<FootRatios>& ratios_;
+  std::vector<int> column_, height_;
+  std::vector<Ground> ground_;
 };
 
 // What a surface's columns say.
@@ -329,12 +338,12 @@ std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<Inver
   const Raster raster(places, image);
   std::vector<FootRatios> by_foot(points.size());
   for (int column = 0; column < raster.columns(); ++column) {
-    std::vector<int> upwards;
-    for (int row = raster.rows() - 1; row >= 0; --row) {
-      const int i = raster.At(row, column);
-      if (i >= 0 && points[i].valid) upwards.push_back(i);
+    Column upwards(road, points, places, grounds, feet, by_foot);
+    for (int height = 0; height < raster.rows(); ++height) {
+      const int i = raster.At(raster.rows() - 1 - height, column);
+      if (i >= 0 && points[i].valid) upwards.Add(i, height);
     }
-    Column(road, points, places, grounds, feet, std::move(upwards), by_foot).Judge();
+    upwards.Judge();
   }
   const std::vector<double> raised = RaisedBySurface(road, raster, points, grounds, by_foot);
   for (size_t i = 0; i < points.size(); ++i) {
