@@ -120,6 +120,31 @@ TEST(GuidedMatch, BlankRoadCountsUpToWhatStandsOnIt) {
   EXPECT_GT(beside, 300);
 }
 
+// Its edge alone moves as the road does, along which it looks the same.
+TEST(GuidedMatch, ABlankDoorAboveAStraightEdgeIsNotTheRoad) {
+  const Scene scene = StraightAhead();
+  const cv::Rect door(200, 0, 200, 285);
+  cv::Mat now(kImage, CV_8UC1, cv::Scalar(120));
+  now(door).setTo(160);
+  const auto found = scene.Match(scene.Before(now, scene.road.m), now, PlacesBetween(220, 350));
+  int below = 0;
+  for (const GuidedPlace& place : found) {
+    const bool is_in_its_columns = place.now.x > door.x + 15 && place.now.x < door.br().x - 15;
+    if (!is_in_its_columns) continue;
+    EXPECT_GT(place.now.y, door.br().y - 4) << place.now;
+    ++below;
+  }
+  EXPECT_EQ(below, 6 * 17);  // all of them
+}
+
+TEST(GuidedMatch, BlankRoadMayGrowBrighterSlowly) {
+  const Scene scene = StraightAhead();
+  cv::Mat now(kImage, CV_8UC1);
+  for (int y = 0; y < now.rows; ++y) now.row(y).setTo(60 + y / 2);
+  const std::vector<cv::Point2f> places = PlacesBetween(220, 350);
+  EXPECT_EQ(scene.Match(scene.Before(now, scene.road.m), now, places).size(), places.size());
+}
+
 TEST(GuidedMatch, WhatGrewDarkIsNotTheRoad) {
   const Scene scene = StraightAhead();
   const cv::Mat before(kImage, CV_8UC1, cv::Scalar(120)), now(kImage, CV_8UC1, cv::Scalar(90));

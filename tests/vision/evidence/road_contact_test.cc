@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <vector>
 
 #include "tests/vision/evidence/road_view.h"
@@ -86,6 +88,80 @@ TEST(RoadContact, ColumnsWithoutAFootFollowTheRestOfTheSurface) {
   }
   const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
   EXPECT_GT(ShareAbove(view, ratios, What::kOncoming, 2.0), 0.9);
+}
+
+TEST(RoadContact, OneColumnWithAWrongFootDoesNotMarkTheSurface) {
+  const View view = MakeView(0.1);
+  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
+  const RoadPlane road = FitRoad(depths, {}, 1);
+  ASSERT_TRUE(road.found);
+  constexpr float kColumn = 162.0f;
+  // There, the lower part of the parked car passes for road.
+  for (size_t i = 0; i < depths.size(); ++i) {
+    const bool is_low = view.what[i] == What::kStanding && depths[i].ray(1) > 0.04;
+    if (is_low && view.places[i].x == kColumn) depths[i].against_road = -5.0;
+  }
+  const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
+  EXPECT_EQ(ShareAbove(view, ratios, What::kStanding, 1.0), 0.0);
+
+  for (size_t i = 0; i < depths.size(); ++i) {
+    if (view.what[i] == What::kStanding && view.places[i].x != kColumn) depths[i].valid = false;
+  }
+  const auto alone = RoadLogRatios(road, depths, view.places, kImage, nullptr);
+  EXPECT_GT(ShareAbove(view, alone, What::kStanding, 2.0), 0.0);
+}
+
+TEST(RoadContact, ASurfaceTallerThanAVehicleIsNotMarked) {
+  for (const double top : {-0.1, -0.2}) {
+    View view = MakeView(0.1);
+    for (size_t i = 0; i < view.pairs.size(); ++i) {
+      const Eigen::Vector3d ray = view.camera.Ray(view.places[i].x, view.places[i].y);
+      if (!(ray(0) > 0.2 && ray(0) < 0.35 && ray(1) > top && ray(1) < 0.0)) continue;
+      const Eigen::Vector2d place =
+          view.camera.Project(15.0 * ray + 2.0 * kTravel * Eigen::Vector3d::UnitZ());
+      view.pairs[i].x1 = place(0);
+      view.pairs[i].y1 = place(1);
+      view.what[i] = What::kOncoming;
+    }
+    const auto depths = InverseDepths(view.camera, view.pose, view.pairs);
+    const RoadPlane road = FitRoad(depths, {}, 1);
+    ASSERT_TRUE(road.found);
+    const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
+    const double share = ShareAbove(view, ratios, What::kOncoming, 1.0);
+    if (top > -0.15) {
+      EXPECT_GT(share, 0.8);
+    } else {
+      EXPECT_LT(share, 0.02);
+    }
+  }
+}
+
+TEST(RoadContact, ACarIsMarkedThoughFlowIsSmoothBetweenItAndTheHouse) {
+  const View view = MakeView(0.1);
+  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
+  const RoadPlane road = FitRoad(depths, {}, 1);
+  ASSERT_TRUE(road.found);
+  constexpr double kCar = 2.0 * kTravel / 15.0, kHouse = kTravel / 60.0;
+  constexpr int kSmeared = 3;  // places around the car
+  const int columns = (kImage.width + kStep - 3) / kStep;
+  const int rows = static_cast<int>(depths.size()) / columns;
+  for (int i = 0; i < rows * columns; ++i) {
+    if (view.what[i] != What::kHouse) continue;
+    int apart = kSmeared + 1;
+    for (int y = -kSmeared; y <= kSmeared; ++y) {
+      for (int x = -kSmeared; x <= kSmeared; ++x) {
+        const int row = i / columns + y, column = i % columns + x;
+        if (row < 0 || row >= rows || column < 0 || column >= columns) continue;
+        if (view.what[row * columns + column] != What::kOncoming) continue;
+        apart = std::min(apart, std::max(std::abs(x), std::abs(y)));
+      }
+    }
+    if (apart > kSmeared) continue;
+    depths[i].value = kCar + (kHouse - kCar) * apart / (kSmeared + 1.0);
+    depths[i].deviation = 0.2 * kCar;
+  }
+  const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
+  EXPECT_GT(ShareAbove(view, ratios, What::kOncoming, 2.0), 0.8);
 }
 
 // A road's texture at a place of it, metres; smooth, of a wave length of some pixels.
