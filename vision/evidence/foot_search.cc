@@ -13,8 +13,8 @@ namespace {
 
 constexpr int kHalfWidth = 3, kHalfHeight = 1;  // of a strip, pixels
 constexpr int kStripPixels = (2 * kHalfWidth + 1) * (2 * kHalfHeight + 1);
-constexpr double kIndependentShare = 0.1;  // kappa: neighbouring strips share two rows of three
-constexpr double kMostOfARow = 3.0, kDoubt = 2.0;
+constexpr double kIndependentShare = 0.25;  // kappa, as of (S1)
+constexpr double kMostOfARow = 5.0, kDoubt = 1.0;
 
 using Strip = std::array<float, kStripPixels>;
 

@@ -18,6 +18,7 @@ constexpr int kSide = 8, kLeft = 24, kUp = 10;
 constexpr int kWide = 2 * kLeft, kHigh = 2 * kUp + 1;
 constexpr int kBeside = 2;
 constexpr double kMostOfOthers = 0.9, kMostOfSpread = 0.8;
+constexpr int kNoise = kSide * kSide / 2;  // of E: half a grey level a pixel
 // Pixels at full resolution.
 constexpr int kWindow = 11;
 constexpr double kMostReturn = 0.5, kMostRefined = 3.0;
@@ -85,7 +86,7 @@ std::optional<cv::Point> DistinctDisplacement(const cv::Mat& from, const cv::Mat
   for (int r = 0; r < kHigh; ++r) {
     for (int c = 0; c < kWide; ++c) {
       const bool is_beside = std::abs(r - row) <= kBeside && std::abs(c - column) <= kBeside;
-      if (!is_beside && best >= kMostOfOthers * differences[r][c]) return std::nullopt;
+      if (!is_beside && best + kNoise >= kMostOfOthers * differences[r][c]) return std::nullopt;
     }
   }
   return cv::Point(column - kLeft, row - kUp);

@@ -88,7 +88,21 @@ TEST(SearchPatches, BlankAndRepetitiveTextureHasNoPlace) {
     }
     return picture;
   };
-  EXPECT_EQ(CountFound(periodic(0, 0), periodic(6, 4), places), 0);
+  cv::RNG random(5);
+  const auto with_noise = [&](cv::Mat1b picture, double levels) {
+    cv::Mat1s noisy;
+    cv::Mat1s noise(picture.size());
+    random.fill(noise, cv::RNG::NORMAL, 0.0, levels);
+    cv::add(picture, noise, noisy, cv::noArray(), CV_16S);
+    noisy.convertTo(picture, CV_8U);
+    return picture;
+  };
+  for (const double levels : {0.0, 0.5, 1.0}) {
+    EXPECT_EQ(
+        CountFound(with_noise(periodic(0, 0), levels), with_noise(periodic(6, 4), levels), places),
+        0)
+        << levels;
+  }
 }
 
 TEST(SearchPatches, WhatLeavesThePictureHasNoPlace) {
