@@ -19,11 +19,12 @@ constexpr double kSeenOnRoad = 1.0, kSeenOffRoad = 3.0;  // of the pictures' log
 constexpr int kRoadBelow = 2;                            // points of road that show a foot
 constexpr int kMostMissed = 2;                           // cells without a place, within a stretch
 constexpr int kMostBetween = 4;                          // cells between the road and the stretch
-constexpr int kFewestAlike = 2;    // places of a stretch that are seen not to be road
-constexpr double kMostRise = 2.5;  // of the camera's height, above it: taller is no vehicle
+constexpr int kFewestAlike = 2;  // places of a stretch that are seen not to be road
+// Of a stretch that is more than what flow carries over the road.
 constexpr size_t kEnoughPlaces = 3;
-constexpr double kEnoughRise = 0.3;  // of the camera's height: more than flow carries over the road
+constexpr double kEnoughRise = 0.3;  // of the camera's height
 constexpr double kSureRoad = 5.0;    // deviations by which a road is nearer than infinity
+constexpr double kMostRise = 2.5;    // of the camera's height, above it: taller is no vehicle
 constexpr double kCarRise = 0.3, kVanRise = 0.5;  // the same, of their roofs
 constexpr double kLeastFootFall = 0.02;  // of A_y below the horizon: 70 m for a camera on a car
 constexpr double kHorizonError = 0.003;  // of A_y
