@@ -31,7 +31,7 @@ constexpr double kDefaultDensity = 0.05;
 // with 0, 0.05 and 0.1: AUC 0.928, 0.929, 0.900; IoU 0.256, 0.286, 0.317; movers found 0.27, 0.31,
 // 0.35; false objects a frame 0.34, 0.53, 0.59.
 constexpr double kContradictionRadius = 0.05;
-constexpr int64_t kDynamicAgeFrames = 2;
+constexpr int64_t kDynamicAgeFrames = 3;
 // By segment --model=sparse --inducing_points=N and evaluate, on 40 frames of each of the four
 // DAVIS drives: 128 and more cost at most 0.003 mean AUC a drive, 64 cost up to 0.005.
 constexpr int64_t kInducingPoints = 256;
