@@ -31,6 +31,9 @@ constexpr double kDefaultDensity = 0.05;
 // with 0, 0.05 and 0.1: AUC 0.928, 0.929, 0.900; IoU 0.256, 0.286, 0.317; movers found 0.27, 0.31,
 // 0.35; false objects a frame 0.34, 0.53, 0.59.
 constexpr double kContradictionRadius = 0.05;
+// Mean over two drives of 150 frames (crossing, street), with --variant=NAME=--dynamic_age=1, 3, 10
+// and all: AUC 0.885, 0.911, 0.912, 0.911; IoU 0.338, 0.339, 0.329, 0.316; movers found 0.44, 0.45,
+// 0.42, 0.42; false objects a frame 0.26, 0.30, 0.35, 0.35.
 constexpr int64_t kDynamicAgeFrames = 3;
 // By segment --model=sparse --inducing_points=N and evaluate, on 40 frames of each of the four
 // DAVIS drives: 128 and more cost at most 0.003 mean AUC a drive, 64 cost up to 0.005.
