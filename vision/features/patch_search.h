@@ -6,9 +6,9 @@
 //   E(d) = sum |P - Q_d|   over patches of 8 x 8 pixels,                                     (P1)
 //
 // and the best is taken where no other but those beside it comes near: E + 32 < kMostOfOthers E' of
-// the best other (half a grey level a pixel, lest noise decides among alike ones), and E < kMostOfSpread
-// sum |P - mean P|. It is refined at full resolution there and
-// back (Lucas-Kanade), and kept where that ends where it began and some places near it moved alike.
+// the best other (half a grey level a pixel, lest noise decides among alike ones), and E <
+// kMostOfSpread sum |P - mean P|. It is refined at full resolution there and back (Lucas-Kanade),
+// and kept where that ends where it began and some places near it moved alike.
 //
 // Unlike a search along an epipolar line, it favours neither what stands nor what moves. Reach: 48
 // pixels sideways, 20 up and down. Cost: 10 us a place.
