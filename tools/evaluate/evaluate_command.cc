@@ -11,6 +11,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/interruption.h"
+#include "tools/cli/object_flags.h"
 #include "tools/cli/progress.h"
 #include "tools/evaluate/evaluate_run.h"
 #include "tools/evaluate/evaluation_page.h"
@@ -83,8 +84,9 @@ class EvaluateCommand : public Command {
     app.add_flag("--with_prior", options_.with_prior,
                  "Score the frames before the first that was learnt from, too");
     app.add_option("--threshold", options_.scores.threshold,
-                   "Probability from which a pixel is called moving, for IoU, F and objects")
+                   "Probability from which a pixel is called moving, for IoU and F")
         ->capture_default_str();
+    AddObjectFlags(app, options_.scores.objects.thresholds);
     app.add_option("--object_iou", options_.scores.objects.iou_threshold,
                    "IoU from which an object counts as found")
         ->capture_default_str();

@@ -160,9 +160,13 @@ absl::StatusOr<DriveScores::Regions> DriveScores::ScoreRegions(const ScoredFrame
   const cv::Mat1b dynamic = (frame.truth != 0) & ~void_pixels;
   const cv::Mat1b called = (frame.probability >= ThresholdOf(options_.threshold)) & ~void_pixels;
   const cv::Mat1i ids = frame.ids.empty() ? ComponentsOf(dynamic) : frame.ids;
+  const vision::ObjectThresholds& thresholds = options_.objects.thresholds;
+  const cv::Mat1i predicted =
+      vision::NumberObjects((frame.probability >= ThresholdOf(thresholds.low)) & ~void_pixels,
+                            (frame.probability >= ThresholdOf(thresholds.high)) & ~void_pixels);
   Regions regions;
   EGOSIEVE_ASSIGN_OR_RETURN(regions.objects,
-                            ScoreObjects(called, ids, void_pixels, options_.objects));
+                            ScoreObjects(predicted, ids, void_pixels, options_.objects));
   EGOSIEVE_ASSIGN_OR_RETURN(const BoundaryScore boundary, BoundaryF(called, dynamic, void_pixels));
   regions.boundary_f = boundary.f;
   return regions;
@@ -285,27 +289,29 @@ Json DriveScores::ToJson() const {
         {"error_auc", OrNull(uncertainty_.ErrorAuc())},
         {"sparsification", curve}};
   }
-  return {{"pooled_auc", OrNull(pooled_.Auc())},
-          {"mean_auc", OrNull(Mean(&FrameScores::auc))},
-          {"average_precision", OrNull(pooled_.AveragePrecision())},
-          {"mean_average_precision", OrNull(Mean(&FrameScores::average_precision))},
-          {"at_declared_threshold", ConfusionJson(pooled_, ThresholdOf(options_.threshold))},
-          {"at_best_threshold", best ? ConfusionJson(pooled_, *best) : Json()},
-          {"mean_iou", OrNull(Mean(&FrameScores::iou))},
-          {"mean_f", OrNull(Mean(&FrameScores::f))},
-          {"mean_best_iou", OrNull(Mean(&FrameScores::best_iou))},
-          {"mean_iou_at_0.05_to_0.95", MeanIouByThreshold()},
-          {"mean_boundary_f", OrNull(Mean(&FrameScores::boundary_f))},
-          {"false_positive_rate_without_movers", OrNull(FalsePositiveRateWithoutMovers())},
-          {"calibration", CalibrationJson(pooled_, options_.calibration_bins)},
-          {"uncertainty", uncertainty},
-          {"class_uncertainty",
-           {{"area_under_sparsification_error",
-             OrNull(class_uncertainty_.AreaUnderSparsificationError())},
-            {"error_auc", OrNull(class_uncertainty_.ErrorAuc())}}},
-          {"false_objects_per_frame", OrNull(FalseObjectsPerFrame())},
-          {"object_recall", RecallJson(recall_)},
-          {"curve_threshold_fpr_recall_precision", CurveJson(pooled_, options_.curve_points)}};
+  return {
+      {"pooled_auc", OrNull(pooled_.Auc())},
+      {"mean_auc", OrNull(Mean(&FrameScores::auc))},
+      {"average_precision", OrNull(pooled_.AveragePrecision())},
+      {"mean_average_precision", OrNull(Mean(&FrameScores::average_precision))},
+      {"at_declared_threshold", ConfusionJson(pooled_, ThresholdOf(options_.threshold))},
+      {"at_best_threshold", best ? ConfusionJson(pooled_, *best) : Json()},
+      {"mean_iou", OrNull(Mean(&FrameScores::iou))},
+      {"mean_f", OrNull(Mean(&FrameScores::f))},
+      {"mean_best_iou", OrNull(Mean(&FrameScores::best_iou))},
+      {"mean_iou_at_0.05_to_0.95", MeanIouByThreshold()},
+      {"mean_boundary_f", OrNull(Mean(&FrameScores::boundary_f))},
+      {"false_positive_rate_without_movers", OrNull(FalsePositiveRateWithoutMovers())},
+      {"calibration", CalibrationJson(pooled_, options_.calibration_bins)},
+      {"uncertainty", uncertainty},
+      {"class_uncertainty",
+       {{"area_under_sparsification_error",
+         OrNull(class_uncertainty_.AreaUnderSparsificationError())},
+        {"error_auc", OrNull(class_uncertainty_.ErrorAuc())}}},
+      {"object_thresholds", {options_.objects.thresholds.low, options_.objects.thresholds.high}},
+      {"false_objects_per_frame", OrNull(FalseObjectsPerFrame())},
+      {"object_recall", RecallJson(recall_)},
+      {"curve_threshold_fpr_recall_precision", CurveJson(pooled_, options_.curve_points)}};
 }
 
 std::string DriveScores::Summary() const {
@@ -342,8 +348,9 @@ std::string DriveScores::Summary() const {
   AppendFigure("AUC of the class's deviation, sqrt(p (1 - p)), for finding errors",
                class_uncertainty_.ErrorAuc(), &text);
   for (const auto& [group, r] : recall_) {
-    absl::StrAppendFormat(&text, "objects, %s: %d of %d found (IoU %.2f)\n", group, r.found,
-                          r.objects, options_.objects.iou_threshold);
+    absl::StrAppendFormat(&text, "objects (from %.2f, with %.2f), %s: %d of %d found (IoU %.2f)\n",
+                          options_.objects.thresholds.low, options_.objects.thresholds.high, group,
+                          r.found, r.objects, options_.objects.iou_threshold);
   }
   AppendFigure("false objects a frame", FalseObjectsPerFrame(), &text);
   return text;

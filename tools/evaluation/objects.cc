@@ -32,7 +32,7 @@ cv::Mat1i NearestObject(const cv::Mat1i& ids) {
   return nearest;
 }
 
-struct Component {
+struct Prediction {
   int area = 0;
   int on_objects = 0;  // or on void pixels
 };
@@ -51,6 +51,7 @@ absl::Status ObjectOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrFormat("%s = %g; it must be above 0 and at most 1", field, value));
   };
+  EGOSIEVE_RETURN_IF_ERROR(thresholds.Validate());
   EGOSIEVE_RETURN_IF_ERROR(share("iou_threshold", iou_threshold));
   EGOSIEVE_RETURN_IF_ERROR(share("min_overlap", min_overlap));
   if (min_area < 1) {
@@ -66,38 +67,38 @@ cv::Mat1i ComponentsOf(const cv::Mat1b& mask) {
   return labels;
 }
 
-absl::StatusOr<ObjectScores> ScoreObjects(const cv::Mat1b& prediction, const cv::Mat1i& ids,
+absl::StatusOr<ObjectScores> ScoreObjects(const cv::Mat1i& predicted, const cv::Mat1i& ids,
                                           const cv::Mat1b& void_pixels,
                                           const ObjectOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  if (prediction.size() != ids.size() ||
+  if (predicted.size() != ids.size() ||
       (!void_pixels.empty() && void_pixels.size() != ids.size())) {
     return absl::InvalidArgumentError(
         absl::StrFormat("a map of %d x %d and objects of %d x %d pixels cannot be compared",
-                        prediction.cols, prediction.rows, ids.cols, ids.rows));
+                        predicted.cols, predicted.rows, ids.cols, ids.rows));
   }
   const auto is_void = [&](int y, int x) { return !void_pixels.empty() && void_pixels(y, x) != 0; };
-  const cv::Mat1i components = ComponentsOf(prediction), nearest = NearestObject(ids);
-  std::map<int, Component> found;
+  const cv::Mat1i nearest = NearestObject(ids);
+  std::map<int, Prediction> found;
   std::map<int, Overlap> overlaps;
-  std::set<std::pair<int, int>> touching;  // component, object
+  std::set<std::pair<int, int>> touching;  // predicted, object
   for (int y = 0; y < ids.rows; ++y) {
     for (int x = 0; x < ids.cols; ++x) {
-      const int component = components(y, x), id = ids(y, x);
+      const int number = predicted(y, x), id = ids(y, x);
       if (id != 0) ++overlaps[id].area;
-      if (component == 0) continue;
-      ++found[component].area;
-      found[component].on_objects += id != 0 || is_void(y, x);
+      if (number == 0) continue;
+      ++found[number].area;
+      found[number].on_objects += id != 0 || is_void(y, x);
       if (id == 0) continue;
       ++overlaps[id].hit;
-      touching.emplace(component, id);
+      touching.emplace(number, id);
     }
   }
   for (int y = 0; y < ids.rows; ++y) {
     for (int x = 0; x < ids.cols; ++x) {
-      const int component = components(y, x);
-      if (component == 0 || ids(y, x) != 0 || is_void(y, x)) continue;
-      if (touching.count({component, nearest(y, x)}) > 0) ++overlaps[nearest(y, x)].charged;
+      const int number = predicted(y, x);
+      if (number == 0 || ids(y, x) != 0 || is_void(y, x)) continue;
+      if (touching.count({number, nearest(y, x)}) > 0) ++overlaps[nearest(y, x)].charged;
     }
   }
   ObjectScores scores;
@@ -106,9 +107,9 @@ absl::StatusOr<ObjectScores> ScoreObjects(const cv::Mat1b& prediction, const cv:
     const double iou = static_cast<double>(overlap.hit) / (overlap.area + overlap.charged);  // (1)
     scores.objects.push_back({id, overlap.area, iou, iou >= options.iou_threshold});
   }
-  for (const auto& [label, component] : found) {
-    scores.false_objects += component.area >= options.min_area &&
-                            component.on_objects < options.min_overlap * component.area;
+  for (const auto& [number, prediction] : found) {
+    scores.false_objects += prediction.area >= options.min_area &&
+                            prediction.on_objects < options.min_overlap * prediction.area;
   }
   return scores;
 }

@@ -1,16 +1,16 @@
 // Which objects were found, and what was called an object that is none.
 //
-// Truth gives every pixel an object id (0: none); the prediction is a mask. Its connected
-// components (8 neighbours) are the predicted objects. A component may cover several neighbouring
-// objects, so each of its pixels is charged to the truth object that is nearest to it:
+// Truth gives every pixel an object id (0: none), and so does the prediction (map_objects.h). A
+// predicted object may cover several neighbouring ones of the truth, so each of its pixels is
+// charged to the one that is nearest to it:
 //
-//   IoU(o) = |P and o| / |o or { p in components that touch o : nearest(p) = o }| (1) found(o):
-//   IoU(o) >= iou_threshold false object: a component of at least min_area pixels, less than
-//   `min_overlap` of whose pixels
-//                 lie on objects (or on void pixels)
+//   IoU(o) = |P and o| / |o or { p in predicted objects that touch o : nearest(p) = o }|      (1)
+//   found(o)      IoU(o) >= iou_threshold
+//   false object  one of at least min_area pixels, less than `min_overlap` of whose pixels lie on
+//                 objects (or on void pixels)
 //
-// Objects and components below min_area pixels (of the map that is scored: grid or full) are not
-// counted as missed or false; their pixels still are what they are.
+// Objects below min_area pixels (of the map that is scored: grid or full) are not counted as missed
+// or false; their pixels still are what they are.
 #ifndef EGOSIEVE_TOOLS_EVALUATION_OBJECTS_H_
 #define EGOSIEVE_TOOLS_EVALUATION_OBJECTS_H_
 
@@ -20,13 +20,15 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "vision/objects/map_objects.h"
 
 namespace egosieve::tools {
 
 struct ObjectOptions {
+  vision::ObjectThresholds thresholds;  // of the prediction
   double iou_threshold = 0.5;
   int min_area = 4;          // pixels of the scored map
-  double min_overlap = 0.1;  // of a component that is no false object
+  double min_overlap = 0.1;  // of a predicted object that is no false one
 
   absl::Status Validate() const;
 };
@@ -43,9 +45,9 @@ struct ObjectScores {
   int64_t false_objects = 0;
 };
 
-// prediction: non-zero where called dynamic. ids: CV_32SC1, 0: no object. void_pixels: non-zero
-// where the truth does not say; may be empty. InvalidArgument where sizes differ.
-absl::StatusOr<ObjectScores> ScoreObjects(const cv::Mat1b& prediction, const cv::Mat1i& ids,
+// predicted, ids: numbers of objects, 0: none. void_pixels: non-zero where the truth does not say;
+// may be empty. InvalidArgument where sizes differ.
+absl::StatusOr<ObjectScores> ScoreObjects(const cv::Mat1i& predicted, const cv::Mat1i& ids,
                                           const cv::Mat1b& void_pixels,
                                           const ObjectOptions& options);
 

@@ -7,7 +7,8 @@
 
 namespace egosieve::tools {
 
-// egosieve reconstruct DIR: full/NNNNNN.{prob,std,class}.png from the grid's maps.
+// egosieve reconstruct DIR: full/NNNNNN.{prob,std,class}.png from the grid's maps, and the objects
+// in them, full/NNNNNN.objects.json.
 std::unique_ptr<Command> MakeReconstructCommand();
 
 }  // namespace egosieve::tools

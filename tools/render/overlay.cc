@@ -58,10 +58,12 @@ cv::Mat3b Blend(const cv::Mat3b& frame, const cv::Mat1f& probability) {
   return blended;
 }
 
-void DrawContour(const cv::Mat1f& probability, double threshold, cv::Mat3b& image) {
-  const cv::Mat1b above = probability > threshold;
+void DrawContours(const cv::Mat1f& probability, const vision::ObjectThresholds& objects,
+                  cv::Mat3b& image) {
+  const cv::Mat1b inside =
+      vision::NumberObjects(probability >= objects.low, probability >= objects.high) != 0;
   std::vector<std::vector<cv::Point>> contours;
-  cv::findContours(above, contours, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
+  cv::findContours(inside, contours, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
   const int width = std::max(1, image.cols / 640);
   cv::drawContours(image, contours, -1, cv::Scalar(20, 20, 20), 2 * width + 1, cv::LINE_AA);
   cv::drawContours(image, contours, -1, cv::Scalar(235, 255, 255), width, cv::LINE_AA);
@@ -95,8 +97,9 @@ int TextWidth(const std::string& text, double scale) {
   return cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &baseline).width;
 }
 
-// static [colours, a tick at the threshold] moving    contour: p > 0.5             caption
-void DrawLegend(const std::string& caption, double threshold, cv::Mat3b strip) {
+// static [colours, a tick at each threshold] moving    line: ...             caption
+void DrawLegend(const std::string& caption, const vision::ObjectThresholds& objects,
+                cv::Mat3b strip) {
   strip.setTo(cv::Scalar(32, 28, 26));
   const int height = strip.rows;
   const double scale = height / 52.0;
@@ -110,14 +113,17 @@ void DrawLegend(const std::string& caption, double threshold, cv::Mat3b strip) {
     cv::line(strip, {x + i, middle - bar_height / 2}, {x + i, middle + bar_height / 2},
              cv::Scalar(tint.colour[0], tint.colour[1], tint.colour[2]));
   }
-  const int tick = x + static_cast<int>(std::lround(threshold * (bar_width - 1)));
-  cv::line(strip, {tick, middle - bar_height / 2 - 3}, {tick, middle + bar_height / 2 + 3},
-           cv::Scalar(20, 20, 20), 3);
-  cv::line(strip, {tick, middle - bar_height / 2 - 3}, {tick, middle + bar_height / 2 + 3},
-           cv::Scalar(235, 255, 255), 1);
+  for (const double threshold : {objects.low, objects.high}) {
+    const int tick = x + static_cast<int>(std::lround(threshold * (bar_width - 1)));
+    cv::line(strip, {tick, middle - bar_height / 2 - 3}, {tick, middle + bar_height / 2 + 3},
+             cv::Scalar(20, 20, 20), 3);
+    cv::line(strip, {tick, middle - bar_height / 2 - 3}, {tick, middle + bar_height / 2 + 3},
+             cv::Scalar(235, 255, 255), 1);
+  }
   x += bar_width + gap;
   x += DrawText("moving", {x, middle}, scale, strip) + 3 * gap;
-  const std::string rule = absl::StrFormat("line: p = %.2f", threshold);
+  const std::string rule =
+      absl::StrFormat("line: p from %.2f, with %.2f", objects.low, objects.high);
   const int caption_place = strip.cols - TextWidth(caption, scale) - gap;
   if (x + TextWidth(rule, scale) + gap < caption_place) {
     DrawText(rule, {x, middle}, scale, strip);
@@ -136,7 +142,7 @@ cv::Mat3b DrawOverlay(const cv::Mat3b& frame, const cv::Mat1f& probability,
   for (const cv::Rect& area : options.own_car) {
     drawn(area & cv::Rect(0, 0, drawn.cols, drawn.rows)) = 0.0f;
   }
-  DrawContour(drawn, options.threshold, picture);
+  DrawContours(drawn, options.objects, picture);
   DrawHatching(frame, options.own_car, picture);
   const int strip_height = options.legend ? std::clamp(frame.rows / 16, 20, 44) : 0;
   const int width = frame.cols + frame.cols % 2;
@@ -144,8 +150,7 @@ cv::Mat3b DrawOverlay(const cv::Mat3b& frame, const cv::Mat1f& probability,
   cv::Mat3b page(height, width, cv::Vec3b(0, 0, 0));
   picture.copyTo(page(cv::Rect(0, 0, frame.cols, frame.rows)));
   if (options.legend) {
-    DrawLegend(caption, options.threshold,
-               page(cv::Rect(0, frame.rows, width, height - frame.rows)));
+    DrawLegend(caption, options.objects, page(cv::Rect(0, frame.rows, width, height - frame.rows)));
   }
   return page;
 }

@@ -2,10 +2,10 @@
 //
 //   colour(p)  a diverging map, safe for colour-blind eyes: blue (0) - none (1/2) - orange (1)
 //   alpha(p)   how much of it covers the frame: 0.22 at p = 0, 0.10 at 1/2, 0.65 at 1
-//   contour    a light line, dark-edged, around the pixels with p above the threshold
+//   contour    a light line, dark-edged, around the objects (vision/objects/map_objects.h)
 //
 // Areas of the own car are hatched, whatever the map says of them. Under the picture lies a strip
-// with the legend: the colours, the threshold, the frame's number and time.
+// with the legend: the colours, the thresholds, the frame's number and time.
 #ifndef EGOSIEVE_TOOLS_RENDER_OVERLAY_H_
 #define EGOSIEVE_TOOLS_RENDER_OVERLAY_H_
 
@@ -13,10 +13,12 @@
 #include <string>
 #include <vector>
 
+#include "vision/objects/map_objects.h"
+
 namespace egosieve::tools {
 
 struct OverlayOptions {
-  double threshold = 0.5;  // of the contour, in (0, 1)
+  vision::ObjectThresholds objects;
   bool legend = true;
   std::vector<cv::Rect> own_car;  // hatched instead of coloured, pixels of the frame
 };

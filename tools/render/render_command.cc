@@ -14,6 +14,7 @@
 #include "tools/cli/device_flag.h"
 #include "tools/cli/frame_range.h"
 #include "tools/cli/interruption.h"
+#include "tools/cli/object_flags.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/warning.h"
 #include "tools/render/overlay_video.h"
@@ -30,7 +31,7 @@ class RenderCommand : public Command {
   std::string summary() const override {
     return "Draws a run's maps over its frames, as images and as a video.";
   }
-  std::string example() const override { return "egosieve render out/drive --threshold=0.8"; }
+  std::string example() const override { return "egosieve render out/drive --object_high=0.9"; }
 
   void AddFlags(CLI::App& app) override {
     app.add_option("DIR", directory_, "The run folder; its render/ and overlay.mp4 are written")
@@ -39,10 +40,7 @@ class RenderCommand : public Command {
         ->configurable(false);
     app.add_option("--input", input_, "Where the run's input is now, if it was moved")
         ->type_name("PATH");
-    app.add_option("--threshold", overlay_.threshold,
-                   "Probability of moving at which the contour is drawn")
-        ->check(Between(0.0, 1.0))
-        ->type_name("P");
+    AddObjectFlags(app, overlay_.objects);
     app.add_flag("--legend,!--no_legend", overlay_.legend, "Draw the legend");
     app.add_flag("--images,!--no_images", images_, "Write render/NNNNNN.png");
     app.add_flag("--video,!--no_video", video_, "Write overlay.mp4");
@@ -59,6 +57,7 @@ class RenderCommand : public Command {
       return absl::InvalidArgumentError(
           "--no_images and --no_video leave nothing to do; leave one of them out");
     }
+    EGOSIEVE_RETURN_IF_ERROR(overlay_.objects.Validate());
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, ChooseLines(folder, range_));
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());

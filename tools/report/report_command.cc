@@ -14,6 +14,7 @@
 #include "tools/cli/checks.h"
 #include "tools/cli/device_flag.h"
 #include "tools/cli/interruption.h"
+#include "tools/cli/object_flags.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/warning.h"
 #include "tools/render/render_run.h"
@@ -71,15 +72,13 @@ class ReportCommand : public Command {
     app.add_option("--pictures", pictures_, "Overlays on the page, evenly over the drive")
         ->check(Between(0, 1000))
         ->type_name("NUMBER");
-    app.add_option("--threshold", overlay_.threshold,
-                   "Probability of moving at which the overlays' contour is drawn")
-        ->check(Between(0.0, 1.0))
-        ->type_name("P");
+    AddObjectFlags(app, overlay_.objects);
     device_.AddFlag(app);
     progress_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
+    EGOSIEVE_RETURN_IF_ERROR(overlay_.objects.Validate());
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
     ReportContent content;
     EGOSIEVE_ASSIGN_OR_RETURN(content.description, folder.ReadDescription());
@@ -124,8 +123,9 @@ class ReportCommand : public Command {
     }
     content.picture_notes.push_back(absl::StrFormat(
         "Orange: likely to move by itself; blue: likely part of the static scene; no colour: "
-        "unsure. The line is drawn at a probability of %.2f.",
-        overlay_.threshold));
+        "unsure. Lines are drawn around objects: connected pixels with a probability of %.2f and "
+        "more, somewhere of %.2f and more.",
+        overlay_.objects.low, overlay_.objects.high));
     Progress progress("report", progress_, static_cast<int64_t>(lines.size()));
     OverlayOptions options = overlay_;
     options.legend = false;

@@ -1,11 +1,12 @@
 #include "tools/segment/segment_flags.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cstdint>
+#include <system_error>
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "tools/cli/checks.h"
@@ -14,6 +15,19 @@ namespace egosieve::tools {
 namespace {
 
 using vision::OnlineSegmenterOptions;
+
+// The fewest digits that read back as the same number.
+std::string Shortest(double number) {
+  char digits[32];
+  return std::string(digits, std::to_chars(digits, digits + sizeof(digits), number).ptr);
+}
+
+template <typename Number>
+bool IsNumber(const std::string& text, Number& number) {
+  const char* end = text.data() + text.size();
+  const auto [behind, error] = std::from_chars(text.data(), end, number);
+  return error == std::errc() && behind == end;
+}
 
 const Words<vision::FeatureSource>& FeatureWords() {
   static const auto& words =
@@ -170,6 +184,10 @@ void SegmentFlags::AddFlags(CLI::App& app) {
                  "The most points that one frame brings, as a share of the budget")
       ->check(Between(0.01, 1.0))
       ->type_name("SHARE");
+  app.add_option("--location_prior", location_prior_,
+                 "How much it counts where in the image things have moved so far; 0: nothing")
+      ->check(Between(0.0, 1.0))
+      ->type_name("WEIGHT");
   app.add_option("--frame_gap", frame_gap_,
                  "Frames between the two of a pair; auto: by the parallax that is seen. Every "
                  "frame has its map")
@@ -226,6 +244,7 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   Override(contradiction_radius_, options.learner.contradiction_radius);
   Override(dynamic_age_, options.learner.budget.maximum_dynamic_age_frames);
   Override(arrival_share_, options.learner.arrival_share);
+  Override(location_prior_, options.location_prior.weight);
   Override(model_, ModelWords(), options.learner.model.kind);
   Override(inducing_points_, options.learner.model.sparse.inducing_points);
   if (frame_gap_ == kAutomatic) {
@@ -268,6 +287,7 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       {"dynamic_age",
        absl::StrCat(std::min(learner.budget.maximum_dynamic_age_frames, kUnlimitedAge))},
       {"arrival_share", absl::StrCat(learner.arrival_share)},
+      {"location_prior", Shortest(options.location_prior.weight)},
       {"frame_gap",
        labeller.frame_gap == kAutomaticGap ? kAutomatic : absl::StrCat(labeller.frame_gap)},
       {"feature_count", absl::StrCat(labeller.feature_count)},
@@ -315,7 +335,7 @@ absl::StatusOr<OnlineSegmenterOptions> ReadInferenceOptions(
   };
   const auto read_number = [&](const std::string& name, auto& target) {
     const std::string given = find(name);
-    if (!absl::SimpleAtoi(given, &target)) {
+    if (!IsNumber(given, target)) {
       status.Update(absl::DataLossError(
           absl::StrCat("run.json's flag '", name, "' is '", given, "', which is no number")));
     }
@@ -325,6 +345,7 @@ absl::StatusOr<OnlineSegmenterOptions> ReadInferenceOptions(
   read_word("equalize", EqualizationWords(), options.labeller.equalization.method);
   read_number("stride", options.stride_pixels);
   read_number("window", options.descriptor.window_pixels);
+  read_number("location_prior", options.location_prior.weight);
   uint64_t seed = 1;
   read_number("seed", seed);
   options.SetSeed(seed);

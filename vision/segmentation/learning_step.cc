@@ -99,6 +99,8 @@ absl::StatusOr<std::string> SerializeStep(const LearningStep& step) {
   arrays["rows"] = Vector(std::move(rows));
   arrays["hyperparameters"] = Matrix(std::move(hyperparameters), parameters);
   arrays["squash"] = Vector<double>({step.squash.a, step.squash.b});
+  arrays["location_prior"] =
+      Vector<uint8_t>({step.location_prior.begin(), step.location_prior.end()});
   return gp::SerializeArrays(arrays);
 }
 
@@ -118,6 +120,8 @@ absl::StatusOr<LearningStep> ParseStep(std::string_view bytes,
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> rows, Take<int64_t>("rows", arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<double> theta, Take<double>("hyperparameters", arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> squash, Take<double>("squash", arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> location_prior,
+                            Take<uint8_t>("location_prior", arrays));
   if (counts.size() != kinds.size() || frames.size() != kinds.size() || squash.size() != 2) {
     return absl::DataLossError("the arrays' sizes do not fit");
   }
@@ -128,6 +132,7 @@ absl::StatusOr<LearningStep> ParseStep(std::string_view bytes,
   Reader<int64_t> row_reader(std::move(rows));
   LearningStep step;
   step.squash = {squash[0], squash[1]};
+  step.location_prior.assign(location_prior.begin(), location_prior.end());
   for (size_t i = 0; i < kinds.size(); ++i) {
     ModelOperation operation;
     operation.kind = static_cast<Kind>(kinds[i]);

@@ -13,6 +13,7 @@
 //   rows             i8 [r]       of all removed points
 //   hyperparameters  f8 [h, P+2]  scales, sigma_f, sigma_n
 //   squash           f8 [2]       a, b after the frame
+//   location_prior   u1 [...]     state after the frame (location_prior.h)
 #ifndef EGOSIEVE_VISION_SEGMENTATION_LEARNING_STEP_H_
 #define EGOSIEVE_VISION_SEGMENTATION_LEARNING_STEP_H_
 
@@ -27,11 +28,12 @@
 
 namespace egosieve::vision {
 
-inline constexpr int64_t kLearningStepFormat = 1;
+inline constexpr int64_t kLearningStepFormat = 2;
 
 struct LearningStep {
   std::vector<ModelOperation> operations;
   gp::SquashParameters squash;
+  std::string location_prior;
 };
 
 // Equal steps give equal bytes. Errors as SerializeArrays'.

@@ -93,7 +93,8 @@ class OnlineLearner {
   absl::Status Learn(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                      int64_t frame_index, FrameRecord& record);
 
-  // What Learn did since the last call to the model that the posterior comes from, for Replay.
+  // What Learn did since the last call to the model that the posterior comes from, for Replay;
+  // without the location prior, which is not the learner's.
   // Recorded from the first call of RecordSteps on.
   void RecordSteps() { model_.RecordOperations(true); }
   LearningStep TakeStep();

@@ -35,6 +35,7 @@ constexpr double kContradictionRadius = 0.05;
 // and all: AUC 0.885, 0.911, 0.912, 0.911; IoU 0.338, 0.339, 0.329, 0.316; movers found 0.44, 0.45,
 // 0.42, 0.42; false objects a frame 0.26, 0.30, 0.35, 0.35.
 constexpr int64_t kDynamicAgeFrames = 3;
+constexpr double kLocationWeight = 0.25;
 // By segment --model=sparse --inducing_points=N and evaluate, on 40 frames of each of the four
 // DAVIS drives: 128 and more cost at most 0.003 mean AUC a drive, 64 cost up to 0.005.
 constexpr int64_t kInducingPoints = 256;
@@ -74,6 +75,7 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Default() {
   options.learner.contradiction_radius = kContradictionRadius;
   options.learner.budget.budget = kDefaultBudget;
   options.learner.budget.maximum_dynamic_age_frames = kDynamicAgeFrames;
+  options.location_prior.weight = kLocationWeight;
   options.learner.model.sparse.inducing_points = kInducingPoints;
   return options;
 }
@@ -112,6 +114,7 @@ void OnlineSegmenterOptions::SetSeed(uint64_t seed) {
 absl::Status OnlineSegmenterOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(labeller.Validate());
   EGOSIEVE_RETURN_IF_ERROR(learner.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(location_prior.Validate());
   EGOSIEVE_RETURN_IF_ERROR(descriptor.Validate());
   if (stride_pixels < 1) {
     return absl::InvalidArgumentError(
@@ -139,7 +142,8 @@ OnlineSegmenter::OnlineSegmenter(std::shared_ptr<kernels::Context> context,
     : context_(std::move(context)),
       options_(options),
       labeller_(std::move(labeller)),
-      learner_(std::move(learner)) {}
+      learner_(std::move(learner)),
+      location_prior_(options.location_prior) {}
 
 Frame OnlineSegmenter::Equalized(const Frame& frame) const {
   Frame equalized = frame;
@@ -174,6 +178,7 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
         learner_->Learn(kernels::ConstMatrixView<float>(inputs.data(), labels.size(),
                                                         kernels::kDescriptorDimension),
                         labels.probability, frame.index, record);
+    location_prior_.Add(labels.labelled.image.size(), labels.positions_view(), labels.probability);
     record.learnt = status.ok();
     if (!status.ok()) {
       record.reason = absl::StrFormat("the model could not learn: %s", status.message());
@@ -187,23 +192,31 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
   return learnt;
 }
 
+absl::StatusOr<std::string> OnlineSegmenter::TakeStep() {
+  LearningStep step = learner_->TakeStep();
+  step.location_prior = location_prior_.ToBytes();
+  return SerializeStep(step);
+}
+
 absl::Status OnlineSegmenter::Replay(absl::string_view step) {
   EGOSIEVE_ASSIGN_OR_RETURN(const LearningStep parsed,
                             ParseStep({step.data(), step.size()}, options_.learner.covariance,
                                       kernels::kDescriptorDimension));
   posterior_.reset();
+  EGOSIEVE_RETURN_IF_ERROR(location_prior_.Restore(parsed.location_prior));
   return learner_->Replay(parsed);
 }
 
-absl::StatusOr<std::shared_ptr<const gp::Posterior>> OnlineSegmenter::MakePosterior() {
+absl::StatusOr<std::shared_ptr<const MapPosterior>> OnlineSegmenter::MakePosterior() {
   if (posterior_ == nullptr) {
-    EGOSIEVE_ASSIGN_OR_RETURN(posterior_, learner_->MakePosterior());
+    EGOSIEVE_ASSIGN_OR_RETURN(auto process, learner_->MakePosterior());
+    posterior_ = std::make_shared<MapPosterior>(MapPosterior{std::move(process), location_prior_});
   }
   return posterior_;
 }
 
 absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
-                                                       const gp::Posterior& posterior,
+                                                       const MapPosterior& posterior,
                                                        FrameRecord& record) const {
   StageTimer timer(record.milliseconds.inference);
   SegmentationMap map;
@@ -222,12 +235,13 @@ absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
   outputs.probability = map.probability.data();
   EGOSIEVE_ASSIGN_OR_RETURN(
       const kernels::PosteriorCounts counts,
-      posterior.Evaluate(
+      posterior.process->Evaluate(
           kernels::ConstMatrixView<float>(field.data(), size, kernels::kDescriptorDimension),
           outputs));
   for (float& value : map.deviation) {
     value = std::sqrt(value);
   }
+  posterior.location.Apply(map);
   map.clamped_variances = counts.clamped_variances;
   record.clamped_variances = counts.clamped_variances;
   const int64_t dynamic = std::count_if(map.probability.begin(), map.probability.end(),
@@ -248,7 +262,7 @@ absl::StatusOr<OnlineSegmenter::Result> OnlineSegmenter::Process(const Frame& fr
 
 absl::StatusOr<std::string> OnlineSegmenter::Checkpoint() {
   EGOSIEVE_ASSIGN_OR_RETURN(gp::ModelFile checkpoint, learner_->Checkpoint());
-  checkpoint.annotations = labeller_->state();
+  checkpoint.annotations = location_prior_.ToBytes() + labeller_->state();
   posterior_.reset();  // its bits are those of the factor as it was
   return gp::SerializeModel(checkpoint);
 }
@@ -259,7 +273,11 @@ absl::Status OnlineSegmenter::Restore(absl::string_view checkpoint,
                             gp::ParseModel({checkpoint.data(), checkpoint.size()}));
   EGOSIEVE_RETURN_IF_ERROR(learner_->Restore(file));
   posterior_.reset();
-  EGOSIEVE_RETURN_IF_ERROR(labeller_->Restore(file.annotations));
+  const absl::string_view annotations = file.annotations;
+  const size_t location_size = location_prior_.ToBytes().size();
+  EGOSIEVE_RETURN_IF_ERROR(location_prior_.Restore(
+      std::string_view(annotations.data(), std::min(location_size, annotations.size()))));
+  EGOSIEVE_RETURN_IF_ERROR(labeller_->Restore(annotations.substr(location_size)));
   for (const Frame& frame : recent) {
     EGOSIEVE_RETURN_IF_ERROR(labeller_->Prime(frame));
   }

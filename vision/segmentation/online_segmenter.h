@@ -5,6 +5,9 @@
 //   Learn    features -> labels -> model -> posterior        frames in order, one thread
 //   Infer    frame, posterior -> map                         any order, any thread
 //
+// The posterior of a frame is the process's, and where things have moved so far
+// (location_prior.h).
+//
 // Process does the three. The map of frame t is evaluated on frame t after the pair that ends in t
 // was learnt; frames before the first pair get the prior. No frame is an error for what it shows:
 // where nothing can be learnt the map comes from the model as it is, and the record says why.
@@ -24,6 +27,7 @@
 #include "vision/frame/frame.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/segmentation/frame_record.h"
+#include "vision/segmentation/location_prior.h"
 #include "vision/segmentation/online_learner.h"
 #include "vision/segmentation/segmentation_map.h"
 
@@ -32,6 +36,7 @@ namespace egosieve::vision {
 struct OnlineSegmenterOptions {
   FrameLabellerOptions labeller;
   OnlineLearnerOptions learner;
+  LocationPriorOptions location_prior;
   kernels::DescriptorOptions descriptor;
   int stride_pixels = 5;  // of the grid on which the posterior is evaluated; at least 1
 
@@ -47,13 +52,19 @@ struct OnlineSegmenterOptions {
   absl::Status Validate() const;
 };
 
+// What a frame's map is made of. A value: the segmenter goes on without it.
+struct MapPosterior {
+  std::shared_ptr<const gp::Posterior> process;
+  LocationPrior location;
+};
+
 class OnlineSegmenter {
  public:
   static absl::StatusOr<std::unique_ptr<OnlineSegmenter>> Create(
       std::shared_ptr<kernels::Context> context, const OnlineSegmenterOptions& options);
 
   struct Learnt {
-    std::shared_ptr<const gp::Posterior> posterior;
+    std::shared_ptr<const MapPosterior> posterior;
     LabelledFrame labels;
     FrameRecord record;
   };
@@ -68,7 +79,7 @@ class OnlineSegmenter {
   absl::StatusOr<Learnt> Learn(const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
                                bool with_posterior = true);
   // Fills `record.milliseconds.inference`, `dynamic_share` and `clamped_variances` as well.
-  absl::StatusOr<SegmentationMap> Infer(const Frame& frame, const gp::Posterior& posterior,
+  absl::StatusOr<SegmentationMap> Infer(const Frame& frame, const MapPosterior& posterior,
                                         FrameRecord& record) const;
 
   absl::StatusOr<Result> Process(const Frame& frame);
@@ -79,9 +90,9 @@ class OnlineSegmenter {
   // Learn gave, to the last bit. Checkpoint where the other did. Errors of bytes that are no step:
   // ParseStep's; the segmenter may have changed then.
   void RecordSteps() { learner_->RecordSteps(); }
-  absl::StatusOr<std::string> TakeStep() { return SerializeStep(learner_->TakeStep()); }
+  absl::StatusOr<std::string> TakeStep();
   absl::Status Replay(absl::string_view step);
-  absl::StatusOr<std::shared_ptr<const gp::Posterior>> MakePosterior();
+  absl::StatusOr<std::shared_ptr<const MapPosterior>> MakePosterior();
 
   // The state after the frame learnt last, as the bytes of a model file (gp/io/model_file.h).
   // Between two frames; this segmenter and one restored from the bytes go on alike to the last bit.
@@ -104,7 +115,8 @@ class OnlineSegmenter {
   OnlineSegmenterOptions options_;
   std::unique_ptr<FrameLabeller> labeller_;
   std::unique_ptr<OnlineLearner> learner_;
-  std::shared_ptr<const gp::Posterior> posterior_;  // of the model as it is; null: to be made
+  LocationPrior location_prior_;
+  std::shared_ptr<const MapPosterior> posterior_;  // of the model as it is; null: to be made
 };
 
 }  // namespace egosieve::vision

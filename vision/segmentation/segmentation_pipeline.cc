@@ -21,7 +21,7 @@ struct InFlight {
   SegmentedFrame result;
   std::shared_ptr<const ExtractedFrame> extracted;
   double extract_milliseconds = 0.0;
-  std::shared_ptr<const gp::Posterior> posterior;
+  std::shared_ptr<const MapPosterior> posterior;
 };
 
 // The stages as functions of one frame; the drivers below run them in turn or on threads.

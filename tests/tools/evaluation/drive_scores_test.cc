@@ -119,6 +119,22 @@ TEST(DriveScoresTest, VoidPixelsAreNowhere) {
   EXPECT_EQ(scores.FalseObjectsPerFrame(), 0.0);
 }
 
+// A mover half of which is only likely, and a likely patch of the static world.
+TEST(DriveScoresTest, ObjectsAreSureSomewhere) {
+  ScoredFrame frame = Frame(0);
+  frame.probability(cv::Rect(10, 15, 10, 5)) = ThresholdOf(0.3);
+  frame.probability(cv::Rect(40, 10, 8, 8)) = ThresholdOf(0.8) - 1;
+  DriveScoresOptions options;
+  options.objects.thresholds = {0.3, 0.7};
+  DriveScores scores({}), likely(options);
+  ASSERT_TRUE(scores.Add(frame).ok());
+  ASSERT_TRUE(likely.Add(frame).ok());
+  EXPECT_EQ(scores.recall().at("all").iou_sum, 1.0);
+  EXPECT_EQ(scores.FalseObjectsPerFrame(), 0.0);
+  EXPECT_EQ(likely.FalseObjectsPerFrame(), 1.0);
+  EXPECT_EQ(scores.frames()[0].iou, 50.0 / 164.0);  // of pixels, at 0.5
+}
+
 TEST(DriveScoresTest, RecallByHeadingSizeAndDistance) {
   ScoredFrame frame = Frame(0);
   frame.truth(cv::Rect(30, 20, 5, 4)) = 255;  // missed
@@ -146,7 +162,7 @@ TEST(DriveScoresTest, RecallByHeadingSizeAndDistance) {
   EXPECT_EQ(recall.at("size from 1600").found, 2);
   EXPECT_EQ(recall.at("distance from 40 m").objects, 2);
   EXPECT_EQ(recall.count("crossing within 40 m"), 0u);
-  EXPECT_THAT(scores.Summary(), HasSubstr("objects, relation ahead: 2 of 4 found"));
+  EXPECT_THAT(scores.Summary(), HasSubstr("(from 0.30, with 0.80), relation ahead: 2 of 4 found"));
 }
 
 TEST(DriveScoresTest, MergedHalvesEqualTheWhole) {

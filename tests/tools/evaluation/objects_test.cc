@@ -15,7 +15,7 @@ TEST(ObjectsTest, ExactPredictionFindsEveryObject) {
   ids(cv::Rect(5, 5, 6, 4)) = 3;
   ids(cv::Rect(30, 20, 5, 5)) = 7;
   const cv::Mat1b called = ids != 0;
-  const ObjectScores scores = *ScoreObjects(called, ids, {}, {});
+  const ObjectScores scores = *ScoreObjects(ComponentsOf(called), ids, {}, {});
   ASSERT_EQ(scores.objects.size(), 2u);
   EXPECT_EQ(scores.objects[0].id, 3);
   EXPECT_EQ(scores.objects[0].area, 24);
@@ -32,10 +32,10 @@ TEST(ObjectsTest, IouByHandAndItsThreshold) {
   called(cv::Rect(20, 10, 5, 4)) = 255;   // 20 pixels beside it
   ObjectOptions options;
   options.iou_threshold = 50.0 / 120.0;
-  EXPECT_EQ(ScoreObjects(called, ids, {}, options)->objects[0].iou, 50.0 / 120.0);
-  EXPECT_TRUE(ScoreObjects(called, ids, {}, options)->objects[0].found);
+  EXPECT_EQ(ScoreObjects(ComponentsOf(called), ids, {}, options)->objects[0].iou, 50.0 / 120.0);
+  EXPECT_TRUE(ScoreObjects(ComponentsOf(called), ids, {}, options)->objects[0].found);
   options.iou_threshold = 0.42;
-  EXPECT_FALSE(ScoreObjects(called, ids, {}, options)->objects[0].found);
+  EXPECT_FALSE(ScoreObjects(ComponentsOf(called), ids, {}, options)->objects[0].found);
 }
 
 TEST(ObjectsTest, OneComponentOverTwoNeighboursIsSharedBetweenThem) {
@@ -44,7 +44,7 @@ TEST(ObjectsTest, OneComponentOverTwoNeighboursIsSharedBetweenThem) {
   ids(cv::Rect(24, 10, 10, 10)) = 2;
   cv::Mat1b called = Called();
   called(cv::Rect(10, 10, 24, 10)) = 255;  // both, and the gap of 4 columns
-  const ObjectScores scores = *ScoreObjects(called, ids, {}, {});
+  const ObjectScores scores = *ScoreObjects(ComponentsOf(called), ids, {}, {});
   EXPECT_EQ(scores.objects[0].iou, 100.0 / 120.0);  // two columns of the gap each
   EXPECT_EQ(scores.objects[1].iou, 100.0 / 120.0);
 }
@@ -56,27 +56,27 @@ TEST(ObjectsTest, WhatCoversNothingIsAFalseObject) {
   called(cv::Rect(40, 10, 3, 3)) = 255;  // false
   called(cv::Rect(50, 30, 1, 3)) = 255;  // below min_area
   called(cv::Rect(5, 18, 6, 20)) = 255;  // 2 of 120 pixels on the object: false as well
-  ObjectScores scores = *ScoreObjects(called, ids, {}, {});
+  ObjectScores scores = *ScoreObjects(ComponentsOf(called), ids, {}, {});
   EXPECT_EQ(scores.false_objects, 2);
   EXPECT_FALSE(scores.objects[0].found);
   cv::Mat1b void_pixels = Called();
   void_pixels(cv::Rect(38, 8, 8, 8)) = 255;
-  EXPECT_EQ(ScoreObjects(called, ids, void_pixels, {})->false_objects, 1);
+  EXPECT_EQ(ScoreObjects(ComponentsOf(called), ids, void_pixels, {})->false_objects, 1);
 }
 
 TEST(ObjectsTest, SmallObjectsAreNotCounted) {
   cv::Mat1i ids = Ids();
   ids(cv::Rect(10, 10, 3, 1)) = 9;
-  EXPECT_TRUE(ScoreObjects(Called(), ids, {}, {})->objects.empty());
-  EXPECT_TRUE(ScoreObjects(Called(), Ids(), {}, {})->objects.empty());
+  EXPECT_TRUE(ScoreObjects(ComponentsOf(Called()), ids, {}, {})->objects.empty());
+  EXPECT_TRUE(ScoreObjects(ComponentsOf(Called()), Ids(), {}, {})->objects.empty());
 }
 
 TEST(ObjectsTest, WrongRequestsAreRefused) {
-  EXPECT_EQ(ScoreObjects(Called(), cv::Mat1i::zeros(3, 3), {}, {}).status().code(),
+  EXPECT_EQ(ScoreObjects(ComponentsOf(Called()), cv::Mat1i::zeros(3, 3), {}, {}).status().code(),
             absl::StatusCode::kInvalidArgument);
   ObjectOptions options;
   options.iou_threshold = 0.0;
-  EXPECT_EQ(ScoreObjects(Called(), Ids(), {}, options).status().code(),
+  EXPECT_EQ(ScoreObjects(ComponentsOf(Called()), Ids(), {}, options).status().code(),
             absl::StatusCode::kInvalidArgument);
 }
 

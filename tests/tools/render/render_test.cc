@@ -33,6 +33,23 @@ TEST(DrawOverlay, TintsByProbabilityAndKeepsSidesEven) {
   EXPECT_EQ(DrawOverlay(frame, probability, "", bare).size(), cv::Size(202, 122));
 }
 
+TEST(DrawOverlay, DrawsLinesAroundObjectsAlone) {
+  const cv::Mat3b frame(120, 200, cv::Vec3b(100, 100, 100));
+  cv::Mat1f probability(frame.size(), 0.1f);
+  probability(cv::Rect(20, 20, 40, 40)) = 0.4f;
+  probability(cv::Rect(35, 35, 5, 5)) = 0.9f;
+  probability(cv::Rect(120, 20, 40, 40)) = 0.79f;
+  OverlayOptions bare;
+  bare.legend = false;
+  const cv::Mat3b overlay = DrawOverlay(frame, probability, "", bare);
+  bare.objects = {1.0, 1.0};
+  const cv::Mat3b lineless = DrawOverlay(frame, probability, "", bare);
+  const auto change = [&](int x, int y) { return cv::norm(overlay(y, x), lineless(y, x)); };
+  EXPECT_GT(change(20, 40), 100.0);
+  EXPECT_EQ(change(35, 37), 0.0);  // within the object
+  EXPECT_EQ(change(120, 40), 0.0);
+}
+
 TEST(FrameRate, IsTheMedianAndHasADefault) {
   std::vector<FrameLine> lines(4);
   for (int i = 0; i < 4; ++i) lines[i].index = i;

@@ -1,5 +1,7 @@
 #include "vision/segmentation/learning_step.h"
 
+#include <string>
+
 #include "gtest/gtest.h"
 
 namespace egosieve::vision {
@@ -19,7 +21,7 @@ LearningStep MakeStep() {
   set.kind = Kind::kSetHyperparameters;
   set.hyperparameters = gp::DefaultHyperparameters(kArcsine, 2);
   set.hyperparameters.noise_stddev = 1.0 / 7.0;
-  return {{remove, add, set, remove, add}, {1.0 / 3.0, -0.7}};
+  return {{remove, add, set, remove, add}, {1.0 / 3.0, -0.7}, std::string("a\0state", 7)};
 }
 
 TEST(LearningStepTest, ComesBackAsItWas) {
@@ -30,6 +32,7 @@ TEST(LearningStepTest, ComesBackAsItWas) {
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_EQ(again->squash.a, step.squash.a);
   EXPECT_EQ(again->squash.b, step.squash.b);
+  EXPECT_EQ(again->location_prior, step.location_prior);
   ASSERT_EQ(again->operations.size(), step.operations.size());
   for (size_t i = 0; i < step.operations.size(); ++i) {
     const ModelOperation &before = step.operations[i], &after = again->operations[i];

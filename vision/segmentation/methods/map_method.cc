@@ -10,6 +10,7 @@
 #include "vision/baselines/dense_flow.h"
 #include "vision/baselines/nearest_feature.h"
 #include "vision/baselines/optical_flow_classifier.h"
+#include "vision/segmentation/location_prior.h"
 #include "vision/segmentation/methods/online_svm.h"
 #include "vision/segmentation/online_learner.h"
 #include "vision/segmentation/stage_timer.h"
@@ -108,6 +109,29 @@ class SvmMethod : public MapMethod {
   OnlineSvm svm_;
 };
 
+// A method that learns, and where things have moved so far.
+class WithLocationPrior : public MapMethod {
+ public:
+  WithLocationPrior(std::unique_ptr<MapMethod> method, const LocationPriorOptions& options)
+      : method_(std::move(method)), prior_(options) {}
+
+  bool probabilistic() const override { return method_->probabilistic(); }
+
+  absl::StatusOr<SegmentationMap> Answer(const MethodInput& input, FrameRecord& record) override {
+    EGOSIEVE_ASSIGN_OR_RETURN(SegmentationMap map, method_->Answer(input, record));
+    const LabelledFrame& labels = *input.labels;
+    if (labels.size() > 0) {
+      prior_.Add(labels.labelled.image.size(), labels.positions_view(), labels.probability);
+    }
+    prior_.Apply(map);
+    return map;
+  }
+
+ private:
+  std::unique_ptr<MapMethod> method_;
+  LocationPrior prior_;
+};
+
 // A value at each labelled feature, spread to the nearest pixels.
 class NearestFeatureMethod : public MapMethod {
  public:
@@ -200,13 +224,15 @@ absl::StatusOr<std::vector<double>> DenseViolations(const DenseFlow& flow, const
 }
 
 absl::StatusOr<std::unique_ptr<MapMethod>> MakeProcess(std::shared_ptr<kernels::Context> context,
-                                                       OnlineLearnerOptions options,
+                                                       const OnlineSegmenterOptions& options,
                                                        kernels::CovarianceFunction covariance) {
-  options.covariance = covariance;
+  OnlineLearnerOptions of_learner = options.learner;
+  of_learner.covariance = covariance;
   EGOSIEVE_ASSIGN_OR_RETURN(
       std::unique_ptr<OnlineLearner> learner,
-      OnlineLearner::Create(std::move(context), kernels::kDescriptorDimension, options));
-  return std::make_unique<GaussianProcessMethod>(std::move(learner));
+      OnlineLearner::Create(std::move(context), kernels::kDescriptorDimension, of_learner));
+  return std::make_unique<WithLocationPrior>(
+      std::make_unique<GaussianProcessMethod>(std::move(learner)), options.location_prior);
 }
 
 }  // namespace
@@ -248,18 +274,18 @@ const std::vector<MethodName>& MethodNames() {
 absl::StatusOr<std::unique_ptr<MapMethod>> MakeMethod(const std::string& name,
                                                       std::shared_ptr<kernels::Context> context,
                                                       const OnlineSegmenterOptions& options) {
-  const OnlineLearnerOptions& learner = options.learner;
   const uint64_t seed = options.labeller.seed;
   using kernels::CovarianceFunction;
   if (name == "arcsine")
-    return MakeProcess(std::move(context), learner, CovarianceFunction::kArcsine);
+    return MakeProcess(std::move(context), options, CovarianceFunction::kArcsine);
   if (name == "squared_exponential")
-    return MakeProcess(std::move(context), learner, CovarianceFunction::kSquaredExponential);
+    return MakeProcess(std::move(context), options, CovarianceFunction::kSquaredExponential);
   if (name == "svm") {
-    EGOSIEVE_RETURN_IF_ERROR(learner.Validate());
+    EGOSIEVE_RETURN_IF_ERROR(options.Validate());
     OnlineSvmOptions svm;
-    svm.learner = learner;
-    return std::make_unique<SvmMethod>(svm);
+    svm.learner = options.learner;
+    return std::make_unique<WithLocationPrior>(std::make_unique<SvmMethod>(svm),
+                                               options.location_prior);
   }
   if (name == "labels") return std::make_unique<NearestFeatureMethod>(LabelValues, true);
   if (name == "ransac") return std::make_unique<NearestFeatureMethod>(RansacValues, false);

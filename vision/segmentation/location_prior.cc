@@ -1,0 +1,117 @@
+#include "vision/segmentation/location_prior.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "absl/strings/str_format.h"
+
+namespace egosieve::vision {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "numbers are written as they lie");
+
+constexpr int kColumns = 64, kRows = 36;
+constexpr double kReach = 2.0;        // deviation of the neighbourhood that d is taken over, cells
+constexpr double kPriorFrames = 4.0;  // n0
+constexpr double kDynamic = 0.5;      // labels from here on count
+
+int CellOf(double place, int size, int cells) {
+  return std::clamp(static_cast<int>(place / size * cells), 0, cells - 1);
+}
+
+// Values of cells between their centres, linear, constant beyond.
+class Between {
+ public:
+  Between(int pixel, int size, int cells) {
+    const double place = std::clamp((pixel + 0.5) / size * cells - 0.5, 0.0, cells - 1.0);
+    lower = std::min(static_cast<int>(place), cells - 2);
+    share = static_cast<float>(place - lower);
+  }
+
+  int lower;
+  float share;  // of the next
+};
+
+}  // namespace
+
+absl::Status LocationPriorOptions::Validate() const {
+  if (!(weight >= 0.0 && weight <= 1.0) || !(memory >= 0.0 && memory <= 1.0)) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "location prior: weight = %g, memory = %g; both must lie in [0, 1]", weight, memory));
+  }
+  return absl::OkStatus();
+}
+
+LocationPrior::LocationPrior(const LocationPriorOptions& options)
+    : options_(options), labels_(static_cast<size_t>(kColumns) * kRows, 0.0f) {}
+
+void LocationPrior::Add(cv::Size size, kernels::ConstMatrixView<double> positions,
+                        absl::Span<const double> labels) {
+  if (options_.weight == 0.0) return;
+  for (float& sum : labels_) sum *= static_cast<float>(options_.memory);
+  frames_ = options_.memory * frames_ + 1.0;
+  for (int64_t i = 0; i < positions.rows; ++i) {
+    if (labels[i] < kDynamic) continue;
+    const int column = CellOf(positions.row(i)[0], size.width, kColumns);
+    const int row = CellOf(positions.row(i)[1], size.height, kRows);
+    labels_[row * kColumns + column] += static_cast<float>(labels[i]);
+  }
+}
+
+void LocationPrior::Apply(SegmentationMap& map) const {
+  const double sum = std::accumulate(labels_.begin(), labels_.end(), 0.0);
+  if (!(sum > 0.0)) return;
+  const double mean = sum / static_cast<double>(labels_.size());
+  cv::Mat1f factor(kRows, kColumns);
+  std::copy(labels_.begin(), labels_.end(), factor.begin());
+  cv::GaussianBlur(factor, factor, {}, kReach, kReach, cv::BORDER_REFLECT);
+  for (float& value : factor) {
+    const double ratio = (frames_ * value / mean + kPriorFrames) / (frames_ + kPriorFrames);
+    value = static_cast<float>(std::pow(ratio, options_.weight));
+  }
+  const kernels::ImageGrid& grid = map.grid;
+  for (int row = 0; row < grid.rows(); ++row) {
+    const Between y(grid.y_pixels(row), grid.height, kRows);
+    const float* upper = factor.ptr<float>(y.lower);
+    const float* lower = factor.ptr<float>(y.lower + 1);
+    for (int column = 0; column < grid.columns(); ++column) {
+      const Between x(grid.x_pixels(column), grid.width, kColumns);
+      const float above = upper[x.lower] + x.share * (upper[x.lower + 1] - upper[x.lower]);
+      const float below = lower[x.lower] + x.share * (lower[x.lower + 1] - lower[x.lower]);
+      const float odds_factor = above + y.share * (below - above);
+      float& p = map.probability[static_cast<size_t>(row) * grid.columns() + column];
+      p = p * odds_factor / (1.0f - p + p * odds_factor);
+    }
+  }
+}
+
+std::string LocationPrior::ToBytes() const {
+  std::string bytes(sizeof(frames_) + labels_.size() * sizeof(float), '\0');
+  std::memcpy(bytes.data(), &frames_, sizeof(frames_));
+  std::memcpy(bytes.data() + sizeof(frames_), labels_.data(), labels_.size() * sizeof(float));
+  return bytes;
+}
+
+absl::Status LocationPrior::Restore(std::string_view bytes) {
+  double frames = 0.0;
+  std::vector<float> labels(labels_.size());
+  if (bytes.size() != sizeof(frames) + labels.size() * sizeof(float)) {
+    return absl::InvalidArgumentError("the state of the location prior is of another size");
+  }
+  std::memcpy(&frames, bytes.data(), sizeof(frames));
+  std::memcpy(labels.data(), bytes.data() + sizeof(frames), labels.size() * sizeof(float));
+  const auto is_sum = [](double value) { return std::isfinite(value) && value >= 0.0; };
+  if (!is_sum(frames) || !std::all_of(labels.begin(), labels.end(), is_sum)) {
+    return absl::InvalidArgumentError("the state of the location prior is not whole");
+  }
+  frames_ = frames;
+  labels_ = std::move(labels);
+  return absl::OkStatus();
+}
+
+}  // namespace egosieve::vision
