@@ -234,10 +234,10 @@ void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& moti
   }
 }
 
-bool EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
-                                      const PhotometricSupport* pictures, EvidenceState& next,
-                                      EvidenceResult& result) const {
-  if (!options_.road || !motion.pose.found()) return false;
+RoadPlane EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
+                                           const PhotometricSupport* pictures, EvidenceState& next,
+                                           EvidenceResult& result) const {
+  if (!options_.road || !motion.pose.found()) return {};
   RoadView view;
   view.camera = motion.camera;
   view.pose = motion.pose;
@@ -260,7 +260,7 @@ bool EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& 
       egosieve::vision::MeasureRoad(view, next.road, static_cast<uint64_t>(frame.index));
   const RoadPlane& road = evidence.road;
   next.road = {};
-  if (!road.found) return false;
+  if (!road.found) return road;
   next.road = {true, road.m(0) / road.m(1), -road.m(2) / road.m(1)};
   for (size_t k = 0; k < owners.size(); ++k) {
     PointEvidence& point = result.points[owners[k]];
@@ -268,7 +268,7 @@ bool EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& 
     point.present[static_cast<int>(EvidenceTerm::kRoad)] = true;
   }
   result.standing = std::move(evidence.standing);
-  return true;
+  return road;
 }
 
 void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
@@ -341,20 +341,27 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
   EvidenceResult result;
   result.points.resize(frame.points.size());
   const Motion motion = MotionOf(frame, next);
+  const std::optional<PhotometricSupport> pictures = PicturesOf(frame);
+  const PhotometricSupport* both = pictures ? &*pictures : nullptr;
+  Measure(frame, motion, both, result);
+  const RoadPlane road = MeasureRoad(frame, motion, both, next, result);
+  result.road = road.found;
   if (options_.own_car && !frame.grey.empty()) {
     WorldMotion world;
     world.has_line = motion.pose.found();
     world.homography = motion.matrix;
     world.pose = motion.pose;
     world.camera = motion.camera;
+    world.road = road;
+    for (const EvidencePoint& point : frame.points) {
+      if (point.estimates && IsKnown(point.now) && IsKnown(point.before)) {
+        world.pairs.push_back(PairOf(point));
+      }
+    }
     const bool known = world.has_line || motion.kind == MotionModelKind::kHomography;
     LearnOwnCar(frame.grey, frame.index, frame.gap, known ? &world : nullptr,
                 options_.own_car_options, next.own_car);
   }
-  const std::optional<PhotometricSupport> pictures = PicturesOf(frame);
-  const PhotometricSupport* both = pictures ? &*pictures : nullptr;
-  Measure(frame, motion, both, result);
-  result.road = MeasureRoad(frame, motion, both, next, result);
   Fuse(frame, next, result);
   std::erase_if(next.poses,
                 [&](const auto& pose) { return pose.index <= frame.index - frame.gap; });

@@ -8,7 +8,8 @@
 //   3. sign of depth, negative_depth.h                  where 1 is there
 //   4. three views t - 2g, t - g, t; three_view.h       where 1 is there, now and g frames ago
 //   -  road, road_evidence.h                            where 1 is there and a plane has support
-//   5. own car, own_car.h                               where images are given
+//   5. own car, own_car.h                               where images are given; it has no part in
+//                                                       the next frame's road
 //   6. log-likelihood ratios, summed along the track, and their probability; fusion.h
 //
 // Residuals of 2 are divided by their robust scale, estimated from the frame and tracked over the
@@ -136,10 +137,10 @@ class EvidenceAccumulator {
   // pictures: null where there are not both.
   void Measure(const EvidenceFrame& frame, const Motion& motion, const PhotometricSupport* pictures,
                EvidenceResult& result) const;
-  // The road term of `result`.
-  bool MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
-                   const PhotometricSupport* pictures, EvidenceState& next,
-                   EvidenceResult& result) const;
+  // The road term of `result`; the plane need not be found.
+  RoadPlane MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
+                        const PhotometricSupport* pictures, EvidenceState& next,
+                        EvidenceResult& result) const;
   void Fuse(const EvidenceFrame& frame, EvidenceState& next, EvidenceResult& result) const;
 
   EvidenceOptions options_;

@@ -1,7 +1,6 @@
 #include "vision/evidence/foot_search.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -16,28 +15,12 @@ constexpr int kStripPixels = (2 * kHalfWidth + 1) * (2 * kHalfHeight + 1);
 constexpr double kIndependentShare = 0.25;  // kappa, as of (S1)
 constexpr double kMostOfARow = 5.0, kDoubt = 1.0;
 
-using Strip = std::array<float, kStripPixels>;
-
-// The strip around (x, y), its pixels taken from where `place` has them, less its mean.
-template <typename Place>
-Strip Take(const cv::Mat& picture, double x, double y, const Place& place) {
-  Strip strip;
-  float sum = 0.0f;
-  for (int v = -kHalfHeight, i = 0; v <= kHalfHeight; ++v) {
-    for (int u = -kHalfWidth; u <= kHalfWidth; ++u, ++i) {
-      const Eigen::Vector2d at = place(x + u, y + v);
-      strip[i] = SampleAt(picture, at(0), at(1));
-      sum += strip[i];
-    }
-  }
-  for (float& value : strip) value -= sum / kStripPixels;
+// Less its mean.
+template <typename Motion>
+auto StripAt(const cv::Mat& picture, double x, double y, const Motion& motion) {
+  auto strip = TakeMoved<kHalfWidth, kHalfHeight>(picture, x, y, motion);
+  SubtractMean(strip);
   return strip;
-}
-
-double Difference(const Strip& a, const Strip& b) {
-  double sum = 0.0;
-  for (int i = 0; i < kStripPixels; ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
-  return sum;
 }
 
 }  // namespace
@@ -55,14 +38,17 @@ double FootSearch::Gain(double x, double y, double inverse_depth) const {
   const auto moved = [&](const Eigen::Vector3d& ray, double r) {
     return camera_.Project(back_.rotation * ray + r * back_.translation);
   };
-  const Strip here = Take(now_, x, y, [](double u, double v) { return Eigen::Vector2d(u, v); });
-  const Strip as_road = Take(before_, x, y, [&](double u, double v) {
-    const Eigen::Vector3d ray = camera_.Ray(u, v);
+  using Eigen::Vector2d;
+  const auto here = StripAt(now_, x, y, [](const Vector2d& at) { return at; });
+  const auto as_road = StripAt(before_, x, y, [&](const Vector2d& at) {
+    const Eigen::Vector3d ray = camera_.Ray(at(0), at(1));
     return moved(ray, road_.At(ray));
   });
-  const Strip as_object = Take(
-      before_, x, y, [&](double u, double v) { return moved(camera_.Ray(u, v), inverse_depth); });
-  const double road = Difference(here, as_road), object = Difference(here, as_object);
+  const auto as_object = StripAt(before_, x, y, [&](const Vector2d& at) {
+    return moved(camera_.Ray(at(0), at(1)), inverse_depth);
+  });
+  const double road = SquaredDifference(here, as_road);
+  const double object = SquaredDifference(here, as_object);
   const double variance =
       std::max(noise_levels_ * noise_levels_, std::min(road, object) / kStripPixels);
   return kIndependentShare * (road - object) / (2.0 * variance);

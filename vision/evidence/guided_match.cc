@@ -4,8 +4,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <limits>
 #include <map>
 
 #include "vision/evidence/patch.h"
@@ -16,20 +14,6 @@ namespace {
 constexpr double kMostChange = 0.15, kLeastTexture = 2.0, kMostApart = 3.0;
 constexpr double kLeastCorner = 0.1;  // of the gradients' squares, across their main direction
 constexpr double kMostStep = 4.0;     // noise levels, from one blank place to the next
-
-// The patch around a place, its pixels taken from where `motion` has them. NaN where it leaves the
-// picture.
-template <typename Motion>
-Patch Take(const cv::Mat& picture, cv::Point2f place, const Motion& motion) {
-  Patch patch;
-  for (int y = -kPatchRadius, i = 0; y <= kPatchRadius; ++y) {
-    for (int x = -kPatchRadius; x <= kPatchRadius; ++x, ++i) {
-      const Eigen::Vector2d at = motion(Eigen::Vector2d(place.x + x, place.y + y));
-      patch[i] = SampleAt(picture, at(0), at(1));
-    }
-  }
-  return patch;
-}
 
 enum class Shown { kRoad, kBlank, kOther };
 
@@ -69,8 +53,11 @@ class RoadPictures {
     return road_.At(camera_.Ray(place.x, place.y)) > 0.0;
   }
   Look At(cv::Point2f place) const {
-    Patch p = Take(now_, place, [](const Eigen::Vector2d& at) { return at; });
-    Patch s = Take(before_, place, [&](const Eigen::Vector2d& at) { return Moved(at); });
+    const auto take = [&](const cv::Mat& picture, const auto& motion) {
+      return TakeMoved<kPatchRadius, kPatchRadius>(picture, place.x, place.y, motion);
+    };
+    Patch p = take(now_, [](const Eigen::Vector2d& at) { return at; });
+    Patch s = take(before_, [&](const Eigen::Vector2d& at) { return Moved(at); });
     const float level = SubtractMean(p), level_before = SubtractMean(s);
     const double texture = SquaredDifference(p, Patch{}), change = SquaredDifference(p, s);
     const double least =

@@ -15,6 +15,12 @@ constexpr int kBlock = 8;                             // pixels of the half imag
 constexpr double kStillCost = 4.0, kStillGain = 9.0;  // of (O4), in sigma^2
 constexpr double kStillShift = 0.15;                  // pixels of the half image
 constexpr double kGradientOfSobel = 1.0 / 8.0;
+constexpr double kStillPixels = 0.5, kRoadPixels = 3.0;  // between t - g and t
+constexpr double kStillShare = 0.1;                      // of the road's motion: cameras shake
+constexpr int kFewestPlaces = 2;
+constexpr double kMostPlaces = 0.7;  // share that decides
+constexpr double kGainByRoad = 3.0;
+constexpr int kRowsPerGap = 10;  // of rows of blocks, one may lie between two that are joined
 
 cv::Mat HalfOf(const cv::Mat& grey) {
   cv::Mat half;
@@ -96,45 +102,133 @@ bool IsMoving(const BlockSums& sums, double pixels, double variance) {
   return w.norm() > kStillShift && -w.dot(sums.dg) > kStillGain * variance;
 }
 
-void LearnFrom(const cv::Mat& before, const cv::Mat& now, const WorldMotion& motion,
-               const OwnCarOptions& options, OwnCarState& state) {
+// The blocks of a pair of images, their noise and what moves them.
+struct Blocks {
+  std::vector<BlockSums> sums;
+  std::vector<double> pixels;
+  double variance = 0.0;
+};
+
+Blocks BlocksOf(const cv::Mat& before, const cv::Mat& now, cv::Size blocks, double noise_floor) {
   cv::Mat difference, mean, gx, gy;
   cv::subtract(now, before, difference, cv::noArray(), CV_32F);
   cv::addWeighted(now, 0.5, before, 0.5, 0.0, mean, CV_32F);
   cv::Sobel(mean, gx, CV_32F, 1, 0, 3, kGradientOfSobel);
   cv::Sobel(mean, gy, CV_32F, 0, 1, 3, kGradientOfSobel);
-  const int64_t count = state.sums.size();
-  std::vector<BlockSums> sums(count);
-  std::vector<double> levels(count);
-  std::vector<double> pixels(count);
+  Blocks result;
+  std::vector<double> levels;
   const cv::Rect whole(0, 0, now.cols, now.rows);
-  for (int64_t k = 0; k < count; ++k) {
-    const int row = static_cast<int>(k) / state.blocks.width;
-    const int column = static_cast<int>(k) % state.blocks.width;
-    const cv::Rect block = cv::Rect(column * kBlock, row * kBlock, kBlock, kBlock) & whole;
-    sums[k] = Sum(difference, gx, gy, block);
-    pixels[k] = static_cast<double>(block.area());
-    levels[k] = sums[k].dd / pixels[k];
-  }
-  std::vector<double> sorted = levels;
-  std::nth_element(sorted.begin(), sorted.begin() + count / 4, sorted.end());
-  const double variance = std::max(sorted[count / 4], options.noise_floor * options.noise_floor);
-  for (int64_t k = 0; k < count; ++k) {
-    const int row = static_cast<int>(k) / state.blocks.width;
-    const int column = static_cast<int>(k) % state.blocks.width;
-    // The half image's pixel i covers 2 i and 2 i + 1.
-    const BlockMotion block =
-        MotionAt(motion, 2.0 * kBlock * (column + 0.5) - 0.5, 2.0 * kBlock * (row + 0.5) - 0.5);
-    double ratio = 0.0;
-    if (block.valid) {
-      ratio = (WorldCost(sums[k], block) - sums[k].dd) / (2.0 * pixels[k] * variance);
+  for (int row = 0; row < blocks.height; ++row) {
+    for (int column = 0; column < blocks.width; ++column) {
+      const cv::Rect block = cv::Rect(column * kBlock, row * kBlock, kBlock, kBlock) & whole;
+      result.sums.push_back(Sum(difference, gx, gy, block));
+      result.pixels.push_back(static_cast<double>(block.area()));
+      levels.push_back(result.sums.back().dd / result.pixels.back());
     }
-    if (ratio > 0.0 && IsMoving(sums[k], pixels[k], variance)) ratio = -1.0;
-    const double sum = options.memory * state.sums[k] + std::clamp(ratio, -1.0, 1.0);
-    state.sums[k] = static_cast<float>(std::clamp(sum, -options.limit, options.limit));
-    if (state.sums[k] > options.on) state.is_own[k] = 1;
-    if (state.sums[k] < options.off) state.is_own[k] = 0;
   }
+  const auto quarter = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 4);
+  std::nth_element(levels.begin(), quarter, levels.end());
+  result.variance = std::max(*quarter, noise_floor * noise_floor);
+  return result;
+}
+
+// Blocks that do not say, between those that are joined.
+int MostGap(cv::Size blocks) { return std::max(1, blocks.height / kRowsPerGap); }
+
+// Flags the blocks of short gaps between flagged ones in a line of blocks, `first` and every `step`
+// on; not those that were seen to move.
+void FillGaps(int first, int step, int count, double off, bool edge_is_own, OwnCarState& state) {
+  const int most_gap = MostGap(state.blocks);
+  int last = edge_is_own ? -1 : -most_gap - 2;
+  for (int i = 0; i < count; ++i) {
+    if (state.is_own[first + i * step] == 0) continue;
+    for (int gap = last + 1; gap < i && i - last <= most_gap + 1; ++gap) {
+      const int k = first + gap * step;
+      if (state.sums[k] > -off) state.is_own[k] = 1;
+    }
+    last = i;
+  }
+}
+
+// A bonnet is blank in parts.
+void FillOwnCar(double off, OwnCarState& state) {
+  const int columns = state.blocks.width, rows = state.blocks.height;
+  for (int column = 0; column < columns; ++column) {
+    FillGaps((rows - 1) * columns + column, -columns, rows, off, true, state);
+  }
+  for (int row = 0; row < rows; ++row) FillGaps(row * columns, 1, columns, off, false, state);
+}
+
+// How far the road would move where a pair is, pixels; 0 above the horizon.
+double RoadMotionAt(const WorldMotion& motion, const PointPair& pair) {
+  const RelativePose& pose = motion.pose;
+  const Eigen::Vector3d ray = pose.rotation * motion.camera.Ray(pair.x1, pair.y1);
+  const double ahead = 1.0 - motion.road.m.dot(pose.translation);
+  const double inverse_depth = motion.road.m.dot(ray) / ahead;  // m.(R X + t) = 1
+  const Eigen::Vector3d point = ray + inverse_depth * pose.translation;
+  if (!(ahead > 0.0) || !(inverse_depth > 0.0) || !(point(2) > 0.1)) return 0.0;
+  return (motion.camera.Project(point) - Eigen::Vector2d(pair.x1, pair.y1)).norm();
+}
+
+enum class ByRoad { kSilent, kStill, kMoving };
+
+// What the places of each block say.
+std::vector<ByRoad> JudgeByRoad(const WorldMotion& motion, cv::Size blocks) {
+  std::vector<ByRoad> judged(blocks.area(), ByRoad::kSilent);
+  if (!motion.has_line || !motion.road.found) return judged;
+  std::vector<int> still(judged.size(), 0), all(judged.size(), 0);
+  for (const PointPair& pair : motion.pairs) {
+    const int column = static_cast<int>(pair.x2) / (2 * kBlock);
+    const int row = static_cast<int>(pair.y2) / (2 * kBlock);
+    if (column < 0 || row < 0 || column >= blocks.width || row >= blocks.height) continue;
+    const double road_motion = RoadMotionAt(motion, pair);
+    if (road_motion < kRoadPixels) continue;
+    const int k = row * blocks.width + column;
+    ++all[k];
+    still[k] += std::hypot(pair.x2 - pair.x1, pair.y2 - pair.y1) <
+                std::max(kStillPixels, kStillShare * road_motion);
+  }
+  for (size_t k = 0; k < judged.size(); ++k) {
+    if (all[k] < kFewestPlaces) continue;
+    if (still[k] >= kMostPlaces * all[k]) judged[k] = ByRoad::kStill;
+    if (still[k] <= (1.0 - kMostPlaces) * all[k]) judged[k] = ByRoad::kMoving;
+  }
+  return judged;
+}
+
+// l of (O4), without what the road says.
+double GainOf(const BlockSums& sums, double pixels, double variance, const BlockMotion& block) {
+  if (!block.valid) return 0.0;
+  const double gain = (WorldCost(sums, block) - sums.dd) / (2.0 * pixels * variance);
+  return gain > 0.0 && IsMoving(sums, pixels, variance) ? -1.0 : std::clamp(gain, -1.0, 1.0);
+}
+
+void LearnFrom(const Blocks& blocks, const WorldMotion& motion, const OwnCarOptions& options,
+               OwnCarState& state) {
+  const std::vector<ByRoad> by_road = JudgeByRoad(motion, state.blocks);
+  const int most_gap = MostGap(state.blocks);
+  for (int column = 0; column < state.blocks.width; ++column) {
+    int gap = 0;  // blocks since the last that the road says to be still, or the lower edge
+    for (int row = state.blocks.height - 1; row >= 0; --row) {
+      const int k = row * state.blocks.width + column;
+      gap += by_road[k] == ByRoad::kMoving ? most_gap + 1 : 1;
+      double gain = 0.0;
+      if (by_road[k] == ByRoad::kStill && gap <= most_gap + 1) {
+        gain = kGainByRoad;
+        gap = 0;
+      } else {
+        // The half image's pixel i covers 2 i and 2 i + 1.
+        gain = GainOf(blocks.sums[k], blocks.pixels[k], blocks.variance,
+                      MotionAt(motion, 2.0 * kBlock * (column + 0.5) - 0.5,
+                               2.0 * kBlock * (row + 0.5) - 0.5));
+      }
+      const double sum = options.memory * state.sums[k] + gain;
+      state.sums[k] = static_cast<float>(std::clamp(sum, -options.limit, options.limit));
+      if (state.sums[k] > options.on) state.is_own[k] = 1;
+      if (state.sums[k] < options.off) state.is_own[k] = 0;
+    }
+  }
+  FillOwnCar(options.off, state);
 }
 
 }  // namespace
@@ -169,7 +263,7 @@ void LearnOwnCar(const cv::Mat& grey, int64_t index, int gap, const WorldMotion*
                                    [&](const auto& image) { return image.index == index - gap; });
   if (motion != nullptr && before != state.images.end()) {
     const cv::Mat earlier(before->size, CV_8UC1, before->pixels.data());
-    LearnFrom(earlier, half, *motion, options, state);
+    LearnFrom(BlocksOf(earlier, half, state.blocks, options.noise_floor), *motion, options, state);
   }
   std::erase_if(state.images, [&](const auto& image) { return image.index <= index - gap; });
   OwnCarState::HalfImage kept;

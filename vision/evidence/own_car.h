@@ -13,12 +13,18 @@
 //       C_0 > 4 N sigma^2,  or  C_0 - C_2 > 9 sigma^2 and |w| > 0.15                         (O4)
 //   A <- clamp(memory A + l, -limit, limit)                                                  (O5)
 //
+// Where the road is known (road_plane.h), places that were followed say more: nothing of a static
+// world is below the road, so what is still where the road moves is not the world. l is 3 for
+// blocks most of whose places are, as far as such blocks reach up from the lower edge of the image:
+// that is a bonnet, whatever it mirrors, while a car ahead has road below it.
+//
 // sigma is the image noise: the lower quartile of sqrt(C_0 / N) over the blocks, at least the
 // floor. What is far away and straight ahead also stands still, but v then says so: C_1 = C_0, and
 // nothing is learnt. What travels along (the car ahead) does turn with the camera: v holds for it
 // too. So it takes turning and pitching, which driving has, and many frames: what a camera follows
 // by hand keeps its place, too, but neither for long nor to a fraction of a pixel (O4). A block
-// belongs to the own car from A > on until A < off.
+// belongs to the own car from A > on until A < off, and so do some blocks without texture between
+// such blocks, or between one and the lower edge.
 //
 // State: A and the flag of each block, and the half images of the last g frames. Cost: about 2 ms
 // at 1242 x 375.
@@ -33,6 +39,8 @@
 #include "absl/status/status.h"
 #include "vision/evidence/pinhole.h"
 #include "vision/evidence/relative_pose.h"
+#include "vision/evidence/road_plane.h"
+#include "vision/geometry/point_pair.h"
 
 namespace egosieve::vision {
 
@@ -64,6 +72,8 @@ struct WorldMotion {
   Eigen::Matrix3d homography = Eigen::Matrix3d::Identity();  // x + v ~ H x, pixels
   RelativePose pose;                                         // read where has_line
   Pinhole camera;
+  RoadPlane road;                // read where has_line; need not be found
+  std::vector<PointPair> pairs;  // places with texture, t - g to t; read where the road is found
 };
 
 // Takes the frame in; learns where `motion` is not null and frame t - g is among those kept.

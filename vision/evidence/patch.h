@@ -1,8 +1,10 @@
-// Grey pictures between pixels, and patches of 7 x 7 pixels of them, compared less their means.
+// Grey pictures between pixels, and patches of them, compared less their means.
 #ifndef EGOSIEVE_VISION_EVIDENCE_PATCH_H_
 #define EGOSIEVE_VISION_EVIDENCE_PATCH_H_
 
+#include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <numeric>
@@ -14,18 +16,21 @@ inline constexpr int kPatchRadius = 3;
 inline constexpr int kPatchSide = 2 * kPatchRadius + 1;
 inline constexpr int kPatchPixels = kPatchSide * kPatchSide;
 
-using Patch = std::array<float, kPatchPixels>;  // row by row
+// Row by row, as all patches.
+using Patch = std::array<float, kPatchPixels>;
 
 // Returns the mean.
-inline float SubtractMean(Patch& patch) {
-  const float mean = std::accumulate(patch.begin(), patch.end(), 0.0f) / kPatchPixels;
+template <size_t kPixels>
+float SubtractMean(std::array<float, kPixels>& patch) {
+  const float mean = std::accumulate(patch.begin(), patch.end(), 0.0f) / kPixels;
   for (float& value : patch) value -= mean;
   return mean;
 }
 
-inline double SquaredDifference(const Patch& a, const Patch& b) {
+template <size_t kPixels>
+double SquaredDifference(const std::array<float, kPixels>& a, const std::array<float, kPixels>& b) {
   float sum = 0.0f;
-  for (int i = 0; i < kPatchPixels; ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  for (size_t i = 0; i < kPixels; ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
   return sum;
 }
 
@@ -41,6 +46,22 @@ inline float SampleAt(const cv::Mat& picture, double x, double y) {
   const float above = upper[0] + fx * (upper[1] - upper[0]);
   const float below = lower[0] + fx * (lower[1] - lower[0]);
   return above + fy * (below - above);
+}
+
+// The patch of 2 kHalfWidth + 1 by 2 kHalfHeight + 1 pixels around (x, y), each taken from where
+// `motion` has it. NaN where it leaves the picture.
+template <int kHalfWidth, int kHalfHeight, typename Motion>
+std::array<float, (2 * kHalfWidth + 1) * (2 * kHalfHeight + 1)> TakeMoved(const cv::Mat& picture,
+                                                                          double x, double y,
+                                                                          const Motion& motion) {
+  std::array<float, (2 * kHalfWidth + 1) * (2 * kHalfHeight + 1)> patch;
+  for (int v = -kHalfHeight, i = 0; v <= kHalfHeight; ++v) {
+    for (int u = -kHalfWidth; u <= kHalfWidth; ++u, ++i) {
+      const Eigen::Vector2d at = motion(Eigen::Vector2d(x + u, y + v));
+      patch[i] = SampleAt(picture, at(0), at(1));
+    }
+  }
+  return patch;
 }
 
 }  // namespace egosieve::vision

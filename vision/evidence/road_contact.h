@@ -30,6 +30,7 @@
 #define EGOSIEVE_VISION_EVIDENCE_ROAD_CONTACT_H_
 
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "vision/evidence/foot_search.h"
@@ -41,10 +42,24 @@
 
 namespace egosieve::vision {
 
-// Sets against_road of the points that are below the horizon; pose, pairs: as for InverseDepths.
-void CompareWithRoad(const RoadPlane& road, const Pinhole& camera, const RelativePose& pose,
-                     const PhotometricSupport& pictures, const std::vector<PointPair>& pairs,
-                     std::vector<InverseDepth>& points);
+// What the pictures say for the places of a pair against those of a point of the road (S1), signed;
+// nothing above the horizon, 0 where they do not say. camera, pose: as for InverseDepths.
+class RoadComparison {
+ public:
+  RoadComparison(const Pinhole& camera, const RelativePose& pose,
+                 const PhotometricSupport& pictures);
+
+  std::optional<double> AgainstRoad(const RoadPlane& road, const PointPair& pair) const;
+
+ private:
+  Pinhole camera_;
+  RelativePose back_;
+  PhotometricSupport reversed_;
+};
+
+// Sets against_road of the points that are below the horizon, one a pair.
+void CompareWithRoad(const RoadPlane& road, const RoadComparison& comparison,
+                     const std::vector<PointPair>& pairs, std::vector<InverseDepth>& points);
 
 // Log-likelihood ratio by (R2) and (R3), not negative, one a point; places: of the points, in the
 // image; feet: null without pictures.

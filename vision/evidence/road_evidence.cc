@@ -9,6 +9,7 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kMostDoubt = 1.5;  // log-likelihood ratio of a place that stands still
+constexpr double kSeenOff = 3.0;    // of the pictures', for a place that is not on the plane
 
 void Append(const std::vector<GuidedPlace>& guided, const RoadView& view,
             std::vector<PointPair>& pairs, std::vector<InverseDepth>& depths) {
@@ -28,7 +29,15 @@ RoadEvidence MeasureRoad(const RoadView& view, const RoadSlope& last, uint64_t s
   std::vector<PointPair> pairs = view.pairs;
   std::vector<InverseDepth> depths = InverseDepths(view.camera, view.pose, pairs);
   for (size_t i = 0; i < depths.size(); ++i) depths[i].is_textured = view.is_textured[i];
-  result.road = FitRoad(depths, last, seed);
+  std::optional<RoadComparison> comparison;
+  IsSeenOffPlane is_seen_off;
+  if (view.pictures != nullptr) {
+    comparison.emplace(view.camera, view.pose, *view.pictures);
+    is_seen_off = [&](const RoadPlane& plane, size_t point) {
+      return comparison->AgainstRoad(plane, pairs[point]).value_or(kSeenOff) >= kSeenOff;
+    };
+  }
+  result.road = FitRoad(depths, last, seed, is_seen_off);
   if (!result.road.found) return result;
 
   std::vector<GuidedPlace> guided;
@@ -36,7 +45,7 @@ RoadEvidence MeasureRoad(const RoadView& view, const RoadSlope& last, uint64_t s
     guided = MatchRoad(result.road, view.camera, view.pose, view.before, view.now,
                        view.pictures->noise_levels(), view.unfollowed);
     Append(guided, view, pairs, depths);
-    CompareWithRoad(result.road, view.camera, view.pose, *view.pictures, pairs, depths);
+    CompareWithRoad(result.road, *comparison, pairs, depths);
   }
   std::vector<cv::Point2f> places;
   for (const PointPair& pair : pairs) {

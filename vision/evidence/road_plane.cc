@@ -19,10 +19,11 @@ constexpr double kSlopeChange = 0.03;                      // between frames: a 
 // Deviations by which a road is nearer than infinity. Flow stays at nought on a blank road, and on
 // the own car; a car ahead is as far.
 constexpr double kLeastNear = 3.0;
+constexpr double kLeastMotionPixels = 0.5, kLeastMotion = 5.0;  // the latter in deviations
 constexpr int kSamples = 150;
 constexpr size_t kMostCandidates = 400, kFewestCandidates = 40;
-constexpr double kLeastSupport = 0.3, kMostBelow = 0.15;
-constexpr double kNearPlane = 2.5;  // deviations
+constexpr double kLeastSupport = 0.3, kMostBelow = 0.3;  // the latter of those on the plane
+constexpr double kNearPlane = 2.5;                       // deviations
 
 double DeviationFrom(const Eigen::Vector3d& m, const InverseDepth& point) {
   const double road = m.dot(point.ray);
@@ -37,19 +38,21 @@ bool IsPlausible(const Eigen::Vector3d& m, const RoadSlope& last) {
                          std::abs(horizon - last.horizon) < kSlopeChange);
 }
 
-std::vector<InverseDepth> Candidates(const std::vector<InverseDepth>& points,
-                                     const RoadSlope& last) {
+// Indices of points.
+std::vector<size_t> Candidates(const std::vector<InverseDepth>& points, const RoadSlope& last) {
   const double horizon = last.known ? last.horizon : 0.0;
-  std::vector<InverseDepth> candidates;
-  for (const InverseDepth& point : points) {
+  std::vector<size_t> candidates;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const InverseDepth& point = points[i];
     const double fall = point.ray(1) - horizon;
-    if (point.valid && point.is_textured && point.value > kLeastNear * point.deviation &&
-        fall > kLeastFall && std::abs(point.ray(0)) < 0.15 + 1.5 * fall) {
-      candidates.push_back(point);
+    if (point.valid && point.is_textured && point.moves &&
+        point.value > kLeastNear * point.deviation && fall > kLeastFall &&
+        std::abs(point.ray(0)) < 0.15 + 1.5 * fall) {
+      candidates.push_back(i);
     }
   }
   if (candidates.size() > kMostCandidates) {
-    std::vector<InverseDepth> fewer;
+    std::vector<size_t> fewer;
     for (size_t i = 0; i < kMostCandidates; ++i) {
       fewer.push_back(candidates[i * candidates.size() / kMostCandidates]);
     }
@@ -103,14 +106,19 @@ std::vector<InverseDepth> InverseDepths(const Pinhole& camera, const RelativePos
     point.value = line.InverseDepth(s);
     point.deviation = line.InverseDepthSlope(s) * std::sqrt(2.0) * pose.noise_pixels;
     point.valid = std::isfinite(point.value) && point.deviation > 0.0;
+    point.moves = std::hypot(pair.x2 - pair.x1, pair.y2 - pair.y1) >
+                  std::max(kLeastMotionPixels, kLeastMotion * pose.noise_pixels);
   }
   return points;
 }
 
-RoadPlane FitRoad(const std::vector<InverseDepth>& points, const RoadSlope& last, uint64_t seed) {
+RoadPlane FitRoad(const std::vector<InverseDepth>& points, const RoadSlope& last, uint64_t seed,
+                  const IsSeenOffPlane& is_seen_off) {
   RoadPlane road;
-  const std::vector<InverseDepth> candidates = Candidates(points, last);
-  if (candidates.size() < kFewestCandidates) return road;
+  const std::vector<size_t> indices = Candidates(points, last);
+  if (indices.size() < kFewestCandidates) return road;
+  std::vector<InverseDepth> candidates;
+  for (const size_t i : indices) candidates.push_back(points[i]);
   std::mt19937_64 random(seed);
   double best = 0.0;
   for (int sample = 0; sample < kSamples; ++sample) {
@@ -133,15 +141,16 @@ RoadPlane FitRoad(const std::vector<InverseDepth>& points, const RoadSlope& last
   if (!(best > 0.0)) return road;
   road.m = Refine(road.m, candidates);
   double on = 0.0, below = 0.0;
-  for (const InverseDepth& point : candidates) {
-    const double z = DeviationFrom(road.m, point);
+  for (const size_t i : indices) {
+    const double z = DeviationFrom(road.m, points[i]);
     on += std::abs(z) < kNearPlane ? 1.0 : 0.0;
-    below += z < -2.0 * kNearPlane ? 1.0 : 0.0;
+    const bool is_below = z < -2.0 * kNearPlane && (is_seen_off == nullptr || is_seen_off(road, i));
+    below += is_below ? 1.0 : 0.0;
   }
   const double count = static_cast<double>(candidates.size());
   road.support = on / count;
   road.found =
-      IsPlausible(road.m, last) && road.support >= kLeastSupport && below <= kMostBelow * count;
+      IsPlausible(road.m, last) && road.support >= kLeastSupport && below <= kMostBelow * on;
   return road;
 }
 

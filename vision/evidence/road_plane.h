@@ -5,16 +5,20 @@
 //
 //   r = m.A,   m = n |t| / h                                                                 (R1)
 //
-// m is found among the points of the lower middle of the image, by seeded sampling of three and
+// m is found among the points of the lower middle of the image that move, for what stands still
+// there is a bonnet or a blank road that flow does not follow; by seeded sampling of three and
 // reweighted least squares, near the last frame's slope m / m_y. It counts as a road where it has
-// support and hardly anything lies below it. What that says of points: road_contact.h.
+// support and hardly anything lies below it; of blank asphalt flow says anything, and what seems to
+// lie below counts only where the pictures agree. What a road says of points: road_contact.h.
 //
 // Reference: Klappstein, Stein & Franke (2006), positive height constraint.
 #ifndef EGOSIEVE_VISION_EVIDENCE_ROAD_PLANE_H_
 #define EGOSIEVE_VISION_EVIDENCE_ROAD_PLANE_H_
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -40,6 +44,7 @@ struct InverseDepth {
   double value = 0.0;                              // r
   double deviation = 0.0;                          // sigma_r
   bool is_textured = true;                         // false: may belong to what is behind
+  bool moves = true;                               // in the image, by more than noise
   // What the pictures say for this depth against the road's (S1), signed.
   double against_road = std::numeric_limits<double>::infinity();
 };
@@ -58,7 +63,12 @@ struct RoadPlane {
   double Fall(const Eigen::Vector3d& ray) const { return m.dot(ray) / m(1); }
 };
 
-RoadPlane FitRoad(const std::vector<InverseDepth>& points, const RoadSlope& last, uint64_t seed);
+// Whether the pictures, too, say that a point, by its index, is not on the plane.
+using IsSeenOffPlane = std::function<bool(const RoadPlane& plane, size_t point)>;
+
+// is_seen_off: null without pictures.
+RoadPlane FitRoad(const std::vector<InverseDepth>& points, const RoadSlope& last, uint64_t seed,
+                  const IsSeenOffPlane& is_seen_off = nullptr);
 
 }  // namespace egosieve::vision
 

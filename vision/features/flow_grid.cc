@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
-#include <utility>
+#include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "vision/features/patch_search.h"
@@ -93,40 +93,47 @@ PointPair PairOf(cv::Point2f node, cv::Point2f there, bool anchor_second) {
                        : PointPair{node.x, node.y, there.x, there.y};
 }
 
-// A textured node that flow loses, and how many pairs come before it.
-struct LostNode {
+// A node of the grid that flow follows, or a textured one that it loses.
+struct Node {
   cv::Point2f place;
-  size_t position;
+  bool textured = false;
+  std::optional<cv::Point2f> there;  // in the other picture
 };
 
-void AddSearched(const cv::Mat& from, const cv::Mat& to, const std::vector<LostNode>& lost,
-                 bool anchor_second, int stride_pixels, TrackedGrid& grid) {
+// Where flow takes a node; nothing where it leaves the picture or does not lead back.
+std::optional<cv::Point2f> Follow(const cv::Mat& there, const cv::Mat& back, cv::Point pixel,
+                                  const FlowGridOptions& options) {
+  const cv::Point2f f = there.at<cv::Point2f>(pixel);
+  const cv::Point2f moved(pixel.x + f.x, pixel.y + f.y);
+  const bool inside = moved.x >= 0 && moved.y >= 0 && moved.x <= there.cols - 1 &&
+                      moved.y <= there.rows - 1;  // false for NaN
+  if (!inside) return std::nullopt;
+  const cv::Point2f b = SampleField(back, moved);
+  const bool returns = std::hypot(f.x + b.x, f.y + b.y) <
+                       options.error_floor + options.error_slope * std::hypot(f.x, f.y);
+  return returns ? std::optional(moved) : std::nullopt;
+}
+
+// Gives lost nodes the places that are found for them; returns how many.
+int64_t SearchLost(const cv::Mat& from, const cv::Mat& to, int stride_pixels,
+                   std::vector<Node>& nodes) {
+  std::vector<Node*> lost;
   std::vector<cv::Point2f> places;
-  for (const LostNode& node : lost) places.push_back(node.place);
+  for (Node& node : nodes) {
+    if (node.there) continue;
+    lost.push_back(&node);
+    places.push_back(node.place);
+  }
   const auto found = SearchPatches(from, to, places, stride_pixels);
-  std::vector<PointPair> pairs;
-  std::vector<uint8_t> is_textured;
-  size_t taken = 0;
-  const auto take_to = [&](size_t end) {
-    pairs.insert(pairs.end(), grid.pairs.begin() + static_cast<std::ptrdiff_t>(taken),
-                 grid.pairs.begin() + static_cast<std::ptrdiff_t>(end));
-    is_textured.insert(is_textured.end(),
-                       grid.is_textured.begin() + static_cast<std::ptrdiff_t>(taken),
-                       grid.is_textured.begin() + static_cast<std::ptrdiff_t>(end));
-    taken = end;
-  };
   const cv::Rect2f inside(0.0f, 0.0f, static_cast<float>(to.cols - 1),
                           static_cast<float>(to.rows - 1));
+  int64_t count = 0;
   for (size_t i = 0; i < lost.size(); ++i) {
     if (!found[i] || !inside.contains(*found[i])) continue;
-    take_to(lost[i].position);
-    pairs.push_back(PairOf(lost[i].place, *found[i], anchor_second));
-    is_textured.push_back(1);
-    ++grid.searched_count;
+    lost[i]->there = found[i];
+    ++count;
   }
-  take_to(grid.pairs.size());
-  grid.pairs = std::move(pairs);
-  grid.is_textured = std::move(is_textured);
+  return count;
 }
 
 }  // namespace
@@ -199,39 +206,32 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
   const cv::Mat& to = anchor_second ? first : second;
   const PatchComparison patches(from, to, there);
   TrackedGrid grid;
-  std::vector<LostNode> lost;
+  std::vector<Node> nodes;
   for (int y = options.stride_pixels / 2; y < there.rows; y += options.stride_pixels) {
     for (int x = options.stride_pixels / 2; x < there.cols; x += options.stride_pixels) {
       ++grid.point_count;
-      const cv::Point2f node(static_cast<float>(x), static_cast<float>(y));
+      Node node{cv::Point2f(static_cast<float>(x), static_cast<float>(y))};
       const PatchComparison::Result patch = patches.At(x, y);
-      const bool textured = patch.deviation >= options.texture_levels;
-      const bool agrees = textured && patch.correlation >= options.agreement;
-      grid.textured_count += textured;
-      if (textured) {
-        grid.textured.push_back(node);
-        grid.agrees.push_back(0);
+      node.textured = patch.deviation >= options.texture_levels;
+      const bool contradicts = node.textured && !(patch.correlation >= options.contradiction);
+      if (!contradicts) node.there = Follow(there, back, {x, y}, options);
+      if (node.textured) {
+        const bool agrees = node.there && patch.correlation >= options.agreement;
+        ++grid.textured_count;
+        grid.agreeing_count += agrees;
+        grid.textured.push_back(node.place);
+        grid.agrees.push_back(agrees ? 1 : 0);
       }
-      const cv::Point2f f = there.at<cv::Point2f>(y, x);
-      const cv::Point2f moved(x + f.x, y + f.y);
-      const bool inside = moved.x >= 0 && moved.y >= 0 && moved.x <= there.cols - 1 &&
-                          moved.y <= there.rows - 1;  // false for NaN
-      const bool contradicts = textured && !(patch.correlation >= options.contradiction);
-      const cv::Point2f b = inside ? SampleField(back, moved) : cv::Point2f();
-      const bool returns = std::hypot(f.x + b.x, f.y + b.y) <
-                           options.error_floor + options.error_slope * std::hypot(f.x, f.y);
-      if (!inside || contradicts || !returns) {
-        if (textured) lost.push_back({node, grid.pairs.size()});
-        continue;
-      }
-      grid.pairs.push_back(PairOf(node, moved, anchor_second));
-      grid.is_textured.push_back(textured ? 1 : 0);
-      grid.agreeing_count += agrees;
-      if (agrees) grid.agrees.back() = 1;
+      if (node.textured || node.there) nodes.push_back(node);
     }
   }
   if (options.searches_lost) {
-    AddSearched(from, to, lost, anchor_second, options.stride_pixels, grid);
+    grid.searched_count = SearchLost(from, to, options.stride_pixels, nodes);
+  }
+  for (const Node& node : nodes) {
+    if (!node.there) continue;
+    grid.pairs.push_back(PairOf(node.place, *node.there, anchor_second));
+    grid.is_textured.push_back(node.textured ? 1 : 0);
   }
   return grid;
 }

@@ -21,7 +21,7 @@
 namespace egosieve::vision {
 
 struct ObjectThresholds {
-  double low = 0.3;   // in [0, high]
+  double low = 0.25;  // in [0, high]
   double high = 0.8;  // in [low, 1]
 
   absl::Status Validate() const;

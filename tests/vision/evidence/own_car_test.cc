@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 namespace egosieve::vision {
 namespace {
@@ -102,6 +104,66 @@ TEST(OwnCar, AFollowedObjectIsNotTheOwnCar) {
   }
   for (int y = 0; y < kSize.height; y += 16) {
     for (int x = 0; x < kSize.width; x += 16) EXPECT_FALSE(IsOwnCar(state, cv::Point2f(x, y)));
+  }
+}
+
+// Straight ahead over a road, in a picture without any texture: what places say. `still`: areas
+// that keep their place, but for a shake; `blank`: areas without places.
+OwnCarState DriveOverRoad(int frames, const std::vector<cv::Rect>& still,
+                          const std::vector<cv::Rect>& blank) {
+  WorldMotion motion;
+  motion.has_line = true;
+  motion.camera = Pinhole::Of(kSize, 210);
+  motion.pose.outcome = PoseOutcome::kFound;
+  motion.pose.translation = -Eigen::Vector3d::UnitZ();
+  motion.road.found = true;
+  motion.road.m = Eigen::Vector3d(0.0, 0.9, 0.0);
+  const auto is_in = [](const std::vector<cv::Rect>& areas, int x, int y) {
+    return std::any_of(areas.begin(), areas.end(), [&](const cv::Rect& area) {
+      return area.contains({x, y});
+    });
+  };
+  OwnCarState state;
+  const cv::Mat picture(kSize, CV_8UC1, cv::Scalar(100));
+  for (int t = 0; t < frames; ++t) {
+    motion.pairs.clear();
+    for (int y = 2; y < kSize.height; y += 4) {
+      for (int x = 2; x < kSize.width; x += 4) {
+        if (is_in(blank, x, y)) continue;
+        if (is_in(still, x, y)) {
+          motion.pairs.push_back(
+              {x + 0.3, static_cast<double>(y), static_cast<double>(x), y + 0.2});
+          continue;
+        }
+        const Eigen::Vector3d ray = motion.camera.Ray(x, y);
+        const double inverse_depth = std::max(0.01, motion.road.At(ray));
+        const Eigen::Vector2d before =
+            motion.camera.Project(ray + inverse_depth * Eigen::Vector3d::UnitZ());
+        motion.pairs.push_back(
+            {before(0), before(1), static_cast<double>(x), static_cast<double>(y)});
+      }
+    }
+    LearnOwnCar(picture, t, 1, &motion, {}, state);
+  }
+  return state;
+}
+
+// The bonnet's lower half is blank.
+TEST(OwnCar, ABonnetBelowTheRoadIsFoundSoonWhateverItMirrors) {
+  const cv::Rect car_ahead(112, 88, 64, 16);
+  const cv::Rect lower(kBonnet.x, 144, kBonnet.width, 16);
+  EXPECT_EQ(FlaggedShare(DriveOverRoad(6, {kBonnet, car_ahead}, {lower}), true), 0.0);
+  const OwnCarState state = DriveOverRoad(14, {kBonnet, car_ahead}, {lower});
+  EXPECT_EQ(FlaggedShare(state, true), 1.0);
+  EXPECT_EQ(FlaggedShare(state, false), 0.0);
+}
+
+TEST(OwnCar, ACarAheadWithRoadBelowItIsNot) {
+  const cv::Rect car_ahead(112, 88, 64, 24);
+  const OwnCarState on_road = DriveOverRoad(60, {car_ahead}, {});
+  const OwnCarState on_blank_road = DriveOverRoad(60, {car_ahead}, {cv::Rect(0, 112, 320, 48)});
+  for (const OwnCarState& state : {on_road, on_blank_road}) {
+    EXPECT_EQ(std::count(state.is_own.begin(), state.is_own.end(), 1), 0);
   }
 }
 

@@ -191,7 +191,7 @@ TEST(RoadContact, PicturesTellRoadFromPlacesThatWereCarriedAlong) {
   auto depths = InverseDepths(view.camera, view.pose, view.pairs);
   const RoadPlane road = FitRoad(depths, {}, 1);
   ASSERT_TRUE(road.found);
-  CompareWithRoad(road, view.camera, view.pose, pictures, view.pairs, depths);
+  CompareWithRoad(road, RoadComparison(view.camera, view.pose, pictures), view.pairs, depths);
   int carried = 0, seen = 0;
   for (size_t i = 0; i < depths.size(); ++i) {
     if (!depths[i].valid || !std::isfinite(depths[i].against_road)) continue;
