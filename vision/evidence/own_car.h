@@ -14,11 +14,11 @@
 //   A <- clamp(memory A + l, -limit, limit)                                                  (O5)
 //
 // Where the road is known (road_plane.h), places that were followed say more: nothing of a static
-// world is below the road, so what is still where the road moves is not the world. l is 3 for blocks
-// most of whose places are, as far as such blocks reach up from the lower edge of the image: a
-// bonnet, whatever it mirrors, and what the windscreen mirrors; a car ahead has road below it. (To
-// ask for a still edge at their upper end left the windscreen's reflections on blank asphalt to be
-// called movers.)
+// world is below the road, so what is still where the road moves is not the world. l is 3 for
+// blocks most of whose places are, as far as such blocks reach up from the lower edge of the image:
+// a bonnet, whatever it mirrors, and what the windscreen mirrors; a car ahead has road below it.
+// (To ask for a still edge at their upper end left the windscreen's reflections on blank asphalt to
+// be called movers.)
 //
 // sigma is the image noise: the lower quartile of sqrt(C_0 / N) over the blocks, at least the
 // floor. What is far away and straight ahead also stands still, but v then says so: C_1 = C_0, and
