@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "vision/evidence/for_each_point.h"
 #include "vision/evidence/negative_depth.h"
 #include "vision/evidence/photometric_support.h"
 #include "vision/evidence/residual_scale.h"
@@ -196,9 +197,9 @@ void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& moti
                                   const PhotometricSupport* pictures,
                                   EvidenceResult& result) const {
   if (motion.kind == MotionModelKind::kNone) return;
-  for (size_t i = 0; i < frame.points.size(); ++i) {
+  const auto measure = [&](size_t i) {
     const EvidencePoint& point = frame.points[i];
-    if (!IsKnown(point.now) || !IsKnown(point.before)) continue;
+    if (!IsKnown(point.now) || !IsKnown(point.before)) return;
     const PointPair pair = PairOf(point);
     // `standing`: where the term would have a point that stands still.
     const auto set = [&](EvidenceTerm term, double ratio, cv::Point2f standing) {
@@ -231,7 +232,8 @@ void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& moti
             Back(point.now, residual.along_pixels, residual.direction));
       }
     }
-  }
+  };
+  ForEachPoint(frame.points.size(), measure);
 }
 
 RoadPlane EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Motion& motion,

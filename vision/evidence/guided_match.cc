@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
+#include "kernels/base/parallel_for.h"
 #include "vision/evidence/patch.h"
 
 namespace egosieve::vision {
@@ -111,6 +113,26 @@ class RoadBelow {
   float level_ = 0.0f;
 };
 
+// Places of one x.
+std::vector<GuidedPlace> MatchColumn(const RoadPictures& pictures, std::vector<cv::Point2f> column,
+                                     double noise_levels, int rows) {
+  std::sort(column.begin(), column.end(), [](auto a, auto b) { return a.y > b.y; });
+  std::vector<GuidedPlace> matches;
+  RoadBelow road_below(noise_levels);
+  float y = static_cast<float>(rows - kPatchRadius - 2);
+  for (const cv::Point2f place : column) {
+    const Look look = pictures.At(place);
+    if (look.shown == Shown::kBlank) {
+      for (; y > place.y; y -= kPatchRadius + 1) road_below.Add(pictures.At({place.x, y}));
+      road_below.Add(look);
+    }
+    if (look.shown == Shown::kRoad || (look.shown == Shown::kBlank && road_below.GoesOn())) {
+      matches.push_back({place, pictures.Before(place)});
+    }
+  }
+  return matches;
+}
+
 }  // namespace
 
 std::vector<GuidedPlace> MatchRoad(const RoadPlane& road, const Pinhole& camera,
@@ -118,25 +140,19 @@ std::vector<GuidedPlace> MatchRoad(const RoadPlane& road, const Pinhole& camera,
                                    const cv::Mat& now, double noise_levels,
                                    const std::vector<cv::Point2f>& places) {
   const RoadPictures pictures(road, camera, pose, before, now, noise_levels);
-  std::map<float, std::vector<cv::Point2f>> columns;
+  std::map<float, std::vector<cv::Point2f>> by_x;
   for (const cv::Point2f place : places) {
-    if (pictures.IsBelowHorizon(place)) columns[place.x].push_back(place);
+    if (pictures.IsBelowHorizon(place)) by_x[place.x].push_back(place);
   }
+  std::vector<std::vector<cv::Point2f>> columns;
+  for (auto& [x, column] : by_x) columns.push_back(std::move(column));
+  std::vector<std::vector<GuidedPlace>> of_columns(columns.size());
+  kernels::ParallelFor(static_cast<int64_t>(columns.size()), [&](int64_t k) {
+    of_columns[k] = MatchColumn(pictures, std::move(columns[k]), noise_levels, now.rows);
+  });
   std::vector<GuidedPlace> matches;
-  for (auto& [x, column] : columns) {
-    std::sort(column.begin(), column.end(), [](auto a, auto b) { return a.y > b.y; });
-    RoadBelow road_below(noise_levels);
-    float y = static_cast<float>(now.rows - kPatchRadius - 2);
-    for (const cv::Point2f place : column) {
-      const Look look = pictures.At(place);
-      if (look.shown == Shown::kBlank) {
-        for (; y > place.y; y -= kPatchRadius + 1) road_below.Add(pictures.At({x, y}));
-        road_below.Add(look);
-      }
-      if (look.shown == Shown::kRoad || (look.shown == Shown::kBlank && road_below.GoesOn())) {
-        matches.push_back({place, pictures.Before(place)});
-      }
-    }
+  for (const std::vector<GuidedPlace>& column : of_columns) {
+    matches.insert(matches.end(), column.begin(), column.end());
   }
   return matches;
 }

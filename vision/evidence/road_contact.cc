@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "vision/evidence/for_each_point.h"
 #include "vision/evidence/surfaces.h"
 
 namespace egosieve::vision {
@@ -321,11 +322,11 @@ std::optional<double> RoadComparison::AgainstRoad(const RoadPlane& road,
 
 void CompareWithRoad(const RoadPlane& road, const RoadComparison& comparison,
                      const std::vector<PointPair>& pairs, std::vector<InverseDepth>& points) {
-  for (size_t i = 0; i < points.size(); ++i) {
-    if (!points[i].valid) continue;
+  ForEachPoint(points.size(), [&](size_t i) {
+    if (!points[i].valid) return;
     const std::optional<double> against_road = comparison.AgainstRoad(road, pairs[i]);
     if (against_road) points[i].against_road = *against_road;
-  }
+  });
 }
 
 std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<InverseDepth>& points,

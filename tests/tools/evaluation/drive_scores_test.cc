@@ -162,7 +162,7 @@ TEST(DriveScoresTest, RecallByHeadingSizeAndDistance) {
   EXPECT_EQ(recall.at("size from 1600").found, 2);
   EXPECT_EQ(recall.at("distance from 40 m").objects, 2);
   EXPECT_EQ(recall.count("crossing within 40 m"), 0u);
-  EXPECT_THAT(scores.Summary(), HasSubstr("(from 0.30, with 0.80), relation ahead: 2 of 4 found"));
+  EXPECT_THAT(scores.Summary(), HasSubstr("(from 0.25, with 0.80), relation ahead: 2 of 4 found"));
 }
 
 TEST(DriveScoresTest, MergedHalvesEqualTheWhole) {

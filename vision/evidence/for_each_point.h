@@ -1,0 +1,26 @@
+// Independent work on each of many points, in stretches on several threads.
+#ifndef EGOSIEVE_VISION_EVIDENCE_FOR_EACH_POINT_H_
+#define EGOSIEVE_VISION_EVIDENCE_FOR_EACH_POINT_H_
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "kernels/base/parallel_for.h"
+
+namespace egosieve::vision {
+
+// work(0), ..., work(count - 1); each writes to places of its own.
+template <typename Work>
+void ForEachPoint(size_t count, const Work& work) {
+  constexpr size_t kStretch = 512;  // about a millisecond
+  const size_t stretches = (count + kStretch - 1) / kStretch;
+  kernels::ParallelFor(static_cast<int64_t>(stretches), [&](int64_t stretch) {
+    const size_t first = static_cast<size_t>(stretch) * kStretch;
+    for (size_t i = first; i < std::min(count, first + kStretch); ++i) work(i);
+  });
+}
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_EVIDENCE_FOR_EACH_POINT_H_
