@@ -212,9 +212,9 @@ void LearnFrom(const Blocks& blocks, const WorldMotion& motion, const OwnCarOpti
     for (int row = state.blocks.height - 1; row >= 0; --row) {
       const int k = row * state.blocks.width + column;
       gap += by_road[k] == ByRoad::kMoving ? most_gap + 1 : 1;
-      double gain = 0.0;
-      if (by_road[k] == ByRoad::kStill && gap <= most_gap + 1) {
-        gain = kGainByRoad;
+      const bool is_joined = by_road[k] == ByRoad::kStill && gap <= most_gap + 1;
+      double gain = kGainByRoad;
+      if (is_joined) {
         gap = 0;
       } else {
         // The half image's pixel i covers 2 i and 2 i + 1.
@@ -224,7 +224,7 @@ void LearnFrom(const Blocks& blocks, const WorldMotion& motion, const OwnCarOpti
       }
       const double sum = options.memory * state.sums[k] + gain;
       state.sums[k] = static_cast<float>(std::clamp(sum, -options.limit, options.limit));
-      if (state.sums[k] > options.on) state.is_own[k] = 1;
+      if (state.sums[k] > (is_joined ? options.off : options.on)) state.is_own[k] = 1;
       if (state.sums[k] < options.off) state.is_own[k] = 0;
     }
   }

@@ -17,8 +17,8 @@
 // world is below the road, so what is still where the road moves is not the world. l is 3 for
 // blocks most of whose places are, as far as such blocks reach up from the lower edge of the image:
 // a bonnet, whatever it mirrors, and what the windscreen mirrors; a car ahead has road below it.
-// (To ask for a still edge at their upper end left the windscreen's reflections on blank asphalt to
-// be called movers.)
+// Such a block belongs to the own car from A > off on, after three frames. (To ask for a still edge
+// at their upper end left the windscreen's reflections on blank asphalt to be called movers.)
 //
 // sigma is the image noise: the lower quartile of sqrt(C_0 / N) over the blocks, at least the
 // floor. What is far away and straight ahead also stands still, but v then says so: C_1 = C_0, and

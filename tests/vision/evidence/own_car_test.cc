@@ -152,8 +152,8 @@ OwnCarState DriveOverRoad(int frames, const std::vector<cv::Rect>& still,
 TEST(OwnCar, ABonnetBelowTheRoadIsFoundSoonWhateverItMirrors) {
   const cv::Rect car_ahead(112, 88, 64, 16);
   const cv::Rect lower(kBonnet.x, 144, kBonnet.width, 16);
-  EXPECT_EQ(FlaggedShare(DriveOverRoad(6, {kBonnet, car_ahead}, {lower}), true), 0.0);
-  const OwnCarState state = DriveOverRoad(14, {kBonnet, car_ahead}, {lower});
+  EXPECT_EQ(FlaggedShare(DriveOverRoad(3, {kBonnet, car_ahead}, {lower}), true), 0.0);
+  const OwnCarState state = DriveOverRoad(6, {kBonnet, car_ahead}, {lower});
   EXPECT_EQ(FlaggedShare(state, true), 1.0);
   EXPECT_EQ(FlaggedShare(state, false), 0.0);
 }
