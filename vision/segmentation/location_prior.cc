@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
+#include "vision/geometry/motion_model_kind.h"
 
 namespace egosieve::vision {
 namespace {
@@ -49,6 +50,11 @@ absl::Status LocationPriorOptions::Validate() const {
 
 LocationPrior::LocationPrior(const LocationPriorOptions& options)
     : options_(options), labels_(static_cast<size_t>(kColumns) * kRows, 0.0f) {}
+
+void LocationPrior::Learn(const LabelledFrame& labels) {
+  if (labels.size() == 0 || labels.motion_model == MotionModelKind::kStatic) return;
+  Add(labels.labelled.image.size(), labels.positions_view(), labels.probability);
+}
 
 void LocationPrior::Add(cv::Size size, kernels::ConstMatrixView<double> positions,
                         absl::Span<const double> labels) {

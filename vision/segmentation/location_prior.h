@@ -24,6 +24,7 @@
 #include "absl/status/status.h"
 #include "absl/types/span.h"
 #include "kernels/base/matrix_view.h"
+#include "vision/labelling/labelled_frame.h"
 #include "vision/segmentation/segmentation_map.h"
 
 namespace egosieve::vision {
@@ -39,7 +40,11 @@ class LocationPrior {
  public:
   explicit LocationPrior(const LocationPriorOptions& options);
 
-  // A frame's labels. positions: N x 2, pixels, within an image of `size`; labels: N, in [0, 1].
+  // A frame's labels, if it has any. A standing camera teaches nothing: one red light would
+  // outweigh the street.
+  void Learn(const LabelledFrame& labels);
+
+  // positions: N x 2, pixels, within an image of `size`; labels: N, in [0, 1].
   void Add(cv::Size size, kernels::ConstMatrixView<double> positions,
            absl::Span<const double> labels);
 

@@ -180,7 +180,7 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
         learner_->Learn(kernels::ConstMatrixView<float>(inputs.data(), labels.size(),
                                                         kernels::kDescriptorDimension),
                         labels.probability, frame.index, record);
-    location_prior_.Add(labels.labelled.image.size(), labels.positions_view(), labels.probability);
+    location_prior_.Learn(labels);
     record.learnt = status.ok();
     if (!status.ok()) {
       record.reason = absl::StrFormat("the model could not learn: %s", status.message());

@@ -139,6 +139,22 @@ TEST(LocationPriorTest, GoesOnFromItsBytes) {
   EXPECT_EQ(prior.ToBytes(), again.ToBytes());
 }
 
+TEST(LocationPriorTest, AStandingCameraTeachesNothing) {
+  LabelledFrame labels;
+  labels.labelled.image = cv::Mat3b(kSize, cv::Vec3b(0, 0, 0));
+  labels.positions = {100.0, 100.0};
+  labels.probability = {0.9};
+  labels.motion_model = MotionModelKind::kStatic;
+  LocationPrior prior({0.5, 1.0}), by_hand = prior;
+  prior.Learn(labels);
+  EXPECT_EQ(prior.ToBytes(), by_hand.ToBytes());
+  labels.motion_model = MotionModelKind::kFundamental;
+  prior.Learn(labels);
+  prior.Learn({});  // a frame without labels
+  Add(by_hand, kSize, {{100.0, 100.0}}, 0.9);
+  EXPECT_EQ(prior.ToBytes(), by_hand.ToBytes());
+}
+
 TEST(LocationPriorTest, BytesThatAreNoStateAreRefused) {
   LocationPrior prior({0.5, 0.9});
   Add(prior, kSize, {{100, 100}}, 1.0);

@@ -119,10 +119,7 @@ class WithLocationPrior : public MapMethod {
 
   absl::StatusOr<SegmentationMap> Answer(const MethodInput& input, FrameRecord& record) override {
     EGOSIEVE_ASSIGN_OR_RETURN(SegmentationMap map, method_->Answer(input, record));
-    const LabelledFrame& labels = *input.labels;
-    if (labels.size() > 0) {
-      prior_.Add(labels.labelled.image.size(), labels.positions_view(), labels.probability);
-    }
+    prior_.Learn(*input.labels);
     prior_.Apply(map);
     return map;
   }
