@@ -118,6 +118,7 @@ EvidenceTerm Decisive(const std::array<double, kEvidenceTerms>& sums, bool dynam
 struct EvidenceAccumulator::Motion {
   MotionModelKind kind = MotionModelKind::kNone;
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
+  std::vector<PointPair> pairs;  // of the points that take part
   Pinhole camera;
   RelativePose pose;
   ThreeViewMotion three_views;
@@ -148,7 +149,7 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
   motion.camera = Pinhole::Of(frame.size, options_.focal_pixels);
   if (motion.kind == MotionModelKind::kNone) return motion;
 
-  std::vector<PointPair> pairs;
+  std::vector<PointPair>& pairs = motion.pairs;
   std::vector<PointTriple> triples;
   for (const EvidencePoint& point : frame.points) {
     if (!point.estimates || !IsKnown(point.now) || !IsKnown(point.before)) continue;
@@ -349,17 +350,8 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
   const RoadPlane road = MeasureRoad(frame, motion, both, next, result);
   result.road = road.found;
   if (options_.own_car && !frame.grey.empty()) {
-    WorldMotion world;
-    world.has_line = motion.pose.found();
-    world.homography = motion.matrix;
-    world.pose = motion.pose;
-    world.camera = motion.camera;
-    world.road = road;
-    for (const EvidencePoint& point : frame.points) {
-      if (point.estimates && IsKnown(point.now) && IsKnown(point.before)) {
-        world.pairs.push_back(PairOf(point));
-      }
-    }
+    const WorldMotion world = {motion.pose.found(), motion.matrix, motion.pose,
+                               motion.camera,       road,          motion.pairs};
     const bool known = world.has_line || motion.kind == MotionModelKind::kHomography;
     LearnOwnCar(frame.grey, frame.index, frame.gap, known ? &world : nullptr,
                 options_.own_car_options, next.own_car);
