@@ -73,7 +73,8 @@ void FeatureFlags::AddFlags(CLI::App& app) {
   AddWords(app, "--motion_model", options_.labeller.motion_model,
            {{"auto", vision::MotionModelChoice::kAuto},
             {"fundamental", vision::MotionModelChoice::kFundamental},
-            {"homography", vision::MotionModelChoice::kHomography}},
+            {"homography", vision::MotionModelChoice::kHomography},
+            {"calibrated", vision::MotionModelChoice::kCalibrated}},
            "What the camera's motion does to the static world's image")
       ->group(kGroup);
 }

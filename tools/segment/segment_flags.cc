@@ -42,7 +42,8 @@ const Words<vision::MotionModelChoice>& MotionModelWords() {
   static const auto& words = *new Words<vision::MotionModelChoice>{
       {"auto", vision::MotionModelChoice::kAuto},
       {"fundamental", vision::MotionModelChoice::kFundamental},
-      {"homography", vision::MotionModelChoice::kHomography}};
+      {"homography", vision::MotionModelChoice::kHomography},
+      {"calibrated", vision::MotionModelChoice::kCalibrated}};
   return words;
 }
 

@@ -20,7 +20,8 @@ namespace egosieve::vision {
 namespace {
 
 constexpr size_t kFewestResiduals = 20;
-constexpr double kPoseExplains = 1.1;  // greatest scale of the pose's distances over the given F's
+constexpr double kMostLogRatio = 12.0;  // of a pair of pictures
+constexpr double kPoseExplains = 1.1;   // greatest scale of the pose's distances over the given F's
 
 bool IsKnown(cv::Point2f p) { return std::isfinite(p.x) && std::isfinite(p.y); }
 
@@ -53,6 +54,14 @@ cv::Point2f StandingPlace(MotionModelKind kind, const Eigen::Matrix3d& matrix,
 cv::Point2f Back(cv::Point2f place, double pixels, const Eigen::Vector2d& direction) {
   return {static_cast<float>(place.x - pixels * direction(0)),
           static_cast<float>(place.y - pixels * direction(1))};
+}
+
+cv::Point2f PlaceOf(const Eigen::Vector2d& place) {
+  return {static_cast<float>(place(0)), static_cast<float>(place(1))};
+}
+
+double LogRatioOf(const PairLikelihood& likelihood) {
+  return std::clamp(likelihood.log_moving - likelihood.log_static, -kMostLogRatio, kMostLogRatio);
 }
 
 // Nothing without both pictures.
@@ -146,7 +155,8 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
   Motion motion;
   motion.kind = frame.motion_matrix.allFinite() ? frame.motion_model : MotionModelKind::kNone;
   motion.matrix = frame.motion_matrix;
-  motion.camera = Pinhole::Of(frame.size, options_.focal_pixels);
+  motion.camera = frame.world || frame.world_ahead ? frame.camera
+                                                   : Pinhole::Of(frame.size, options_.focal_pixels);
   if (motion.kind == MotionModelKind::kNone) return motion;
 
   std::vector<PointPair>& pairs = motion.pairs;
@@ -166,7 +176,9 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
   };
   double noise = scale(motion.matrix);
   if (motion.kind == MotionModelKind::kFundamental) {
-    motion.pose = EstimateRelativePose(pairs, motion.matrix, motion.camera, options_.pose);
+    motion.pose = frame.world
+                      ? PoseOf(*frame.world, motion.camera)
+                      : EstimateRelativePose(pairs, motion.matrix, motion.camera, options_.pose);
     const Eigen::Matrix3d of_pose = FundamentalOfPose(motion.pose, motion.camera);
     const double pose_noise = scale(of_pose);
     motion.pose_line = motion.pose.found() && pose_noise <= kPoseExplains * noise;
@@ -194,9 +206,37 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
   return motion;
 }
 
+void EvidenceAccumulator::MeasureAhead(const EvidenceFrame& frame, EvidenceResult& result) const {
+  if (!options_.epipolar) return;
+  std::optional<PhotometricSupport> pictures;
+  if (!frame.grey.empty() && !frame.grey_ahead.empty()) {
+    std::vector<cv::Point2f> nows, afters;
+    for (const EvidencePoint& point : frame.points) {
+      if (!point.estimates || !IsKnown(point.after)) continue;
+      nows.push_back(point.now);
+      afters.push_back(point.after);
+    }
+    pictures.emplace(frame.grey, frame.grey_ahead, nows, afters);
+  }
+  ForEachPoint(frame.points.size(), [&](size_t i) {
+    const EvidencePoint& point = frame.points[i];
+    if (!IsKnown(point.after)) return;
+    const PairLikelihood likelihood = LikelihoodOf(
+        *frame.world_ahead, frame.camera, {point.now.x, point.now.y, point.after.x, point.after.y});
+    double ratio = LogRatioOf(likelihood);
+    if (pictures && ratio > 0.0) {
+      ratio = std::min(
+          ratio,
+          pictures->LogRatio(point.now, point.after, PlaceOf(likelihood.standing)).value_or(0.0));
+    }
+    result.points[i].ahead_log_ratio = ratio;
+  });
+}
+
 void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& motion,
                                   const PhotometricSupport* pictures,
                                   EvidenceResult& result) const {
+  if (frame.world_ahead) MeasureAhead(frame, result);
   if (motion.kind == MotionModelKind::kNone) return;
   const auto measure = [&](size_t i) {
     const EvidencePoint& point = frame.points[i];
@@ -211,13 +251,16 @@ void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& moti
       result.points[i].log_ratio[static_cast<int>(term)] = ratio;
       result.points[i].present[static_cast<int>(term)] = true;
     };
-    if (options_.epipolar) {
+    if (options_.epipolar && frame.world) {
+      const PairLikelihood likelihood = LikelihoodOf(*frame.world, motion.camera, pair);
+      set(EvidenceTerm::kEpipolar, LogRatioOf(likelihood), PlaceOf(likelihood.standing));
+    } else if (options_.epipolar) {
       const double residual =
           Residuals(motion.kind, motion.matrix, {pair}, EpipolarDistance::kSampson)[0];
       set(EvidenceTerm::kEpipolar, DistanceLogRatio(residual / motion.noise_pixels),
           StandingPlace(motion.kind, motion.matrix, pair));
     }
-    if (options_.negative_depth) {
+    if (options_.negative_depth && !frame.world) {
       const SignedFlow flow = MeasureSignedFlow(motion.camera, motion.pose, pair);
       if (flow.present) {
         set(EvidenceTerm::kNegativeDepth, DepthLogRatio(flow.along_pixels / flow.deviation_pixels),
@@ -299,8 +342,13 @@ void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
         sums[i].sums[k] += evidence.log_ratio[k];
         now += VisibleLogRatio(term, evidence.log_ratio[k]);
       }
-      if (sums[i].sums[k] == 0.0) continue;
-      parts[k] = VisibleLogRatio(term, tempering * sums[i].sums[k]);
+      double sum = sums[i].sums[k];
+      if (term == EvidenceTerm::kEpipolar && evidence.ahead_log_ratio) {
+        evidence.judged = true;
+        sum += *evidence.ahead_log_ratio;
+      }
+      if (sum == 0.0) continue;
+      parts[k] = VisibleLogRatio(term, tempering * sum);
       totals[i] += parts[k];
     }
     evidence.decided_by = Decisive(parts, totals[i] > 0);

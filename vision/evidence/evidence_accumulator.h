@@ -24,9 +24,11 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -41,6 +43,7 @@
 #include "vision/evidence/three_view.h"
 #include "vision/geometry/motion_model_kind.h"
 #include "vision/tracking/track.h"
+#include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
 
@@ -52,7 +55,10 @@ struct EvidencePoint {
   cv::Point2f now;                          // in frame t
   cv::Point2f before{kUnknown, kUnknown};   // in frame t - g
   cv::Point2f earlier{kUnknown, kUnknown};  // in frame t - 2 g
+  cv::Point2f after{kUnknown, kUnknown};    // in the frame ahead
   bool estimates = true;                    // takes part in estimating motion, scales and shares
+
+  bool HasBefore() const { return std::isfinite(before.x) && std::isfinite(before.y); }
 };
 
 EvidencePoint PointOfTrack(const Track& track, int gap);
@@ -63,9 +69,16 @@ struct EvidenceFrame {
   cv::Size size;      // of the image
   MotionModelKind motion_model = MotionModelKind::kNone;
   Eigen::Matrix3d motion_matrix = Eigen::Matrix3d::Identity();  // t - g to t, pixels
+  // The calibrated motion t - g to t, where that was estimated; then the terms of the epipolar
+  // distance and of negative depth are one, its log_moving - log_static.
+  std::optional<TwoViewMotion> world;
+  // The same from t to the frame ahead.
+  std::optional<TwoViewMotion> world_ahead;
+  Pinhole camera;  // read where one of them is there
   std::vector<EvidencePoint> points;
   std::vector<cv::Point2f> unfollowed;  // places of frame t that flow does not follow; no points
   cv::Mat grey;         // CV_8UC1 of `size`, or empty: nothing is learnt about the own car
+  cv::Mat grey_ahead;   // of the frame ahead, likewise
   cv::Mat grey_before;  // of frame t - g, likewise; empty: places are taken at their word
 };
 
@@ -74,6 +87,9 @@ struct PointEvidence {
   // Of the current frame, by EvidenceTerm; not read where not present.
   std::array<double, kEvidenceTerms> log_ratio{};
   std::array<bool, kEvidenceTerms> present{};
+  // Of the frame ahead, a part of the epipolar term; it leaves no memory, for that pair of pictures
+  // is judged again when it is the current one.
+  std::optional<double> ahead_log_ratio;
   bool judged = false;                                // anything known, now or from before
   EvidenceTerm decided_by = EvidenceTerm::kEpipolar;  // greatest part of L in its direction
   bool from_memory = false;  // the current frame alone would decide otherwise, or not at all
@@ -134,6 +150,8 @@ class EvidenceAccumulator {
 
   struct Motion;
   Motion MotionOf(const EvidenceFrame& frame, EvidenceState& next) const;
+  // From t to the frame ahead.
+  void MeasureAhead(const EvidenceFrame& frame, EvidenceResult& result) const;
   // pictures: null where there are not both.
   void Measure(const EvidenceFrame& frame, const Motion& motion, const PhotometricSupport* pictures,
                EvidenceResult& result) const;

@@ -100,20 +100,6 @@ struct Node {
   std::optional<cv::Point2f> there;  // in the other picture
 };
 
-// Where flow takes a node; nothing where it leaves the picture or does not lead back.
-std::optional<cv::Point2f> Follow(const cv::Mat& there, const cv::Mat& back, cv::Point pixel,
-                                  const FlowGridOptions& options) {
-  const cv::Point2f f = there.at<cv::Point2f>(pixel);
-  const cv::Point2f moved(pixel.x + f.x, pixel.y + f.y);
-  const bool inside = moved.x >= 0 && moved.y >= 0 && moved.x <= there.cols - 1 &&
-                      moved.y <= there.rows - 1;  // false for NaN
-  if (!inside) return std::nullopt;
-  const cv::Point2f b = SampleField(back, moved);
-  const bool returns = std::hypot(f.x + b.x, f.y + b.y) <
-                       options.error_floor + options.error_slope * std::hypot(f.x, f.y);
-  return returns ? std::optional(moved) : std::nullopt;
-}
-
 // Gives lost nodes the places that are found for them; returns how many.
 int64_t SearchLost(const cv::Mat& from, const cv::Mat& to, int stride_pixels,
                    std::vector<Node>& nodes) {
@@ -171,7 +157,7 @@ absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second
   if (first.size() != second.size() || first.type() != CV_8UC1 || second.type() != CV_8UC1) {
     return absl::InvalidArgumentError("flow needs two grey 8-bit images of one size");
   }
-  if (first.cols < kMinimumSide || first.rows < kMinimumSide) {
+  if (!IsLargeEnoughForFlow(first.size())) {
     return absl::InvalidArgumentError(
         absl::StrCat("flow needs images of at least ", kMinimumSide, " pixels in each direction"));
   }
@@ -198,6 +184,23 @@ cv::Point2f SampleField(const cv::Mat& field, cv::Point2f at) {
          fy * ((1 - fx) * at_pixel(y1, x0) + fx * at_pixel(y1, x1));
 }
 
+bool IsLargeEnoughForFlow(cv::Size size) {
+  return size.width >= kMinimumSide && size.height >= kMinimumSide;
+}
+
+std::optional<cv::Point2f> FollowFlow(const cv::Mat& there, const cv::Mat& back, cv::Point2f from,
+                                      const FlowGridOptions& options) {
+  const cv::Point2f f = SampleField(there, from);
+  const cv::Point2f moved = from + f;
+  const bool inside = moved.x >= 0 && moved.y >= 0 && moved.x <= there.cols - 1 &&
+                      moved.y <= there.rows - 1;  // false for NaN
+  if (!inside) return std::nullopt;
+  const cv::Point2f b = SampleField(back, moved);
+  const bool returns = std::hypot(f.x + b.x, f.y + b.y) <
+                       options.error_floor + options.error_slope * std::hypot(f.x, f.y);
+  return returns ? std::optional(moved) : std::nullopt;
+}
+
 TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat& second,
                       bool anchor_second, const FlowGridOptions& options) {
   const cv::Mat& there = anchor_second ? flow.backward : flow.forward;
@@ -214,7 +217,7 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
       const PatchComparison::Result patch = patches.At(x, y);
       node.textured = patch.deviation >= options.texture_levels;
       const bool contradicts = node.textured && !(patch.correlation >= options.contradiction);
-      if (!contradicts) node.there = Follow(there, back, {x, y}, options);
+      if (!contradicts) node.there = FollowFlow(there, back, node.place, options);
       if (node.textured) {
         const bool agrees = node.there && patch.correlation >= options.agreement;
         ++grid.textured_count;

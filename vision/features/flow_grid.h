@@ -21,6 +21,7 @@
 
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -73,6 +74,13 @@ struct TrackedGrid {
 // pixels. The images are those that the flow was computed from.
 TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat& second,
                       bool anchor_second, const FlowGridOptions& options);
+
+// Whether ComputeFlow takes images of this size.
+bool IsLargeEnoughForFlow(cv::Size size);
+
+// Where a flow takes a place; nothing where it leaves the picture or does not lead back.
+std::optional<cv::Point2f> FollowFlow(const cv::Mat& there, const cv::Mat& back, cv::Point2f from,
+                                      const FlowGridOptions& options);
 
 // Bilinear sample of a CV_32FC2 field, clamped at the border.
 cv::Point2f SampleField(const cv::Mat& field, cv::Point2f at);

@@ -50,7 +50,8 @@
 
 namespace egosieve::vision {
 
-enum class MotionModelChoice { kAuto, kFundamental, kHomography };
+// kCalibrated: two_view_motion.h; EstimateMotionModel takes it for kAuto.
+enum class MotionModelChoice { kAuto, kFundamental, kHomography, kCalibrated };
 
 struct MotionModelOptions {
   MotionModelChoice choice = MotionModelChoice::kAuto;

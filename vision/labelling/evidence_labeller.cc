@@ -26,6 +26,10 @@ EvidenceOptions OptionsOf(const EvidenceTerms& terms) {
   return options;
 }
 
+void SetAfter(const PointPair& link, TrackedPoint& point) {
+  point.evidence.after = {static_cast<float>(link.x2), static_cast<float>(link.y2)};
+}
+
 }  // namespace
 
 absl::StatusOr<EvidenceLabeller> EvidenceLabeller::Create(const FrameLabellerOptions& options) {
@@ -82,11 +86,8 @@ absl::Status EvidenceLabeller::AdvanceGrid(cv::Size size, const FramePairs& pair
   }
   EGOSIEVE_RETURN_IF_ERROR(grid_.Advance(state_.picture + 1, size, pairs.links));
   is_textured_.assign(grid_.tracks().size(), 0);
-  const int first = stride_pixels_ / 2;
   for (size_t i = 0; i < pairs.links.size(); ++i) {
-    const auto column = static_cast<int64_t>((pairs.links[i].x2 - first) / stride_pixels_);
-    const auto row = static_cast<int64_t>((pairs.links[i].y2 - first) / stride_pixels_);
-    is_textured_[row * grid_.state().nodes.width + column] = pairs.link_is_textured[i];
+    is_textured_[NodeAt(pairs.links[i].x2, pairs.links[i].y2)] = pairs.link_is_textured[i];
   }
   return absl::OkStatus();
 }
@@ -106,6 +107,13 @@ absl::Status EvidenceLabeller::AdvanceFeatures(const ExtractedFrame& before,
   return features_.Advance(state_.picture + 1, *frame.features(), pairs.matches);
 }
 
+int64_t EvidenceLabeller::NodeAt(double x, double y) const {
+  const int first = stride_pixels_ / 2;
+  const auto column = static_cast<int64_t>((x - first) / stride_pixels_);
+  const auto row = static_cast<int64_t>((y - first) / stride_pixels_);
+  return row * grid_.state().nodes.width + column;
+}
+
 bool EvidenceLabeller::IsSupported(size_t n, int gap) const {
   const int columns = grid_.state().nodes.width, rows = grid_.state().nodes.height;
   const int row = static_cast<int>(n) / columns, column = static_cast<int>(n) % columns;
@@ -121,18 +129,40 @@ bool EvidenceLabeller::IsSupported(size_t n, int gap) const {
   return followed >= kSupportShare * nodes;
 }
 
-std::vector<TrackedPoint> EvidenceLabeller::Points(int gap) const {
+std::vector<TrackedPoint> EvidenceLabeller::Points(int gap, const ForwardLinks& ahead) const {
   std::vector<TrackedPoint> points;
-  for (size_t n = 0; n < grid_.tracks().size(); ++n) {
+  const auto nodes = static_cast<int64_t>(grid_.tracks().size());
+  std::vector<int64_t> link_of(nodes, -1);
+  std::vector<uint8_t> taken(ahead.links.size(), 0);
+  for (size_t i = 0; i < ahead.links.size() && nodes > 0; ++i) {
+    link_of[NodeAt(ahead.links[i].x1, ahead.links[i].y1)] = static_cast<int64_t>(i);
+  }
+  for (int64_t n = 0; n < nodes; ++n) {
     const Track& track = grid_.tracks()[n];
-    if (!track.Reaches(gap)) continue;
+    const int64_t link = link_of[n];
+    const bool reaches = track.Reaches(gap);
+    if (!reaches && link < 0) continue;
     TrackedPoint point;
     point.evidence = PointOfTrack(track, gap);
     point.evidence.track_id = GridId(track.id);
     point.evidence.parent_id = GridId(track.parent_id);
-    point.is_textured = is_textured_[n] != 0;
-    point.is_supported = IsSupported(n, gap);
+    point.is_textured = reaches ? is_textured_[n] != 0 : ahead.is_textured[link] != 0;
+    point.is_supported = !reaches || link >= 0 || IsSupported(n, gap);
     point.evidence.estimates = point.is_textured;
+    if (link >= 0) {
+      SetAfter(ahead.links[link], point);
+      taken[link] = 1;
+    }
+    points.push_back(point);
+  }
+  for (size_t i = 0; i < ahead.links.size(); ++i) {
+    if (taken[i] != 0) continue;
+    TrackedPoint point;
+    point.evidence.now = {static_cast<float>(ahead.links[i].x1),
+                          static_cast<float>(ahead.links[i].y1)};
+    point.is_textured = ahead.is_textured[i] != 0;
+    point.evidence.estimates = point.is_textured;
+    SetAfter(ahead.links[i], point);
     points.push_back(point);
   }
   for (const Track& track : features_.tracks()) {
@@ -158,24 +188,42 @@ std::vector<cv::Point2f> EvidenceLabeller::UnfollowedPlaces(int gap) const {
   return places;
 }
 
-absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(const ExtractedFrame* before,
-                                                       const ExtractedFrame& frame, int gap,
-                                                       const MotionModel& model,
-                                                       const std::vector<TrackedPoint>& points) {
+absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(
+    const ExtractedFrame* before, const ExtractedFrame& frame, int gap, const MotionModel& model,
+    const std::vector<TrackedPoint>& points, const TwoViewMotion* world, const Pinhole& camera,
+    const ExtractedFrame* ahead, const TwoViewMotion& world_ahead) {
   EvidenceFrame evidence;
   evidence.index = state_.picture;
   evidence.gap = gap;
   evidence.size = frame.grey.size();
   evidence.motion_model = model.kind;
   evidence.motion_matrix = model.matrix;
+  if (world != nullptr && model.kind != MotionModelKind::kNone) {
+    evidence.world = *world;
+    evidence.camera = camera;
+  }
+  if (ahead != nullptr) {
+    evidence.world_ahead = world_ahead;
+    evidence.grey_ahead = ahead->grey;
+    evidence.camera = camera;
+  }
   evidence.points.reserve(points.size());
   for (const TrackedPoint& point : points) evidence.points.push_back(point.evidence);
-  if (draws_own_car_ || before != nullptr) evidence.grey = frame.grey;
+  if (draws_own_car_ || before != nullptr || ahead != nullptr) evidence.grey = frame.grey;
   if (before != nullptr) {
     evidence.grey_before = before->grey;
     evidence.unfollowed = UnfollowedPlaces(gap);
   }
   return accumulator_.Add(evidence);
+}
+
+absl::StatusOr<EvidenceResult> EvidenceLabeller::JudgeAhead(
+    const ExtractedFrame& frame, const ExtractedFrame& ahead, const TwoViewMotion& world_ahead,
+    const Pinhole& camera, const std::vector<TrackedPoint>& points) {
+  if (state_.frame_indices.empty() || last_frame_index() != frame.frame.index) {
+    Begin(frame.frame.index);
+  }
+  return Judge(nullptr, frame, 1, MotionModel(), points, nullptr, camera, &ahead, world_ahead);
 }
 
 EvidenceLabellerState EvidenceLabeller::state() const {

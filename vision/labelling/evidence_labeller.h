@@ -21,6 +21,7 @@
 #include "vision/geometry/motion_model.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/forward_links.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/pair_builder.h"
 #include "vision/tracking/feature_tracker.h"
@@ -65,15 +66,25 @@ class EvidenceLabeller {
     return state_.frame_indices[state_.frame_indices.size() - 1 - pictures];
   }
 
-  // Tracks of the current picture that reach `gap` pictures back.
-  std::vector<TrackedPoint> Points(int gap) const;
+  // Tracks of the current picture that reach `gap` pictures back, and nodes of the grid that
+  // `ahead` follows.
+  std::vector<TrackedPoint> Points(int gap, const ForwardLinks& ahead) const;
   // Nodes of the grid without such a track, or without support.
   std::vector<cv::Point2f> UnfollowedPlaces(int gap) const;
   // Step 4; `model` may be of kind kNone.
-  // `before`: the other frame of the pair, or null.
+  // `before`: the other frame of the pair, or null. `world`: the calibrated motion, or null.
+  // `ahead`: the frame that the points' places `after` are in, or null, and the motion to it.
   absl::StatusOr<EvidenceResult> Judge(const ExtractedFrame* before, const ExtractedFrame& frame,
                                        int gap, const MotionModel& model,
-                                       const std::vector<TrackedPoint>& points);
+                                       const std::vector<TrackedPoint>& points,
+                                       const TwoViewMotion* world, const Pinhole& camera,
+                                       const ExtractedFrame* ahead,
+                                       const TwoViewMotion& world_ahead);
+  // The same from the frame ahead alone.
+  absl::StatusOr<EvidenceResult> JudgeAhead(const ExtractedFrame& frame,
+                                            const ExtractedFrame& ahead,
+                                            const TwoViewMotion& world_ahead, const Pinhole& camera,
+                                            const std::vector<TrackedPoint>& points);
 
   const OwnCarState& own_car() const { return accumulator_.state().own_car; }
 
@@ -84,6 +95,8 @@ class EvidenceLabeller {
   EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid, FeatureTracker features,
                    EvidenceAccumulator accumulator);
 
+  // The node of the grid at a place.
+  int64_t NodeAt(double x, double y) const;
   // Whether flow holds around node n of the grid.
   bool IsSupported(size_t n, int gap) const;
   absl::Status AdvanceGrid(cv::Size size, const FramePairs& pairs);

@@ -12,17 +12,24 @@
 #include "vision/geometry/sampling.h"
 #include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/forward_links.h"
 #include "vision/labelling/gap_choice.h"
 #include "vision/labelling/label_rule.h"
 #include "vision/labelling/labeller_state.h"
 #include "vision/labelling/pair_builder.h"
 #include "vision/labelling/place_labels.h"
 #include "vision/labelling/stopwatch.h"
+#include "vision/trajectory/focal_posterior.h"
+#include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
 namespace {
 
 constexpr uint64_t kGeometryStep = 1;
+constexpr double kLeastStaticShare = 0.3;
+// Of the textured places, those that the pictures ahead must hold for one scene.
+constexpr double kLeastFollowedShare = 0.35;
+constexpr int kNoGap = 1 << 20;  // pictures that no track reaches back
 
 bool SamePixels(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
@@ -43,15 +50,26 @@ cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
 
 }  // namespace
 
+// What the pictures ahead say of a frame.
+struct Outlook {
+  const ExtractedFrame* frame = nullptr;  // the one that the links lead to; null: nothing is said
+  ForwardLinks links;
+  TwoViewMotion motion;  // from the labelled frame to `frame`
+};
+
 class FrameLabeller::Implementation {
  public:
+  using Pictures = std::vector<std::shared_ptr<const ExtractedFrame>>;
+
   Implementation(const FrameLabellerOptions& options, EvidenceLabeller evidence)
       : options_(options),
+        flows_(options.flow_quality),
         gathers_(!options.evidence.IsEpipolarAlone()),
         evidence_(std::move(evidence)) {}
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
-  absl::StatusOr<LabelledFrame> Label(std::shared_ptr<const ExtractedFrame> frame);
+  absl::StatusOr<LabelledFrame> Label(std::shared_ptr<const ExtractedFrame> frame,
+                                      const Pictures& ahead);
   absl::Status Push(std::shared_ptr<const ExtractedFrame> frame);
 
   std::string state() const;
@@ -74,11 +92,20 @@ class FrameLabeller::Implementation {
                          LabelledFrame& result);
   // The same with evidence along tracks; `before` is the frame before.
   absl::Status LabelTracks(const ExtractedFrame& before, const ExtractedFrame& frame,
-                           LabelledFrame& result);
+                           const Pictures& ahead, LabelledFrame& result);
+  // From the pictures ahead alone; the outcome stays as it is where they say nothing.
+  absl::Status LabelFromAhead(const ExtractedFrame& frame, const Pictures& ahead,
+                              LabelledFrame& result);
+  absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame, const Pictures& ahead, int gap,
+                                    const Pinhole& camera);
   // Whether there is enough to go on; else the outcome is set.
   bool IsEnough(const FramePairs& pairs, LabelledFrame& result) const;
   absl::StatusOr<MotionModel> FindMotion(const std::vector<PointPair>& pairs, int64_t frame_index,
                                          LabelledFrame& result) const;
+  // The same by two_view_motion.h; `world` is what it found.
+  MotionModel FindCalibratedMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
+                                   TwoViewMotion& world, LabelledFrame& result);
+  Pinhole Camera(cv::Size size) const;
   void ObserveGap(const MotionModel& model, int gap);
   // What the next pair is predicted from: nothing, where the motion is not to be believed.
   void KeepMotion(const FramePairs& pairs, int pictures, cv::Size size, bool trusted);
@@ -89,6 +116,8 @@ class FrameLabeller::Implementation {
   MixtureState mixture_;
   GapState gap_;
   MotionField motion_;  // of the last pair
+  FocalPosterior focal_;
+  FlowCache flows_;  // no state: what it holds can be computed again
   // Its last picture is that of the history's last frame. Not used where !gathers_.
   EvidenceLabeller evidence_;
 };
@@ -141,6 +170,7 @@ std::string FrameLabeller::Implementation::state() const {
   state.mixture = mixture_;
   state.gap = gap_;
   state.motion = motion_;
+  state.focal = focal_;
   state.evidence = evidence_.state();
   return ToBytes(state);
 }
@@ -151,12 +181,14 @@ absl::Status FrameLabeller::Implementation::Restore(absl::string_view bytes) {
   mixture_ = state.mixture;
   gap_ = state.gap;
   motion_ = std::move(state.motion);
+  focal_ = state.focal;
   history_.clear();
+  flows_.Clear();
   return absl::OkStatus();
 }
 
 absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
-    std::shared_ptr<const ExtractedFrame> frame) {
+    std::shared_ptr<const ExtractedFrame> frame, const Pictures& ahead) {
   if (frame == nullptr) return absl::InvalidArgumentError("no frame to label");
   EGOSIEVE_RETURN_IF_ERROR(CheckOrder(*frame));
   LabelledFrame result;
@@ -181,11 +213,17 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
     SetOutcome(LabelOutcome::kDuplicateFrame, "the same picture as the frame before", result);
     if (gathers_) evidence_.Repeat(frame->frame.index);
   } else if (gathers_) {
-    EGOSIEVE_RETURN_IF_ERROR(LabelTracks(*history_.back(), *frame, result));
+    EGOSIEVE_RETURN_IF_ERROR(LabelTracks(*history_.back(), *frame, ahead, result));
   } else {
     EGOSIEVE_RETURN_IF_ERROR(LabelPair(
         *history_[history_.size() - Gap(static_cast<int>(history_.size()))], *frame, result));
   }
+  if (gathers_ && result.outcome != LabelOutcome::kLabelled &&
+      result.outcome != LabelOutcome::kDuplicateFrame &&
+      result.outcome != LabelOutcome::kUntrustedMotion) {
+    EGOSIEVE_RETURN_IF_ERROR(LabelFromAhead(*frame, ahead, result));
+  }
+  flows_.Forget(frame->frame.index);
   EGOSIEVE_RETURN_IF_ERROR(Push(std::move(frame)));
   return result;
 }
@@ -231,6 +269,45 @@ absl::StatusOr<MotionModel> FrameLabeller::Implementation::FindMotion(
   return model;
 }
 
+Pinhole FrameLabeller::Implementation::Camera(cv::Size size) const {
+  const double ratio = options_.focal_ratio > 0.0 ? options_.focal_ratio : focal_.Estimate();
+  return Pinhole::Of(size, ratio * std::max(size.width, size.height));
+}
+
+MotionModel FrameLabeller::Implementation::FindCalibratedMotion(const std::vector<PointPair>& pairs,
+                                                                const Pinhole& camera,
+                                                                TwoViewMotion& world,
+                                                                LabelledFrame& result) {
+  Stopwatch watch;
+  MotionModel model;
+  model.pair_count = static_cast<int64_t>(pairs.size());
+  world = EstimateTwoViewMotion(pairs, camera, {});
+  if (!world.found) {
+    model.reason = "too few places to tell the camera's motion from";
+  } else {
+    model.parallax_pixels = world.parallax_pixels;
+    model.inlier_count = std::llround(world.static_share * static_cast<double>(pairs.size()));
+    model.kind = world.HasParallax() ? MotionModelKind::kFundamental : MotionModelKind::kHomography;
+    model.matrix =
+        world.HasParallax() ? FundamentalOf(world, camera) : RotationHomography(world, camera);
+    model.trusted = world.static_share >= kLeastStaticShare;
+    if (!model.trusted) {
+      model.reason = absl::StrFormat("the camera's motion explains %.0f %% of the places",
+                                     100.0 * world.static_share);
+    }
+    if (options_.focal_ratio == 0.0)
+      focal_.Observe(pairs, camera, world, result.labelled.image.size());
+  }
+  result.times.geometry_milliseconds = watch.LapMilliseconds();
+  result.motion_model = model.kind;
+  result.motion_matrix = ToMatx(model.matrix);
+  result.motion_trusted = model.trusted;
+  result.parallax_pixels = model.parallax_pixels;
+  result.inlier_count = model.inlier_count;
+  if (!model.trusted) SetOutcome(LabelOutcome::kUntrustedMotion, model.reason, result);
+  return model;
+}
+
 void FrameLabeller::Implementation::ObserveGap(const MotionModel& model, int gap) {
   if (options_.frame_gap > 0 || !model.trusted) return;
   ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap, gap_);
@@ -249,7 +326,7 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
   result.second_index = second.frame.index;
   const int gap = Gap(static_cast<int>(history_.size()));
   EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs,
-                            BuildPairs(first, second, motion_, gap, options_));
+                            BuildPairs(first, second, motion_, gap, options_, flows_));
   motion_ = MotionField();
   if (!IsEnough(pairs, result)) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const MotionModel model,
@@ -264,11 +341,67 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
   return absl::OkStatus();
 }
 
+absl::StatusOr<Outlook> FrameLabeller::Implementation::LookAhead(const ExtractedFrame& frame,
+                                                                 const Pictures& ahead, int gap,
+                                                                 const Pinhole& camera) {
+  std::vector<const ExtractedFrame*> pictures = {&frame};
+  for (const auto& picture : ahead) {
+    if (static_cast<int>(pictures.size()) > gap || picture->grey.size() != frame.grey.size()) break;
+    if (!SamePixels(picture->frame.image, pictures.back()->frame.image)) {
+      pictures.push_back(picture.get());
+    }
+  }
+  Outlook outlook;
+  if (pictures.size() < 2 || options_.motion_model != MotionModelChoice::kCalibrated ||
+      options_.features == FeatureSource::kSiftCorners) {
+    return outlook;
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(outlook.links,
+                            FollowForward(pictures, GridOptionsOf(options_), flows_));
+  if (outlook.links.followed_share < kLeastFollowedShare) return outlook;
+  std::vector<PointPair> textured;
+  for (size_t i = 0; i < outlook.links.links.size(); ++i) {
+    if (outlook.links.is_textured[i] != 0) textured.push_back(outlook.links.links[i]);
+  }
+  outlook.motion = EstimateTwoViewMotion(textured, camera, {});
+  if (outlook.motion.found && outlook.motion.static_share >= kLeastStaticShare) {
+    outlook.frame = pictures.back();
+  }
+  return outlook;
+}
+
+absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame& frame,
+                                                           const Pictures& ahead,
+                                                           LabelledFrame& result) {
+  const Pinhole camera = Camera(frame.grey.size());
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, LookAhead(frame, ahead, gap_.gap, camera));
+  if (outlook.frame == nullptr) return absl::OkStatus();
+  Stopwatch watch;
+  const std::vector<TrackedPoint> points = evidence_.Points(kNoGap, outlook.links);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const EvidenceResult evidence,
+      evidence_.JudgeAhead(frame, *outlook.frame, outlook.motion, camera, points));
+  result.first_index = frame.frame.index;
+  result.second_index = outlook.frame->frame.index;
+  result.motion_model =
+      outlook.motion.HasParallax() ? MotionModelKind::kFundamental : MotionModelKind::kHomography;
+  result.motion_matrix =
+      ToMatx(outlook.motion.HasParallax() ? FundamentalOf(outlook.motion, camera)
+                                          : RotationHomography(outlook.motion, camera));
+  result.motion_trusted = true;
+  result.parallax_pixels = outlook.motion.parallax_pixels;
+  result.reason.clear();
+  LabelByEvidence(frame, points, MotionModel(), evidence, result);
+  result.times.labelling_milliseconds += watch.LapMilliseconds();
+  return absl::OkStatus();
+}
+
 absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& before,
                                                         const ExtractedFrame& frame,
+                                                        const Pictures& ahead,
                                                         LabelledFrame& result) {
   EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs,
-                            BuildPairs(before, frame, motion_, 1, options_));
+                            BuildPairs(before, frame, motion_, 1, options_, flows_));
   motion_ = MotionField();
   if (!IsEnough(pairs, result)) {
     evidence_.Begin(frame.frame.index);
@@ -283,22 +416,34 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   }
   result.first_index = evidence_.FrameIndexBefore(gap);
   result.second_index = frame.frame.index;
-  const std::vector<TrackedPoint> points = evidence_.Points(gap);
+  const Pinhole camera = Camera(frame.grey.size());
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, LookAhead(frame, ahead, gap, camera));
+  const std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);
   std::vector<PointPair> geometry;
   for (const TrackedPoint& point : points) {
     const cv::Point2f a = point.evidence.before, b = point.evidence.now;
-    if (point.is_textured) geometry.push_back({a.x, a.y, b.x, b.y});
+    if (point.is_textured && point.evidence.HasBefore()) geometry.push_back({a.x, a.y, b.x, b.y});
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, FindMotion(geometry, frame.frame.index, result));
+  MotionModel model;
+  TwoViewMotion world;
+  if (options_.motion_model == MotionModelChoice::kCalibrated) {
+    model = FindCalibratedMotion(geometry, camera, world, result);
+  } else {
+    EGOSIEVE_ASSIGN_OR_RETURN(model, FindMotion(geometry, frame.frame.index, result));
+  }
   ObserveGap(model, gap);
   KeepMotion(pairs, 1, frame.grey.size(), model.trusted);
   Stopwatch watch;
   if (!model.trusted) model.kind = MotionModelKind::kNone;
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
-      evidence_.Judge(InHistory(result.first_index), frame, gap, model, points));
+      evidence_.Judge(InHistory(result.first_index), frame, gap, model, points,
+                      world.found ? &world : nullptr, camera, outlook.frame, outlook.motion));
   result.own_car = OwnCarAreas(evidence_.own_car(), frame.grey.size());
-  if (model.trusted) LabelByEvidence(frame, points, model, evidence, result);
+  if (model.trusted || outlook.frame != nullptr) {
+    result.reason.clear();
+    LabelByEvidence(frame, points, model, evidence, result);
+  }
   result.times.labelling_milliseconds = watch.LapMilliseconds();
   return absl::OkStatus();
 }
@@ -325,8 +470,10 @@ absl::StatusOr<std::shared_ptr<const ExtractedFrame>> FrameLabeller::Extract(
   return implementation_->Extract(frame);
 }
 
-absl::StatusOr<LabelledFrame> FrameLabeller::Label(std::shared_ptr<const ExtractedFrame> frame) {
-  return implementation_->Label(std::move(frame));
+absl::StatusOr<LabelledFrame> FrameLabeller::Label(
+    std::shared_ptr<const ExtractedFrame> frame,
+    const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead) {
+  return implementation_->Label(std::move(frame), ahead);
 }
 
 absl::Status FrameLabeller::Prime(const Frame& frame) {

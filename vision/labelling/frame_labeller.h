@@ -27,6 +27,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -57,7 +58,11 @@ enum class LabelledSide { kFirstFrame, kCurrentFrame };
 
 struct FrameLabellerOptions {
   FeatureSource features = FeatureSource::kAuto;
-  MotionModelChoice motion_model = MotionModelChoice::kAuto;
+  // kCalibrated: kAuto where `evidence` is the epipolar distance alone.
+  MotionModelChoice motion_model = MotionModelChoice::kCalibrated;
+  // Focal length over the image's longer side; 0: learnt (focal_posterior.h). Read where
+  // motion_model is kCalibrated.
+  double focal_ratio = 0.0;
   LabelRule label_rule = LabelRule::kScaledMedian;  // read where `evidence` is epipolar alone
   EvidenceTerms evidence;                           // needs LabelledSide::kCurrentFrame else
   LabelledSide labelled_side = LabelledSide::kCurrentFrame;
@@ -106,7 +111,11 @@ class FrameLabeller {
   absl::StatusOr<LabelledFrame> Process(const Frame& frame);
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
-  absl::StatusOr<LabelledFrame> Label(std::shared_ptr<const ExtractedFrame> frame);
+  // `ahead`: what Extract made of the pictures behind the frame, in order, as far as the caller
+  // looks ahead; labels then rest on both sides.
+  absl::StatusOr<LabelledFrame> Label(
+      std::shared_ptr<const ExtractedFrame> frame,
+      const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead = {});
 
   // Takes the frame into the history without labelling it.
   absl::Status Prime(const Frame& frame);

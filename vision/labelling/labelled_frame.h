@@ -45,10 +45,11 @@ struct LabelledFrame {
   int64_t first_index = -1, second_index = -1;  // the pair, -1 without one
   Frame labelled;                               // the frame whose pixels `positions` are in
 
-  std::vector<double> positions;        // N x 2, (x, y) in pixels of `labelled`, inside it
-  std::vector<double> other_positions;  // N x 2, in the pair's other frame
+  std::vector<double> positions;  // N x 2, (x, y) in pixels of `labelled`, inside it
+  // N x 2, in the pair's other frame; that of `positions` where only the frames ahead know a place.
+  std::vector<double> other_positions;
   std::vector<double> probability;      // N, of being dynamic, in [0, 1]
-  std::vector<double> residual_pixels;  // N, distance to what the motion model allows
+  std::vector<double> residual_pixels;  // N, distance to what the motion model allows, 0 there
   // N, the evidence that weighs most in the direction of the probability.
   std::vector<EvidenceTerm> decided_by;
   // Parts of the image that stand still while the world moves, in pixels of `labelled`; no place is

@@ -11,7 +11,6 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr int kMinimumFlowSide = 16;
 // With FeatureSource::kAuto: of the grid's textured points, those whose flow must hold for features
 // to be spared.
 constexpr double kFlowSuffices = 0.35;
@@ -111,16 +110,14 @@ absl::Status AddFeatureMatches(const ExtractedFrame& first, const ExtractedFrame
 
 // The grid's flow stands in for features, and finding it counts as that.
 absl::StatusOr<GridFlow> AddFlowGrid(const ExtractedFrame& first, const ExtractedFrame& second,
-                                     const FrameLabellerOptions& options, Stopwatch& watch,
-                                     FramePairs& pairs) {
+                                     const FrameLabellerOptions& options, FlowCache& flows,
+                                     Stopwatch& watch, FramePairs& pairs) {
   GridFlow flow;
-  const cv::Mat& image = second.grey;
-  if (image.cols < kMinimumFlowSide || image.rows < kMinimumFlowSide) return flow;
-  FlowGridOptions grid;
-  grid.stride_pixels = options.flow_stride_pixels;
-  grid.quality = options.flow_quality;
-  grid.searches_lost = options.searches_lost;
-  EGOSIEVE_ASSIGN_OR_RETURN(flow.fields, ComputeFlow(first.grey, second.grey, grid.quality));
+  if (!IsLargeEnoughForFlow(second.grey.size())) return flow;
+  const FlowGridOptions grid = GridOptionsOf(options);
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const FlowPair> fields,
+                            flows.Between(first, second));
+  flow.fields = *fields;
   pairs.features_milliseconds += watch.LapMilliseconds();
   TrackedGrid tracked = TrackGrid(flow.fields, first.grey, second.grey,
                                   options.labelled_side == LabelledSide::kCurrentFrame, grid);
@@ -142,15 +139,23 @@ absl::StatusOr<GridFlow> AddFlowGrid(const ExtractedFrame& first, const Extracte
 
 }  // namespace
 
+FlowGridOptions GridOptionsOf(const FrameLabellerOptions& options) {
+  FlowGridOptions grid;
+  grid.stride_pixels = options.flow_stride_pixels;
+  grid.quality = options.flow_quality;
+  grid.searches_lost = options.searches_lost;
+  return grid;
+}
+
 absl::StatusOr<FramePairs> BuildPairs(const ExtractedFrame& first, const ExtractedFrame& second,
                                       const MotionField& motion, int pictures,
-                                      const FrameLabellerOptions& options) {
+                                      const FrameLabellerOptions& options, FlowCache& flows) {
   FramePairs pairs;
   pairs.scene = SceneAgreement(second.grey.size());
   Stopwatch watch;
   GridFlow flow;
   if (options.features != FeatureSource::kSiftCorners) {
-    EGOSIEVE_ASSIGN_OR_RETURN(flow, AddFlowGrid(first, second, options, watch, pairs));
+    EGOSIEVE_ASSIGN_OR_RETURN(flow, AddFlowGrid(first, second, options, flows, watch, pairs));
   }
   const bool wants_features = options.features == FeatureSource::kSiftCorners ||
                               options.features == FeatureSource::kBoth ||

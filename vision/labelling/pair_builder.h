@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/forward_links.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/matching/feature_matcher.h"
 #include "vision/matching/motion_field.h"
@@ -36,7 +37,9 @@ struct FramePairs {
 // where that finds little, everywhere. Errors are those of the libraries beneath.
 absl::StatusOr<FramePairs> BuildPairs(const ExtractedFrame& first, const ExtractedFrame& second,
                                       const MotionField& motion, int pictures,
-                                      const FrameLabellerOptions& options);
+                                      const FrameLabellerOptions& options, FlowCache& flows);
+
+FlowGridOptions GridOptionsOf(const FrameLabellerOptions& options);
 
 }  // namespace egosieve::vision
 

@@ -83,10 +83,12 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
   const auto add = [&](cv::Point2f now, cv::Point2f before, double probability, EvidenceTerm by) {
     const PointPair pair{before.x, before.y, now.x, now.y};
     result.positions.insert(result.positions.end(), {now.x, now.y});
-    result.other_positions.insert(result.other_positions.end(), {before.x, before.y});
+    const bool paired = std::isfinite(before.x) && model.kind != MotionModelKind::kNone;
+    const cv::Point2f other = paired ? before : now;
+    result.other_positions.insert(result.other_positions.end(), {other.x, other.y});
     result.probability.push_back(probability);
     result.residual_pixels.push_back(
-        Residuals(model.kind, model.matrix, {pair}, EpipolarDistance::kSampson)[0]);
+        paired ? Residuals(model.kind, model.matrix, {pair}, EpipolarDistance::kSampson)[0] : 0.0);
     result.decided_by.push_back(by);
   };
   for (size_t i = 0; i < points.size(); ++i) {

@@ -118,6 +118,10 @@ absl::Status OnlineSegmenterOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(learner.Validate());
   EGOSIEVE_RETURN_IF_ERROR(location_prior.Validate());
   EGOSIEVE_RETURN_IF_ERROR(descriptor.Validate());
+  if (ahead_frames < 0 || ahead_frames > 100) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("ahead_frames = %d; it must be from 0 to 100", ahead_frames));
+  }
   if (stride_pixels < 1) {
     return absl::InvalidArgumentError(
         absl::StrFormat("stride_pixels = %d; it must be at least 1", stride_pixels));
@@ -159,12 +163,13 @@ absl::StatusOr<std::shared_ptr<const ExtractedFrame>> OnlineSegmenter::Extract(
 }
 
 absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
-    const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted, bool with_posterior) {
+    const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted, bool with_posterior,
+    const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead) {
   Learnt learnt;
   FrameRecord& record = learnt.record;
   record.frame_index = frame.index;
   record.time_seconds = frame.time_seconds;
-  EGOSIEVE_ASSIGN_OR_RETURN(learnt.labels, labeller_->Label(std::move(extracted)));
+  EGOSIEVE_ASSIGN_OR_RETURN(learnt.labels, labeller_->Label(std::move(extracted), ahead));
   const LabelledFrame& labels = learnt.labels;
   RecordLabels(labels, record);
   if (labels.size() > 0) {

@@ -38,6 +38,9 @@ struct OnlineSegmenterOptions {
   OnlineLearnerOptions learner;
   LocationPriorOptions location_prior;
   kernels::DescriptorOptions descriptor;
+  // Frames behind the current one that its labels may rest on, where the caller has them: a
+  // recording, not a live camera. From 0 to 100.
+  int ahead_frames = FrameLabellerOptions::kLongestAutoGap;
   int stride_pixels = 5;  // of the grid on which the posterior is evaluated; at least 1
 
   // What works best on handheld and driving video.
@@ -76,8 +79,12 @@ class OnlineSegmenter {
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
   // Without `with_posterior` none is made.
-  absl::StatusOr<Learnt> Learn(const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
-                               bool with_posterior = true);
+  // `ahead`: of the frames behind this one, in order, as many as there are of
+  // options().ahead_frames; none for a live camera.
+  absl::StatusOr<Learnt> Learn(
+      const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
+      bool with_posterior = true,
+      const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead = {});
   // Fills `record.milliseconds.inference`, `dynamic_share` and `clamped_variances` as well.
   absl::StatusOr<SegmentationMap> Infer(const Frame& frame, const MapPosterior& posterior,
                                         FrameRecord& record) const;

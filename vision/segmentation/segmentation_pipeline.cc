@@ -1,6 +1,7 @@
 #include "vision/segmentation/segmentation_pipeline.h"
 
 #include <algorithm>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -20,6 +21,7 @@ namespace {
 struct InFlight {
   SegmentedFrame result;
   std::shared_ptr<const ExtractedFrame> extracted;
+  std::vector<std::shared_ptr<const ExtractedFrame>> ahead;  // of the frames behind this one
   double extract_milliseconds = 0.0;
   std::shared_ptr<const MapPosterior> posterior;
 };
@@ -37,7 +39,7 @@ class Stages {
 
   // Nothing at the end of the run.
   absl::StatusOr<std::optional<InFlight>> Read() {
-    if (options_.end_frame >= 0 && source_.next_index() >= options_.end_frame) {
+    if (options_.end_frame >= 0 && source_.next_index() >= options_.end_frame + AheadFrames()) {
       return std::nullopt;
     }
     if (stop_requested_ && stop_requested_()) {
@@ -73,6 +75,22 @@ class Stages {
     return absl::OkStatus();
   }
 
+  // Frames wait here until those ahead of them have been extracted; returns the ones that need
+  // not wait any longer. Frames behind end_frame are looked at and go no further.
+  std::vector<InFlight> LookAhead(InFlight item) {
+    waiting_.push_back(std::move(item));
+    std::vector<InFlight> ready;
+    while (static_cast<int>(waiting_.size()) > AheadFrames()) Release(ready);
+    return ready;
+  }
+  // At the end of the input. Where a stop was asked for, frames whose pictures ahead were not all
+  // read are left to the run that goes on.
+  std::vector<InFlight> EndLookAhead() {
+    std::vector<InFlight> ready;
+    while (!summary_.stopped && !waiting_.empty()) Release(ready);
+    return ready;
+  }
+
   absl::Status Learn(InFlight& item) {
     if (item.result.damage.has_value()) {
       ++summary_.damaged_frames;
@@ -98,10 +116,26 @@ class Stages {
   PipelineSummary TakeSummary() { return std::move(summary_); }
 
  private:
+  // Recorded steps need no labels.
+  int AheadFrames() const {
+    return options_.recorded_step != nullptr ? 0 : segmenter_.options().ahead_frames;
+  }
+
+  void Release(std::vector<InFlight>& ready) {
+    InFlight item = std::move(waiting_.front());
+    waiting_.pop_front();
+    if (options_.end_frame >= 0 && item.result.index >= options_.end_frame) return;
+    for (const InFlight& next : waiting_) {
+      if (next.extracted != nullptr) item.ahead.push_back(next.extracted);
+    }
+    ready.push_back(std::move(item));
+  }
+
   absl::Status LearnAnew(InFlight& item) {
     EGOSIEVE_ASSIGN_OR_RETURN(OnlineSegmenter::Learnt learnt,
                               segmenter_.Learn(item.result.frame, std::move(item.extracted),
-                                               options_.WantsMap(item.result.index)));
+                                               options_.WantsMap(item.result.index), item.ahead));
+    item.ahead.clear();
     item.posterior = std::move(learnt.posterior);
     item.result.labels = std::move(learnt.labels);
     item.result.record = std::move(learnt.record);
@@ -148,18 +182,20 @@ class Stages {
   const SegmentedFrameSink& sink_;
   // Written by Read (stopped, warning) and Learn (counts): different members, read after the join.
   PipelineSummary summary_;
+  std::deque<InFlight> waiting_;  // used by the stage that extracts
 };
 
 absl::Status RunInTurn(Stages& stages) {
   while (true) {
     EGOSIEVE_ASSIGN_OR_RETURN(std::optional<InFlight> item, stages.Read());
-    if (!item.has_value()) {
-      return absl::OkStatus();
+    const bool at_end = !item.has_value();
+    if (!at_end) EGOSIEVE_RETURN_IF_ERROR(stages.Extract(*item));
+    for (InFlight& ready : at_end ? stages.EndLookAhead() : stages.LookAhead(std::move(*item))) {
+      EGOSIEVE_RETURN_IF_ERROR(stages.Learn(ready));
+      EGOSIEVE_RETURN_IF_ERROR(stages.Infer(ready));
+      EGOSIEVE_RETURN_IF_ERROR(stages.Sink(ready));
     }
-    EGOSIEVE_RETURN_IF_ERROR(stages.Extract(*item));
-    EGOSIEVE_RETURN_IF_ERROR(stages.Learn(*item));
-    EGOSIEVE_RETURN_IF_ERROR(stages.Infer(*item));
-    EGOSIEVE_RETURN_IF_ERROR(stages.Sink(*item));
+    if (at_end) return absl::OkStatus();
   }
 }
 
@@ -176,8 +212,7 @@ class OverlappedRun {
   absl::Status Run() {
     std::vector<std::thread> threads;
     threads.emplace_back([this] { ReadAll(); });
-    threads.emplace_back(
-        [this] { Transform(0, [this](InFlight& i) { return stages_.Extract(i); }); });
+    threads.emplace_back([this] { ExtractAll(); });
     threads.emplace_back(
         [this] { Transform(1, [this](InFlight& i) { return stages_.Learn(i); }); });
     threads.emplace_back(
@@ -213,6 +248,32 @@ class OverlappedRun {
         return;
       }
     }
+  }
+
+  void ExtractAll() {
+    bool goes_on = true;
+    while (goes_on) {
+      std::optional<InFlight> item = queues_[0]->Pop();
+      std::vector<InFlight> ready;
+      goes_on = item.has_value();
+      if (goes_on) {
+        const absl::Status status = stages_.Extract(*item);
+        if (!status.ok()) {
+          Fail(status, 1);
+          break;
+        }
+        ready = stages_.LookAhead(std::move(*item));
+      } else if (IsFine()) {
+        ready = stages_.EndLookAhead();
+      }
+      for (InFlight& frame : ready) goes_on &= queues_[1]->Push(std::move(frame));
+    }
+    queues_[1]->Close();
+  }
+
+  bool IsFine() {
+    std::lock_guard lock(mutex_);
+    return status_.ok();
   }
 
   template <typename Stage>

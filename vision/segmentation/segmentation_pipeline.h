@@ -1,9 +1,12 @@
 // A drive through the segmenter with its stages overlapped:
 //
-//   read -> extract features -> learn -> infer -> sink
+//   read -> extract features -> look ahead -> learn -> infer -> sink
+//
+// A frame is learnt from when the segmenter's ahead_frames behind it have been extracted, so that
+// its labels can rest on both sides.
 //
 // One thread a stage and a bounded queue between neighbours, so that every stage sees the frames in
-// order: the results are those of OnlineSegmenter::Process frame by frame, byte for byte. Learning
+// order: the results are those of the same calls in turn, byte for byte. Learning
 // is the only stage whose result for a frame depends on the frames before it.
 //
 // Learning and inference can be done at two times: a run that records its steps
@@ -77,7 +80,8 @@ using SegmentedFrameSink = std::function<absl::Status(const SegmentedFrame&)>;
 
 // Runs to the end of the source, to `end_frame`, or until `stop_requested` (asked before every
 // read, from another thread) returns true; frames that were read by then are finished. Returns the
-// first error of source, segmenter or sink; the sink has then seen every frame before the error's.
+// first error of source, segmenter or sink; the sink has then seen every frame before the error's,
+// but those that waited for frames ahead of them.
 absl::StatusOr<PipelineSummary> RunPipeline(FrameSource& source, OnlineSegmenter& segmenter,
                                             const PipelineOptions& options,
                                             const std::function<bool()>& stop_requested,

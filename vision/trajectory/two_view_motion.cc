@@ -1,0 +1,424 @@
+#include "vision/trajectory/two_view_motion.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "vision/trajectory/parallax_prior.h"
+
+namespace egosieve::vision {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Vector5d = Eigen::Matrix<double, 5, 1>;
+using Matrix5d = Eigen::Matrix<double, 5, 5>;
+
+constexpr size_t kFewestPairs = 20;
+// The exponential prior is no narrower than this share of sigma: a Gaussian then, in effect.
+constexpr double kLeastParallax = 0.02;
+constexpr double kLeastShare = 0.2, kMostShare = 0.97;  // of pi
+constexpr double kStartShare = 0.7;
+constexpr double kLeastMovingScale = 8.0;  // of S, in sigma
+constexpr double kLongestTurn = 0.2;       // of one step, radians
+constexpr double kMadToDeviation = 1.4826;
+
+struct RayPair {
+  Vector2d p, q;  // third component 1
+};
+
+// What is estimated; tau as in (TV3).
+struct State {
+  Matrix3d rotation = Matrix3d::Identity();
+  Vector3d tau = Vector3d::UnitZ();
+  double mean = 0.0, noise = 0.0, share = kStartShare, moving_scale = 0.0;
+  double score = 0.0;
+};
+
+// (TV2) to (TV5) for one pair.
+struct Terms {
+  Vector2d d, u;
+  double length = 0.0;  // |e|
+  double s = 0.0, c = 0.0;
+  double log_static = 0.0, log_moving = 0.0;
+  ParallaxDensity parallax;
+};
+
+Vector2d Perpendicular(const Vector2d& u) { return {-u(1), u(0)}; }
+
+Vector2d Derotated(const Matrix3d& rotation, const Vector2d& q) {
+  const Vector3d ray = rotation.transpose() * Vector3d(q(0), q(1), 1.0);
+  return ray.head<2>() / ray(2);
+}
+
+Terms TermsOf(const RayPair& pair, const State& state) {
+  Terms terms;
+  terms.d = Derotated(state.rotation, pair.q) - pair.p;
+  const Vector2d e = state.tau.head<2>() - state.tau(2) * pair.p;
+  terms.length = std::max(e.norm(), 1e-6);
+  terms.u = e / terms.length;
+  terms.s = terms.d.dot(terms.u);
+  terms.c = terms.d.dot(Perpendicular(terms.u));
+  const double sigma = state.noise;
+  terms.parallax =
+      EvaluateParallax(terms.s, std::max(state.mean * terms.length, kLeastParallax * sigma), sigma);
+  terms.log_static = terms.parallax.log_density - 0.5 * (terms.c / sigma) * (terms.c / sigma) -
+                     std::log(sigma * std::sqrt(2.0 * std::numbers::pi));
+  const double scale = state.moving_scale;
+  terms.log_moving = -std::log(2.0 * std::numbers::pi * scale * scale) -
+                     1.5 * std::log1p(terms.d.squaredNorm() / (scale * scale));
+  return terms;
+}
+
+// Log of the mixture, and the share of it that is static.
+std::pair<double, double> Mix(const Terms& terms, double share) {
+  const double a = terms.log_static + std::log(share);
+  const double b = terms.log_moving + std::log1p(-share);
+  const double top = std::max(a, b);
+  const double sum = std::exp(a - top) + std::exp(b - top);
+  return {top + std::log(sum), std::exp(a - top) / sum};
+}
+
+// d (TV2) = -B dw for R <- R exp(w).
+Eigen::Matrix<double, 2, 3> RotationFlow(const Vector2d& p) {
+  Eigen::Matrix<double, 2, 3> b;
+  b << -p(0) * p(1), 1.0 + p(0) * p(0), -p(1), -1.0 - p(1) * p(1), p(0) * p(1), p(0);
+  return b;
+}
+
+// Two unit vectors that span the plane perpendicular to tau.
+Eigen::Matrix<double, 3, 2> Tangents(const Vector3d& tau) {
+  const Vector3d other = std::abs(tau(0)) < 0.7 ? Vector3d::UnitX() : Vector3d::UnitY();
+  const Vector3d a = tau.cross(other).normalized();
+  Eigen::Matrix<double, 3, 2> tangents;
+  tangents << a, tau.cross(a);
+  return tangents;
+}
+
+// What one pass over the pairs gives: the objective, its step in (w, tangents of tau), and the
+// next pi and m.
+struct Pass {
+  double score = 0.0;
+  Matrix5d normal = Matrix5d::Zero();
+  Vector5d gradient = Vector5d::Zero();
+  double static_sum = 0.0, parallax_sum = 0.0;
+};
+
+Pass Evaluate(const std::vector<RayPair>& pairs, const State& state) {
+  Pass pass;
+  const Eigen::Matrix<double, 3, 2> tangents = Tangents(state.tau);
+  const double precision = 1.0 / (state.noise * state.noise);
+  for (const RayPair& pair : pairs) {
+    const Terms terms = TermsOf(pair, state);
+    const auto [log_mixture, weight] = Mix(terms, state.share);
+    pass.score += log_mixture;
+    pass.static_sum += weight;
+    pass.parallax_sum += weight * std::max(terms.s, 0.0) / terms.length;
+    const Vector2d v = Perpendicular(terms.u);
+    const Eigen::Matrix<double, 2, 3> b = RotationFlow(pair.p);
+    Eigen::Matrix<double, 2, 3> e_by_tau;
+    e_by_tau << 1.0, 0.0, -pair.p(0), 0.0, 1.0, -pair.p(1);
+    // u turns by this for a step of tau.
+    const Eigen::Matrix<double, 1, 2> turn =
+        v.transpose() * e_by_tau * tangents / std::max(terms.length, 1e-3);
+    Vector5d ds, dc;
+    ds << -(terms.u.transpose() * b).transpose(), (terms.c * turn).transpose();
+    dc << -(v.transpose() * b).transpose(), (-terms.s * turn).transpose();
+    pass.gradient += weight * (terms.parallax.slope * ds - precision * terms.c * dc);
+    pass.normal +=
+        weight * (terms.parallax.curvature * ds * ds.transpose() + precision * dc * dc.transpose());
+  }
+  pass.score /= static_cast<double>(pairs.size());
+  return pass;
+}
+
+void Apply(const Vector5d& step, State& state) {
+  Vector3d turn = step.head<3>();
+  if (turn.norm() > kLongestTurn) turn *= kLongestTurn / turn.norm();
+  Vector2d shift = step.tail<2>();
+  if (shift.norm() > kLongestTurn) shift *= kLongestTurn / shift.norm();
+  state.rotation = state.rotation * RotationOf(turn);
+  state.tau = (state.tau + Tangents(state.tau) * shift).normalized();
+}
+
+void UpdateMixture(const Pass& pass, size_t count, State& state) {
+  state.mean = std::clamp(pass.parallax_sum / std::max(pass.static_sum, 1e-9), 1e-6, 10.0);
+  state.share = std::clamp(pass.static_sum / static_cast<double>(count), kLeastShare, kMostShare);
+}
+
+// Steps with damping; with `whole` in tau too, else in the rotation alone.
+void Climb(const std::vector<RayPair>& pairs, int iterations, bool whole, State& state) {
+  double damping = 1e-4;
+  Pass pass = Evaluate(pairs, state);
+  for (int k = 0; k < iterations; ++k) {
+    Matrix5d normal = pass.normal;
+    Vector5d gradient = pass.gradient;
+    normal.diagonal() *= 1.0 + damping;
+    normal.diagonal().array() += 1e-9 * (1.0 + normal.diagonal().maxCoeff());
+    if (!whole) {
+      normal.rightCols<2>().setZero();
+      normal.bottomRows<2>().setZero();
+      normal.bottomRightCorner<2, 2>().setIdentity();
+      gradient.tail<2>().setZero();
+    }
+    State next = state;
+    Apply(normal.ldlt().solve(gradient), next);
+    UpdateMixture(pass, pairs.size(), next);
+    const Pass next_pass = Evaluate(pairs, next);
+    if (!(next_pass.score > pass.score)) {
+      damping = std::max(damping * 10.0, 1e-2);
+      if (damping > 1e3) break;
+      continue;
+    }
+    const bool converged = next_pass.score - pass.score < 1e-6;
+    state = next;
+    pass = next_pass;
+    damping *= 0.2;
+    if (converged) break;
+  }
+  state.score = pass.score;
+}
+
+// Weighted median of |c| over the static points as the noise, root mean square of the rest's motion
+// as the moving scale.
+void UpdateScales(const std::vector<RayPair>& pairs, double floor, double most, State& state) {
+  std::vector<std::pair<double, double>> across;
+  double static_sum = 0.0, moving_sum = 0.0, moving_square = 0.0;
+  for (const RayPair& pair : pairs) {
+    const Terms terms = TermsOf(pair, state);
+    const double weight = Mix(terms, state.share).second;
+    across.emplace_back(std::abs(terms.c), weight);
+    static_sum += weight;
+    moving_sum += 1.0 - weight;
+    moving_square += (1.0 - weight) * std::min(terms.d.squaredNorm(), 0.25);
+  }
+  std::sort(across.begin(), across.end());
+  double sum = 0.0;
+  for (const auto& [value, weight] : across) {
+    sum += weight;
+    if (sum < 0.5 * static_sum) continue;
+    state.noise = std::clamp(kMadToDeviation * value, floor, most);
+    break;
+  }
+  state.moving_scale = std::max(kLeastMovingScale * state.noise,
+                                0.7 * std::sqrt(moving_square / std::max(moving_sum, 1.0)));
+}
+
+std::vector<RayPair> Sample(const std::vector<PointPair>& pairs, const Pinhole& camera,
+                            int max_pairs) {
+  std::vector<RayPair> rays;
+  const size_t count = std::min<size_t>(pairs.size(), max_pairs);
+  rays.reserve(count);
+  for (size_t k = 0; k < count; ++k) {
+    const PointPair& pair = pairs[k * pairs.size() / count];
+    rays.push_back(
+        {camera.Ray(pair.x1, pair.y1).head<2>(), camera.Ray(pair.x2, pair.y2).head<2>()});
+  }
+  return rays;
+}
+
+// Rotation alone, by weighted least squares whose scale shrinks from the median residual on.
+// Returns the scale.
+double FitRotation(const std::vector<RayPair>& pairs, double noise, Matrix3d& rotation) {
+  double scale = noise;
+  std::vector<double> lengths(pairs.size());
+  for (int k = 0; k < 12; ++k) {
+    for (size_t i = 0; i < pairs.size(); ++i) {
+      lengths[i] = (Derotated(rotation, pairs[i].q) - pairs[i].p).norm();
+    }
+    std::vector<double> sorted = lengths;
+    std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
+    scale = std::max(noise, sorted[sorted.size() / 2] * (k < 6 ? 1.5 : 1.0));
+    Matrix3d normal = 1e-9 * Matrix3d::Identity();
+    Vector3d right = Vector3d::Zero();
+    for (size_t i = 0; i < pairs.size(); ++i) {
+      const double z = lengths[i] / scale, weight = 1.0 / ((1.0 + z * z) * (1.0 + z * z));
+      const Eigen::Matrix<double, 2, 3> b = RotationFlow(pairs[i].p);
+      normal += weight * b.transpose() * b;
+      right += weight * b.transpose() * (Derotated(rotation, pairs[i].q) - pairs[i].p);
+    }
+    rotation = rotation * RotationOf(normal.ldlt().solve(right));
+  }
+  return scale;
+}
+
+// n unit vectors spread evenly over the sphere (Fibonacci's lattice).
+Vector3d Direction(int k, int n) {
+  const double z = 1.0 - (2.0 * k + 1.0) / n, radius = std::sqrt(1.0 - z * z);
+  const double angle = std::numbers::pi * (1.0 + std::sqrt(5.0)) * (k + 0.5);
+  return {radius * std::cos(angle), radius * std::sin(angle), z};
+}
+
+std::vector<State> Search(const std::vector<RayPair>& pairs, double noise, int directions) {
+  State start;
+  const double scale = FitRotation(pairs, noise, start.rotation);
+  std::vector<double> lengths;
+  for (const RayPair& pair : pairs) {
+    lengths.push_back((Derotated(start.rotation, pair.q) - pair.p).norm());
+  }
+  std::sort(lengths.begin(), lengths.end());
+  start.noise = std::max(noise, 0.3 * scale);
+  start.mean = std::max(lengths[lengths.size() / 2], noise);
+  start.moving_scale =
+      std::max(lengths[lengths.size() * 85 / 100], kLeastMovingScale * start.noise);
+  std::vector<State> states;
+  for (int k = 0; k < directions; ++k) {
+    State state = start;
+    state.tau = Direction(k, directions);
+    Climb(pairs, 2, false, state);
+    states.push_back(state);
+  }
+  return states;
+}
+
+void Converge(const std::vector<RayPair>& pairs, const Pinhole& camera,
+              const TwoViewMotionOptions& options, State& state) {
+  for (int round = 0; round < 3; ++round) {
+    Climb(pairs, options.iterations, true, state);
+    UpdateScales(pairs, options.noise_floor_pixels / camera.focal_pixels,
+                 options.most_noise_pixels / camera.focal_pixels, state);
+  }
+  Climb(pairs, options.iterations, true, state);
+}
+
+TwoViewMotion MotionOf(const std::vector<RayPair>& pairs, const Pinhole& camera,
+                       const State& state) {
+  TwoViewMotion motion;
+  motion.found = true;
+  motion.rotation = state.rotation;
+  motion.translation = state.rotation * state.tau;
+  motion.mean_parallax = state.mean;
+  motion.noise = state.noise;
+  motion.noise_pixels = state.noise * camera.focal_pixels;
+  motion.static_share = state.share;
+  motion.moving_scale = state.moving_scale;
+  motion.log_likelihood = state.score - 2.0 * std::log(camera.focal_pixels);
+  std::vector<double> parallaxes;
+  for (const RayPair& pair : pairs) {
+    const Terms terms = TermsOf(pair, state);
+    if (Mix(terms, state.share).second >= 0.5) parallaxes.push_back(std::max(terms.s, 0.0));
+  }
+  if (!parallaxes.empty()) {
+    const auto middle = parallaxes.begin() + parallaxes.size() / 2;
+    std::nth_element(parallaxes.begin(), middle, parallaxes.end());
+    motion.parallax_pixels = *middle * camera.focal_pixels;
+  }
+  Matrix5d normal = Evaluate(pairs, state).normal;
+  normal.diagonal().array() += 1e-9 * (1.0 + normal.diagonal().maxCoeff());
+  // w of R exp(w), turned into w of exp(w) R.
+  const Matrix3d covariance = normal.inverse().topLeftCorner<3, 3>();
+  motion.rotation_covariance = state.rotation * covariance * state.rotation.transpose();
+  return motion;
+}
+
+State StateOf(const TwoViewMotion& motion) {
+  State state;
+  state.rotation = motion.rotation;
+  state.tau = motion.rotation.transpose() * motion.translation;
+  state.mean = motion.mean_parallax;
+  state.noise = motion.noise;
+  state.share = std::clamp(motion.static_share, kLeastShare, kMostShare);
+  state.moving_scale = motion.moving_scale;
+  return state;
+}
+
+}  // namespace
+
+absl::Status TwoViewMotionOptions::Validate() const {
+  const auto check = [](bool holds, const char* field, double value, const char* rule) {
+    return holds ? absl::OkStatus()
+                 : absl::InvalidArgumentError(
+                       absl::StrCat(field, " is ", value, "; it must be ", rule));
+  };
+  absl::Status status = check(max_pairs >= 20, "max_pairs", max_pairs, "at least 20");
+  status.Update(check(directions >= 8, "directions", directions, "at least 8"));
+  status.Update(check(refined >= 1, "refined", refined, "at least 1"));
+  status.Update(check(iterations >= 1, "iterations", iterations, "at least 1"));
+  status.Update(
+      check(noise_floor_pixels > 0, "noise_floor_pixels", noise_floor_pixels, "positive"));
+  status.Update(check(start_noise_pixels >= noise_floor_pixels, "start_noise_pixels",
+                      start_noise_pixels, "at least noise_floor_pixels"));
+  status.Update(check(most_noise_pixels >= start_noise_pixels, "most_noise_pixels",
+                      most_noise_pixels, "at least start_noise_pixels"));
+  return status;
+}
+
+TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
+                                    const TwoViewMotionOptions& options) {
+  if (pairs.size() < kFewestPairs) return {};
+  const std::vector<RayPair> rays = Sample(pairs, camera, options.max_pairs);
+  std::vector<State> states =
+      Search(rays, options.start_noise_pixels / camera.focal_pixels, options.directions);
+  const size_t refined = std::min<size_t>(options.refined, states.size());
+  std::partial_sort(states.begin(), states.begin() + refined, states.end(),
+                    [](const State& a, const State& b) { return a.score > b.score; });
+  states.resize(refined);
+  for (State& state : states) Converge(rays, camera, options, state);
+  const auto best =
+      std::max_element(states.begin(), states.end(),
+                       [](const State& a, const State& b) { return a.score < b.score; });
+  return MotionOf(rays, camera, *best);
+}
+
+TwoViewMotion RefineTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
+                                  const TwoViewMotion& start, const TwoViewMotionOptions& options) {
+  if (pairs.size() < kFewestPairs || !start.found) return {};
+  const std::vector<RayPair> rays = Sample(pairs, camera, options.max_pairs);
+  State state = StateOf(start);
+  Converge(rays, camera, options, state);
+  return MotionOf(rays, camera, state);
+}
+
+TwoViewMotion Inverse(const TwoViewMotion& motion) {
+  TwoViewMotion inverse = motion;
+  inverse.rotation = motion.rotation.transpose();
+  inverse.translation = -(inverse.rotation * motion.translation);
+  inverse.rotation_covariance = inverse.rotation * motion.rotation_covariance * motion.rotation;
+  return inverse;
+}
+
+RelativePose PoseOf(const TwoViewMotion& motion, const Pinhole& camera) {
+  RelativePose pose;
+  pose.outcome = motion.HasParallax() ? PoseOutcome::kFound : PoseOutcome::kNoTranslation;
+  pose.rotation = motion.rotation;
+  pose.translation = motion.translation;
+  pose.rotation_covariance = motion.rotation_covariance;
+  pose.noise_pixels = motion.noise * camera.focal_pixels;
+  pose.parallax_pixels = motion.parallax_pixels;
+  return pose;
+}
+
+Matrix3d FundamentalOf(const TwoViewMotion& motion, const Pinhole& camera) {
+  return FundamentalOfPose(PoseOf(motion, camera), camera);
+}
+
+Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& camera) {
+  const Matrix3d k = camera.Matrix();
+  return k * motion.rotation * k.inverse();
+}
+
+PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,
+                            const PointPair& pair) {
+  const RayPair rays = {camera.Ray(pair.x1, pair.y1).head<2>(),
+                        camera.Ray(pair.x2, pair.y2).head<2>()};
+  const State state = StateOf(motion);
+  const Terms terms = TermsOf(rays, state);
+  PairLikelihood likelihood;
+  likelihood.log_static = terms.log_static;
+  likelihood.log_moving = terms.log_moving;
+  likelihood.along = terms.s;
+  likelihood.across = terms.c;
+  // The same parallax along the line, none across and none negative, turned back.
+  const Vector2d there = rays.p + std::max(terms.s, 0.0) * terms.u;
+  likelihood.standing = camera.Project(motion.rotation * Vector3d(there(0), there(1), 1.0));
+  return likelihood;
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,103 @@
+// The camera's motion between two pictures, as one model: rotation first, translation as far as
+// parallax shows it.
+//
+// With rays p, q (third component 1) of a point in the first and the second picture,
+//
+//   X_2 = R X_1 + t                                                                        (TV1)
+//   d   = proj(R^T q) - p                   what the rotation leaves of the flow           (TV2)
+//   e   = (tau_x - tau_z p_x, tau_y - tau_z p_y),  tau = R^T t,  |tau| = 1                 (TV3)
+//
+// a static point of inverse depth r (in units of 1 / |t|) has d = r e to first order in r, so with
+// u = e / |e|, v perpendicular to u, s = d.u and c = d.v
+//
+//   p(d | static) = N(c; 0, sigma^2) integral N(s; r |e|, sigma^2) exp(-r / m) / m dr      (TV4)
+//   p(d | moving) = (1 + |d|^2 / S^2)^(-3/2) / (2 pi S^2)                                  (TV5)
+//
+// The inverse depth is marginalised over an exponential prior of mean m. m is estimated: as it goes
+// to zero (TV4) becomes an isotropic Gaussian, and the camera one that only turns. A plane is a
+// scene of depths. So one likelihood covers what is often split into homography and fundamental
+// matrix, it pays for every direction that it frees, and negative depths are unlikely by
+// themselves. The integral is that of an exponentially modified Gaussian.
+//
+// Estimation maximises the mean over the points of
+//
+//   log( pi p(d | static) + (1 - pi) p(d | moving) )                                       (TV6)
+//
+// by expectation maximisation with Gauss-Newton steps in the rotation (3) and in tau (2), from
+// `directions` translations spread evenly over the sphere, the best `refined` of which are brought
+// to convergence. No random numbers are drawn.
+//
+// Cost: about 10 ms for 600 points. References: Irani & Anandan (1998) on plane and parallax;
+// Fermueller & Aloimonos (1998) on the search over directions of translation.
+#ifndef EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_MOTION_H_
+#define EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_MOTION_H_
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "vision/evidence/pinhole.h"
+#include "vision/evidence/relative_pose.h"
+#include "vision/geometry/point_pair.h"
+
+namespace egosieve::vision {
+
+struct TwoViewMotionOptions {
+  int max_pairs = 600;               // spread evenly over the pairs given; at least 20
+  int directions = 100;              // translations tried; at least 8
+  int refined = 4;                   // of these, brought to convergence; at least 1
+  int iterations = 12;               // of each; at least 1
+  double noise_floor_pixels = 0.12;  // least sigma; positive
+  double start_noise_pixels = 0.35;  // sigma that the search begins with; positive
+  double most_noise_pixels = 2.0;    // greatest sigma
+
+  absl::Status Validate() const;
+};
+
+struct TwoViewMotion {
+  bool found = false;  // false: too few pairs; the rest is not to be read
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R
+  Eigen::Vector3d translation = Eigen::Vector3d::UnitZ();  // t / |t|
+  double mean_parallax = 0.0;                              // m, mean inverse depth times |t|; rays
+  double noise = 0.0;                                      // sigma, rays
+  double static_share = 0.0;                               // pi
+  double moving_scale = 0.0;                               // S, rays
+  double log_likelihood = 0.0;                             // (TV6), densities per square pixel
+  double noise_pixels = 0.0;                               // sigma
+  double parallax_pixels = 0.0;                            // median of s over the static points
+  Eigen::Matrix3d rotation_covariance = Eigen::Matrix3d::Zero();  // radians^2
+
+  // Whether the translation shows: half of the static points moved by more than two deviations.
+  bool HasParallax() const { return found && 2.0 * noise_pixels < parallax_pixels; }
+};
+
+// pairs: pixels, first picture to second. `options` must be valid.
+TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
+                                    const TwoViewMotionOptions& options);
+
+// The same from a motion that is nearly right, without the search: for another camera.
+TwoViewMotion RefineTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
+                                  const TwoViewMotion& start, const TwoViewMotionOptions& options);
+
+// The motion from the second picture to the first.
+TwoViewMotion Inverse(const TwoViewMotion& motion);
+
+// K^-T [t]x R K^-1, unit Frobenius norm; and K R K^-1.
+Eigen::Matrix3d FundamentalOf(const TwoViewMotion& motion, const Pinhole& camera);
+Eigen::Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& camera);
+
+// Found where the translation shows.
+RelativePose PoseOf(const TwoViewMotion& motion, const Pinhole& camera);
+
+// One pair under a motion.
+struct PairLikelihood {
+  double log_static = 0.0, log_moving = 0.0;           // (TV4), (TV5)
+  double along = 0.0, across = 0.0;                    // s and c, rays
+  Eigen::Vector2d standing = Eigen::Vector2d::Zero();  // where a static point would be, pixels
+};
+PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,
+                            const PointPair& pair);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_MOTION_H_
