@@ -32,6 +32,7 @@
 #include "tools/segment/method_run.h"
 #include "tools/segment/resume.h"
 #include "tools/segment/segment_flags.h"
+#include "vision/labelling/drive_camera.h"
 #include "vision/segmentation/segmentation_pipeline.h"
 
 namespace egosieve::tools {
@@ -97,6 +98,7 @@ class SegmentCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(options.Validate());
     EGOSIEVE_RETURN_IF_ERROR(method_.CheckWith(resume_, every_ > 1 || learn_only_));
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(input_, range_.from));
+    EGOSIEVE_RETURN_IF_ERROR(LearnCamera(*input.frames, options.labeller));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<FolderLock> lock, LockFolder());
     if (method_.is_rival()) return SegmentByRival(input, device, options);
@@ -117,6 +119,22 @@ class SegmentCommand : public Command {
     std::optional<DriveWriter> writer;  // absent: the run is done
     int64_t first_frame = 0;
   };
+
+  // A first pass over the drive, where the focal length is asked for and not given.
+  absl::Status LearnCamera(vision::FrameSource& frames,
+                           vision::FrameLabellerOptions& labeller) const {
+    if (labeller.motion_model != vision::MotionModelChoice::kCalibrated ||
+        labeller.focal_ratio > 0.0) {
+      return absl::OkStatus();
+    }
+    vision::DriveCameraOptions options;
+    options.first_frame = range_.from;
+    options.equalization = labeller.equalization;
+    EGOSIEVE_ASSIGN_OR_RETURN(const vision::DriveCamera camera,
+                              vision::LearnDriveCamera(frames, options));
+    labeller.focal_ratio = camera.focal_ratio;
+    return absl::OkStatus();
+  }
 
   // None where --out is no folder, which is an error of RunFolder's.
   absl::StatusOr<std::optional<FolderLock>> LockFolder() const {

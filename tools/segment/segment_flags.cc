@@ -203,6 +203,16 @@ void SegmentFlags::AddFlags(CLI::App& app) {
               "Search for the places that flow loses: small cars that cross");
   AddWordFlag(app, "--motion_model", motion_model_, MotionModelWords(),
               "What the camera's motion does to the static world's image");
+  app.add_option("--focal_ratio", focal_ratio_,
+                 "Focal length over the image's longer side, for the calibrated motion model; "
+                 "learnt in a first pass over the drive where it is not given")
+      ->check(Between(0.1, 20.0))
+      ->type_name("RATIO");
+  app.add_option("--ahead", ahead_,
+                 "Frames behind the current one that its labels may rest on; 0: none, as a live "
+                 "camera has it")
+      ->check(Between(0, 100))
+      ->type_name("FRAMES");
   AddWordFlag(app, "--labels", labels_, LabelWords(),
               "How a feature's distance from the motion model becomes a label; evidence is "
               "epipolar then, unless it is given");
@@ -257,6 +267,8 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   Override(features_, FeatureWords(), options.labeller.features);
   Override(patch_search_, SwitchWords(), options.labeller.searches_lost);
   Override(motion_model_, MotionModelWords(), options.labeller.motion_model);
+  Override(focal_ratio_, options.labeller.focal_ratio);
+  Override(ahead_, options.ahead_frames);
   Override(labels_, LabelWords(), options.labeller.label_rule);
   if (evidence_) {
     options.labeller.evidence = *vision::ParseEvidenceTerms(*evidence_);
@@ -295,6 +307,8 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       {"features", NameOf(FeatureWords(), labeller.features)},
       {"patch_search", yes_or_no(labeller.searches_lost)},
       {"motion_model", NameOf(MotionModelWords(), labeller.motion_model)},
+      {"focal_ratio", Shortest(labeller.focal_ratio)},
+      {"ahead", absl::StrCat(options.ahead_frames)},
       {"evidence", vision::Describe(labeller.evidence)},
       {"labels", NameOf(LabelWords(), labeller.label_rule)},
       {"equalize", NameOf(EqualizationWords(), labeller.equalization.method)},

@@ -42,6 +42,8 @@ class SegmentFlags {
   std::optional<std::string> features_;
   std::optional<std::string> patch_search_;
   std::optional<std::string> motion_model_;
+  std::optional<double> focal_ratio_;
+  std::optional<int> ahead_;
   std::optional<std::string> labels_;
   std::optional<std::string> evidence_;
   std::optional<std::string> equalize_;

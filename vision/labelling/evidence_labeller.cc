@@ -26,8 +26,19 @@ EvidenceOptions OptionsOf(const EvidenceTerms& terms) {
   return options;
 }
 
-void SetAfter(const PointPair& link, TrackedPoint& point) {
-  point.evidence.after = {static_cast<float>(link.x2), static_cast<float>(link.y2)};
+// Whether enough nodes around node n were followed as well.
+bool IsSupported(const std::vector<uint8_t>& followed, cv::Size nodes, int n) {
+  const int row = n / nodes.width, column = n % nodes.width;
+  int count = 0, sum = 0;
+  for (int y = std::max(0, row - kSupportRadius);
+       y <= std::min(nodes.height - 1, row + kSupportRadius); ++y) {
+    for (int x = std::max(0, column - kSupportRadius);
+         x <= std::min(nodes.width - 1, column + kSupportRadius); ++x) {
+      ++count;
+      sum += followed[y * nodes.width + x];
+    }
+  }
+  return sum >= kSupportShare * count;
 }
 
 }  // namespace
@@ -87,7 +98,8 @@ absl::Status EvidenceLabeller::AdvanceGrid(cv::Size size, const FramePairs& pair
   EGOSIEVE_RETURN_IF_ERROR(grid_.Advance(state_.picture + 1, size, pairs.links));
   is_textured_.assign(grid_.tracks().size(), 0);
   for (size_t i = 0; i < pairs.links.size(); ++i) {
-    is_textured_[NodeAt(pairs.links[i].x2, pairs.links[i].y2)] = pairs.link_is_textured[i];
+    is_textured_[NodeAt(pairs.links[i].x2, pairs.links[i].y2, grid_.state().nodes.width)] =
+        pairs.link_is_textured[i];
   }
   return absl::OkStatus();
 }
@@ -107,64 +119,59 @@ absl::Status EvidenceLabeller::AdvanceFeatures(const ExtractedFrame& before,
   return features_.Advance(state_.picture + 1, *frame.features(), pairs.matches);
 }
 
-int64_t EvidenceLabeller::NodeAt(double x, double y) const {
+int64_t EvidenceLabeller::NodeAt(double x, double y, int columns) const {
   const int first = stride_pixels_ / 2;
   const auto column = static_cast<int64_t>((x - first) / stride_pixels_);
   const auto row = static_cast<int64_t>((y - first) / stride_pixels_);
-  return row * grid_.state().nodes.width + column;
+  return row * columns + column;
 }
 
-bool EvidenceLabeller::IsSupported(size_t n, int gap) const {
-  const int columns = grid_.state().nodes.width, rows = grid_.state().nodes.height;
-  const int row = static_cast<int>(n) / columns, column = static_cast<int>(n) % columns;
-  int nodes = 0, followed = 0;
-  for (int y = std::max(0, row - kSupportRadius); y <= std::min(rows - 1, row + kSupportRadius);
-       ++y) {
-    for (int x = std::max(0, column - kSupportRadius);
-         x <= std::min(columns - 1, column + kSupportRadius); ++x) {
-      ++nodes;
-      followed += grid_.tracks()[static_cast<size_t>(y) * columns + x].Reaches(gap) ? 1 : 0;
-    }
+std::vector<TrackedPoint> EvidenceLabeller::GridPoints(int gap, const ForwardLinks& ahead) const {
+  const cv::Size nodes = ahead.empty() ? grid_.state().nodes : ahead.nodes;
+  const bool has_tracks = static_cast<int>(grid_.tracks().size()) == nodes.area();
+  std::vector<const PointPair*> links(nodes.area(), nullptr);
+  std::vector<uint8_t> linked(nodes.area(), 0), reached(nodes.area(), 0), textured(nodes.area(), 0);
+  for (size_t i = 0; i < ahead.links.size(); ++i) {
+    const int64_t n = NodeAt(ahead.links[i].x1, ahead.links[i].y1, nodes.width);
+    links[n] = &ahead.links[i];
+    linked[n] = 1;
+    textured[n] = ahead.is_textured[i];
   }
-  return followed >= kSupportShare * nodes;
+  for (int n = 0; has_tracks && n < nodes.area(); ++n) {
+    reached[n] = grid_.tracks()[n].Reaches(gap) ? 1 : 0;
+    if (reached[n] != 0) textured[n] = is_textured_[n];
+  }
+  std::vector<TrackedPoint> points;
+  for (int n = 0; n < nodes.area(); ++n) {
+    if (reached[n] == 0 && linked[n] == 0) continue;
+    TrackedPoint point;
+    point.evidence.now = PlaceOf(n, nodes.width);
+    if (has_tracks) {
+      const Track& track = grid_.tracks()[n];
+      point.evidence.track_id = GridId(track.id);
+      point.evidence.parent_id = GridId(track.parent_id);
+    }
+    const bool behind = reached[n] != 0 && IsSupported(reached, nodes, n);
+    const bool before_us = linked[n] != 0 && IsSupported(linked, nodes, n);
+    point.is_supported = behind || before_us;
+    // A side without support has no say where the other one has it.
+    if (reached[n] != 0 && (behind || !before_us)) {
+      const EvidencePoint tracked = PointOfTrack(grid_.tracks()[n], gap);
+      point.evidence.before = tracked.before;
+      point.evidence.earlier = tracked.earlier;
+    }
+    if (linked[n] != 0 && (before_us || !behind)) {
+      point.evidence.after = {static_cast<float>(links[n]->x2), static_cast<float>(links[n]->y2)};
+    }
+    point.is_textured = textured[n] != 0;
+    point.evidence.estimates = point.is_textured;
+    points.push_back(point);
+  }
+  return points;
 }
 
 std::vector<TrackedPoint> EvidenceLabeller::Points(int gap, const ForwardLinks& ahead) const {
-  std::vector<TrackedPoint> points;
-  const auto nodes = static_cast<int64_t>(grid_.tracks().size());
-  std::vector<int64_t> link_of(nodes, -1);
-  std::vector<uint8_t> taken(ahead.links.size(), 0);
-  for (size_t i = 0; i < ahead.links.size() && nodes > 0; ++i) {
-    link_of[NodeAt(ahead.links[i].x1, ahead.links[i].y1)] = static_cast<int64_t>(i);
-  }
-  for (int64_t n = 0; n < nodes; ++n) {
-    const Track& track = grid_.tracks()[n];
-    const int64_t link = link_of[n];
-    const bool reaches = track.Reaches(gap);
-    if (!reaches && link < 0) continue;
-    TrackedPoint point;
-    point.evidence = PointOfTrack(track, gap);
-    point.evidence.track_id = GridId(track.id);
-    point.evidence.parent_id = GridId(track.parent_id);
-    point.is_textured = reaches ? is_textured_[n] != 0 : ahead.is_textured[link] != 0;
-    point.is_supported = !reaches || link >= 0 || IsSupported(n, gap);
-    point.evidence.estimates = point.is_textured;
-    if (link >= 0) {
-      SetAfter(ahead.links[link], point);
-      taken[link] = 1;
-    }
-    points.push_back(point);
-  }
-  for (size_t i = 0; i < ahead.links.size(); ++i) {
-    if (taken[i] != 0) continue;
-    TrackedPoint point;
-    point.evidence.now = {static_cast<float>(ahead.links[i].x1),
-                          static_cast<float>(ahead.links[i].y1)};
-    point.is_textured = ahead.is_textured[i] != 0;
-    point.evidence.estimates = point.is_textured;
-    SetAfter(ahead.links[i], point);
-    points.push_back(point);
-  }
+  std::vector<TrackedPoint> points = GridPoints(gap, ahead);
   for (const Track& track : features_.tracks()) {
     if (!track.Reaches(gap)) continue;
     TrackedPoint point;
@@ -178,12 +185,13 @@ std::vector<TrackedPoint> EvidenceLabeller::Points(int gap, const ForwardLinks& 
 
 std::vector<cv::Point2f> EvidenceLabeller::UnfollowedPlaces(int gap) const {
   std::vector<cv::Point2f> places;
-  const int columns = grid_.state().nodes.width, first = stride_pixels_ / 2;
-  for (size_t n = 0; n < grid_.tracks().size(); ++n) {
-    if (grid_.tracks()[n].Reaches(gap) && IsSupported(n, gap)) continue;
-    const int row = static_cast<int>(n) / columns, column = static_cast<int>(n) % columns;
-    places.emplace_back(static_cast<float>(first + column * stride_pixels_),
-                        static_cast<float>(first + row * stride_pixels_));
+  const cv::Size nodes = grid_.state().nodes;
+  std::vector<uint8_t> reached;
+  reached.reserve(grid_.tracks().size());
+  for (const Track& track : grid_.tracks()) reached.push_back(track.Reaches(gap) ? 1 : 0);
+  for (int n = 0; n < static_cast<int>(reached.size()); ++n) {
+    if (reached[n] != 0 && IsSupported(reached, nodes, n)) continue;
+    places.push_back(PlaceOf(n, nodes.width));
   }
   return places;
 }

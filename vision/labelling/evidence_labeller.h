@@ -95,10 +95,14 @@ class EvidenceLabeller {
   EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid, FeatureTracker features,
                    EvidenceAccumulator accumulator);
 
-  // The node of the grid at a place.
-  int64_t NodeAt(double x, double y) const;
-  // Whether flow holds around node n of the grid.
-  bool IsSupported(size_t n, int gap) const;
+  // The node at a place, of a grid with `columns` of them a row, and back.
+  int64_t NodeAt(double x, double y, int columns) const;
+  cv::Point2f PlaceOf(int node, int columns) const {
+    const int first = stride_pixels_ / 2;
+    return {static_cast<float>(first + node % columns * stride_pixels_),
+            static_cast<float>(first + node / columns * stride_pixels_)};
+  }
+  std::vector<TrackedPoint> GridPoints(int gap, const ForwardLinks& ahead) const;
   absl::Status AdvanceGrid(cv::Size size, const FramePairs& pairs);
   absl::Status AdvanceFeatures(const ExtractedFrame& before, const ExtractedFrame& frame,
                                const FramePairs& pairs);

@@ -27,6 +27,10 @@ absl::StatusOr<ForwardLinks> FollowForward(const std::vector<const ExtractedFram
   if (!IsLargeEnoughForFlow(first.size())) return forward;
   EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const FlowPair> flow,
                             flows.Between(*pictures[0], *pictures[1]));
+  const auto count = [&](int pixels) {
+    return (pixels - options.stride_pixels / 2 + options.stride_pixels - 1) / options.stride_pixels;
+  };
+  forward.nodes = cv::Size(count(first.cols), count(first.rows));
   TrackedGrid grid = TrackGrid(*flow, first, pictures[1]->grey, /*anchor_second=*/false, options);
   forward.links = std::move(grid.pairs);
   forward.is_textured = std::move(grid.is_textured);

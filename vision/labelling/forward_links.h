@@ -22,6 +22,7 @@
 namespace egosieve::vision {
 
 struct ForwardLinks {
+  cv::Size nodes;  // of the grid
   // From nodes of the grid (x1, y1) to the later picture (x2, y2).
   std::vector<PointPair> links;
   std::vector<uint8_t> is_textured;  // one a link

@@ -117,6 +117,7 @@ class FrameLabeller::Implementation {
   GapState gap_;
   MotionField motion_;  // of the last pair
   FocalPosterior focal_;
+  TwoViewMotion last_world_;
   FlowCache flows_;  // no state: what it holds can be computed again
   // Its last picture is that of the history's last frame. Not used where !gathers_.
   EvidenceLabeller evidence_;
@@ -281,7 +282,8 @@ MotionModel FrameLabeller::Implementation::FindCalibratedMotion(const std::vecto
   Stopwatch watch;
   MotionModel model;
   model.pair_count = static_cast<int64_t>(pairs.size());
-  world = EstimateTwoViewMotion(pairs, camera, {});
+  world = EstimateTwoViewMotion(pairs, camera, {}, last_world_.found ? &last_world_ : nullptr);
+  if (world.found && world.HasParallax()) last_world_ = world;
   if (!world.found) {
     model.reason = "too few places to tell the camera's motion from";
   } else {
@@ -363,7 +365,8 @@ absl::StatusOr<Outlook> FrameLabeller::Implementation::LookAhead(const Extracted
   for (size_t i = 0; i < outlook.links.links.size(); ++i) {
     if (outlook.links.is_textured[i] != 0) textured.push_back(outlook.links.links[i]);
   }
-  outlook.motion = EstimateTwoViewMotion(textured, camera, {});
+  outlook.motion =
+      EstimateTwoViewMotion(textured, camera, {}, last_world_.found ? &last_world_ : nullptr);
   if (outlook.motion.found && outlook.motion.static_share >= kLeastStaticShare) {
     outlook.frame = pictures.back();
   }

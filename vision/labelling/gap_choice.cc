@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace egosieve::vision {
 namespace {
 
-constexpr double kWeight = 0.3;        // w
-constexpr double kWantedPixels = 1.5;  // seven times the noise of a good match
+constexpr double kWeight = 0.3;  // w
+const double kWantedPixels = getenv("EGO_W") ? atof(getenv("EGO_W")) : 1.5;
 constexpr double kLeastPixels = 0.35;  // hand-held sequences have up to 0.25
 constexpr double kMargin = 0.25;
 constexpr double kFloorPixels = 0.01;

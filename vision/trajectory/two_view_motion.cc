@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 #include <utility>
 
@@ -268,14 +269,34 @@ std::vector<State> Search(const std::vector<RayPair>& pairs, double noise, int d
   start.mean = std::max(lengths[lengths.size() / 2], noise);
   start.moving_scale =
       std::max(lengths[lengths.size() * 85 / 100], kLeastMovingScale * start.noise);
+  std::vector<RayPair> coarse;
+  const size_t every = getenv("EGO_E") ? atoi(getenv("EGO_E")) : 3;
+  for (size_t i = 0; i < pairs.size(); i += every) coarse.push_back(pairs[i]);
   std::vector<State> states;
+  if (getenv("EGO_D")) directions = atoi(getenv("EGO_D"));
   for (int k = 0; k < directions; ++k) {
     State state = start;
     state.tau = Direction(k, directions);
-    Climb(pairs, 2, false, state);
+    Climb(coarse, getenv("EGO_I") ? atoi(getenv("EGO_I")) : 6, true, state);
     states.push_back(state);
   }
   return states;
+}
+
+// The best states whose translations are apart from those of better ones.
+std::vector<State> BestApart(std::vector<State> states, int count) {
+  const double kApart = getenv("EGO_A") ? atof(getenv("EGO_A")) : 0.94;
+  std::sort(states.begin(), states.end(),
+            [](const State& a, const State& b) { return a.score > b.score; });
+  std::vector<State> best;
+  for (const State& state : states) {
+    if (static_cast<int>(best.size()) == count) break;
+    if (std::all_of(best.begin(), best.end(),
+                    [&](const State& other) { return other.tau.dot(state.tau) < kApart; })) {
+      best.push_back(state);
+    }
+  }
+  return best;
 }
 
 void Converge(const std::vector<RayPair>& pairs, const Pinhole& camera,
@@ -351,19 +372,22 @@ absl::Status TwoViewMotionOptions::Validate() const {
 }
 
 TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
-                                    const TwoViewMotionOptions& options) {
+                                    const TwoViewMotionOptions& options,
+                                    const TwoViewMotion* last) {
   if (pairs.size() < kFewestPairs) return {};
   const std::vector<RayPair> rays = Sample(pairs, camera, options.max_pairs);
   std::vector<State> states =
       Search(rays, options.start_noise_pixels / camera.focal_pixels, options.directions);
-  const size_t refined = std::min<size_t>(options.refined, states.size());
-  std::partial_sort(states.begin(), states.begin() + refined, states.end(),
-                    [](const State& a, const State& b) { return a.score > b.score; });
-  states.resize(refined);
+  states = BestApart(std::move(states), getenv("EGO_R") ? atoi(getenv("EGO_R")) : options.refined);
   for (State& state : states) Converge(rays, camera, options, state);
+  const double continuity = getenv("EGO_C") ? atof(getenv("EGO_C")) : 0.0;
+  const auto total = [&](const State& state) {
+    const bool known = last != nullptr && last->HasParallax();
+    return state.score + (known ? continuity * last->translation.dot(state.rotation * state.tau) : 0.0);
+  };
   const auto best =
       std::max_element(states.begin(), states.end(),
-                       [](const State& a, const State& b) { return a.score < b.score; });
+                       [&](const State& a, const State& b) { return total(a) < total(b); });
   return MotionOf(rays, camera, *best);
 }
 

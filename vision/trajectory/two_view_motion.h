@@ -73,7 +73,8 @@ struct TwoViewMotion {
 
 // pairs: pixels, first picture to second. `options` must be valid.
 TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
-                                    const TwoViewMotionOptions& options);
+                                    const TwoViewMotionOptions& options,
+                                    const TwoViewMotion* last = nullptr);
 
 // The same from a motion that is nearly right, without the search: for another camera.
 TwoViewMotion RefineTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,

@@ -1,0 +1,38 @@
+// The camera of a recorded drive, learnt in a first pass over some of its pictures.
+//
+// Pairs of pictures about kPairSeconds apart, spread over the drive, tell the focal length
+// (focal_posterior.h). A recording can be read twice; a live camera begins with the prior and
+// learns on the way.
+#ifndef EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
+#define EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "vision/frame/equalization.h"
+#include "vision/frame/frame_source.h"
+
+namespace egosieve::vision {
+
+struct DriveCamera {
+  double focal_ratio = 0.0;          // focal length over the image's longer side
+  double log_focal_deviation = 0.0;  // standard deviation of the focal length's logarithm
+  int pair_count = 0;                // pairs of pictures that it rests on
+};
+
+struct DriveCameraOptions {
+  int pairs = 24;                 // looked at, at most; positive
+  int64_t first_frame = 0;        // where the drive begins in the input
+  int64_t longest_frames = 3000;  // of the drive that are looked at; positive
+  EqualizationOptions equalization;
+
+  absl::Status Validate() const;
+};
+
+// Reads from `source`, whose next frame is undefined afterwards. Frames that cannot be read are
+// passed over; errors are the source's. The same for the same input.
+absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
+                                             const DriveCameraOptions& options);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
