@@ -155,8 +155,9 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
   Motion motion;
   motion.kind = frame.motion_matrix.allFinite() ? frame.motion_model : MotionModelKind::kNone;
   motion.matrix = frame.motion_matrix;
-  motion.camera = frame.world || frame.world_ahead ? frame.camera
-                                                   : Pinhole::Of(frame.size, options_.focal_pixels);
+  motion.camera = frame.world || !frame.views.empty()
+                      ? frame.camera
+                      : Pinhole::Of(frame.size, options_.focal_pixels);
   if (motion.kind == MotionModelKind::kNone) return motion;
 
   std::vector<PointPair>& pairs = motion.pairs;
@@ -206,37 +207,39 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
   return motion;
 }
 
-void EvidenceAccumulator::MeasureAhead(const EvidenceFrame& frame, EvidenceResult& result) const {
-  if (!options_.epipolar) return;
+void EvidenceAccumulator::MeasureView(const EvidenceFrame& frame, const EvidenceView& view,
+                                      EvidenceResult& result) const {
   std::optional<PhotometricSupport> pictures;
-  if (!frame.grey.empty() && !frame.grey_ahead.empty()) {
-    std::vector<cv::Point2f> nows, afters;
-    for (const EvidencePoint& point : frame.points) {
-      if (!point.estimates || !IsKnown(point.after)) continue;
-      nows.push_back(point.now);
-      afters.push_back(point.after);
+  if (!frame.grey.empty() && !view.grey.empty()) {
+    std::vector<cv::Point2f> nows, theres;
+    for (size_t i = 0; i < frame.points.size(); ++i) {
+      if (!frame.points[i].estimates || !IsKnown(view.places[i])) continue;
+      nows.push_back(frame.points[i].now);
+      theres.push_back(view.places[i]);
     }
-    pictures.emplace(frame.grey, frame.grey_ahead, nows, afters);
+    pictures.emplace(frame.grey, view.grey, nows, theres);
   }
   ForEachPoint(frame.points.size(), [&](size_t i) {
-    const EvidencePoint& point = frame.points[i];
-    if (!IsKnown(point.after)) return;
-    const PairLikelihood likelihood = LikelihoodOf(
-        *frame.world_ahead, frame.camera, {point.now.x, point.now.y, point.after.x, point.after.y});
+    const cv::Point2f now = frame.points[i].now, there = view.places[i];
+    if (!IsKnown(there)) return;
+    const PairLikelihood likelihood =
+        LikelihoodOf(view.motion, frame.camera, {now.x, now.y, there.x, there.y});
     double ratio = LogRatioOf(likelihood);
     if (pictures && ratio > 0.0) {
-      ratio = std::min(
-          ratio,
-          pictures->LogRatio(point.now, point.after, PlaceOf(likelihood.standing)).value_or(0.0));
+      ratio = std::min(ratio,
+                       pictures->LogRatio(now, there, PlaceOf(likelihood.standing)).value_or(0.0));
     }
-    result.points[i].ahead_log_ratio = ratio;
+    std::optional<double>& sum = result.points[i].views_log_ratio;
+    sum = sum.value_or(0.0) + ratio;
   });
 }
 
 void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& motion,
                                   const PhotometricSupport* pictures,
                                   EvidenceResult& result) const {
-  if (frame.world_ahead) MeasureAhead(frame, result);
+  for (const EvidenceView& view : frame.views) {
+    if (options_.epipolar) MeasureView(frame, view, result);
+  }
   if (motion.kind == MotionModelKind::kNone) return;
   const auto measure = [&](size_t i) {
     const EvidencePoint& point = frame.points[i];
@@ -343,9 +346,9 @@ void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
         now += VisibleLogRatio(term, evidence.log_ratio[k]);
       }
       double sum = sums[i].sums[k];
-      if (term == EvidenceTerm::kEpipolar && evidence.ahead_log_ratio) {
+      if (term == EvidenceTerm::kEpipolar && evidence.views_log_ratio) {
         evidence.judged = true;
-        sum += *evidence.ahead_log_ratio;
+        sum += *evidence.views_log_ratio;
       }
       if (sum == 0.0) continue;
       parts[k] = VisibleLogRatio(term, tempering * sum);

@@ -55,13 +55,20 @@ struct EvidencePoint {
   cv::Point2f now;                          // in frame t
   cv::Point2f before{kUnknown, kUnknown};   // in frame t - g
   cv::Point2f earlier{kUnknown, kUnknown};  // in frame t - 2 g
-  cv::Point2f after{kUnknown, kUnknown};    // in the frame ahead
   bool estimates = true;                    // takes part in estimating motion, scales and shares
 
   bool HasBefore() const { return std::isfinite(before.x) && std::isfinite(before.y); }
 };
 
 EvidencePoint PointOfTrack(const Track& track, int gap);
+
+// Another picture than those of the pair: what it says counts for the current frame and leaves no
+// memory, for its pair is judged again when it is the current one.
+struct EvidenceView {
+  TwoViewMotion motion;             // from t to the picture
+  cv::Mat grey;                     // CV_8UC1 of the frame's size
+  std::vector<cv::Point2f> places;  // of the points in it, one a point; NaN where not known
+};
 
 struct EvidenceFrame {
   int64_t index = 0;  // t
@@ -72,13 +79,11 @@ struct EvidenceFrame {
   // The calibrated motion t - g to t, where that was estimated; then the terms of the epipolar
   // distance and of negative depth are one, its log_moving - log_static.
   std::optional<TwoViewMotion> world;
-  // The same from t to the frame ahead.
-  std::optional<TwoViewMotion> world_ahead;
-  Pinhole camera;  // read where one of them is there
+  std::vector<EvidenceView> views;
+  Pinhole camera;  // read where `world` or `views` are there
   std::vector<EvidencePoint> points;
   std::vector<cv::Point2f> unfollowed;  // places of frame t that flow does not follow; no points
   cv::Mat grey;         // CV_8UC1 of `size`, or empty: nothing is learnt about the own car
-  cv::Mat grey_ahead;   // of the frame ahead, likewise
   cv::Mat grey_before;  // of frame t - g, likewise; empty: places are taken at their word
 };
 
@@ -87,9 +92,7 @@ struct PointEvidence {
   // Of the current frame, by EvidenceTerm; not read where not present.
   std::array<double, kEvidenceTerms> log_ratio{};
   std::array<bool, kEvidenceTerms> present{};
-  // Of the frame ahead, a part of the epipolar term; it leaves no memory, for that pair of pictures
-  // is judged again when it is the current one.
-  std::optional<double> ahead_log_ratio;
+  std::optional<double> views_log_ratio;              // of all `views`, a part of the epipolar term
   bool judged = false;                                // anything known, now or from before
   EvidenceTerm decided_by = EvidenceTerm::kEpipolar;  // greatest part of L in its direction
   bool from_memory = false;  // the current frame alone would decide otherwise, or not at all
@@ -150,8 +153,8 @@ class EvidenceAccumulator {
 
   struct Motion;
   Motion MotionOf(const EvidenceFrame& frame, EvidenceState& next) const;
-  // From t to the frame ahead.
-  void MeasureAhead(const EvidenceFrame& frame, EvidenceResult& result) const;
+  void MeasureView(const EvidenceFrame& frame, const EvidenceView& view,
+                   EvidenceResult& result) const;
   // pictures: null where there are not both.
   void Measure(const EvidenceFrame& frame, const Motion& motion, const PhotometricSupport* pictures,
                EvidenceResult& result) const;

@@ -98,8 +98,8 @@ absl::Status EvidenceLabeller::AdvanceGrid(cv::Size size, const FramePairs& pair
   EGOSIEVE_RETURN_IF_ERROR(grid_.Advance(state_.picture + 1, size, pairs.links));
   is_textured_.assign(grid_.tracks().size(), 0);
   for (size_t i = 0; i < pairs.links.size(); ++i) {
-    is_textured_[NodeAt(pairs.links[i].x2, pairs.links[i].y2, grid_.state().nodes.width)] =
-        pairs.link_is_textured[i];
+    is_textured_[NodeAt(pairs.links[i].x2, pairs.links[i].y2, grid_.state().nodes.width,
+                        stride_pixels_)] = pairs.link_is_textured[i];
   }
   return absl::OkStatus();
 }
@@ -119,58 +119,61 @@ absl::Status EvidenceLabeller::AdvanceFeatures(const ExtractedFrame& before,
   return features_.Advance(state_.picture + 1, *frame.features(), pairs.matches);
 }
 
-int64_t EvidenceLabeller::NodeAt(double x, double y, int columns) const {
-  const int first = stride_pixels_ / 2;
-  const auto column = static_cast<int64_t>((x - first) / stride_pixels_);
-  const auto row = static_cast<int64_t>((y - first) / stride_pixels_);
-  return row * columns + column;
-}
-
-std::vector<TrackedPoint> EvidenceLabeller::GridPoints(int gap, const ForwardLinks& ahead) const {
+std::vector<TrackedPoint> EvidenceLabeller::GridPoints(int gap, const GridLinks& ahead) const {
   const cv::Size nodes = ahead.empty() ? grid_.state().nodes : ahead.nodes;
   const bool has_tracks = static_cast<int>(grid_.tracks().size()) == nodes.area();
-  std::vector<const PointPair*> links(nodes.area(), nullptr);
-  std::vector<uint8_t> linked(nodes.area(), 0), reached(nodes.area(), 0), textured(nodes.area(), 0);
-  for (size_t i = 0; i < ahead.links.size(); ++i) {
-    const int64_t n = NodeAt(ahead.links[i].x1, ahead.links[i].y1, nodes.width);
-    links[n] = &ahead.links[i];
-    linked[n] = 1;
-    textured[n] = ahead.is_textured[i];
-  }
-  for (int n = 0; has_tracks && n < nodes.area(); ++n) {
-    reached[n] = grid_.tracks()[n].Reaches(gap) ? 1 : 0;
-    if (reached[n] != 0) textured[n] = is_textured_[n];
-  }
+  const auto flags = [&](const auto& is_followed) {
+    std::vector<uint8_t> followed(nodes.area(), 0);
+    for (int n = 0; n < nodes.area(); ++n) followed[n] = is_followed(n) ? 1 : 0;
+    return followed;
+  };
+  const auto reaches = [&](int pictures) {
+    return flags([&](int n) { return has_tracks && grid_.tracks()[n].Reaches(pictures); });
+  };
+  const std::vector<uint8_t> far_behind = reaches(gap);
+  const std::vector<uint8_t> near_behind = gap > 1 ? reaches(1) : far_behind;
+  const std::vector<uint8_t> far_ahead =
+      flags([&](int n) { return !ahead.empty() && std::isfinite(ahead.far[n].x); });
+  const std::vector<uint8_t> near_ahead =
+      flags([&](int n) { return !ahead.empty() && std::isfinite(ahead.near[n].x); });
+  const auto holds = [&](const std::vector<uint8_t>& followed, int n) {
+    return followed[n] != 0 && IsSupported(followed, nodes, n);
+  };
   std::vector<TrackedPoint> points;
   for (int n = 0; n < nodes.area(); ++n) {
-    if (reached[n] == 0 && linked[n] == 0) continue;
+    const bool tracked = far_behind[n] != 0;
     TrackedPoint point;
-    point.evidence.now = PlaceOf(n, nodes.width);
+    point.evidence.now = PlaceOfNode(n, nodes.width, stride_pixels_);
+    // The longer way where it is followed, else the shorter one.
+    if (holds(far_ahead, n)) {
+      point.far_ahead = ahead.far[n];
+    } else if (holds(near_ahead, n)) {
+      point.near_ahead = ahead.near[n];
+    }
+    const bool is_ahead = std::isfinite(point.far_ahead.x) || std::isfinite(point.near_ahead.x);
+    const bool is_behind = holds(far_behind, n);
+    if (tracked && (is_behind || !is_ahead)) {
+      const EvidencePoint behind = PointOfTrack(grid_.tracks()[n], gap);
+      point.evidence.before = behind.before;
+      point.evidence.earlier = behind.earlier;
+    } else if (holds(near_behind, n)) {
+      point.near_behind = grid_.tracks()[n].places[1];
+    }
+    const bool is_near = std::isfinite(point.near_behind.x);
+    if (!is_ahead && !is_near && !tracked) continue;
+    point.is_supported = is_ahead || is_behind || is_near;
     if (has_tracks) {
-      const Track& track = grid_.tracks()[n];
-      point.evidence.track_id = GridId(track.id);
-      point.evidence.parent_id = GridId(track.parent_id);
+      point.evidence.track_id = GridId(grid_.tracks()[n].id);
+      point.evidence.parent_id = GridId(grid_.tracks()[n].parent_id);
     }
-    const bool behind = reached[n] != 0 && IsSupported(reached, nodes, n);
-    const bool before_us = linked[n] != 0 && IsSupported(linked, nodes, n);
-    point.is_supported = behind || before_us;
-    // A side without support has no say where the other one has it.
-    if (reached[n] != 0 && (behind || !before_us)) {
-      const EvidencePoint tracked = PointOfTrack(grid_.tracks()[n], gap);
-      point.evidence.before = tracked.before;
-      point.evidence.earlier = tracked.earlier;
-    }
-    if (linked[n] != 0 && (before_us || !behind)) {
-      point.evidence.after = {static_cast<float>(links[n]->x2), static_cast<float>(links[n]->y2)};
-    }
-    point.is_textured = textured[n] != 0;
+    point.is_textured = near_behind[n] != 0 ? is_textured_[n] != 0 : ahead.is_textured[n] != 0;
     point.evidence.estimates = point.is_textured;
     points.push_back(point);
   }
   return points;
 }
 
-std::vector<TrackedPoint> EvidenceLabeller::Points(int gap, const ForwardLinks& ahead) const {
+std::vector<TrackedPoint> EvidenceLabeller::Points(int gap, const GridLinks& ahead) const {
   std::vector<TrackedPoint> points = GridPoints(gap, ahead);
   for (const Track& track : features_.tracks()) {
     if (!track.Reaches(gap)) continue;
@@ -191,7 +194,7 @@ std::vector<cv::Point2f> EvidenceLabeller::UnfollowedPlaces(int gap) const {
   for (const Track& track : grid_.tracks()) reached.push_back(track.Reaches(gap) ? 1 : 0);
   for (int n = 0; n < static_cast<int>(reached.size()); ++n) {
     if (reached[n] != 0 && IsSupported(reached, nodes, n)) continue;
-    places.push_back(PlaceOf(n, nodes.width));
+    places.push_back(PlaceOfNode(n, nodes.width, stride_pixels_));
   }
   return places;
 }
@@ -199,7 +202,7 @@ std::vector<cv::Point2f> EvidenceLabeller::UnfollowedPlaces(int gap) const {
 absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(
     const ExtractedFrame* before, const ExtractedFrame& frame, int gap, const MotionModel& model,
     const std::vector<TrackedPoint>& points, const TwoViewMotion* world, const Pinhole& camera,
-    const ExtractedFrame* ahead, const TwoViewMotion& world_ahead) {
+    const std::vector<OtherView>& views) {
   EvidenceFrame evidence;
   evidence.index = state_.picture;
   evidence.gap = gap;
@@ -210,28 +213,23 @@ absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(
     evidence.world = *world;
     evidence.camera = camera;
   }
-  if (ahead != nullptr) {
-    evidence.world_ahead = world_ahead;
-    evidence.grey_ahead = ahead->grey;
-    evidence.camera = camera;
+  for (const OtherView& view : views) {
+    if (view.frame == nullptr) continue;
+    EvidenceView& other = evidence.views.emplace_back();
+    other.motion = *view.motion;
+    other.grey = view.frame->grey;
+    other.places.reserve(points.size());
+    for (const TrackedPoint& point : points) other.places.push_back(point.*view.place);
   }
+  if (!evidence.views.empty()) evidence.camera = camera;
   evidence.points.reserve(points.size());
   for (const TrackedPoint& point : points) evidence.points.push_back(point.evidence);
-  if (draws_own_car_ || before != nullptr || ahead != nullptr) evidence.grey = frame.grey;
+  if (draws_own_car_ || before != nullptr || !evidence.views.empty()) evidence.grey = frame.grey;
   if (before != nullptr) {
     evidence.grey_before = before->grey;
     evidence.unfollowed = UnfollowedPlaces(gap);
   }
   return accumulator_.Add(evidence);
-}
-
-absl::StatusOr<EvidenceResult> EvidenceLabeller::JudgeAhead(
-    const ExtractedFrame& frame, const ExtractedFrame& ahead, const TwoViewMotion& world_ahead,
-    const Pinhole& camera, const std::vector<TrackedPoint>& points) {
-  if (state_.frame_indices.empty() || last_frame_index() != frame.frame.index) {
-    Begin(frame.frame.index);
-  }
-  return Judge(nullptr, frame, 1, MotionModel(), points, nullptr, camera, &ahead, world_ahead);
 }
 
 EvidenceLabellerState EvidenceLabeller::state() const {

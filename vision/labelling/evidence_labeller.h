@@ -21,9 +21,9 @@
 #include "vision/geometry/motion_model.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/labelling/extracted_frame.h"
-#include "vision/labelling/forward_links.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/pair_builder.h"
+#include "vision/labelling/pair_motions.h"
 #include "vision/tracking/feature_tracker.h"
 #include "vision/tracking/grid_tracker.h"
 
@@ -37,11 +37,22 @@ struct EvidenceLabellerState {
   EvidenceState evidence;
 };
 
-// A place that a track has reached.
+inline const cv::Point2f kUnknownPlace{EvidencePoint::kUnknown, EvidencePoint::kUnknown};
+
+// A place that a track has reached, or that a picture near it follows.
 struct TrackedPoint {
   EvidencePoint evidence;
+  // Where only a picture other than the pair's follows the place; NaN elsewhere.
+  cv::Point2f far_ahead = kUnknownPlace, near_ahead = kUnknownPlace, near_behind = kUnknownPlace;
   bool is_textured = true;
   bool is_supported = true;  // enough places around it could be followed as well
+};
+
+// Another picture, the camera's motion from the current one to it, and the points' places in it.
+struct OtherView {
+  const ExtractedFrame* frame = nullptr;
+  const TwoViewMotion* motion = nullptr;
+  cv::Point2f TrackedPoint::*place = nullptr;
 };
 
 class EvidenceLabeller {
@@ -68,23 +79,17 @@ class EvidenceLabeller {
 
   // Tracks of the current picture that reach `gap` pictures back, and nodes of the grid that
   // `ahead` follows.
-  std::vector<TrackedPoint> Points(int gap, const ForwardLinks& ahead) const;
+  std::vector<TrackedPoint> Points(int gap, const GridLinks& ahead) const;
   // Nodes of the grid without such a track, or without support.
   std::vector<cv::Point2f> UnfollowedPlaces(int gap) const;
   // Step 4; `model` may be of kind kNone.
   // `before`: the other frame of the pair, or null. `world`: the calibrated motion, or null.
-  // `ahead`: the frame that the points' places `after` are in, or null, and the motion to it.
+  // `views`: further pictures; those without a frame are passed over.
   absl::StatusOr<EvidenceResult> Judge(const ExtractedFrame* before, const ExtractedFrame& frame,
                                        int gap, const MotionModel& model,
                                        const std::vector<TrackedPoint>& points,
                                        const TwoViewMotion* world, const Pinhole& camera,
-                                       const ExtractedFrame* ahead,
-                                       const TwoViewMotion& world_ahead);
-  // The same from the frame ahead alone.
-  absl::StatusOr<EvidenceResult> JudgeAhead(const ExtractedFrame& frame,
-                                            const ExtractedFrame& ahead,
-                                            const TwoViewMotion& world_ahead, const Pinhole& camera,
-                                            const std::vector<TrackedPoint>& points);
+                                       const std::vector<OtherView>& views);
 
   const OwnCarState& own_car() const { return accumulator_.state().own_car; }
 
@@ -95,14 +100,7 @@ class EvidenceLabeller {
   EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid, FeatureTracker features,
                    EvidenceAccumulator accumulator);
 
-  // The node at a place, of a grid with `columns` of them a row, and back.
-  int64_t NodeAt(double x, double y, int columns) const;
-  cv::Point2f PlaceOf(int node, int columns) const {
-    const int first = stride_pixels_ / 2;
-    return {static_cast<float>(first + node % columns * stride_pixels_),
-            static_cast<float>(first + node / columns * stride_pixels_)};
-  }
-  std::vector<TrackedPoint> GridPoints(int gap, const ForwardLinks& ahead) const;
+  std::vector<TrackedPoint> GridPoints(int gap, const GridLinks& ahead) const;
   absl::Status AdvanceGrid(cv::Size size, const FramePairs& pairs);
   absl::Status AdvanceFeatures(const ExtractedFrame& before, const ExtractedFrame& frame,
                                const FramePairs& pairs);

@@ -12,11 +12,11 @@
 #include "vision/geometry/sampling.h"
 #include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/extracted_frame.h"
-#include "vision/labelling/forward_links.h"
 #include "vision/labelling/gap_choice.h"
 #include "vision/labelling/label_rule.h"
 #include "vision/labelling/labeller_state.h"
 #include "vision/labelling/pair_builder.h"
+#include "vision/labelling/pair_motions.h"
 #include "vision/labelling/place_labels.h"
 #include "vision/labelling/stopwatch.h"
 #include "vision/trajectory/focal_posterior.h"
@@ -50,11 +50,18 @@ cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
 
 }  // namespace
 
-// What the pictures ahead say of a frame.
+// Another picture, and the camera's motion from the labelled one to it; no frame: not to be used.
+struct View {
+  const ExtractedFrame* frame = nullptr;
+  TwoViewMotion motion;
+};
+
+// What the pictures ahead say of a frame; `near` is not used where it is the same as `far`.
 struct Outlook {
-  const ExtractedFrame* frame = nullptr;  // the one that the links lead to; null: nothing is said
-  ForwardLinks links;
-  TwoViewMotion motion;  // from the labelled frame to `frame`
+  GridLinks links;
+  View near, far;
+
+  bool empty() const { return near.frame == nullptr && far.frame == nullptr; }
 };
 
 class FrameLabeller::Implementation {
@@ -63,7 +70,7 @@ class FrameLabeller::Implementation {
 
   Implementation(const FrameLabellerOptions& options, EvidenceLabeller evidence)
       : options_(options),
-        flows_(options.flow_quality),
+        pair_motions_(GridOptionsOf(options)),
         gathers_(!options.evidence.IsEpipolarAlone()),
         evidence_(std::move(evidence)) {}
 
@@ -96,6 +103,9 @@ class FrameLabeller::Implementation {
   // From the pictures ahead alone; the outcome stays as it is where they say nothing.
   absl::Status LabelFromAhead(const ExtractedFrame& frame, const Pictures& ahead,
                               LabelledFrame& result);
+  absl::StatusOr<View> LookAt(const PairMotions::Pictures& pictures, const Pinhole& camera);
+  absl::StatusOr<View> LookBack(const ExtractedFrame& before, const ExtractedFrame& frame,
+                                const Pinhole& camera);
   absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame, const Pictures& ahead, int gap,
                                     const Pinhole& camera);
   // Whether there is enough to go on; else the outcome is set.
@@ -117,8 +127,7 @@ class FrameLabeller::Implementation {
   GapState gap_;
   MotionField motion_;  // of the last pair
   FocalPosterior focal_;
-  TwoViewMotion last_world_;
-  FlowCache flows_;  // no state: what it holds can be computed again
+  PairMotions pair_motions_;  // no state: what it holds can be computed again
   // Its last picture is that of the history's last frame. Not used where !gathers_.
   EvidenceLabeller evidence_;
 };
@@ -184,7 +193,7 @@ absl::Status FrameLabeller::Implementation::Restore(absl::string_view bytes) {
   motion_ = std::move(state.motion);
   focal_ = state.focal;
   history_.clear();
-  flows_.Clear();
+  pair_motions_ = PairMotions(GridOptionsOf(options_));
   return absl::OkStatus();
 }
 
@@ -224,7 +233,7 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
       result.outcome != LabelOutcome::kUntrustedMotion) {
     EGOSIEVE_RETURN_IF_ERROR(LabelFromAhead(*frame, ahead, result));
   }
-  flows_.Forget(frame->frame.index);
+  pair_motions_.Forget(frame->frame.index);
   EGOSIEVE_RETURN_IF_ERROR(Push(std::move(frame)));
   return result;
 }
@@ -282,8 +291,7 @@ MotionModel FrameLabeller::Implementation::FindCalibratedMotion(const std::vecto
   Stopwatch watch;
   MotionModel model;
   model.pair_count = static_cast<int64_t>(pairs.size());
-  world = EstimateTwoViewMotion(pairs, camera, {}, last_world_.found ? &last_world_ : nullptr);
-  if (world.found && world.HasParallax()) last_world_ = world;
+  world = EstimateTwoViewMotion(pairs, camera, {});
   if (!world.found) {
     model.reason = "too few places to tell the camera's motion from";
   } else {
@@ -327,8 +335,8 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
   result.first_index = first.frame.index;
   result.second_index = second.frame.index;
   const int gap = Gap(static_cast<int>(history_.size()));
-  EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs,
-                            BuildPairs(first, second, motion_, gap, options_, flows_));
+  EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs, BuildPairs(first, second, motion_, gap,
+                                                               options_, pair_motions_.flows()));
   motion_ = MotionField();
   if (!IsEnough(pairs, result)) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const MotionModel model,
@@ -358,19 +366,37 @@ absl::StatusOr<Outlook> FrameLabeller::Implementation::LookAhead(const Extracted
       options_.features == FeatureSource::kSiftCorners) {
     return outlook;
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(outlook.links,
-                            FollowForward(pictures, GridOptionsOf(options_), flows_));
+  EGOSIEVE_ASSIGN_OR_RETURN(outlook.links, pair_motions_.Follow(pictures));
   if (outlook.links.followed_share < kLeastFollowedShare) return outlook;
-  std::vector<PointPair> textured;
-  for (size_t i = 0; i < outlook.links.links.size(); ++i) {
-    if (outlook.links.is_textured[i] != 0) textured.push_back(outlook.links.links[i]);
-  }
-  outlook.motion =
-      EstimateTwoViewMotion(textured, camera, {}, last_world_.found ? &last_world_ : nullptr);
-  if (outlook.motion.found && outlook.motion.static_share >= kLeastStaticShare) {
-    outlook.frame = pictures.back();
+  EGOSIEVE_ASSIGN_OR_RETURN(outlook.far, LookAt(pictures, camera));
+  if (pictures.size() > 2) {
+    EGOSIEVE_ASSIGN_OR_RETURN(outlook.near, LookAt({pictures[0], pictures[1]}, camera));
   }
   return outlook;
+}
+
+absl::StatusOr<View> FrameLabeller::Implementation::LookAt(const PairMotions::Pictures& pictures,
+                                                           const Pinhole& camera) {
+  View view;
+  EGOSIEVE_ASSIGN_OR_RETURN(view.motion, pair_motions_.Between(pictures, camera));
+  if (view.motion.found && view.motion.static_share >= kLeastStaticShare) {
+    view.frame = pictures.back();
+  }
+  return view;
+}
+
+absl::StatusOr<View> FrameLabeller::Implementation::LookBack(const ExtractedFrame& before,
+                                                             const ExtractedFrame& frame,
+                                                             const Pinhole& camera) {
+  if (options_.motion_model != MotionModelChoice::kCalibrated ||
+      options_.features == FeatureSource::kSiftCorners) {
+    return View();
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(View view, LookAt({&before, &frame}, camera));
+  if (view.frame == nullptr) return view;
+  view.frame = &before;
+  view.motion = Inverse(view.motion);
+  return view;
 }
 
 absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame& frame,
@@ -378,21 +404,25 @@ absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame&
                                                            LabelledFrame& result) {
   const Pinhole camera = Camera(frame.grey.size());
   EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, LookAhead(frame, ahead, gap_.gap, camera));
-  if (outlook.frame == nullptr) return absl::OkStatus();
+  if (outlook.empty()) return absl::OkStatus();
   Stopwatch watch;
+  if (evidence_.last_frame_index() != frame.frame.index) evidence_.Begin(frame.frame.index);
   const std::vector<TrackedPoint> points = evidence_.Points(kNoGap, outlook.links);
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
-      evidence_.JudgeAhead(frame, *outlook.frame, outlook.motion, camera, points));
+      evidence_.Judge(nullptr, frame, 1, MotionModel(), points, nullptr, camera,
+                      {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
+                       {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead}}));
+  const View& view = outlook.far.frame != nullptr ? outlook.far : outlook.near;
   result.first_index = frame.frame.index;
-  result.second_index = outlook.frame->frame.index;
+  result.second_index = view.frame->frame.index;
   result.motion_model =
-      outlook.motion.HasParallax() ? MotionModelKind::kFundamental : MotionModelKind::kHomography;
+      view.motion.HasParallax() ? MotionModelKind::kFundamental : MotionModelKind::kHomography;
   result.motion_matrix =
-      ToMatx(outlook.motion.HasParallax() ? FundamentalOf(outlook.motion, camera)
-                                          : RotationHomography(outlook.motion, camera));
+      ToMatx(view.motion.HasParallax() ? FundamentalOf(view.motion, camera)
+                                       : RotationHomography(view.motion, camera));
   result.motion_trusted = true;
-  result.parallax_pixels = outlook.motion.parallax_pixels;
+  result.parallax_pixels = view.motion.parallax_pixels;
   result.reason.clear();
   LabelByEvidence(frame, points, MotionModel(), evidence, result);
   result.times.labelling_milliseconds += watch.LapMilliseconds();
@@ -404,7 +434,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
                                                         const Pictures& ahead,
                                                         LabelledFrame& result) {
   EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs,
-                            BuildPairs(before, frame, motion_, 1, options_, flows_));
+                            BuildPairs(before, frame, motion_, 1, options_, pair_motions_.flows()));
   motion_ = MotionField();
   if (!IsEnough(pairs, result)) {
     evidence_.Begin(frame.frame.index);
@@ -421,6 +451,10 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   result.second_index = frame.frame.index;
   const Pinhole camera = Camera(frame.grey.size());
   EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, LookAhead(frame, ahead, gap, camera));
+  View behind;
+  if (gap > 1) {
+    EGOSIEVE_ASSIGN_OR_RETURN(behind, LookBack(before, frame, camera));
+  }
   const std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);
   std::vector<PointPair> geometry;
   for (const TrackedPoint& point : points) {
@@ -441,9 +475,12 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
       evidence_.Judge(InHistory(result.first_index), frame, gap, model, points,
-                      world.found ? &world : nullptr, camera, outlook.frame, outlook.motion));
+                      world.found ? &world : nullptr, camera,
+                      {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
+                       {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead},
+                       {behind.frame, &behind.motion, &TrackedPoint::near_behind}}));
   result.own_car = OwnCarAreas(evidence_.own_car(), frame.grey.size());
-  if (model.trusted || outlook.frame != nullptr) {
+  if (model.trusted || !outlook.empty()) {
     result.reason.clear();
     LabelByEvidence(frame, points, model, evidence, result);
   }

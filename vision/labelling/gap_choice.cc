@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 namespace egosieve::vision {
 namespace {
 
 constexpr double kWeight = 0.3;  // w
-const double kWantedPixels = getenv("EGO_W") ? atof(getenv("EGO_W")) : 1.5;
-constexpr double kLeastPixels = 0.35;  // hand-held sequences have up to 0.25
+constexpr double kWantedPixels = 3.0;
 constexpr double kMargin = 0.25;
 constexpr double kFloorPixels = 0.01;
 
@@ -22,11 +20,6 @@ void ObserveParallax(double parallax_pixels, int gap, int longest, GapState& sta
       state.has_parallax ? (1.0 - kWeight) * state.log_parallax + kWeight * observed : observed;
   state.has_parallax = true;
   const double parallax = std::exp(state.log_parallax);
-  const double least = state.gap > 1 ? kLeastPixels * (1.0 - kMargin) : kLeastPixels;
-  if (parallax < least) {
-    state.gap = 1;
-    return;
-  }
   const double wanted = kWantedPixels / parallax;
   if (wanted > state.gap - 1 - kMargin && wanted <= state.gap + kMargin) return;
   state.gap = std::clamp(static_cast<int>(std::ceil(wanted)), 1, longest);

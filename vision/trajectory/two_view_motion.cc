@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <numbers>
 #include <utility>
 
@@ -30,6 +29,10 @@ constexpr double kStartShare = 0.7;
 constexpr double kLeastMovingScale = 8.0;  // of S, in sigma
 constexpr double kLongestTurn = 0.2;       // of one step, radians
 constexpr double kMadToDeviation = 1.4826;
+// The search steps this often, on one pair in so many.
+constexpr int kSearchIterations = 6;
+constexpr size_t kSearchEvery = 3;
+constexpr double kApart = 0.97;  // cosine between translations that count as different
 
 struct RayPair {
   Vector2d p, q;  // third component 1
@@ -154,23 +157,16 @@ void UpdateMixture(const Pass& pass, size_t count, State& state) {
   state.share = std::clamp(pass.static_sum / static_cast<double>(count), kLeastShare, kMostShare);
 }
 
-// Steps with damping; with `whole` in tau too, else in the rotation alone.
-void Climb(const std::vector<RayPair>& pairs, int iterations, bool whole, State& state) {
+// Damped steps; gives up where damping does not help.
+void Climb(const std::vector<RayPair>& pairs, int iterations, State& state) {
   double damping = 1e-4;
   Pass pass = Evaluate(pairs, state);
   for (int k = 0; k < iterations; ++k) {
     Matrix5d normal = pass.normal;
-    Vector5d gradient = pass.gradient;
     normal.diagonal() *= 1.0 + damping;
     normal.diagonal().array() += 1e-9 * (1.0 + normal.diagonal().maxCoeff());
-    if (!whole) {
-      normal.rightCols<2>().setZero();
-      normal.bottomRows<2>().setZero();
-      normal.bottomRightCorner<2, 2>().setIdentity();
-      gradient.tail<2>().setZero();
-    }
     State next = state;
-    Apply(normal.ldlt().solve(gradient), next);
+    Apply(normal.ldlt().solve(pass.gradient), next);
     UpdateMixture(pass, pairs.size(), next);
     const Pass next_pass = Evaluate(pairs, next);
     if (!(next_pass.score > pass.score)) {
@@ -270,14 +266,12 @@ std::vector<State> Search(const std::vector<RayPair>& pairs, double noise, int d
   start.moving_scale =
       std::max(lengths[lengths.size() * 85 / 100], kLeastMovingScale * start.noise);
   std::vector<RayPair> coarse;
-  const size_t every = getenv("EGO_E") ? atoi(getenv("EGO_E")) : 3;
-  for (size_t i = 0; i < pairs.size(); i += every) coarse.push_back(pairs[i]);
+  for (size_t i = 0; i < pairs.size(); i += kSearchEvery) coarse.push_back(pairs[i]);
   std::vector<State> states;
-  if (getenv("EGO_D")) directions = atoi(getenv("EGO_D"));
   for (int k = 0; k < directions; ++k) {
     State state = start;
     state.tau = Direction(k, directions);
-    Climb(coarse, getenv("EGO_I") ? atoi(getenv("EGO_I")) : 6, true, state);
+    Climb(coarse, kSearchIterations, state);
     states.push_back(state);
   }
   return states;
@@ -285,7 +279,6 @@ std::vector<State> Search(const std::vector<RayPair>& pairs, double noise, int d
 
 // The best states whose translations are apart from those of better ones.
 std::vector<State> BestApart(std::vector<State> states, int count) {
-  const double kApart = getenv("EGO_A") ? atof(getenv("EGO_A")) : 0.94;
   std::sort(states.begin(), states.end(),
             [](const State& a, const State& b) { return a.score > b.score; });
   std::vector<State> best;
@@ -302,11 +295,11 @@ std::vector<State> BestApart(std::vector<State> states, int count) {
 void Converge(const std::vector<RayPair>& pairs, const Pinhole& camera,
               const TwoViewMotionOptions& options, State& state) {
   for (int round = 0; round < 3; ++round) {
-    Climb(pairs, options.iterations, true, state);
+    Climb(pairs, options.iterations, state);
     UpdateScales(pairs, options.noise_floor_pixels / camera.focal_pixels,
                  options.most_noise_pixels / camera.focal_pixels, state);
   }
-  Climb(pairs, options.iterations, true, state);
+  Climb(pairs, options.iterations, state);
 }
 
 TwoViewMotion MotionOf(const std::vector<RayPair>& pairs, const Pinhole& camera,
@@ -372,22 +365,16 @@ absl::Status TwoViewMotionOptions::Validate() const {
 }
 
 TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
-                                    const TwoViewMotionOptions& options,
-                                    const TwoViewMotion* last) {
+                                    const TwoViewMotionOptions& options) {
   if (pairs.size() < kFewestPairs) return {};
   const std::vector<RayPair> rays = Sample(pairs, camera, options.max_pairs);
   std::vector<State> states =
       Search(rays, options.start_noise_pixels / camera.focal_pixels, options.directions);
-  states = BestApart(std::move(states), getenv("EGO_R") ? atoi(getenv("EGO_R")) : options.refined);
+  states = BestApart(std::move(states), options.refined);
   for (State& state : states) Converge(rays, camera, options, state);
-  const double continuity = getenv("EGO_C") ? atof(getenv("EGO_C")) : 0.0;
-  const auto total = [&](const State& state) {
-    const bool known = last != nullptr && last->HasParallax();
-    return state.score + (known ? continuity * last->translation.dot(state.rotation * state.tau) : 0.0);
-  };
   const auto best =
       std::max_element(states.begin(), states.end(),
-                       [&](const State& a, const State& b) { return total(a) < total(b); });
+                       [](const State& a, const State& b) { return a.score < b.score; });
   return MotionOf(rays, camera, *best);
 }
 

@@ -44,7 +44,7 @@ namespace egosieve::vision {
 
 struct TwoViewMotionOptions {
   int max_pairs = 600;               // spread evenly over the pairs given; at least 20
-  int directions = 100;              // translations tried; at least 8
+  int directions = 60;               // translations tried; at least 8
   int refined = 4;                   // of these, brought to convergence; at least 1
   int iterations = 12;               // of each; at least 1
   double noise_floor_pixels = 0.12;  // least sigma; positive
@@ -73,8 +73,7 @@ struct TwoViewMotion {
 
 // pairs: pixels, first picture to second. `options` must be valid.
 TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
-                                    const TwoViewMotionOptions& options,
-                                    const TwoViewMotion* last = nullptr);
+                                    const TwoViewMotionOptions& options);
 
 // The same from a motion that is nearly right, without the search: for another camera.
 TwoViewMotion RefineTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,

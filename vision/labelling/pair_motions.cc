@@ -1,0 +1,103 @@
+#include "vision/labelling/pair_motions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "kernels/base/status_macros.h"
+#include "vision/geometry/point_pair.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+
+int Nodes(int pixels, int stride) { return (pixels - stride / 2 + stride - 1) / stride; }
+
+bool IsKnown(cv::Point2f place) { return std::isfinite(place.x); }
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<const FlowPair>> FlowCache::Between(const ExtractedFrame& first,
+                                                                   const ExtractedFrame& second) {
+  Entry& entry = flows_[first.frame.index];
+  if (entry.flow == nullptr || entry.second_index != second.frame.index) {
+    EGOSIEVE_ASSIGN_OR_RETURN(FlowPair flow, ComputeFlow(first.grey, second.grey, quality_));
+    entry = {second.frame.index, std::make_shared<FlowPair>(std::move(flow))};
+  }
+  return entry.flow;
+}
+
+void FlowCache::Forget(int64_t index) { flows_.erase(flows_.begin(), flows_.lower_bound(index)); }
+
+cv::Point2f PlaceOfNode(int node, int columns, int stride_pixels) {
+  const int first = stride_pixels / 2;
+  return {static_cast<float>(first + node % columns * stride_pixels),
+          static_cast<float>(first + node / columns * stride_pixels)};
+}
+
+int64_t NodeAt(double x, double y, int columns, int stride_pixels) {
+  const int first = stride_pixels / 2;
+  const auto column = static_cast<int64_t>((x - first) / stride_pixels);
+  const auto row = static_cast<int64_t>((y - first) / stride_pixels);
+  return row * columns + column;
+}
+
+absl::StatusOr<GridLinks> PairMotions::Follow(const Pictures& pictures) {
+  GridLinks links;
+  const cv::Mat& first = pictures[0]->grey;
+  if (!IsLargeEnoughForFlow(first.size())) return links;
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const FlowPair> flow,
+                            flows_.Between(*pictures[0], *pictures[1]));
+  const TrackedGrid grid =
+      TrackGrid(*flow, first, pictures[1]->grey, /*anchor_second=*/false, options_);
+  const int stride = options_.stride_pixels;
+  links.nodes = cv::Size(Nodes(first.cols, stride), Nodes(first.rows, stride));
+  links.near.assign(links.nodes.area(), cv::Point2f(kNowhere, kNowhere));
+  links.is_textured.assign(links.nodes.area(), 0);
+  int64_t followed = 0;
+  for (size_t i = 0; i < grid.pairs.size(); ++i) {
+    const PointPair& pair = grid.pairs[i];
+    const int64_t node = NodeAt(pair.x1, pair.y1, links.nodes.width, stride);
+    links.near[node] = {static_cast<float>(pair.x2), static_cast<float>(pair.y2)};
+    links.is_textured[node] = grid.is_textured[i];
+    followed += grid.is_textured[i];
+  }
+  links.followed_share = static_cast<double>(followed) /
+                         static_cast<double>(std::max<int64_t>(grid.textured_count, 1));
+  links.far = links.near;
+  for (size_t k = 1; k + 1 < pictures.size(); ++k) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const FlowPair> next,
+                              flows_.Between(*pictures[k], *pictures[k + 1]));
+    for (cv::Point2f& place : links.far) {
+      if (!IsKnown(place)) continue;
+      place = FollowFlow(next->forward, next->backward, place, options_)
+                  .value_or(cv::Point2f(kNowhere, kNowhere));
+    }
+  }
+  return links;
+}
+
+absl::StatusOr<TwoViewMotion> PairMotions::Between(const Pictures& pictures,
+                                                   const Pinhole& camera) {
+  Entry& entry = motions_[{pictures.front()->frame.index, pictures.back()->frame.index}];
+  if (entry.focal_pixels == camera.focal_pixels) return entry.motion;
+  EGOSIEVE_ASSIGN_OR_RETURN(const GridLinks links, Follow(pictures));
+  std::vector<PointPair> pairs;
+  for (size_t n = 0; n < links.far.size(); ++n) {
+    if (links.is_textured[n] == 0 || !IsKnown(links.far[n])) continue;
+    const cv::Point2f node =
+        PlaceOfNode(static_cast<int>(n), links.nodes.width, options_.stride_pixels);
+    pairs.push_back({node.x, node.y, links.far[n].x, links.far[n].y});
+  }
+  entry = {camera.focal_pixels, EstimateTwoViewMotion(pairs, camera, {})};
+  return entry.motion;
+}
+
+void PairMotions::Forget(int64_t index) {
+  flows_.Forget(index);
+  motions_.erase(motions_.begin(), motions_.lower_bound({index, 0}));
+}
+
+}  // namespace egosieve::vision

@@ -1,0 +1,90 @@
+// What the pictures ahead say of a picture's places, and the camera's motion between pictures.
+//
+// Flows between consecutive pictures are chained,
+//
+//   x_0 a node of the grid,  x_(k+1) = x_k + f_k(x_k)                                      (PM1)
+//
+// each step checked forward and backward as in flow_grid.h. The far end of a chain shows slow
+// motion, the near end follows what is small and fast; what a mover hides in the picture before is
+// seen in a later one. Flows and motions are computed once: what looks ahead to a picture is what
+// looks back from it. Nothing here is state: from the same pictures it comes out the same.
+#ifndef EGOSIEVE_VISION_LABELLING_PAIR_MOTIONS_H_
+#define EGOSIEVE_VISION_LABELLING_PAIR_MOTIONS_H_
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <utility>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "vision/features/flow_grid.h"
+#include "vision/labelling/extracted_frame.h"
+#include "vision/trajectory/two_view_motion.h"
+
+namespace egosieve::vision {
+
+// Nodes of a picture's grid in two later pictures; NaN where flow does not lead there. Empty where
+// nothing was looked at.
+struct GridLinks {
+  cv::Size nodes;                      // of the grid
+  std::vector<cv::Point2f> near, far;  // one a node: in the next picture, and in the last one
+  std::vector<uint8_t> is_textured;    // one a node
+  double followed_share = 0.0;         // of the textured nodes, those that `near` follows
+
+  bool empty() const { return near.empty(); }
+};
+
+// Flows between consecutive pictures.
+class FlowCache {
+ public:
+  explicit FlowCache(FlowQuality quality) : quality_(quality) {}
+
+  absl::StatusOr<std::shared_ptr<const FlowPair>> Between(const ExtractedFrame& first,
+                                                          const ExtractedFrame& second);
+  // Drops the flows that begin before the frame `index`.
+  void Forget(int64_t index);
+
+ private:
+  struct Entry {
+    int64_t second_index = -1;
+    std::shared_ptr<const FlowPair> flow;
+  };
+  FlowQuality quality_;
+  std::map<int64_t, Entry> flows_;  // by the first frame's index
+};
+
+// The place of a node of a grid, row by row, and the node at such a place.
+cv::Point2f PlaceOfNode(int node, int columns, int stride_pixels);
+int64_t NodeAt(double x, double y, int columns, int stride_pixels);
+
+class PairMotions {
+ public:
+  using Pictures = std::vector<const ExtractedFrame*>;  // of one size, in order
+
+  explicit PairMotions(const FlowGridOptions& options)
+      : options_(options), flows_(options.quality) {}
+
+  FlowCache& flows() { return flows_; }
+
+  // From the first of at least two pictures; empty where they are too small for flow.
+  absl::StatusOr<GridLinks> Follow(const Pictures& pictures);
+  // From the first to the last; not found where too few places lead there.
+  absl::StatusOr<TwoViewMotion> Between(const Pictures& pictures, const Pinhole& camera);
+  // Drops what begins before the frame `index`.
+  void Forget(int64_t index);
+
+ private:
+  struct Entry {
+    double focal_pixels = 0.0;
+    TwoViewMotion motion;
+  };
+  FlowGridOptions options_;
+  FlowCache flows_;
+  std::map<std::pair<int64_t, int64_t>, Entry> motions_;  // by first and last frame's index
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_PAIR_MOTIONS_H_
