@@ -17,26 +17,27 @@ int SettledGap(double pixels_a_picture, GapState state = {}) {
   return state.gap;
 }
 
-TEST(GapChoice, LittleParallaxMakesItLongerAndNoneDoesNot) {
+// Three pixels of parallax are wanted.
+TEST(GapChoice, LessParallaxMakesItLonger) {
   EXPECT_EQ(SettledGap(4.0), 1);  // driving
-  EXPECT_EQ(SettledGap(1.3), 1);
-  EXPECT_EQ(SettledGap(0.9), 2);
-  EXPECT_EQ(SettledGap(0.55), 3);
-  EXPECT_EQ(SettledGap(0.39), 4);  // walking pace, in small pictures
-  EXPECT_EQ(SettledGap(0.2), 1);   // in the hand
-  EXPECT_EQ(SettledGap(0.0), 1);   // standing
+  EXPECT_EQ(SettledGap(2.6), 1);
+  EXPECT_EQ(SettledGap(1.8), 2);
+  EXPECT_EQ(SettledGap(1.1), 3);
+  EXPECT_EQ(SettledGap(0.78), 4);        // walking pace, in small pictures
+  EXPECT_EQ(SettledGap(0.2), kLongest);  // in the hand
+  EXPECT_EQ(SettledGap(0.0), kLongest);  // standing
 }
 
 TEST(GapChoice, StaysWhereItIsNearABorder) {
   GapState state;
-  for (int t = 0; t < 60; ++t) ObserveParallax(0.75 * state.gap, state.gap, kLongest, state);
+  for (int t = 0; t < 60; ++t) ObserveParallax(1.5 * state.gap, state.gap, kLongest, state);
   ASSERT_EQ(state.gap, 2);
-  // 1.5 / p is 1.9 and 2.2 in turn.
+  // 3 / p is 1.9 and 2.2 in turn.
   for (int t = 0; t < 20; ++t) {
-    ObserveParallax((t % 2 == 0 ? 0.79 : 0.68) * state.gap, state.gap, kLongest, state);
+    ObserveParallax((t % 2 == 0 ? 1.58 : 1.36) * state.gap, state.gap, kLongest, state);
     EXPECT_EQ(state.gap, 2) << t;
   }
-  EXPECT_EQ(SettledGap(3.0, state), 1);
+  EXPECT_EQ(SettledGap(6.0, state), 1);
 }
 
 TEST(GapChoice, NonsenseChangesNothing) {

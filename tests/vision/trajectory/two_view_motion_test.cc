@@ -1,0 +1,108 @@
+#include "vision/trajectory/two_view_motion.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "tests/vision/evidence/point_street.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+
+double AngleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  return std::acos(std::min(1.0, 0.5 * ((a * b.transpose()).trace() - 1.0))) * kDegrees;
+}
+
+// Share of the points, moving or not, that are likelier to move.
+double MovingShare(const PointStreet& street, int a, int b, const TwoViewMotion& motion,
+                   bool moves) {
+  std::vector<int64_t> indices;
+  const std::vector<PointPair> pairs = street.Pairs(a, b, &indices);
+  int count = 0, moving = 0;
+  for (size_t k = 0; k < pairs.size(); ++k) {
+    if (street.moves(indices[k]) != moves) continue;
+    const PairLikelihood likelihood = LikelihoodOf(motion, street.camera(), pairs[k]);
+    ++count;
+    moving += likelihood.log_moving > likelihood.log_static ? 1 : 0;
+  }
+  return static_cast<double>(moving) / count;
+}
+
+TEST(TwoViewMotion, FindsTheCameraOfADriveAmongMovers) {
+  StreetOptions options;
+  options.noise_pixels = 0.25;
+  options.mover_count = 150;
+  options.mover_travel = {0.7, 0.0, 0.4};
+  const PointStreet street(options);
+  const TwoViewMotion motion = EstimateTwoViewMotion(street.Pairs(0, 2), street.camera(), {});
+  ASSERT_TRUE(motion.found);
+  EXPECT_TRUE(motion.HasParallax());
+  // 0.25 px at a focal length of 720 px is 0.02 degrees for one point.
+  EXPECT_LT(AngleBetween(motion.rotation, street.RotationBetween(0, 2)), 0.02);
+  const Eigen::Vector3d travel = -(street.RotationBetween(0, 2) * options.travel).normalized();
+  EXPECT_LT(std::acos(motion.translation.dot(travel)) * kDegrees, 1.0);
+  EXPECT_LT(MovingShare(street, 0, 2, motion, false), 0.01);
+  EXPECT_GT(MovingShare(street, 0, 2, motion, true), 0.9);
+}
+
+// A camera that only turns is the same model: no translation shows, and what moves is told.
+TEST(TwoViewMotion, TurningOnTheSpotLeavesNoParallax) {
+  StreetOptions options;
+  options.noise_pixels = 0.25;
+  options.travel = {0.0, 0.0, 0.0};
+  options.yaw = 0.03;
+  options.mover_count = 100;
+  options.mover_travel = {0.3, 0.05, 0.0};
+  const PointStreet street(options);
+  const TwoViewMotion motion = EstimateTwoViewMotion(street.Pairs(0, 1), street.camera(), {});
+  ASSERT_TRUE(motion.found);
+  EXPECT_FALSE(motion.HasParallax());
+  EXPECT_LT(AngleBetween(motion.rotation, street.RotationBetween(0, 1)), 0.03);
+  EXPECT_LT(MovingShare(street, 0, 1, motion, false), 0.01);
+  EXPECT_GT(MovingShare(street, 0, 1, motion, true), 0.9);
+}
+
+// What pulls away along the epipolar lines has a negative depth.
+TEST(TwoViewMotion, NegativeDepthIsUnlikely) {
+  StreetOptions options;
+  options.noise_pixels = 0.25;
+  options.mover_count = 100;
+  options.mover_travel = {0.03, 0.0, 1.5};
+  const PointStreet street(options);
+  const TwoViewMotion motion = EstimateTwoViewMotion(street.Pairs(0, 3), street.camera(), {});
+  ASSERT_TRUE(motion.found);
+  EXPECT_GT(MovingShare(street, 0, 3, motion, true), 0.75);
+  EXPECT_LT(MovingShare(street, 0, 3, motion, false), 0.01);
+}
+
+TEST(TwoViewMotion, InverseIsTheMotionBack) {
+  StreetOptions options;
+  const PointStreet street(options);
+  const TwoViewMotion there = EstimateTwoViewMotion(street.Pairs(0, 2), street.camera(), {});
+  const TwoViewMotion back = EstimateTwoViewMotion(street.Pairs(2, 0), street.camera(), {});
+  ASSERT_TRUE(there.found && back.found);
+  const TwoViewMotion inverse = Inverse(there);
+  EXPECT_LT(AngleBetween(inverse.rotation, back.rotation), 0.02);
+  EXPECT_GT(inverse.translation.dot(back.translation), std::cos(1.0 / kDegrees));
+}
+
+TEST(TwoViewMotion, FewPairsGiveNone) {
+  const PointStreet street({});
+  std::vector<PointPair> pairs = street.Pairs(0, 1);
+  pairs.resize(19);
+  EXPECT_FALSE(EstimateTwoViewMotion(pairs, street.camera(), {}).found);
+  EXPECT_FALSE(EstimateTwoViewMotion({}, street.camera(), {}).found);
+}
+
+TEST(TwoViewMotion, OptionsNameWhatIsWrong) {
+  TwoViewMotionOptions options;
+  EXPECT_TRUE(options.Validate().ok());
+  options.directions = 3;
+  EXPECT_NE(std::string(options.Validate().message()).find("directions"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace egosieve::vision
