@@ -21,13 +21,14 @@ namespace fs = std::filesystem;
 constexpr const char* kImageFolders[] = {"frames", "masks", "ids"};
 constexpr const char* kSceneFile = "scene.json";
 constexpr const char* kVideoFile = "video.mp4";
+constexpr const char* kUnfinishedFile = "unfinished";  // there until scene.json is
 
 bool IsDriveEntry(const fs::path& entry) {
   const std::string name = entry.filename().string();
   for (const char* folder : kImageFolders) {
     if (name == folder) return true;
   }
-  return name == kSceneFile || name == kVideoFile;
+  return name == kSceneFile || name == kVideoFile || name == kUnfinishedFile;
 }
 
 // NNNNNN.png
@@ -40,9 +41,6 @@ bool IsFrameFile(const fs::path& file) {
 absl::Status RemoveDrive(const std::string& folder) {
   std::vector<fs::path> doomed;
   std::error_code error;
-  for (const char* name : {kSceneFile, kVideoFile}) {
-    if (fs::exists(fs::path(folder) / name, error)) doomed.push_back(fs::path(folder) / name);
-  }
   for (const char* images : kImageFolders) {
     const fs::path path = fs::path(folder) / images;
     if (!fs::exists(path, error)) continue;
@@ -53,6 +51,10 @@ absl::Status RemoveDrive(const std::string& folder) {
       }
       doomed.push_back(entry.path());
     }
+  }
+  // What tells that the folder holds a drive goes last.
+  for (const char* name : {kVideoFile, kSceneFile, kUnfinishedFile}) {
+    if (fs::exists(fs::path(folder) / name, error)) doomed.push_back(fs::path(folder) / name);
   }
   for (const fs::path& path : doomed) {
     if (!fs::remove(path, error) || error) {
@@ -89,8 +91,16 @@ absl::Status PrepareFolder(const SynthesizeOptions& options) {
       return absl::AlreadyExistsError(
           absl::StrCat(folder, " holds a drive already; name another folder or allow overwriting"));
     }
+    // Others have folders of frames and masks, too.
+    if (!empty && !fs::exists(fs::path(folder) / kSceneFile, error) &&
+        !fs::exists(fs::path(folder) / kUnfinishedFile, error)) {
+      return absl::AlreadyExistsError(absl::StrCat(
+          folder, " holds no ", kSceneFile, " and so no synthetic drive; name another folder"));
+    }
     if (!empty) EGOSIEVE_RETURN_IF_ERROR(RemoveDrive(folder));
   }
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder));
+  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically((fs::path(folder) / kUnfinishedFile).string(), ""));
   for (const char* images : kImageFolders) {
     if (options.video && images == std::string("frames")) continue;
     EGOSIEVE_RETURN_IF_ERROR(CreateFolder((fs::path(folder) / images).string()));
@@ -104,7 +114,7 @@ absl::Status WritePng(const std::string& path, const cv::Mat& image) {
     return absl::InternalError(absl::StrCat(path, " could not be encoded"));
   }
   return WriteFileAtomically(
-      path, absl::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+      path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
 
 class DriveWriter {
@@ -155,14 +165,17 @@ absl::Status Synthesize(const SynthesizeOptions& options, const AfterFrame& afte
     EGOSIEVE_RETURN_IF_ERROR(writer.Write(frame));
     scene["frames"].push_back(DescribeFrame(frame));
     if (after_frame && !after_frame(index + 1, frames)) {
-      return absl::CancelledError(absl::StrFormat("interrupted after %d of %d frames; %s has no %s",
-                                                  index + 1, frames, options.output_folder,
-                                                  kSceneFile));
+      return absl::CancelledError(absl::StrFormat(
+          "interrupted after %d of %d frames; %s has no %s, --overwrite begins again", index + 1,
+          frames, options.output_folder, kSceneFile));
     }
   }
   writer.Finish();
-  return WriteFileAtomically(absl::StrCat(options.output_folder, "/", kSceneFile),
-                             SceneText(scene));
+  const fs::path folder = options.output_folder;
+  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically((folder / kSceneFile).string(), SceneText(scene)));
+  std::error_code error;  // one too many does no harm
+  fs::remove(folder / kUnfinishedFile, error);
+  return absl::OkStatus();
 }
 
 }  // namespace egosieve::tools

@@ -70,7 +70,6 @@ class SynthesizeCommand : public Command {
     if (options_.output_folder.empty()) {
       return absl::InvalidArgumentError("no output folder; give --out=DIR");
     }
-    CatchInterruptions();
     Progress progress("synthesize", progress_, options_.rendering.frames);
     const absl::Status status = Synthesize(options_, [&](int, int) {
       progress.Advance();
