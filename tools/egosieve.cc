@@ -4,11 +4,13 @@
 
 #include "tools/batch/batch_command.h"
 #include "tools/cli/command_line.h"
+#include "tools/cli/interruption.h"
 #include "tools/cli/version.h"
 #include "tools/compare/compare_command.h"
 #include "tools/devices/devices_command.h"
 #include "tools/evaluate/evaluate_command.h"
 #include "tools/infer/infer_command.h"
+#include "tools/merge/merge_command.h"
 #include "tools/model/model_command.h"
 #include "tools/reconstruct/reconstruct_command.h"
 #include "tools/render/render_command.h"
@@ -18,14 +20,27 @@
 #include "tools/tune/tune_command.h"
 #include "tools/tune_defaults/tune_defaults_command.h"
 
+namespace {
+
+// Called before the initialisers of all libraries.
+void BeforeLibraries(int /*argc*/, char** /*argv*/, char** /*environment*/) {
+  egosieve::tools::HoldInterruptions();
+}
+[[gnu::section(".preinit_array"),
+  gnu::used]] void (*const before_libraries)(int, char**, char**) = BeforeLibraries;
+
+}  // namespace
+
 int main(int argc, char** argv) {
   using namespace egosieve::tools;  // NOLINT(build/namespaces)
+  CatchInterruptions();
   CommandLine line(
       "egosieve",
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
       kVersion);
   line.Add(MakeSegmentCommand());
   line.Add(MakeInferCommand());
+  line.Add(MakeMergeCommand());
   line.Add(MakeBatchCommand());
   line.Add(MakeSynthesizeCommand());
   line.Add(MakeReconstructCommand());

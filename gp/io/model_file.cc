@@ -7,8 +7,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "gp/io/array_file.h"
-#include "gp/io/whole_file.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/files/atomic_file.h"
 
 namespace egosieve::gp {
 namespace {
@@ -165,11 +165,11 @@ absl::StatusOr<ModelFile> ParseModel(std::string_view bytes, const ModelFileLimi
 
 absl::Status WriteModelFile(const std::string& path, const ModelFile& file) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, SerializeModel(file));
-  return WriteWholeFile(path, bytes);
+  return kernels::WriteFileAtomically(path, bytes);
 }
 
 absl::StatusOr<ModelFile> ReadModelFile(const std::string& path, const ModelFileLimits& limits) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path, limits.maximum_bytes));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, kernels::ReadFile(path, limits.maximum_bytes));
   absl::StatusOr<ModelFile> file = ParseModel(bytes, limits);
   if (file.ok()) return file;
   return absl::Status(file.status().code(),

@@ -116,7 +116,6 @@ class CompareCommand : public Command {
 
   absl::StatusOr<ExitCode> Run() override {
     EGOSIEVE_RETURN_IF_ERROR(bootstrap_.Validate());
-    CatchInterruptions();
     options_.methods = absl::StrSplit(methods_, ',', absl::SkipEmpty());
     if (options_.methods.empty()) return absl::InvalidArgumentError("no method; name one at least");
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<NamedOptions> profiles, Profiles());

@@ -68,7 +68,6 @@ class EvaluateCommand : public Command {
       return absl::InvalidArgumentError(
           "give either a run folder with --truth, or --suite with --out");
     }
-    CatchInterruptions();
     return suite_.empty() ? EvaluateOne() : EvaluateSuite();
   }
 

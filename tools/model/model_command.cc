@@ -13,6 +13,7 @@
 #include "gp/io/model_file.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
+#include "tools/cli/interruption.h"
 #include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
@@ -98,18 +99,33 @@ class ModelCommand : public Command {
         ->configurable(false);
     app.add_option("--csv", csv_, "Write identity, birth frame, label and inputs of every point")
         ->type_name("FILE");
+    app.add_flag("--overwrite", overwrite_, "Replace the file of --csv");
   }
 
   absl::StatusOr<ExitCode> Run() override {
+    EndOnInterruptions();
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string path, FindModelFile(path_));
     const absl::StatusOr<gp::ModelFile> file = gp::ReadModelFile(path);
     if (!file.ok()) {
       return absl::DataLossError(
           absl::StrCat(file.status().message(), "; give a file that segment wrote into model/"));
     }
+    if (!csv_.empty()) {
+      std::error_code error;
+      if (!overwrite_ && fs::exists(fs::symlink_status(csv_, error))) {
+        return absl::AlreadyExistsError(
+            absl::StrCat(csv_, " is there already; name another file, or add --overwrite"));
+      }
+      if (fs::equivalent(csv_, path, error)) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("--csv=", csv_, " is the model itself; name another file"));
+      }
+    }
     std::cout << Describe(path, *file);
     if (!csv_.empty()) {
-      EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(csv_, PointsAsCsv(file->model)));
+      const absl::Status written = WriteFileAtomically(csv_, PointsAsCsv(file->model));
+      if (absl::IsNotFound(written)) return AsUsageError(written);  // of its folder
+      EGOSIEVE_RETURN_IF_ERROR(written);
       std::cout << "points in " << csv_ << "\n";
     }
     return ExitCode::kDone;
@@ -117,6 +133,7 @@ class ModelCommand : public Command {
 
  private:
   std::string path_, csv_;
+  bool overwrite_ = false;
 };
 
 }  // namespace

@@ -108,7 +108,6 @@ class ReconstructCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, description, lines));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("full")));
-    CatchInterruptions();
     Progress progress("reconstruct", progress_, static_cast<int64_t>(lines.size()));
     int64_t frames = 0, unreadable = 0;
     for (const FrameLine& line : lines) {

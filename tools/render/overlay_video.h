@@ -4,10 +4,12 @@
 #define EGOSIEVE_TOOLS_RENDER_OVERLAY_VIDEO_H_
 
 #include <opencv2/videoio.hpp>
+#include <optional>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "kernels/files/atomic_file.h"
 
 namespace egosieve::tools {
 
@@ -31,7 +33,7 @@ class OverlayVideo {
   OverlayVideo() = default;
 
   cv::VideoWriter writer_;
-  std::string temporary_path_;
+  std::optional<kernels::TemporaryFile> file_;
   std::string path_;
   std::string warning_;
 };

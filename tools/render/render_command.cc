@@ -65,7 +65,6 @@ class RenderCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     EGOSIEVE_ASSIGN_OR_RETURN(OverlaySource overlays,
                               OverlaySource::Open(device.context, folder, input_));
-    CatchInterruptions();
     Progress progress("render", progress_, static_cast<int64_t>(lines.size()));
     if (rate_hz_ == 0.0) rate_hz_ = FrameRate(lines);
     absl::Status status = absl::OkStatus();

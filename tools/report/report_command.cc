@@ -94,7 +94,6 @@ class ReportCommand : public Command {
                           "; run egosieve evaluate again"));
       }
     }
-    CatchInterruptions();
     EGOSIEVE_RETURN_IF_ERROR(AddPictures(folder, content));
     const std::string path = folder.File("report.html");
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(path, MakeReportPage(content)));

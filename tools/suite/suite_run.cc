@@ -63,8 +63,9 @@ absl::Status Segment(const Sequence& sequence, const SuiteVariant& variant, cons
   command.arguments.insert(command.arguments.end(), options.segment_flags.begin(),
                            options.segment_flags.end());
   command.environment["POCL_MAX_PTHREAD_COUNT"] = absl::StrCat(threads);
-  command.log_path = run + ".log";
-  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(fs::path(run).parent_path().string()));
+  const fs::path logs = fs::path(run).parent_path() / "egosieve_logs";
+  command.log_path = (logs / fs::path(run).filename()).string() + ".log";
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(logs.string()));
   EGOSIEVE_ASSIGN_OR_RETURN(const int code, RunChild(command, stop_requested));
   if (stop_requested()) return absl::CancelledError("interrupted");
   // Some frames that cannot be read are no reason not to score the others.

@@ -23,9 +23,11 @@ namespace fs = std::filesystem;
 constexpr const char* kImageFolders[] = {"frames", "masks", "ids"};
 constexpr const char* kSceneFile = "scene.json";
 constexpr const char* kVideoFile = "video.mp4";
-constexpr const char* kCodedFile = "coded.mp4";  // there only while it is written
-constexpr const char* kFiles[] = {kSceneFile,  kVideoFile,    kCodedFile,
-                                  "poses.txt", "camera.json", "own_vehicle.png"};
+constexpr const char* kCodedFile = "coded.mp4";        // there only while it is written
+constexpr const char* kUnfinishedFile = "unfinished";  // there until scene.json is
+// What tells that the folder holds a drive goes last.
+constexpr const char* kFiles[] = {kVideoFile,        kCodedFile, "poses.txt",    "camera.json",
+                                  "own_vehicle.png", kSceneFile, kUnfinishedFile};
 constexpr int kJpegQuality = 60;
 
 bool IsDriveEntry(const fs::path& entry) {
@@ -46,9 +48,6 @@ bool IsFrameFile(const fs::path& file) {
 absl::Status RemoveDrive(const std::string& folder) {
   std::vector<fs::path> doomed;
   std::error_code error;
-  for (const char* name : kFiles) {
-    if (fs::exists(fs::path(folder) / name, error)) doomed.push_back(fs::path(folder) / name);
-  }
   for (const char* images : kImageFolders) {
     const fs::path path = fs::path(folder) / images;
     if (!fs::exists(path, error)) continue;
@@ -59,6 +58,9 @@ absl::Status RemoveDrive(const std::string& folder) {
       }
       doomed.push_back(entry.path());
     }
+  }
+  for (const char* name : kFiles) {
+    if (fs::exists(fs::path(folder) / name, error)) doomed.push_back(fs::path(folder) / name);
   }
   for (const fs::path& path : doomed) {
     if (!fs::remove(path, error) || error) {
@@ -95,8 +97,16 @@ absl::Status PrepareFolder(const SynthesizeOptions& options) {
       return absl::AlreadyExistsError(
           absl::StrCat(folder, " holds a drive already; name another folder or allow overwriting"));
     }
+    // Others have folders of frames and masks, too.
+    if (!empty && !fs::exists(fs::path(folder) / kSceneFile, error) &&
+        !fs::exists(fs::path(folder) / kUnfinishedFile, error)) {
+      return absl::AlreadyExistsError(absl::StrCat(
+          folder, " holds no ", kSceneFile, " and so no synthetic drive; name another folder"));
+    }
     if (!empty) EGOSIEVE_RETURN_IF_ERROR(RemoveDrive(folder));
   }
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder));
+  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically((fs::path(folder) / kUnfinishedFile).string(), ""));
   for (const char* images : kImageFolders) {
     if (options.video && images == std::string("frames")) continue;
     EGOSIEVE_RETURN_IF_ERROR(CreateFolder((fs::path(folder) / images).string()));
@@ -110,7 +120,7 @@ absl::Status WritePng(const std::string& path, const cv::Mat& image) {
     return absl::InternalError(absl::StrCat(path, " could not be encoded"));
   }
   return WriteFileAtomically(
-      path, absl::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+      path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
 
 absl::StatusOr<cv::Mat> ThroughJpeg(const cv::Mat& image) {
@@ -206,16 +216,19 @@ absl::Status Synthesize(const SynthesizeOptions& options, const AfterFrame& afte
     EGOSIEVE_RETURN_IF_ERROR(writer.Write(frame));
     scene["frames"].push_back(DescribeFrame(frame));
     if (after_frame && !after_frame(index + 1, frames)) {
-      return absl::CancelledError(absl::StrFormat("interrupted after %d of %d frames; %s has no %s",
-                                                  index + 1, frames, options.output_folder,
-                                                  kSceneFile));
+      return absl::CancelledError(absl::StrFormat(
+          "interrupted after %d of %d frames; %s has no %s, --overwrite begins again", index + 1,
+          frames, options.output_folder, kSceneFile));
     }
   }
   EGOSIEVE_RETURN_IF_ERROR(writer.Finish());
-  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(absl::StrCat(options.output_folder, "/camera.json"),
-                                               CameraText(scenario)));
-  return WriteFileAtomically(absl::StrCat(options.output_folder, "/", kSceneFile),
-                             SceneText(scene));
+  const fs::path folder = options.output_folder;
+  EGOSIEVE_RETURN_IF_ERROR(
+      WriteFileAtomically((folder / "camera.json").string(), CameraText(scenario)));
+  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically((folder / kSceneFile).string(), SceneText(scene)));
+  std::error_code error;  // one too many does no harm
+  fs::remove(folder / kUnfinishedFile, error);
+  return absl::OkStatus();
 }
 
 }  // namespace egosieve::tools

@@ -93,7 +93,6 @@ class SynthesizeCommand : public Command {
       options_.rendering.frames =
           static_cast<int>(std::lround(seconds_ * options_.rendering.frames_per_second));
     }
-    CatchInterruptions();
     Progress progress("synthesize", progress_, options_.rendering.frames);
     const absl::Status status = Synthesize(options_, [&](int, int) {
       progress.Advance();

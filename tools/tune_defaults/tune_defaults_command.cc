@@ -63,7 +63,6 @@ class TuneDefaultsCommand : public Command {
   }
 
   absl::StatusOr<ExitCode> Run() override {
-    CatchInterruptions();
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<Setting> settings, ParseGrid(grid_, kMostSettings));
     EGOSIEVE_ASSIGN_OR_RETURN(const SequenceList list, AllSequences());
     EGOSIEVE_ASSIGN_OR_RETURN(options_.program, OwnProgram());

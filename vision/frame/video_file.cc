@@ -59,6 +59,7 @@ class VideoFile : public FrameSource {
 
   int64_t next_index() const override { return next_index_; }
   int64_t expected_frame_count() const override { return expected_frame_count_; }
+  std::vector<std::string> files() const override { return {path_}; }
   std::string description() const override { return path_; }
 
  private:

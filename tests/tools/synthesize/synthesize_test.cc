@@ -189,6 +189,21 @@ TEST_F(SynthesizeTest, InterruptionLeavesNoScene) {
   EXPECT_TRUE(fs::exists(File("frames/000001.png")));
   EXPECT_FALSE(fs::exists(File("frames/000002.png")));
   EXPECT_FALSE(fs::exists(File("scene.json")));
+  EXPECT_EQ(Synthesize(options_).code(), absl::StatusCode::kAlreadyExists);
+  options_.overwrite = true;
+  EXPECT_TRUE(Synthesize(options_).ok());
+  EXPECT_FALSE(fs::exists(File("unfinished")));
+}
+
+// Frames and masks by number are what others' data look like, too.
+TEST_F(SynthesizeTest, SomebodysFramesAreNoDrive) {
+  for (const char* name : {"frames", "masks"}) {
+    fs::create_directories(File(name));
+    std::ofstream(File(name) / "000000.png") << "mine";
+  }
+  options_.overwrite = true;
+  EXPECT_EQ(Synthesize(options_).code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_EQ(Bytes(File("frames/000000.png")), "mine");
 }
 
 TEST_F(SynthesizeTest, BadOptionsWriteNothing) {

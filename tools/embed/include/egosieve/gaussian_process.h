@@ -271,8 +271,8 @@ EGOSIEVE_API egosieve_status egosieve_gp_set_annotation(egosieve_gp* gp, const v
  * Copies the annotation out.
  * @param gp        The model.
  * @param bytes     Where to; null where only the size is wanted.
- * @param capacity  Bytes there; fewer than the size: #EGOSIEVE_INVALID_ARGUMENT, with the size
- * told.
+ * @param capacity  Bytes there; fewer than the size: #EGOSIEVE_INVALID_ARGUMENT, and the last error
+ *                  tells the size.
  * @param size      Out: bytes of the annotation.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_annotation(egosieve_gp* gp, void* bytes, int64_t capacity,
