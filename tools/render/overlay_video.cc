@@ -1,10 +1,10 @@
 #include "tools/render/overlay_video.h"
 
 #include <array>
-#include <filesystem>
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "vision/frame/written_video.h"
 
 namespace egosieve::tools {
 namespace {
@@ -48,11 +48,7 @@ absl::StatusOr<OverlayVideo> OverlayVideo::Open(const std::string& path_without_
 
 absl::StatusOr<std::string> OverlayVideo::Finish() {
   writer_.release();
-  std::error_code error;
-  if (std::filesystem::file_size(file_->name(), error) == 0 || error) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("cannot write ", path_, "; make room for it, or use --no_video"));
-  }
+  EGOSIEVE_RETURN_IF_ERROR(vision::CheckWrittenVideo(file_->name(), frames_));
   EGOSIEVE_RETURN_IF_ERROR(file_->Commit());
   return path_;
 }
