@@ -1,3 +1,4 @@
+#include <cstdlib>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -5,6 +6,7 @@
 #include "tools/batch/batch_command.h"
 #include "tools/cli/command_line.h"
 #include "tools/cli/interruption.h"
+#include "tools/cli/standard_streams.h"
 #include "tools/cli/version.h"
 #include "tools/compare/compare_command.h"
 #include "tools/devices/devices_command.h"
@@ -20,20 +22,15 @@
 #include "tools/tune/tune_command.h"
 #include "tools/tune_defaults/tune_defaults_command.h"
 
+namespace egosieve::tools {
 namespace {
 
 // Called before the initialisers of all libraries.
-void BeforeLibraries(int /*argc*/, char** /*argv*/, char** /*environment*/) {
-  egosieve::tools::HoldInterruptions();
-}
+void BeforeLibraries(int /*argc*/, char** /*argv*/, char** /*environment*/) { HoldInterruptions(); }
 [[gnu::section(".preinit_array"),
   gnu::used]] void (*const before_libraries)(int, char**, char**) = BeforeLibraries;
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  using namespace egosieve::tools;  // NOLINT(build/namespaces)
-  CatchInterruptions();
+int RunCommandLine(int argc, char** argv) {
   CommandLine line(
       "egosieve",
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
@@ -53,4 +50,16 @@ int main(int argc, char** argv) {
   line.Add(MakeTuneCommand());
   line.Add(MakeTuneDefaultsCommand());
   return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
+}
+
+}  // namespace
+}  // namespace egosieve::tools
+
+int main(int argc, char** argv) {
+  egosieve::tools::TakeStandardStreams();
+  egosieve::tools::CatchInterruptions();
+  const int code = egosieve::tools::RunCommandLine(argc, argv);
+  // Without the libraries' handlers at exit: OpenBLAS's waits for ever for threads that wait for
+  // memory.
+  std::_Exit(code);
 }

@@ -1,10 +1,10 @@
 #include "tools/render/overlay_video.h"
 
 #include <array>
-#include <filesystem>
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "vision/frame/written_video.h"
 
 namespace egosieve::tools {
 namespace {
@@ -37,9 +37,11 @@ absl::StatusOr<OverlayVideo> OverlayVideo::Open(const std::string& path_without_
     video.warning_ = format.warning;
     const char* code = format.fourcc;
     const int fourcc = cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]);
-    if (video.writer_.open(video.file_->name(), cv::CAP_FFMPEG, fourcc, rate_hz, size)) {
-      return video;
-    }
+    const auto opens = [&] {
+      return video.writer_.open(video.file_->name(), cv::CAP_FFMPEG, fourcc, rate_hz, size);
+    };
+    // Twice: a file that could not be opened this once is no missing encoder.
+    if (opens() || opens()) return video;
   }
   return absl::UnavailableError(
       absl::StrCat("cannot write a video to ", path_without_suffix,
@@ -48,11 +50,7 @@ absl::StatusOr<OverlayVideo> OverlayVideo::Open(const std::string& path_without_
 
 absl::StatusOr<std::string> OverlayVideo::Finish() {
   writer_.release();
-  std::error_code error;
-  if (std::filesystem::file_size(file_->name(), error) == 0 || error) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("cannot write ", path_, "; make room for it, or use --no_video"));
-  }
+  EGOSIEVE_RETURN_IF_ERROR(vision::CheckWrittenVideo(file_->name(), frames_));
   EGOSIEVE_RETURN_IF_ERROR(file_->Commit());
   return path_;
 }

@@ -14,6 +14,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/synthesize/scene_file.h"
+#include "vision/frame/written_video.h"
 
 namespace egosieve::tools {
 namespace {
@@ -152,9 +153,11 @@ class DriveWriter {
   }
 
   absl::Status Finish() {
-    video_.release();
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(Path("poses.txt"), poses_));
-    return through_h264_ && !options_.video ? DecodeVideo() : absl::OkStatus();
+    if (!options_.video && !through_h264_) return absl::OkStatus();
+    video_.release();
+    EGOSIEVE_RETURN_IF_ERROR(vision::CheckWrittenVideo(VideoPath(), options_.rendering.frames));
+    return options_.video ? absl::OkStatus() : DecodeVideo();
   }
 
  private:

@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
+#include "vision/frame/pixel_limit.h"
 #include "vision/frame/quiet_libraries.h"
 
 namespace egosieve::vision {
@@ -47,6 +48,7 @@ bool HasImageExtension(const std::string& path) {
 
 absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture) {
   if (picture.empty()) return absl::InvalidArgumentError("the picture has no pixels");
+  EGOSIEVE_RETURN_IF_ERROR(CheckPixels(picture.cols, picture.rows));
   cv::Mat bytes;
   switch (picture.depth()) {
     case CV_8U:
@@ -87,6 +89,9 @@ absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path) {
   if (bytes.empty()) return absl::DataLossError(absl::StrCat(path, ": the file is empty"));
   if (IsCutShort(bytes))
     return absl::DataLossError(absl::StrCat(path, ": the picture is cut short"));
+  if (const absl::Status size = CheckPixelsOfFile(bytes); !size.ok()) {
+    return absl::DataLossError(absl::StrCat(path, ": ", size.message()));
+  }
   cv::Mat picture;
   try {
     const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
