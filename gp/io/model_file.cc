@@ -95,7 +95,7 @@ absl::Status TakeTrainer(ArrayMap& arrays, std::optional<TrainerState>& trainer)
   state.frames_trained = counts[0];
   state.frames_since_step = counts[1];
   state.smoothed_movement = smoothed[0];
-  state.smoothed_objective = smoothed[1];
+  if (std::isfinite(smoothed[1])) state.smoothed_objective = smoothed[1];
   trainer = std::move(state);
   return absl::OkStatus();
 }
@@ -139,7 +139,7 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
     arrays["trainer_gradient"] = Vector(state.optimiser.previous_gradient);
     arrays["trainer_counts"] = Vector<int64_t>({state.frames_trained, state.frames_since_step});
     arrays["trainer_smoothed"] =
-        Vector<double>({state.smoothed_movement, state.smoothed_objective});
+        Vector<double>({state.smoothed_movement, state.smoothed_objective.value_or(std::nan(""))});
   }
   return SerializeArrays(arrays);
 }

@@ -12,7 +12,8 @@
 //   birth_frames          i8 [n]
 //   next_identity         i8 [1]
 //   squash                f8 [2]     a, b
-//   trainer_*             the state of the trainer, where there is one
+//   trainer_*             the state of the trainer, where there is one; a smoothed objective that
+//                         is no number stands for none
 //   annotations           u1 [...]   bytes of the caller's, uninterpreted
 //
 // The factor is not stored: it is n^2 numbers that follow from the rest. A run that calls

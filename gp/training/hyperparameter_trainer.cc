@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_format.h"
@@ -30,6 +31,12 @@ double LargestChange(const std::vector<double>& a, const std::vector<double>& b)
   double largest = 0.0;
   for (size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::abs(a[i] - b[i]));
   return largest;
+}
+
+// The running mean after one more check.
+std::optional<double> MeanWith(std::optional<double> mean, double check) {
+  if (!std::isfinite(check)) return mean;
+  return mean.has_value() ? *mean + kSmoothing * (check - *mean) : check;
 }
 
 absl::Status Positive(const char* name, int64_t value) {
@@ -200,8 +207,10 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(kernels::Contex
       ++report.evaluations;
     }
   }
-  const bool changed =
-      settled && report.objective < state_.smoothed_objective - options_.change_drop;
+  const bool changed = settled && state_.smoothed_objective.has_value() &&
+                       report.objective < *state_.smoothed_objective - options_.change_drop;
+  next.smoothed_objective =
+      settled && !changed ? MeanWith(state_.smoothed_objective, report.objective) : std::nullopt;
   if (changed) next.smoothed_movement = 1.0;
   if (settled && !changed && state_.frames_since_step + 1 < options_.settled_interval) {
     ++next.frames_since_step;
@@ -217,10 +226,6 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(kernels::Contex
     report.movement = LargestChange(next.theta, state_.theta);
     next.smoothed_movement += kSmoothing * (report.movement - next.smoothed_movement);
   }
-  next.smoothed_objective =
-      frame == 0
-          ? report.objective
-          : next.smoothed_objective + kSmoothing * (report.objective - next.smoothed_objective);
   ++next.frames_trained;
   EGOSIEVE_ASSIGN_OR_RETURN(Hyperparameters hyperparameters,
                             FromLogarithms(hyperparameters_.covariance.function, next.theta));
@@ -251,7 +256,7 @@ absl::Status HyperparameterTrainer::Restore(const TrainerState& state) {
     }
   }
   if (!(state.frames_trained >= 0 && state.frames_since_step >= 0 &&
-        state.smoothed_movement >= 0.0 && !std::isnan(state.smoothed_objective))) {
+        state.smoothed_movement >= 0.0 && std::isfinite(state.smoothed_objective.value_or(0.0)))) {
     return absl::InvalidArgumentError("counts or smoothed values are negative or not numbers");
   }
   EGOSIEVE_ASSIGN_OR_RETURN(Hyperparameters hyperparameters,

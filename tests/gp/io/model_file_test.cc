@@ -118,6 +118,10 @@ TEST(ModelFile, KeepsEverything) {
   EXPECT_EQ(after->model.points.next_identity, 60);
   EXPECT_EQ(after->annotations, before.annotations);
   EXPECT_EQ(after->trainer->theta, before.trainer->theta);
+  EXPECT_FALSE(after->trainer->smoothed_objective.has_value());
+  ModelFile settled = before;
+  settled.trainer->smoothed_objective = -0.5;
+  EXPECT_EQ(ParseModel(*SerializeModel(settled))->trainer->smoothed_objective, -0.5);
   ModelFile without = before;
   without.trainer.reset();
   without.model.hyperparameters =
