@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/runtime/pocl_cache.h"
 #include "tools/batch/batch_command.h"
 #include "tools/cli/command_line.h"
 #include "tools/cli/version.h"
@@ -20,6 +21,7 @@
 
 int main(int argc, char** argv) {
   using namespace egosieve::tools;  // NOLINT(build/namespaces)
+  egosieve::kernels::LetPoclWrite();
   CommandLine line(
       "egosieve",
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",

@@ -8,16 +8,16 @@
 // terms grows as SUM_BLOCK + n / SUM_BLOCK instead of n.
 #define SUM_BLOCK 64
 
-inline float normal_cdf(float x) { return 0.5f * erfc(-x * 0.70710678118654752f); }
+static inline float normal_cdf(float x) { return 0.5f * erfc(-x * 0.70710678118654752f); }
 
 #if ARCSINE
 // k** / sigma_f^2 = pi/2 - 2 asin sqrt(e / 2), from e / 4 as it is stored.
-inline float prior_of_quarter(float quarter) { return 1.57079632679489661923f - 2.0f * asin(sqrt(2.0f * quarter)); }
+static inline float prior_of_quarter(float quarter) { return 1.57079632679489661923f - 2.0f * asin(sqrt(2.0f * quarter)); }
 #endif
 
 // Of the query `q`: `value` is its mean (alpha carries sigma_f^2), `squares` is |L^-1 k*|^2 / sigma_f^4. Returns 1 where
 // the variance was negative and is clamped, else 0.
-inline int write_posterior(__global const float* queries, const long query_stride, const long q,
+static inline int write_posterior(__global const float* queries, const long query_stride, const long q,
                            const float value, const float squares, const float signal_variance, const float squash_a,
                            const float squash_b, const int outputs, __global float* mean,
                            __global float* variance, __global float* probability) {

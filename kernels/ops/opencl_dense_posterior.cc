@@ -14,6 +14,7 @@
 #include "kernels/ops/kernel_options.h"
 #include "kernels/ops/packed_factor.h"
 #include "kernels/runtime/buffer.h"
+#include "kernels/runtime/fork_guard.h"
 #include "kernels/runtime/opencl_error.h"
 
 namespace egosieve::kernels::opencl {
@@ -306,6 +307,7 @@ absl::StatusOr<PosteriorCounts> OpenClPosterior::Evaluate(ConstMatrixView<float>
 absl::StatusOr<std::unique_ptr<DensePosterior>> CreateDensePosterior(
     std::shared_ptr<Context> context, const PosteriorModel& model,
     const DensePosteriorOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
   std::unique_ptr<DensePosterior> posterior;
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("uploading a posterior", [&] {
     posterior = std::make_unique<OpenClPosterior>(std::move(context), model, options);
