@@ -18,8 +18,7 @@
 // while a factor is rebuilt.
 //
 // A change that fails leaves the model as it was, also where it fails because memory runs out
-// (std::bad_alloc, or ResourceExhausted for the factor); Remove alone needs the memory for its
-// update.
+// (std::bad_alloc, or ResourceExhausted for the factor). Remove is not so: its update is in place.
 //
 // Not thread-safe; MakePosterior gives what is.
 #ifndef EGOSIEVE_GP_MODEL_EXACT_MODEL_H_

@@ -98,7 +98,8 @@ absl::StatusOr<HyperparameterTrainer> HyperparameterTrainer::Create(
   trainer.options_ = options;
   trainer.state_.theta = trainer.prior_centre_;
   EGOSIEVE_ASSIGN_OR_RETURN(trainer.hyperparameters_,
-                            FromLogarithms(initial.covariance.function, trainer.prior_centre_));
+                            FromLogarithms(initial.covariance.function, trainer.prior_centre_,
+                                           initial.covariance.dimension));
   return trainer;
 }
 
@@ -119,7 +120,8 @@ absl::StatusOr<double> HyperparameterTrainer::Objective(kernels::Context& contex
                                                         const std::vector<double>& theta,
                                                         std::vector<double>* gradient) const {
   EGOSIEVE_ASSIGN_OR_RETURN(const Hyperparameters hyperparameters,
-                            FromLogarithms(hyperparameters_.covariance.function, theta));
+                            FromLogarithms(hyperparameters_.covariance.function, theta,
+                                           hyperparameters_.covariance.dimension));
   const auto likelihood = ComputeMarginalLikelihood(
       context, hyperparameters, subset.view(), subset.targets,
       gradient == nullptr ? LikelihoodOrder::kValue : LikelihoodOrder::kValueAndGradient);
@@ -228,7 +230,8 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(kernels::Contex
   }
   ++next.frames_trained;
   EGOSIEVE_ASSIGN_OR_RETURN(Hyperparameters hyperparameters,
-                            FromLogarithms(hyperparameters_.covariance.function, next.theta));
+                            FromLogarithms(hyperparameters_.covariance.function, next.theta,
+                                           hyperparameters_.covariance.dimension));
   hyperparameters_ = std::move(hyperparameters);
   state_ = std::move(next);
   return report;
@@ -260,7 +263,8 @@ absl::Status HyperparameterTrainer::Restore(const TrainerState& state) {
     return absl::InvalidArgumentError("counts or smoothed values are negative or not numbers");
   }
   EGOSIEVE_ASSIGN_OR_RETURN(Hyperparameters hyperparameters,
-                            FromLogarithms(hyperparameters_.covariance.function, state.theta));
+                            FromLogarithms(hyperparameters_.covariance.function, state.theta,
+                                           hyperparameters_.covariance.dimension));
   hyperparameters_ = std::move(hyperparameters);
   state_ = state;
   return absl::OkStatus();

@@ -15,12 +15,11 @@
 static inline void covary(__global const float* queries, const long query_stride, __global const float* inputs,
                    __global const float* alpha, const int n, __global float* covariances,
                    __global float* means) {
-  REALV q[WIDTH][COMPONENTS + 1];
+  REALV q[WIDTH][POINT];
   REALV total[WIDTH];
 #pragma unroll
   for (int v = 0; v < WIDTH; ++v) {
-#pragma unroll
-    for (int c = 0; c <= COMPONENTS; ++c) {
+    UNROLL for (int c = 0; c < POINT; ++c) {
       q[v][c] = LOADV(queries + c * query_stride + v * VEC);
     }
     total[v] = (REALV)0;
@@ -31,7 +30,7 @@ static inline void covary(__global const float* queries, const long query_stride
 #pragma unroll
     for (int v = 0; v < WIDTH; ++v) sum[v] = (REALV)0;
     for (int i = block; i < end; ++i) {
-      __global const float* x = inputs + (long)i * (COMPONENTS + 1);
+      __global const float* x = inputs + (long)i * POINT;
 #pragma unroll
       for (int v = 0; v < WIDTH; ++v) {
         const REALV k = unit_covariance(q[v], x);

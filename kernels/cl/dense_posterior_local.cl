@@ -24,7 +24,6 @@
 #define GROUP (PANEL * PANELS)
 #define QUERIES (WIDTH * COLUMNS)
 #define WORK_GROUP (PANELS * COLUMNS)
-#define POINT (COMPONENTS + 1)
 // Queries whose sums a work-item keeps.
 #define OWNED ((QUERIES + WORK_GROUP - 1) / WORK_GROUP)
 
@@ -44,8 +43,7 @@ void fetch(__local float* stage, __global const float* source, const int count, 
 }
 
 void load_query(__global const float* queries, const long query_stride, const long q, float* point) {
-#pragma unroll
-  for (int c = 0; c < POINT; ++c) point[c] = queries[c * query_stride + q];
+  UNROLL for (int c = 0; c < POINT; ++c) point[c] = queries[c * query_stride + q];
 }
 
 #if FACTOR

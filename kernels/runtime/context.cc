@@ -52,17 +52,18 @@ Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& optio
                                        : LoadTuning(info_, DefaultsOf(device_, info_.type));
 }
 
-absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::string& options) {
+absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::string& options,
+                                             const std::string& covariance_code) {
   EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
   const std::lock_guard lock(mutex_);
-  const std::string key = std::string(file) + "\n" + options;
+  const std::string key = absl::StrCat(std::string(file), "\n", options, "\n", covariance_code);
   if (const auto found = programs_.find(key); found != programs_.end()) {
     return found->second;
   }
   cl::Program program;
   const absl::Status status =
       CatchOpenClErrors("building " + std::string(file) + " for " + info_.name, [&] {
-        const std::string source = SourceOf("common.cl") + SourceOf(file);
+        const std::string source = SourceOf("common.cl") + covariance_code + SourceOf(file);
         program = BuildProgram(context_, device_, info_, source, options, program_cache_);
       });
   if (!status.ok() && absl::StrContains(info_.platform, kPocl) && !PoclCanWrite()) {
@@ -74,8 +75,8 @@ absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::s
 }
 
 absl::StatusOr<cl::Kernel> Context::Kernel(std::string_view file, const std::string& options,
-                                           const char* name) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const cl::Program program, Program(file, options));
+                                           const char* name, const std::string& covariance_code) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const cl::Program program, Program(file, options, covariance_code));
   cl::Kernel kernel;
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(std::string("creating the kernel ") + name,
                                              [&] { kernel = cl::Kernel(program, name); }));

@@ -131,6 +131,14 @@ TEST(ModelFile, KeepsEverything) {
   EXPECT_FALSE(other->trainer.has_value());
   EXPECT_EQ(other->model.hyperparameters.covariance.function,
             CovarianceFunction::kSquaredExponential);
+  ModelFile named = without;
+  named.model.hyperparameters =
+      DefaultHyperparameters(*CovarianceFunction::Parse("isotropic(matern52) + linear"), 6);
+  const auto composed = ParseModel(*SerializeModel(named));
+  ASSERT_TRUE(composed.ok()) << composed.status();
+  EXPECT_EQ(composed->model.hyperparameters.covariance.function,
+            named.model.hyperparameters.covariance.function);
+  EXPECT_EQ(composed->model.hyperparameters.covariance.input_dimension(), 6);
   const Learner empty = MakeLearner();
   EXPECT_TRUE(ParseModel(*SerializeModel(Checkpoint(empty))).ok());
 }
