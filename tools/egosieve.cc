@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/runtime/pocl_cache.h"
 #include "tools/batch/batch_command.h"
 #include "tools/cli/command_line.h"
 #include "tools/cli/interruption.h"
@@ -56,6 +57,7 @@ int RunCommandLine(int argc, char** argv) {
 }  // namespace egosieve::tools
 
 int main(int argc, char** argv) {
+  egosieve::kernels::LetPoclWrite();
   egosieve::tools::TakeStandardStreams();
   egosieve::tools::CatchInterruptions();
   const int code = egosieve::tools::RunCommandLine(argc, argv);

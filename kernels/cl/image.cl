@@ -2,7 +2,7 @@
 
 // The four intensities of a window: sums of 8-bit values over `count` pixels, mapped to [-1, 1]. Both kernels below end
 // here, so that they agree bit for bit.
-inline void write_descriptor(float u, float v, int blue_sum, int green_sum, int red_sum, int count,
+static inline void write_descriptor(float u, float v, int blue_sum, int green_sum, int red_sum, int count,
                              __global float* out) {
   const float scale = 2.0f / (255.0f * (float)count);
   const float blue = fma((float)blue_sum, scale, -1.0f);
@@ -21,7 +21,7 @@ inline void write_descriptor(float u, float v, int blue_sum, int green_sum, int 
 }
 
 // Adds (sign = 1) or subtracts (-1) a row of `size` bytes.
-inline void add_row(__global const uchar* row, int size, int sign, __global int* sums) {
+static inline void add_row(__global const uchar* row, int size, int sign, __global int* sums) {
   int i = 0;
   for (; i + 16 <= size; i += 16) {
     vstore16(vload16(0, sums + i) + convert_int16(vload16(0, row + i)) * sign, 0, sums + i);

@@ -20,7 +20,7 @@ constexpr int kMaxBands = 64;
 constexpr int64_t kGroupPoints = 64;
 
 std::string BuildOptions(int channels) {
-  return "-cl-std=CL1.2 -DVEC=1 -DCOMPONENTS=1 -DARCSINE=0 -DCHANNELS=" + std::to_string(channels);
+  return "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=" + std::to_string(channels);
 }
 
 cl::Buffer ImageBuffer(const Context& context, const ImageView& image) {

@@ -1,13 +1,11 @@
 #include "kernels/runtime/opencl_device.h"
 
-#include <mutex>
 #include <string>
 
 #include "absl/strings/match.h"
-#include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/runtime/fork_guard.h"
 #include "kernels/runtime/opencl_error.h"
-#include "kernels/runtime/pocl_cache.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -59,9 +57,7 @@ std::vector<cl::Device> Devices(const cl::Platform& platform) {
 }  // namespace
 
 absl::StatusOr<std::vector<OpenClDevice>> ListOpenClDevices() {
-  // Before the first call into a driver, once.
-  static std::once_flag once;
-  std::call_once(once, SetPoclCacheFolder);
+  EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
   std::vector<OpenClDevice> found;
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("listing OpenCL devices", [&] {
     for (const cl::Platform& platform : Platforms()) {

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <string>
 
 #include "absl/strings/str_cat.h"
 
@@ -20,33 +21,26 @@ bool CanWriteBelow(std::string folder) {
   return access(folder.c_str(), W_OK | X_OK) == 0;
 }
 
-// Empty where PoCL has none.
-std::string DefaultFolder() {
+}  // namespace
+
+std::string PoclCacheFolder() {
+  if (const char* chosen = std::getenv("POCL_CACHE_DIR")) return chosen;
   if (const char* cache = std::getenv("XDG_CACHE_HOME")) return absl::StrCat(cache, "/pocl/kcache");
   if (const char* home = std::getenv("HOME")) return absl::StrCat(home, "/.cache/pocl/kcache");
   return "";
 }
 
-std::string TemporaryFolder() {
+bool PoclCanWrite() { return CanWriteBelow(PoclCacheFolder()); }
+
+void LetPoclWrite() {
+  if (std::getenv("POCL_CACHE_DIR") != nullptr || PoclCanWrite()) return;
   const char* temporary = std::getenv("TMPDIR");
-  return absl::StrCat(temporary != nullptr ? temporary : "/tmp", "/egosieve-pocl-", getuid());
-}
-
-}  // namespace
-
-std::string PoclCacheFolder() {
-  if (const char* chosen = std::getenv("POCL_CACHE_DIR")) return chosen;
-  const std::string folder = DefaultFolder();
-  return !folder.empty() && CanWriteBelow(folder) ? folder : TemporaryFolder();
-}
-
-void SetPoclCacheFolder() {
-  if (std::getenv("POCL_CACHE_DIR") != nullptr || PoclCacheFolder() != TemporaryFolder()) return;
-  const std::string folder = TemporaryFolder();
+  const std::string folder =
+      absl::StrCat(temporary != nullptr ? temporary : "/tmp", "/egosieve-pocl-", getuid());
   mkdir(folder.c_str(), 0700);
   struct stat status;
   if (lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && status.st_uid == getuid()) {
-    setenv("POCL_CACHE_DIR", folder.c_str(), 0);
+    setenv("POCL_CACHE_DIR", folder.c_str(), /*overwrite=*/0);
   }
 }
 

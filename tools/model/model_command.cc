@@ -51,10 +51,7 @@ std::string Describe(const std::string& path, const gp::ModelFile& file) {
     absl::StrAppendFormat(&text, "born         in frames %d to %d\n", *oldest, *newest);
   }
   absl::StrAppendFormat(&text, "covariance   %s of %d inputs\n",
-                        covariance.function == kernels::CovarianceFunction::kArcsine
-                            ? "arcsine"
-                            : "squared exponential",
-                        covariance.input_dimension());
+                        std::string(covariance.function.text()), covariance.input_dimension());
   absl::StrAppend(&text, "scales      ");
   for (const double scale : covariance.scales) absl::StrAppendFormat(&text, " %.4g", scale);
   absl::StrAppendFormat(&text, "\nsigma        f %.4g, n %.4g\n", covariance.signal_stddev,

@@ -117,6 +117,10 @@ TEST(ModelFile, KeepsEverything) {
   EXPECT_EQ(after->model.points.next_identity, 60);
   EXPECT_EQ(after->annotations, before.annotations);
   EXPECT_EQ(after->trainer->theta, before.trainer->theta);
+  EXPECT_FALSE(after->trainer->smoothed_objective.has_value());
+  ModelFile settled = before;
+  settled.trainer->smoothed_objective = -0.5;
+  EXPECT_EQ(ParseModel(*SerializeModel(settled))->trainer->smoothed_objective, -0.5);
   ModelFile without = before;
   without.trainer.reset();
   without.model.hyperparameters =
@@ -126,6 +130,14 @@ TEST(ModelFile, KeepsEverything) {
   EXPECT_FALSE(other->trainer.has_value());
   EXPECT_EQ(other->model.hyperparameters.covariance.function,
             CovarianceFunction::kSquaredExponential);
+  ModelFile named = without;
+  named.model.hyperparameters =
+      DefaultHyperparameters(*CovarianceFunction::Parse("isotropic(matern52) + linear"), 6);
+  const auto composed = ParseModel(*SerializeModel(named));
+  ASSERT_TRUE(composed.ok()) << composed.status();
+  EXPECT_EQ(composed->model.hyperparameters.covariance.function,
+            named.model.hyperparameters.covariance.function);
+  EXPECT_EQ(composed->model.hyperparameters.covariance.input_dimension(), 6);
   const Learner empty = MakeLearner();
   EXPECT_TRUE(ParseModel(*SerializeModel(Checkpoint(empty))).ok());
 }

@@ -46,9 +46,11 @@ struct Outputs {
 using Queries = std::function<kernels::ConstMatrixView<float>(int64_t begin, int64_t end,
                                                               std::vector<float>& scratch)>;
 
-absl::Status Evaluate(const gp::Posterior& posterior, int64_t count, bool in_place,
+absl::Status Evaluate(const DevicePosterior& at, int64_t count, bool in_place,
                       const Queries& queries, const Outputs& outputs,
                       egosieve_prediction* prediction) {
+  const gp::Posterior& posterior = *at.posterior;
+  if (outputs.probability.wanted()) EGOSIEVE_RETURN_IF_ERROR(at.labels);
   // Nothing reaches the caller's arrays before everything is there.
   const auto room = [&](const OutputArray& output) {
     return std::vector<float>(output.wanted() ? count : 0);
@@ -75,7 +77,7 @@ absl::Status Evaluate(const gp::Posterior& posterior, int64_t count, bool in_pla
         std::pair(&outputs.probability, &probability)}) {
     if (output->wanted()) output->Write(0, count, values->data());
   }
-  prediction->clamped_variances = clamped;
+  WriteField(&egosieve_prediction::clamped_variances, clamped, prediction);
   return absl::OkStatus();
 }
 
@@ -107,7 +109,7 @@ absl::Status PredictPoints(const DevicePosterior& at, const egosieve_const_array
     points.CopyRows(begin, end, scratch.data());
     return kernels::ConstMatrixView<float>(scratch.data(), end - begin, points.columns());
   };
-  return Evaluate(*at.posterior, points.rows(), place != nullptr, queries, outputs, prediction);
+  return Evaluate(at, points.rows(), place != nullptr, queries, outputs, prediction);
 }
 
 absl::Status PredictGrid(const DevicePosterior& at, const egosieve_grid* grid,
@@ -143,7 +145,7 @@ absl::Status PredictGrid(const DevicePosterior& at, const egosieve_grid* grid,
     }
     return kernels::ConstMatrixView<float>(scratch.data(), end - begin, 2);
   };
-  return Evaluate(*at.posterior, grid->rows * grid->columns, false, queries, outputs, prediction);
+  return Evaluate(at, grid->rows * grid->columns, false, queries, outputs, prediction);
 }
 
 absl::Status PredictImage(const DevicePosterior& at, const egosieve_image* image, int32_t stride,
@@ -166,7 +168,7 @@ absl::Status PredictImage(const DevicePosterior& at, const egosieve_image* image
     return kernels::ConstMatrixView<float>(&field[begin * kernels::kDescriptorDimension],
                                            end - begin, kernels::kDescriptorDimension);
   };
-  return Evaluate(*at.posterior, grid.size(), true, queries, outputs, prediction);
+  return Evaluate(at, grid.size(), true, queries, outputs, prediction);
 }
 
 }  // namespace egosieve::embed

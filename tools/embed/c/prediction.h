@@ -19,6 +19,7 @@ namespace egosieve::embed {
 struct DevicePosterior {
   std::shared_ptr<kernels::Context> context;
   std::shared_ptr<const gp::Posterior> posterior;
+  absl::Status labels;  // why there are no probabilities, where its targets are no labels
 
   int64_t dimension() const { return posterior->hyperparameters().covariance.input_dimension(); }
 };
