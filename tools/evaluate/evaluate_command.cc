@@ -118,6 +118,8 @@ class EvaluateCommand : public Command {
                    "With --suite: sequences at a time; 0: one a core, at most one a sequence")
         ->check(Between(0, 256))
         ->capture_default_str();
+    app.add_flag("--masks,!--no_masks", suite_options_.masks,
+                 "With --suite: make masks of each run by reconstruct, and score them");
     app.add_option("--max_frames", suite_options_.max_frames,
                    "With --suite: frames of each sequence at most; 0: all")
         ->check(AtLeast<int64_t>(0))

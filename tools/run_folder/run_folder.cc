@@ -21,10 +21,10 @@ constexpr char kLog[] = "frames.jsonl";
 // All that a run leaves, and what is made from it. run.json goes last: until then the folder still
 // tells what it is.
 constexpr const char* kProducts[] = {
-    "report.html",     "overlay.mp4", "overlay.avi", "overlay.tmp.mp4",
-    "overlay.tmp.avi", "eval.json",   "eval.csv",    "plots",
-    "render",          "full",        "grid",        "steps",
-    "model",           kLog,          kDescription};
+    "report.html", "overlay.mp4", "overlay.avi", "overlay.tmp.mp4",  "overlay.tmp.avi",
+    "eval.json",   "eval.csv",    "plots",       "render",           "full",
+    "masks",       "ids",         "tracks.csv",  "reconstruct.json", "grid",
+    "steps",       "model",       kLog,          kDescription};
 
 // Whether the folder holds nothing but what a run that was killed before its run.json leaves.
 bool IsBarelyBegun(const std::string& path, std::error_code& error) {

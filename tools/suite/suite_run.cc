@@ -34,26 +34,18 @@ std::string LastLine(const std::string& path) {
   return last;
 }
 
-absl::Status Segment(const Sequence& sequence, const SuiteVariant& variant, const std::string& run,
-                     const SuiteOptions& options, const std::function<bool()>& stop_requested) {
+// Runs the program with its share of the cores; `what` it does is said where it fails.
+absl::Status RunProgram(std::vector<std::string> arguments, const std::string& log,
+                        const char* what, const SuiteOptions& options,
+                        const std::function<bool()>& stop_requested) {
   const int threads = std::max(1, options.cores / options.jobs);
   ChildCommand command;
-  command.arguments = {options.program,
-                       "segment",
-                       sequence.frames,
-                       absl::StrCat("--out=", run),
-                       "--resume",
-                       "--progress=none",
-                       absl::StrCat("--threads=", threads)};
-  command.arguments.insert(command.arguments.end(), variant.flags.begin(), variant.flags.end());
-  if (options.max_frames > 0) {
-    command.arguments.push_back(absl::StrCat("--max_frames=", options.max_frames));
-  }
-  command.arguments.insert(command.arguments.end(), options.segment_flags.begin(),
-                           options.segment_flags.end());
+  command.arguments = std::move(arguments);
+  command.arguments.insert(command.arguments.begin(), options.program);
+  command.arguments.insert(command.arguments.end(),
+                           {"--progress=none", absl::StrCat("--threads=", threads)});
   command.environment["POCL_MAX_PTHREAD_COUNT"] = absl::StrCat(threads);
-  command.log_path = run + ".log";
-  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(fs::path(run).parent_path().string()));
+  command.log_path = log;
   EGOSIEVE_ASSIGN_OR_RETURN(const int code, RunChild(command, stop_requested));
   if (stop_requested()) return absl::CancelledError("interrupted");
   // Some frames that cannot be read are no reason not to score the others.
@@ -61,8 +53,21 @@ absl::Status Segment(const Sequence& sequence, const SuiteVariant& variant, cons
       code == static_cast<int>(ExitCode::kFramesFailed)) {
     return absl::OkStatus();
   }
-  return absl::InternalError(absl::StrFormat("segmenting ended with code %d: %s; see %s", code,
-                                             LastLine(command.log_path), command.log_path));
+  return absl::InternalError(
+      absl::StrFormat("%s ended with code %d: %s; see %s", what, code, LastLine(log), log));
+}
+
+absl::Status Segment(const Sequence& sequence, const SuiteVariant& variant, const std::string& run,
+                     const SuiteOptions& options, const std::function<bool()>& stop_requested) {
+  std::vector<std::string> arguments = {"segment", sequence.frames, absl::StrCat("--out=", run),
+                                        "--resume"};
+  arguments.insert(arguments.end(), variant.flags.begin(), variant.flags.end());
+  if (options.max_frames > 0) {
+    arguments.push_back(absl::StrCat("--max_frames=", options.max_frames));
+  }
+  arguments.insert(arguments.end(), options.segment_flags.begin(), options.segment_flags.end());
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(fs::path(run).parent_path().string()));
+  return RunProgram(std::move(arguments), run + ".log", "segmenting", options, stop_requested);
 }
 
 absl::Status RunSequence(const SuiteOptions& options, const SuiteVariant& variant,
@@ -70,6 +75,10 @@ absl::Status RunSequence(const SuiteOptions& options, const SuiteVariant& varian
   const std::string path =
       (fs::path(options.out) / "runs" / result.profile / result.sequence.name).string();
   EGOSIEVE_RETURN_IF_ERROR(Segment(result.sequence, variant, path, options, stop_requested));
+  if (options.masks) {
+    EGOSIEVE_RETURN_IF_ERROR(RunProgram({"reconstruct", path}, path + ".masks.log", "making masks",
+                                        options, stop_requested));
+  }
   EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(path));
   EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
   result.frames = description.frames_answered;

@@ -2,7 +2,7 @@
 // run of it is there yet, then evaluated.
 //
 //   out/runs/VARIANT/NAME       the run folder; one that is there goes on or is taken as it is
-//   out/runs/VARIANT/NAME.log   what segmenting printed
+//   out/runs/VARIANT/NAME.log   what segmenting printed; NAME.masks.log: what reconstruct printed
 //
 // `jobs` sequences at a time, each segmented by a process of its own with its share of the cores:
 // one that crashes fails alone. The results' order does not depend on how long each took.
@@ -42,6 +42,7 @@ struct SuiteOptions {
   int jobs = 1;                            // 1 to 256
   int cores = 1;                           // shared by the jobs
   int64_t max_frames = 0;                  // of each sequence; 0: all
+  bool masks = true;                       // made by reconstruct, and scored
   EvaluateOptions evaluate;
 
   absl::Status Validate() const;
