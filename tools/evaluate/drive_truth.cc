@@ -133,6 +133,12 @@ absl::StatusOr<cv::Mat1b> DriveTruth::ReadMask(int64_t frame, cv::Size size) con
   return ReadTruthMask(mask->second, size);
 }
 
+absl::StatusOr<cv::Mat1i> DriveTruth::ReadIds(int64_t frame, cv::Size size) const {
+  if (synthetic_.frames.count(frame) == 0) return cv::Mat1i();
+  EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1i ids, synthetic_.ReadMovingIds(frame));
+  return ids.size() == size ? ids : cv::Mat1i();
+}
+
 ScoredFrame DriveTruth::CompareTracks(int64_t frame, const kernels::ImageGrid& grid,
                                       const FrameMaps& maps, double deviation_full_scale,
                                       int64_t* points_outside) const {
@@ -178,8 +184,8 @@ absl::StatusOr<ScoredFrame> DriveTruth::Compare(int64_t frame, const kernels::Im
   scored.truth = AtGrid(mask, grid);
   const auto objects = synthetic_.frames.find(frame);
   if (objects != synthetic_.frames.end()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1i ids, synthetic_.ReadMovingIds(frame));
-    if (ids.size() == size) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1i ids, ReadIds(frame, size));
+    if (!ids.empty()) {
       scored.ids = AtGrid(ids, grid);
       scored.objects = &objects->second;
     }

@@ -153,6 +153,8 @@ class EvaluateCommand : public Command {
                    "beside its frames states, else 10 frames a second; 0: all")
         ->check(AtLeast(0.0))
         ->capture_default_str();
+    app.add_flag("--masks,!--no_masks", suite_options_.masks,
+                 "With --suite: make masks of each run by reconstruct, and score them");
     app.add_option("--max_frames", suite_options_.max_frames,
                    "With --suite: frames of each sequence at most; 0: all")
         ->check(AtLeast<int64_t>(0))

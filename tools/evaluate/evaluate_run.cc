@@ -1,6 +1,8 @@
 #include "tools/evaluate/evaluate_run.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -38,7 +40,8 @@ class RunScorer {
         options_(options),
         scores_(options.pixels == ScoredPixels::kGrid
                     ? options.ScoresAtStride(description_.grid.stride)
-                    : options.scores) {}
+                    : options.scores),
+        masks_(options.scores.objects.min_area) {}
 
   // A line that has a map and a truth.
   absl::Status Score(const FrameLine& line) {
@@ -60,10 +63,36 @@ class RunScorer {
     return scores_.Add(*frame);
   }
 
+  // The mask that reconstruct wrote for a line with a truth; nothing where there is none.
+  absl::Status ScoreMask(const FrameLine& line) {
+    const std::string path = folder_.FrameFile("masks", line.index, ".png");
+    if (truth_.scattered() || !std::filesystem::exists(path)) return absl::OkStatus();
+    const cv::Size size(line.width_pixels, line.height_pixels);
+    MaskFrame frame;
+    frame.index = line.index;
+    const absl::StatusOr<cv::Mat1b> truth = truth_.ReadMask(line.index, size);
+    if (absl::IsOutOfRange(truth.status())) return absl::OkStatus();  // a misfit, counted by Score
+    EGOSIEVE_RETURN_IF_ERROR(truth.status());
+    frame.truth = *truth;
+    EGOSIEVE_ASSIGN_OR_RETURN(frame.mask, ReadTruthMask(path, size));
+    EGOSIEVE_ASSIGN_OR_RETURN(frame.truth_ids, truth_.ReadIds(line.index, size));
+    const std::string ids_path = folder_.FrameFile("ids", line.index, ".png");
+    if (!frame.truth_ids.empty() && std::filesystem::exists(ids_path)) {
+      const cv::Mat ids = cv::imread(ids_path, cv::IMREAD_UNCHANGED);
+      if (ids.type() != CV_16UC1 || ids.size() != size) {
+        return absl::DataLossError(
+            absl::StrCat(ids_path, " is damaged; run egosieve reconstruct again"));
+      }
+      ids.convertTo(frame.ids, CV_32S);
+    }
+    return masks_.Add(frame);
+  }
+
   const Misfits& misfits() const { return misfits_; }
   int64_t points_outside() const { return points_outside_; }
   int64_t frames_without_points() const { return frames_without_points_; }
   DriveScores TakeScores() { return std::move(scores_); }
+  MaskScores TakeMasks() { return std::move(masks_); }
 
  private:
   const RunFolder& folder_;
@@ -71,6 +100,7 @@ class RunScorer {
   const DriveTruth& truth_;
   const EvaluateOptions& options_;
   DriveScores scores_;
+  MaskScores masks_;
   Misfits misfits_;
   int64_t points_outside_ = 0;
   int64_t frames_without_points_ = 0;
@@ -120,6 +150,7 @@ absl::StatusOr<RunEvaluation> EvaluateRun(const RunFolder& folder, const std::st
       continue;
     }
     ++matched;
+    EGOSIEVE_RETURN_IF_ERROR(scorer.ScoreMask(line));
     if (of_prior && !options.with_prior) {
       ++evaluation.frames_of_prior;
     } else {
@@ -142,7 +173,10 @@ absl::StatusOr<RunEvaluation> EvaluateRun(const RunFolder& folder, const std::st
         truth.matched_by(), evaluation.frames_without_points, evaluation.points_outside));
   }
   Summarise(scores, &evaluation);
-  return RunEvaluation{std::move(evaluation), std::move(scores)};
+  MaskScores masks = scorer.TakeMasks();
+  if (masks.frames() > 0) evaluation.masks = masks.ToJson();
+  evaluation.scores_summary += masks.Summary();
+  return RunEvaluation{std::move(evaluation), std::move(scores), std::move(masks)};
 }
 
 }  // namespace egosieve::tools

@@ -20,7 +20,8 @@ absl::StatusOr<FrameMaps> ReadScoredMaps(const RunFolder& folder, const RunDescr
   if (absl::IsNotFound(probability.status())) {
     return absl::FailedPreconditionError(
         absl::StrCat("the run has no full/ map of frame ", line.index,
-                     "; run egosieve reconstruct on it first, or use --pixels=grid"));
+                     "; run egosieve reconstruct --what=probability on it first, or use "
+                     "--pixels=grid"));
   }
   EGOSIEVE_RETURN_IF_ERROR(probability.status());
   absl::StatusOr<cv::Mat1f> deviation = ReadMap(folder.FrameFile("full", line.index, ".std.png"),

@@ -21,9 +21,9 @@ using kernels::NameOfTemporary;
 
 constexpr char kDescription[] = "run.json";
 
-constexpr std::array<std::string_view, 7> kFiles = {"report.html", "overlay.mp4", "overlay.avi",
-                                                    "eval.json",   "eval.csv",    "further.json",
-                                                    "frames.jsonl"};
+constexpr std::array<std::string_view, 9> kFiles = {
+    "report.html",  "overlay.mp4", "overlay.avi",      "eval.json",   "eval.csv",
+    "further.json", "tracks.csv",  "reconstruct.json", "frames.jsonl"};
 
 // Files NNNNNN with one of the endings.
 struct FrameFolder {
@@ -35,6 +35,8 @@ const std::vector<FrameFolder>& FrameFolders() {
   static const auto& folders = *new std::vector<FrameFolder>{
       {"grid", {".prob.png", ".std.png"}},
       {"full", {".prob.png", ".std.png", ".class.png", ".objects.json"}},
+      {"masks", {".png"}},
+      {"ids", {".png"}},
       {"render", {".png"}},
       {"steps", {".npz"}},
       {"model", {".npz"}}};

@@ -27,7 +27,7 @@ class LineLog {
   LineLog& operator=(LineLog&& other) noexcept;
   ~LineLog();
 
-  // `line` without its line break; it must contain none.
+  // `line` without its line break; several lines with those between them.
   absl::Status Append(absl::string_view line);
 
  private:

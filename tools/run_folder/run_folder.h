@@ -5,7 +5,8 @@
 //   log/TIME-HOST-PID.jsonl        the lines of maps that were made later, a log for each program
 //                                  that makes them; who reads merges them
 //   grid/NNNNNN.{prob,std}.png     maps at grid resolution (map_image.h)
-//   full/NNNNNN.{prob,std,class}.png   the same at the frames' resolution
+//   masks/, ids/, tracks.csv, full/    what reconstruct makes (tools/reconstruct/frame_products.h);
+//   reconstruct.json                   how far it is
 //   render/NNNNNN.png              overlays
 //   model/                         checkpoints
 //   steps/NNNNNN.npz               what the frame did to the model, where maps are made later

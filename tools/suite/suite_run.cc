@@ -42,28 +42,21 @@ int64_t MostFrames(const SuiteOptions& options, double rate) {
   return options.max_frames > 0 ? std::min(frames, options.max_frames) : frames;
 }
 
-absl::Status Segment(const Sequence& sequence, const SuiteVariant& variant, const std::string& run,
-                     const SuiteOptions& options, const std::function<bool()>& stop_requested) {
+// Runs the program with its share of the cores, its log beside the run, NAME with `suffix`; `what`
+// it does is said where it fails.
+absl::Status RunProgram(std::vector<std::string> arguments, const std::string& run,
+                        const char* suffix, const char* what, const SuiteOptions& options,
+                        const std::function<bool()>& stop_requested) {
   const int threads = std::max(1, options.cores / options.jobs);
   ChildCommand command;
-  command.arguments = {options.program,
-                       "segment",
-                       sequence.frames,
-                       absl::StrCat("--out=", run),
-                       "--resume",
-                       "--progress=none",
-                       absl::StrCat("--threads=", threads)};
-  command.arguments.insert(command.arguments.end(), variant.flags.begin(), variant.flags.end());
-  EGOSIEVE_ASSIGN_OR_RETURN(const double rate, RateOf(sequence));
-  command.arguments.push_back(absl::StrCat("--fps=", rate));
-  if (const int64_t frames = MostFrames(options, rate); frames > 0) {
-    command.arguments.push_back(absl::StrCat("--max_frames=", frames));
-  }
-  command.arguments.insert(command.arguments.end(), options.segment_flags.begin(),
-                           options.segment_flags.end());
+  command.arguments = std::move(arguments);
+  command.arguments.insert(command.arguments.begin(), options.program);
+  command.arguments.insert(command.arguments.end(),
+                           {"--progress=none", absl::StrCat("--threads=", threads)});
   command.environment["POCL_MAX_PTHREAD_COUNT"] = absl::StrCat(threads);
   const fs::path logs = fs::path(run).parent_path() / "egosieve_logs";
-  command.log_path = (logs / fs::path(run).filename()).string() + ".log";
+  const std::string log = (logs / fs::path(run).filename()).string() + suffix;
+  command.log_path = log;
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(logs.string()));
   EGOSIEVE_ASSIGN_OR_RETURN(const int code, RunChild(command, stop_requested));
   if (stop_requested()) return absl::CancelledError("interrupted");
@@ -72,8 +65,22 @@ absl::Status Segment(const Sequence& sequence, const SuiteVariant& variant, cons
       code == static_cast<int>(ExitCode::kFramesFailed)) {
     return absl::OkStatus();
   }
-  return absl::InternalError(absl::StrFormat("segmenting ended with code %d: %s; see %s", code,
-                                             LastLine(command.log_path), command.log_path));
+  return absl::InternalError(
+      absl::StrFormat("%s ended with code %d: %s; see %s", what, code, LastLine(log), log));
+}
+
+absl::Status Segment(const Sequence& sequence, const SuiteVariant& variant, const std::string& run,
+                     const SuiteOptions& options, const std::function<bool()>& stop_requested) {
+  std::vector<std::string> arguments = {"segment", sequence.frames, absl::StrCat("--out=", run),
+                                        "--resume"};
+  arguments.insert(arguments.end(), variant.flags.begin(), variant.flags.end());
+  EGOSIEVE_ASSIGN_OR_RETURN(const double rate, RateOf(sequence));
+  arguments.push_back(absl::StrCat("--fps=", rate));
+  if (const int64_t frames = MostFrames(options, rate); frames > 0) {
+    arguments.push_back(absl::StrCat("--max_frames=", frames));
+  }
+  arguments.insert(arguments.end(), options.segment_flags.begin(), options.segment_flags.end());
+  return RunProgram(std::move(arguments), run, ".log", "segmenting", options, stop_requested);
 }
 
 FurtherTruth FurtherTruthOf(const Sequence& sequence, const SuiteOptions& options) {
@@ -87,6 +94,10 @@ absl::Status RunSequence(const SuiteOptions& options, const SuiteVariant& varian
   const std::string path =
       (fs::path(options.out) / "runs" / result.profile / result.sequence.name).string();
   EGOSIEVE_RETURN_IF_ERROR(Segment(result.sequence, variant, path, options, stop_requested));
+  if (options.masks) {
+    EGOSIEVE_RETURN_IF_ERROR(RunProgram({"reconstruct", path}, path, ".masks.log", "making masks",
+                                        options, stop_requested));
+  }
   EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(path));
   EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
   result.frames = description.frames_answered;

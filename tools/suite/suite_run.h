@@ -2,7 +2,8 @@
 // run of it is there yet, then evaluated.
 //
 //   out/runs/VARIANT/NAME       the run folder; one that is there goes on or is taken as it is
-//   out/runs/VARIANT/NAME.log   what segmenting printed
+//   out/runs/VARIANT/egosieve_logs/NAME.log   what segmenting printed; NAME.masks.log: what
+//                                             reconstruct printed
 //
 // `jobs` sequences at a time, each segmented by a process of its own with its share of the cores:
 // one that crashes fails alone. The results' order does not depend on how long each took.
@@ -48,6 +49,7 @@ struct SuiteOptions {
   int cores = 1;                           // shared by the jobs
   int64_t max_frames = 0;                  // of each sequence; 0: all
   double max_seconds = 0.0;                // likewise, at the sequence's rate
+  bool masks = true;                       // made by reconstruct, and scored
   EvaluateOptions evaluate;
   FurtherOptions further;
   std::string true_camera;  // for sequences that have poses, but no camera.json; empty: none

@@ -73,6 +73,21 @@ Figure Sparsification(const SequenceResult& result) {
   return scores != nullptr ? scores->uncertainty().AreaUnderSparsificationError() : std::nullopt;
 }
 
+template <Figure (MaskScores::*kFigure)() const>
+Figure OfMasks(const SequenceResult& result) {
+  return result.run ? (result.run->masks.*kFigure)() : std::nullopt;
+}
+
+Figure IdentityF1(const SequenceResult& result) {
+  const auto identity = result.run ? result.run->masks.Identity() : std::nullopt;
+  return identity ? Figure(identity->idf1) : std::nullopt;
+}
+
+Figure Hota(const SequenceResult& result) {
+  const auto identity = result.run ? result.run->masks.Identity() : std::nullopt;
+  return identity ? Figure(identity->hota) : std::nullopt;
+}
+
 Figure Seconds(const SequenceResult& result) {
   if (!(result.seconds_per_frame > 0.0)) return std::nullopt;
   return result.seconds_per_frame;
@@ -142,6 +157,12 @@ const std::vector<SuiteFigure>& SuiteFigures() {
       {"area_under_sparsification_error", "AUSE", Sparsification},
       {"error_auc", "err. AUC", ErrorAuc},
       {"class_error_auc", "by class", ClassErrorAuc},
+      {"mask_j", "mask J", OfMasks<&MaskScores::MeanJ>},
+      {"mask_boundary_f", "mask F", OfMasks<&MaskScores::MeanF>},
+      {"mask_temporal_instability", "mask T", OfMasks<&MaskScores::MeanT>},
+      {"truth_temporal_instability", "true T", OfMasks<&MaskScores::TruthT>},
+      {"idf1", "IDF1", IdentityF1},
+      {"hota", "HOTA", Hota},
       {"seconds_per_frame", "s/frame", Seconds},
   };
   return figures;

@@ -164,8 +164,8 @@ TEST_F(BadInput, ABrokenImageAmongGoodOnes) {
   EXPECT_TRUE(*ReadFile(folder.FrameFile("grid", 2, ".prob.png")) ==
               *ReadFile(folder.FrameFile("grid", 1, ".prob.png")));
   EXPECT_TRUE(folder.ReadGridMaps(lines[2], *folder.ReadDescription(), true).ok());
-  // What follows copes: the picture is missing, the map is not.
-  EXPECT_EQ(RunProgram({"reconstruct", out_, "--progress=none"}).code, 0);
+  // What follows copes: a frame without its picture has a map, and no mask.
+  EXPECT_EQ(RunProgram({"reconstruct", out_, "--progress=none"}).code, 4);
   EXPECT_EQ(RunProgram({"render", out_, "--progress=none", "--no_video"}).code, 4);
   EXPECT_EQ(RunProgram({"report", out_, "--progress=none"}).code, 0);
 }

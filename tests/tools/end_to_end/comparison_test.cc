@@ -120,7 +120,8 @@ TEST(Method, ARivalHasARunFolderOfItsOwn) {
           .code,
       0);
   EXPECT_GE(Json::parse(*ReadFile(run + "/eval.json")).at("pooled_auc").get<double>(), 0.8);
-  EXPECT_EQ(RunProgram({"reconstruct", run, "--progress=none"}).code, 0);
+  EXPECT_EQ(
+      RunProgram({"reconstruct", run, "--what=probability,deviation", "--progress=none"}).code, 0);
   EXPECT_TRUE(fs::exists(run + "/full/000002.prob.png"));
   EXPECT_FALSE(fs::exists(run + "/full/000002.std.png"));
   const ProgramOutcome resumed = RunProgram(
