@@ -92,12 +92,15 @@ class Faults : public testing::TestWithParam<std::string> {
             command, command};
   }
 
-  // Every file outside the run folder with its bytes.
+  // Every file outside the run folder and batch's folder of logs with its bytes.
   std::map<std::string, std::string> Outside() const {
     std::map<std::string, std::string> files;
     for (const auto& entry : fs::recursive_directory_iterator(world_)) {
       const std::string path = entry.path().string();
-      if (!entry.is_regular_file() || path.rfind(run_ + "/", 0) == 0) continue;
+      if (!entry.is_regular_file() || path.rfind(run_ + "/", 0) == 0 ||
+          path.rfind(world_ + "/egosieve_logs/", 0) == 0) {
+        continue;
+      }
       files[path] = *ReadFile(path);
     }
     return files;
@@ -139,7 +142,7 @@ class Faults : public testing::TestWithParam<std::string> {
   // The folder as the command finds it.
   void Restore(const Case& test) const {
     fs::remove_all(run_);
-    fs::remove(run_ + ".log");
+    fs::remove_all(world_ + "/egosieve_logs");
     if (!test.before.empty()) fs::copy(base_ + "/before", run_, fs::copy_options::recursive);
   }
 
