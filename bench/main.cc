@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "kernels/runtime/pocl_cache.h"
+
 namespace {
 
 // Leaves out of a benchmark's name how its time was taken ("/real_time").
@@ -23,6 +25,7 @@ class ShortNames : public Reporter {
 }  // namespace
 
 int main(int argc, char** argv) {
+  egosieve::kernels::LetPoclWrite();
   std::vector<std::string> arguments;
   bool writes_json = false;
   for (int i = 0; i < argc; ++i) {

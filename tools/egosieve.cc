@@ -1,14 +1,19 @@
+#include <cstdlib>
 #include <iostream>
 #include <string>
 #include <vector>
 
+#include "kernels/runtime/pocl_cache.h"
 #include "tools/batch/batch_command.h"
 #include "tools/cli/command_line.h"
+#include "tools/cli/interruption.h"
+#include "tools/cli/standard_streams.h"
 #include "tools/cli/version.h"
 #include "tools/compare/compare_command.h"
 #include "tools/devices/devices_command.h"
 #include "tools/evaluate/evaluate_command.h"
 #include "tools/infer/infer_command.h"
+#include "tools/merge/merge_command.h"
 #include "tools/model/model_command.h"
 #include "tools/reconstruct/reconstruct_command.h"
 #include "tools/render/render_command.h"
@@ -18,14 +23,22 @@
 #include "tools/tune/tune_command.h"
 #include "tools/tune_defaults/tune_defaults_command.h"
 
-int main(int argc, char** argv) {
-  using namespace egosieve::tools;  // NOLINT(build/namespaces)
+namespace egosieve::tools {
+namespace {
+
+// Called before the initialisers of all libraries.
+void BeforeLibraries(int /*argc*/, char** /*argv*/, char** /*environment*/) { HoldInterruptions(); }
+[[gnu::section(".preinit_array"),
+  gnu::used]] void (*const before_libraries)(int, char**, char**) = BeforeLibraries;
+
+int RunCommandLine(int argc, char** argv) {
   CommandLine line(
       "egosieve",
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
       kVersion);
   line.Add(MakeSegmentCommand());
   line.Add(MakeInferCommand());
+  line.Add(MakeMergeCommand());
   line.Add(MakeBatchCommand());
   line.Add(MakeSynthesizeCommand());
   line.Add(MakeReconstructCommand());
@@ -38,4 +51,17 @@ int main(int argc, char** argv) {
   line.Add(MakeTuneCommand());
   line.Add(MakeTuneDefaultsCommand());
   return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
+}
+
+}  // namespace
+}  // namespace egosieve::tools
+
+int main(int argc, char** argv) {
+  egosieve::kernels::LetPoclWrite();
+  egosieve::tools::TakeStandardStreams();
+  egosieve::tools::CatchInterruptions();
+  const int code = egosieve::tools::RunCommandLine(argc, argv);
+  // Without the libraries' handlers at exit: OpenBLAS's waits for ever for threads that wait for
+  // memory.
+  std::_Exit(code);
 }

@@ -13,6 +13,7 @@
 #include "bench/kernels/benchmark_data.h"
 #include "bench/kernels/roofline.h"
 #include "kernels/base/prepared_points.h"
+#include "kernels/covariance/arcsine.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/reference/dense_posterior.h"
 
@@ -31,7 +32,7 @@ constexpr double kDifferenceOperations = 17;
 // Operations of one evaluation on average: the share of vectors that need differences is counted on
 // a sample of vectors of 16 queries.
 double OperationsAnEvaluation(const PosteriorModel& model, const std::vector<float>& queries) {
-  const int64_t width = PreparedComponents(model.covariance) + 1;
+  const int64_t width = PreparedWidth(model.covariance);
   const double threshold = DifferenceThreshold(width - 1);
   std::vector<float> a(width);
   std::vector<float> b(width);

@@ -31,9 +31,7 @@ double FmaPerSecond(Context& context) {
   constexpr int kChains = 16;
   const int lanes = context.tuning().float_lanes;
   const std::string options =
-      "-cl-std=CL1.2 -DVEC=" + std::to_string(lanes) +
-      " -DCOMPONENTS=1 -DARCSINE=0 -DDIFFERENCE_BELOW=1 -DDOT_SUFFICES=0 -DCHAINS=" +
-      std::to_string(kChains);
+      "-cl-std=CL1.2 -DVEC=" + std::to_string(lanes) + " -DCHAINS=" + std::to_string(kChains);
   auto kernel = context.Kernel("roofline.cl", options, "multiply_add");
   if (!kernel.ok()) return 0.0;
   const int items = context.info().compute_units;

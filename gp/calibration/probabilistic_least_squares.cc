@@ -155,6 +155,10 @@ absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
     return absl::InvalidArgumentError(
         absl::StrFormat("class_share = %g; it must be in [0, 1)", class_share));
   }
+  if (!(start.a > 0.0 && std::isfinite(start.a) && std::isfinite(start.b))) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "start: a = %g, b = %g; a must be positive and both finite", start.a, start.b));
+  }
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   if (absl::Status status = CheckPoints(means, variances, labels); !status.ok()) return status;
   const double t_low = std::log(options.minimum_a), t_high = std::log(options.maximum_a);

@@ -58,8 +58,9 @@ double SquashLogLikelihood(const SquashParameters& parameters, absl::Span<const 
                            absl::Span<const double> variances, absl::Span<const double> labels);
 
 // Maximises (S2) from `start`. No points: `start`, clamped to the bounds. InvalidArgument on sizes
-// that differ, labels outside [0, 1], negative or non-finite variances, non-finite means.
-// class_share: of +1 where predictions will be made, in (0, 1); 0: that of the points.
+// that differ, a start with a <= 0 or not finite, labels outside [0, 1], negative or non-finite
+// variances, non-finite means. class_share: of +1 where predictions will be made, in (0, 1); 0:
+// that of the points.
 absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
                                     absl::Span<const double> variances,
                                     absl::Span<const double> labels, const SquashParameters& start,

@@ -12,8 +12,12 @@ namespace {
 using kernels::CovarianceFunction;
 using kernels::CovarianceParameters;
 
-int64_t ScaleCount(CovarianceFunction function, int64_t input_dimension) {
-  return function == CovarianceFunction::kArcsine ? input_dimension + 1 : input_dimension;
+// Calls visit(group) for every scale of the function, in their order.
+template <typename Visit>
+void ForEachScale(CovarianceFunction function, int64_t input_dimension, const Visit& visit) {
+  for (const kernels::ScaleGroup& group : function.description().scale_groups()) {
+    for (int64_t i = 0; i < (group.per_input ? input_dimension : 1); ++i) visit(group);
+  }
 }
 
 }  // namespace
@@ -37,14 +41,16 @@ std::vector<double> ToLogarithms(const Hyperparameters& hyperparameters) {
 }
 
 absl::StatusOr<Hyperparameters> FromLogarithms(CovarianceFunction function,
-                                               absl::Span<const double> theta) {
-  if (theta.size() < 3) {
+                                               absl::Span<const double> theta,
+                                               int64_t input_dimension) {
+  if (theta.size() < 2) {
     return absl::InvalidArgumentError(absl::StrFormat(
         "theta has %d values; it holds the scales, log sigma_f and log sigma_n", theta.size()));
   }
   const size_t scales = theta.size() - 2;
   Hyperparameters hyperparameters;
   hyperparameters.covariance.function = function;
+  hyperparameters.covariance.dimension = input_dimension;
   for (size_t i = 0; i < scales; ++i) {
     hyperparameters.covariance.scales.push_back(std::exp(theta[i]));
   }
@@ -55,20 +61,22 @@ absl::StatusOr<Hyperparameters> FromLogarithms(CovarianceFunction function,
 }
 
 Hyperparameters DefaultHyperparameters(CovarianceFunction function, int64_t input_dimension) {
-  const double scale = function == CovarianceFunction::kArcsine ? std::exp(0.5 * 1.4) : 0.5;
   Hyperparameters hyperparameters;
   hyperparameters.covariance.function = function;
-  hyperparameters.covariance.scales.assign(ScaleCount(function, input_dimension), scale);
+  hyperparameters.covariance.dimension = input_dimension;
+  ForEachScale(function, input_dimension, [&](const kernels::ScaleGroup& group) {
+    hyperparameters.covariance.scales.push_back(group.initial);
+  });
   return hyperparameters;
 }
 
 HyperparameterBounds HyperparameterBounds::Default(CovarianceFunction function,
                                                    int64_t input_dimension) {
-  const bool arcsine = function == CovarianceFunction::kArcsine;
-  const int64_t scales = ScaleCount(function, input_dimension);
   HyperparameterBounds bounds;
-  bounds.lower.assign(scales, arcsine ? 0.5 * -5.0 : std::log(0.02));
-  bounds.upper.assign(scales, arcsine ? 0.5 * 7.0 : std::log(20.0));
+  ForEachScale(function, input_dimension, [&](const kernels::ScaleGroup& group) {
+    bounds.lower.push_back(group.lower_log);
+    bounds.upper.push_back(group.upper_log);
+  });
   bounds.lower.insert(bounds.lower.end(), {std::log(0.2), std::log(0.1)});
   bounds.upper.insert(bounds.upper.end(), {std::log(5.0), std::log(1.5)});
   return bounds;

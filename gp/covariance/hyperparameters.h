@@ -2,10 +2,10 @@
 //
 //   theta = (log s_1, ..., log s_P, log sigma_f, log sigma_n)
 //
-// s are the covariance's scales (kernels/base/covariance_parameters.h): for the arcsine the weights
-// w_0, ..., w_D, P = D + 1; for the squared exponential the length-scales l_1, ..., l_D, P = D. All
-// are positive, so that the logarithms are free of constraints; bounds keep them where the data
-// cannot (a weight whose input does not matter runs to zero).
+// s are the covariance's scales (kernels/covariance/covariance_function.h): for the arcsine the
+// weights w_0, ..., w_D, P = D + 1; for the squared exponential the length-scales l_1, ..., l_D, P
+// = D. All are positive, so that the logarithms are free of constraints; bounds keep them where the
+// data cannot (a weight whose input does not matter runs to zero).
 #ifndef EGOSIEVE_GP_COVARIANCE_HYPERPARAMETERS_H_
 #define EGOSIEVE_GP_COVARIANCE_HYPERPARAMETERS_H_
 
@@ -36,11 +36,13 @@ std::vector<double> ToLogarithms(const Hyperparameters& hyperparameters);
 
 // The inverse of ToLogarithms. InvalidArgument unless theta has the size of a valid set and every
 // exponential is finite and positive.
+// input_dimension: 0 where it follows from the number of scales.
 absl::StatusOr<Hyperparameters> FromLogarithms(kernels::CovarianceFunction function,
-                                               absl::Span<const double> theta);
+                                               absl::Span<const double> theta,
+                                               int64_t input_dimension = 0);
 
-// A sane start for image descriptors in [-1, 1]^D. Arcsine: ln w^2 = 1.4 for every weight; squared
-// exponential: l = 0.5; sigma_f = 1, sigma_n = 0.5.
+// A sane start for image descriptors in [-1, 1]^D: the function's own for the scales (arcsine: ln
+// w^2 = 1.4 for every weight; squared exponential: l = 0.5); sigma_f = 1, sigma_n = 0.5.
 Hyperparameters DefaultHyperparameters(kernels::CovarianceFunction function,
                                        int64_t input_dimension);
 
@@ -49,8 +51,8 @@ struct HyperparameterBounds {
   std::vector<double> lower;
   std::vector<double> upper;
 
-  // Arcsine: ln w^2 in [-5, 7]; squared exponential: l in [0.02, 20]; sigma_f in [0.2, 5]; sigma_n
-  // in [0.1, 1.5].
+  // The function's own for the scales (arcsine: ln w^2 in [-5, 7]; squared exponential: l in [0.02,
+  // 20]); sigma_f in [0.2, 5]; sigma_n in [0.1, 1.5].
   static HyperparameterBounds Default(kernels::CovarianceFunction function,
                                       int64_t input_dimension);
   // theta moved into the bounds.

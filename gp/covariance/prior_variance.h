@@ -1,7 +1,4 @@
 // The prior variance of f at a point, k(x, x), in float64.
-//
-//   arcsine: sigma_f^2 asin( a.a / (1 + a.a) ),  a.a = 2 (w_0^2 + sum_d w_d^2 x_d^2)
-//   squared exponential: sigma_f^2
 #ifndef EGOSIEVE_GP_COVARIANCE_PRIOR_VARIANCE_H_
 #define EGOSIEVE_GP_COVARIANCE_PRIOR_VARIANCE_H_
 

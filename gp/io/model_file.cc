@@ -7,13 +7,20 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "gp/io/array_file.h"
-#include "gp/io/whole_file.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/files/atomic_file.h"
 
 namespace egosieve::gp {
 namespace {
 
 using kernels::CovarianceFunction;
+
+constexpr int64_t kNamedFunction = 2;
+
+int64_t NumberOf(CovarianceFunction function) {
+  if (function == CovarianceFunction::kArcsine) return 0;
+  return function == CovarianceFunction::kSquaredExponential ? 1 : kNamedFunction;
+}
 
 template <typename T>
 NamedArray Vector(std::vector<T> elements) {
@@ -54,15 +61,32 @@ absl::Status CheckVersion(ArrayMap& arrays) {
                       kModelFormatVersion));
 }
 
-absl::Status TakeModel(ArrayMap& arrays, ExactModelState& model) {
+absl::Status TakeFunction(ArrayMap& arrays, kernels::CovarianceParameters& covariance) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> function,
                             Take<int64_t>("covariance_function", 1, arrays));
-  if (function[0] != 0 && function[0] != 1) {
-    return absl::DataLossError(absl::StrFormat("covariance function %d", function[0]));
+  if (function[0] != kNamedFunction) {
+    if (function[0] != 0 && function[0] != 1) {
+      return absl::DataLossError(absl::StrFormat("covariance function %d", function[0]));
+    }
+    covariance.function =
+        function[0] == 0 ? CovarianceFunction::kArcsine : CovarianceFunction::kSquaredExponential;
+    return absl::OkStatus();
   }
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> name,
+                            Take<uint8_t>("covariance_name", -1, arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(covariance.function,
+                            CovarianceFunction::Parse(std::string(name.begin(), name.end())));
+  const auto inputs = arrays.find("inputs");
+  if (inputs == arrays.end() || inputs->second.shape.size() != 2) {
+    return absl::DataLossError("the array inputs is missing or has another shape");
+  }
+  covariance.dimension = inputs->second.shape[1];
+  return absl::OkStatus();
+}
+
+absl::Status TakeModel(ArrayMap& arrays, ExactModelState& model) {
   kernels::CovarianceParameters& covariance = model.hyperparameters.covariance;
-  covariance.function =
-      function[0] == 0 ? CovarianceFunction::kArcsine : CovarianceFunction::kSquaredExponential;
+  EGOSIEVE_RETURN_IF_ERROR(TakeFunction(arrays, covariance));
   EGOSIEVE_ASSIGN_OR_RETURN(covariance.scales, Take<double>("scales", -1, arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> signal_noise,
                             Take<double>("signal_noise", 2, arrays));
@@ -95,7 +119,7 @@ absl::Status TakeTrainer(ArrayMap& arrays, std::optional<TrainerState>& trainer)
   state.frames_trained = counts[0];
   state.frames_since_step = counts[1];
   state.smoothed_movement = smoothed[0];
-  state.smoothed_objective = smoothed[1];
+  if (std::isfinite(smoothed[1])) state.smoothed_objective = smoothed[1];
   trainer = std::move(state);
   return absl::OkStatus();
 }
@@ -117,8 +141,12 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
   const kernels::CovarianceParameters& covariance = model.hyperparameters.covariance;
   ArrayMap arrays;
   arrays["format_version"] = Vector<int64_t>({kModelFormatVersion});
-  arrays["covariance_function"] =
-      Vector<int64_t>({covariance.function == CovarianceFunction::kArcsine ? 0 : 1});
+  const int64_t number = NumberOf(covariance.function);
+  arrays["covariance_function"] = Vector<int64_t>({number});
+  if (number == kNamedFunction) {
+    const std::string_view name = covariance.function.text();
+    arrays["covariance_name"] = Vector(std::vector<uint8_t>(name.begin(), name.end()));
+  }
   arrays["scales"] = Vector(covariance.scales);
   arrays["signal_noise"] =
       Vector<double>({covariance.signal_stddev, model.hyperparameters.noise_stddev});
@@ -139,7 +167,7 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
     arrays["trainer_gradient"] = Vector(state.optimiser.previous_gradient);
     arrays["trainer_counts"] = Vector<int64_t>({state.frames_trained, state.frames_since_step});
     arrays["trainer_smoothed"] =
-        Vector<double>({state.smoothed_movement, state.smoothed_objective});
+        Vector<double>({state.smoothed_movement, state.smoothed_objective.value_or(std::nan(""))});
   }
   return SerializeArrays(arrays);
 }
@@ -165,11 +193,11 @@ absl::StatusOr<ModelFile> ParseModel(std::string_view bytes, const ModelFileLimi
 
 absl::Status WriteModelFile(const std::string& path, const ModelFile& file) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, SerializeModel(file));
-  return WriteWholeFile(path, bytes);
+  return kernels::WriteFileAtomically(path, bytes);
 }
 
 absl::StatusOr<ModelFile> ReadModelFile(const std::string& path, const ModelFileLimits& limits) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path, limits.maximum_bytes));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, kernels::ReadFile(path, limits.maximum_bytes));
   absl::StatusOr<ModelFile> file = ParseModel(bytes, limits);
   if (file.ok()) return file;
   return absl::Status(file.status().code(),

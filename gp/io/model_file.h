@@ -3,7 +3,8 @@
 // The format is NumPy's .npz (gp/io/array_file.h): in Python, numpy.load(path) gives the arrays
 //
 //   format_version        i8 [1]     kModelFormatVersion
-//   covariance_function   i8 [1]     0 arcsine, 1 squared exponential
+//   covariance_function   i8 [1]     0 arcsine, 1 squared exponential, 2 another
+//   covariance_name       u1 [...]   of another: its text, as CovarianceFunction::Parse takes it
 //   scales                f8 [P]     kernels/base/covariance_parameters.h
 //   signal_noise          f8 [2]     sigma_f, sigma_n
 //   inputs                f8 [n, D]
@@ -12,7 +13,8 @@
 //   birth_frames          i8 [n]
 //   next_identity         i8 [1]
 //   squash                f8 [2]     a, b
-//   trainer_*             the state of the trainer, where there is one
+//   trainer_*             the state of the trainer, where there is one; a smoothed objective that
+//                         is no number stands for none
 //   annotations           u1 [...]   bytes of the caller's, uninterpreted
 //
 // The factor is not stored: it is n^2 numbers that follow from the rest. A run that calls

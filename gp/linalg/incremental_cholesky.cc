@@ -104,7 +104,8 @@ absl::Status IncrementalCholesky::Factorize(ConstMatrixView<double> k) {
 
 absl::Status IncrementalCholesky::Factorize(
     int64_t n, absl::FunctionRef<absl::Status(MatrixView<double>)> fill) {
-  absl::StatusOr<AlignedMatrix> memory = ZeroMatrix(std::max(n, factor_.rows()));
+  absl::StatusOr<AlignedMatrix> memory =
+      ZeroMatrix(std::max({n, factor_.rows(), options_.least_capacity}));
   if (!memory.ok()) return memory.status();
   AlignedMatrix fresh = *std::move(memory);
   const MatrixView<double> a = fresh.block(n, n);

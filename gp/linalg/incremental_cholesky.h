@@ -43,6 +43,8 @@ struct IncrementalCholeskyOptions {
   // A pivot (square of L(i,i)) must exceed this multiple of max(n, 1) eps K(i,i), the size of what
   // rounding leaves there; smaller ones mean a matrix that is singular to working precision.
   double pivot_floor = 1.0;
+  // Rows that there is room for from the first on.
+  int64_t least_capacity = 0;
 };
 
 class IncrementalCholesky {
@@ -56,6 +58,7 @@ class IncrementalCholesky {
   absl::StatusOr<IncrementalCholesky> Clone() const;
 
   int64_t size() const { return size_; }
+  int64_t capacity() const { return factor_.rows(); }
 
   // L: n x n, row-major; elements above the diagonal are zero. Valid until the next change.
   kernels::ConstMatrixView<double> Factor() const;
@@ -81,7 +84,9 @@ class IncrementalCholesky {
   // increasing (InvalidArgument otherwise, unchanged).
   absl::Status Remove(absl::Span<const int64_t> rows);
 
-  void Clear() { size_ = 0; }
+  // Forgets the rows from `size` on, as if they had not been appended; size in [0, n].
+  void Truncate(int64_t size) { size_ = size; }
+  void Clear() { Truncate(0); }
 
   // B := K^-1 B, B: n x c. InvalidArgument on other shapes.
   absl::Status Solve(kernels::MatrixView<double> b) const;

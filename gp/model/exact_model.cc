@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_format.h"
 #include "gp/covariance/prior_variance.h"
 #include "gp/linalg/aligned_matrix.h"
@@ -22,6 +23,14 @@ constexpr double kFirstJitter = 1e-10;  // of sigma_f^2
 constexpr double kLastJitter = 1e-4;
 constexpr int64_t kPredictionTile = 512;  // points predicted at a time
 
+// alpha = (L L^T)^-1 y.
+std::vector<double> WeightsOf(const IncrementalCholesky& factor, std::vector<double> targets) {
+  const MatrixView<double> column(targets.data(), factor.size(), 1);
+  SolveLower(factor.Factor(), column);
+  SolveLowerTransposed(factor.Factor(), column);
+  return targets;
+}
+
 }  // namespace
 
 absl::Status ExactModelState::Validate() const {
@@ -33,9 +42,9 @@ absl::StatusOr<ExactModel> ExactModel::Restore(std::shared_ptr<kernels::Context>
                                                const ExactModelState& state) {
   EGOSIEVE_RETURN_IF_ERROR(state.Validate());
   EGOSIEVE_ASSIGN_OR_RETURN(ExactModel model, Create(std::move(context), state.hyperparameters));
-  EGOSIEVE_RETURN_IF_ERROR(model.Rebuild(state.hyperparameters, state.points.inputs, 0.0, false));
-  model.points_ = state.points;
-  model.UpdateAlpha();
+  EGOSIEVE_ASSIGN_OR_RETURN(Solution solution,
+                            model.Solve(state.hyperparameters, state.points, 0.0, false));
+  model.Commit(std::move(solution), state.points);
   return model;
 }
 
@@ -67,17 +76,20 @@ absl::Status ExactModel::AddTargets(ConstMatrixView<double> inputs,
   EGOSIEVE_RETURN_IF_ERROR(CheckAddition(inputs, targets, input_dimension()));
   if (inputs.rows == 0) return absl::OkStatus();
 
-  absl::Status status = AppendToFactor(inputs);
+  PointSet points = points_;
+  points.Append(inputs, targets, frame);
+  const int64_t before = size();
+  const absl::Status status = AppendToFactor(inputs);
   if (absl::IsFailedPrecondition(status)) {
-    std::vector<double> all(points_.inputs);
-    for (int64_t i = 0; i < inputs.rows; ++i) {
-      all.insert(all.end(), inputs.row(i), inputs.row(i) + inputs.cols);
-    }
-    status = Rebuild(hyperparameters_, all, jitter_, true);
+    EGOSIEVE_ASSIGN_OR_RETURN(Solution solution, Solve(hyperparameters_, points, jitter_, true));
+    Commit(std::move(solution), std::move(points));
+    return absl::OkStatus();
   }
   EGOSIEVE_RETURN_IF_ERROR(status);
-  points_.Append(inputs, targets, frame);
-  UpdateAlpha();
+  absl::Cleanup undo = [&] { factor_.Truncate(before); };
+  alpha_ = WeightsOf(factor_, points.targets);
+  points_ = std::move(points);
+  std::move(undo).Cancel();
   return absl::OkStatus();
 }
 
@@ -93,25 +105,30 @@ absl::Status ExactModel::AppendToFactor(ConstMatrixView<double> points) {
   return factor_.Append(below.view(), corner.view());
 }
 
-absl::Status ExactModel::Rebuild(const Hyperparameters& hyperparameters,
-                                 const std::vector<double>& points, double jitter, bool refused) {
-  const int64_t dimension = hyperparameters.covariance.input_dimension();
-  const ConstMatrixView<double> x(points.data(), static_cast<int64_t>(points.size()) / dimension,
-                                  dimension);
+absl::StatusOr<ExactModel::Solution> ExactModel::Solve(const Hyperparameters& hyperparameters,
+                                                       const PointSet& points, double jitter,
+                                                       bool refused) const {
+  const ConstMatrixView<double> x = points.view(hyperparameters.covariance.input_dimension());
   const double signal_stddev = hyperparameters.covariance.signal_stddev;
   const double unit = signal_stddev * signal_stddev;
+  IncrementalCholeskyOptions options;
+  options.least_capacity = factor_.capacity();
+  Solution solution{IncrementalCholesky(options), jitter, {}};
   absl::Status status;
   while (true) {
     if (refused) {
-      if (!(jitter < kLastJitter * unit)) break;
-      jitter = std::max(10.0 * jitter, kFirstJitter * unit);
+      if (!(solution.jitter < kLastJitter * unit)) break;
+      solution.jitter = std::max(10.0 * solution.jitter, kFirstJitter * unit);
     }
-    status = factor_.Factorize(x.rows, [&](MatrixView<double> out) {
+    status = solution.factor.Factorize(x.rows, [&](MatrixView<double> out) {
       return kernels::CovarianceMatrix<double>(*context_, hyperparameters.covariance, x,
-                                               hyperparameters.noise_variance() + jitter,
+                                               hyperparameters.noise_variance() + solution.jitter,
                                                kernels::Triangle::kLower, out);
     });
-    if (status.ok()) jitter_ = jitter;
+    if (status.ok()) {
+      solution.alpha = WeightsOf(solution.factor, points.targets);
+      return solution;
+    }
     if (!absl::IsFailedPrecondition(status)) return status;
     refused = true;
   }
@@ -119,38 +136,43 @@ absl::Status ExactModel::Rebuild(const Hyperparameters& hyperparameters,
       absl::StrFormat("%s; jitter up to %g did not help", status.message(), kLastJitter * unit));
 }
 
+void ExactModel::Commit(Solution solution, PointSet points) {
+  factor_ = std::move(solution.factor);
+  jitter_ = solution.jitter;
+  alpha_ = std::move(solution.alpha);
+  points_ = std::move(points);
+}
+
 absl::Status ExactModel::Remove(absl::Span<const int64_t> rows) {
   EGOSIEVE_RETURN_IF_ERROR(CheckRows(rows, size()));
   if (rows.empty()) return absl::OkStatus();
   PointSet left = points_;
   left.Remove(rows);
-  // The update cannot fail, so it also serves where a rebuild does.
-  if (!factor_.RefactoringIsCheaper(rows) ||
-      !Rebuild(hyperparameters_, left.inputs, jitter_, false).ok()) {
-    EGOSIEVE_RETURN_IF_ERROR(factor_.Remove(rows));
+  if (factor_.RefactoringIsCheaper(rows)) {
+    absl::StatusOr<Solution> solution = Solve(hyperparameters_, left, jitter_, false);
+    if (solution.ok()) {
+      Commit(*std::move(solution), std::move(left));
+      return absl::OkStatus();
+    }
   }
+  // The update finds no pivot to refuse, so it also serves where a rebuild does.
+  EGOSIEVE_RETURN_IF_ERROR(factor_.Remove(rows));
   points_ = std::move(left);
-  UpdateAlpha();
+  alpha_ = WeightsOf(factor_, points_.targets);
   return absl::OkStatus();
 }
 
 absl::Status ExactModel::SetHyperparameters(const Hyperparameters& hyperparameters) {
   EGOSIEVE_RETURN_IF_ERROR(CheckReplacement(hyperparameters, size(), input_dimension()));
-  EGOSIEVE_RETURN_IF_ERROR(Rebuild(hyperparameters, points_.inputs, 0.0, false));
-  hyperparameters_ = hyperparameters;
-  UpdateAlpha();
+  Hyperparameters copy = hyperparameters;
+  EGOSIEVE_ASSIGN_OR_RETURN(Solution solution, Solve(hyperparameters, points_, 0.0, false));
+  Commit(std::move(solution), std::move(points_));
+  hyperparameters_ = std::move(copy);
   return absl::OkStatus();
 }
 
 absl::Status ExactModel::Refactorize() {
   return SetHyperparameters(Hyperparameters(hyperparameters_));
-}
-
-void ExactModel::UpdateAlpha() {
-  alpha_ = points_.targets;
-  const MatrixView<double> column(alpha_.data(), size(), 1);
-  SolveLower(factor_.Factor(), column);
-  SolveLowerTransposed(factor_.Factor(), column);
 }
 
 absl::StatusOr<std::vector<float>> ExactModel::PredictMean(ConstMatrixView<float> points) const {
@@ -199,8 +221,9 @@ absl::StatusOr<Prediction> ExactModel::Predict(ConstMatrixView<double> points,
       const double* row = k.row(i - begin);
       double explained = 0.0;
       for (int64_t j = 0; j < n; ++j) explained += row[j] * row[j];
-      prediction.variance[i] =
-          std::max(0.0, PriorVariance(hyperparameters_.covariance, points.row(i)) - explained);
+      const double left = PriorVariance(hyperparameters_.covariance, points.row(i)) - explained;
+      prediction.clamped_variances += left < 0.0;
+      prediction.variance[i] = std::max(0.0, left);
     }
   }
   return prediction;

@@ -17,6 +17,9 @@
 // SetHyperparameters n^3 / 3 and n^2 / 2 covariances. Memory: one n x n array of float64, another
 // while a factor is rebuilt.
 //
+// A change that fails leaves the model as it was, also where it fails because memory runs out
+// (std::bad_alloc, or ResourceExhausted for the factor). Remove is not so: its update is in place.
+//
 // Not thread-safe; MakePosterior gives what is.
 #ifndef EGOSIEVE_GP_MODEL_EXACT_MODEL_H_
 #define EGOSIEVE_GP_MODEL_EXACT_MODEL_H_
@@ -41,7 +44,8 @@ namespace egosieve::gp {
 
 struct Prediction {
   std::vector<double> mean;
-  std::vector<double> variance;  // of f; empty where it was not asked for
+  std::vector<double> variance;   // of f; empty where it was not asked for
+  int64_t clamped_variances = 0;  // negative from rounding, set to 0
 };
 
 // A model as a value: everything but the factor, which follows from it.
@@ -129,12 +133,20 @@ class ExactModel {
  private:
   ExactModel() = default;
 
+  // What follows from points and hyperparameters.
+  struct Solution {
+    IncrementalCholesky factor;
+    double jitter = 0.0;
+    std::vector<double> alpha;
+  };
+
   absl::Status AppendToFactor(kernels::ConstMatrixView<double> points);
-  // Replaces the factor by that of `points` with the first jitter that works: `jitter` itself, or
-  // where that was refused already the next rung of the ladder.
-  absl::Status Rebuild(const Hyperparameters& hyperparameters, const std::vector<double>& points,
-                       double jitter, bool refused);
-  void UpdateAlpha();
+  // The solution for `points` with the first jitter that works: `jitter` itself, or where that was
+  // refused already the next rung of the ladder.
+  absl::StatusOr<Solution> Solve(const Hyperparameters& hyperparameters, const PointSet& points,
+                                 double jitter, bool refused) const;
+  // Takes both: cannot fail.
+  void Commit(Solution solution, PointSet points);
 
   std::shared_ptr<kernels::Context> context_;
   Hyperparameters hyperparameters_;

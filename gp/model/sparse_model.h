@@ -16,6 +16,10 @@
 // batch. The inducing inputs are chosen anew (n m^2) when a share of the points has changed or the
 // hyperparameters have; A is then summed afresh, which also ends the rounding that removals leave.
 //
+// Where K_uu's factorisation refuses a pivot, the jitter climbs by tens to 1e-4 sigma_f^2, from at
+// least 1e-10 sigma_f^2 on; jitter() reports it. A change that fails leaves the model as it was,
+// also where memory runs out (std::bad_alloc).
+//
 // The posterior on a device takes (S5) as k** - |R k_u|^2 with R^T R = L^-T (I - A^-1) L^-1, R
 // lower triangular.
 //
@@ -33,28 +37,14 @@
 #include "gp/calibration/leave_one_out.h"
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/covariance/hyperparameters.h"
-#include "gp/linalg/aligned_matrix.h"
 #include "gp/model/exact_model.h"
-#include "gp/model/inducing_points.h"
 #include "gp/model/point_set.h"
 #include "gp/model/posterior.h"
+#include "gp/model/sparse_solution.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::gp {
-
-enum class SparseApproximation { kSubsetOfRegressors, kDtc, kFitc };
-
-struct SparseModelOptions {
-  SparseApproximation approximation = SparseApproximation::kDtc;
-  InducingChoice choice = InducingChoice::kPivotedCholesky;
-  int64_t inducing_points = 512;  // m, at most
-  double refresh_share = 0.25;    // of the points added or removed before u is chosen anew
-  double relative_jitter = 1e-6;  // of sigma_n^2, on K_uu's diagonal
-  uint64_t seed = 1;              // of the random choices
-
-  absl::Status Validate() const;
-};
 
 class SparseModel {
  public:
@@ -92,13 +82,15 @@ class SparseModel {
   ExactModelState State() const { return {hyperparameters_, points_}; }
 
   int64_t size() const { return points_.size(); }
-  int64_t inducing_size() const { return factor_.rows(); }
+  int64_t inducing_size() const { return solution_.inducing_size(); }
+  // On K_uu's diagonal.
+  double jitter() const { return solution_.jitter; }
   int64_t input_dimension() const { return hyperparameters_.covariance.input_dimension(); }
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
   const SparseModelOptions& options() const { return options_; }
   const PointSet& points() const { return points_; }
   kernels::ConstMatrixView<double> inducing_inputs() const {
-    return {inducing_inputs_.data(), inducing_size(), input_dimension()};
+    return {solution_.inducing_inputs.data(), inducing_size(), input_dimension()};
   }
 
   // (S4), (S5) at N x D points in float64; the prior for an empty model.
@@ -120,25 +112,16 @@ class SparseModel {
  private:
   SparseModel() = default;
 
-  // (S1), (S2) for points: rows of v and their lambdas.
-  absl::Status Project(kernels::ConstMatrixView<double> inputs, AlignedMatrix& v,
-                       std::vector<double>& lambda) const;
-  absl::Status UseInducingInputs(std::vector<double> inputs);
-  absl::Status FinishUpdate(int64_t changed);
-  absl::Status UpdateWeights();
+  // Takes the inducing inputs anew for `points`, the model's own after `changed` of them came or
+  // went, where so many have that they should be. False where not, or where that fails.
+  bool RefreshIfStale(int64_t changed, PointSet& points);
 
   std::shared_ptr<kernels::Context> context_;
   Hyperparameters hyperparameters_;
   SparseModelOptions options_;
   PointSet points_;
-  std::vector<double> inducing_inputs_;  // m x D
-  AlignedMatrix factor_;                 // L, m x m
-  std::vector<double> projections_;      // v, n x m
-  std::vector<double> lambda_;           // n
-  AlignedMatrix sum_;                    // A, m x m, lower triangle
-  AlignedMatrix sum_factor_;             // L_A, m x m
-  std::vector<double> weights_;          // A^-1 c, m
-  int64_t changes_ = 0;                  // points since the last refresh
+  SparseSolution solution_;
+  int64_t changes_ = 0;  // points since the last refresh
 };
 
 }  // namespace egosieve::gp

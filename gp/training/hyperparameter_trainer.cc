@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_format.h"
@@ -30,6 +31,12 @@ double LargestChange(const std::vector<double>& a, const std::vector<double>& b)
   double largest = 0.0;
   for (size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::abs(a[i] - b[i]));
   return largest;
+}
+
+// The running mean after one more check.
+std::optional<double> MeanWith(std::optional<double> mean, double check) {
+  if (!std::isfinite(check)) return mean;
+  return mean.has_value() ? *mean + kSmoothing * (check - *mean) : check;
 }
 
 absl::Status Positive(const char* name, int64_t value) {
@@ -91,7 +98,8 @@ absl::StatusOr<HyperparameterTrainer> HyperparameterTrainer::Create(
   trainer.options_ = options;
   trainer.state_.theta = trainer.prior_centre_;
   EGOSIEVE_ASSIGN_OR_RETURN(trainer.hyperparameters_,
-                            FromLogarithms(initial.covariance.function, trainer.prior_centre_));
+                            FromLogarithms(initial.covariance.function, trainer.prior_centre_,
+                                           initial.covariance.dimension));
   return trainer;
 }
 
@@ -112,7 +120,8 @@ absl::StatusOr<double> HyperparameterTrainer::Objective(kernels::Context& contex
                                                         const std::vector<double>& theta,
                                                         std::vector<double>* gradient) const {
   EGOSIEVE_ASSIGN_OR_RETURN(const Hyperparameters hyperparameters,
-                            FromLogarithms(hyperparameters_.covariance.function, theta));
+                            FromLogarithms(hyperparameters_.covariance.function, theta,
+                                           hyperparameters_.covariance.dimension));
   const auto likelihood = ComputeMarginalLikelihood(
       context, hyperparameters, subset.view(), subset.targets,
       gradient == nullptr ? LikelihoodOrder::kValue : LikelihoodOrder::kValueAndGradient);
@@ -200,8 +209,10 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(kernels::Contex
       ++report.evaluations;
     }
   }
-  const bool changed =
-      settled && report.objective < state_.smoothed_objective - options_.change_drop;
+  const bool changed = settled && state_.smoothed_objective.has_value() &&
+                       report.objective < *state_.smoothed_objective - options_.change_drop;
+  next.smoothed_objective =
+      settled && !changed ? MeanWith(state_.smoothed_objective, report.objective) : std::nullopt;
   if (changed) next.smoothed_movement = 1.0;
   if (settled && !changed && state_.frames_since_step + 1 < options_.settled_interval) {
     ++next.frames_since_step;
@@ -217,13 +228,10 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(kernels::Contex
     report.movement = LargestChange(next.theta, state_.theta);
     next.smoothed_movement += kSmoothing * (report.movement - next.smoothed_movement);
   }
-  next.smoothed_objective =
-      frame == 0
-          ? report.objective
-          : next.smoothed_objective + kSmoothing * (report.objective - next.smoothed_objective);
   ++next.frames_trained;
   EGOSIEVE_ASSIGN_OR_RETURN(Hyperparameters hyperparameters,
-                            FromLogarithms(hyperparameters_.covariance.function, next.theta));
+                            FromLogarithms(hyperparameters_.covariance.function, next.theta,
+                                           hyperparameters_.covariance.dimension));
   hyperparameters_ = std::move(hyperparameters);
   state_ = std::move(next);
   return report;
@@ -251,11 +259,12 @@ absl::Status HyperparameterTrainer::Restore(const TrainerState& state) {
     }
   }
   if (!(state.frames_trained >= 0 && state.frames_since_step >= 0 &&
-        state.smoothed_movement >= 0.0 && !std::isnan(state.smoothed_objective))) {
+        state.smoothed_movement >= 0.0 && std::isfinite(state.smoothed_objective.value_or(0.0)))) {
     return absl::InvalidArgumentError("counts or smoothed values are negative or not numbers");
   }
   EGOSIEVE_ASSIGN_OR_RETURN(Hyperparameters hyperparameters,
-                            FromLogarithms(hyperparameters_.covariance.function, state.theta));
+                            FromLogarithms(hyperparameters_.covariance.function, state.theta,
+                                           hyperparameters_.covariance.dimension));
   hyperparameters_ = std::move(hyperparameters);
   state_ = state;
   return absl::OkStatus();

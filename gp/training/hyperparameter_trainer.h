@@ -8,8 +8,10 @@
 // is a mean over points, so that step sizes do not depend on |S|. theta stays within bounds.
 //
 // The schedule does less as theta settles: while the smoothed movement per frame is under
-// `settled_movement`, only every `settled_interval`-th frame takes steps; a fall of J by more than
-// `change_drop` against its smoothed value wakes it.
+// `settled_movement`, only every `settled_interval`-th frame takes steps. Every settled frame
+// checks J on a subset of `annealing_subset_size` points; a fall by more than `change_drop` below
+// the running mean of these checks wakes it. The mean holds checks alone, since J depends on |S|:
+// where there are more points, each is predicted better. A J that is not finite enters no mean.
 //
 // All that is random depends on the seed and the number of frames trained on: the state is a small
 // plain struct, and a trainer restored from it goes on bit for bit.
@@ -17,6 +19,7 @@
 #define EGOSIEVE_GP_TRAINING_HYPERPARAMETER_TRAINER_H_
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -31,7 +34,7 @@ namespace egosieve::gp {
 
 struct TrainerOptions {
   int64_t subset_size = 800;             // |S| of gradient steps, points
-  int64_t annealing_subset_size = 300;   // |S| of the annealing, points
+  int64_t annealing_subset_size = 300;   // |S| of the annealing and of settled frames' checks
   int64_t minimum_points = 30;           // fewer points, or one class only: no training
   double minimum_class_share = 0.25;     // of S, for the rarer class as far as it has points
   int64_t annealing_frames = 1;          // first frames that anneal
@@ -55,7 +58,8 @@ struct TrainerState {
   int64_t frames_trained = 0;     // frames that could be learnt from
   int64_t frames_since_step = 0;  // of those
   double smoothed_movement = 1.0;
-  double smoothed_objective = 0.0;  // of J
+  // Of J in the checks since theta settled; none before the first.
+  std::optional<double> smoothed_objective;
 };
 
 struct TrainingReport {

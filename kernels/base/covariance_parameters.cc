@@ -1,22 +1,29 @@
 #include "kernels/base/covariance_parameters.h"
 
 #include <cmath>
+#include <string>
 
 #include "absl/strings/str_format.h"
 
 namespace egosieve::kernels {
 
 int64_t CovarianceParameters::input_dimension() const {
-  const int64_t count = static_cast<int64_t>(scales.size());
-  return function == CovarianceFunction::kArcsine ? count - 1 : count;
+  if (dimension != 0) return dimension;
+  return function.description().DimensionOf(static_cast<int64_t>(scales.size()));
 }
 
 absl::Status CovarianceParameters::Validate() const {
-  const int64_t dimension = input_dimension();
-  if (dimension < 1 || dimension > kMaxInputDimension) {
+  const int64_t inputs = input_dimension();
+  const std::string name(function.text());
+  if (inputs < 1 || inputs > kMaxInputDimension) {
     return absl::InvalidArgumentError(
-        absl::StrFormat("scales: %d values give input dimension %d; it must be from 1 to %d",
-                        scales.size(), dimension, kMaxInputDimension));
+        absl::StrFormat("scales: %d values of %s give input dimension %d; it must be from 1 to %d",
+                        scales.size(), name, inputs, kMaxInputDimension));
+  }
+  const int64_t expected = function.description().ScaleCount(inputs);
+  if (static_cast<int64_t>(scales.size()) != expected) {
+    return absl::InvalidArgumentError(absl::StrFormat("scales: %d values; %s of %d inputs has %d",
+                                                      scales.size(), name, inputs, expected));
   }
   for (size_t i = 0; i < scales.size(); ++i) {
     if (!(scales[i] > 0.0) || std::isinf(scales[i])) {

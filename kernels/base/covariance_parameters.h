@@ -1,16 +1,9 @@
-// The covariance functions that every operation of the library knows, and their parameters.
+// A covariance function with its parameters:
 //
-//   kArcsine (neural network; paper, eq. 5; Rasmussen & Williams eq. 4.29 has a factor 2/pi in
-//   front, GPML's covNNone is the same with 2 Sigma = I / ell^2):
+//   k(x, x') = sigma_f^2 f(x, x'; scales)
 //
-//     k(x, x') = sigma_f^2 asin( a.b / sqrt((1 + a.a)(1 + b.b)) ),
-//     a = sqrt(2) diag(w) (1, x),  b = sqrt(2) diag(w) (1, x'),      scales = (w_0, ..., w_D)
-//
-//   kSquaredExponential:
-//
-//     k(x, x') = sigma_f^2 exp(-1/2 sum_d ((x_d - x'_d) / l_d)^2),   scales = (l_1, ..., l_D)
-//
-// Gradients are with respect to the logarithms: (log scales..., log sigma_f), in that order.
+// f is any of kernels/covariance/covariance_function.h. Gradients are with respect to the
+// logarithms: (log scales..., log sigma_f), in that order.
 #ifndef EGOSIEVE_KERNELS_BASE_COVARIANCE_PARAMETERS_H_
 #define EGOSIEVE_KERNELS_BASE_COVARIANCE_PARAMETERS_H_
 
@@ -18,22 +11,24 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "kernels/covariance/covariance_function.h"
 
 namespace egosieve::kernels {
 
-inline constexpr int kMaxInputDimension = 32;
-
-enum class CovarianceFunction { kArcsine, kSquaredExponential };
+// The values of a prepared point lie in registers or a thread's stack.
+inline constexpr int kMaxInputDimension = 256;
 
 struct CovarianceParameters {
   CovarianceFunction function = CovarianceFunction::kArcsine;
-  std::vector<double> scales;  // arcsine: D + 1 weights, bias first; otherwise: D length-scales
+  std::vector<double> scales;  // as the function wants them; arcsine: D + 1 weights, bias first
   double signal_stddev = 1.0;  // sigma_f
+  // D, where it does not follow from the number of scales; 0: it does.
+  int64_t dimension = 0;
 
-  // D; the size of `scales` less the arcsine's bias.
+  // D; 0 where it cannot be told.
   int64_t input_dimension() const;
-  // InvalidArgument, naming field and value, unless 1 <= D <= kMaxInputDimension and every
-  // parameter is finite and positive.
+  // InvalidArgument, naming field and value, unless 1 <= D <= kMaxInputDimension, the scales are as
+  // many as the function has for D inputs, and every parameter is finite and positive.
   absl::Status Validate() const;
 };
 

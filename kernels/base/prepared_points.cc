@@ -1,55 +1,61 @@
 #include "kernels/base/prepared_points.h"
 
 #include <algorithm>
-#include <cmath>
+#include <type_traits>
+#include <utility>
+
+#include "absl/container/fixed_array.h"
 
 namespace egosieve::kernels {
-namespace {
 
-// Keeps h positive in float32 where weights are so large that e would underflow; sqrt(h) moves by
-// at most 1e-15.
-constexpr double kSmallestQuarter = 1e-30;
+int64_t PreparedWidth(const CovarianceParameters& parameters) {
+  return std::max<int64_t>(
+      parameters.function.description().PointWidth(parameters.input_dimension()), 1);
+}
 
-}  // namespace
+std::vector<double> CentreOf(ConstMatrixView<double> inputs) {
+  std::vector<double> low(inputs.cols, 0.0), high(inputs.cols, 0.0);
+  for (int64_t i = 0; i < inputs.rows; ++i) {
+    const double* x = inputs.row(i);
+    for (int64_t d = 0; d < inputs.cols; ++d) {
+      low[d] = i == 0 ? x[d] : std::min(low[d], x[d]);
+      high[d] = i == 0 ? x[d] : std::max(high[d], x[d]);
+    }
+  }
+  for (int64_t d = 0; d < inputs.cols; ++d) {
+    low[d] = low[d] > 0.0 || high[d] < 0.0 ? 0.5 * low[d] + 0.5 * high[d] : 0.0;
+  }
+  return low;
+}
+
+PointPreparation::PointPreparation(const CovarianceParameters& parameters)
+    : PointPreparation(parameters, std::vector<double>(parameters.input_dimension(), 0.0)) {}
+
+PointPreparation::PointPreparation(const CovarianceParameters& parameters,
+                                   std::vector<double> centre)
+    : scales_(parameters.scales.data()),
+      function_(parameters.function.description()),
+      dimension_(parameters.input_dimension()),
+      width_(PreparedWidth(parameters)),
+      centre_(std::move(centre)) {}
 
 template <typename Input, typename Real>
-void PreparePoint(const CovarianceParameters& parameters, const Input* x, Real* out, int64_t step) {
-  const int64_t components = PreparedComponents(parameters);
-  const double* scales = parameters.scales.data();
-  if (parameters.function == CovarianceFunction::kSquaredExponential) {
-    for (int64_t d = 0; d < components; ++d) {
-      out[d * step] = static_cast<Real>(static_cast<double>(x[d]) / scales[d]);
-    }
-    out[components * step] = Real{0};
-    return;
+void PointPreparation::Prepare(const Input* x, Real* out, int64_t step) const {
+  absl::FixedArray<double, 64> point(width_);
+  point[0] = 0.0;
+  if constexpr (std::is_same_v<Input, double>) {
+    function_.Prepare(scales_, dimension_, x, centre_.data(), point.data());
+  } else {
+    absl::FixedArray<double, 64> wide(dimension_);
+    std::copy_n(x, dimension_, wide.begin());
+    function_.Prepare(scales_, dimension_, wide.data(), centre_.data(), point.data());
   }
-  double half_norm = scales[0] * scales[0];  // a.a / 2
-  for (int64_t d = 1; d < components; ++d) {
-    const double a = scales[d] * static_cast<double>(x[d - 1]);
-    half_norm += a * a;
-  }
-  const double e = 1.0 / (1.0 + 2.0 * half_norm);
-  const double factor = std::sqrt(0.5 * e);  // sqrt(2) / (2 sqrt(1 + a.a))
-  out[0] = static_cast<Real>(factor * scales[0]);
-  for (int64_t d = 1; d < components; ++d) {
-    out[d * step] = static_cast<Real>(factor * (scales[d] * static_cast<double>(x[d - 1])));
-  }
-  out[components * step] = static_cast<Real>(std::max(0.25 * e, kSmallestQuarter));
+  for (int64_t c = 0; c < width_; ++c) out[c * step] = static_cast<Real>(point[c]);
 }
 
-double DifferenceThreshold(int64_t components) {
-  const int64_t roundings = (components + 1) / 2 + 3;  // in the longer of two chains
-  const double s = static_cast<double>(roundings) * std::ldexp(1.0, -24) / 1.7e-6;
-  return s < 0.5 ? 0.5 - std::sqrt(0.25 - s * s) : 1.0;
-}
-
-template void PreparePoint<double, double>(const CovarianceParameters&, const double*, double*,
-                                           int64_t);
-template void PreparePoint<double, float>(const CovarianceParameters&, const double*, float*,
-                                          int64_t);
-template void PreparePoint<float, double>(const CovarianceParameters&, const float*, double*,
-                                          int64_t);
-template void PreparePoint<float, float>(const CovarianceParameters&, const float*, float*,
-                                         int64_t);
+template void PointPreparation::Prepare(const double*, double*, int64_t) const;
+template void PointPreparation::Prepare(const double*, float*, int64_t) const;
+template void PointPreparation::Prepare(const float*, double*, int64_t) const;
+template void PointPreparation::Prepare(const float*, float*, int64_t) const;
 
 }  // namespace egosieve::kernels

@@ -1,11 +1,10 @@
 // Shared by every program. Build-time macros:
 //   REAL        float or double (REAL_IS_DOUBLE set for the latter)
 //   VEC         lanes of a vector: 1, 4, 8 or 16
-//   COMPONENTS  coordinates of a prepared point (kernels/base/prepared_points.h), its e not counted
-//   ARCSINE     1: arcsine covariance; 0: squared exponential
-//   DIFFERENCE_BELOW  h below which the arcsine in float takes differences of vectors
-//   DOT_SUFFICES      1: no pair of points has so small an h
-//   POINT_SPACE       where the one point of a covariance lies: __global unless set
+//   POINT_SPACE  where the one point of a covariance lies: __global unless set
+//
+// Programs that need a covariance have its code next (kernels/covariance/covariance_function.h): the functions
+// unit_covariance, add_gradient and unit_variance, and the macros POINT, values of a prepared point, and SCALES.
 
 #ifndef POINT_SPACE
 #define POINT_SPACE __global
@@ -49,7 +48,7 @@ typedef JOIN(BITS, VEC) BITSV;
 #endif
 
 // magnitude with the sign of x.
-inline REALV with_sign(REALV magnitude, REALV x) {
+static inline REALV with_sign(REALV magnitude, REALV x) {
   return AS_REALV(AS_BITSV(magnitude) ^ (AS_BITSV(x) & (BITS)REAL_SIGN));
 }
 
@@ -61,7 +60,7 @@ typedef float X86_FLOAT16 __attribute__((__vector_size__(64)));
 // pi/2 - 2 asin sqrt(h), 0 <= h <= 1/2: sqrt(h) times a polynomial in h, the interpolant of -2 asin(sqrt h) / sqrt h at
 // Chebyshev's nodes of [0, 1/2]; absolute error 3e-8 (float), 4e-17 (double).
 #ifdef REAL_IS_DOUBLE
-inline REALV arccosine_of_half(REALV h) {
+static inline REALV arccosine_of_half(REALV h) {
   REALV p = (REALV)-1.7785808735277375;
   p = fma(p, h, (REALV)6.5578663134796242);
   p = fma(p, h, (REALV)-11.515881662629397);
@@ -84,7 +83,7 @@ inline REALV arccosine_of_half(REALV h) {
   return fma(sqrt(h), p, (REALV)1.57079632679489661923);
 }
 #else
-inline REALV arccosine_of_half(REALV h) {
+static inline REALV arccosine_of_half(REALV h) {
   // Of half of the polynomial: twice the root comes cheaper.
   REALV p = (REALV)-0.10967398323879114f;
   p = fma(p, h, (REALV)0.09008621671077404f);
@@ -110,7 +109,7 @@ inline REALV arccosine_of_half(REALV h) {
 
 // exp(x) for x <= 0: x = n ln 2 + r, |r| <= ln(2) / 2, Taylor polynomial in r; 0 below the smallest normal number.
 #ifdef REAL_IS_DOUBLE
-inline REALV exp_of_negative(REALV x) {
+static inline REALV exp_of_negative(REALV x) {
   const REALV clamped = fmax(x, (REALV)-708.0);
   const REALV n = rint(clamped * 1.44269504088896340736);
   REALV r = fma(n, (REALV)-6.93147180369123816490e-01, clamped);
@@ -133,7 +132,7 @@ inline REALV exp_of_negative(REALV x) {
   return x < (REALV)-708.0 ? (REALV)0.0 : p * scale;
 }
 #else
-inline REALV exp_of_negative(REALV x) {
+static inline REALV exp_of_negative(REALV x) {
   const REALV clamped = fmax(x, (REALV)-87.0f);
   const REALV n = rint(clamped * 1.44269504f);
   REALV r = fma(n, (REALV)-0.693359375f, clamped);
@@ -151,70 +150,14 @@ inline REALV exp_of_negative(REALV x) {
 }
 #endif
 
-#if ARCSINE
-// 4 times this is z. Two chains: half the latency and half the rounding of one.
-inline REALV half_vectors_dot(const REALV* a, POINT_SPACE const REAL* b) {
-  REALV even = a[0] * b[0];
-  REALV odd = a[1] * b[1];
-#pragma unroll
-  for (int c = 2; c < COMPONENTS; c += 2) even = fma(a[c], (REALV)b[c], even);
-#pragma unroll
-  for (int c = 3; c < COMPONENTS; c += 2) odd = fma(a[c], (REALV)b[c], odd);
-  return even + odd;
-}
-
-// h = (1 - |z|) / 2 of prepared_points.h, equation (2), for s = the sign of `dot`.
-inline REALV half_of_difference(const REALV* a, POINT_SPACE const REAL* b, REALV dot) {
-  const REALV sign = with_sign((REALV)1, dot);
-  REALV square = a[COMPONENTS] + b[COMPONENTS];
-#pragma unroll
-  for (int c = 0; c < COMPONENTS; ++c) {
-    const REALV difference = fma(-sign, (REALV)b[c], a[c]);
-    square = fma(difference, difference, square);
-  }
-  return square;
-}
-
-// Whether any lane of h is below DIFFERENCE_BELOW.
-inline bool any_small(REALV h) {
+// Whether any lane of h is below the limit.
+static inline bool any_below(REALV h, REAL limit) {
 #ifdef HAS_AVX512_FLOAT16
-  return __builtin_ia32_cmpps512_mask(__builtin_astype(h, X86_FLOAT16), __builtin_astype((REALV)DIFFERENCE_BELOW, X86_FLOAT16),
-                                      17, (ushort)0xffff, 4) != 0;
+  return __builtin_ia32_cmpps512_mask(__builtin_astype(h, X86_FLOAT16), __builtin_astype((REALV)limit, X86_FLOAT16), 17,
+                                      (ushort)0xffff, 4) != 0;
 #elif VEC == 1
-  return h < (REALV)DIFFERENCE_BELOW;
+  return h < limit;
 #else
-  return any(h < (REALV)DIFFERENCE_BELOW);
-#endif
-}
-#endif
-
-// k / sigma_f^2 of a vector of prepared points a (components, then e) and one prepared point b.
-//
-// The arcsine in float32 takes h from z itself, lane by lane, where h is at least DIFFERENCE_BELOW: where the host knows
-// that the dot product's rounding stays below 1e-6 (DifferenceThreshold in kernels/ops/kernel_options.h). DOT_SUFFICES:
-// it knows that no lane will be below.
-inline REALV unit_covariance(const REALV* a, POINT_SPACE const REAL* b) {
-#if ARCSINE
-  const REALV dot = half_vectors_dot(a, b);
-#ifdef REAL_IS_DOUBLE
-  const REALV h = half_of_difference(a, b, dot);
-#else
-  REALV h = fma(fabs(dot), (REALV)-2, (REALV)0.5f);
-#if !DOT_SUFFICES
-  if (any_small(h)) {
-    const REALV accurate = half_of_difference(a, b, dot);
-    h = h < (REALV)DIFFERENCE_BELOW ? accurate : h;
-  }
-#endif
-#endif
-  return with_sign(arccosine_of_half(h), dot);
-#else
-  REALV square = (REALV)0;
-#pragma unroll
-  for (int c = 0; c < COMPONENTS; ++c) {
-    const REALV difference = a[c] - b[c];
-    square = fma(difference, difference, square);
-  }
-  return exp_of_negative(square * (REALV)-0.5f);
+  return any(h < (REALV)limit);
 #endif
 }

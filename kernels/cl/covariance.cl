@@ -1,5 +1,5 @@
-// C(i, j) = k(x_i, z_j): a work-item computes ROWS rows. `columns` holds z prepared and transposed, (COMPONENTS + 1) x
-// column_stride, padded to whole vectors; `rows` holds x prepared, COMPONENTS + 1 values a point.
+// C(i, j) = k(x_i, z_j): a work-item computes ROWS rows. `columns` holds z prepared and transposed, POINT x column_stride,
+// padded to whole vectors; `rows` holds x prepared, POINT values a point.
 __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void covariance_block(
     __global const REAL* restrict rows, __global const REAL* restrict columns, const long row_count,
     const long column_count, const long column_stride, const REAL signal_variance, const int lower_only,
@@ -8,14 +8,13 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void covariance_block(
   const long last = min(first + ROWS, row_count);
   const long end = lower_only ? min(last, column_count) : column_count;
   for (long j = 0; j < end; j += VEC) {
-    REALV z[COMPONENTS + 1];
-#pragma unroll
-    for (int c = 0; c <= COMPONENTS; ++c) {
+    REALV z[POINT];
+    UNROLL for (int c = 0; c < POINT; ++c) {
       z[c] = LOADV(columns + c * column_stride + j);
     }
     for (long i = first; i < last; ++i) {
       const long row_end = lower_only ? min(i + 1, column_count) : column_count;
-      const REALV k = unit_covariance(z, rows + i * (COMPONENTS + 1)) * signal_variance;
+      const REALV k = unit_covariance(z, rows + i * POINT) * signal_variance;
       __global REAL* target = out + i * out_stride + j;
       if (j + VEC <= row_end) {
         STOREV(k, target);

@@ -12,15 +12,14 @@
 #include "posterior_outputs.cl"
 
 // Mean sums of one micro-tile, and its covariances k*(i, q) / sigma_f^2 if `covariances` is not null: n x QUERIES.
-inline void covary(__global const float* restrict queries, const long query_stride, __global const float* restrict inputs,
-                   __global const float* restrict alpha, const int n, __global float* restrict covariances,
-                   __global float* restrict means) {
-  REALV q[WIDTH][COMPONENTS + 1];
+static inline void covary(__global const float* queries, const long query_stride, __global const float* inputs,
+                   __global const float* alpha, const int n, __global float* covariances,
+                   __global float* means) {
+  REALV q[WIDTH][POINT];
   REALV total[WIDTH];
 #pragma unroll
   for (int v = 0; v < WIDTH; ++v) {
-#pragma unroll
-    for (int c = 0; c <= COMPONENTS; ++c) {
+    UNROLL for (int c = 0; c < POINT; ++c) {
       q[v][c] = LOADV(queries + c * query_stride + v * VEC);
     }
     total[v] = (REALV)0;
@@ -31,7 +30,7 @@ inline void covary(__global const float* restrict queries, const long query_stri
 #pragma unroll
     for (int v = 0; v < WIDTH; ++v) sum[v] = (REALV)0;
     for (int i = block; i < end; ++i) {
-      __global const float* x = inputs + (long)i * (COMPONENTS + 1);
+      __global const float* x = inputs + (long)i * POINT;
 #pragma unroll
       for (int v = 0; v < WIDTH; ++v) {
         const REALV k = unit_covariance(q[v], x);
@@ -65,8 +64,8 @@ inline void covary(__global const float* restrict queries, const long query_stri
   }
 
 // target(r, q) += sum_k panel(k, r) rows(k, q).
-inline void add_product(__global const float* restrict panel, __global const float* restrict rows, const int depth,
-                        __global float* restrict target) {
+static inline void add_product(__global const float* panel, __global const float* rows, const int depth,
+                        __global float* target) {
   REALV acc[PANEL][WIDTH];
 #pragma unroll
   for (int r = 0; r < PANEL; ++r) {
@@ -82,7 +81,7 @@ inline void add_product(__global const float* restrict panel, __global const flo
 }
 
 // rows of the panel := sum_k panel(k, r) rows(k, q), k < depth, where the panel's rows are the last PANEL of the depth.
-inline void replace_by_product(__global const float* restrict panel, __global float* rows, const int depth) {
+static inline void replace_by_product(__global const float* panel, __global float* rows, const int depth) {
   REALV acc[PANEL][WIDTH];
 #pragma unroll
   for (int r = 0; r < PANEL; ++r) {
@@ -100,7 +99,7 @@ inline void replace_by_product(__global const float* restrict panel, __global fl
 
 // Rows [first, first + count) of every micro-tile, count a multiple of PANEL: += (packed part left of the diagonal block)
 // times the rows above.
-inline void add_left_part(__global const float* restrict packed, const int first, const int count, const int micro_tiles,
+static inline void add_left_part(__global const float* packed, const int first, const int count, const int micro_tiles,
                           __global float* tile, const long micro_stride) {
   for (int k = 0; k < first; k += DEPTH) {
     const int depth = min(DEPTH, first - k);
@@ -115,7 +114,7 @@ inline void add_left_part(__global const float* restrict packed, const int first
 }
 
 // Rows [first, first + count) := packed lower triangle times themselves, from the last panel to the first, in place.
-inline void multiply_diagonal_part(__global const float* restrict packed, const int first, const int count,
+static inline void multiply_diagonal_part(__global const float* packed, const int first, const int count,
                                    const int micro_tiles, __global float* tile, const long micro_stride) {
   for (int t = 0; t < micro_tiles; ++t) {
     __global float* rows = tile + t * micro_stride + (long)first * QUERIES;
@@ -127,7 +126,7 @@ inline void multiply_diagonal_part(__global const float* restrict packed, const 
 }
 
 // sums(q) += sum over the rows [first, first + count) of their squares.
-inline void add_squares(const int first, const int count, const int micro_tiles, __global const float* tile,
+static inline void add_squares(const int first, const int count, const int micro_tiles, __global const float* tile,
                         const long micro_stride, __global float* sums) {
   for (int t = 0; t < micro_tiles; ++t) {
     for (int v = 0; v < WIDTH; ++v) {
@@ -145,10 +144,10 @@ inline void add_squares(const int first, const int count, const int micro_tiles,
 
 // Values of the packed factor before the group that starts at row `first`: (first^2 - first GROUP) / 2 left of the
 // diagonal blocks, and GROUP (GROUP + PANEL) / 2 in each diagonal block.
-inline long packed_offset(const long first) { return first * (first - GROUP) / 2 + first * (GROUP + PANEL) / 2; }
+static inline long packed_offset(const long first) { return first * (first - GROUP) / 2 + first * (GROUP + PANEL) / 2; }
 
 // Replaces the covariances by L^-1 k* or R k*, and adds up the squares. n is a multiple of PANEL.
-inline void apply_factor(__global const float* restrict factor, const int n, const int micro_tiles, __global float* tile,
+static inline void apply_factor(__global const float* factor, const int n, const int micro_tiles, __global float* tile,
                          const long micro_stride, __global float* sums) {
 #if FACTOR == 1
   for (int first = 0; first < n; first += GROUP) {

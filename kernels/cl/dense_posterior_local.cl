@@ -1,6 +1,7 @@
 // The dense posterior for devices whose work-items run side by side and share local memory (GPUs): a work-group takes a
 // tile of queries, scalar work-items hold blocks of it in registers, and what they multiply is staged in local memory.
-// It has been checked on CPU devices and a simulator; it has not been timed on a GPU.
+// It has been checked on CPU devices and a simulator; it has not been timed on a GPU. Functions are external here: PoCL
+// 3.1 crashes on static ones that hold barriers.
 //
 // Arguments as in dense_posterior.cl. Macros beside common.cl's, whose VEC is 1 and POINT_SPACE __local here:
 //   PANEL    rows of the factor that a work-item holds
@@ -23,7 +24,6 @@
 #define GROUP (PANEL * PANELS)
 #define QUERIES (WIDTH * COLUMNS)
 #define WORK_GROUP (PANELS * COLUMNS)
-#define POINT (COMPONENTS + 1)
 // Queries whose sums a work-item keeps.
 #define OWNED ((QUERIES + WORK_GROUP - 1) / WORK_GROUP)
 
@@ -38,19 +38,18 @@
 #endif
 
 // stage[0, count) := source[0, count), zeros from `valid` on, by the whole work-group.
-inline void fetch(__local float* stage, __global const float* source, const int count, const int valid) {
+void fetch(__local float* stage, __global const float* source, const int count, const int valid) {
   for (int i = get_local_id(0); i < count; i += WORK_GROUP) stage[i] = i < valid ? source[i] : 0.0f;
 }
 
-inline void load_query(__global const float* queries, const long query_stride, const long q, float* point) {
-#pragma unroll
-  for (int c = 0; c < POINT; ++c) point[c] = queries[c * query_stride + q];
+void load_query(__global const float* queries, const long query_stride, const long q, float* point) {
+  UNROLL for (int c = 0; c < POINT; ++c) point[c] = queries[c * query_stride + q];
 }
 
 #if FACTOR
 // acc(r, v) += sum_k packed(k, row r) rows(k, query v), k < count, a multiple of DEPTH. A work-item leaves out the chunks
 // from column `zero_from` on, where its rows of the factor are zero.
-inline void accumulate(float acc[PANEL][WIDTH], __global const float* packed, __global const float* rows,
+void accumulate(float acc[PANEL][WIDTH], __global const float* packed, __global const float* rows,
                        const int count, const int zero_from, const int panel, const int column,
                        __local float* stage) {
   __local float* staged_rows = stage + DEPTH * GROUP;
@@ -73,7 +72,7 @@ inline void accumulate(float acc[PANEL][WIDTH], __global const float* packed, __
   }
 }
 
-inline void set_zero(float acc[PANEL][WIDTH]) {
+void set_zero(float acc[PANEL][WIDTH]) {
 #pragma unroll
   for (int r = 0; r < PANEL; ++r) {
 #pragma unroll
@@ -82,7 +81,7 @@ inline void set_zero(float acc[PANEL][WIDTH]) {
 }
 
 // The work-item's own part of a block in the scratch: visible to the work-group after its next barrier of global memory.
-inline void load_block(__global const float* block, const int panel, const int column, float acc[PANEL][WIDTH]) {
+void load_block(__global const float* block, const int panel, const int column, float acc[PANEL][WIDTH]) {
 #pragma unroll
   for (int r = 0; r < PANEL; ++r) {
 #pragma unroll
@@ -90,7 +89,7 @@ inline void load_block(__global const float* block, const int panel, const int c
   }
 }
 
-inline void store_block(float acc[PANEL][WIDTH], const int panel, const int column, __global float* block) {
+void store_block(float acc[PANEL][WIDTH], const int panel, const int column, __global float* block) {
 #pragma unroll
   for (int r = 0; r < PANEL; ++r) {
 #pragma unroll
@@ -100,7 +99,7 @@ inline void store_block(float acc[PANEL][WIDTH], const int panel, const int colu
 
 // block := covariances over sigma_f^2 of its rows with the tile's queries; rows from input_count on are zero. The loops
 // stay loops: unrolled into registers, they would be most of the program.
-inline void covary_block(__global const float* queries, const long query_stride, const long first_query,
+void covary_block(__global const float* queries, const long query_stride, const long first_query,
                          __global const float* inputs, const int input_count, const int first,
                          const int panel, const int column, __local float* stage, __global float* block) {
   barrier(CLK_LOCAL_MEM_FENCE);
@@ -120,7 +119,7 @@ inline void covary_block(__global const float* queries, const long query_stride,
 
 // Equations (1) and (2) for one block, and the sums of K_g alpha in the order of the kernel without a factor: `partial`
 // enters `total` after every SUM_BLOCK rows.
-inline void process_block(__global const float* queries, const long query_stride, const long first_query,
+void process_block(__global const float* queries, const long query_stride, const long first_query,
                           __global const float* inputs, __global const float* alpha,
                           const int input_count, const int first, __global const float* packed,
                           __global float* rows, const int panel, const int column, float squares[WIDTH],
@@ -166,7 +165,7 @@ inline void process_block(__global const float* queries, const long query_stride
 }
 
 // Of one tile: the means into `total`, the squares of every work-item into the stage.
-inline void process_tile(__global const float* queries, const long query_stride, const long first_query,
+void process_tile(__global const float* queries, const long query_stride, const long first_query,
                          __global const float* inputs, __global const float* alpha, const int input_count,
                          const int padded_count, __global const float* factor, __global float* rows,
                          float total[OWNED], __local float* stage) {
@@ -193,7 +192,7 @@ inline void process_tile(__global const float* queries, const long query_stride,
 }
 #else
 // The means of one tile. A work-item owns its queries: COLUMNS is the work-group.
-inline void process_tile(__global const float* queries, const long query_stride, const long first_query,
+void process_tile(__global const float* queries, const long query_stride, const long first_query,
                          __global const float* inputs, __global const float* alpha, const int input_count,
                          const int padded_count, __global const float* factor, __global float* rows,
                          float total[OWNED], __local float* stage) {

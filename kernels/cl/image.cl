@@ -2,7 +2,7 @@
 
 // The four intensities of a window: sums of 8-bit values over `count` pixels, mapped to [-1, 1]. Both kernels below end
 // here, so that they agree bit for bit.
-inline void write_descriptor(float u, float v, int blue_sum, int green_sum, int red_sum, int count,
+static inline void write_descriptor(float u, float v, int blue_sum, int green_sum, int red_sum, int count,
                              __global float* out) {
   const float scale = 2.0f / (255.0f * (float)count);
   const float blue = fma((float)blue_sum, scale, -1.0f);
@@ -21,7 +21,7 @@ inline void write_descriptor(float u, float v, int blue_sum, int green_sum, int 
 }
 
 // Adds (sign = 1) or subtracts (-1) a row of `size` bytes.
-inline void add_row(__global const uchar* row, int size, int sign, __global int* sums) {
+static inline void add_row(__global const uchar* row, int size, int sign, __global int* sums) {
   int i = 0;
   for (; i + 16 <= size; i += 16) {
     vstore16(vload16(0, sums + i) + convert_int16(vload16(0, row + i)) * sign, 0, sums + i);
@@ -79,12 +79,14 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void descriptor_field(
   }
 }
 
-// A work-item describes one point: the window around the pixel (x, y), coordinates u, v of its own.
+// A work-item describes one point: the window around the pixel (x, y), coordinates u, v of its own. Those behind the
+// last point fill its work-group up.
 __kernel void descriptors_at(__global const uchar* restrict image, const long stride_bytes, const int width,
                              const int height, const int radius, __global const int2* restrict pixels,
-                             __global const float2* restrict coordinates, __global float* restrict out,
-                             const long out_stride) {
+                             __global const float2* restrict coordinates, const long count,
+                             __global float* restrict out, const long out_stride) {
   const long i = get_global_id(0);
+  if (i >= count) return;
   const int left = max(pixels[i].x - radius, 0);
   const int right = min(pixels[i].x + radius + 1, width);
   const int top = max(pixels[i].y - radius, 0);

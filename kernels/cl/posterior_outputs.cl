@@ -8,26 +8,17 @@
 // terms grows as SUM_BLOCK + n / SUM_BLOCK instead of n.
 #define SUM_BLOCK 64
 
-inline float normal_cdf(float x) { return 0.5f * erfc(-x * 0.70710678118654752f); }
-
-#if ARCSINE
-// k** / sigma_f^2 = pi/2 - 2 asin sqrt(e / 2), from e / 4 as it is stored.
-inline float prior_of_quarter(float quarter) { return 1.57079632679489661923f - 2.0f * asin(sqrt(2.0f * quarter)); }
-#endif
+static inline float normal_cdf(float x) { return 0.5f * erfc(-x * 0.70710678118654752f); }
 
 // Of the query `q`: `value` is its mean (alpha carries sigma_f^2), `squares` is |L^-1 k*|^2 / sigma_f^4. Returns 1 where
 // the variance was negative and is clamped, else 0.
-inline int write_posterior(__global const float* queries, const long query_stride, const long q,
+static inline int write_posterior(__global const float* queries, const long query_stride, const long q,
                            const float value, const float squares, const float signal_variance, const float squash_a,
                            const float squash_b, const int outputs, __global float* mean,
                            __global float* variance, __global float* probability) {
   if (outputs & WANT_MEAN) mean[q] = value;
   if (!(outputs & (WANT_VARIANCE | WANT_PROBABILITY))) return 0;
-#if ARCSINE
-  const float prior = prior_of_quarter(queries[COMPONENTS * query_stride + q]);
-#else
-  const float prior = 1.0f;
-#endif
+  const float prior = unit_variance(queries + q, query_stride);
   // One rounding of sigma_f^2 (1 - sigma_f^2 |.|^2) at most where the two nearly cancel.
   float spread = signal_variance * fma(-signal_variance, squares, prior);
   const int clamped = !(spread >= 0.0f);

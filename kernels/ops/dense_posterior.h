@@ -13,9 +13,10 @@
 //
 // Cost a query: n (D + 10) multiply-adds for the mean, n^2 / 2 more for the variance. Arithmetic is
 // float32 on the device (float64 with "reference"); L is not inverted, except for its diagonal
-// blocks (kernels/ops/packed_factor.h). The covariances' error is at most 1e-6 sigma_f^2; the
-// mean's at most sigma_f^2 |alpha|_1 (1e-6 + (66 + n / 64) 2^-24 pi / 2). Queries stream through
-// tiles under a memory cap; a query's result does not depend on the tile it falls in, bit for bit.
+// blocks (kernels/ops/packed_factor.h). The covariances' error is the function's (its file in
+// kernels/covariance; arcsine: e = 1e-6), the mean's at most sigma_f^2 |alpha|_1 (e + (66 + n / 64)
+// 2^-24 f_max), f_max = pi / 2 for the arcsine. Queries stream through tiles under a memory cap; a
+// query's result does not depend on the tile it falls in, bit for bit.
 #ifndef EGOSIEVE_KERNELS_OPS_DENSE_POSTERIOR_H_
 #define EGOSIEVE_KERNELS_OPS_DENSE_POSTERIOR_H_
 

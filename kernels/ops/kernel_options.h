@@ -3,11 +3,14 @@
 #define EGOSIEVE_KERNELS_OPS_KERNEL_OPTIONS_H_
 
 #include <algorithm>
+#include <map>
+#include <mutex>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "kernels/base/aligned_array.h"
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/base/matrix_view.h"
@@ -26,30 +29,48 @@ int Lanes(const Context& context) {
 
 // The macros of kernels/cl/common.cl.
 template <typename T>
-std::string CovarianceBuildOptions(const Context& context, const CovarianceParameters& parameters,
-                                   bool dot_suffices = false) {
+std::string BuildOptions(const Context& context) {
   return absl::StrCat("-cl-std=CL1.2", sizeof(T) == sizeof(double) ? " -DREAL_IS_DOUBLE" : "",
-                      " -DVEC=", Lanes<T>(context),
-                      " -DCOMPONENTS=", PreparedComponents(parameters),
-                      absl::StrFormat(" -DDIFFERENCE_BELOW=%.9ff",
-                                      DifferenceThreshold(PreparedComponents(parameters))),
-                      " -DDOT_SUFFICES=", dot_suffices ? 1 : 0,
-                      " -DARCSINE=", parameters.function == CovarianceFunction::kArcsine ? 1 : 0);
+                      " -DVEC=", Lanes<T>(context));
 }
 
-// Prepared points, components + 1 values a point.
+// The covariance's functions and macros, which follow common.cl. points: the model's prepared
+// inputs.
+inline std::string CovarianceCodeFor(const CovarianceParameters& parameters,
+                                     const ConstMatrixView<float>& points) {
+  // Loops over the values of a point are unrolled where these then lie in registers.
+  constexpr int64_t kMostUnrolled = 80;
+  const int64_t width = PreparedWidth(parameters);
+  DeviceCodeRequest request;
+  request.dimension = parameters.input_dimension();
+  request.points = points;
+  return absl::StrCat("#define POINT ", width, "\n#define SCALES ", parameters.scales.size(),
+                      "\n#define UNROLL ", width <= kMostUnrolled ? "_Pragma(\"unroll\")" : "",
+                      "\n", parameters.function.description().DeviceCode(request));
+}
+
+// The same for points that are not known, kept: it follows from the function and D alone.
+inline const std::string& CovarianceCode(const CovarianceParameters& parameters) {
+  static std::mutex mutex;
+  static auto& codes = *new std::map<std::pair<std::string_view, int64_t>, std::string>;
+  const std::lock_guard lock(mutex);
+  std::string& code = codes[{parameters.function.text(), parameters.input_dimension()}];
+  if (code.empty()) code = CovarianceCodeFor(parameters, {});
+  return code;
+}
+
+// Prepared points, one a row.
 template <typename Input, typename T>
-std::vector<T> PrepareRows(const CovarianceParameters& parameters, ConstMatrixView<Input> points) {
-  const int64_t width = PreparedComponents(parameters) + 1;
+std::vector<T> PrepareRows(const PointPreparation& preparation, ConstMatrixView<Input> points) {
+  const int64_t width = preparation.width();
   std::vector<T> rows(points.rows * width);
   for (int64_t i = 0; i < points.rows; ++i) {
-    PreparePoint(parameters, points.row(i), &rows[i * width], 1);
+    preparation.Prepare(points.row(i), &rows[i * width], 1);
   }
   return rows;
 }
 
-// The same transposed, (components + 1) x stride, stride a multiple of the vector; the padding is
-// zero.
+// The same transposed, width x stride, stride a multiple of the vector; the padding is zero.
 template <typename T>
 struct PreparedColumns {
   AlignedArray<T> values;
@@ -57,19 +78,19 @@ struct PreparedColumns {
 };
 
 template <typename Input, typename T>
-PreparedColumns<T> PrepareColumns(const CovarianceParameters& parameters,
+PreparedColumns<T> PrepareColumns(const PointPreparation& preparation,
                                   ConstMatrixView<Input> points, int64_t multiple) {
   // Points a piece of work: few enough for all cores, enough to be worth handing out.
   constexpr int64_t kPiece = 2048;
   PreparedColumns<T> columns;
   columns.stride = (points.rows + multiple - 1) / multiple * multiple;
-  const int64_t width = PreparedComponents(parameters) + 1;
+  const int64_t width = preparation.width();
   columns.values = AlignedArray<T>(std::max<int64_t>(width * columns.stride, 1));
   ParallelFor((columns.stride + kPiece - 1) / kPiece, [&](int64_t piece) {
     const int64_t begin = piece * kPiece;
     const int64_t end = std::min(begin + kPiece, columns.stride);
     for (int64_t i = begin; i < std::min(end, points.rows); ++i) {
-      PreparePoint(parameters, points.row(i), &columns.values[i], columns.stride);
+      preparation.Prepare(points.row(i), &columns.values[i], columns.stride);
     }
     for (int64_t c = 0; c < width; ++c) {
       for (int64_t i = std::max(begin, points.rows); i < end; ++i)

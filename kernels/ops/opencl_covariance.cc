@@ -1,5 +1,7 @@
 #include "kernels/ops/opencl_covariance.h"
 
+#include <type_traits>
+
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/kernel_options.h"
 #include "kernels/runtime/buffer.h"
@@ -21,13 +23,16 @@ absl::Status CovarianceBlock(Context& context, const CovarianceParameters& param
                              ConstMatrixView<double> x, ConstMatrixView<double> z, bool lower_only,
                              MatrixView<T> out) {
   if (out.empty()) return absl::OkStatus();
-  const std::string options =
-      CovarianceBuildOptions<T>(context, parameters) + " -DROWS=" + std::to_string(kRows);
-  EGOSIEVE_ASSIGN_OR_RETURN(cl::Kernel kernel,
-                            context.Kernel("covariance.cl", options, "covariance_block"));
+  const std::string options = BuildOptions<T>(context) + " -DROWS=" + std::to_string(kRows);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      cl::Kernel kernel,
+      context.Kernel("covariance.cl", options, "covariance_block", CovarianceCode(parameters)));
   return CatchOpenClErrors("computing a covariance matrix", [&] {
-    const std::vector<T> rows = PrepareRows<double, T>(parameters, x);
-    const PreparedColumns<T> columns = PrepareColumns<double, T>(parameters, z, Lanes<T>(context));
+    const PointPreparation preparation = std::is_same_v<T, float>
+                                             ? PointPreparation(parameters, CentreOf(x))
+                                             : PointPreparation(parameters);
+    const std::vector<T> rows = PrepareRows<double, T>(preparation, x);
+    const PreparedColumns<T> columns = PrepareColumns<double, T>(preparation, z, Lanes<T>(context));
     const cl::Buffer row_buffer = InputBuffer(context, rows);
     const cl::Buffer column_buffer = InputBuffer(context, columns.values);
     OutputBuffer<T> result(context, out);
@@ -54,23 +59,24 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
                                                        const CovarianceParameters& parameters,
                                                        ConstMatrixView<double> x,
                                                        ConstMatrixView<double> w) {
-  const int64_t width = PreparedComponents(parameters) + 1;
-  std::vector<double> gradient(width, 0.0);
+  const int64_t count = static_cast<int64_t>(parameters.scales.size()) + 1;
+  std::vector<double> gradient(count, 0.0);
   if (x.rows == 0) return gradient;
-  const std::string options =
-      CovarianceBuildOptions<double>(context, parameters) + " -DROWS=" + std::to_string(kRows);
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      cl::Kernel kernel, context.Kernel("covariance_gradient.cl", options, "covariance_gradient"));
-  std::vector<double> partial_sums(WorkItems(x.rows) * width);
+  const std::string options = BuildOptions<double>(context) + " -DROWS=" + std::to_string(kRows);
+  EGOSIEVE_ASSIGN_OR_RETURN(cl::Kernel kernel,
+                            context.Kernel("covariance_gradient.cl", options, "covariance_gradient",
+                                           CovarianceCode(parameters)));
+  std::vector<double> partial_sums(WorkItems(x.rows) * count);
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("computing a covariance gradient", [&] {
-    const std::vector<double> rows = PrepareRows<double, double>(parameters, x);
+    const PointPreparation preparation(parameters);
+    const std::vector<double> rows = PrepareRows<double, double>(preparation, x);
     const PreparedColumns<double> columns =
-        PrepareColumns<double, double>(parameters, x, Lanes<double>(context));
+        PrepareColumns<double, double>(preparation, x, Lanes<double>(context));
     const cl::Buffer row_buffer = InputBuffer(context, rows);
     const cl::Buffer column_buffer = InputBuffer(context, columns.values);
     const cl::Buffer weight_buffer = InputBuffer(context, w);
     OutputBuffer<double> result(context,
-                                MatrixView<double>(partial_sums.data(), WorkItems(x.rows), width));
+                                MatrixView<double>(partial_sums.data(), WorkItems(x.rows), count));
     SetArguments(kernel, row_buffer, column_buffer, cl_long{x.rows}, cl_long{columns.stride},
                  weight_buffer, cl_long{w.stride}, result.buffer());
     const cl::CommandQueue queue = context.NewQueue();
@@ -81,7 +87,7 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
   }));
   // In order of rows, so that the sum is the same whatever ran where.
   for (size_t i = 0; i < partial_sums.size(); ++i) {
-    gradient[i % width] += partial_sums[i];
+    gradient[i % count] += partial_sums[i];
   }
   for (double& value : gradient) {
     value *= parameters.signal_stddev * parameters.signal_stddev;

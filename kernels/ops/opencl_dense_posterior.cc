@@ -14,10 +14,24 @@
 #include "kernels/ops/kernel_options.h"
 #include "kernels/ops/packed_factor.h"
 #include "kernels/runtime/buffer.h"
+#include "kernels/runtime/fork_guard.h"
 #include "kernels/runtime/opencl_error.h"
 
 namespace egosieve::kernels::opencl {
 namespace {
+
+// Tiles in local memory hold the points of a block of rows: where points are too wide for that,
+// each work-item has a tile of its own.
+KernelTuning TuningFor(const Context& context, int64_t point_width) {
+  constexpr int64_t kSumBlock = 64;  // SUM_BLOCK of kernels/cl/posterior_outputs.cl
+  const KernelTuning& tuning = context.tuning();
+  if (!tuning.local_tiles) return tuning;
+  const int64_t rows = std::max<int64_t>(tuning.panel * tuning.panels_a_group, kSumBlock);
+  const int64_t local_bytes =
+      static_cast<int64_t>(context.cl_device().getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
+  if (rows * (point_width + 1) * static_cast<int64_t>(sizeof(float)) <= local_bytes) return tuning;
+  return DefaultTuning(1);
+}
 
 // With local tiles a whole group is read column by column.
 FactorBlocking BlockingOf(const KernelTuning& tuning) {
@@ -81,14 +95,20 @@ struct HostArrays {
 
 class DeviceModel {
  public:
-  DeviceModel(const Context& context, const PosteriorModel& model, const FactorBlocking& blocking)
-      : count_(model.inputs.rows) {
-    const double signal_variance = model.covariance.signal_stddev * model.covariance.signal_stddev;
-    host_.inputs = PrepareRows<double, float>(model.covariance, model.inputs);
-    const int64_t width = PreparedComponents(model.covariance) + 1;
+  // `covariance` is the model's, and outlives this.
+  DeviceModel(const Context& context, const PosteriorModel& model,
+              const CovarianceParameters& covariance, const FactorBlocking& blocking)
+      : count_(model.inputs.rows), preparation_(covariance, CentreOfModel(model)) {
+    const double signal_variance = covariance.signal_stddev * covariance.signal_stddev;
+    host_.inputs = PrepareRows<double, float>(preparation_, model.inputs);
+    const ConstMatrixView<float> points(host_.inputs.data(), count_, preparation_.width());
+    code_ = CovarianceCodeFor(covariance, points);
+    DeviceCodeRequest request;
+    request.dimension = covariance.input_dimension();
+    request.points = points;
+    note_ = covariance.function.description().DeviceNote(request);
     for (int64_t i = 0; i < count_; ++i) {
       host_.alpha.push_back(static_cast<float>(signal_variance * model.alpha[i]));
-      smallest_h_ = std::min(smallest_h_, host_.inputs[(i + 1) * width - 1]);
     }
     // Buffers must not be empty.
     host_.inputs.resize(std::max<size_t>(host_.inputs.size(), 1));
@@ -104,15 +124,23 @@ class DeviceModel {
   }
 
   int64_t count() const { return count_; }
-  // Of the arcsine: a lower bound of h = (1 - |z|) / 2 over all queries; see DotSuffices.
-  float smallest_h() const { return smallest_h_; }
+  const PointPreparation& preparation() const { return preparation_; }
+  const std::string& covariance_code() const { return code_; }
+  const std::string& note() const { return note_; }
   const cl::Buffer& inputs() const { return inputs_; }
   const cl::Buffer& alpha() const { return alpha_; }
   const cl::Buffer& factor() const { return factor_; }
 
  private:
+  static std::vector<double> CentreOfModel(const PosteriorModel& model) {
+    const int64_t dimension = model.covariance.input_dimension();
+    return model.inputs.rows > 0 ? CentreOf(model.inputs) : std::vector<double>(dimension, 0.0);
+  }
+
   int64_t count_;
-  float smallest_h_ = 1.0f;
+  PointPreparation preparation_;
+  std::string code_;
+  std::string note_;
   HostArrays host_;
   cl::Buffer inputs_;
   cl::Buffer alpha_;
@@ -129,9 +157,9 @@ class OpenClPosterior : public DensePosterior {
         factor_kind_(model.inputs.rows == 0 ? FactorKind::kNone : model.factor_kind),
         squash_a_(static_cast<float>(model.squash_a)),
         squash_b_(static_cast<float>(model.squash_b)),
-        tuning_(context_->tuning()),
+        tuning_(TuningFor(*context_, PreparedWidth(covariance_))),
         blocking_(BlockingOf(tuning_)),
-        model_(*context_, model, blocking_) {}
+        model_(*context_, model, covariance_, blocking_) {}
 
   absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
                                            const PosteriorOutputs& outputs) const override;
@@ -150,8 +178,7 @@ class OpenClPosterior : public DensePosterior {
     int64_t chunk_queries = 0;
   };
   Tiling ChooseTiling(FactorKind kind, int64_t query_count) const;
-  bool DotSuffices() const;
-  std::string BuildOptions(FactorKind kind) const;
+  std::string ProgramOptions(FactorKind kind) const;
   int Width(FactorKind kind) const {
     return kind == FactorKind::kNone ? tuning_.mean_width : tuning_.width;
   }
@@ -179,30 +206,17 @@ class OpenClPosterior : public DensePosterior {
   DeviceModel model_;
 };
 
-// |z| <= |a^| = sqrt(1 - e_a) for every query, so h >= (1 - sqrt(1 - e_a)) / 2 >= e_a / 4, which is
-// what the prepared training inputs hold.
-bool OpenClPosterior::DotSuffices() const {
-  return covariance_.function == CovarianceFunction::kArcsine &&
-         model_.smallest_h() > DifferenceThreshold(PreparedComponents(covariance_));
-}
-
 std::string OpenClPosterior::description() const {
-  const std::string& device = context_->info().name;
-  if (covariance_.function == CovarianceFunction::kSquaredExponential) {
-    return absl::StrCat(device, ": float32, squared exponential");
-  }
-  const double threshold = DifferenceThreshold(PreparedComponents(covariance_));
-  return absl::StrFormat(
-      "%s: float32, %s arcsine: (1 - |z|) / 2 >= %.2g for this model, differences needed below "
-      "%.2g",
-      device, DotSuffices() ? "plain" : "accurate", model_.smallest_h(), threshold);
+  const std::string function(covariance_.function.text());
+  return absl::StrCat(context_->info().name, ": float32, ",
+                      model_.note().empty() ? function : model_.note());
 }
 
-std::string OpenClPosterior::BuildOptions(FactorKind kind) const {
+std::string OpenClPosterior::ProgramOptions(FactorKind kind) const {
   const int factor = kind == FactorKind::kNone ? 0 : kind == FactorKind::kCholesky ? 1 : 2;
-  const std::string shared = absl::StrCat(
-      CovarianceBuildOptions<float>(*context_, covariance_, DotSuffices()), " -DFACTOR=", factor,
-      " -DPANEL=", tuning_.panel, " -DWIDTH=", Width(kind), " -DDEPTH=", tuning_.depth);
+  const std::string shared =
+      absl::StrCat(BuildOptions<float>(*context_), " -DFACTOR=", factor, " -DPANEL=", tuning_.panel,
+                   " -DWIDTH=", Width(kind), " -DDEPTH=", tuning_.depth);
   if (tuning_.local_tiles) {
     return absl::StrCat(shared, " -DPOINT_SPACE=__local -DPANELS=", Panels(kind),
                         " -DCOLUMNS=", tuning_.work_group / Panels(kind));
@@ -214,7 +228,7 @@ OpenClPosterior::Tiling OpenClPosterior::ChooseTiling(FactorKind kind, int64_t q
   const int64_t rows = kind == FactorKind::kNone ? 0 : PaddedCount(model_.count(), blocking_.panel);
   // Without local tiles a tile's sums lie beside it.
   const int64_t micro_floats = (rows + (tuning_.local_tiles ? 0 : 2)) * MicroTileQueries(kind);
-  const int64_t query_floats = PreparedComponents(covariance_) + 4;  // prepared, and the outputs
+  const int64_t query_floats = model_.preparation().width() + 3;  // prepared, and the outputs
   const int64_t cap_floats =
       MemoryCapBytes(options_, *context_) / static_cast<int64_t>(sizeof(float));
   const int tiles_a_group = tuning_.local_tiles ? 1 : tuning_.work_group;
@@ -243,7 +257,7 @@ int64_t OpenClPosterior::EvaluateChunk(cl::Kernel& kernel, const cl::CommandQueu
                                        ConstMatrixView<float> queries,
                                        const PosteriorOutputs& outputs) const {
   const PreparedColumns<float> columns =
-      PrepareColumns<float, float>(covariance_, queries, tiling.tile_queries);
+      PrepareColumns<float, float>(model_.preparation(), queries, tiling.tile_queries);
   std::vector<cl_int> counters = {0, 0};  // the next tile, clamped variances
   // An output that is not wanted is never written: any array serves in its place.
   float unused = 0.0f;
@@ -284,7 +298,7 @@ absl::StatusOr<PosteriorCounts> OpenClPosterior::Evaluate(ConstMatrixView<float>
   EGOSIEVE_ASSIGN_OR_RETURN(
       cl::Kernel kernel,
       context_->Kernel(tuning_.local_tiles ? "dense_posterior_local.cl" : "dense_posterior.cl",
-                       BuildOptions(kind), "dense_posterior"));
+                       ProgramOptions(kind), "dense_posterior", model_.covariance_code()));
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("evaluating a dense posterior", [&] {
     const cl::CommandQueue queue = context_->NewQueue();
     const cl::Buffer scratch = ScratchBuffer(
@@ -306,6 +320,7 @@ absl::StatusOr<PosteriorCounts> OpenClPosterior::Evaluate(ConstMatrixView<float>
 absl::StatusOr<std::unique_ptr<DensePosterior>> CreateDensePosterior(
     std::shared_ptr<Context> context, const PosteriorModel& model,
     const DensePosteriorOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
   std::unique_ptr<DensePosterior> posterior;
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("uploading a posterior", [&] {
     posterior = std::make_unique<OpenClPosterior>(std::move(context), model, options);

@@ -1,8 +1,8 @@
 // Covariance functions, matrices and gradients in plain float64: the oracle of every test and the
 // device "reference".
 //
-// The formulas are those of kernels/base/covariance_parameters.h, evaluated as
-// kernels/base/prepared_points.h says. Cost: O(n m D). Arguments are taken as valid: the public
+// The formulas are those of the functions in kernels/covariance, on prepared points
+// (kernels/base/prepared_points.h). Cost: O(n m D). Arguments are taken as valid: the public
 // operations check them.
 #ifndef EGOSIEVE_KERNELS_REFERENCE_COVARIANCE_H_
 #define EGOSIEVE_KERNELS_REFERENCE_COVARIANCE_H_
@@ -24,12 +24,7 @@ void CovarianceBlock(const CovarianceParameters& parameters, ConstMatrixView<dou
 
 // g_t = sum_ij W_ij dk(x_i, x_j) / d log theta_t, theta = (scales..., sigma_f); W symmetric, lower
 // triangle read.
-//
-//   arcsine             dk/dlog w_d = sigma_f^2 s (2 h (a^_d^2 + b^_d^2) - (a^_d - s b^_d)^2) /
-//   sqrt(1 - z^2)
-//                       1 - z^2 = 4 h (1 - h), h and s as in prepared_points.h
-//   squared exponential dk/dlog l_d = k ((x_d - x'_d) / l_d)^2
-//   both                dk/dlog sigma_f = 2 k
+// dk/dlog sigma_f = 2 k.
 std::vector<double> CovarianceGradient(const CovarianceParameters& parameters,
                                        ConstMatrixView<double> x, ConstMatrixView<double> w);
 

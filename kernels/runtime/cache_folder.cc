@@ -1,15 +1,11 @@
 #include "kernels/runtime/cache_folder.h"
 
-#include <unistd.h>
-
-#include <atomic>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <system_error>
 
+#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "kernels/files/atomic_file.h"
 
 namespace egosieve::kernels {
 
@@ -34,25 +30,13 @@ uint64_t HashBytes(std::string_view bytes) {
 }
 
 std::string ReadCacheFile(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return "";
-  return std::string(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+  absl::StatusOr<std::string> bytes = ReadFile(path);
+  return bytes.ok() ? *std::move(bytes) : "";
 }
 
 absl::Status WriteCacheFile(const std::string& path, std::string_view bytes) {
-  static std::atomic<int> counter = 0;
-  std::error_code error;
-  std::filesystem::create_directories(std::filesystem::path(path).parent_path(), error);
-  const std::string temporary = absl::StrCat(path, ".", getpid(), ".", counter++, ".tmp");
-  std::ofstream file(temporary, std::ios::binary);
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  if (file) {
-    std::filesystem::rename(temporary, path, error);
-    if (!error) return absl::OkStatus();
-  }
-  std::filesystem::remove(temporary, error);
-  return absl::UnavailableError(absl::StrCat(path, " cannot be written; is its folder writable?"));
+  CreateFolder(std::filesystem::path(path).parent_path().string()).IgnoreError();  // told below
+  return WriteFileAtomically(path, bytes);
 }
 
 }  // namespace egosieve::kernels

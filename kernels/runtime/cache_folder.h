@@ -20,8 +20,7 @@ uint64_t HashBytes(std::string_view bytes);
 // The whole file; empty when it cannot be read.
 std::string ReadCacheFile(const std::string& path);
 
-// Makes the folders, writes a temporary file and renames it, so that a reader never sees half of
-// it.
+// Makes the folders and writes the file whole (kernels/files/atomic_file.h).
 absl::Status WriteCacheFile(const std::string& path, std::string_view bytes);
 
 }  // namespace egosieve::kernels

@@ -2,15 +2,23 @@
 
 #include <cstdlib>
 
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/cl/sources.h"
+#include "kernels/runtime/fork_guard.h"
 #include "kernels/runtime/opencl_context.h"
 #include "kernels/runtime/opencl_device.h"
 #include "kernels/runtime/opencl_error.h"
+#include "kernels/runtime/pocl_cache.h"
 #include "kernels/runtime/program_cache.h"
 
 namespace egosieve::kernels {
 namespace {
+
+constexpr char kPocl[] = "Portable Computing Language";
+constexpr char kPoclHint[] =
+    "; PoCL cannot write to the user's cache folder: set POCL_CACHE_DIR to a folder where it can";
 
 KernelTuning DefaultsOf(const cl::Device& device, DeviceType type) {
   if (type == DeviceType::kGpu) return DefaultGpuTuning();
@@ -44,25 +52,31 @@ Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& optio
                                        : LoadTuning(info_, DefaultsOf(device_, info_.type));
 }
 
-absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::string& options) {
+absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::string& options,
+                                             const std::string& covariance_code) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
   const std::lock_guard lock(mutex_);
-  const std::string key = std::string(file) + "\n" + options;
+  const std::string key = absl::StrCat(std::string(file), "\n", options, "\n", covariance_code);
   if (const auto found = programs_.find(key); found != programs_.end()) {
     return found->second;
   }
   cl::Program program;
-  EGOSIEVE_RETURN_IF_ERROR(
+  const absl::Status status =
       CatchOpenClErrors("building " + std::string(file) + " for " + info_.name, [&] {
-        const std::string source = SourceOf("common.cl") + SourceOf(file);
+        const std::string source = SourceOf("common.cl") + covariance_code + SourceOf(file);
         program = BuildProgram(context_, device_, info_, source, options, program_cache_);
-      }));
+      });
+  if (!status.ok() && absl::StrContains(info_.platform, kPocl) && !PoclCanWrite()) {
+    return absl::Status(status.code(), absl::StrCat(status.message(), kPoclHint));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(status);
   programs_.emplace(key, program);
   return program;
 }
 
 absl::StatusOr<cl::Kernel> Context::Kernel(std::string_view file, const std::string& options,
-                                           const char* name) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const cl::Program program, Program(file, options));
+                                           const char* name, const std::string& covariance_code) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const cl::Program program, Program(file, options, covariance_code));
   cl::Kernel kernel;
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(std::string("creating the kernel ") + name,
                                              [&] { kernel = cl::Kernel(program, name); }));
@@ -75,14 +89,7 @@ absl::StatusOr<std::shared_ptr<Context>> OpenContext(const ContextOptions& optio
   const std::string choice =
       options.device.empty() && environment != nullptr ? environment : options.device;
   // Without a look at the drivers: the reference must work where they are broken.
-  if (choice == "reference") {
-    DeviceInfo info;
-    info.name = choice;
-    info.type = DeviceType::kReference;
-    info.compute_units = 1;
-    info.float64 = true;
-    return std::make_shared<Context>(info);
-  }
+  if (choice == "reference") return std::make_shared<Context>(ReferenceDevice());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<DeviceInfo> devices, ListDevices());
   EGOSIEVE_ASSIGN_OR_RETURN(const DeviceInfo chosen, ChooseDevice(devices, choice));
   if (chosen.type == DeviceType::kReference) return std::make_shared<Context>(chosen);

@@ -25,6 +25,8 @@ struct ContextOptions {
 
 class Context;
 
+// FailedPrecondition, here and from all that computes on the context later, in a process that was
+// forked from one that had used OpenCL.
 absl::StatusOr<std::shared_ptr<Context>> OpenContext(const ContextOptions& options = {});
 
 }  // namespace egosieve::kernels

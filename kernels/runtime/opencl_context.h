@@ -38,12 +38,13 @@ class Context {
   cl::CommandQueue NewQueue() const { return cl::CommandQueue(context_, device_); }
 
   // A new kernel object of the function `name` in the .cl file `file`, built with `options` the
-  // first time.
+  // first time, after common.cl and `covariance_code`.
   absl::StatusOr<cl::Kernel> Kernel(std::string_view file, const std::string& options,
-                                    const char* name);
+                                    const char* name, const std::string& covariance_code = "");
 
  private:
-  absl::StatusOr<cl::Program> Program(std::string_view file, const std::string& options);
+  absl::StatusOr<cl::Program> Program(std::string_view file, const std::string& options,
+                                      const std::string& covariance_code);
 
   DeviceInfo info_;
   cl::Device device_;

@@ -55,7 +55,6 @@ class BatchCommand : public Command {
     if (error) {
       return absl::UnavailableError("cannot find this program in /proc/self/exe; mount /proc");
     }
-    CatchInterruptions();
     const std::vector<DriveOutcome> outcomes = RunAll(program, entries);
     PrintTable(entries, outcomes);
     if (InterruptionRequested()) {

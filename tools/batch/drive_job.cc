@@ -23,7 +23,11 @@ namespace {
 
 constexpr int kCannotStart = 126;  // as shells have it
 
-std::string LogPath(const BatchEntry& entry) { return absl::StrCat(entry.out, ".log"); }
+// In a folder of this name beside the run folder, so that no file of somebody else's is in the way.
+std::string LogPath(const BatchEntry& entry) {
+  const std::filesystem::path out = AbsolutePath(entry.out);
+  return (out.parent_path() / "egosieve_logs" / out.filename()).string() + ".log";
+}
 
 // The last line that the program says about an error; what comes before may be warnings.
 std::string LastComplaint(const std::string& path) {
@@ -73,8 +77,8 @@ const char* StateName(DriveOutcome::State state) {
 }
 
 absl::StatusOr<DriveJob> DriveJob::Start(const std::string& program, const BatchEntry& entry) {
-  const std::string parent = std::filesystem::path(entry.out).parent_path().string();
-  if (!parent.empty()) EGOSIEVE_RETURN_IF_ERROR(CreateFolder(parent));
+  const std::string log_path = LogPath(entry);
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(std::filesystem::path(log_path).parent_path().string()));
   std::vector<std::string> words = {program,    "segment",
                                     entry.path, absl::StrCat("--out=", entry.out),
                                     "--resume", "--progress=none"};
@@ -83,12 +87,9 @@ absl::StatusOr<DriveJob> DriveJob::Start(const std::string& program, const Batch
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   const absl::StatusOr<RunDescription> before = DescriptionIn(entry.out);
-  const std::string log_path = LogPath(entry);
-  const int log = open(log_path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (log < 0) {
-    return absl::PermissionDeniedError(
-        absl::StrCat("cannot write ", log_path, ": ", std::strerror(errno)));
-  }
+  const int log =
+      open(log_path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
+  if (log < 0) return kernels::WriteError(log_path, errno);
   const pid_t process = fork();
   if (process == 0) Become(program.c_str(), arguments.data(), log);
   const int error = errno;

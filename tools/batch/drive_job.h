@@ -1,7 +1,7 @@
 // One drive of a batch: segment in a process of its own, so that what happens to it stays there.
 //
 // It is started with --resume: a run that is whole is left as it is, half of one goes on, and a run
-// with other flags is refused. What it says goes to the file OUT.log beside its run folder.
+// with other flags is refused. What it says goes to egosieve_logs/OUT.log beside its run folder.
 #ifndef EGOSIEVE_TOOLS_BATCH_DRIVE_JOB_H_
 #define EGOSIEVE_TOOLS_BATCH_DRIVE_JOB_H_
 

@@ -11,7 +11,26 @@ static_assert(std::atomic<bool>::is_always_lock_free);  // safe in a signal hand
 
 extern "C" void RequestInterruption(int /*signal*/) { requested.store(true); }
 
+sigset_t Signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  return signals;
+}
+
 }  // namespace
+
+void HoldInterruptions() {
+  const sigset_t signals = Signals();
+  sigprocmask(SIG_BLOCK, &signals, nullptr);
+}
+
+void EndOnInterruptions() {
+  signal(SIGINT, SIG_DFL);
+  signal(SIGTERM, SIG_DFL);
+  if (InterruptionRequested()) raise(SIGTERM);
+}
 
 void CatchInterruptions() {
   struct sigaction action = {};
@@ -19,6 +38,8 @@ void CatchInterruptions() {
   action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  const sigset_t signals = Signals();
+  sigprocmask(SIG_UNBLOCK, &signals, nullptr);
 }
 
 bool InterruptionRequested() { return requested.load(); }

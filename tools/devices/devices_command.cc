@@ -10,6 +10,7 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/device.h"
+#include "tools/cli/interruption.h"
 
 namespace egosieve::tools {
 namespace {
@@ -46,6 +47,7 @@ class DevicesCommand : public Command {
   void AddFlags(CLI::App& /*app*/) override {}
 
   absl::StatusOr<ExitCode> Run() override {
+    EndOnInterruptions();
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<kernels::DeviceInfo> devices,
                               kernels::ListDevices());
     const char* environment = std::getenv("EGOSIEVE_DEVICE");

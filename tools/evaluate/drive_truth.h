@@ -57,6 +57,8 @@ class DriveTruth {
   // 0, 128 or 255 at any pixel of a frame with a mask. Errors as above; FailedPrecondition for
   // tracks.
   absl::StatusOr<cv::Mat1b> ReadMask(int64_t frame, cv::Size size) const;
+  // Numbers of the moving objects of a frame; empty where the truth does not tell them apart.
+  absl::StatusOr<cv::Mat1i> ReadIds(int64_t frame, cv::Size size) const;
   // The labelled points of a frame; empty unless the truth is of tracks.
   const std::vector<LabelledPoint>& PointsOf(int64_t frame) const;
 
@@ -75,9 +77,6 @@ class DriveTruth {
 
 // Whether no pixel or point of the frame is known to be static or dynamic.
 bool IsVoid(const ScoredFrame& frame);
-
-// The map at (x, y) in pixels, linearly between the four grid pixels around it.
-double InterpolateAt(const cv::Mat1f& map, const kernels::ImageGrid& grid, double x, double y);
 
 }  // namespace egosieve::tools
 

@@ -1,6 +1,8 @@
 #include "tools/evaluate/evaluate_run.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -11,31 +13,9 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "tools/evaluate/same_drive.h"
-#include "tools/run_folder/map_image.h"
 
 namespace egosieve::tools {
 namespace {
-
-// The maps that are scored; the deviation is left empty where the run has none.
-absl::StatusOr<FrameMaps> ReadScored(const RunFolder& folder, const RunDescription& description,
-                                     const FrameLine& line, ScoredPixels pixels) {
-  if (pixels == ScoredPixels::kGrid) {
-    absl::StatusOr<FrameMaps> maps = folder.ReadGridMaps(line, description, true);
-    return absl::IsNotFound(maps.status()) ? folder.ReadGridMaps(line, description, false) : maps;
-  }
-  const cv::Size size(line.width_pixels, line.height_pixels);
-  absl::StatusOr<cv::Mat1f> probability =
-      ReadMap(folder.FrameFile("full", line.index, ".prob.png"), size, 1.0);
-  if (absl::IsNotFound(probability.status())) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("the run has no full/ map of frame ", line.index,
-                     "; run egosieve reconstruct on it first, or use --pixels=grid"));
-  }
-  EGOSIEVE_RETURN_IF_ERROR(probability.status());
-  absl::StatusOr<cv::Mat1f> deviation = ReadMap(folder.FrameFile("full", line.index, ".std.png"),
-                                                size, description.deviation_full_scale);
-  return FrameMaps{*std::move(probability), deviation.ok() ? *std::move(deviation) : cv::Mat1f()};
-}
 
 // Masks that do not fit are counted to the end, so that the error can say how many there are.
 struct Misfits {
@@ -60,14 +40,14 @@ class RunScorer {
         options_(options),
         scores_(options.pixels == ScoredPixels::kGrid
                     ? options.ScoresAtStride(description_.grid.stride)
-                    : options.scores) {}
+                    : options.scores),
+        masks_(options.scores.objects.min_area) {}
 
   // A line that has a map and a truth.
   absl::Status Score(const FrameLine& line) {
     EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps,
-                              ReadScored(folder_, description_, line, options_.pixels));
-    kernels::ImageGrid grid = GridOf(line, description_);
-    if (options_.pixels == ScoredPixels::kFull) grid.stride = 1;
+                              ReadScoredMaps(folder_, description_, line, options_.pixels));
+    const kernels::ImageGrid grid = ScoredGrid(line, description_, options_.pixels);
     ++misfits_.of;
     const absl::StatusOr<ScoredFrame> frame =
         truth_.Compare(line.index, grid, maps, description_.deviation_full_scale, &points_outside_);
@@ -83,10 +63,36 @@ class RunScorer {
     return scores_.Add(*frame);
   }
 
+  // The mask that reconstruct wrote for a line with a truth; nothing where there is none.
+  absl::Status ScoreMask(const FrameLine& line) {
+    const std::string path = folder_.FrameFile("masks", line.index, ".png");
+    if (truth_.scattered() || !std::filesystem::exists(path)) return absl::OkStatus();
+    const cv::Size size(line.width_pixels, line.height_pixels);
+    MaskFrame frame;
+    frame.index = line.index;
+    const absl::StatusOr<cv::Mat1b> truth = truth_.ReadMask(line.index, size);
+    if (absl::IsOutOfRange(truth.status())) return absl::OkStatus();  // a misfit, counted by Score
+    EGOSIEVE_RETURN_IF_ERROR(truth.status());
+    frame.truth = *truth;
+    EGOSIEVE_ASSIGN_OR_RETURN(frame.mask, ReadTruthMask(path, size));
+    EGOSIEVE_ASSIGN_OR_RETURN(frame.truth_ids, truth_.ReadIds(line.index, size));
+    const std::string ids_path = folder_.FrameFile("ids", line.index, ".png");
+    if (!frame.truth_ids.empty() && std::filesystem::exists(ids_path)) {
+      const cv::Mat ids = cv::imread(ids_path, cv::IMREAD_UNCHANGED);
+      if (ids.type() != CV_16UC1 || ids.size() != size) {
+        return absl::DataLossError(
+            absl::StrCat(ids_path, " is damaged; run egosieve reconstruct again"));
+      }
+      ids.convertTo(frame.ids, CV_32S);
+    }
+    return masks_.Add(frame);
+  }
+
   const Misfits& misfits() const { return misfits_; }
   int64_t points_outside() const { return points_outside_; }
   int64_t frames_without_points() const { return frames_without_points_; }
   DriveScores TakeScores() { return std::move(scores_); }
+  MaskScores TakeMasks() { return std::move(masks_); }
 
  private:
   const RunFolder& folder_;
@@ -94,6 +100,7 @@ class RunScorer {
   const DriveTruth& truth_;
   const EvaluateOptions& options_;
   DriveScores scores_;
+  MaskScores masks_;
   Misfits misfits_;
   int64_t points_outside_ = 0;
   int64_t frames_without_points_ = 0;
@@ -135,18 +142,16 @@ absl::StatusOr<RunEvaluation> EvaluateRun(const RunFolder& folder, const std::st
   evaluation.matched_by = truth.matched_by();
   evaluation.pixels = PixelsName(truth, options.pixels);
   RunScorer scorer(folder, description, truth, options);
-  bool learnt = options.with_prior;
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<ScorableLine> scorable, ReadScorableLines(folder));
   int64_t matched = 0;
-  for (const FrameLine& line : lines) {
-    // Methods without a model learn from their frame alone.
-    learnt |= line.model_size > 0 || line.outcome == FrameLine::Outcome::kLearnt;
-    if (!line.has_map()) continue;  // its truth counts as without a map
+  for (const auto& [line, of_prior] : scorable) {  // other lines' truth counts as without a map
     if (!truth.Has(line.index)) {
       ++evaluation.frames_without_mask;
       continue;
     }
     ++matched;
-    if (!learnt) {
+    EGOSIEVE_RETURN_IF_ERROR(scorer.ScoreMask(line));
+    if (of_prior && !options.with_prior) {
       ++evaluation.frames_of_prior;
     } else {
       EGOSIEVE_RETURN_IF_ERROR(scorer.Score(line));
@@ -168,7 +173,10 @@ absl::StatusOr<RunEvaluation> EvaluateRun(const RunFolder& folder, const std::st
         truth.matched_by(), evaluation.frames_without_points, evaluation.points_outside));
   }
   Summarise(scores, &evaluation);
-  return RunEvaluation{std::move(evaluation), std::move(scores)};
+  MaskScores masks = scorer.TakeMasks();
+  if (masks.frames() > 0) evaluation.masks = masks.ToJson();
+  evaluation.scores_summary += masks.Summary();
+  return RunEvaluation{std::move(evaluation), std::move(scores), std::move(masks)};
 }
 
 }  // namespace egosieve::tools

@@ -4,7 +4,8 @@
 // interpolated), or, where the run was reconstructed and that is asked for, every pixel of full/.
 // Truth at tracks takes the grid's maps, interpolated linearly at each point. Frames before the
 // first that was learnt from carry the prior, the same everywhere: they are left out and counted,
-// unless `with_prior` is set.
+// unless `with_prior` is set. Masks that reconstruct wrote are scored as they are, at full
+// resolution, in every frame that has one.
 #ifndef EGOSIEVE_TOOLS_EVALUATE_EVALUATE_RUN_H_
 #define EGOSIEVE_TOOLS_EVALUATE_EVALUATE_RUN_H_
 
@@ -13,12 +14,12 @@
 #include "absl/status/statusor.h"
 #include "tools/evaluate/drive_truth.h"
 #include "tools/evaluate/evaluation.h"
+#include "tools/evaluate/scored_maps.h"
 #include "tools/evaluation/drive_scores.h"
+#include "tools/evaluation/mask_scores.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
-
-enum class ScoredPixels { kGrid, kFull };
 
 struct EvaluateOptions {
   ScoredPixels pixels = ScoredPixels::kGrid;
@@ -39,7 +40,8 @@ struct EvaluateOptions {
 
 struct RunEvaluation {
   Evaluation evaluation;
-  DriveScores scores;  // the same as histograms, for merging over runs
+  DriveScores scores;   // the same as histograms, for merging over runs
+  MaskScores masks{1};  // of masks/ and ids/, where reconstruct has written them
 };
 
 // FailedPrecondition where no frame has both a map and a truth, where masks have another size than

@@ -119,6 +119,7 @@ std::string ToText(const Evaluation& evaluation) {
                      {"points", evaluation.points},
                      {"points_outside", evaluation.points_outside},
                      {"scores", evaluation.scores},
+                     {"masks", evaluation.masks},
                      {"frames", frames}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -141,6 +142,7 @@ absl::StatusOr<Evaluation> EvaluationFromText(absl::string_view text) {
   fields.Read("points", evaluation.points);
   fields.Read("points_outside", evaluation.points_outside);
   fields.Read("scores", evaluation.scores);
+  fields.ReadIfThere("masks", evaluation.masks);
   fields.Read("frames", frames);
   EGOSIEVE_RETURN_IF_ERROR(fields.status());
   evaluation.pooled_auc = NumberOrNothing(pooled_auc);

@@ -34,6 +34,7 @@ struct Evaluation {
   int64_t points_outside = 0;         // of these, left out: not in the image
 
   nlohmann::ordered_json scores;  // all other figures, as in tools/evaluation/drive_scores.h
+  nlohmann::ordered_json masks;   // tools/evaluation/mask_scores.h; null without masks
   std::string scores_summary;     // the first of them for people, a line each; not in the file
 };
 

@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "tools/run_folder/map_image.h"
 #include "vision/frame/frame_source.h"
 #include "vision/frame/image_decoding.h"
 
@@ -134,15 +135,10 @@ absl::StatusOr<TruthMasks> ListTruthMasks(const std::string& folder,
 }
 
 absl::StatusOr<cv::Mat1b> ReadTruthMask(const std::string& path, cv::Size expected) {
-  cv::Mat image;
-  try {
-    image = cv::imread(path, cv::IMREAD_ANYCOLOR);
-  } catch (const cv::Exception&) {
-    image.release();
-  }
-  if (image.empty() || image.depth() != CV_8U) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat image, ReadImage(path, cv::IMREAD_ANYCOLOR));
+  if (image.depth() != CV_8U) {
     return absl::DataLossError(
-        absl::StrCat("the mask ", path, " is no image that can be read; remove or replace it"));
+        absl::StrCat("the mask ", path, " has no 8-bit pixels; remove or replace it"));
   }
   if (image.size() != expected) {
     return absl::OutOfRangeError(absl::StrFormat(

@@ -86,7 +86,6 @@ absl::StatusOr<ExitCode> FeatureFlags::Run(const std::string& input, const std::
   options.plain_ransac = !without_plain_;
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FeatureSequence> sequences,
                             Sequences(input, truth, suite));
-  CatchInterruptions();
   Progress progress("evaluate", progress_flag, -1);
   std::vector<SequenceScore> scores;
   for (const FeatureSequence& sequence : sequences) {

@@ -9,6 +9,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/run_folder/json_fields.h"
+#include "tools/run_folder/map_image.h"
 
 namespace egosieve::tools {
 namespace {
@@ -87,7 +88,7 @@ absl::StatusOr<cv::Mat1i> SyntheticTruth::ReadMovingIds(int64_t frame) const {
     return absl::NotFoundError(absl::StrCat(folder, " has no frame ", frame));
   }
   const std::string path = absl::StrFormat("%s/ids/%06d.png", folder, frame);
-  const cv::Mat ids = cv::imread(path, cv::IMREAD_UNCHANGED);
+  EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat ids, ReadImage(path, cv::IMREAD_UNCHANGED));
   if (ids.type() != CV_16UC1 || ids.cols != width_pixels || ids.rows != height_pixels) {
     return absl::DataLossError(
         absl::StrFormat("%s is no 16-bit grey image of %d x %d pixels; synthesise the drive again",

@@ -2,9 +2,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <iostream>
+#include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <system_error>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -20,15 +25,21 @@
 #include "tools/cli/progress.h"
 #include "tools/cli/threads_flag.h"
 #include "tools/infer/map_book.h"
+#include "tools/infer/model_replay.h"
+#include "tools/infer/shard.h"
 #include "tools/run_folder/chosen_lines.h"
+#include "tools/run_folder/folder_lock.h"
+#include "tools/run_folder/former_run.h"
 #include "tools/segment/drive_input.h"
 #include "tools/segment/drive_writer.h"
-#include "tools/segment/resume.h"
 #include "tools/segment/segment_flags.h"
 #include "vision/segmentation/segmentation_pipeline.h"
 
 namespace egosieve::tools {
 namespace {
+
+constexpr auto kPoll = std::chrono::milliseconds(1000);  // of a run that is being written
+constexpr auto kShortPoll = std::chrono::milliseconds(50);
 
 // A number that `segment` wrote into run.json.
 absl::StatusOr<int64_t> NumberOf(const RunDescription& description, const std::string& flag) {
@@ -50,7 +61,8 @@ class InferCommand : public Command {
   std::string example() const override {
     return "egosieve infer out/drive\n"
            "egosieve infer out/drive --from=1000 --to=1999 --device=gpu\n"
-           "egosieve infer out/drive --stride=1 --every=10 --out=out/fine";
+           "egosieve infer out/drive --stride=1 --every=10 --out=out/fine\n"
+           "egosieve infer out/drive --shard=1/2 & egosieve infer out/drive --shard=2/2";
   }
 
   void AddFlags(CLI::App& app) override {
@@ -70,6 +82,10 @@ class InferCommand : public Command {
     app.add_option("--every", every_, "Makes each N-th map only, from the run's first frame on")
         ->check(AtLeast<int64_t>(1))
         ->type_name("N");
+    app.add_option("--shard", shard_,
+                   "Makes the K-th of N shares, from 1 on; checkpoints bound the pieces that are "
+                   "dealt out in turn")
+        ->type_name("K/N");
     app.add_option("--stride", stride_,
                    "Pixels between neighbouring grid pixels; 0: the run's; others need --out")
         ->check(Between(0, 1000))
@@ -83,30 +99,34 @@ class InferCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(range_.Validate());
     EGOSIEVE_ASSIGN_OR_RETURN(Work work, OpenRun());
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenInput(work));
+    EGOSIEVE_RETURN_IF_ERROR(CheckFolders(*input.frames));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     work.device = DescribeDevice(device.info);
-    EGOSIEVE_ASSIGN_OR_RETURN(MapBook book, OpenBook(work));
-    const std::vector<int64_t> wanted = WantedFrames(work, book);
-    if (wanted.empty()) {
-      std::cout << work.target << " holds these maps already\n";
-      return ExitCode::kDone;
+    if (InterruptionRequested()) {
+      return absl::CancelledError("interrupted; nothing was written");
     }
+    // Neither the models nor the maps are to be removed meanwhile.
+    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock reading, FolderLock::Use(directory_));
+    EGOSIEVE_ASSIGN_OR_RETURN(MapBook book, OpenBook(work));
+    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock writing, FolderLock::Use(work.target));
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<vision::OnlineSegmenter> segmenter,
                               vision::OnlineSegmenter::Create(device.context, work.options));
-    EGOSIEVE_RETURN_IF_ERROR(ReplayUntil(work, wanted.front(), *segmenter));
-    return Infer(work, wanted, *input.frames, *segmenter, book);
+    work.models.emplace(*work.run, work.checkpoint_every, std::move(segmenter));
+    return InferAll(work, *input.frames, book);
   }
 
  private:
   struct Work {
     std::optional<RunFolder> run;
     RunDescription description;
-    std::vector<FrameLine> lines;
     vision::OnlineSegmenterOptions options;
     int64_t run_from = 0;
     int64_t checkpoint_every = 0;
-    std::string target;  // folder that gets the maps
-    std::string device;  // that makes them
+    std::string target;      // folder that gets the maps
+    std::string device;      // that makes them
+    std::set<int64_t> done;  // frames that this program has worked on
+    std::optional<ModelReplay> models;
+    Shard shard;
   };
 
   absl::StatusOr<Work> OpenRun() const {
@@ -121,17 +141,13 @@ class InferCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(work.run_from, NumberOf(work.description, "from"));
     EGOSIEVE_ASSIGN_OR_RETURN(work.checkpoint_every,
                               NumberOf(work.description, "checkpoint_every"));
-    EGOSIEVE_ASSIGN_OR_RETURN(const int64_t every, NumberOf(work.description, "every"));
-    if (every == 1 && work.description.flags["learn_only"] != "yes") {
+    if (!KeepsModels(work.description)) {
       return absl::FailedPreconditionError(
           absl::StrCat("the run in ", directory_,
                        " has all its maps and kept no models to make others from; segment the "
                        "drive with --learn_only for that"));
     }
-    if (!out_.empty() && AbsolutePath(out_) == AbsolutePath(directory_)) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "--out=", out_, " is the run itself; leave --out away to make its maps there"));
-    }
+    EGOSIEVE_ASSIGN_OR_RETURN(work.shard, ParseShard(shard_, work.checkpoint_every));
     EGOSIEVE_ASSIGN_OR_RETURN(work.options, ReadInferenceOptions(work.description.flags));
     if (stride_ > 0 && stride_ != work.options.stride_pixels && out_.empty()) {
       return absl::InvalidArgumentError(absl::StrCat("--stride=", stride_, " is not the run's ",
@@ -139,8 +155,8 @@ class InferCommand : public Command {
                                                      "; give the maps a folder with --out"));
     }
     if (stride_ > 0) work.options.stride_pixels = stride_;
-    EGOSIEVE_RETURN_IF_ERROR(ChooseLines(*work.run, range_).status());
-    EGOSIEVE_ASSIGN_OR_RETURN(work.lines, work.run->ReadLines());
+    EGOSIEVE_ASSIGN_OR_RETURN(const bool is_growing, FolderLock::IsTaken(directory_));
+    if (!is_growing) EGOSIEVE_RETURN_IF_ERROR(ChooseLines(*work.run, range_).status());
     work.target = out_.empty() ? directory_ : out_;
     return work;
   }
@@ -155,22 +171,24 @@ class InferCommand : public Command {
     return input;
   }
 
-  // The first frame of the range; where that cannot be read, the one before it whose map it has.
-  int64_t FirstFrame(const Work& work) const {
-    int64_t first = range_.from;
-    for (const FrameLine& line : work.lines) {
-      const bool failed = line.outcome == FrameLine::Outcome::kFailed;
-      if ((line.index - work.run_from) % every_ != 0) continue;
-      if (line.index < range_.from && !failed) first = line.index;
-      if (line.index >= range_.from) return failed ? first : range_.from;
+  // What is read is not what is replaced, whatever names and links lead there.
+  absl::Status CheckFolders(const vision::FrameSource& frames) const {
+    if (out_.empty()) return absl::OkStatus();
+    std::error_code error;
+    if (std::filesystem::equivalent(out_, directory_, error)) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "--out=", out_, " is the run itself; leave --out away to make its maps there"));
     }
-    return range_.from;
+    EGOSIEVE_RETURN_IF_ERROR(CheckApart(out_, {directory_}));
+    EGOSIEVE_RETURN_IF_ERROR(CheckApart(out_, frames.files()));
+    if (CheckApart(directory_, {out_}).ok()) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrCat("--out=", out_, " lies in the run; choose a folder outside of it"));
   }
 
-  // With --out, a folder with this range's lines, that have no maps yet; or the one that an earlier
-  // call has begun.
+  // With --out, a folder for maps alone; or the one that an earlier call has begun.
   absl::StatusOr<MapBook> OpenBook(const Work& work) const {
-    if (out_.empty()) return MapBook::Open(*work.run, work.description, {}, work.device);
+    if (out_.empty()) return MapBook::Open(*work.run, work.description, work.device);
     RunDescription description = work.description;
     description.device = work.device;
     description.maps_from = AbsolutePath(directory_);
@@ -184,16 +202,7 @@ class InferCommand : public Command {
     description.started_utc = UtcNow();
     description.finished_utc.clear();
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, OpenTarget(description));
-    std::vector<FrameLine> lines;
-    const FrameRange range{FirstFrame(work), range_.to};
-    for (FrameLine line : work.lines) {
-      if (!range.Contains(line.index)) continue;
-      line.width_pixels = line.height_pixels = 0;
-      line.dynamic_share = 0.0;
-      line.map_device.clear();
-      lines.push_back(std::move(line));
-    }
-    return MapBook::Open(folder, description, lines, work.device);
+    return MapBook::Open(folder, description, work.device);
   }
 
   // The folder of --out, which holds nothing or maps of the same making.
@@ -207,53 +216,73 @@ class InferCommand : public Command {
           absl::StrCat("the folder ", out_, " holds another run: ", difference,
                        "; choose another for --out, or add --overwrite"));
     }
+    // Of several programs that begin at the same time one makes the folder.
+    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(out_));
+    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::TakeWhenFree(out_));
+    if (!overwrite_ && RunFolder::Open(out_).ok()) return OpenTarget(description);
     EGOSIEVE_ASSIGN_OR_RETURN(folder, RunFolder::Create(out_, overwrite_));
     EGOSIEVE_RETURN_IF_ERROR(folder->WriteDescription(description));
     return folder;
   }
 
-  // Of the range, what is due and not there.
-  std::vector<int64_t> WantedFrames(const Work& work, const MapBook& book) const {
-    const FrameRange range{FirstFrame(work), range_.to};
+  bool IsDue(const Work& work, int64_t index) const {
+    return range_.Contains(index) && (index - work.run_from) % every_ == 0 &&
+           work.shard.Contains(index);
+  }
+
+  // What is due and not there. A frame that could not be read has the map of the last one before it
+  // that could: that is made, too.
+  std::vector<int64_t> WantedFrames(const Work& work, MapBook& book) const {
     std::vector<int64_t> wanted;
-    for (const auto& [index, line] : book.lines()) {
-      if (!range.Contains(index) || (index - work.run_from) % every_ != 0) continue;
-      const bool again = overwrite_ && out_.empty() && range_.Contains(index);
-      if (!line.has_map() || again) wanted.push_back(index);
+    const FrameLine* before = nullptr;
+    for (const FrameLine& line : work.models->lines()) {
+      const bool failed = line.outcome == FrameLine::Outcome::kFailed;
+      const bool again = overwrite_ && out_.empty();
+      if (IsDue(work, line.index) && work.done.count(line.index) == 0 &&
+          (again || !book.Holds(line.index))) {
+        const bool needs_it = failed && before != nullptr && !book.Holds(before->index) &&
+                              (wanted.empty() || wanted.back() < before->index);
+        if (needs_it) wanted.push_back(before->index);
+        wanted.push_back(line.index);
+      }
+      if (!failed && (line.index - work.run_from) % every_ == 0) before = &line;
     }
     return wanted;
   }
 
-  // The model as it was before frame `first`, from the checkpoint nearest to it.
-  absl::Status ReplayUntil(const Work& work, int64_t first,
-                           vision::OnlineSegmenter& segmenter) const {
-    int64_t next = work.run_from;
-    if (const auto checkpoint = FindCheckpoint(*work.run, first - 1); checkpoint.has_value()) {
-      EGOSIEVE_RETURN_IF_ERROR(segmenter.Restore(checkpoint->bytes, {}));
-      next = checkpoint->next_frame;
-    }
-    for (const FrameLine& line : work.lines) {
-      if (line.index < next || line.index >= first) continue;
-      EGOSIEVE_ASSIGN_OR_RETURN(const std::string step, StepOf(work, line));
-      if (!step.empty()) EGOSIEVE_RETURN_IF_ERROR(segmenter.Replay(step));
-      if (work.checkpoint_every > 0 && (line.index + 1) % work.checkpoint_every == 0) {
-        EGOSIEVE_RETURN_IF_ERROR(segmenter.Checkpoint().status());
+  // Enters, into a folder of --out, the lines of this shard and of what is wanted beside it.
+  absl::Status EnterLines(const Work& work, const std::vector<int64_t>& wanted,
+                          MapBook& book) const {
+    if (out_.empty()) return absl::OkStatus();
+    for (FrameLine line : work.models->lines()) {
+      if (!(range_.Contains(line.index) && work.shard.Contains(line.index)) &&
+          !std::binary_search(wanted.begin(), wanted.end(), line.index)) {
+        continue;
       }
+      line.width_pixels = line.height_pixels = 0;
+      line.dynamic_share = 0.0;
+      line.map_device.clear();
+      EGOSIEVE_RETURN_IF_ERROR(book.Add(line));
     }
     return absl::OkStatus();
   }
 
-  static absl::StatusOr<std::string> StepOf(const Work& work, const FrameLine& line) {
-    if (line.outcome == FrameLine::Outcome::kFailed) return std::string();
-    absl::StatusOr<std::string> step = ReadStep(*work.run, line.index);
-    if (step.ok()) return step;
-    return absl::DataLossError(
-        absl::StrCat("the model of frame ", line.index, " is missing: ", step.status().message()));
+  // The frames from wanted[begin] on between which no checkpoint saves replaying: [begin, end).
+  static size_t EndOfStretch(const Work& work, const std::vector<int64_t>& wanted, size_t begin) {
+    size_t end = begin + 1;
+    const int64_t every = work.checkpoint_every;
+    while (end < wanted.size() &&
+           (every == 0 || wanted[end] / every <= wanted[end - 1] / every + 1)) {
+      ++end;
+    }
+    return end;
   }
 
-  absl::StatusOr<ExitCode> Infer(const Work& work, const std::vector<int64_t>& wanted,
-                                 vision::FrameSource& frames, vision::OnlineSegmenter& segmenter,
-                                 MapBook& book) const {
+  // One stretch of frames in their order; false where it was interrupted.
+  absl::StatusOr<bool> InferStretch(Work& work, absl::Span<const int64_t> wanted,
+                                    vision::FrameSource& frames, MapBook& book,
+                                    Progress& progress) const {
+    EGOSIEVE_RETURN_IF_ERROR(work.models->MoveTo(wanted.front()));
     const auto is_wanted = [&wanted](int64_t index) {
       return std::binary_search(wanted.begin(), wanted.end(), index);
     };
@@ -263,56 +292,97 @@ class InferCommand : public Command {
     pipeline.end_frame = wanted.back() + 1;
     pipeline.checkpoint_interval = work.checkpoint_every;
     pipeline.wants_map = is_wanted;
-    pipeline.recorded_step = [&](int64_t index) -> absl::StatusOr<std::string> {
-      const auto line = std::lower_bound(
-          work.lines.begin(), work.lines.end(), index,
-          [](const FrameLine& candidate, int64_t target) { return candidate.index < target; });
-      if (line == work.lines.end() || line->index != index) return std::string();
-      return StepOf(work, *line);
-    };
-    CatchInterruptions();
-    Progress progress("infer", progress_, static_cast<int64_t>(wanted.size()));
-    const auto start = std::chrono::steady_clock::now();
-    int64_t made = 0;
-    bool failed = false;
-    const absl::StatusOr<vision::PipelineSummary> summary =
-        vision::RunPipeline(frames, segmenter, pipeline, InterruptionRequested,
-                            [&](const vision::SegmentedFrame& frame) {
+    pipeline.recorded_step = [&](int64_t index) { return work.models->StepOf(index); };
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const vision::PipelineSummary summary,
+        vision::RunPipeline(frames, work.models->Lend(pipeline.end_frame), pipeline,
+                            InterruptionRequested, [&](const vision::SegmentedFrame& frame) {
                               if (!is_wanted(frame.index)) return absl::OkStatus();
                               EGOSIEVE_RETURN_IF_ERROR(book.Write(frame));
-                              ++made;
-                              failed |= frame.damage.has_value();
+                              work.done.insert(frame.index);
                               progress.Advance();
                               return absl::OkStatus();
-                            });
-    progress.Finish();
+                            }));
+    if (summary.stopped) return false;
+    if (frames.next_index() < pipeline.end_frame) {
+      return absl::DataLossError(absl::StrCat(frames.description(), " ends at frame ",
+                                              frames.next_index(), ", the run at frame ",
+                                              work.models->lines().back().index,
+                                              "; give the run's input with --input"));
+    }
+    return true;
+  }
+
+  // Follows a run that segment is still writing to its end; false where it was interrupted.
+  absl::StatusOr<bool> InferWhatComes(Work& work, vision::FrameSource& frames,
+                                      MapBook& book) const {
+    while (true) {
+      // Asked for first: when it is no longer so, the lines that are read then are all.
+      EGOSIEVE_ASSIGN_OR_RETURN(const bool is_growing, FolderLock::IsTaken(directory_));
+      EGOSIEVE_RETURN_IF_ERROR(work.models->ReadLines());
+      EGOSIEVE_RETURN_IF_ERROR(book.Refresh());
+      const std::vector<int64_t> wanted = WantedFrames(work, book);
+      EGOSIEVE_RETURN_IF_ERROR(EnterLines(work, wanted, book));
+      Progress progress("infer", progress_, static_cast<int64_t>(wanted.size()));
+      for (size_t begin = 0; begin < wanted.size();) {
+        const size_t end = EndOfStretch(work, wanted, begin);
+        EGOSIEVE_ASSIGN_OR_RETURN(
+            const bool finished,
+            InferStretch(work, absl::MakeConstSpan(wanted).subspan(begin, end - begin), frames,
+                         book, progress));
+        if (!finished) return false;
+        begin = end;
+      }
+      progress.Finish();
+      const bool has_range = range_.to >= 0 && !work.models->lines().empty() &&
+                             work.models->lines().back().index >= range_.to;
+      if (!is_growing || has_range) break;
+      for (auto wait = kPoll; wait.count() > 0 && !InterruptionRequested(); wait -= kShortPoll) {
+        std::this_thread::sleep_for(kShortPoll);
+      }
+      if (InterruptionRequested()) return false;
+    }
+    EGOSIEVE_RETURN_IF_ERROR(ChooseLines(*work.run, range_).status());
+    return true;
+  }
+
+  absl::StatusOr<ExitCode> InferAll(Work& work, vision::FrameSource& frames, MapBook& book) const {
+    const auto start = std::chrono::steady_clock::now();
+    const absl::StatusOr<bool> finished = InferWhatComes(work, frames, book);
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    // What was made is entered even after an error, which is what is told.
-    const absl::Status entered = book.Enter();
-    const absl::Status told = TellEnd(summary, seconds, book);
-    EGOSIEVE_RETURN_IF_ERROR(summary.status());
-    EGOSIEVE_RETURN_IF_ERROR(entered);
+    const bool had_nothing_to_do = work.done.empty() && finished.ok() && *finished;
+    const absl::Status told = had_nothing_to_do ? absl::OkStatus() : TellEnd(finished, seconds);
+    EGOSIEVE_RETURN_IF_ERROR(finished.status());
     EGOSIEVE_RETURN_IF_ERROR(told);
-    std::cout << absl::StrFormat("%d maps in %s on %s: %s\n", made, DescribeDuration(seconds),
-                                 work.device, work.target);
-    if (summary->stopped) {
-      return absl::CancelledError(absl::StrCat("interrupted; the ", made, " maps made are whole, ",
-                                               "the same command goes on"));
+    if (had_nothing_to_do) {
+      std::cout << work.target << " holds these maps already\n";
+    } else {
+      std::cout << absl::StrFormat("%d maps in %s on %s: %s\n", work.done.size(),
+                                   DescribeDuration(seconds), work.device, work.target);
     }
+    if (!*finished) {
+      return absl::CancelledError(absl::StrCat("interrupted; the ", work.done.size(),
+                                               " maps made are whole, the same command goes on"));
+    }
+    const bool failed = std::any_of(
+        work.models->lines().begin(), work.models->lines().end(), [&](const FrameLine& line) {
+          return line.outcome == FrameLine::Outcome::kFailed && IsDue(work, line.index);
+        });
     return failed ? ExitCode::kFramesFailed : ExitCode::kDone;
   }
 
-  // run.json of --out; that of a run is the run's.
-  absl::Status TellEnd(const absl::StatusOr<vision::PipelineSummary>& summary, double seconds,
-                       const MapBook& book) const {
+  // run.json of --out, by what all programs have made so far; that of a run is the run's.
+  absl::Status TellEnd(const absl::StatusOr<bool>& finished, double seconds) const {
     if (out_.empty()) return absl::OkStatus();
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(out_));
+    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::TakeWhenFree(out_));
     EGOSIEVE_ASSIGN_OR_RETURN(RunDescription description, folder.ReadDescription());
-    description.ended = !summary.ok() ? "failed" : summary->stopped ? "interrupted" : "done";
-    description.ended_message = std::string(summary.status().message());
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder.ReadLines());
+    description.ended = !finished.ok() ? "failed" : *finished ? "done" : "interrupted";
+    description.ended_message = std::string(finished.status().message());
     description.frames_answered = description.frames_learnt = description.frames_failed = 0;
-    for (const auto& [index, line] : book.lines()) {
+    for (const FrameLine& line : lines) {
       const bool failed = line.outcome == FrameLine::Outcome::kFailed;
       description.frames_failed += failed;
       description.frames_answered += !failed && line.has_map();
@@ -323,7 +393,7 @@ class InferCommand : public Command {
     return folder.WriteDescription(description);
   }
 
-  std::string directory_, out_, input_;
+  std::string directory_, out_, input_, shard_;
   bool overwrite_ = false;
   FrameRange range_;
   int64_t every_ = 1;

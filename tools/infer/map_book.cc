@@ -4,14 +4,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
-#include "tools/run_folder/folder_lock.h"
 #include "tools/segment/drive_writer.h"
 
 namespace egosieve::tools {
 namespace {
-
-constexpr size_t kBatch = 500;  // maps
-constexpr char kLog[] = "frames.jsonl";
 
 void SetMilliseconds(const std::string& stage, double value, FrameLine& line) {
   for (auto& [name, milliseconds] : line.milliseconds) {
@@ -26,24 +22,41 @@ void SetMilliseconds(const std::string& stage, double value, FrameLine& line) {
 }  // namespace
 
 absl::StatusOr<MapBook> MapBook::Open(const RunFolder& folder, const RunDescription& description,
-                                      absl::Span<const FrameLine> to_be_there,
                                       const std::string& device) {
   MapBook book(folder, description, device);
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("grid")));
-  EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::TakeWhenFree(folder.path()));
-  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadLines());
-  const size_t entered = lines.size();
-  lines.insert(lines.end(), to_be_there.begin(), to_be_there.end());
+  kernels::RemoveAbandonedTemporaries(folder.File("grid"));
+  EGOSIEVE_RETURN_IF_ERROR(book.Refresh());
+  return book;
+}
+
+absl::Status MapBook::Refresh() {
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder_.ReadLines());
   for (FrameLine& line : lines) {
     const int64_t index = line.index;
-    book.lines_.emplace(index, std::move(line));  // what was entered stays
+    lines_.insert_or_assign(index, std::move(line));
   }
-  if (book.lines_.size() > entered) {
-    std::string text;
-    for (const auto& [index, line] : book.lines_) absl::StrAppend(&text, ToText(line), "\n");
-    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File(kLog), text));
+  return absl::OkStatus();
+}
+
+bool MapBook::Holds(int64_t index) {
+  const auto line = lines_.find(index);
+  if (line == lines_.end() || !line->second.has_map()) return false;
+  const auto [place, is_new] = holds_.try_emplace(index, false);
+  if (!place->second) place->second = folder_.HoldsMaps(line->second, description_);
+  return place->second;
+}
+
+absl::Status MapBook::Add(const FrameLine& line) {
+  const auto [place, is_new] = lines_.emplace(line.index, line);
+  return is_new ? Append(line) : absl::OkStatus();
+}
+
+absl::Status MapBook::Append(const FrameLine& line) {
+  if (!log_.has_value()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(log_, folder_.OpenMapLog());
   }
-  return book;
+  return log_->Append(ToText(line));
 }
 
 absl::Status MapBook::Write(const vision::SegmentedFrame& frame) {
@@ -51,12 +64,12 @@ absl::Status MapBook::Write(const vision::SegmentedFrame& frame) {
   const auto place = lines_.find(frame.index);
   if (place == lines_.end()) {
     return absl::NotFoundError(
-        absl::StrCat("frame ", frame.index, " has no line in ", folder_.File(kLog)));
+        absl::StrCat("frame ", frame.index, " has no line in ", folder_.path()));
   }
   FrameLine& line = place->second;
   if (line.outcome == FrameLine::Outcome::kFailed) {
     auto before = std::make_reverse_iterator(place);
-    while (before != lines_.rend() && !before->second.has_map()) ++before;
+    while (before != lines_.rend() && !Holds(before->first)) ++before;
     if (before == lines_.rend()) return absl::OkStatus();
     EGOSIEVE_RETURN_IF_ERROR(CopyMaps(folder_, before->second, line));
   } else if (frame.damage.has_value()) {
@@ -77,26 +90,8 @@ absl::Status MapBook::Write(const vision::SegmentedFrame& frame) {
         std::chrono::steady_clock::now() - start;
     SetMilliseconds("writing", writing.count(), line);
   }
-  not_entered_.push_back(frame.index);
-  return not_entered_.size() < kBatch ? absl::OkStatus() : Enter();
-}
-
-absl::Status MapBook::Enter() {
-  if (not_entered_.empty()) return absl::OkStatus();
-  EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::TakeWhenFree(folder_.path()));
-  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder_.ReadLines());
-  size_t next = 0;
-  std::string text;
-  for (FrameLine& line : lines) {
-    while (next < not_entered_.size() && not_entered_[next] < line.index) ++next;
-    if (next < not_entered_.size() && not_entered_[next] == line.index) {
-      line = lines_.at(line.index);
-    }
-    absl::StrAppend(&text, ToText(line), "\n");
-  }
-  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder_.File(kLog), text));
-  not_entered_.clear();
-  return absl::OkStatus();
+  holds_[frame.index] = true;
+  return Append(line);
 }
 
 }  // namespace egosieve::tools

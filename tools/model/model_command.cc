@@ -13,6 +13,7 @@
 #include "gp/io/model_file.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
+#include "tools/cli/interruption.h"
 #include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
@@ -50,10 +51,7 @@ std::string Describe(const std::string& path, const gp::ModelFile& file) {
     absl::StrAppendFormat(&text, "born         in frames %d to %d\n", *oldest, *newest);
   }
   absl::StrAppendFormat(&text, "covariance   %s of %d inputs\n",
-                        covariance.function == kernels::CovarianceFunction::kArcsine
-                            ? "arcsine"
-                            : "squared exponential",
-                        covariance.input_dimension());
+                        std::string(covariance.function.text()), covariance.input_dimension());
   absl::StrAppend(&text, "scales      ");
   for (const double scale : covariance.scales) absl::StrAppendFormat(&text, " %.4g", scale);
   absl::StrAppendFormat(&text, "\nsigma        f %.4g, n %.4g\n", covariance.signal_stddev,
@@ -98,18 +96,33 @@ class ModelCommand : public Command {
         ->configurable(false);
     app.add_option("--csv", csv_, "Write identity, birth frame, label and inputs of every point")
         ->type_name("FILE");
+    app.add_flag("--overwrite", overwrite_, "Replace the file of --csv");
   }
 
   absl::StatusOr<ExitCode> Run() override {
+    EndOnInterruptions();
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string path, FindModelFile(path_));
     const absl::StatusOr<gp::ModelFile> file = gp::ReadModelFile(path);
     if (!file.ok()) {
       return absl::DataLossError(
           absl::StrCat(file.status().message(), "; give a file that segment wrote into model/"));
     }
+    if (!csv_.empty()) {
+      std::error_code error;
+      if (!overwrite_ && fs::exists(fs::symlink_status(csv_, error))) {
+        return absl::AlreadyExistsError(
+            absl::StrCat(csv_, " is there already; name another file, or add --overwrite"));
+      }
+      if (fs::equivalent(csv_, path, error)) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("--csv=", csv_, " is the model itself; name another file"));
+      }
+    }
     std::cout << Describe(path, *file);
     if (!csv_.empty()) {
-      EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(csv_, PointsAsCsv(file->model)));
+      const absl::Status written = WriteFileAtomically(csv_, PointsAsCsv(file->model));
+      if (absl::IsNotFound(written)) return AsUsageError(written);  // of its folder
+      EGOSIEVE_RETURN_IF_ERROR(written);
       std::cout << "points in " << csv_ << "\n";
     }
     return ExitCode::kDone;
@@ -117,6 +130,7 @@ class ModelCommand : public Command {
 
  private:
   std::string path_, csv_;
+  bool overwrite_ = false;
 };
 
 }  // namespace

@@ -1,8 +1,7 @@
 #include "tools/reconstruct/reconstruct_command.h"
 
-#include <filesystem>
+#include <algorithm>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -15,129 +14,100 @@
 #include "tools/cli/interruption.h"
 #include "tools/cli/object_flags.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/threads_flag.h"
 #include "tools/cli/warning.h"
-#include "tools/reconstruct/full_maps.h"
+#include "tools/reconstruct/reconstruct_run.h"
 #include "tools/run_folder/chosen_lines.h"
-#include "tools/run_folder/map_image.h"
+#include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/run_folder.h"
-#include "vision/objects/map_objects.h"
 
 namespace egosieve::tools {
 namespace {
-
-absl::Status WriteMap(const std::string& path, const cv::Mat1f& values, double full_scale) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const EncodedMap encoded, EncodeMap(values, full_scale));
-  return WriteFileAtomically(path, encoded.png);
-}
-
-// Boxes are [left, top, width, height] in pixels.
-std::string ObjectsToText(const std::vector<vision::MapObject>& objects) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const vision::MapObject& object : objects) {
-    list.push_back({{"box", {object.box.x, object.box.y, object.box.width, object.box.height}},
-                    {"pixels", object.pixels},
-                    {"peak_probability", object.peak},
-                    {"mean_probability", object.mean},
-                    {"mean_deviation", object.deviation}});
-  }
-  return list.dump(1) + "\n";
-}
-
-absl::Status ReconstructFrame(kernels::Context& context, const RunFolder& folder,
-                              const RunDescription& description, const FrameLine& line,
-                              const ClassThresholds& thresholds,
-                              const vision::ObjectThresholds& objects) {
-  const kernels::ImageGrid grid = GridOf(line, description);
-  // Methods other than the process may have no deviation.
-  const bool with_deviation =
-      std::filesystem::exists(folder.FrameFile("grid", line.index, ".std.png"));
-  EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps,
-                            folder.ReadGridMaps(line, description, with_deviation));
-  EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1f probability,
-                            InterpolateMap(context, grid, maps.probability));
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string classes,
-                            EncodePng(ClassifyMap(probability, thresholds)));
-  cv::Mat1f deviation;
-  if (with_deviation) {
-    EGOSIEVE_ASSIGN_OR_RETURN(deviation, InterpolateMap(context, grid, maps.deviation));
-    EGOSIEVE_RETURN_IF_ERROR(WriteMap(folder.FrameFile("full", line.index, ".std.png"), deviation,
-                                      description.deviation_full_scale));
-  }
-  EGOSIEVE_RETURN_IF_ERROR(
-      WriteMap(folder.FrameFile("full", line.index, ".prob.png"), probability, 1.0));
-  EGOSIEVE_RETURN_IF_ERROR(
-      WriteFileAtomically(folder.FrameFile("full", line.index, ".class.png"), classes));
-  return WriteFileAtomically(folder.FrameFile("full", line.index, ".objects.json"),
-                             ObjectsToText(vision::FindObjects(probability, deviation, objects)));
-}
 
 class ReconstructCommand : public Command {
  public:
   std::string name() const override { return "reconstruct"; }
   std::string summary() const override {
-    return "Writes maps of every pixel, three-class masks and lists of objects from a run's grid "
-           "maps.";
+    return "Makes a run's maps into masks at the picture's edges, movers with numbers, and tracks.";
   }
   std::string example() const override {
-    return "egosieve reconstruct out/drive --dynamic_above=0.8";
+    return "egosieve reconstruct out/drive\n"
+           "egosieve reconstruct out/drive --what=masks,probability --resume";
   }
 
   void AddFlags(CLI::App& app) override {
-    app.add_option("DIR", directory_, "The run folder; its full/ is written")
+    app.add_option("DIR", directory_,
+                   "The run folder; its masks/, ids/, full/ and tracks.csv are written")
         ->required()
         ->type_name("")
         ->configurable(false);
-    app.add_option("--static_below", thresholds_.static_below,
+    app.add_option("--what", what_,
+                   "What is written, by commas: masks, ids, tracks, objects, probability, "
+                   "deviation, class")
+        ->capture_default_str()
+        ->type_name("WORDS");
+    app.add_option("--mask_low", options_.mask.low,
+                   "Probability of moving from which a pixel of a mask is moving, where its region "
+                   "holds one of --mask_high; others are static")
+        ->capture_default_str()
+        ->type_name("P");
+    app.add_option("--mask_high", options_.mask.high,
+                   "Probability that a moving region of a mask holds somewhere")
+        ->capture_default_str()
+        ->type_name("P");
+    app.add_flag("--causal", options_.window.link.causal,
+                 "Each frame from itself and the frames before it, as for a live camera");
+    app.add_flag("--resume", options_.resume,
+                 "Go on where the same command stopped; what is done stays");
+    app.add_option("--input", options_.input, "Where the run's input is now, if it was moved")
+        ->type_name("PATH");
+    app.add_option("--static_below", options_.classes.static_below,
                    "Probability of moving below which a pixel's class is static (0)")
         ->type_name("P");
-    app.add_option("--dynamic_above", thresholds_.dynamic_above,
+    app.add_option("--dynamic_above", options_.classes.dynamic_above,
                    "Probability of moving above which a pixel's class is dynamic (255)")
         ->type_name("P");
-    AddObjectFlags(app, objects_);
+    AddObjectFlags(app, options_.objects);
     range_.AddFlags(app);
+    threads_.AddFlag(app);
     device_.AddFlag(app);
     progress_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
-    EGOSIEVE_RETURN_IF_ERROR(thresholds_.Validate());
-    EGOSIEVE_RETURN_IF_ERROR(objects_.Validate());
+    EGOSIEVE_ASSIGN_OR_RETURN(options_.what, ProductChoice::FromText(what_));
+    EGOSIEVE_RETURN_IF_ERROR(options_.Validate());
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
+    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Take(folder.path()));
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, ChooseLines(folder, range_));
     EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, description, lines));
+    threads_.Apply();
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
-    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("full")));
-    CatchInterruptions();
-    Progress progress("reconstruct", progress_, static_cast<int64_t>(lines.size()));
-    int64_t frames = 0, unreadable = 0;
-    for (const FrameLine& line : lines) {
-      if (InterruptionRequested()) {
-        return absl::CancelledError(absl::StrCat("interrupted after ", frames, " frames"));
-      }
-      if (line.has_map()) {
-        EGOSIEVE_RETURN_IF_ERROR(
-            ReconstructFrame(*device.context, folder, description, line, thresholds_, objects_));
-        ++frames;
-      } else {
-        unreadable += line.outcome == FrameLine::Outcome::kFailed;
-      }
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto run,
+                              ReconstructRun::Open(device.context, folder, lines, options_));
+    Progress progress("reconstruct", progress_, run->frames() - run->frames_done_before());
+    EGOSIEVE_RETURN_IF_ERROR(run->Run([&] {
       progress.Advance();
-    }
+      return !InterruptionRequested();
+    }));
     progress.Finish();
-    std::cout << absl::StrFormat("%d frames reconstructed in %s\n", frames, folder.File("full"));
+    std::cout << absl::StrFormat("%d frames reconstructed in %s\n", run->frames(), folder.path());
     Warn(DescribeMissingMaps(folder, description, lines));
+    const auto unreadable = std::count_if(lines.begin(), lines.end(), [](const FrameLine& line) {
+      return line.outcome == FrameLine::Outcome::kFailed;
+    });
     if (unreadable > 0) {
-      Warn(absl::StrCat(unreadable, " frames could not be read and have no map"));
+      Warn(absl::StrCat(unreadable, " frames could not be read and have no mask"));
     }
     return unreadable > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
   }
 
  private:
-  std::string directory_;
-  ClassThresholds thresholds_;
-  vision::ObjectThresholds objects_;
+  std::string directory_, what_ = ProductChoice().ToText();
+  ReconstructOptions options_;
   FrameRange range_;
+  ThreadsFlag threads_;
   DeviceFlag device_;
   ProgressFlag progress_;
 };

@@ -7,8 +7,7 @@
 
 namespace egosieve::tools {
 
-// egosieve reconstruct DIR: full/NNNNNN.{prob,std,class}.png from the grid's maps, and the objects
-// in them, full/NNNNNN.objects.json.
+// egosieve reconstruct DIR: masks, numbers and tracks of movers (frame_products.h).
 std::unique_ptr<Command> MakeReconstructCommand();
 
 }  // namespace egosieve::tools

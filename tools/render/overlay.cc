@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <set>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 
 namespace egosieve::tools {
@@ -97,10 +99,14 @@ int TextWidth(const std::string& text, double scale) {
   return cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &baseline).width;
 }
 
+void DrawCaption(const std::string& caption, double scale, cv::Mat3b& strip, int free_from) {
+  const int place = strip.cols - TextWidth(caption, scale) - strip.rows / 3;
+  if (free_from < place) DrawText(caption, {place, strip.rows / 2}, scale, strip);
+}
+
 // static [colours, a tick at each threshold] moving    line: ...             caption
 void DrawLegend(const std::string& caption, const vision::ObjectThresholds& objects,
                 cv::Mat3b strip) {
-  strip.setTo(cv::Scalar(32, 28, 26));
   const int height = strip.rows;
   const double scale = height / 52.0;
   const int gap = height / 3;
@@ -128,9 +134,46 @@ void DrawLegend(const std::string& caption, const vision::ObjectThresholds& obje
   if (x + TextWidth(rule, scale) + gap < caption_place) {
     DrawText(rule, {x, middle}, scale, strip);
   }
-  if (x < caption_place) {
-    DrawText(caption, {caption_place, middle}, scale, strip);
+  DrawCaption(caption, scale, strip, x);
+}
+
+void FillMovers(const cv::Mat1w& ids, cv::Mat3b& picture) {
+  constexpr float kAlpha = 0.5f;
+  for (int y = 0; y < ids.rows; ++y) {
+    for (int x = 0; x < ids.cols; ++x) {
+      if (ids(y, x) == 0) continue;
+      picture(y, x) = picture(y, x) * (1.0f - kAlpha) + MoverColour(ids(y, x)) * kAlpha;
+    }
   }
+}
+
+void OutlineMover(const cv::Mat1b& mover, int number, cv::Mat3b& picture) {
+  std::vector<std::vector<cv::Point>> contours;
+  cv::findContours(mover, contours, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
+  const int width = std::max(1, picture.cols / 640);
+  const cv::Vec3b colour = MoverColour(number);
+  cv::drawContours(picture, contours, -1, cv::Scalar(20, 20, 20), 2 * width + 1, cv::LINE_AA);
+  cv::drawContours(picture, contours, -1, cv::Scalar(colour), width, cv::LINE_AA);
+  const std::string text = std::to_string(number);
+  const double scale = std::max(0.4, picture.cols / 1600.0);
+  const cv::Rect box = cv::boundingRect(mover);
+  const cv::Point place(box.x, std::max(box.y - 3, static_cast<int>(25 * scale)));
+  cv::putText(picture, text, place, cv::FONT_HERSHEY_SIMPLEX, scale, cv::Scalar(20, 20, 20),
+              width + 2, cv::LINE_AA);
+  cv::putText(picture, text, place, cv::FONT_HERSHEY_SIMPLEX, scale, cv::Scalar(245, 245, 245),
+              width, cv::LINE_AA);
+}
+
+// The picture over a strip for the legend, which is returned too; even sides.
+cv::Mat3b MakePage(const cv::Mat3b& picture, bool with_legend, cv::Mat3b* strip) {
+  const int strip_height = with_legend ? std::clamp(picture.rows / 16, 20, 44) : 0;
+  const int width = picture.cols + picture.cols % 2;
+  const int height = picture.rows + strip_height + (picture.rows + strip_height) % 2;
+  cv::Mat3b page(height, width, cv::Vec3b(0, 0, 0));
+  picture.copyTo(page(cv::Rect(0, 0, picture.cols, picture.rows)));
+  *strip = page(cv::Rect(0, picture.rows, width, height - picture.rows));
+  if (with_legend) strip->setTo(cv::Scalar(32, 28, 26));
+  return page;
 }
 
 }  // namespace
@@ -144,13 +187,46 @@ cv::Mat3b DrawOverlay(const cv::Mat3b& frame, const cv::Mat1f& probability,
   }
   DrawContours(drawn, options.objects, picture);
   DrawHatching(frame, options.own_car, picture);
-  const int strip_height = options.legend ? std::clamp(frame.rows / 16, 20, 44) : 0;
-  const int width = frame.cols + frame.cols % 2;
-  const int height = frame.rows + strip_height + (frame.rows + strip_height) % 2;
-  cv::Mat3b page(height, width, cv::Vec3b(0, 0, 0));
-  picture.copyTo(page(cv::Rect(0, 0, frame.cols, frame.rows)));
+  cv::Mat3b strip;
+  cv::Mat3b page = MakePage(picture, options.legend, &strip);
+  if (options.legend) DrawLegend(caption, options.objects, strip);
+  return page;
+}
+
+cv::Vec3b MoverColour(int number) {
+  // Paul Tol's "bright" colours without grey, then lighter and darker ones.
+  static constexpr std::array<std::array<uchar, 3>, 12> kColours = {{{170, 119, 68},
+                                                                     {119, 102, 238},
+                                                                     {51, 136, 34},
+                                                                     {68, 187, 204},
+                                                                     {238, 204, 102},
+                                                                     {119, 51, 170},
+                                                                     {51, 119, 238},
+                                                                     {153, 221, 119},
+                                                                     {221, 170, 255},
+                                                                     {102, 51, 17},
+                                                                     {136, 204, 68},
+                                                                     {153, 153, 255}}};
+  const auto& [blue, green, red] = kColours[number % kColours.size()];
+  return {blue, green, red};
+}
+
+cv::Mat3b DrawMovers(const cv::Mat3b& frame, const cv::Mat1w& ids, const std::string& caption,
+                     const OverlayOptions& options) {
+  cv::Mat3b picture = frame.clone();
+  if (!options.outlines_only) FillMovers(ids, picture);
+  std::set<uint16_t> numbers(ids.begin(), ids.end());
+  numbers.erase(0);
+  for (const uint16_t number : numbers) OutlineMover(ids == number, number, picture);
+  DrawHatching(frame, options.own_car, picture);
+  cv::Mat3b strip;
+  cv::Mat3b page = MakePage(picture, options.legend, &strip);
   if (options.legend) {
-    DrawLegend(caption, options.objects, page(cv::Rect(0, frame.rows, width, height - frame.rows)));
+    const double scale = strip.rows / 52.0;
+    const int gap = strip.rows / 3;
+    const std::string text = absl::StrCat(numbers.size(), " moving, each with its number");
+    DrawText(text, {gap, strip.rows / 2}, scale, strip);
+    DrawCaption(caption, scale, strip, 2 * gap + TextWidth(text, scale));
   }
   return page;
 }

@@ -1,4 +1,6 @@
-// A frame with its probability map over it.
+// A frame with its movers, or its probability map, over it.
+//
+// Movers: each in a colour of its own, outlined, its number at its box's corner. The map:
 //
 //   colour(p)  a diverging map, safe for colour-blind eyes: blue (0) - none (1/2) - orange (1)
 //   alpha(p)   how much of it covers the frame: 0.22 at p = 0, 0.10 at 1/2, 0.65 at 1
@@ -20,6 +22,7 @@ namespace egosieve::tools {
 struct OverlayOptions {
   vision::ObjectThresholds objects;
   bool legend = true;
+  bool outlines_only = false;     // of movers: no fill
   std::vector<cv::Rect> own_car;  // hatched instead of coloured, pixels of the frame
 };
 
@@ -27,6 +30,13 @@ struct OverlayOptions {
 // The legend's strip is as wide as the frame; the result has even sides, as video encoders want it.
 cv::Mat3b DrawOverlay(const cv::Mat3b& frame, const cv::Mat1f& probability,
                       const std::string& caption, const OverlayOptions& options = {});
+
+// ids: of the frame's size, 0 where static (reconstruct's ids/NNNNNN.png).
+cv::Mat3b DrawMovers(const cv::Mat3b& frame, const cv::Mat1w& ids, const std::string& caption,
+                     const OverlayOptions& options = {});
+
+// Of a mover's number, B G R; told apart by colour-blind eyes among neighbours in number.
+cv::Vec3b MoverColour(int number);
 
 }  // namespace egosieve::tools
 

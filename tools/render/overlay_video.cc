@@ -1,12 +1,10 @@
 #include "tools/render/overlay_video.h"
 
 #include <array>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+#include "vision/frame/written_video.h"
 
 namespace egosieve::tools {
 namespace {
@@ -34,13 +32,16 @@ absl::StatusOr<OverlayVideo> OverlayVideo::Open(const std::string& path_without_
   OverlayVideo video;
   for (const Format& format : kFormats) {
     video.path_ = absl::StrCat(path_without_suffix, format.suffix);
-    video.temporary_path_ = absl::StrCat(path_without_suffix, ".tmp", format.suffix);
+    EGOSIEVE_ASSIGN_OR_RETURN(video.file_,
+                              kernels::TemporaryFile::Create(video.path_, format.suffix));
     video.warning_ = format.warning;
     const char* code = format.fourcc;
     const int fourcc = cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]);
-    if (video.writer_.open(video.temporary_path_, cv::CAP_FFMPEG, fourcc, rate_hz, size)) {
-      return video;
-    }
+    const auto opens = [&] {
+      return video.writer_.open(video.file_->name(), cv::CAP_FFMPEG, fourcc, rate_hz, size);
+    };
+    // Twice: a file that could not be opened this once is no missing encoder.
+    if (opens() || opens()) return video;
   }
   return absl::UnavailableError(
       absl::StrCat("cannot write a video to ", path_without_suffix,
@@ -49,15 +50,8 @@ absl::StatusOr<OverlayVideo> OverlayVideo::Open(const std::string& path_without_
 
 absl::StatusOr<std::string> OverlayVideo::Finish() {
   writer_.release();
-  std::error_code error;
-  if (std::filesystem::file_size(temporary_path_, error) == 0 || error) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("cannot write ", path_, "; make room for it, or use --no_video"));
-  }
-  if (std::rename(temporary_path_.c_str(), path_.c_str()) != 0) {
-    return absl::UnavailableError(
-        absl::StrCat("cannot write ", path_, ": ", std::strerror(errno), "; check the folder"));
-  }
+  EGOSIEVE_RETURN_IF_ERROR(vision::CheckWrittenVideo(file_->name(), frames_));
+  EGOSIEVE_RETURN_IF_ERROR(file_->Commit());
   return path_;
 }
 

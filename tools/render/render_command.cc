@@ -29,7 +29,7 @@ class RenderCommand : public Command {
  public:
   std::string name() const override { return "render"; }
   std::string summary() const override {
-    return "Draws a run's maps over its frames, as images and as a video.";
+    return "Draws a run's movers, or its maps, over its frames, as images and as a video.";
   }
   std::string example() const override { return "egosieve render out/drive --object_high=0.9"; }
 
@@ -41,6 +41,9 @@ class RenderCommand : public Command {
     app.add_option("--input", input_, "Where the run's input is now, if it was moved")
         ->type_name("PATH");
     AddObjectFlags(app, overlay_.objects);
+    app.add_flag("--movers,!--map", movers_,
+                 "Show the movers that reconstruct has numbered, where it has; --map: the map");
+    app.add_flag("--outlines", overlay_.outlines_only, "Of movers, draw nothing but outlines");
     app.add_flag("--legend,!--no_legend", overlay_.legend, "Draw the legend");
     app.add_flag("--images,!--no_images", images_, "Write render/NNNNNN.png");
     app.add_flag("--video,!--no_video", video_, "Write overlay.mp4");
@@ -65,7 +68,7 @@ class RenderCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     EGOSIEVE_ASSIGN_OR_RETURN(OverlaySource overlays,
                               OverlaySource::Open(device.context, folder, input_));
-    CatchInterruptions();
+    overlays.ShowMovers(movers_);
     Progress progress("render", progress_, static_cast<int64_t>(lines.size()));
     if (rate_hz_ == 0.0) rate_hz_ = FrameRate(lines);
     absl::Status status = absl::OkStatus();
@@ -139,7 +142,7 @@ class RenderCommand : public Command {
 
   std::string directory_, input_;
   OverlayOptions overlay_;
-  bool images_ = true, video_ = true;
+  bool images_ = true, video_ = true, movers_ = true;
   double rate_hz_ = 0.0;
   FrameRange range_;
   DeviceFlag device_;

@@ -1,6 +1,8 @@
 #include "tools/render/render_run.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
 #include <utility>
 #include <variant>
 
@@ -39,17 +41,27 @@ absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
         absl::StrCat("frame ", line.index, " of ", frames_->description(),
                      " is not what was segmented; give the same input with --input="));
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, false));
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const cv::Mat1f probability,
-      InterpolateMap(*context_, GridOf(line, description_), maps.probability));
   OverlayOptions with_own_car = options;
   for (const auto& [x, y, width, height] : line.own_car) {
     with_own_car.own_car.emplace_back(x, y, width, height);
   }
-  return DrawOverlay(frame->image, probability,
-                     absl::StrFormat("frame %d  %.2f s", line.index, line.time_seconds),
-                     with_own_car);
+  const std::string caption =
+      absl::StrFormat("frame %d  %.2f s%s", line.index, line.time_seconds,
+                      line.outcome == FrameLine::Outcome::kLearnt ? "" : "  not learnt from");
+  const std::string ids_path = folder_.FrameFile("ids", line.index, ".png");
+  if (shows_movers_ && std::filesystem::exists(ids_path)) {
+    const cv::Mat ids = cv::imread(ids_path, cv::IMREAD_UNCHANGED);
+    if (ids.type() != CV_16UC1 || ids.size() != frame->image.size()) {
+      return absl::DataLossError(
+          absl::StrCat(ids_path, " is damaged; run egosieve reconstruct again"));
+    }
+    return DrawMovers(frame->image, ids, caption, with_own_car);
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, false));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const cv::Mat1f probability,
+      InterpolateMap(*context_, GridOf(line, description_), maps.probability));
+  return DrawOverlay(frame->image, probability, caption, with_own_car);
 }
 
 double FrameRate(const std::vector<FrameLine>& lines) {

@@ -24,6 +24,9 @@ class OverlaySource {
   static absl::StatusOr<OverlaySource> Open(std::shared_ptr<kernels::Context> context,
                                             const RunFolder& folder, const std::string& input);
 
+  // Whether movers are drawn where reconstruct has numbered them, as at first, or the map always.
+  void ShowMovers(bool shows_movers) { shows_movers_ = shows_movers; }
+
   // The overlay of a frame that did not fail. DataLoss where the input's frame is gone, damaged or
   // of another size.
   absl::StatusOr<cv::Mat3b> Draw(const FrameLine& line, const OverlayOptions& options);
@@ -36,6 +39,7 @@ class OverlaySource {
   RunFolder folder_;
   RunDescription description_;
   std::unique_ptr<vision::FrameSource> frames_;
+  bool shows_movers_ = true;
 };
 
 // Frames a second of the run's frames, by the median of their distances in time; 10 where there is

@@ -15,6 +15,7 @@
 #include "tools/cli/progress.h"
 #include "tools/report/chart.h"
 #include "tools/report/embedded_files.h"
+#include "tools/report/timeline.h"
 
 namespace egosieve::tools {
 namespace {
@@ -123,15 +124,27 @@ std::string Tiles(const ReportContent& content) {
   return absl::StrCat(html, "</section>\n");
 }
 
+// The pictures open large by a click; arrow keys step through them (page.js).
 std::string Pictures(const ReportContent& content) {
   std::string html = "<h2>What moves</h2>\n";
+  const std::string timeline = MoverTimeline(content.tracks, content.lines);
+  if (!timeline.empty()) {
+    absl::StrAppend(&html, timeline,
+                    "<p class=\"note\">When each mover was there, by its number. Grey: frames that "
+                    "were not learnt from; trust them less.</p>\n");
+  }
+  if (!content.video.empty()) {
+    absl::StrAppend(&html, "<p><a href=\"", EscapeHtml(content.video), "\">",
+                    EscapeHtml(content.video), "</a></p>\n");
+  }
   for (const std::string& note : content.picture_notes) {
     absl::StrAppend(&html, "<p class=\"note\">", EscapeHtml(note), "</p>\n");
   }
   absl::StrAppend(&html, "<section class=\"pictures\">\n");
   for (const ReportPicture& picture : content.pictures) {
     const std::string caption = EscapeHtml(picture.caption);
-    absl::StrAppend(&html, "<figure><img alt=\"overlay of ", caption,
+    absl::StrAppend(&html, "<figure", picture.is_unreliable ? " class=\"unreliable\"" : "",
+                    "><img tabindex=\"0\" alt=\"overlay of ", caption,
                     "\" src=\"data:image/jpeg;base64,", absl::Base64Escape(picture.jpeg),
                     "\"><figcaption>", caption, "</figcaption></figure>\n");
   }
@@ -343,16 +356,16 @@ std::string MakeReportPage(const ReportContent& content) {
       EscapeHtml(Title(description)), "</title>\n<style>\n", kDygraphsCss, kPageCss,
       "</style>\n</head>\n<body>\n<main>\n");
   absl::StrAppend(&html, Header(content), Tiles(content));
-  if (!content.pictures.empty() || !content.picture_notes.empty()) {
+  if (!content.pictures.empty() || !content.picture_notes.empty() || !content.tracks.empty()) {
     absl::StrAppend(&html, Pictures(content));
   }
-  absl::StrAppend(&html, Charts(content));
   if (content.evaluation) {
     absl::StrAppend(&html, EvaluationTable(*content.evaluation));
   }
+  if (!content.lines.empty()) absl::StrAppend(&html, NotLearnt(content.lines));
+  absl::StrAppend(&html, Charts(content));
   if (!content.lines.empty()) {
-    absl::StrAppend(&html, NotLearnt(content.lines), StageTable(content.lines),
-                    MotionModels(content.lines));
+    absl::StrAppend(&html, StageTable(content.lines), MotionModels(content.lines));
   }
   absl::StrAppend(&html, Flags(description), "</main>\n");
   if (!content.lines.empty()) {

@@ -21,12 +21,15 @@ namespace egosieve::tools {
 struct ReportPicture {
   std::string jpeg;  // the file's bytes
   std::string caption;
+  bool is_unreliable = false;  // of a frame that was not learnt from
 };
 
 struct ReportContent {
   RunDescription description;
   std::vector<FrameLine> lines;
   std::optional<Evaluation> evaluation;
+  std::string tracks;  // the text of tracks.csv; empty where there is none
+  std::string video;   // the overlay video's path from the page; empty where there is none
   std::vector<ReportPicture> pictures;
   std::vector<std::string> picture_notes;  // what they show, what is missing and why
   int64_t max_chart_points = 600;          // frames beyond are averaged

@@ -4,6 +4,26 @@
   var COLOURS = ["#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#882255", "#999933", "#44aa99", "#ddcc77", "#332288", "#bbbbbb"];
   var charts = JSON.parse(document.getElementById("charts").textContent);
   var graphs = [];
+
+  // A click shows a picture large; arrow keys step through them, escape closes it.
+  var figures = Array.prototype.slice.call(document.querySelectorAll(".pictures figure"));
+  var shown = -1;
+  function show(i) {
+    if (shown >= 0) figures[shown].classList.remove("large");
+    shown = i >= 0 && i < figures.length ? i : -1;
+    if (shown >= 0) figures[shown].classList.add("large");
+  }
+  figures.forEach(function (figure, i) {
+    figure.querySelector("img").addEventListener("click", function () { show(shown === i ? -1 : i); });
+  });
+  document.addEventListener("keydown", function (event) {
+    var focused = figures.indexOf(document.activeElement && document.activeElement.parentNode);
+    if (event.key === "Enter" && focused >= 0 && shown < 0) show(focused);
+    else if (shown < 0) return;
+    else if (event.key === "ArrowRight") show(Math.min(shown + 1, figures.length - 1));
+    else if (event.key === "ArrowLeft") show(Math.max(shown - 1, 0));
+    else if (event.key === "Escape") show(-1);
+  });
   var zooming = false;
 
   // Zooming one chart along the frames zooms all.

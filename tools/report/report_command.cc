@@ -1,6 +1,7 @@
 #include "tools/report/report_command.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -26,7 +27,7 @@
 namespace egosieve::tools {
 namespace {
 
-constexpr int kPictureWidth = 480;
+constexpr int kPictureWidth = 960;
 
 std::string Jpeg(const cv::Mat3b& picture) {
   cv::Mat small = picture;
@@ -94,7 +95,12 @@ class ReportCommand : public Command {
                           "; run egosieve evaluate again"));
       }
     }
-    CatchInterruptions();
+    if (const auto tracks = ReadFile(folder.File("tracks.csv")); tracks.ok()) {
+      content.tracks = *tracks;
+    }
+    for (const char* video : {"overlay.mp4", "overlay.avi"}) {
+      if (std::filesystem::exists(folder.File(video))) content.video = video;
+    }
     EGOSIEVE_RETURN_IF_ERROR(AddPictures(folder, content));
     const std::string path = folder.File("report.html");
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(path, MakeReportPage(content)));
@@ -122,9 +128,9 @@ class ReportCommand : public Command {
       return absl::OkStatus();
     }
     content.picture_notes.push_back(absl::StrFormat(
-        "Orange: likely to move by itself; blue: likely part of the static scene; no colour: "
-        "unsure. Lines are drawn around objects: connected pixels with a probability of %.2f and "
-        "more, somewhere of %.2f and more.",
+        "Where reconstruct has numbered them, each mover has a colour and its number. Else orange: "
+        "likely to move by itself; blue: likely part of the static scene; no colour: unsure; lines "
+        "around connected pixels with a probability of %.2f and more, somewhere of %.2f and more.",
         overlay_.objects.low, overlay_.objects.high));
     Progress progress("report", progress_, static_cast<int64_t>(lines.size()));
     OverlayOptions options = overlay_;
@@ -138,9 +144,12 @@ class ReportCommand : public Command {
         tell(absl::StrCat("pictures are missing: ", picture.status().message()));
         return absl::OkStatus();
       }
+      const bool is_learnt = line.outcome == FrameLine::Outcome::kLearnt;
       content.pictures.push_back(
-          {Jpeg(*picture), absl::StrFormat("frame %d, %.2f s: %.1f %% moves", line.index,
-                                           line.time_seconds, 100.0 * line.dynamic_share)});
+          {Jpeg(*picture),
+           absl::StrFormat("frame %d, %.2f s: %.1f %% moves%s", line.index, line.time_seconds,
+                           100.0 * line.dynamic_share, is_learnt ? "" : "; not learnt from"),
+           !is_learnt});
       progress.Advance();
     }
     return absl::OkStatus();

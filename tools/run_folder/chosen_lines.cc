@@ -19,7 +19,24 @@ std::string Remedy(const RunFolder& folder, const RunDescription& description) {
   if (!description.maps_from.empty()) {
     return absl::StrCat("egosieve infer ", description.maps_from, " --out=", folder.path());
   }
-  return absl::StrCat("egosieve infer ", folder.path());
+  if (KeepsModels(description)) return absl::StrCat("egosieve infer ", folder.path());
+  return absl::StrCat("egosieve segment --resume --out=", folder.path(),
+                      " with its input and flags");
+}
+
+// Maps that the lines tell of and that are gone.
+absl::Status CheckFiles(const RunFolder& folder, const RunDescription& description,
+                        absl::Span<const FrameLine> lines) {
+  const auto is_gone = [&](const FrameLine& line) {
+    return line.has_map() && !folder.HoldsMaps(line, description);
+  };
+  const auto first = std::find_if(lines.begin(), lines.end(), is_gone);
+  if (first == lines.end()) return absl::OkStatus();
+  const auto others = std::count_if(first + 1, lines.end(), is_gone);
+  return absl::DataLossError(absl::StrCat(
+      "the map of frame ", first->index, " in ", folder.path(), " is missing or empty",
+      others > 0 ? absl::StrCat(", as are ", others, " others") : "",
+      "; make it again: ", Remedy(folder, description)));
 }
 
 }  // namespace
@@ -46,7 +63,9 @@ absl::StatusOr<std::vector<FrameLine>> ChooseLines(const RunFolder& folder,
 
 absl::Status CheckMaps(const RunFolder& folder, const RunDescription& description,
                        absl::Span<const FrameLine> lines) {
-  if (std::any_of(lines.begin(), lines.end(), HasMap)) return absl::OkStatus();
+  if (std::any_of(lines.begin(), lines.end(), HasMap)) {
+    return CheckFiles(folder, description, lines);
+  }
   if (std::none_of(lines.begin(), lines.end(), LacksMap)) {
     return absl::FailedPreconditionError(absl::StrCat(
         "no frame of the run in ", folder.path(),

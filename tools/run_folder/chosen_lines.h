@@ -22,7 +22,7 @@ absl::StatusOr<std::vector<FrameLine>> ChooseLines(const RunFolder& folder,
                                                    const FrameRange& range);
 
 // FailedPrecondition where none of the lines, of which there is one at least, has a map: why, and
-// the command that makes them.
+// the command that makes them. DataLoss where a map's file is missing or empty, likewise.
 absl::Status CheckMaps(const RunFolder& folder, const RunDescription& description,
                        absl::Span<const FrameLine> lines);
 // Of the whole run.

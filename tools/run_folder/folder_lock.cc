@@ -11,26 +11,53 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
 
 namespace egosieve::tools {
 namespace {
 
+constexpr char kUsed[] = "/grid";  // which every run has
 constexpr auto kPoll = std::chrono::milliseconds(20);
 constexpr auto kLongestWait = std::chrono::minutes(1);
 
 }  // namespace
 
-absl::StatusOr<FolderLock> FolderLock::Take(const std::string& path) {
-  FolderLock lock(open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+absl::StatusOr<FolderLock> FolderLock::Lock(const std::string& run, const std::string& folder,
+                                            int operation, const char* doing) {
+  FolderLock lock(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (lock.descriptor_ < 0) {
-    return absl::UnavailableError(absl::StrCat("cannot lock ", path, ": ", std::strerror(errno),
+    return absl::UnavailableError(absl::StrCat("cannot lock ", folder, ": ", std::strerror(errno),
                                                "; check that it is a folder you may read"));
   }
-  if (flock(lock.descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    return absl::FailedPreconditionError(absl::StrCat("another program is writing into ", path,
+  if (flock(lock.descriptor_, operation | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    return absl::FailedPreconditionError(absl::StrCat("another program is ", doing, " ", run,
                                                       "; wait until it has ended, or end it"));
   }
   return lock;
+}
+
+absl::StatusOr<FolderLock> FolderLock::Take(const std::string& path) {
+  constexpr int kAttempts = 5;  // IsTaken holds it for an instant
+  for (int attempt = 1;; ++attempt) {
+    absl::StatusOr<FolderLock> lock = Lock(path, path, LOCK_EX, "writing into");
+    if (!absl::IsFailedPrecondition(lock.status()) || attempt == kAttempts) return lock;
+    std::this_thread::sleep_for(kPoll);
+  }
+}
+
+absl::StatusOr<bool> FolderLock::IsTaken(const std::string& path) {
+  const absl::StatusOr<FolderLock> lock = Lock(path, path, LOCK_SH, "writing into");
+  if (absl::IsFailedPrecondition(lock.status())) return true;
+  EGOSIEVE_RETURN_IF_ERROR(lock.status());
+  return false;
+}
+
+absl::StatusOr<FolderLock> FolderLock::Use(const std::string& path) {
+  return Lock(path, absl::StrCat(path, kUsed), LOCK_SH, "removing");
+}
+
+absl::StatusOr<FolderLock> FolderLock::Clear(const std::string& path) {
+  return Lock(path, absl::StrCat(path, kUsed), LOCK_EX, "working with");
 }
 
 absl::StatusOr<FolderLock> FolderLock::TakeWhenFree(const std::string& path) {

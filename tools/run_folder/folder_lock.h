@@ -1,6 +1,10 @@
-// A lock on a run folder, so that no two programs write into it at a time: segment holds it from
-// beginning to end, infer while it changes the log. It ends with the object or the process, however
-// that ends, and leaves no file. File systems that know no locks give one that keeps nobody out.
+// Locks on a run folder. They end with the object or the process, however that ends, and leave no
+// file. File systems that know no locks give some that keep nobody out.
+//
+//   Take    what writes the log of the frames: segment, from beginning to end
+//   Use     what needs the run to stay: infer, in the run whose models it reads and in the one that
+//           it fills. Several programs may hold it, beside the one of Take.
+//   Clear   what removes the run
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_FOLDER_LOCK_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_FOLDER_LOCK_H_
 
@@ -13,8 +17,13 @@ namespace egosieve::tools {
 
 class FolderLock {
  public:
-  // FailedPrecondition where another program holds it; Unavailable where there is no such folder.
+  // FailedPrecondition where another program's lock excludes it; Unavailable where there is no such
+  // folder.
   static absl::StatusOr<FolderLock> Take(const std::string& path);
+  static absl::StatusOr<FolderLock> Use(const std::string& path);
+  static absl::StatusOr<FolderLock> Clear(const std::string& path);
+  // Whether a program holds the lock of Take now.
+  static absl::StatusOr<bool> IsTaken(const std::string& path);
   // Waits for programs that hold it for a moment; after a minute as Take.
   static absl::StatusOr<FolderLock> TakeWhenFree(const std::string& path);
 
@@ -24,6 +33,8 @@ class FolderLock {
 
  private:
   explicit FolderLock(int descriptor) : descriptor_(descriptor) {}
+  static absl::StatusOr<FolderLock> Lock(const std::string& run, const std::string& folder,
+                                         int operation, const char* doing);
   int descriptor_;
 };
 

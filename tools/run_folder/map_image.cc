@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
@@ -14,6 +15,7 @@ namespace egosieve::tools {
 namespace {
 
 constexpr double kFullPixel = 65535.0;
+constexpr int64_t kMaximumBytes = std::numeric_limits<int>::max();  // a row of OpenCV's
 
 }  // namespace
 
@@ -51,19 +53,29 @@ absl::StatusOr<EncodedMap> EncodeMap(const cv::Mat1f& values, double full_scale)
   return encoded;
 }
 
-absl::StatusOr<cv::Mat1f> ReadMap(const std::string& path, cv::Size expected, double full_scale) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
-  cv::Mat pixels;
+absl::StatusOr<cv::Mat> ReadImage(const std::string& path, int flags) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, kMaximumBytes));
+  cv::Mat image;
   try {
     if (!bytes.empty()) {
-      pixels = cv::imdecode(
-          cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
-          cv::IMREAD_UNCHANGED);
+      const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
+      image = cv::imdecode(row, flags);
     }
   } catch (const cv::Exception&) {
-    pixels.release();
+    image.release();
   }
-  if (pixels.empty() || pixels.type() != CV_16UC1) {
+  if (image.empty()) {
+    return absl::DataLossError(
+        absl::StrFormat("%s is no image that can be read; remove or replace it", path));
+  }
+  return image;
+}
+
+absl::StatusOr<cv::Mat1f> ReadMap(const std::string& path, cv::Size expected, double full_scale) {
+  absl::StatusOr<cv::Mat> read = ReadImage(path, cv::IMREAD_UNCHANGED);
+  if (!read.ok() && !absl::IsDataLoss(read.status())) return read.status();
+  const cv::Mat pixels = read.ok() ? *std::move(read) : cv::Mat();
+  if (pixels.type() != CV_16UC1) {
     return absl::DataLossError(
         absl::StrFormat("%s is not a 16-bit grey image; segment the drive again", path));
   }

@@ -21,6 +21,10 @@ struct EncodedMap {
 // InvalidArgument, naming the pixel, where a value is negative or not a number.
 absl::StatusOr<EncodedMap> EncodeMap(const cv::Mat1f& values, double full_scale);
 
+// An image file by OpenCV's `flags` (cv::IMREAD_*). DataLoss, naming `path`, where it is none;
+// errors of kernels/files/atomic_file.h.
+absl::StatusOr<cv::Mat> ReadImage(const std::string& path, int flags);
+
 // DataLoss, naming `path`, unless the file is a 16-bit grey PNG of the size expected; NotFound.
 absl::StatusOr<cv::Mat1f> ReadMap(const std::string& path, cv::Size expected, double full_scale);
 

@@ -42,6 +42,14 @@ std::string Difference(const std::string& what, const std::string& before, const
 
 }  // namespace
 
+bool KeepsModels(const RunDescription& description) {
+  const auto flag = [&](const char* name) {
+    const auto found = description.flags.find(name);
+    return found == description.flags.end() ? std::string() : found->second;
+  };
+  return flag("learn_only") == "yes" || (!flag("every").empty() && flag("every") != "1");
+}
+
 std::string ToText(const RunDescription& description) {
   const kernels::ImageGrid& grid = description.grid;
   Json json = {

@@ -46,6 +46,9 @@ struct RunDescription {
   std::string finished_utc;  // empty while running
 };
 
+// Whether the run leaves maps to be made later, and so keeps its models.
+bool KeepsModels(const RunDescription& description);
+
 std::string ToText(const RunDescription& description);
 // DataLoss, naming the field; FailedPrecondition for a later format.
 absl::StatusOr<RunDescription> RunDescriptionFromText(absl::string_view text);

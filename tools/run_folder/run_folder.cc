@@ -1,13 +1,24 @@
 #include "tools/run_folder/run_folder.h"
 
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
 #include <filesystem>
+#include <map>
 #include <system_error>
 
 #include "absl/status/status.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/warning.h"
+#include "tools/run_folder/folder_lock.h"
+#include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
 
 namespace egosieve::tools {
@@ -17,39 +28,36 @@ namespace fs = std::filesystem;
 
 constexpr char kDescription[] = "run.json";
 constexpr char kLog[] = "frames.jsonl";
+constexpr char kMapLogs[] = "log";
+constexpr char kMapLogSuffix[] = ".jsonl";
 
-// All that a run leaves, and what is made from it. run.json goes last: until then the folder still
-// tells what it is.
-constexpr const char* kProducts[] = {
-    "report.html",     "overlay.mp4", "overlay.avi", "overlay.tmp.mp4",
-    "overlay.tmp.avi", "eval.json",   "eval.csv",    "plots",
-    "render",          "full",        "grid",        "steps",
-    "model",           kLog,          kDescription};
+constexpr size_t kNamed = 5;
 
-// Whether the folder holds nothing but what a run that was killed before its run.json leaves.
-bool IsBarelyBegun(const std::string& path, std::error_code& error) {
-  for (const fs::directory_entry& entry : fs::directory_iterator(path, error)) {
-    const std::string name = entry.path().filename().string();
-    const bool empty_grid = name == "grid" && entry.is_directory() && fs::is_empty(entry.path());
-    if (!empty_grid && name != std::string(kDescription) + ".tmp") return false;
-  }
-  return true;
+void TellWhatIsLeft(const std::string& path, std::vector<std::string> left) {
+  if (left.empty()) return;
+  const size_t count = left.size();
+  left.resize(std::min(count, kNamed));
+  Warn(absl::StrCat("left in ", path, ", not written by egosieve: ", absl::StrJoin(left, ", "),
+                    count > kNamed ? absl::StrCat(" and ", count - kNamed, " more") : ""));
 }
 
-// Each with the temporary file that a kill may have left of it.
-absl::Status RemoveFormerRun(const std::string& path) {
-  for (const std::string product : kProducts) {
-    for (const std::string& name : {product + ".tmp", product}) {
-      std::error_code error;
-      fs::remove_all(fs::path(path) / name, error);
-      if (error) {
-        return absl::PermissionDeniedError(absl::StrCat("cannot remove ", path, "/", name, ": ",
-                                                        error.message(),
-                                                        "; choose another folder for --out"));
-      }
+// A log's lines; none where there is no file. The last is left out where a crash cut it short.
+absl::StatusOr<std::vector<FrameLine>> ReadLog(const std::string& path) {
+  std::vector<FrameLine> lines;
+  const absl::StatusOr<std::string> text = ReadFile(path);
+  if (absl::IsNotFound(text.status())) return lines;
+  EGOSIEVE_RETURN_IF_ERROR(text.status());
+  std::vector<absl::string_view> rows = absl::StrSplit(*text, '\n');
+  rows.pop_back();
+  for (size_t i = 0; i < rows.size(); ++i) {
+    absl::StatusOr<FrameLine> line = FrameLineFromText(rows[i]);
+    if (!line.ok()) {
+      return absl::DataLossError(absl::StrCat(path, ", line ", i + 1, ": ", line.status().message(),
+                                              "; segment the drive again"));
     }
+    lines.push_back(*std::move(line));
   }
-  return absl::OkStatus();
+  return lines;
 }
 
 }  // namespace
@@ -78,10 +86,11 @@ absl::StatusOr<RunFolder> RunFolder::Create(const std::string& path, bool overwr
     return absl::AlreadyExistsError(absl::StrCat(path, " is a file; choose a folder for --out"));
   }
   RunFolder folder(path);
-  error.clear();
-  if (fs::is_directory(path) && !IsBarelyBegun(path, error)) {
-    const bool is_run = folder.ReadDescription().ok();
-    if (!is_run) {
+  absl::StatusOr<bool> barely_begun = true;
+  if (fs::is_directory(path, error)) barely_begun = IsBarelyBegun(path);
+  EGOSIEVE_RETURN_IF_ERROR(barely_begun.status());
+  if (!*barely_begun) {
+    if (!folder.ReadDescription().ok()) {
       return absl::AlreadyExistsError(
           absl::StrCat("the folder ", path,
                        " is not empty and holds no run of egosieve; choose another for --out"));
@@ -91,12 +100,12 @@ absl::StatusOr<RunFolder> RunFolder::Create(const std::string& path, bool overwr
           absl::StrCat("the folder ", path,
                        " holds a run already; choose another for --out, or add --overwrite"));
     }
-    EGOSIEVE_RETURN_IF_ERROR(RemoveFormerRun(path));
+    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("grid")));
+    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Clear(path));
+    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<std::string> left, RemoveFormerRun(path));
+    TellWhatIsLeft(path, std::move(left));
   }
-  if (error) {
-    return absl::PermissionDeniedError(absl::StrCat(
-        "cannot look into ", path, ": ", error.message(), "; choose another folder for --out"));
-  }
+  kernels::RemoveAbandonedTemporaries(path);
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("grid")));
   return folder;
 }
@@ -131,29 +140,62 @@ absl::StatusOr<RunDescription> RunFolder::ReadDescription() const {
 }
 
 absl::StatusOr<std::vector<FrameLine>> RunFolder::ReadLines() const {
-  const std::string path = File(kLog);
-  std::vector<FrameLine> lines;
-  if (std::error_code error; !fs::exists(path, error)) {
-    return lines;
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, ReadSegmentedLines());
+  const absl::StatusOr<std::vector<std::string>> logs = ListFolder(File(kMapLogs));
+  if (absl::IsNotFound(logs.status())) return lines;
+  EGOSIEVE_RETURN_IF_ERROR(logs.status());
+  std::map<int64_t, FrameLine> merged;
+  for (FrameLine& line : lines) merged.emplace(line.index, std::move(line));
+  for (const std::string& name : *logs) {
+    if (!absl::EndsWith(name, kMapLogSuffix)) continue;
+    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> entries,
+                              ReadLog(File(absl::StrCat(kMapLogs, "/", name))));
+    for (FrameLine& entry : entries) {
+      const auto [place, is_new] = merged.try_emplace(entry.index);
+      if (is_new || entry.has_map()) place->second = std::move(entry);
+    }
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
-  std::vector<absl::string_view> rows = absl::StrSplit(text, '\n');
-  rows.pop_back();  // empty, or what a crash cut short
-  for (size_t i = 0; i < rows.size(); ++i) {
-    const auto damage = [&](absl::string_view what) {
-      return absl::DataLossError(
-          absl::StrCat(path, ", line ", i + 1, ": ", what, "; segment the drive again"));
-    };
-    absl::StatusOr<FrameLine> line = FrameLineFromText(rows[i]);
-    if (!line.ok()) {
-      return damage(line.status().message());
+  lines.clear();
+  for (auto& [index, line] : merged) lines.push_back(std::move(line));
+  return lines;
+}
+
+absl::StatusOr<std::vector<FrameLine>> RunFolder::ReadSegmentedLines() const {
+  const std::string path = File(kLog);
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, ReadLog(path));
+  for (size_t i = 1; i < lines.size(); ++i) {
+    if (lines[i].index <= lines[i - 1].index) {
+      return absl::DataLossError(absl::StrCat(path, ", line ", i + 1, ": frame ", lines[i].index,
+                                              " comes after frame ", lines[i - 1].index,
+                                              "; segment the drive again"));
     }
-    if (!lines.empty() && line->index <= lines.back().index) {
-      return damage(absl::StrCat("frame ", line->index, " comes after frame ", lines.back().index));
-    }
-    lines.push_back(*std::move(line));
   }
   return lines;
+}
+
+absl::StatusOr<LineLog> RunFolder::OpenMapLog() const {
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(File(kMapLogs)));
+  std::array<char, 256> host = {};
+  if (gethostname(host.data(), host.size() - 1) != 0) host = {"unknown"};
+  for (char& letter : host) {
+    if (letter == '/') letter = '_';
+  }
+  // By time first: of two entries of a frame that of the program that began later holds.
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return LineLog::Open(
+      File(absl::StrFormat("%s/%013d-%s-%d%s", kMapLogs,
+                           std::chrono::duration_cast<std::chrono::milliseconds>(now).count(),
+                           host.data(), getpid(), kMapLogSuffix)));
+}
+
+bool RunFolder::HoldsMaps(const FrameLine& line, const RunDescription& description) const {
+  const auto is_there = [&](const char* suffix) {
+    std::error_code error;
+    const std::uintmax_t size = fs::file_size(FrameFile("grid", line.index, suffix), error);
+    return !error && size > 0;
+  };
+  // A method without a deviation writes none.
+  return is_there(".prob.png") && (description.flags.count("method") > 0 || is_there(".std.png"));
 }
 
 absl::StatusOr<int64_t> RunFolder::WriteGridMaps(int64_t index, const FrameMaps& maps,

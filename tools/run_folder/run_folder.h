@@ -1,16 +1,20 @@
 // The output folder of a drive: where everything lies, and how it is written and read.
 //
 //   run.json                       RunDescription
-//   frames.jsonl                   a FrameLine a line, in the order of the frames
+//   frames.jsonl                   a FrameLine a line, in the order of the frames: segment's log
+//   log/TIME-HOST-PID.jsonl        the lines of maps that were made later, a log for each program
+//                                  that makes them; who reads merges them
 //   grid/NNNNNN.{prob,std}.png     maps at grid resolution (map_image.h)
-//   full/NNNNNN.{prob,std,class}.png   the same at the frames' resolution
+//   masks/, ids/, tracks.csv, full/    what reconstruct makes (tools/reconstruct/frame_products.h);
+//   reconstruct.json                   how far it is
 //   render/NNNNNN.png              overlays
 //   model/                         checkpoints
 //   steps/NNNNNN.npz               what the frame did to the model, where maps are made later
-//   report.html, overlay.mp4, eval.json, eval.csv, plots/
+//   report.html, overlay.mp4, eval.json, eval.csv, further.json, plots/
 //
 // NNNNNN is the frame's index in the input, from 0. A frame's maps are written before its line: a
-// frame that has a line has its maps, whole.
+// frame that has a line has its maps, whole. Logs only grow, so that programs on several machines
+// may fill one folder without waiting for each other; a map that is made twice has the same bytes.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_RUN_FOLDER_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_RUN_FOLDER_H_
 
@@ -22,6 +26,7 @@
 #include "absl/status/statusor.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/run_folder/frame_line.h"
+#include "tools/run_folder/line_log.h"
 #include "tools/run_folder/run_description.h"
 
 namespace egosieve::tools {
@@ -40,9 +45,9 @@ kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& descripti
 class RunFolder {
  public:
   // Makes the folder and its parents. A folder that holds something is refused (AlreadyExists)
-  // unless `overwrite` is set and it is a run folder: then a former run's files are removed, and
-  // only those. Nothing is removed after an error. What a kill leaves before the first run.json
-  // counts as nothing.
+  // unless `overwrite` is set and it is a run folder that no other program works with
+  // (folder_lock.h): then a former run's files are removed, and only those (former_run.h); what is
+  // left is told on stderr. What a kill leaves before the first run.json counts as nothing.
   static absl::StatusOr<RunFolder> Create(const std::string& path, bool overwrite);
   // NotFound where there is no folder, or no run in it.
   static absl::StatusOr<RunFolder> Open(const std::string& path);
@@ -56,10 +61,17 @@ class RunFolder {
   absl::Status WriteDescription(const RunDescription& description) const;
   absl::StatusOr<RunDescription> ReadDescription() const;
 
-  // A last line that a crash cut short is left out; any other damage is DataLoss, with the line's
-  // number. Indices increase.
+  // Those of all logs, merged. A last line that a crash cut short is left out; any other damage is
+  // DataLoss, with the line's number. Indices increase.
   absl::StatusOr<std::vector<FrameLine>> ReadLines() const;
+  // Those of segment alone.
+  absl::StatusOr<std::vector<FrameLine>> ReadSegmentedLines() const;
   absl::StatusOr<LineLog> OpenLog() const { return LineLog::Open(File("frames.jsonl")); }
+  // This process's own log of maps that are made later.
+  absl::StatusOr<LineLog> OpenMapLog() const;
+
+  // Whether the files that a line with a map stands for are there and not empty.
+  bool HoldsMaps(const FrameLine& line, const RunDescription& description) const;
 
   // Writes grid/NNNNNN.{prob,std}.png and returns how many deviations saturated. An empty deviation
   // (means only) is not written.

@@ -162,16 +162,20 @@ absl::Status DriveWriter::AnswerFromBefore(FrameLine& line) const {
                                             : absl::OkStatus();
 }
 
-void DriveWriter::Remember(FrameLine line) {
+void DriveWriter::Counts::Add(const FrameLine& line, const kernels::ImageGrid& grid) {
   if (line.outcome == FrameLine::Outcome::kFailed) {
-    if (counts_.failed++ == 0) counts_.first_failure = line.reason;
-  } else {
-    ++counts_.answered;
-    counts_.learnt += line.outcome == FrameLine::Outcome::kLearnt;
-    counts_.other_sizes += line.has_map() && (line.width_pixels != description_.grid.width ||
-                                              line.height_pixels != description_.grid.height);
-    if (line.outcome == FrameLine::Outcome::kAnswered) counts_.last_not_learnt = line.reason;
+    if (failed++ == 0) first_failure = line.reason;
+    return;
   }
+  ++answered;
+  learnt += line.outcome == FrameLine::Outcome::kLearnt;
+  other_sizes +=
+      line.has_map() && (line.width_pixels != grid.width || line.height_pixels != grid.height);
+  if (line.outcome == FrameLine::Outcome::kAnswered) last_not_learnt = line.reason;
+}
+
+void DriveWriter::Remember(FrameLine line) {
+  counts_.Add(line, description_.grid);
   if (line.has_map()) last_with_map_ = line;
   last_line_ = std::move(line);
 }

@@ -40,6 +40,8 @@ class DriveWriter {
     int64_t other_sizes = 0;      // answered, of another size than the run's first frame
     std::string first_failure;    // its reason
     std::string last_not_learnt;  // reason of the last that has a map and was not learnt from
+
+    void Add(const FrameLine& line, const kernels::ImageGrid& grid);
   };
 
   // `folder` was made for a new run; `description` is written as it is.

@@ -20,13 +20,15 @@ constexpr size_t kKeptCheckpoints = 2;
 constexpr char kSuffix[] = ".npz";
 
 // The frames that have a checkpoint, increasing.
-std::vector<int64_t> ListCheckpoints(const RunFolder& folder) {
+absl::StatusOr<std::vector<int64_t>> ListCheckpoints(const RunFolder& folder) {
   std::vector<int64_t> indices;
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder.File("model"), error)) {
+  const absl::StatusOr<std::vector<std::string>> names = ListFolder(folder.File("model"));
+  if (absl::IsNotFound(names.status())) return indices;
+  EGOSIEVE_RETURN_IF_ERROR(names.status());
+  for (const std::string& name : *names) {
     int64_t index = 0;
-    if (entry.path().extension() == kSuffix &&
-        absl::SimpleAtoi(entry.path().stem().string(), &index)) {
+    const fs::path path(name);
+    if (path.extension() == kSuffix && absl::SimpleAtoi(path.stem().string(), &index)) {
       indices.push_back(index);
     }
   }
@@ -41,7 +43,7 @@ absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("model")));
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.FrameFile("model", index, kSuffix), bytes));
   if (keep_all) return absl::OkStatus();
-  std::vector<int64_t> indices = ListCheckpoints(folder);
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> indices, ListCheckpoints(folder));
   for (size_t i = 0; i + kKeptCheckpoints < indices.size(); ++i) {
     std::error_code error;  // one too many does no harm
     fs::remove(folder.FrameFile("model", indices[i], kSuffix), error);
@@ -58,25 +60,45 @@ absl::StatusOr<std::string> ReadStep(const RunFolder& folder, int64_t index) {
   return ReadFile(folder.FrameFile("steps", index, kSuffix));
 }
 
-std::optional<CheckpointBytes> FindCheckpoint(const RunFolder& folder, int64_t last) {
-  std::vector<int64_t> checkpoints = ListCheckpoints(folder);
+absl::StatusOr<std::optional<CheckpointBytes>> FindCheckpoint(const RunFolder& folder,
+                                                              int64_t last) {
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> checkpoints, ListCheckpoints(folder));
   for (; !checkpoints.empty(); checkpoints.pop_back()) {
     const int64_t index = checkpoints.back();
     if (index > last) continue;
-    absl::StatusOr<std::string> bytes = ReadFile(folder.FrameFile("model", index, kSuffix));
-    if (bytes.ok() && gp::ParseModel(*bytes).ok()) {
-      return CheckpointBytes{index + 1, *std::move(bytes)};
+    EGOSIEVE_ASSIGN_OR_RETURN(std::string bytes,
+                              ReadFile(folder.FrameFile("model", index, kSuffix)));
+    if (gp::ParseModel(bytes).ok()) {
+      return std::make_optional(CheckpointBytes{index + 1, std::move(bytes)});
     }
   }
-  return std::nullopt;
+  return std::optional<CheckpointBytes>();
 }
 
-absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t from) {
+absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder,
+                                                      const RunDescription& description) {
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadSegmentedLines());
+  const bool keeps_models = KeepsModels(description);
+  const auto is_whole = [&](const FrameLine& line) {
+    if (line.has_map() && !folder.HoldsMaps(line, description)) return false;
+    if (!keeps_models || line.outcome == FrameLine::Outcome::kFailed) return true;
+    std::error_code error;
+    const std::uintmax_t size =
+        fs::file_size(folder.FrameFile("steps", line.index, kSuffix), error);
+    return !error && size > 0;
+  };
+  lines.erase(std::find_if_not(lines.begin(), lines.end(), is_whole), lines.end());
+  return lines;
+}
+
+absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t from,
+                                            std::vector<FrameLine> lines) {
   ResumePoint point;
   point.next_frame = from;
-  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadLines());
   if (!lines.empty()) {
-    if (auto checkpoint = FindCheckpoint(folder, lines.back().index); checkpoint.has_value()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(std::optional<CheckpointBytes> checkpoint,
+                              FindCheckpoint(folder, lines.back().index));
+    if (checkpoint.has_value()) {
       point.checkpoint = std::move(checkpoint->bytes);
       point.next_frame = checkpoint->next_frame;
     }

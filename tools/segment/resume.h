@@ -2,7 +2,8 @@
 //
 // Checkpoints lie in model/NNNNNN.npz (gp/io/model_file.h), each the state after frame NNNNNN,
 // whole or absent; the last two are kept. A run goes on behind the newest checkpoint whose frame
-// has its line; what had been written after it is written again, with the same bytes.
+// has its line; what had been written after it is written again, with the same bytes. A frame whose
+// maps are gone counts as not written, nor do those behind it.
 //
 // A run whose maps are made later keeps all its checkpoints, and in steps/NNNNNN.npz what each
 // frame did to the model (vision/segmentation/learning_step.h): from a checkpoint and the steps
@@ -35,8 +36,15 @@ struct CheckpointBytes {
   std::string bytes;
 };
 
-// The newest whole checkpoint after a frame of at most `last`; none where there is none.
-std::optional<CheckpointBytes> FindCheckpoint(const RunFolder& folder, int64_t last);
+// The newest whole checkpoint after a frame of at most `last`; none where there is none. Errors
+// where one cannot be read.
+absl::StatusOr<std::optional<CheckpointBytes>> FindCheckpoint(const RunFolder& folder,
+                                                              int64_t last);
+
+// The lines of the run up to the first of which a file is missing or empty: a map, or the step in a
+// run that keeps them.
+absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder,
+                                                      const RunDescription& description);
 
 struct ResumePoint {
   int64_t next_frame = 0;        // index of the first frame to segment
@@ -44,8 +52,9 @@ struct ResumePoint {
   std::vector<FrameLine> lines;  // of the frames before next_frame
 };
 
-// `from`: the run's first frame.
-absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t from);
+// `from`: the run's first frame. `lines`: its whole ones.
+absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t from,
+                                            std::vector<FrameLine> lines);
 
 // The last `count` frames of from .. last that can be read, oldest first; fewer where there are
 // fewer. Leaves the source anywhere.

@@ -26,6 +26,7 @@
 #include "tools/cli/version.h"
 #include "tools/cli/warning.h"
 #include "tools/run_folder/folder_lock.h"
+#include "tools/run_folder/former_run.h"
 #include "tools/segment/drive_input.h"
 #include "tools/segment/drive_writer.h"
 #include "tools/segment/method_flag.h"
@@ -78,6 +79,10 @@ class SegmentCommand : public Command {
         ->type_name("N");
     app.add_flag("--learn_only", learn_only_,
                  "Makes no maps but keeps the model of every frame, for infer to make them later");
+    app.add_option("--fps", source_.nominal_rate_hz,
+                   "Frames a second of a folder of images, which has no clock")
+        ->check(AtLeast(1e-3))
+        ->capture_default_str();
     app.add_option("--max_frames", max_frames_, "Frames to segment at most; 0: no limit")
         ->check(AtLeast<int64_t>(0))
         ->type_name("FRAMES");
@@ -97,9 +102,13 @@ class SegmentCommand : public Command {
     method_.Apply(options);
     EGOSIEVE_RETURN_IF_ERROR(options.Validate());
     EGOSIEVE_RETURN_IF_ERROR(method_.CheckWith(resume_, every_ > 1 || learn_only_));
-    EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(input_, range_.from));
+    EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(input_, range_.from, source_));
     EGOSIEVE_RETURN_IF_ERROR(LearnCamera(*input.frames, options.labeller));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
+    if (overwrite_) EGOSIEVE_RETURN_IF_ERROR(CheckApart(directory_, input.frames->files()));
+    if (InterruptionRequested()) {
+      return absl::CancelledError("interrupted; nothing was written");
+    }
     EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<FolderLock> lock, LockFolder());
     if (method_.is_rival()) return SegmentByRival(input, device, options);
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<vision::OnlineSegmenter> segmenter,
@@ -108,7 +117,7 @@ class SegmentCommand : public Command {
                               Begin(Describe(input, device.info, options), input, *segmenter));
     if (!beginning.writer) {
       std::cout << directory_ << " holds the whole run already\n";
-      return ExitCode::kDone;
+      return Judge(beginning.counts, beginning.warning, input);
     }
     return Segment(input, MakePipeline(threads, beginning.first_frame), *segmenter,
                    *beginning.writer);
@@ -116,8 +125,10 @@ class SegmentCommand : public Command {
 
  private:
   struct Beginning {
-    std::optional<DriveWriter> writer;  // absent: the run is done
+    std::optional<DriveWriter> writer;  // absent: the run is done, as follows
     int64_t first_frame = 0;
+    DriveWriter::Counts counts;
+    std::string warning;  // of the input's end
   };
 
   // A first pass over the drive, where the focal length is asked for and not given.
@@ -164,14 +175,14 @@ class SegmentCommand : public Command {
           absl::StrCat("the run in ", directory_, " is another: ", difference,
                        "; give it the same, or choose another folder for --out"));
     }
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder.ReadLines());
-    const int64_t behind = lines.empty() ? range_.from : lines.back().index + 1;
-    const int64_t end = MakePipeline(1, range_.from).end_frame;
-    if (before.ended == "done" &&
-        ((end >= 0 && behind >= end) || IsBehindEnd(*input.frames, behind))) {
+    RemoveAbandoned(folder);
+    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, ReadWholeLines(folder, before));
+    if (before.ended == "done" && IsComplete(lines, *input.frames, beginning.warning)) {
+      for (const FrameLine& line : lines) beginning.counts.Add(line, before.grid);
       return beginning;
     }
-    EGOSIEVE_ASSIGN_OR_RETURN(const ResumePoint point, FindResumePoint(folder, range_.from));
+    EGOSIEVE_ASSIGN_OR_RETURN(const ResumePoint point,
+                              FindResumePoint(folder, range_.from, std::move(lines)));
     if (!point.checkpoint.empty()) {
       EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<vision::Frame> recent,
                                 ReadRecentFrames(*input.frames, range_.from, point.next_frame - 1,
@@ -186,10 +197,24 @@ class SegmentCommand : public Command {
     return beginning;
   }
 
-  static bool IsBehindEnd(vision::FrameSource& source, int64_t index) {
-    if (!source.SeekTo(index).ok()) return false;
+  // What killed programs left. Maps may be in other programs' hands, which keep theirs locked.
+  static void RemoveAbandoned(const RunFolder& folder) {
+    for (const char* name : {"", "grid", "model", "steps"}) {
+      kernels::RemoveAbandonedTemporaries(folder.File(name));
+    }
+  }
+
+  // Whether no frame is behind those of `lines`; then `warning` is that of the input's end.
+  bool IsComplete(const std::vector<FrameLine>& lines, vision::FrameSource& source,
+                  std::string& warning) const {
+    const int64_t behind = lines.empty() ? range_.from : lines.back().index + 1;
+    const int64_t end = MakePipeline(1, range_.from).end_frame;
+    if (end >= 0 && behind >= end) return true;
+    if (!source.SeekTo(behind).ok()) return false;
     const absl::StatusOr<vision::FrameRead> read = source.Next();
-    return read.ok() && std::holds_alternative<vision::EndOfFrames>(*read);
+    if (!read.ok() || !std::holds_alternative<vision::EndOfFrames>(*read)) return false;
+    warning = std::get<vision::EndOfFrames>(*read).warning;
+    return true;
   }
 
   absl::StatusOr<ExitCode> Segment(const DriveInput& input, const vision::PipelineOptions& pipeline,
@@ -221,7 +246,6 @@ class SegmentCommand : public Command {
   absl::StatusOr<ExitCode> WriteAll(const DriveInput& input,
                                     const vision::PipelineOptions& pipeline, DriveWriter& writer,
                                     const Run& run) const {
-    CatchInterruptions();
     Progress progress("segment", progress_, ExpectedFrames(*input.frames, pipeline));
     const auto start = std::chrono::steady_clock::now();
     const absl::StatusOr<vision::PipelineSummary> summary =
@@ -246,6 +270,9 @@ class SegmentCommand : public Command {
     description.flags["from"] = absl::StrCat(range_.from);
     description.flags["checkpoint_every"] = absl::StrCat(checkpoint_every_);
     description.flags["every"] = absl::StrCat(every_);
+    if (source_.nominal_rate_hz != vision::FrameSourceOptions().nominal_rate_hz) {
+      description.flags["fps"] = absl::StrCat(source_.nominal_rate_hz);
+    }
     description.flags["learn_only"] = learn_only_ ? "yes" : "no";
     description.device = DescribeDevice(device);
     description.seed = flags_.seed();
@@ -310,11 +337,12 @@ class SegmentCommand : public Command {
                                                " frames in ", directory_,
                                                " are whole, --resume goes on"));
     }
-    return Judge(counts, *summary, input);
+    return Judge(counts, summary->warning, input);
   }
 
-  ExitCode Judge(const DriveWriter::Counts& counts, const vision::PipelineSummary& summary,
-                 const DriveInput& input) const {
+  // The same for a run that has just ended and for one that was there.
+  static ExitCode Judge(const DriveWriter::Counts& counts, const std::string& warning,
+                        const DriveInput& input) {
     if (counts.other_sizes > 0) {
       Warn(absl::StrCat(counts.other_sizes,
                         " frames are of another size than the first; their maps have their size"));
@@ -329,8 +357,8 @@ class SegmentCommand : public Command {
                         " frames could not be read and have the map of the frame before: ",
                         counts.first_failure));
     }
-    if (!summary.warning.empty()) {
-      Warn(summary.warning);
+    if (!warning.empty()) {
+      Warn(warning);
       const double expected = static_cast<double>(input.frames->expected_frame_count());
       failed |= static_cast<double>(input.frames->next_index()) < (1.0 - kMissingShare) * expected;
     }
@@ -347,6 +375,7 @@ class SegmentCommand : public Command {
   int64_t every_ = 1;
   bool learn_only_ = false;
   int64_t max_frames_ = 0;
+  vision::FrameSourceOptions source_;
   ThreadsFlag threads_;
   DeviceFlag device_;
   ProgressFlag progress_;

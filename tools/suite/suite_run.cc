@@ -1,22 +1,23 @@
 #include "tools/suite/suite_run.h"
 
 #include <algorithm>
-#include <atomic>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <mutex>
 #include <set>
-#include <thread>
 #include <utility>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/suite/child_process.h"
+#include "vision/frame/frame_source.h"
 
 namespace egosieve::tools {
 namespace {
@@ -34,26 +35,29 @@ std::string LastLine(const std::string& path) {
   return last;
 }
 
-absl::Status Segment(const Sequence& sequence, const SuiteVariant& variant, const std::string& run,
-                     const SuiteOptions& options, const std::function<bool()>& stop_requested) {
+// 0: no limit.
+int64_t MostFrames(const SuiteOptions& options, double rate) {
+  if (!(options.max_seconds > 0.0)) return options.max_frames;
+  const int64_t frames = std::max<int64_t>(1, std::llround(options.max_seconds * rate));
+  return options.max_frames > 0 ? std::min(frames, options.max_frames) : frames;
+}
+
+// Runs the program with its share of the cores, its log beside the run, NAME with `suffix`; `what`
+// it does is said where it fails.
+absl::Status RunProgram(std::vector<std::string> arguments, const std::string& run,
+                        const char* suffix, const char* what, const SuiteOptions& options,
+                        const std::function<bool()>& stop_requested) {
   const int threads = std::max(1, options.cores / options.jobs);
   ChildCommand command;
-  command.arguments = {options.program,
-                       "segment",
-                       sequence.frames,
-                       absl::StrCat("--out=", run),
-                       "--resume",
-                       "--progress=none",
-                       absl::StrCat("--threads=", threads)};
-  command.arguments.insert(command.arguments.end(), variant.flags.begin(), variant.flags.end());
-  if (options.max_frames > 0) {
-    command.arguments.push_back(absl::StrCat("--max_frames=", options.max_frames));
-  }
-  command.arguments.insert(command.arguments.end(), options.segment_flags.begin(),
-                           options.segment_flags.end());
+  command.arguments = std::move(arguments);
+  command.arguments.insert(command.arguments.begin(), options.program);
+  command.arguments.insert(command.arguments.end(),
+                           {"--progress=none", absl::StrCat("--threads=", threads)});
   command.environment["POCL_MAX_PTHREAD_COUNT"] = absl::StrCat(threads);
-  command.log_path = run + ".log";
-  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(fs::path(run).parent_path().string()));
+  const fs::path logs = fs::path(run).parent_path() / "egosieve_logs";
+  const std::string log = (logs / fs::path(run).filename()).string() + suffix;
+  command.log_path = log;
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(logs.string()));
   EGOSIEVE_ASSIGN_OR_RETURN(const int code, RunChild(command, stop_requested));
   if (stop_requested()) return absl::CancelledError("interrupted");
   // Some frames that cannot be read are no reason not to score the others.
@@ -61,8 +65,28 @@ absl::Status Segment(const Sequence& sequence, const SuiteVariant& variant, cons
       code == static_cast<int>(ExitCode::kFramesFailed)) {
     return absl::OkStatus();
   }
-  return absl::InternalError(absl::StrFormat("segmenting ended with code %d: %s; see %s", code,
-                                             LastLine(command.log_path), command.log_path));
+  return absl::InternalError(
+      absl::StrFormat("%s ended with code %d: %s; see %s", what, code, LastLine(log), log));
+}
+
+absl::Status Segment(const Sequence& sequence, const SuiteVariant& variant, const std::string& run,
+                     const SuiteOptions& options, const std::function<bool()>& stop_requested) {
+  std::vector<std::string> arguments = {"segment", sequence.frames, absl::StrCat("--out=", run),
+                                        "--resume"};
+  arguments.insert(arguments.end(), variant.flags.begin(), variant.flags.end());
+  EGOSIEVE_ASSIGN_OR_RETURN(const double rate, RateOf(sequence));
+  arguments.push_back(absl::StrCat("--fps=", rate));
+  if (const int64_t frames = MostFrames(options, rate); frames > 0) {
+    arguments.push_back(absl::StrCat("--max_frames=", frames));
+  }
+  arguments.insert(arguments.end(), options.segment_flags.begin(), options.segment_flags.end());
+  return RunProgram(std::move(arguments), run, ".log", "segmenting", options, stop_requested);
+}
+
+FurtherTruth FurtherTruthOf(const Sequence& sequence, const SuiteOptions& options) {
+  FurtherTruth truth = FindFurtherTruth(sequence.frames);
+  if (!truth.poses.empty() && truth.camera.empty()) truth.camera = options.true_camera;
+  return truth;
 }
 
 absl::Status RunSequence(const SuiteOptions& options, const SuiteVariant& variant,
@@ -70,6 +94,10 @@ absl::Status RunSequence(const SuiteOptions& options, const SuiteVariant& varian
   const std::string path =
       (fs::path(options.out) / "runs" / result.profile / result.sequence.name).string();
   EGOSIEVE_RETURN_IF_ERROR(Segment(result.sequence, variant, path, options, stop_requested));
+  if (options.masks) {
+    EGOSIEVE_RETURN_IF_ERROR(RunProgram({"reconstruct", path}, path, ".masks.log", "making masks",
+                                        options, stop_requested));
+  }
   EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(path));
   EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
   result.frames = description.frames_answered;
@@ -81,11 +109,25 @@ absl::Status RunSequence(const SuiteOptions& options, const SuiteVariant& varian
                                         [&] { return !stop_requested(); }));
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.json"), ToText(run.evaluation)));
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.csv"), ToCsv(run.evaluation)));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      result.further,
+      ScoreFurther(folder, FurtherTruthOf(result.sequence, options), options.further));
   result.run = std::move(run);
   return absl::OkStatus();
 }
 
 }  // namespace
+
+absl::StatusOr<double> RateOf(const Sequence& sequence) {
+  const std::string path = FindFurtherTruth(sequence.frames).camera;
+  if (path.empty()) return vision::FrameSourceOptions().nominal_rate_hz;
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
+  const absl::StatusOr<CameraTruth> camera = ParseCamera(text);
+  if (!camera.ok()) {
+    return absl::DataLossError(absl::StrCat(path, ": ", camera.status().message()));
+  }
+  return camera->frames_per_second.value_or(vision::FrameSourceOptions().nominal_rate_hz);
+}
 
 SuiteVariant VariantOfProfile(const std::string& profile) {
   return {profile, {absl::StrCat("--profile=", profile)}};
@@ -142,19 +184,15 @@ absl::StatusOr<std::vector<SequenceResult>> RunSuite(const SequenceList& list,
       results.push_back(std::move(result));
     }
   }
-  std::atomic<size_t> next = 0;
   std::mutex mutex;
-  const auto work = [&] {
-    for (size_t i = next++; i < results.size() && !stop_requested(); i = next++) {
-      results[i].status = RunSequence(options, options.variants[i % options.variants.size()],
-                                      stop_requested, results[i]);
-      const std::lock_guard lock(mutex);
-      after_sequence();
-    }
-  };
-  std::vector<std::thread> threads;
-  for (int job = 0; job < options.jobs; ++job) threads.emplace_back(work);
-  for (std::thread& thread : threads) thread.join();
+  const auto count = static_cast<int64_t>(results.size());
+  kernels::ParallelFor(count, {.threads = options.jobs}, [&](int64_t i) {
+    if (stop_requested()) return;
+    results[i].status = RunSequence(options, options.variants[i % options.variants.size()],
+                                    stop_requested, results[i]);
+    const std::lock_guard lock(mutex);
+    after_sequence();
+  });
   if (stop_requested()) {
     return absl::CancelledError(
         absl::StrCat("interrupted; the runs in ", options.out, " go on where they are"));

@@ -8,6 +8,7 @@
 #include "kernels/runtime/tuning.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/device_flag.h"
+#include "tools/cli/interruption.h"
 #include "tools/tune/tuner.h"
 
 namespace egosieve::tools {
@@ -34,6 +35,7 @@ class TuneCommand : public Command {
   }
 
   absl::StatusOr<ExitCode> Run() override {
+    EndOnInterruptions();
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     options_.device = std::to_string(device.info.index);
     if (!quiet_) {

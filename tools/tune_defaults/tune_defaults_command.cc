@@ -63,12 +63,12 @@ class TuneDefaultsCommand : public Command {
   }
 
   absl::StatusOr<ExitCode> Run() override {
-    CatchInterruptions();
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<Setting> settings, ParseGrid(grid_, kMostSettings));
     EGOSIEVE_ASSIGN_OR_RETURN(const SequenceList list, AllSequences());
     EGOSIEVE_ASSIGN_OR_RETURN(options_.program, OwnProgram());
     options_.variants = {VariantOfProfile(profile_)};
     options_.cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    options_.masks = false;
     const std::string out = options_.out;
     Progress progress("tune_defaults", progress_,
                       static_cast<int64_t>(settings.size() * list.sequences.size()));

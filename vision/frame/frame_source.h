@@ -62,6 +62,9 @@ class FrameSource {
   // A hint for progress bars: -1 where unknown, and not to be trusted for videos.
   virtual int64_t expected_frame_count() const = 0;
 
+  // The files that it reads; none where pictures are made.
+  virtual std::vector<std::string> files() const { return {}; }
+
   // Identifies the input for logs and for refusing to resume with another one.
   virtual std::string description() const = 0;
 };

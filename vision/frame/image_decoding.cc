@@ -4,15 +4,16 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
-#include <vector>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/files/atomic_file.h"
+#include "vision/frame/pixel_limit.h"
 #include "vision/frame/quiet_libraries.h"
 
 namespace egosieve::vision {
@@ -22,24 +23,17 @@ constexpr std::array<std::string_view, 13> kImageExtensions = {
     ".png", ".jpg", ".jpeg", ".jpe", ".bmp",  ".tif", ".tiff",
     ".pgm", ".ppm", ".pnm",  ".pbm", ".webp", ".jp2"};
 
-bool Contains(const std::vector<uint8_t>& bytes, size_t from, std::string_view pattern) {
-  const auto begin = bytes.begin() + static_cast<ptrdiff_t>(std::min(from, bytes.size()));
-  return std::search(begin, bytes.end(), pattern.begin(), pattern.end(),
-                     [](uint8_t a, char b) { return a == static_cast<uint8_t>(b); }) != bytes.end();
-}
-
-bool StartsWith(const std::vector<uint8_t>& bytes, std::string_view pattern) {
-  return bytes.size() >= pattern.size() &&
-         std::equal(pattern.begin(), pattern.end(), bytes.begin(),
-                    [](char a, uint8_t b) { return static_cast<uint8_t>(a) == b; });
-}
+constexpr int64_t kMaximumBytes = std::numeric_limits<int>::max();  // a row of OpenCV's
 
 // The decoders fill what is missing with grey or black and say so on stderr only; so look first.
-bool IsCutShort(const std::vector<uint8_t>& bytes) {
+bool IsCutShort(std::string_view bytes) {
   constexpr size_t kTrailerBytes = 4096;  // some cameras append a little behind the end marker
   const size_t tail = bytes.size() > kTrailerBytes ? bytes.size() - kTrailerBytes : 0;
-  if (StartsWith(bytes, "\x89PNG")) return !Contains(bytes, tail, "IEND");
-  if (StartsWith(bytes, "\xff\xd8\xff")) return !Contains(bytes, tail, "\xff\xd9");
+  const auto ends_with = [&](std::string_view marker) {
+    return bytes.find(marker, tail) != std::string_view::npos;
+  };
+  if (bytes.starts_with("\x89PNG")) return !ends_with("IEND");
+  if (bytes.starts_with("\xff\xd8\xff")) return !ends_with("\xff\xd9");
   return false;
 }
 
@@ -54,6 +48,7 @@ bool HasImageExtension(const std::string& path) {
 
 absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture) {
   if (picture.empty()) return absl::InvalidArgumentError("the picture has no pixels");
+  EGOSIEVE_RETURN_IF_ERROR(CheckPixels(picture.cols, picture.rows));
   cv::Mat bytes;
   switch (picture.depth()) {
     case CV_8U:
@@ -90,16 +85,17 @@ absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture) {
 
 absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path) {
   QuietLibraries();
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return absl::NotFoundError(absl::StrCat(path, ": cannot be opened for reading"));
-  const std::vector<uint8_t> bytes{std::istreambuf_iterator<char>(file),
-                                   std::istreambuf_iterator<char>()};
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, kernels::ReadFile(path, kMaximumBytes));
   if (bytes.empty()) return absl::DataLossError(absl::StrCat(path, ": the file is empty"));
   if (IsCutShort(bytes))
     return absl::DataLossError(absl::StrCat(path, ": the picture is cut short"));
+  if (const absl::Status size = CheckPixelsOfFile(bytes); !size.ok()) {
+    return absl::DataLossError(absl::StrCat(path, ": ", size.message()));
+  }
   cv::Mat picture;
   try {
-    picture = cv::imdecode(bytes, cv::IMREAD_ANYDEPTH | cv::IMREAD_ANYCOLOR);
+    const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
+    picture = cv::imdecode(row, cv::IMREAD_ANYDEPTH | cv::IMREAD_ANYCOLOR);
   } catch (const cv::Exception& error) {
     return absl::DataLossError(absl::StrCat(path, ": cannot be decoded (", error.err, ")"));
   }
@@ -110,6 +106,10 @@ absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path) {
     return absl::DataLossError(absl::StrCat(path, ": ", converted.status().message()));
   }
   return converted;
+}
+
+bool IsOfTheMachine(const absl::Status& status) {
+  return absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
 }
 
 }  // namespace egosieve::vision

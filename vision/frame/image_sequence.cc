@@ -16,8 +16,10 @@ class ImageSequence : public FrameSource {
   absl::StatusOr<FrameRead> Next() override {
     const int64_t count = static_cast<int64_t>(paths_.size());
     if (next_index_ >= count) return FrameRead(EndOfFrames{count, ""});
-    const int64_t index = next_index_++;
+    const int64_t index = next_index_;
     absl::StatusOr<DecodedImage> decoded = DecodeImageFile(paths_[index]);
+    if (IsOfTheMachine(decoded.status())) return decoded.status();
+    ++next_index_;
     if (!decoded.ok()) {
       return FrameRead(DamagedFrame{index, std::string(decoded.status().message())});
     }
@@ -37,6 +39,7 @@ class ImageSequence : public FrameSource {
 
   int64_t next_index() const override { return next_index_; }
   int64_t expected_frame_count() const override { return static_cast<int64_t>(paths_.size()); }
+  std::vector<std::string> files() const override { return paths_; }
   std::string description() const override { return description_; }
 
  private:
@@ -58,6 +61,7 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenImageSequence(std::vector<std::
       return std::unique_ptr<FrameSource>(
           new ImageSequence(std::move(paths), description, options.nominal_rate_hz));
     }
+    if (IsOfTheMachine(decoded.status())) return decoded.status();
     if (first_reason.empty()) first_reason = std::string(decoded.status().message());
   }
   return absl::InvalidArgumentError(absl::StrCat(

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <numeric>
+#include <sstream>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/files/atomic_file.h"
 #include "vision/geometry/residual.h"
 
 namespace egosieve::vision {
@@ -106,8 +108,8 @@ FeatureScore ScoreAgainstMask(const LabelledFrame& frame, const cv::Mat& mask) {
 
 absl::StatusOr<std::vector<LabelledTrack>> ReadLabelledTracks(const std::string& path,
                                                               int64_t first_frame_number) {
-  std::ifstream file(path);
-  if (!file) return absl::NotFoundError(absl::StrCat(path, ": cannot be opened for reading"));
+  EGOSIEVE_ASSIGN_OR_RETURN(std::string text, kernels::ReadFile(path));
+  std::istringstream file(std::move(text));
   std::map<long, LabelledTrack> tracks;
   std::string line;
   std::getline(file, line);

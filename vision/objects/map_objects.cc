@@ -1,6 +1,7 @@
 #include "vision/objects/map_objects.h"
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "absl/strings/str_format.h"
@@ -34,7 +35,7 @@ cv::Mat1i NumberObjects(const cv::Mat1b& above_low, const cv::Mat1b& above_high)
   return regions;
 }
 
-std::vector<MapObject> FindObjects(const cv::Mat1f& probability, const cv::Mat1f& deviation,
+std::vector<MapObject> FindObjects(const cv::Mat1f& probability,
                                    const ObjectThresholds& thresholds) {
   if (probability.empty()) return {};
   const cv::Mat1i numbers =
@@ -48,14 +49,15 @@ std::vector<MapObject> FindObjects(const cv::Mat1f& probability, const cv::Mat1f
       MapObject& object = objects[number - 1];
       object.box |= cv::Rect(x, y, 1, 1);
       ++object.pixels;
-      object.peak = std::max<double>(object.peak, probability(y, x));
-      object.mean += probability(y, x);
-      if (!deviation.empty()) object.deviation += deviation(y, x);
+      const double p = probability(y, x);
+      object.peak = std::max(object.peak, p);
+      object.mean += p;
+      object.sure -= 2.0 * std::sqrt(p * (1.0 - p));
     }
   }
   for (MapObject& object : objects) {
     object.mean /= static_cast<double>(object.pixels);
-    object.deviation /= static_cast<double>(object.pixels);
+    object.sure = 1.0 + object.sure / static_cast<double>(object.pixels);
   }
   return objects;
 }

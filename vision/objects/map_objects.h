@@ -34,13 +34,13 @@ cv::Mat1i NumberObjects(const cv::Mat1b& above_low, const cv::Mat1b& above_high)
 struct MapObject {
   cv::Rect box;  // pixels of the map
   int64_t pixels = 0;
-  double peak = 0.0;       // of its probabilities
-  double mean = 0.0;       // likewise
-  double deviation = 0.0;  // mean standard deviation of f; 0 without a map of deviations
+  double peak = 0.0;  // of its probabilities
+  double mean = 0.0;  // likewise
+  double sure = 0.0;  // 1 - 2 mean sqrt(p (1 - p)): 1 where all p are 0 or 1, 0 where all are 1/2
 };
 
-// deviation: of the same size, or empty. In the order of their numbers.
-std::vector<MapObject> FindObjects(const cv::Mat1f& probability, const cv::Mat1f& deviation,
+// In the order of their numbers.
+std::vector<MapObject> FindObjects(const cv::Mat1f& probability,
                                    const ObjectThresholds& thresholds);
 
 }  // namespace egosieve::vision

@@ -125,8 +125,7 @@ absl::StatusOr<LearningStep> ParseStep(std::string_view bytes,
   if (counts.size() != kinds.size() || frames.size() != kinds.size() || squash.size() != 2) {
     return absl::DataLossError("the arrays' sizes do not fit");
   }
-  const int64_t scales =
-      covariance == kernels::CovarianceFunction::kArcsine ? dimension + 1 : dimension;
+  const int64_t scales = covariance.description().ScaleCount(dimension);
   Reader<uint8_t> input_reader(std::move(inputs));
   Reader<double> label_reader(std::move(labels)), theta_reader(std::move(theta));
   Reader<int64_t> row_reader(std::move(rows));

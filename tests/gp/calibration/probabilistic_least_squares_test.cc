@@ -133,5 +133,17 @@ TEST(FitSquash, RefusesBadArguments) {
   EXPECT_THAT(message({0.0}, {1.0}, {0.5}, options), HasSubstr("log_a_prior_stddev"));
 }
 
+TEST(FitSquash, RefusesAStartThatIsNoParameters) {
+  const Sample sample = DrawSample(20, 3);
+  const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
+  for (const SquashParameters& start :
+       {SquashParameters{nan, 0.0}, SquashParameters{1.0, nan}, SquashParameters{infinity, 0.0},
+        SquashParameters{0.0, 0.0}, SquashParameters{1.0, -infinity}}) {
+    const auto fit = FitSquash(sample.means, sample.variances, sample.labels, start);
+    EXPECT_EQ(fit.status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(fit.status().message()), HasSubstr("start"));
+  }
+}
+
 }  // namespace
 }  // namespace egosieve::gp

@@ -1,6 +1,7 @@
 #include "gp/io/array_file.h"
 
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <limits>
 #include <random>
@@ -126,6 +127,20 @@ TEST(ArrayFile, HugeLengthsAreErrors) {
     for (int i = 0; i < 2; ++i) other[end + field + i] = '\xFF';
     EXPECT_EQ(ParseArrays(other).status().code(), absl::StatusCode::kDataLoss) << field;
   }
+}
+
+// The same bytes named by many entries would cost memory many times.
+TEST(ArrayFile, MembersThatLieOverEachOtherAreAnError) {
+  ArrayMap arrays;
+  arrays["a"] = arrays["b"] = {{3}, std::vector<double>{1, 2, 3}};
+  std::string bytes = *SerializeArrays(arrays);
+  const size_t end = bytes.size() - 22;
+  size_t directory = 0;
+  std::memcpy(&directory, &bytes[end + 16], 4);
+  const size_t second = directory + (end - directory) / 2;  // both entries are of one size
+  for (int i = 0; i < 4; ++i) bytes[second + 42 + i] = bytes[directory + 42 + i];
+  const auto read = ParseArrays(bytes);
+  EXPECT_EQ(read.status().code(), absl::StatusCode::kDataLoss) << read.status();
 }
 
 }  // namespace

@@ -15,7 +15,6 @@
 
 #include "gmock/gmock.h"
 #include "gp/io/array_file.h"
-#include "gp/io/whole_file.h"
 #include "gtest/gtest.h"
 #include "tests/gp/learning_problems.h"
 
@@ -118,6 +117,10 @@ TEST(ModelFile, KeepsEverything) {
   EXPECT_EQ(after->model.points.next_identity, 60);
   EXPECT_EQ(after->annotations, before.annotations);
   EXPECT_EQ(after->trainer->theta, before.trainer->theta);
+  EXPECT_FALSE(after->trainer->smoothed_objective.has_value());
+  ModelFile settled = before;
+  settled.trainer->smoothed_objective = -0.5;
+  EXPECT_EQ(ParseModel(*SerializeModel(settled))->trainer->smoothed_objective, -0.5);
   ModelFile without = before;
   without.trainer.reset();
   without.model.hyperparameters =
@@ -127,6 +130,14 @@ TEST(ModelFile, KeepsEverything) {
   EXPECT_FALSE(other->trainer.has_value());
   EXPECT_EQ(other->model.hyperparameters.covariance.function,
             CovarianceFunction::kSquaredExponential);
+  ModelFile named = without;
+  named.model.hyperparameters =
+      DefaultHyperparameters(*CovarianceFunction::Parse("isotropic(matern52) + linear"), 6);
+  const auto composed = ParseModel(*SerializeModel(named));
+  ASSERT_TRUE(composed.ok()) << composed.status();
+  EXPECT_EQ(composed->model.hyperparameters.covariance.function,
+            named.model.hyperparameters.covariance.function);
+  EXPECT_EQ(composed->model.hyperparameters.covariance.input_dimension(), 6);
   const Learner empty = MakeLearner();
   EXPECT_TRUE(ParseModel(*SerializeModel(Checkpoint(empty))).ok());
 }
@@ -179,30 +190,7 @@ TEST(ModelFile, OtherVersionsAndInvalidModelsAreErrors) {
   EXPECT_THAT(FilesIn(folder), testing::IsEmpty());
 }
 
-TEST(WholeFile, ReplacesWholeFilesOnly) {
-  const std::string folder = NewFolder();
-  const std::string path = folder + "/m.npz";
-  ASSERT_TRUE(WriteWholeFile(path, "old").ok());
-  ASSERT_TRUE(WriteWholeFile(path, "new contents").ok());
-  EXPECT_EQ(*ReadWholeFile(path, 100), "new contents");
-  EXPECT_THAT(FilesIn(folder), testing::ElementsAre("m.npz"));
-  EXPECT_EQ(WriteWholeFile(folder + "/none/m.npz", "x").code(), absl::StatusCode::kNotFound);
-
-  // A disk that is full, by a limit on the size of files: the old one stays and nothing else.
-  struct rlimit before;
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
-  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-  const struct rlimit tight = {1000, before.rlim_max};
-  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &tight), 0);
-  const absl::Status full = WriteWholeFile(path, std::string(5000, 'x'));
-  setrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, handler);
-  EXPECT_EQ(full.code(), absl::StatusCode::kResourceExhausted) << full;
-  EXPECT_EQ(*ReadWholeFile(path, 100), "new contents");
-  EXPECT_THAT(FilesIn(folder), testing::ElementsAre("m.npz"));
-}
-
-TEST(WholeFile, WhatCannotBeReadIsAnError) {
+TEST(ModelFile, WhatCannotBeReadIsAnError) {
   const std::string folder = NewFolder();
   EXPECT_EQ(ReadModelFile(folder + "/none").status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(ReadModelFile(folder).status().code(), absl::StatusCode::kFailedPrecondition);

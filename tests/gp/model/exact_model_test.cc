@@ -1,6 +1,7 @@
 #include "gp/model/exact_model.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -224,6 +225,23 @@ TEST(ExactModel, JitterClimbsWhereThereIsNoNoise) {
   theta.noise_stddev = 0.3;
   ASSERT_TRUE(model.SetHyperparameters(theta).ok());
   EXPECT_EQ(model.jitter(), 0.0);
+}
+
+// At points of the data, far apart and with hardly any noise, variances are rounding.
+TEST(ExactModel, CountsTheVariancesItClamps) {
+  auto generator = TestGenerator();
+  Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kSquaredExponential, 2);
+  theta.covariance.scales.assign(2, 0.05);
+  theta.noise_stddev = 1e-9;
+  ExactModel model = MakeModel(theta);
+  const LabelledPoints points = NoisyBlobs(200, 2, generator);
+  Add(points, 0, 200, 0, model);
+  const auto at = model.Predict(ViewOf(points.inputs), PredictWhat::kMeanAndVariance);
+  ASSERT_TRUE(at.ok()) << at.status();
+  EXPECT_LE(at->clamped_variances, std::count(at->variance.begin(), at->variance.end(), 0.0));
+  EXPECT_GT(at->clamped_variances, 0);
+  const auto means = model.Predict(ViewOf(points.inputs), PredictWhat::kMean);
+  EXPECT_EQ(means->clamped_variances, 0);
 }
 
 TEST(ExactModel, RefusesBadArgumentsAndStaysUnchanged) {

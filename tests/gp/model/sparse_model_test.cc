@@ -225,6 +225,36 @@ TEST(SparseModel, GoesOnFromItsStateBitForBit) {
   EXPECT_EQ(whole.points().identities, resumed->points().identities);
 }
 
+TEST(SparseModel, JitterClimbsWhereInducingInputsAreAlike) {
+  auto generator = TestGenerator();
+  Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kArcsine, 2);
+  theta.noise_stddev = 1e-6;  // its share of jitter is 1e-18: nothing
+  SparseModel model = MakeModel(theta, {});
+  RowMatrix inducing = RandomPoints(20, 2, generator);
+  inducing.row(19) = inducing.row(4);
+  ASSERT_TRUE(model.SetInducingInputs(ViewOf(inducing)).ok());
+  EXPECT_EQ(model.inducing_size(), 20);
+  EXPECT_GT(model.jitter(), 0.9e-10);
+  EXPECT_LE(model.jitter(), 1e-4);
+  ASSERT_TRUE(model.SetInducingInputs(ViewOf(RowMatrix(inducing.topRows(3)))).ok());
+  EXPECT_LT(model.jitter(), 1e-17);
+}
+
+// At points of the data, far apart and with hardly any noise, variances are rounding.
+TEST(SparseModel, CountsTheVariancesItClamps) {
+  auto generator = TestGenerator();
+  Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kSquaredExponential, 2);
+  theta.covariance.scales.assign(2, 0.05);
+  theta.noise_stddev = 1e-9;
+  const LabelledPoints points = NoisyBlobs(200, 2, generator);
+  SparseModel model = MakeModel(theta, {});
+  ASSERT_TRUE(model.Add(ViewOf(points.inputs), points.labels, 0).ok());
+  const auto at = model.Predict(ViewOf(points.inputs), PredictWhat::kMeanAndVariance);
+  ASSERT_TRUE(at.ok()) << at.status();
+  EXPECT_LE(at->clamped_variances, std::count(at->variance.begin(), at->variance.end(), 0.0));
+  EXPECT_GT(at->clamped_variances, 0);
+}
+
 TEST(SparseModel, RefusesBadArguments) {
   const Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kArcsine, 2);
   SparseModelOptions options;

@@ -1,5 +1,6 @@
 #include "gp/training/hyperparameter_trainer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -112,6 +113,61 @@ TEST(HyperparameterTrainer, DoesLessWhenSettledAndNoticesChange) {
   EXPECT_EQ(report->steps, 2);
 }
 
+// Two places, half of the points at each: J depends on how many points there are and hardly on
+// which.
+LabelledPoints TwoPlaces(int64_t count) {
+  LabelledPoints points;
+  points.inputs = RowMatrix::Constant(count, 3, -0.5);
+  points.inputs.topRows(count / 2).setConstant(0.5);
+  points.labels.assign(count, 0.0);
+  std::fill_n(points.labels.begin(), count / 2, 1.0);
+  return points;
+}
+
+TEST(HyperparameterTrainer, ChecksOfFewPointsAreNotComparedWithStepsOfMany) {
+  const LabelledPoints points = TwoPlaces(400);
+  TrainerOptions options = QuickOptions();
+  options.settled_movement = 1e9;
+  options.settled_interval = 4;
+  options.subset_size = 400;
+  options.annealing_subset_size = 20;
+  HyperparameterTrainer trainer = MakeTrainer(options);
+  std::vector<int64_t> steps;
+  for (int frame = 0; frame < 9; ++frame) {
+    const auto report = trainer.TrainFrame(*TestContext(), ViewOf(points.inputs), points.targets());
+    ASSERT_TRUE(report.ok()) << report.status();
+    steps.push_back(report->steps);
+  }
+  EXPECT_EQ(steps, (std::vector<int64_t>{25, 0, 0, 0, 2, 0, 0, 0, 2}));
+}
+
+TEST(HyperparameterTrainer, AnIndefiniteFrameIsForgotten) {
+  Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kSquaredExponential, 3);
+  theta.covariance.scales.assign(3, 0.05);  // K = I nearly where no two points are alike
+  theta.noise_stddev = 1e-9;                // and singular where two are
+  const HyperparameterBounds here{ToLogarithms(theta), ToLogarithms(theta)};
+  TrainerOptions options = QuickOptions();
+  options.settled_movement = 1e9;
+  auto trainer = HyperparameterTrainer::Create(theta, here, options);
+  ASSERT_TRUE(trainer.ok()) << trainer.status();
+  auto generator = TestGenerator();
+  const LabelledPoints apart = NoisyBlobs(60, 3, generator);
+  const LabelledPoints alike = TwoPlaces(60);
+  const auto train = [&](const LabelledPoints& points) {
+    const auto report =
+        trainer->TrainFrame(*TestContext(), ViewOf(points.inputs), points.targets());
+    ASSERT_TRUE(report.ok()) << report.status();
+  };
+  for (int frame = 0; frame < 3; ++frame) train(apart);
+  ASSERT_TRUE(trainer->state().smoothed_objective.has_value());
+  for (int frame = 0; frame < 3; ++frame) train(alike);
+  EXPECT_TRUE(trainer->Restore(trainer->state()).ok());
+  train(apart);
+  ASSERT_TRUE(trainer->state().smoothed_objective.has_value());
+  EXPECT_TRUE(std::isfinite(*trainer->state().smoothed_objective));
+  EXPECT_TRUE(trainer->Restore(trainer->state()).ok());
+}
+
 TEST(HyperparameterTrainer, GoesOnFromItsStateBitForBit) {
   auto generator = TestGenerator();
   const LabelledPoints points = NoisyBlobs(300, 3, generator);
@@ -183,6 +239,7 @@ TEST(HyperparameterTrainer, RefusesBadOptionsAndStates) {
   EXPECT_TRUE(refuses_state([](TrainerState& s) { s.theta[1] = std::nan(""); }));
   EXPECT_TRUE(refuses_state([](TrainerState& s) { s.optimiser.steps = {0.1}; }));
   EXPECT_TRUE(refuses_state([](TrainerState& s) { s.frames_trained = -1; }));
+  EXPECT_TRUE(refuses_state([](TrainerState& s) { s.smoothed_objective = std::nan(""); }));
 }
 
 }  // namespace

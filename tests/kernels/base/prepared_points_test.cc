@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "gtest/gtest.h"
+#include "kernels/covariance/arcsine.h"
 #include "tests/kernels/test_data.h"
 
 namespace egosieve::kernels {
@@ -49,7 +50,7 @@ TEST(PreparePoint, WritesWithTheGivenStepInEveryType) {
   const float x[] = {1.0f, 3.0f};
   std::vector<float> out(9, -1.0f);
   PreparePoint(parameters, x, out.data(), 4);
-  EXPECT_EQ(out, (std::vector<float>{2.0f, -1, -1, -1, 1.5f, -1, -1, -1, 0.0f}));
+  EXPECT_EQ(out, (std::vector<float>{2.0f, -1, -1, -1, 1.5f, -1, -1, -1, -1}));
 }
 
 TEST(PreparePoint, HugeWeightsKeepEPositiveInFloat) {
@@ -58,6 +59,12 @@ TEST(PreparePoint, HugeWeightsKeepEPositiveInFloat) {
   PreparePoint(ArcsineParameters({1e30, 1e30}), &x, out, 1);
   EXPECT_GT(out[2], 0.0f);
   EXPECT_NEAR(out[0], std::sqrt(0.125), 1e-7);
+}
+
+TEST(CentreOf, IsTheMiddleOfARangeThatLeavesZeroOut) {
+  const double x[] = {10.0, -1.0, -7.0, 14.0, 3.0, -5.0, 11.0, 0.0, -6.0};
+  EXPECT_EQ(CentreOf({x, 3, 3}), (std::vector<double>{12.0, 0.0, -6.0}));
+  EXPECT_EQ(CentreOf({x, 0, 3}), (std::vector<double>{0.0, 0.0, 0.0}));
 }
 
 TEST(DifferenceThreshold, IsWhereTheBoundOfTheDotProductMeetsOneMillionth) {

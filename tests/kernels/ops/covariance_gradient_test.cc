@@ -137,7 +137,7 @@ TEST(CovarianceGradient, BadArgumentsAreNamed) {
       CovarianceGradient(*TestContext(), ArcsineParameters({1, 1, 0, 1}), x, w.view()).ok());
   for (const auto& [scales, message] :
        {std::pair{std::vector<double>{1.0}, "dimension 0"},
-        {std::vector<double>(34, 1.0), "dimension 33"},
+        {std::vector<double>(258, 1.0), "dimension 257"},
         {std::vector<double>{1.0, -2.0, 1.0, 1.0}, "scales[1] = -2"}}) {
     const auto refused = CovarianceGradient(*TestContext(), ArcsineParameters(scales), x, w.view());
     EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument);

@@ -209,7 +209,7 @@ TEST(CovarianceMatrix, BadArgumentsAreNamedAndNothingIsWritten) {
             std::string::npos);
   EXPECT_NE(message_of(ArcsineParameters({1}), x, 0.1).find("dimension 0"), std::string::npos);
   EXPECT_NE(
-      message_of(ArcsineParameters(std::vector<double>(34, 1.0)), x, 0.1).find("dimension 33"),
+      message_of(ArcsineParameters(std::vector<double>(258, 1.0)), x, 0.1).find("dimension 257"),
       std::string::npos);
   EXPECT_NE(message_of(good, {points.data(), 9, 2}, 0.1).find("out is 10 x 10"), std::string::npos);
   EXPECT_NE(message_of(good, x, NAN).find("noise_variance = nan"), std::string::npos);

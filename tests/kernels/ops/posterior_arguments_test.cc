@@ -57,7 +57,7 @@ TEST_P(PosteriorArgumentsTest, BadModelsAreNamed) {
   model.squash_a = NAN;
   EXPECT_NE(message_of(model).find("squash_a = nan"), std::string::npos);
   for (const auto& [scales, words] : {std::pair{std::vector<double>{1.0}, "dimension 0"},
-                                      {std::vector<double>(34, 1.0), "dimension 33"},
+                                      {std::vector<double>(258, 1.0), "dimension 257"},
                                       {std::vector<double>{1.0, 0.0, 1.0}, "scales[1] = 0"},
                                       {std::vector<double>{1.0, 1.0, NAN}, "scales[2] = nan"}}) {
     model = problem.model(FactorKind::kCholesky);

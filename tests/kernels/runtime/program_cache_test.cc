@@ -30,9 +30,8 @@ class ProgramCacheTest : public testing::Test {
     const auto context = OpenContext(options);
     EXPECT_TRUE(context.ok()) << context.status();
     if (!context.ok() || (*context)->is_reference()) return false;
-    const auto kernel = (*context)->Kernel(
-        kFile, "-cl-std=CL1.2 -DVEC=1 -DCOMPONENTS=1 -DARCSINE=0 -DCHANNELS=1" + extra_options,
-        kKernel);
+    const auto kernel =
+        (*context)->Kernel(kFile, "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=1" + extra_options, kKernel);
     EXPECT_TRUE(kernel.ok()) << kernel.status();
     return true;
   }

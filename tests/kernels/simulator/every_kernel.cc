@@ -62,6 +62,20 @@ struct Inputs {
   std::vector<float> queries;
 };
 
+// A composition that has every function's code in it.
+CovarianceParameters EveryFunction() {
+  std::string text = "isotropic(matern52) * constant";
+  for (const std::string& name : CovarianceFunction::Names()) text += " + " + name;
+  CovarianceParameters parameters;
+  parameters.function = *CovarianceFunction::Parse(text);
+  parameters.dimension = 2;
+  for (const ScaleGroup& group : parameters.function.description().scale_groups()) {
+    for (int d = 0; d < (group.per_input ? 2 : 1); ++d)
+      parameters.scales.push_back(0.4 * group.initial);
+  }
+  return parameters;
+}
+
 template <typename T>
 void RunCovariance(Context& context, const CovarianceParameters& parameters, const Inputs& inputs) {
   std::vector<T> actual(kPoints * kPoints), expected(kPoints * kPoints);
@@ -179,7 +193,8 @@ int Run(const std::string& device) {
     for (const CovarianceParameters& parameters :
          {CovarianceParameters{CovarianceFunction::kArcsine, {0.3, 0.3, 0.3}, 1.0},
           CovarianceParameters{CovarianceFunction::kArcsine, {1.0, 5.0, 2.0}, 1.0},
-          CovarianceParameters{CovarianceFunction::kSquaredExponential, {0.5, 1.0}, 1.0}}) {
+          CovarianceParameters{CovarianceFunction::kSquaredExponential, {0.5, 1.0}, 1.0},
+          EveryFunction()}) {
       RunCovariance<float>(**context, parameters, inputs);
       RunCovariance<double>(**context, parameters, inputs);
       RunPosterior(*context, parameters, inputs);

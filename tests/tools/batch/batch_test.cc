@@ -71,12 +71,15 @@ class Batch : public testing::Test {
 
 TEST_F(Batch, DoesWhatIsMissingAndToldWhatFailed) {
   WriteManifest({Entry("a", "a"), Entry("nowhere", "gone"), Entry("b", "b")});
+  fs::create_directories(root_ + "/out");
+  ASSERT_TRUE(WriteFileAtomically(root_ + "/out/a.log", "mine").ok());
   const ProgramOutcome first = RunBatch(2);
   EXPECT_EQ(first.code, 4) << first.err;
   EXPECT_THAT(first.out, ContainsRegex("/out/a +done +8 +0"));
   EXPECT_THAT(first.out, ContainsRegex("/out/gone +failed +0 +0 .*nowhere"));
   EXPECT_THAT(first.out, ContainsRegex("/out/b +done +8 +0"));
-  EXPECT_TRUE(fs::exists(root_ + "/out/gone.log"));
+  EXPECT_TRUE(fs::exists(root_ + "/out/egosieve_logs/gone.log"));
+  EXPECT_EQ(*ReadFile(root_ + "/out/a.log"), "mine");
 
   // Half of one, and a whole one: they end as if nothing had happened.
   fs::copy(root_ + "/out/b", root_ + "/whole", fs::copy_options::recursive);

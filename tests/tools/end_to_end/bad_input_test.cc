@@ -1,5 +1,7 @@
 // What a user can get wrong: each gives one line that says what is wrong and what to do, the right
 // exit code, and leaves nothing behind that was not there.
+#include <sys/stat.h>
+
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
@@ -75,6 +77,22 @@ TEST_F(BadInput, ATextFileCalledMp4) {
   ExpectRefused(Segment(root_ + "/text.mp4"), 3, "text.mp4");
 }
 
+// Opening one would wait for somebody to write into it.
+TEST_F(BadInput, APipe) {
+  for (const char* name : {"/pipe.mp4", "/pipe.png", "/pipe.json"}) {
+    const std::string pipe = root_ + name;
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    if (pipe.ends_with(".json")) {
+      const ProgramOutcome outcome = RunProgram({"batch", pipe});
+      EXPECT_NE(outcome.code, 0);
+      EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+      EXPECT_THAT(outcome.err, HasSubstr(pipe));
+    } else {
+      ExpectRefused(Segment(pipe), 3, "neither a file nor a folder");
+    }
+  }
+}
+
 TEST_F(BadInput, AnEmptyFile) {
   std::ofstream(root_ + "/empty.mp4");
   ExpectRefused(Segment(root_ + "/empty.mp4"), 3, "empty.mp4");
@@ -146,8 +164,8 @@ TEST_F(BadInput, ABrokenImageAmongGoodOnes) {
   EXPECT_TRUE(*ReadFile(folder.FrameFile("grid", 2, ".prob.png")) ==
               *ReadFile(folder.FrameFile("grid", 1, ".prob.png")));
   EXPECT_TRUE(folder.ReadGridMaps(lines[2], *folder.ReadDescription(), true).ok());
-  // What follows copes: the picture is missing, the map is not.
-  EXPECT_EQ(RunProgram({"reconstruct", out_, "--progress=none"}).code, 0);
+  // What follows copes: a frame without its picture has a map, and no mask.
+  EXPECT_EQ(RunProgram({"reconstruct", out_, "--progress=none"}).code, 4);
   EXPECT_EQ(RunProgram({"render", out_, "--progress=none", "--no_video"}).code, 4);
   EXPECT_EQ(RunProgram({"report", out_, "--progress=none"}).code, 0);
 }

@@ -53,7 +53,7 @@ TEST(Chain, FromNothingToAReport) {
   ExpectDone(
       {"segment", root + "/drive/frames", "--out=" + run, "--budget=800", "--progress=none"});
   ExpectDone({"evaluate", run, "--truth=" + root + "/drive/masks", "--progress=none"});
-  ExpectDone({"reconstruct", run, "--progress=none"});
+  ExpectDone({"reconstruct", run, "--what=masks,ids,tracks,deviation,class", "--progress=none"});
   ExpectDone({"render", run, "--progress=none"});
   ExpectDone({"report", run, "--progress=none"});
 
@@ -62,6 +62,8 @@ TEST(Chain, FromNothingToAReport) {
   const RunFolder folder = *RunFolder::Open(run);
   for (int index = 0; index < 10; ++index) {
     EXPECT_TRUE(fs::exists(folder.FrameFile("grid", index, ".prob.png")));
+    EXPECT_TRUE(fs::exists(folder.FrameFile("masks", index, ".png")));
+    EXPECT_TRUE(fs::exists(folder.FrameFile("ids", index, ".png")));
     EXPECT_TRUE(fs::exists(folder.FrameFile("full", index, ".std.png")));
     EXPECT_TRUE(fs::exists(folder.FrameFile("full", index, ".class.png")));
     EXPECT_TRUE(fs::exists(folder.FrameFile("render", index, ".png")));

@@ -256,7 +256,7 @@ TEST_F(Resume, ADoneRunStaysAndALongerOneGoesOn) {
   std::vector<std::string> short_run = Arguments(run_, {"--max_frames=10"});
   EXPECT_EQ(RunProgram(short_run).code, 4);
   const ProgramOutcome again = RunProgram(Arguments(run_, {"--max_frames=10", "--resume"}));
-  EXPECT_EQ(again.code, 0);
+  EXPECT_EQ(again.code, 4);
   EXPECT_THAT(again.out, HasSubstr("holds the whole run already"));
   EXPECT_EQ(RunProgram(Arguments(run_, {"--resume"})).code, 4);
   EXPECT_EQ(CompareRuns(whole_, run_), "");

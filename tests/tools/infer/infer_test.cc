@@ -1,13 +1,18 @@
 // Maps that are made after the run have the bytes that segment would have written.
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <opencv2/core.hpp>
+#include <thread>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
+#include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -72,6 +77,16 @@ class Infer : public testing::TestWithParam<const char*> {
     return indices;
   }
 
+  // Until that many maps have been entered later; not for ever, where a program has crashed.
+  void WaitForMaps(size_t count) const {
+    for (int wait = 0; wait < 30000; ++wait) {
+      const std::vector<FrameLine> lines = *RunFolder::Open(run_)->ReadLines();
+      const auto has_map = [](const FrameLine& line) { return line.has_map(); };
+      if (std::count_if(lines.begin(), lines.end(), has_map) >= static_cast<int>(count)) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+
   static std::vector<int64_t> Range(int64_t begin, int64_t end, int64_t step = 1) {
     std::vector<int64_t> range;
     for (int64_t i = begin; i < end; i += step) range.push_back(i);
@@ -94,10 +109,10 @@ TEST_P(Infer, FillsInWhatLearnOnlyLeftOut) {
   EXPECT_EQ(CheckedMaps(run_), Range(6, 8));
   EXPECT_EQ(InferMaps({"--from=9", "--to=10", "--threads=1"}).code, 4);
   EXPECT_EQ(CheckedMaps(run_), Range(6, 11));
-  EXPECT_EQ(InferMaps().code, 0);
+  EXPECT_EQ(InferMaps().code, 4);
   EXPECT_EQ(CheckedMaps(run_), Range(0, kFrames));
   const ProgramOutcome again = InferMaps();
-  EXPECT_EQ(again.code, 0);
+  EXPECT_EQ(again.code, 4);
   EXPECT_THAT(again.out, HasSubstr("holds these maps already"));
 }
 
@@ -142,7 +157,7 @@ TEST_P(Infer, GoesOnWithAFolderThatItHasBegun) {
   EXPECT_EQ(InferMaps({"--out=" + out, "--to=3"}).code, 0);
   EXPECT_EQ(RunFolder::Open(out)->ReadDescription()->frames_answered, 4);
   // Killed between run.json and the lines; then before its maps were entered.
-  fs::remove(out + "/frames.jsonl");
+  fs::remove_all(out + "/log");
   EXPECT_EQ(InferMaps({"--out=" + out, "--to=3"}).code, 0);
   EXPECT_EQ(CheckedMaps(out), Range(0, 4));
   EXPECT_EQ(InferMaps({"--out=" + out, "--from=10"}).code, 0);
@@ -158,6 +173,79 @@ TEST_P(Infer, GoesOnWithAFolderThatItHasBegun) {
   const ProgramOutcome other = InferMaps({"--out=" + out, "--stride=4"});
   EXPECT_EQ(other.code, 2);
   EXPECT_THAT(other.err, HasSubstr("--stride is '8' there and '4' here"));
+}
+
+// While segment writes: what it will have learnt later is waited for. The test stands for segment.
+TEST_P(Infer, BesideSegmentItGivesTheBytesOfOneAfterTheOther) {
+  ASSERT_EQ(Segment(run_, {"--learn_only"}), 4);
+  const std::string log = run_ + "/frames.jsonl", text = *ReadFile(log);
+  ASSERT_TRUE(LineLog::OpenTruncated(log, 6).ok());
+  std::vector<pid_t> shards;
+  {
+    const absl::StatusOr<FolderLock> segment = FolderLock::Take(run_);
+    ASSERT_TRUE(segment.ok()) << segment.status();
+    const auto infer = [&](int shard) {
+      return StartProgram({"infer", run_, absl::StrCat("--shard=", shard, "/2")},
+                          root_ + absl::StrCat("/out", shard), root_ + absl::StrCat("/err", shard));
+    };
+    shards = {infer(1), infer(2)};
+    WaitForMaps(6);
+    std::ofstream(log, std::ios::app) << text.substr(fs::file_size(log));
+  }
+  EXPECT_EQ(WaitForProgram(shards[0]), 4) << *ReadFile(root_ + "/err1");  // it has frame 9
+  EXPECT_EQ(WaitForProgram(shards[1]), 0) << *ReadFile(root_ + "/err2");
+  EXPECT_EQ(CheckedMaps(run_), Range(0, kFrames));
+  EXPECT_EQ(*ReadFile(log), text);
+}
+
+TEST_P(Infer, ShardsInAFolderOfTheirOwnAreThoseOfOneProgram) {
+  ASSERT_EQ(Segment(run_, {"--learn_only"}), 4);
+  const std::string out = root_ + "/out";
+  std::vector<pid_t> programs;
+  for (const char* shard : {"--shard=1/3", "--shard=2/3", "--shard=3/3", "--shard=2/3"}) {
+    programs.push_back(StartProgram({"infer", run_, "--out=" + out, shard}, root_ + "/out.txt",
+                                    root_ + "/err.txt"));
+  }
+  for (const pid_t program : programs) {
+    const int code = WaitForProgram(program);
+    EXPECT_TRUE(code == 0 || code == 4) << code << ": " << *ReadFile(root_ + "/err.txt");
+  }
+  EXPECT_EQ(CheckedMaps(out), Range(0, kFrames));
+  EXPECT_EQ(RunFolder::Open(out)->ReadDescription()->frames_answered, kFrames - 1);
+}
+
+// Without a shared disk: copies of the run, each with its share of the maps.
+TEST_P(Infer, MergedCopiesAreTheRunWithAllMaps) {
+  ASSERT_EQ(Segment(run_, {"--learn_only"}), 4);
+  const std::string one = root_ + "/one", two = root_ + "/two";
+  for (const std::string& copy : {one, two}) fs::copy(run_, copy, fs::copy_options::recursive);
+  EXPECT_EQ(RunProgram({"infer", one, "--shard=1/2", "--progress=none"}).code, 4);
+  EXPECT_EQ(RunProgram({"infer", two, "--shard=2/2", "--progress=none"}).code, 0);
+  const ProgramOutcome first = RunProgram({"merge", run_, one, "--progress=none"});
+  EXPECT_EQ(first.code, 0) << first.err;
+  EXPECT_THAT(first.err, HasSubstr("8 of 16 frames have no map"));
+  EXPECT_EQ(RunProgram({"merge", run_, two, one, "--progress=none"}).err, "");
+  EXPECT_EQ(CheckedMaps(run_), Range(0, kFrames));
+  EXPECT_THAT(RunProgram({"merge", run_, one, two}).out, HasSubstr("0 maps taken over"));
+  const ProgramOutcome other = RunProgram({"merge", run_, whole_});
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.err, HasSubstr("is no copy of the run: --learn_only is"));
+}
+
+// Files that are gone, whatever the lines say.
+TEST_P(Infer, MakesMapsAgainThatAreMissing) {
+  ASSERT_EQ(Segment(run_, {"--learn_only"}), 4);
+  ASSERT_EQ(InferMaps().code, 4);
+  fs::remove(run_ + "/grid/000005.prob.png");
+  fs::resize_file(run_ + "/grid/000012.std.png", 0);
+  const ProgramOutcome reconstruct = RunProgram({"reconstruct", run_, "--progress=none"});
+  EXPECT_EQ(reconstruct.code, 3);
+  EXPECT_THAT(reconstruct.err, HasSubstr("the map of frame 5"));
+  EXPECT_THAT(reconstruct.err, HasSubstr("egosieve infer " + run_));
+  EXPECT_EQ(CountLines(reconstruct.err), 1);
+  EXPECT_THAT(InferMaps().out, HasSubstr("2 maps in"));
+  EXPECT_EQ(CheckedMaps(run_), Range(0, kFrames));
+  EXPECT_EQ(RunProgram({"reconstruct", run_, "--progress=none"}).code, 0);
 }
 
 class InferExact : public Infer {};

@@ -1,5 +1,7 @@
 #include "tools/model/model_command.h"
 
+#include <sys/stat.h>
+
 #include <filesystem>
 #include <fstream>
 
@@ -45,6 +47,41 @@ TEST(ModelCommand, DescribesAFileAndTheNewestOfARun) {
   EXPECT_THAT(out, HasSubstr("born         in frames 1 to 44"));
   EXPECT_EQ(*ReadFile(root + "/points.csv"),
             "identity,birth_frame,label,x0,x1\n3,1,0,0.25,-0.5\n8,44,0.75,0.75,1\n");
+}
+
+TEST(ModelCommand, ReplacesAFileOnRequestAndNothingElse) {
+  const std::string root = testing::TempDir() + "/model_command_csv";
+  std::filesystem::remove_all(root);
+  std::filesystem::create_directories(root);
+  const std::string model = root + "/model.npz", csv = root + "/points.csv";
+  ASSERT_TRUE(gp::WriteModelFile(model, TwoPoints()).ok());
+  const auto run = [&](const std::string& path, bool overwrite) {
+    std::vector<std::string> arguments = {model, "--csv=" + path};
+    if (overwrite) arguments.push_back("--overwrite");
+    testing::internal::CaptureStdout();
+    const CommandOutcome outcome = RunCommandForTest(MakeModelCommand(), arguments);
+    testing::internal::GetCapturedStdout();
+    return outcome;
+  };
+  std::ofstream(csv) << "mine";
+  const CommandOutcome refused = run(csv, false);
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("add --overwrite"));
+  EXPECT_EQ(*ReadFile(csv), "mine");
+  EXPECT_EQ(run(csv, true).code, 0);
+  EXPECT_THAT(*ReadFile(csv), HasSubstr("identity,"));
+
+  // What no command of ours can have written stays, whatever is asked.
+  std::ofstream(root + "/target") << "mine";
+  std::filesystem::create_symlink(root + "/target", root + "/link");
+  ASSERT_EQ(mkfifo((root + "/pipe").c_str(), 0600), 0);
+  for (const std::string& path : {root + "/link", root + "/pipe", root, model}) {
+    const auto before = std::filesystem::symlink_status(path).type();
+    EXPECT_EQ(run(path, true).code, 2) << path;
+    EXPECT_EQ(std::filesystem::symlink_status(path).type(), before) << path;
+  }
+  EXPECT_EQ(*ReadFile(root + "/target"), "mine");
+  EXPECT_TRUE(gp::ReadModelFile(model).ok());
 }
 
 TEST(ModelCommand, SaysWhatIsWrong) {

@@ -50,6 +50,22 @@ TEST(DrawOverlay, DrawsLinesAroundObjectsAlone) {
   EXPECT_EQ(change(120, 40), 0.0);
 }
 
+TEST(DrawMovers, FillsOrOutlinesThem) {
+  const cv::Mat3b frame(120, 200, cv::Vec3b(128, 128, 128));
+  cv::Mat1w ids = cv::Mat1w::zeros(frame.size());
+  ids(cv::Rect(40, 40, 60, 50)) = 3;
+  OverlayOptions bare;
+  bare.legend = false;
+  const cv::Mat3b filled = DrawMovers(frame, ids, "", bare);
+  EXPECT_EQ(filled(10, 10), frame(10, 10));
+  EXPECT_NE(filled(75, 75), frame(75, 75));
+  EXPECT_NE(MoverColour(3), MoverColour(4));
+  bare.outlines_only = true;
+  const cv::Mat3b outlined = DrawMovers(frame, ids, "", bare);
+  EXPECT_EQ(outlined(75, 75), frame(75, 75));
+  EXPECT_NE(outlined(75, 40), frame(75, 40));
+}
+
 TEST(FrameRate, IsTheMedianAndHasADefault) {
   std::vector<FrameLine> lines(4);
   for (int i = 0; i < 4; ++i) lines[i].index = i;

@@ -9,6 +9,7 @@
 #include "tools/report/chart.h"
 #include "tools/report/page.h"
 #include "tools/report/report_command.h"
+#include "tools/report/timeline.h"
 
 namespace egosieve::tools {
 namespace {
@@ -81,6 +82,21 @@ TEST(MakeReportPage, NamesOtherDevicesAndTheRunWithTheModels) {
   const std::string page = MakeReportPage(content);
   EXPECT_THAT(page, HasSubstr("maps made on another &lt;device&gt;: 2<"));
   EXPECT_THAT(page, HasSubstr("maps from the models of /runs/learnt<"));
+}
+
+TEST(MoverTimeline, HasABarForEveryStay) {
+  std::vector<FrameLine> lines(5);
+  for (int i = 0; i < 5; ++i) {
+    lines[i].index = i;
+    lines[i].outcome = i == 0 ? FrameLine::Outcome::kAnswered : FrameLine::Outcome::kLearnt;
+  }
+  const std::string svg = MoverTimeline(
+      "frame,time_seconds,id,left\n1,0.1,7,3\n2,0.2,7,3\n4,0.4,7,3\n4,0.4,12,3\n", lines);
+  EXPECT_THAT(svg, HasSubstr("7: frames 1 to 2"));
+  EXPECT_THAT(svg, HasSubstr("7: frames 4 to 4"));
+  EXPECT_THAT(svg, HasSubstr("12: frames 4 to 4"));
+  EXPECT_THAT(svg, HasSubstr("#e3e6ea"));  // frame 0
+  EXPECT_EQ(MoverTimeline("frame,time_seconds,id\n", lines), "");
 }
 
 TEST(DescribeRanges, JoinsNeighbours) {

@@ -10,6 +10,7 @@
 #include "gtest/gtest.h"
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/fresh_folder.h"
+#include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/map_image.h"
 
 namespace egosieve::tools {
@@ -137,23 +138,59 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
   EXPECT_EQ(RunFolder::Create(path, false).status().code(), absl::StatusCode::kAlreadyExists);
   EXPECT_THAT(std::string(RunFolder::Create(path, false).status().message()),
               HasSubstr("--overwrite"));
-  const std::vector<std::string> derived = {
-      "plots/index.html",  "full/000001.prob.png", "render/000001.png",   "report.html",
-      "report.html.tmp",   "overlay.mp4",          "overlay.tmp.mp4",     "eval.json",
-      "model/000003.npz",  "steps/000001.npz",     "frames.jsonl.tmp",    "eval.csv",
-      "grid/000001.x.tmp", "run.json.tmp",         "model/000003.npz.tmp"};
+  const std::vector<std::string> derived = {"full/000001.prob.png",
+                                            "full/000001.objects.json",
+                                            "render/000001.png",
+                                            "report.html",
+                                            "report.html.abcdef.tmp",
+                                            "overlay.mp4",
+                                            "overlay.mp4.abcdef.tmp.mp4",
+                                            "eval.json",
+                                            "eval.csv",
+                                            "model/000003.npz",
+                                            "model/000003.npz.abcdef.tmp",
+                                            "steps/1000000.npz",
+                                            "frames.jsonl.abcdef.tmp",
+                                            "grid/000001.prob.png.abcdef.tmp",
+                                            "run.json.abcdef.tmp",
+                                            "log/1-host-2.jsonl",
+                                            "plots/index.html",
+                                            "plots/roc.svg"};
   for (const std::string& name : derived) {
     std::filesystem::create_directories(std::filesystem::path(path + "/" + name).parent_path());
     std::ofstream(path + "/" + name) << "old";
   }
-  std::ofstream(path + "/notes.txt") << "mine";
+  std::ofstream(path + "/plots/figures.json") << "[{\"id\": \"roc\"}]";
+  const auto left = [&] {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(path)) {
+      names.insert(std::filesystem::relative(entry.path(), path).string());
+    }
+    return names;
+  };
   ASSERT_TRUE(RunFolder::Create(path, true).ok());
-  EXPECT_TRUE(std::filesystem::is_empty(path + "/grid"));
-  std::set<std::string> left;
-  for (const auto& entry : std::filesystem::directory_iterator(path)) {
-    left.insert(entry.path().filename().string());
+  EXPECT_THAT(left(), testing::ElementsAre("grid"));
+
+  // What is not the program's stays, and is told.
+  ASSERT_TRUE(run.folder.WriteDescription(run.description).ok());
+  const std::vector<std::string> mine = {"notes.txt",      "render/mine.png", "render/00001.png",
+                                         "plots/mine.png", "run.json.bak",    "grid/000001.prob"};
+  for (const std::string& name : mine) {
+    std::filesystem::create_directories(std::filesystem::path(path + "/" + name).parent_path());
+    std::ofstream(path + "/" + name) << "mine";
   }
-  EXPECT_THAT(left, testing::ElementsAre("grid", "notes.txt"));
+  std::filesystem::create_directories(root + "/elsewhere");
+  std::ofstream(root + "/elsewhere/000001.prob.png") << "mine";
+  std::filesystem::create_directory_symlink(root + "/elsewhere", path + "/full");
+  testing::internal::CaptureStderr();
+  ASSERT_TRUE(RunFolder::Create(path, true).ok());
+  const std::string told = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(told, HasSubstr("left in " + path));
+  EXPECT_THAT(told, HasSubstr("and 2 more"));
+  EXPECT_TRUE(std::filesystem::exists(root + "/elsewhere/000001.prob.png"));
+  EXPECT_THAT(left(), testing::IsSupersetOf(mine));
+  EXPECT_THAT(left(), testing::Not(testing::Contains("run.json")));
+  EXPECT_TRUE(std::filesystem::is_symlink(path + "/full"));
 
   // Not a run: nothing is removed, whatever is asked.
   EXPECT_EQ(RunFolder::Create(run.frames, true).status().code(), absl::StatusCode::kAlreadyExists);
@@ -163,12 +200,49 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
   EXPECT_FALSE(RunFolder::Create("/proc/egosieve", false).ok());
 }
 
+TEST(RunFolder, IsNotRemovedUnderThoseWhoWorkWithIt) {
+  const FakeRun run = WriteFakeRun(FreshFolder());
+  const std::string path = run.folder.path();
+  {
+    const auto reader = FolderLock::Use(path), other = FolderLock::Use(path);
+    ASSERT_TRUE(reader.ok() && other.ok());
+    const absl::Status status = RunFolder::Create(path, true).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+    EXPECT_THAT(std::string(status.message()), HasSubstr("working with " + path));
+    EXPECT_EQ(run.folder.ReadLines()->size(), 6u);
+  }
+  EXPECT_TRUE(RunFolder::Create(path, true).ok());
+}
+
+// Lines of maps that were made later come from logs of their own, whoever wrote them.
+TEST(RunFolder, LinesAreThoseOfAllLogs) {
+  const FakeRun run = WriteFakeRun(FreshFolder());
+  std::vector<FrameLine> lines = *run.folder.ReadLines();
+  FrameLine without = lines[2], later = lines[2], behind = lines[5];
+  without.width_pixels = 0;
+  without.dynamic_share = 0.9;
+  later.dynamic_share = 0.7;
+  behind.index = 9;
+  {
+    absl::StatusOr<LineLog> log = run.folder.OpenMapLog();
+    ASSERT_TRUE(log.ok()) << log.status();
+    for (const FrameLine& line : {later, without, behind}) {
+      ASSERT_TRUE(log->Append(ToText(line)).ok());
+    }
+  }
+  lines = *run.folder.ReadLines();
+  ASSERT_EQ(lines.size(), 7u);
+  EXPECT_EQ(lines[2].dynamic_share, 0.7);
+  EXPECT_EQ(lines[6].index, 9);
+  EXPECT_EQ(run.folder.ReadSegmentedLines()->size(), 6u);
+}
+
 // Otherwise --resume could not begin again what was killed before its run.json.
 TEST(RunFolder, IsCreatedAgainWhereItHadBarelyBegun) {
   const std::string root = FreshFolder();
   ASSERT_TRUE(RunFolder::Create(root, false).ok());
   EXPECT_TRUE(RunFolder::Create(root, false).ok());
-  std::ofstream(root + "/run.json.tmp") << "{";
+  std::ofstream(root + "/run.json.abcdef.tmp") << "{";
   EXPECT_TRUE(RunFolder::Create(root, false).ok());
   std::ofstream(root + "/grid/000000.prob.png") << "somebody's";
   EXPECT_EQ(RunFolder::Create(root, false).status().code(), absl::StatusCode::kAlreadyExists);

@@ -35,6 +35,7 @@ std::map<std::string, std::string> Contents(const std::string& path) {
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(path)) {
     if (!entry.is_regular_file()) continue;
     const std::string name = fs::relative(entry.path(), path).string();
+    if (name.rfind("log/", 0) == 0) continue;  // named by time and process; ReadLines has its lines
     contents[name] = name == "frames.jsonl" ? LinesWithoutTimes(folder)
                      : name == "run.json"   ? DescriptionWithoutTimes(folder)
                                             : *ReadFile(entry.path().string());

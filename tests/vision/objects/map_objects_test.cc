@@ -34,27 +34,25 @@ TEST(MapObjectsTest, AreLikelyAllOverAndSureSomewhere) {
 
 TEST(MapObjectsTest, AreDescribedByHand) {
   const cv::Mat1f p = Map();
-  cv::Mat1f deviation(p.size(), 0.5f);
-  deviation(18, 2) = 0.25f;
-  const std::vector<MapObject> objects = FindObjects(p, deviation, {});
+  const std::vector<MapObject> objects = FindObjects(p, {});
   ASSERT_EQ(objects.size(), 2u);
   EXPECT_EQ(objects[0].box, cv::Rect(4, 4, 7, 6));
   EXPECT_EQ(objects[0].pixels, 31);
   EXPECT_FLOAT_EQ(objects[0].peak, 0.9);
   EXPECT_NEAR(objects[0].mean, (26 * 0.4 + 4 * 0.9 + 0.3) / 31, 1e-6);
-  EXPECT_EQ(objects[0].deviation, 0.5);
+  const double doubt = 26 * std::sqrt(0.24) + 4 * 0.3 + std::sqrt(0.21);
+  EXPECT_NEAR(objects[0].sure, 1.0 - 2.0 * doubt / 31, 1e-6);
   EXPECT_EQ(objects[1].box, cv::Rect(2, 18, 1, 1));
-  EXPECT_EQ(objects[1].deviation, 0.25);
-  EXPECT_EQ(FindObjects(p, {}, {})[1].deviation, 0.0);
+  EXPECT_NEAR(objects[1].sure, 0.2, 1e-6);
 }
 
 TEST(MapObjectsTest, ThresholdsHoldAsTheyAre) {
   const cv::Mat1f p = Map();
-  EXPECT_EQ(FindObjects(p, {}, {0.3, 0.79f}).size(), 3u);
-  EXPECT_EQ(FindObjects(p, {}, {0.31, 0.8})[0].pixels, 30);
-  EXPECT_EQ(FindObjects(p, {}, {0.0, 0.8}).size(), 1u);  // the whole map is one
-  EXPECT_TRUE(FindObjects(cv::Mat1f(3, 3, 0.5f), {}, {}).empty());
-  EXPECT_TRUE(FindObjects(cv::Mat1f(), {}, {}).empty());
+  EXPECT_EQ(FindObjects(p, {0.3, 0.79f}).size(), 3u);
+  EXPECT_EQ(FindObjects(p, {0.31, 0.8})[0].pixels, 30);
+  EXPECT_EQ(FindObjects(p, {0.0, 0.8}).size(), 1u);  // the whole map is one
+  EXPECT_TRUE(FindObjects(cv::Mat1f(3, 3, 0.5f), {}).empty());
+  EXPECT_TRUE(FindObjects(cv::Mat1f(), {}).empty());
 }
 
 TEST(MapObjectsTest, WrongThresholdsAreNamed) {

@@ -198,15 +198,6 @@ void OutputArray::Write(int64_t begin, int64_t end, const T* values) const {
 template void OutputArray::Write(int64_t, int64_t, const float*) const;
 template void OutputArray::Write(int64_t, int64_t, const double*) const;
 
-float* OutputArray::InPlace() const {
-  const bool packed =
-      (array_.columns <= 1 || array_.column_stride == sizeof(float)) &&
-      (array_.rows <= 1 || array_.row_stride == array_.columns * int64_t{sizeof(float)});
-  return array_.type == EGOSIEVE_FLOAT32 && packed && Aligned<float>(array_.data, 0)
-             ? static_cast<float*>(array_.data)
-             : nullptr;
-}
-
 absl::StatusOr<kernels::ImageView> ViewImage(const char* name, const egosieve_image* image,
                                              std::vector<uint8_t>& storage) {
   if (image == nullptr) return Refuse(name, " is null");

@@ -58,8 +58,6 @@ class OutputArray {
   // values: those of the row-major places begin to end - 1.
   template <typename T>
   void Write(int64_t begin, int64_t end, const T* values) const;
-  // Where the array is packed, aligned float32; else null.
-  float* InPlace() const;
 
  private:
   egosieve_array array_{};

@@ -11,17 +11,17 @@
 
 namespace egosieve::embed {
 
-// Copies `text` to `bytes` unless that is null. `*size` is set in any case, so that a caller with
-// too small a buffer (InvalidArgument) knows what is needed.
+// Copies `text` to `bytes` unless that is null, and its size to `*size`. InvalidArgument, telling
+// the size, where the buffer is too small; nothing is written then.
 inline absl::Status GiveBytes(std::string_view text, void* bytes, int64_t capacity, int64_t* size) {
   if (size == nullptr) return absl::InvalidArgumentError("size is null");
-  *size = static_cast<int64_t>(text.size());
-  if (bytes == nullptr) return absl::OkStatus();
-  if (!(capacity >= *size)) {
+  const auto needed = static_cast<int64_t>(text.size());
+  if (bytes != nullptr && !(capacity >= needed)) {
     return absl::InvalidArgumentError(
-        absl::StrCat("capacity = ", capacity, " bytes; ", *size, " are needed"));
+        absl::StrCat("capacity = ", capacity, " bytes; ", needed, " are needed"));
   }
-  std::memcpy(bytes, text.data(), text.size());
+  if (bytes != nullptr) std::memcpy(bytes, text.data(), text.size());
+  *size = needed;
   return absl::OkStatus();
 }
 

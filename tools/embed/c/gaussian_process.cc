@@ -117,6 +117,7 @@ egosieve_gp_info InfoOf(const LearningModel::Description& description) {
   info.jitter = description.jitter;
   info.squash_a = description.squash.a;
   info.squash_b = description.squash.b;
+  info.has_labels = description.has_labels;
   return info;
 }
 

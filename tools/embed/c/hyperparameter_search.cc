@@ -59,7 +59,7 @@ class Objective {
                                     std::vector<double>* gradient) {
     ++evaluations_;
     EGOSIEVE_ASSIGN_OR_RETURN(const gp::Hyperparameters hyperparameters,
-                              gp::FromLogarithms(function_, theta));
+                              gp::FromLogarithms(function_, theta, subset_.dimension));
     absl::StatusOr<gp::MarginalLikelihood> likelihood = gp::ComputeMarginalLikelihood(
         context_, hyperparameters, subset_.view(), subset_.targets,
         gradient == nullptr ? gp::LikelihoodOrder::kValue : gp::LikelihoodOrder::kValueAndGradient);
@@ -135,6 +135,15 @@ double RootMeanSquare(absl::Span<const double> values) {
   return root > 0.0 && std::isfinite(root) ? root : 1.0;
 }
 
+// Root mean square of column d around its mean.
+double SpreadOf(kernels::ConstMatrixView<double> inputs, int64_t d) {
+  std::vector<double> column(inputs.rows);
+  double mean = 0.0;
+  for (int64_t i = 0; i < inputs.rows; ++i) mean += inputs(i, d) / inputs.rows;
+  for (int64_t i = 0; i < inputs.rows; ++i) column[i] = inputs(i, d) - mean;
+  return RootMeanSquare(column);
+}
+
 }  // namespace
 
 absl::Status SearchOptions::Validate() const {
@@ -162,15 +171,25 @@ gp::HyperparameterBounds BoundsForData(kernels::CovarianceFunction function,
     bounds.lower.push_back(std::log(lower));
     bounds.upper.push_back(std::log(upper));
   };
-  const bool arcsine = function == kernels::CovarianceFunction::kArcsine;
-  if (arcsine) bound(0.01, 100.0);
-  for (int64_t d = 0; d < inputs.cols; ++d) {
-    std::vector<double> column(inputs.rows);
-    double mean = 0.0;
-    for (int64_t i = 0; i < inputs.rows; ++i) mean += inputs(i, d) / inputs.rows;
-    for (int64_t i = 0; i < inputs.rows; ++i) column[i] = inputs(i, d) - mean;
-    const double spread = RootMeanSquare(column);
-    arcsine ? bound(0.01 / spread, 1000.0 / spread) : bound(0.01 * spread, 100.0 * spread);
+  std::vector<double> spreads;
+  for (int64_t d = 0; d < inputs.cols; ++d) spreads.push_back(SpreadOf(inputs, d));
+  const double largest = *std::max_element(spreads.begin(), spreads.end());
+  using Unit = kernels::ScaleGroup::Unit;
+  for (const kernels::ScaleGroup& group : function.description().scale_groups()) {
+    for (int64_t d = 0; d < (group.per_input ? inputs.cols : 1); ++d) {
+      const double spread = group.per_input ? spreads[d] : largest;
+      switch (group.unit) {
+        case Unit::kNone:
+          bound(0.01, 100.0);
+          break;
+        case Unit::kInput:
+          bound(0.01 * spread, 100.0 * spread);
+          break;
+        case Unit::kInverseInput:
+          bound(0.01 / spread, 1000.0 / spread);
+          break;
+      }
+    }
   }
   const double size = RootMeanSquare(targets);
   bound(0.1 * size, 10.0 * size);
@@ -214,7 +233,8 @@ absl::StatusOr<SearchResult> SearchHyperparameters(kernels::Context& context,
     climb.objective = at_start;
   }
   SearchResult result;
-  EGOSIEVE_ASSIGN_OR_RETURN(result.hyperparameters, gp::FromLogarithms(function, climb.theta));
+  EGOSIEVE_ASSIGN_OR_RETURN(result.hyperparameters,
+                            gp::FromLogarithms(function, climb.theta, inputs.cols));
   result.points = static_cast<int64_t>(subset.targets.size());
   result.log_likelihood_at_start = at_start * static_cast<double>(result.points);
   result.log_likelihood = climb.objective * static_cast<double>(result.points);

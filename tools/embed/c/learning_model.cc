@@ -8,6 +8,28 @@
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::embed {
+namespace {
+
+// Labels are -1 and 1, or between. Values that are all 0 or 1 fit that, too, but are labels of
+// another convention nearly always, and their probabilities would be wrong.
+absl::Status CheckLabels(absl::Span<const double> targets) {
+  int64_t zeros = 0, ones = 0;
+  for (const double target : targets) {
+    if (!(target >= -1.0 && target <= 1.0)) {
+      return absl::FailedPreconditionError(
+          absl::StrFormat("probabilities need every y in [-1, 1]; there is %g", target));
+    }
+    zeros += target == 0.0;
+    ones += target == 1.0;
+  }
+  if (zeros > 0 && zeros + ones == static_cast<int64_t>(targets.size())) {
+    return absl::FailedPreconditionError(
+        "every y is 0 or 1: probabilities need labels -1 and 1; give 2 y - 1");
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
 
 LearningModel::LearningModel(gp::ExactModel model, const kernels::DensePosteriorOptions& options)
     : context_(model.context()),
@@ -34,11 +56,16 @@ absl::StatusOr<std::shared_ptr<LearningModel>> LearningModel::FromFile(
   return model;
 }
 
+void LearningModel::Changed() {
+  posterior_ = nullptr;
+  calibrated_ = false;
+}
+
 absl::Status LearningModel::Condition(kernels::ConstMatrixView<double> inputs,
                                       absl::Span<const double> targets) {
   std::lock_guard lock(mutex_);
   EGOSIEVE_RETURN_IF_ERROR(model_.AddTargets(inputs, targets, 0));
-  posterior_ = nullptr;
+  Changed();
   return absl::OkStatus();
 }
 
@@ -55,7 +82,7 @@ absl::Status LearningModel::Remove(std::vector<int64_t> rows) {
     }
   }
   EGOSIEVE_RETURN_IF_ERROR(model_.Remove(rows));
-  posterior_ = nullptr;
+  Changed();
   return absl::OkStatus();
 }
 
@@ -72,7 +99,7 @@ absl::Status LearningModel::SetHyperparameters(const std::vector<double>& scales
   hyperparameters.covariance.signal_stddev = signal_stddev;
   hyperparameters.noise_stddev = noise_stddev;
   EGOSIEVE_RETURN_IF_ERROR(model_.SetHyperparameters(hyperparameters));
-  posterior_ = nullptr;
+  Changed();
   return absl::OkStatus();
 }
 
@@ -82,7 +109,7 @@ absl::StatusOr<SearchResult> LearningModel::Optimize(const SearchOptions& option
                             SearchHyperparameters(*context_, model_.hyperparameters(),
                                                   model_.inputs(), model_.targets(), options));
   EGOSIEVE_RETURN_IF_ERROR(model_.SetHyperparameters(result.hyperparameters));
-  posterior_ = nullptr;
+  Changed();
   return result;
 }
 
@@ -92,14 +119,10 @@ absl::Status LearningModel::Calibrate() {
     return absl::FailedPreconditionError(
         absl::StrFormat("calibration needs at least 2 points; there are %d", model_.size()));
   }
+  EGOSIEVE_RETURN_IF_ERROR(CheckLabels(model_.targets()));
+  if (calibrated_) return absl::OkStatus();
   std::vector<double> labels;
-  for (const double target : model_.targets()) {
-    if (!(target >= -1.0 && target <= 1.0)) {
-      return absl::FailedPreconditionError(
-          absl::StrFormat("calibration needs every y in [-1, 1]; there is %g", target));
-    }
-    labels.push_back(0.5 * (target + 1.0));
-  }
+  for (const double target : model_.targets()) labels.push_back(0.5 * (target + 1.0));
   EGOSIEVE_ASSIGN_OR_RETURN(const gp::LeaveOneOut held_out, model_.PredictLeaveOneOut());
   EGOSIEVE_ASSIGN_OR_RETURN(
       const gp::SquashFit fit,
@@ -107,6 +130,7 @@ absl::Status LearningModel::Calibrate() {
                     held_out.LatentVariance(model_.hyperparameters().noise_variance()), labels,
                     gp::SquashParameters{}));
   squash_ = fit.parameters;
+  calibrated_ = true;
   posterior_ = nullptr;
   return absl::OkStatus();
 }
@@ -119,7 +143,7 @@ void LearningModel::SetAnnotation(std::string annotation) {
 absl::StatusOr<gp::ModelFile> LearningModel::ToFile() {
   std::lock_guard lock(mutex_);
   EGOSIEVE_RETURN_IF_ERROR(model_.Refactorize());
-  posterior_ = nullptr;
+  Changed();
   gp::ModelFile file;
   file.model = model_.State();
   file.squash = squash_;
@@ -129,7 +153,8 @@ absl::StatusOr<gp::ModelFile> LearningModel::ToFile() {
 
 LearningModel::Description LearningModel::Describe() const {
   std::lock_guard lock(mutex_);
-  return {model_.hyperparameters(), squash_, model_.size(), model_.jitter()};
+  return {model_.hyperparameters(), squash_, model_.size(), model_.jitter(),
+          CheckLabels(model_.targets()).ok()};
 }
 
 gp::PointSet LearningModel::Points() const {
@@ -152,7 +177,7 @@ absl::StatusOr<DevicePosterior> LearningModel::Posterior() {
   if (posterior_ == nullptr) {
     EGOSIEVE_ASSIGN_OR_RETURN(posterior_, model_.MakePosterior(squash_, options_));
   }
-  return DevicePosterior{context_, posterior_};
+  return DevicePosterior{context_, posterior_, CheckLabels(model_.targets())};
 }
 
 }  // namespace egosieve::embed

@@ -41,6 +41,7 @@ class LearningModel {
     gp::SquashParameters squash;
     int64_t size = 0;
     double jitter = 0.0;
+    bool has_labels = false;
   };
 
   absl::Status Condition(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets);
@@ -49,6 +50,7 @@ class LearningModel {
   absl::Status SetHyperparameters(const std::vector<double>& scales, double signal_stddev,
                                   double noise_stddev);
   absl::StatusOr<SearchResult> Optimize(const SearchOptions& options);
+  // Does nothing where the model has not changed since the last time.
   absl::Status Calibrate();
   void SetAnnotation(std::string annotation);
   // Rebuilds the factor on the way.
@@ -64,6 +66,8 @@ class LearningModel {
 
  private:
   LearningModel(gp::ExactModel model, const kernels::DensePosteriorOptions& options);
+  // Under the lock: what was made from the model no longer fits it.
+  void Changed();
 
   const std::shared_ptr<kernels::Context> context_;
   const int64_t dimension_;
@@ -71,6 +75,7 @@ class LearningModel {
   mutable std::mutex mutex_;  // of all below
   gp::ExactModel model_;
   gp::SquashParameters squash_;
+  bool calibrated_ = false;  // squash_ is that of the model as it is
   std::string annotation_;
   std::shared_ptr<const gp::Posterior> posterior_;  // null: to be made
 };

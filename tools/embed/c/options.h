@@ -17,13 +17,16 @@ inline absl::Status CheckPointer(const char* name, const void* pointer) {
                             : absl::InvalidArgumentError(absl::StrCat(name, " is null"));
 }
 
-// What the caller's struct may say of its size: that of this version, or less down to the first
-// version's, `smallest`.
+// What the caller's struct may say of its size: that of this version, or of an older one. Structs
+// grow at their ends by multiples of 8 bytes, so that an older one is a shorter one; a longer one
+// has fields whose meaning is not known here.
 template <typename Struct>
-absl::Status CheckStruct(const char* name, const Struct* given,
-                         uint64_t smallest = sizeof(Struct)) {
+absl::Status CheckStruct(const char* name, const Struct* given) {
+  constexpr uint64_t kSmallest = 2 * sizeof(uint64_t);  // the size and a field
+  static_assert(sizeof(Struct) % sizeof(uint64_t) == 0);
   if (given == nullptr) return absl::InvalidArgumentError(absl::StrCat(name, " is null"));
-  if (given->struct_size < smallest || given->struct_size > sizeof(Struct)) {
+  if (given->struct_size < kSmallest || given->struct_size > sizeof(Struct) ||
+      given->struct_size % sizeof(uint64_t) != 0) {
     return absl::InvalidArgumentError(
         absl::StrCat(name, ".struct_size = ", given->struct_size, "; call the struct's _init ",
                      "function, and build against the headers of this library's version"));
@@ -37,6 +40,14 @@ absl::Status ReadStruct(const char* name, const Struct* given, Struct& values) {
   if (absl::Status status = CheckStruct(name, given); !status.ok()) return status;
   std::memcpy(&values, given, given->struct_size);
   return absl::OkStatus();
+}
+
+// Sets a field of the caller's struct where that is new enough to have it.
+template <typename Struct, typename Value>
+void WriteField(Value Struct::*field, Value value, Struct* given) {
+  const auto* end = reinterpret_cast<const char*>(&(given->*field) + 1);
+  const auto* begin = reinterpret_cast<const char*>(given);
+  if (static_cast<uint64_t>(end - begin) <= given->struct_size) given->*field = value;
 }
 
 // Copies `values` into the caller's struct, as much as there is room.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_format.h"
@@ -39,66 +40,44 @@ struct Outputs {
     outputs.of_observation = wishes.of_observation != 0;
     return outputs;
   }
-
-  bool InPlace() const {
-    for (const OutputArray* output : {&mean, &variance, &probability}) {
-      if (output->wanted() && output->InPlace() == nullptr) return false;
-    }
-    return true;
-  }
 };
 
 // The queries begin to end - 1 as packed rows, in `scratch` or where they are.
 using Queries = std::function<kernels::ConstMatrixView<float>(int64_t begin, int64_t end,
                                                               std::vector<float>& scratch)>;
 
-// One result of a piece: straight into the caller's array, or by way of `scratch`.
-class PieceOutput {
- public:
-  PieceOutput(const OutputArray& output, int64_t begin, int64_t end)
-      : output_(output), begin_(begin), end_(end) {
-    if (!output.wanted()) return;
-    if (float* place = output.InPlace(); place != nullptr) {
-      data_ = place + begin;
-    } else {
-      scratch_.resize(end - begin);
-      data_ = scratch_.data();
-    }
-  }
-  float* data() const { return data_; }
-  void Finish() const {
-    if (!scratch_.empty()) output_.Write(begin_, end_, scratch_.data());
-  }
-
- private:
-  const OutputArray& output_;
-  const int64_t begin_, end_;
-  std::vector<float> scratch_;
-  float* data_ = nullptr;
-};
-
-absl::Status Evaluate(const gp::Posterior& posterior, int64_t count, bool in_place,
+absl::Status Evaluate(const DevicePosterior& at, int64_t count, bool in_place,
                       const Queries& queries, const Outputs& outputs,
                       egosieve_prediction* prediction) {
-  const int64_t piece = in_place && outputs.InPlace() ? std::max<int64_t>(count, 1) : kPiece;
+  const gp::Posterior& posterior = *at.posterior;
+  if (outputs.probability.wanted()) EGOSIEVE_RETURN_IF_ERROR(at.labels);
+  // Nothing reaches the caller's arrays before everything is there.
+  const auto room = [&](const OutputArray& output) {
+    return std::vector<float>(output.wanted() ? count : 0);
+  };
+  std::vector<float> mean = room(outputs.mean), variance = room(outputs.variance),
+                     probability = room(outputs.probability);
+  const auto from = [](std::vector<float>& values, int64_t begin) {
+    return values.empty() ? nullptr : values.data() + begin;
+  };
+  const int64_t piece = in_place ? std::max<int64_t>(count, 1) : kPiece;
   std::vector<float> scratch;
   int64_t clamped = 0;
   for (int64_t begin = 0; begin < count; begin += piece) {
     const int64_t end = std::min(begin + piece, count);
-    const PieceOutput mean(outputs.mean, begin, end);
-    const PieceOutput variance(outputs.variance, begin, end);
-    const PieceOutput probability(outputs.probability, begin, end);
     EGOSIEVE_ASSIGN_OR_RETURN(
         const kernels::PosteriorCounts counts,
         posterior.Evaluate(queries(begin, end, scratch),
-                           {mean.data(), variance.data(), probability.data()}));
+                           {from(mean, begin), from(variance, begin), from(probability, begin)}));
     clamped += counts.clamped_variances;
-    if (outputs.of_observation && variance.data() != nullptr) {
-      posterior.AddNoiseVariance(absl::MakeSpan(variance.data(), end - begin));
-    }
-    for (const PieceOutput* output : {&mean, &variance, &probability}) output->Finish();
   }
-  prediction->clamped_variances = clamped;
+  if (outputs.of_observation) posterior.AddNoiseVariance(absl::MakeSpan(variance));
+  for (const auto& [output, values] :
+       {std::pair(&outputs.mean, &mean), std::pair(&outputs.variance, &variance),
+        std::pair(&outputs.probability, &probability)}) {
+    if (output->wanted()) output->Write(0, count, values->data());
+  }
+  WriteField(&egosieve_prediction::clamped_variances, clamped, prediction);
   return absl::OkStatus();
 }
 
@@ -130,7 +109,7 @@ absl::Status PredictPoints(const DevicePosterior& at, const egosieve_const_array
     points.CopyRows(begin, end, scratch.data());
     return kernels::ConstMatrixView<float>(scratch.data(), end - begin, points.columns());
   };
-  return Evaluate(*at.posterior, points.rows(), place != nullptr, queries, outputs, prediction);
+  return Evaluate(at, points.rows(), place != nullptr, queries, outputs, prediction);
 }
 
 absl::Status PredictGrid(const DevicePosterior& at, const egosieve_grid* grid,
@@ -166,7 +145,7 @@ absl::Status PredictGrid(const DevicePosterior& at, const egosieve_grid* grid,
     }
     return kernels::ConstMatrixView<float>(scratch.data(), end - begin, 2);
   };
-  return Evaluate(*at.posterior, grid->rows * grid->columns, false, queries, outputs, prediction);
+  return Evaluate(at, grid->rows * grid->columns, false, queries, outputs, prediction);
 }
 
 absl::Status PredictImage(const DevicePosterior& at, const egosieve_image* image, int32_t stride,
@@ -189,7 +168,7 @@ absl::Status PredictImage(const DevicePosterior& at, const egosieve_image* image
     return kernels::ConstMatrixView<float>(&field[begin * kernels::kDescriptorDimension],
                                            end - begin, kernels::kDescriptorDimension);
   };
-  return Evaluate(*at.posterior, grid.size(), true, queries, outputs, prediction);
+  return Evaluate(at, grid.size(), true, queries, outputs, prediction);
 }
 
 }  // namespace egosieve::embed

@@ -1,8 +1,8 @@
-// Predictions from a posterior into the caller's arrays, in one pass where queries and results lie
-// packed in float32, else through pieces of bounded size.
+// Predictions from a posterior into the caller's arrays, in one pass where the queries lie packed
+// in float32, else through pieces of 2^16: a query's result depends on no other query, so pieces do
+// not show in the results.
 //
-// Queries are checked before anything is written. A piece holds 2^16 queries: a query's result
-// depends on no other query, so pieces do not show in the results.
+// Nothing is written before all results are there, in memory of the call's own.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_PREDICTION_H_
 #define EGOSIEVE_TOOLS_EMBED_C_PREDICTION_H_
 
@@ -19,6 +19,7 @@ namespace egosieve::embed {
 struct DevicePosterior {
   std::shared_ptr<kernels::Context> context;
   std::shared_ptr<const gp::Posterior> posterior;
+  absl::Status labels;  // why there are no probabilities, where its targets are no labels
 
   int64_t dimension() const { return posterior->hyperparameters().covariance.input_dimension(); }
 };

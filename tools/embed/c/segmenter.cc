@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
-#include "gp/io/whole_file.h"
 #include "kernels/base/image_grid.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/files/atomic_file.h"
 #include "kernels/ops/grid_interpolation.h"
 #include "tools/embed/c/array_access.h"
 #include "tools/embed/c/device_contexts.h"
@@ -222,7 +222,7 @@ egosieve_status egosieve_segmenter_save(egosieve_segmenter* segmenter, const cha
   return WithSession(__func__, segmenter, [&](SegmenterSession& session) -> absl::Status {
     EGOSIEVE_RETURN_IF_ERROR(CheckPointer("path", path));
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, session.ToBytes());
-    return egosieve::gp::WriteWholeFile(path, bytes);
+    return egosieve::kernels::WriteFileAtomically(path, bytes);
   });
 }
 
@@ -233,7 +233,7 @@ egosieve_status egosieve_segmenter_load(const char* path, const char* device,
     EGOSIEVE_RETURN_IF_ERROR(CheckPointer("segmenter", segmenter));
     EGOSIEVE_ASSIGN_OR_RETURN(
         const std::string bytes,
-        egosieve::gp::ReadWholeFile(path, egosieve::embed::kMaximumFileBytes));
+        egosieve::kernels::ReadFile(path, egosieve::embed::kMaximumFileBytes));
     EGOSIEVE_ASSIGN_OR_RETURN(auto context, egosieve::embed::ContextOf(device));
     auto session = SegmenterSession::FromBytes(std::move(context), bytes);
     if (!session.ok()) {

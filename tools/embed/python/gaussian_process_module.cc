@@ -133,13 +133,11 @@ class Model : public Predictor<ModelCalls> {
   void Condition(const py::array& x, const py::array& y) {
     const egosieve_const_array inputs = Input("x", x), targets = Input("y", y);
     CheckUnlocked([&] { return egosieve_gp_condition(handle_, &inputs, &targets); });
-    calibrated_ = false;
   }
   void Remove(const std::vector<int64_t>& rows) {
     CheckUnlocked([&] {
       return egosieve_gp_remove(handle_, rows.data(), static_cast<int64_t>(rows.size()));
     });
-    calibrated_ = false;
   }
   py::dict Optimize(int64_t subset_size, int annealing_evaluations, int gradient_steps,
                     double tolerance, uint64_t seed) {
@@ -153,7 +151,6 @@ class Model : public Predictor<ModelCalls> {
     egosieve_optimize_result result;
     egosieve_optimize_result_init(&result);
     CheckUnlocked([&] { return egosieve_gp_optimize(handle_, &options, &result); });
-    calibrated_ = false;
     py::dict account;
     account["log_likelihood_at_start"] = result.log_likelihood_at_start;
     account["log_likelihood"] = result.log_likelihood;
@@ -162,11 +159,8 @@ class Model : public Predictor<ModelCalls> {
     account["converged"] = result.converged != 0;
     return account;
   }
-  // Once for every state of the model.
-  void EnsureCalibrated() {
-    if (calibrated_) return;
+  void Calibrate() {
     CheckUnlocked([&] { return egosieve_gp_calibrate(handle_); });
-    calibrated_ = true;
   }
   double LogMarginalLikelihood() const {
     double value = 0.0;
@@ -186,6 +180,7 @@ class Model : public Predictor<ModelCalls> {
     account["noise_stddev"] = info.noise_stddev;
     account["jitter"] = info.jitter;
     account["squash"] = py::make_tuple(info.squash_a, info.squash_b);
+    account["has_labels"] = info.has_labels != 0;
     return account;
   }
   void Points(const py::object& x, const py::object& y) const {
@@ -209,25 +204,37 @@ class Model : public Predictor<ModelCalls> {
     Check(egosieve_gp_set_annotation(handle_, bytes.data(), static_cast<int64_t>(bytes.size())));
   }
   py::bytes Annotation() const {
-    int64_t size = 0;
-    Check(egosieve_gp_annotation(handle_, nullptr, 0, &size));
-    std::string bytes(size, '\0');
-    Check(egosieve_gp_annotation(handle_, bytes.data(), size, &size));
-    return py::bytes(bytes);
+    return Bytes([&](void* bytes, int64_t capacity, int64_t* size) {
+      return egosieve_gp_annotation(handle_, bytes, capacity, size);
+    });
   }
   void Save(const std::string& path) {
     CheckUnlocked([&] { return egosieve_gp_save(handle_, path.c_str()); });
   }
   py::bytes Serialize() {
-    int64_t size = 0;
-    CheckUnlocked([&] { return egosieve_gp_serialize(handle_, nullptr, 0, &size); });
-    std::string bytes(size, '\0');
-    CheckUnlocked([&] { return egosieve_gp_serialize(handle_, bytes.data(), size, &size); });
-    return py::bytes(bytes);
+    return Bytes([&](void* bytes, int64_t capacity, int64_t* size) {
+      return egosieve_gp_serialize(handle_, bytes, capacity, size);
+    });
   }
 
  private:
-  bool calibrated_ = false;
+  // What `call` gives, again where another thread has made it more since the size was asked.
+  template <typename Call>
+  static py::bytes Bytes(Call&& call) {
+    int64_t size = 0;
+    std::string bytes;
+    CheckUnlocked([&] {
+      egosieve_status status = call(nullptr, 0, &size);
+      if (status != EGOSIEVE_OK) return status;
+      do {
+        bytes.resize(size);
+        status = call(bytes.data(), static_cast<int64_t>(bytes.size()), &size);
+      } while (status != EGOSIEVE_OK && size > static_cast<int64_t>(bytes.size()));
+      return status;
+    });
+    bytes.resize(size);
+    return py::bytes(bytes);
+  }
 };
 
 std::vector<std::string> Devices() {
@@ -277,7 +284,7 @@ PYBIND11_MODULE(_gaussian_process, module) {
       .def("remove", &Model::Remove, py::arg("rows"))
       .def("optimize", &Model::Optimize, py::arg("subset_size"), py::arg("annealing_evaluations"),
            py::arg("gradient_steps"), py::arg("tolerance"), py::arg("seed"))
-      .def("ensure_calibrated", &Model::EnsureCalibrated)
+      .def("calibrate", &Model::Calibrate)
       .def("log_marginal_likelihood", &Model::LogMarginalLikelihood)
       .def("describe", &Model::Describe)
       .def("points", &Model::Points, py::arg("x"), py::arg("y"))

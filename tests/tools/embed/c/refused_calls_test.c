@@ -146,11 +146,85 @@ static void test_bad_options(void) {
   CHECK_OK(egosieve_gp_free(gp));
 }
 
+/* A struct of an older header is shorter, one of a newer header longer. */
+static void test_struct_sizes(void) {
+  egosieve_gp_options options;
+  egosieve_gp* gp = NULL;
+  egosieve_gp_info info;
+  egosieve_prediction prediction;
+  float mean[M];
+  const egosieve_const_array inputs = doubles(&x[0][0], N, D), targets = doubles(y, N, 1);
+  const egosieve_const_array points = doubles(&queries[0][0], M, D);
+  egosieve_gp_options_init(&options);
+  options.dimension = D;
+  options.device = "a device that nobody has"; /* beyond what the older caller knows of */
+  options.noise_stddev = -1.0;
+  options.struct_size = 16;
+  CHECK_OK(egosieve_gp_create(&options, &gp));
+  CHECK_OK(egosieve_gp_condition(gp, &inputs, &targets));
+  egosieve_gp_info_init(&info);
+  info.struct_size = 24;
+  info.squash_a = -3.0;
+  CHECK_OK(egosieve_gp_describe(gp, &info));
+  CHECK(info.struct_size == 24 && info.size == N && info.dimension == D && info.squash_a == -3.0);
+  egosieve_prediction_init(&prediction);
+  prediction.mean = floats_out(mean, M, 1);
+  prediction.clamped_variances = -7;
+  prediction.struct_size = sizeof prediction - 8;
+  CHECK_OK(egosieve_gp_predict(gp, &points, &prediction));
+  CHECK(prediction.clamped_variances == -7);
+  prediction.struct_size = sizeof prediction;
+  CHECK_OK(egosieve_gp_predict(gp, &points, &prediction));
+  CHECK(prediction.clamped_variances == 0);
+  CHECK_OK(egosieve_gp_free(gp));
+  gp = NULL;
+  options.struct_size = sizeof options + 8;
+  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "options.struct_size");
+  options.struct_size = 20;
+  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "options.struct_size");
+  options.struct_size = 8;
+  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "options.struct_size");
+  CHECK(gp == NULL);
+}
+
+/* Labels are -1 and 1: of 0 and 1 the probabilities would be wrong. */
+static void test_labels(void) {
+  egosieve_gp* gp = new_model(EGOSIEVE_ARCSINE);
+  const egosieve_const_array inputs = doubles(&x[0][0], N, D);
+  const egosieve_const_array points = doubles(&queries[0][0], M, D);
+  double others[N];
+  float results[M];
+  egosieve_gp_info info;
+  egosieve_prediction prediction;
+  egosieve_const_array targets = doubles(others, N, 1);
+  for (int i = 0; i < N; ++i) others[i] = y[i] > 0.0;
+  CHECK_OK(egosieve_gp_condition(gp, &inputs, &targets));
+  CHECK_CALL(egosieve_gp_calibrate(gp), EGOSIEVE_FAILED_PRECONDITION, "2 y - 1");
+  egosieve_prediction_init(&prediction);
+  prediction.probability = floats_out(results, M, 1);
+  CHECK_CALL(egosieve_gp_predict(gp, &points, &prediction), EGOSIEVE_FAILED_PRECONDITION,
+             "2 y - 1");
+  egosieve_gp_info_init(&info);
+  CHECK_OK(egosieve_gp_describe(gp, &info));
+  CHECK(!info.has_labels);
+  egosieve_prediction_init(&prediction);
+  prediction.mean = floats_out(results, M, 1); /* regression on them is sound */
+  CHECK_OK(egosieve_gp_predict(gp, &points, &prediction));
+  targets = doubles(y, N, 1);
+  CHECK_OK(egosieve_gp_condition(gp, &inputs, &targets));
+  CHECK_OK(egosieve_gp_calibrate(gp));
+  CHECK_OK(egosieve_gp_describe(gp, &info));
+  CHECK(info.has_labels);
+  CHECK_OK(egosieve_gp_free(gp));
+}
+
 int main(void) {
   make_data();
   test_handles();
   test_bad_arrays();
   test_bad_options();
+  test_struct_sizes();
+  test_labels();
   printf("%d checks failed\n", failures);
   return failures == 0 ? 0 : 1;
 }

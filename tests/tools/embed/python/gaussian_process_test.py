@@ -3,6 +3,7 @@
 import copy
 import os
 import pickle
+import signal
 import threading
 import unittest
 
@@ -80,6 +81,42 @@ class Values(unittest.TestCase):
         frozen = egosieve.GaussianProcess(noise_stddev=0.3).fit(X, np.sign(y)).freeze()
         np.testing.assert_array_equal(frozen.predict_proba(X), probabilities)
 
+    def test_labels_of_another_convention_are_refused(self):
+        X, y = data(100)
+        for labels in ((y > 0).astype(int), y > 0):
+            gp = egosieve.GaussianProcess(noise_stddev=0.3, optimize=False).fit(X, labels)
+            self.assertFalse(hasattr(gp, "predict_proba"))
+            with self.assertRaisesRegex(AttributeError, r"2 \* y - 1"):
+                gp.predict_proba(X)
+            np.testing.assert_array_equal(gp.freeze().predict(X), gp.predict(X))
+            self.assertTrue(hasattr(gp.partial_fit(X[:1], [-1]), "predict_proba"))
+        self.assertTrue(hasattr(gp.fit(X, np.ones(100)), "predict_proba"))
+
+    def test_calibration_belongs_to_the_points_that_it_saw(self):
+        X, y = data(100)
+        gp = egosieve.GaussianProcess(noise_stddev=0.3, optimize=False).fit(X[:60], np.sign(y[:60]))
+        gp.predict_proba(X)
+        before = gp.hyperparameters_["squash"]
+        gp.predict_proba(X)
+        self.assertEqual(gp.hyperparameters_["squash"], before)
+        gp.partial_fit(X[60:], np.sign(y[60:])).predict_proba(X)
+        self.assertNotEqual(gp.hyperparameters_["squash"], before)
+
+    def test_calibrating_while_points_come(self):
+        # A calibration of fewer points must not pass for one of all: the last one is always made anew.
+        X, y = data(300)
+        labels = np.sign(y)
+        for _ in range(5):
+            gp = egosieve.GaussianProcess(noise_stddev=0.3, optimize=False).fit(X[:200], labels[:200])
+            thread = threading.Thread(target=lambda: gp.predict_proba(X[:1]))
+            thread.start()
+            gp.partial_fit(X[200:], labels[200:])
+            thread.join()
+            gp.predict_proba(X[:1])
+            alone = egosieve.GaussianProcess(noise_stddev=0.3, optimize=False).fit(X[:200], labels[:200])
+            alone.partial_fit(X[200:], labels[200:]).predict_proba(X[:1])
+            self.assertEqual(gp.hyperparameters_["squash"], alone.hyperparameters_["squash"])
+
     def test_grid_is_its_points(self):
         X, y = data(30, 2)
         gp = egosieve.GaussianProcess(optimize=False).fit(X, y)
@@ -153,6 +190,72 @@ class Layouts(unittest.TestCase):
         with self.assertRaises(FileNotFoundError):
             egosieve.GaussianProcess.load(path + ".none")
 
+    def test_parameters_come_back_as_they_were(self):
+        X, y = data()
+        gp = egosieve.GaussianProcess(
+            normalize_y=np.bool_(False), optimize=np.bool_(False), random_state=np.int64(7)
+        ).fit(X, y)
+        path = os.path.join(os.getcwd(), "parameters.npz")
+        gp.save(path)
+        loaded = egosieve.GaussianProcess.load(path).get_params()
+        self.assertIs(loaded["normalize_y"], False)
+        self.assertIs(loaded["optimize"], False)
+        self.assertEqual(loaded["random_state"], 7)
+        gp.random_state = object()
+        with self.assertRaisesRegex(TypeError, "cannot be saved"):
+            gp.save(path)
+
+    def test_serializing_while_points_come(self):
+        X, y = data(400)
+        gp = egosieve.GaussianProcess(optimize=False).fit(X[:5], y[:5])
+        stop = threading.Event()
+
+        def grow():
+            for i in range(5, 400):
+                if stop.is_set():
+                    break
+                gp.partial_fit(X[i : i + 1], y[i : i + 1])
+
+        thread = threading.Thread(target=grow)
+        thread.start()
+        try:
+            for _ in range(60):
+                pickle.loads(pickle.dumps(gp)).predict(X[:1])
+        finally:
+            stop.set()
+            thread.join()
+
+    def test_rows_as_numpy_takes_them(self):
+        X, y = data()
+        gp = egosieve.GaussianProcess(optimize=False).fit(X, y)
+        gp.remove([-1, 0])
+        np.testing.assert_array_equal(gp.X_train_, X[1:-1])
+        kept = gp.X_train_[:, 0] > 0
+        gp.remove(~kept)
+        np.testing.assert_array_equal(gp.X_train_, X[1:-1][kept])
+        gp.remove([])
+        gp.remove(np.zeros(kept.sum(), bool))
+        self.assertEqual(len(gp.X_train_), kept.sum())
+
+    @unittest.skipUnless(hasattr(os, "fork"), "no fork here")
+    def test_a_forked_child_is_told(self):
+        X, y = data()
+        gp = egosieve.GaussianProcess(optimize=False).fit(X, y)
+        gp.predict(X)
+        if egosieve.devices()[0].startswith("reference") or os.environ.get("EGOSIEVE_DEVICE") == "reference":
+            self.skipTest("no OpenCL device")
+        child = os.fork()
+        if child == 0:
+            signal.alarm(60)  # without the check it waits for ever
+            code = 1
+            try:
+                gp.predict(X)
+            except RuntimeError as error:
+                code = 0 if "spawn" in str(error) else 2
+            finally:
+                os._exit(code)
+        self.assertEqual(os.waitpid(child, 0)[1], 0)
+
     def test_frozen_posteriors_serve_threads(self):
         X, y = data(80)
         gp = egosieve.GaussianProcess(optimize=False).fit(X[:40], y[:40])
@@ -204,6 +307,10 @@ class BadInput(unittest.TestCase):
             (ValueError, "nobody has", lambda: egosieve.GaussianProcess(device="nobody has").fit(X, y)),
             (ValueError, "Invalid parameter 'degree'", lambda: gp.set_params(degree=3)),
             (ValueError, "rows: 60", lambda: gp.remove([60])),
+            (ValueError, "rows: -61; the model has 60 points", lambda: gp.remove([-61])),
+            (ValueError, "rows: 59 stands there twice", lambda: gp.remove([-1, 59])),
+            (ValueError, "rows has 2 values of bool", lambda: gp.remove([True, False])),
+            (ValueError, "noise_stddev has shape", lambda: egosieve.GaussianProcess(noise_stddev=[0.1] * 60).fit(X, y)),
             (ValueError, "rows: 5 stands there twice", lambda: gp.remove([5, 5])),
             (TypeError, "rows must be", lambda: gp.remove([0.5])),
             (egosieve.arguments.NotFittedError, "not fitted", lambda: egosieve.GaussianProcess().predict(X)),

@@ -88,7 +88,8 @@ EGOSIEVE_API egosieve_status egosieve_gp_free(egosieve_gp* gp);
  * @param gp  The model.
  * @param x   N x D, finite.
  * @param y   N values, finite; -1 and 1 (or between, for soft labels) where probabilities are
- * wanted.
+ * wanted. Where every y is 0 or 1, with a 0 among them, probabilities are refused: 2 y - 1 are
+ * labels.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_condition(egosieve_gp* gp, const egosieve_const_array* x,
                                                    const egosieve_const_array* y);
@@ -115,6 +116,7 @@ typedef struct egosieve_gp_info {
   double jitter;                             /**< Added to sigma_n^2 where (1) was near singular. */
   double squash_a;                           /**< a of (4). */
   double squash_b;                           /**< b of (4). */
+  int64_t has_labels; /**< Nonzero: every y is a label, as egosieve_gp_condition() says. */
 } egosieve_gp_info;
 
 /** Sets struct_size, and every other field to 0. Null does nothing. */
@@ -176,8 +178,9 @@ EGOSIEVE_API egosieve_status egosieve_gp_optimize(egosieve_gp* gp,
                                                   egosieve_optimize_result* result);
 
 /**
- * Fits a and b of (4) by leave-one-out likelihood. All y must lie in [-1, 1]:
- * #EGOSIEVE_FAILED_PRECONDITION otherwise, or with fewer than 2 points. Before, a = 1 and b = 0.
+ * Fits a and b of (4) by leave-one-out likelihood. All y must be labels
+ * (egosieve_gp_condition()): #EGOSIEVE_FAILED_PRECONDITION otherwise, or with fewer than 2 points.
+ * Before, a = 1 and b = 0. Costs nothing where the model has not changed since.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_calibrate(egosieve_gp* gp);
 
@@ -186,7 +189,7 @@ typedef struct egosieve_prediction {
   uint64_t struct_size;       /**< Set by egosieve_prediction_init(). */
   egosieve_array mean;        /**< (2); data null: not wanted. */
   egosieve_array variance;    /**< (3); data null: not wanted. */
-  egosieve_array probability; /**< (4); data null: not wanted. */
+  egosieve_array probability; /**< (4), of labels only; data null: not wanted. */
   int32_t of_observation;     /**< Nonzero: variance is that of an observation. Default: 0. */
   int64_t clamped_variances;  /**< Out: how many were negative from rounding and set to 0. */
 } egosieve_prediction;
@@ -271,8 +274,8 @@ EGOSIEVE_API egosieve_status egosieve_gp_set_annotation(egosieve_gp* gp, const v
  * Copies the annotation out.
  * @param gp        The model.
  * @param bytes     Where to; null where only the size is wanted.
- * @param capacity  Bytes there; fewer than the size: #EGOSIEVE_INVALID_ARGUMENT, with the size
- * told.
+ * @param capacity  Bytes there; fewer than the size: #EGOSIEVE_INVALID_ARGUMENT, and the last error
+ *                  tells the size.
  * @param size      Out: bytes of the annotation.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_annotation(egosieve_gp* gp, void* bytes, int64_t capacity,

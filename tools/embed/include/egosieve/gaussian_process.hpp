@@ -319,8 +319,11 @@ class GaussianProcess {
     int64_t size = 0;
     Status status = Status::FromC(call(nullptr, 0, &size));
     if (!status.ok()) return status;
-    std::string bytes(static_cast<size_t>(size), '\0');
-    status = Status::FromC(call(&bytes[0], size, &size));
+    std::string bytes;
+    do {  // again where another thread has made them more in between
+      bytes.resize(static_cast<size_t>(size));
+      status = Status::FromC(call(&bytes[0], static_cast<int64_t>(bytes.size()), &size));
+    } while (!status.ok() && size > static_cast<int64_t>(bytes.size()));
     if (!status.ok()) return status;
     bytes.resize(static_cast<size_t>(size));
     return bytes;

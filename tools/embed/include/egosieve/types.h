@@ -15,6 +15,7 @@
  *    freed, or never was one, gives #EGOSIEVE_INVALID_HANDLE instead of a crash. A handle may be
  *    used, and freed, by several threads at once.
  *  - Structs that may grow begin with `struct_size`, which the `_init` function of the struct sets.
+ * A library takes the structs of older headers: fields that they lack have their defaults.
  *
  * The header is C99 and C++.
  */

@@ -50,6 +50,30 @@ def _check_finite(name, array):
         raise ValueError(f"{name} contains {what}, first at {place}; NaN and infinity (inf) are not supported")
 
 
+def number(name, value):
+    """One number, the same for every point."""
+    if np.ndim(value) != 0:
+        raise ValueError(f"{name} has shape {np.shape(value)}; it must be one number, the same for all points")
+    return float(value)
+
+
+def indices(name, values, size):
+    """Indices of `size` things as NumPy takes them: integers, negative ones from the end, or an array of bool."""
+    array = np.asarray(values)
+    if array.size == 0 and array.dtype.kind != "b":
+        return []
+    if array.ndim != 1 or array.dtype.kind not in "iub":
+        raise TypeError(f"{name} must be a list of integers or bool; it has dtype {array.dtype} and shape {array.shape}")
+    if array.dtype.kind == "b":
+        if len(array) != size:
+            raise ValueError(f"{name} has {len(array)} values of bool; there are {size} points")
+        return [int(index) for index in np.flatnonzero(array)]
+    for index in array:
+        if not -size <= index < size:
+            raise ValueError(f"{name}: {index}; the model has {size} points")
+    return [int(index) + (size if index < 0 else 0) for index in array]
+
+
 def matrix(name, values):
     """N x D numbers, N and D at least 1, finite."""
     array = _floating(name, values)

@@ -12,8 +12,11 @@ from .predictor import FrozenPosterior, Predictor
 _PARAMETERS_KEY = "egosieve.GaussianProcess"
 
 
-def _are_labels(y):
-    return bool((np.abs(y) <= 1).all())
+def _plain(value):
+    """A NumPy number or array as Python's own, for JSON."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    raise TypeError(f"a parameter of type {type(value).__name__} cannot be saved")
 
 
 class GaussianProcess(Predictor):
@@ -101,7 +104,8 @@ class GaussianProcess(Predictor):
         ----------
         X : array of shape (n_samples, n_features), at most 32 features
         y : array of shape (n_samples,)
-            Any finite numbers; -1 and +1, or between, where predict_proba is wanted.
+            Any finite numbers; -1 and +1, or between, where predict_proba is wanted. Where every y is 0 or 1,
+            predict_proba is refused: 2 * y - 1 are labels.
         """
         X = arguments.matrix("X", X)
         y = arguments.targets("y", y, len(X))
@@ -120,7 +124,7 @@ class GaussianProcess(Predictor):
                 tolerance=1e-3,
                 seed=0 if self.random_state is None else int(self.random_state),
             )
-        self._adopt(model, X.shape[1], offset, scale, _are_labels(y))
+        self._adopt(model, X.shape[1], offset, scale)
         self.optimization_ = optimization
         return self
 
@@ -134,23 +138,23 @@ class GaussianProcess(Predictor):
         if not self._is_fitted():
             model = self._new_model(X.shape[1])
             model.condition(X, y)
-            self._adopt(model, X.shape[1], 0.0, 1.0, _are_labels(y))
+            self._adopt(model, X.shape[1], 0.0, 1.0)
             self.optimization_ = None
             return self
         arguments.features(self, X, self.n_features_in_)
         self._core.condition(X, self._normalized(y, self._offset, self._scale))
-        self._labels = self._labels and _are_labels(y)
         return self
 
     def remove(self, rows):
-        """Removes points by their index in X_train_; those behind them move up. Cost: 2 k n^2 flops."""
+        """Removes points by their index in X_train_; those behind them move up. Cost: 2 k n^2 flops.
+
+        Negative indices count from the end, and an array of bool names the points where it is true, as
+        NumPy's indices do.
+        """
         core, _ = self._fitted()
-        rows = np.asarray(rows)
-        if rows.size == 0:
-            return self
-        if rows.ndim != 1 or rows.dtype.kind not in "iu":
-            raise TypeError(f"rows must be a list of integers; it has dtype {rows.dtype} and shape {rows.shape}")
-        core.remove([int(row) for row in rows])
+        rows = arguments.indices("rows", rows, core.describe()["size"])
+        if len(rows):
+            core.remove(rows)
         return self
 
     def log_marginal_likelihood(self):
@@ -163,9 +167,10 @@ class GaussianProcess(Predictor):
         Where every y lies in [-1, 1], probabilities are calibrated first (n^3 / 3 flops after a change).
         """
         core, count = self._fitted()
-        if self._labels and len(self.y_train_) > 1:
+        labels = self._are_labels()
+        if labels and core.describe()["size"] > 1:
             self._calibrate()
-        return FrozenPosterior(core.posterior(), count, self._offset, self._scale, self._labels)
+        return FrozenPosterior(core.posterior(), count, self._offset, self._scale, labels)
 
     def describe_pixels(self, image, places, order="bgr"):
         """Features of places in an image: u, v, and brightness, red, green and blue around them.
@@ -290,25 +295,28 @@ class GaussianProcess(Predictor):
             gp.set_params(**kept["parameters"])
         except (ValueError, KeyError, TypeError):
             pass  # a file of another program's
-        gp._adopt(model, info["dimension"], offset, scale, True)
-        gp._labels = not gp.normalize_y and _are_labels(gp.y_train_)
+        gp._adopt(model, info["dimension"], offset, scale)
         gp.optimization_ = None
         return gp
 
     def _annotation(self):
         parameters = {name: value for name, value in self.get_params().items() if name not in ("scales", "device")}
         kept = {"offset": self._offset, "scale": self._scale, "parameters": parameters}
-        return json.dumps({_PARAMETERS_KEY: kept}, default=str)
+        return json.dumps({_PARAMETERS_KEY: kept}, default=_plain)
 
     def _new_model(self, n_features):
         scales = None if self.scales is None else [float(scale) for scale in np.ravel(self.scales)]
         return Model(
-            str(self.kernel), n_features, scales, float(self.signal_stddev), float(self.noise_stddev), self.device
+            str(self.kernel),
+            n_features,
+            scales,
+            arguments.number("signal_stddev", self.signal_stddev),
+            arguments.number("noise_stddev", self.noise_stddev),
+            self.device,
         )
 
-    def _adopt(self, model, n_features, offset, scale, labels):
+    def _adopt(self, model, n_features, offset, scale):
         self._core, self._offset, self._scale = model, offset, scale
-        self._labels = labels and not self.normalize_y
         self.n_features_in_ = n_features
 
     @staticmethod
@@ -324,10 +332,10 @@ class GaussianProcess(Predictor):
         return self._core, self.n_features_in_
 
     def _are_labels(self):
-        return not self._is_fitted() or self._labels
+        return not self._is_fitted() or (not self.normalize_y and self._core.describe()["has_labels"])
 
     def _calibrate(self):
-        self._core.ensure_calibrated()
+        self._core.calibrate()
 
     def _points(self):
         core, count = self._fitted()

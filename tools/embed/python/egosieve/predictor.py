@@ -18,7 +18,10 @@ class _OnlyWithLabels:
         if owner is None:
             return self._method
         if not owner._are_labels():
-            raise AttributeError(f"{self._method.__name__} needs every y in [-1, 1]")
+            raise AttributeError(
+                f"{self._method.__name__} needs every y in [-1, 1], -1 and 1 for the classes: "
+                "labels 0 and 1 become these by 2 * y - 1"
+            )
         return functools.partial(self._method, owner)
 
 
@@ -118,7 +121,7 @@ class Predictor:
 
         Probabilistic least squares: Phi((a mean + b) / sqrt(1 + a^2 variance)), where a and b are fitted by
         leave-one-out likelihood the first time after a change of the model. Only there where every y lies in
-        [-1, 1] and normalize_y is false.
+        [-1, 1], not all of them are 0 or 1, and normalize_y is false.
 
         Returns
         -------

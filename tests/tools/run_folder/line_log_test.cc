@@ -1,35 +1,18 @@
-#include "tools/run_folder/atomic_file.h"
+#include "tools/run_folder/line_log.h"
 
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <filesystem>
 #include <fstream>
 
-#include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/tools/testing/fresh_folder.h"
+#include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
 namespace {
-
-using ::testing::HasSubstr;
-
-TEST(WriteFileAtomically, ReplacesTheWholeFileAndLeavesNothingBeside) {
-  const std::string folder = FreshFolder();
-  ASSERT_TRUE(WriteFileAtomically(folder + "/a", "a long first content").ok());
-  ASSERT_TRUE(WriteFileAtomically(folder + "/a", "second").ok());
-  EXPECT_EQ(*ReadFile(folder + "/a"), "second");
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
-}
-
-TEST(WriteFileAtomically, NamesAPathThatCannotBeWritten) {
-  const absl::Status status = WriteFileAtomically("/nowhere/at/all", "x");
-  EXPECT_FALSE(status.ok());
-  EXPECT_THAT(std::string(status.message()), HasSubstr("/nowhere/at/all"));
-}
 
 // A limit on the file size stands for a full disk: the write fails after a part of the bytes.
 template <typename Body>
@@ -44,21 +27,6 @@ int ExitCodeUnderFileSizeLimit(rlim_t bytes, const Body& body) {
   int status = 0;
   waitpid(child, &status, 0);
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
-TEST(WriteFileAtomically, AFullDiskLeavesTheOldFile) {
-  const std::string folder = FreshFolder();
-  ASSERT_TRUE(WriteFileAtomically(folder + "/a", "old").ok());
-  EXPECT_EQ(
-      ExitCodeUnderFileSizeLimit(1000,
-                                 [&] {
-                                   const absl::Status status =
-                                       WriteFileAtomically(folder + "/a", std::string(5000, 'x'));
-                                   return status.code() == absl::StatusCode::kResourceExhausted;
-                                 }),
-      0);
-  EXPECT_EQ(*ReadFile(folder + "/a"), "old");
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
 }
 
 TEST(LineLog, GrowsByWholeLines) {

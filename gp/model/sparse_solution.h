@@ -1,0 +1,90 @@
+// What a sparse model computes from its points: the projections on m inducing inputs u and the sums
+// over them.
+//
+//   L L^T = K_uu + jitter I,  v_i = L^-1 k_u(x_i),  q_ii = |v_i|^2                            (S1)
+//   lambda_i = sigma_n^2                     subset of regressors, DTC (the same training)
+//   lambda_i = sigma_n^2 + k_ii - q_ii       FITC                                            (S2)
+//   A = I + sum_i v_i v_i^T / lambda_i,  c = sum_i v_i y_i / lambda_i                         (S3)
+//
+// Where K_uu's factorisation refuses a pivot, the jitter climbs by tens to 1e-4 sigma_f^2, from at
+// least 1e-10 sigma_f^2 on.
+//
+// Reference: Quinonero-Candela & Rasmussen (2005), "A unifying view of sparse approximate Gaussian
+// process regression".
+#ifndef EGOSIEVE_GP_MODEL_SPARSE_SOLUTION_H_
+#define EGOSIEVE_GP_MODEL_SPARSE_SOLUTION_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "gp/covariance/hyperparameters.h"
+#include "gp/linalg/aligned_matrix.h"
+#include "gp/model/inducing_points.h"
+#include "gp/model/point_set.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/runtime/context.h"
+
+namespace egosieve::gp {
+
+enum class SparseApproximation { kSubsetOfRegressors, kDtc, kFitc };
+
+struct SparseModelOptions {
+  SparseApproximation approximation = SparseApproximation::kDtc;
+  InducingChoice choice = InducingChoice::kPivotedCholesky;
+  int64_t inducing_points = 512;  // m, at most
+  double refresh_share = 0.25;    // of the points added or removed before u is chosen anew
+  double relative_jitter = 1e-6;  // of sigma_n^2, on K_uu's diagonal at first
+  uint64_t seed = 1;              // of the random choices
+
+  absl::Status Validate() const;
+};
+
+struct SparseSolution {
+  std::vector<double> inducing_inputs;  // m x D
+  double jitter = 0.0;                  // on K_uu's diagonal
+  AlignedMatrix factor;                 // L, m x m
+  std::vector<double> projections;      // v, n x m
+  std::vector<double> lambda;           // n
+  AlignedMatrix sum;                    // A, m x m, lower triangle
+  AlignedMatrix sum_factor;             // L_A, m x m
+  std::vector<double> weights;          // A^-1 c, m
+
+  int64_t inducing_size() const { return factor.rows(); }
+};
+
+// FailedPrecondition where no jitter up to the ladder's end makes K_uu positive definite.
+absl::StatusOr<SparseSolution> SolveSparse(kernels::Context& context,
+                                           const SparseModelOptions& options,
+                                           const Hyperparameters& hyperparameters,
+                                           const PointSet& points,
+                                           std::vector<double> inducing_inputs);
+// The same with inducing inputs chosen among the points.
+absl::StatusOr<SparseSolution> ChooseAndSolveSparse(kernels::Context& context,
+                                                    const SparseModelOptions& options,
+                                                    const Hyperparameters& hyperparameters,
+                                                    const PointSet& points);
+
+// (S1), (S2) for points: rows of v (inputs.rows x m) and their lambdas.
+absl::Status ProjectPoints(kernels::Context& context, const SparseModelOptions& options,
+                           const Hyperparameters& hyperparameters, const SparseSolution& solution,
+                           kernels::ConstMatrixView<double> inputs, AlignedMatrix& v,
+                           std::vector<double>& lambda);
+
+// A += sign sum_i v_i v_i^T / lambda_i, the lower triangle's tiles. v: k x m.
+void AddTerms(kernels::ConstMatrixView<double> v, const double* lambda, double sign,
+              kernels::MatrixView<double> a);
+// c += sum_i v_i y_i / lambda_i over `count` points, v packed.
+void AddTargetTerms(const double* v, const double* lambda, const double* targets, int64_t count,
+                    std::vector<double>& c);
+// L_A from A's lower triangle. Its eigenvalues are at least 1, so that this can only fail
+// (Internal) on what is not a number and on what removals have left of it.
+absl::StatusOr<AlignedMatrix> FactorOfSum(const AlignedMatrix& sum);
+// c := A^-1 c.
+void SolveSum(const AlignedMatrix& sum_factor, std::vector<double>& c);
+AlignedMatrix CopyOfSum(const AlignedMatrix& sum);
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_MODEL_SPARSE_SOLUTION_H_

@@ -1,0 +1,41 @@
+// The constant covariance, f(x, x') = 1, of functions that are the same everywhere; no scales.
+#include <memory>
+#include <string>
+
+#include "kernels/covariance/covariance_function.h"
+
+namespace egosieve::kernels {
+namespace {
+
+constexpr char kDeviceCode[] = R"(
+static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) { return (REALV)1; }
+static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, const REALV k, const REALV weight,
+                                 REALV* sums) {}
+static inline float unit_variance@(__global const float* point, const long stride) { return 1.0f; }
+)";
+
+class Constant : public CovarianceDescription {
+ public:
+  Constant() : CovarianceDescription({}) {}
+
+  int64_t PointWidth(int64_t /*dimension*/) const override { return 0; }
+  void Prepare(const double* /*scales*/, int64_t /*dimension*/, const double* /*x*/,
+               const double* /*centre*/, double* /*point*/) const override {}
+  double Value(int64_t /*dimension*/, const double* /*a*/, const double* /*b*/) const override {
+    return 1.0;
+  }
+  void AddGradient(int64_t /*dimension*/, const double* /*a*/, const double* /*b*/,
+                   double /*weight*/, double* /*gradient*/) const override {}
+  double Variance(const double* /*scales*/, int64_t /*dimension*/,
+                  const double* /*x*/) const override {
+    return 1.0;
+  }
+  std::string DeviceCode(const DeviceCodeRequest& request) const override {
+    return WithSuffix(kDeviceCode, request);
+  }
+};
+
+const CovarianceRegistration kRegistration("constant", std::make_unique<Constant>());
+
+}  // namespace
+}  // namespace egosieve::kernels

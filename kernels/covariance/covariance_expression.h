@@ -1,0 +1,34 @@
+// Sums, products and shared scales of covariance functions: descriptions made of descriptions. The
+// grammar stands in covariance_function.h.
+//
+//   sum        p = (p_1, a_2, p_2, ...)   v = v_1 + a_2 a_2' v_2 + ...
+//                                         dv/dlog a_2 = 2 a_2 a_2' v_2
+//   product    p = (p_1, p_2, ...)        v = v_1 v_2 ...
+//   isotropic  p of scales that are alike within a group; a group's derivatives are summed
+#ifndef EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_EXPRESSION_H_
+#define EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_EXPRESSION_H_
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "kernels/covariance/covariance_function.h"
+
+namespace egosieve::kernels {
+
+struct NamedDescription {
+  std::string text;  // canonical
+  std::shared_ptr<const CovarianceDescription> description;
+};
+
+// `names`: the functions that are no composition.
+absl::StatusOr<NamedDescription> ParseCovariance(
+    std::string_view text,
+    const std::map<std::string, std::shared_ptr<const CovarianceDescription>, std::less<>>& names);
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_EXPRESSION_H_

@@ -1,0 +1,149 @@
+// Covariance functions, one description each: all that the library knows of a function stands in
+// its file in this folder, which registers it by name. Nothing else asks which function it has.
+//
+//   k(x, x') = sigma_f^2 f(x, x'; s),   s > 0: scales, optimised as logarithms    (1)
+//
+// A point is prepared once, in float64, and rounded once to the device's type: P values p(x), so
+// that
+//
+//   f(x, x') = v(p(x), p(x'))                                                                (2)
+//
+// is cheap and accurate. v is written twice: in C++ for the reference, and in OpenCL, where a
+// work-item takes a vector of points a against one point b. Where the inputs of a set lie far from
+// zero against their spread, functions of differences subtract a centre c first: rounding is then
+// relative to |x - c|.
+//
+// A function is named by text:
+//
+//   sum      product { "+" product }       f_1 + a_2^2 f_2 + ...;  scales: s_1, a_2, s_2, ...
+//   product  factor { "*" factor }         f_1 f_2 ...;            scales: s_1, s_2, ...
+//   factor   name | "(" sum ")" | "isotropic" "(" sum ")"
+//
+// and has one scale for every input (automatic relevance determination), except within
+// isotropic(...), where all inputs share one: "matern52 + linear * isotropic(periodic)".
+//
+// The OpenCL text of a function defines three functions, static inline, @ standing for a suffix of
+// its own and $D for D; UNROLL stands before loops over the values of a point.
+//
+//   v(a, b):
+//     REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b)
+//   sums[t] += weight dv / d log s_t, where k = v(a, b):
+//     void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, const REALV k,
+//                        const REALV weight, REALV* sums)
+//   f(x, x), where value c of p(x) is point[c stride]:
+//     float unit_variance@(__global const float* point, const long stride)
+#ifndef EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_FUNCTION_H_
+#define EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_FUNCTION_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "kernels/base/matrix_view.h"
+
+namespace egosieve::kernels {
+
+// Scales that belong together: one for every input, or one.
+struct ScaleGroup {
+  enum class Unit { kNone, kInput, kInverseInput };
+
+  bool per_input = true;
+  Unit unit = Unit::kInput;
+  // A start, and bounds of the logarithm, for inputs in [-1, 1].
+  double initial = 0.5;
+  double lower_log = 0.0;
+  double upper_log = 0.0;
+};
+
+// Of a length-scale: 0.5, in [0.02, 20].
+ScaleGroup LengthScales();
+
+struct DeviceCodeRequest {
+  int64_t dimension = 0;  // D
+  std::string suffix;
+  // The training inputs, prepared: what bounds hold of them may simplify the code. Empty: not
+  // known.
+  ConstMatrixView<float> points;
+};
+
+class CovarianceDescription {
+ public:
+  virtual ~CovarianceDescription() = default;
+
+  const std::vector<ScaleGroup>& scale_groups() const { return groups_; }
+  int64_t ScaleCount(int64_t dimension) const { return per_input_ * dimension + fixed_; }
+  // D of a number of scales; 0 where it does not follow from it.
+  int64_t DimensionOf(int64_t scale_count) const;
+
+  // P.
+  virtual int64_t PointWidth(int64_t dimension) const = 0;
+  // p(x); centre: D values.
+  virtual void Prepare(const double* scales, int64_t dimension, const double* x,
+                       const double* centre, double* point) const = 0;
+  // v(a, b).
+  virtual double Value(int64_t dimension, const double* a, const double* b) const = 0;
+  // gradient[t] += weight dv / d log s_t.
+  virtual void AddGradient(int64_t dimension, const double* a, const double* b, double weight,
+                           double* gradient) const = 0;
+  // f(x, x).
+  virtual double Variance(const double* scales, int64_t dimension, const double* x) const = 0;
+  virtual std::string DeviceCode(const DeviceCodeRequest& request) const = 0;
+  // What a log should know of the code, if anything.
+  virtual std::string DeviceNote(const DeviceCodeRequest& /*request*/) const { return ""; }
+
+ protected:
+  explicit CovarianceDescription(std::vector<ScaleGroup> groups);
+
+ private:
+  std::vector<ScaleGroup> groups_;
+  int64_t per_input_ = 0;
+  int64_t fixed_ = 0;
+};
+
+// `text` with the function's suffix and D in place.
+std::string WithSuffix(std::string_view text, const DeviceCodeRequest& request);
+
+// A name for a description; a literal, cheap to copy and compare.
+class CovarianceFunction {
+ public:
+  // The two that the segmenter offers; any other comes from Parse.
+  static const CovarianceFunction kArcsine;
+  static const CovarianceFunction kSquaredExponential;
+
+  // InvalidArgument, saying where and what names there are, for a text that names no function.
+  static absl::StatusOr<CovarianceFunction> Parse(std::string_view text);
+  // Of the functions that are no composition, in alphabetical order.
+  static std::vector<std::string> Names();
+
+  // In its canonical form, which Parse takes.
+  std::string_view text() const { return text_; }
+  const CovarianceDescription& description() const;
+
+  friend bool operator==(const CovarianceFunction& a, const CovarianceFunction& b) {
+    return a.text() == b.text();
+  }
+  friend bool operator!=(const CovarianceFunction& a, const CovarianceFunction& b) {
+    return !(a == b);
+  }
+
+ private:
+  explicit constexpr CovarianceFunction(const char* text) : text_(text) {}
+
+  const char* text_;  // lives as long as the process
+};
+
+inline constexpr CovarianceFunction CovarianceFunction::kArcsine{"arcsine"};
+inline constexpr CovarianceFunction CovarianceFunction::kSquaredExponential{"squared_exponential"};
+
+// Makes a function known; an object at namespace scope in the function's file.
+class CovarianceRegistration {
+ public:
+  CovarianceRegistration(const char* name, std::unique_ptr<const CovarianceDescription> function);
+};
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_FUNCTION_H_

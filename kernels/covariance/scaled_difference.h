@@ -1,0 +1,85 @@
+// What functions of the scaled distance have in common.
+//
+//   p_d(x) = m (x_d - c_d) / l_d,   q_d = (p_d - p'_d)^2,   s = sum_d q_d;  scales (l_1, ..., l_D)
+//
+// In float32 a difference of points carries u (|p| + |p'|), u = 2^-24, in norm, and so does f where
+// its slope by sqrt(s) is at most 1.
+#ifndef EGOSIEVE_KERNELS_COVARIANCE_SCALED_DIFFERENCE_H_
+#define EGOSIEVE_KERNELS_COVARIANCE_SCALED_DIFFERENCE_H_
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "kernels/covariance/covariance_function.h"
+
+namespace egosieve::kernels {
+
+// Device code of s over $D components.
+inline constexpr char kSquaredDistanceCode[] = R"(
+static inline REALV squared_distance@(const REALV* a, POINT_SPACE const REAL* b) {
+  REALV square = (REALV)0;
+  UNROLL for (int c = 0; c < $D; ++c) {
+    const REALV difference = a[c] - b[c];
+    square = fma(difference, difference, square);
+  }
+  return square;
+}
+)";
+
+// Device code of functions with f(x, x) = 1.
+inline constexpr char kUnitVarianceCode[] = R"(
+static inline float unit_variance@(__global const float* point, const long stride) { return 1.0f; }
+)";
+
+// Device code of sums[d] += factor q_d.
+inline constexpr char kAddSquaresCode[] = R"(
+static inline void add_scaled_squares@(const REALV* a, POINT_SPACE const REAL* b, const REALV factor, REALV* sums) {
+  UNROLL for (int c = 0; c < $D; ++c) {
+    const REALV difference = a[c] - b[c];
+    sums[c] = fma(factor, difference * difference, sums[c]);
+  }
+}
+)";
+
+// s.
+inline double SquaredDistance(int64_t components, const double* a, const double* b) {
+  double sum = 0.0;
+  for (int64_t c = 0; c < components; ++c) sum += (a[c] - b[c]) * (a[c] - b[c]);
+  return sum;
+}
+
+// gradient[d] += factor q_d.
+inline void AddSquares(int64_t components, const double* a, const double* b, double factor,
+                       double* gradient) {
+  for (int64_t c = 0; c < components; ++c) gradient[c] += factor * (a[c] - b[c]) * (a[c] - b[c]);
+}
+
+// Functions of s whose first D values of a point are p.
+class ScaledDifference : public CovarianceDescription {
+ public:
+  int64_t PointWidth(int64_t dimension) const override { return dimension; }
+
+  void Prepare(const double* lengths, int64_t dimension, const double* x, const double* centre,
+               double* point) const override {
+    for (int64_t d = 0; d < dimension; ++d) {
+      point[d] = multiplier_ * ((x[d] - centre[d]) / lengths[d]);
+    }
+  }
+
+  double Variance(const double* /*scales*/, int64_t /*dimension*/,
+                  const double* /*x*/) const override {
+    return 1.0;
+  }
+
+ protected:
+  explicit ScaledDifference(double multiplier, std::vector<ScaleGroup> groups = {LengthScales()})
+      : CovarianceDescription(std::move(groups)), multiplier_(multiplier) {}
+
+ private:
+  double multiplier_;  // m
+};
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_COVARIANCE_SCALED_DIFFERENCE_H_

@@ -1,0 +1,52 @@
+// The squared exponential (Gaussian) covariance (Rasmussen & Williams, eq. 4.9):
+//
+//   f(x, x') = exp(-1/2 sum_d ((x_d - x'_d) / l_d)^2),        scales (l_1, ..., l_D)
+//   dv/dlog l_d = f q_d,   q_d = ((x_d - x'_d) / l_d)^2
+//
+// Float32: 0.61 u (|p| + |p'|) from rounding the points (scaled_difference.h), and 10 u.
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "kernels/covariance/scaled_difference.h"
+
+namespace egosieve::kernels {
+namespace {
+
+constexpr char kDeviceCode[] = R"(
+static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
+  return exp_of_negative(squared_distance@(a, b) * (REALV)-0.5f);
+}
+
+static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, const REALV k, const REALV weight,
+                                 REALV* sums) {
+  add_scaled_squares@(a, b, weight * k, sums);
+}
+)";
+
+class SquaredExponential : public ScaledDifference {
+ public:
+  SquaredExponential() : ScaledDifference(1.0) {}
+
+  double Value(int64_t dimension, const double* a, const double* b) const override {
+    return std::exp(-0.5 * SquaredDistance(dimension, a, b));
+  }
+
+  void AddGradient(int64_t dimension, const double* a, const double* b, double weight,
+                   double* gradient) const override {
+    AddSquares(dimension, a, b, weight * Value(dimension, a, b), gradient);
+  }
+
+  std::string DeviceCode(const DeviceCodeRequest& request) const override {
+    return WithSuffix(
+        absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode, kDeviceCode),
+        request);
+  }
+};
+
+const CovarianceRegistration kRegistration("squared_exponential",
+                                           std::make_unique<SquaredExponential>());
+
+}  // namespace
+}  // namespace egosieve::kernels

@@ -1,0 +1,53 @@
+// White noise as part of the function, f(x, x') = 1 where x = x', else 0; no scales. Unlike the
+// noise of the observations it is the same for all observations of one point, and predictions of f
+// have it.
+//
+// Points are compared as they are prepared: in float32, two that differ by less than a rounding are
+// one.
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "kernels/covariance/scaled_difference.h"
+
+namespace egosieve::kernels {
+namespace {
+
+constexpr char kDeviceCode[] = R"(
+static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
+  REALV distance = (REALV)0;
+  UNROLL for (int c = 0; c < $D; ++c) distance = fmax(distance, fabs(a[c] - b[c]));
+  return distance == (REALV)0 ? (REALV)1 : (REALV)0;
+}
+static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, const REALV k, const REALV weight,
+                                 REALV* sums) {}
+)";
+
+class White : public CovarianceDescription {
+ public:
+  White() : CovarianceDescription({}) {}
+
+  int64_t PointWidth(int64_t dimension) const override { return dimension; }
+  void Prepare(const double* /*scales*/, int64_t dimension, const double* x, const double* centre,
+               double* point) const override {
+    for (int64_t d = 0; d < dimension; ++d) point[d] = x[d] - centre[d];
+  }
+  double Value(int64_t dimension, const double* a, const double* b) const override {
+    return std::equal(a, a + dimension, b) ? 1.0 : 0.0;
+  }
+  void AddGradient(int64_t /*dimension*/, const double* /*a*/, const double* /*b*/,
+                   double /*weight*/, double* /*gradient*/) const override {}
+  double Variance(const double* /*scales*/, int64_t /*dimension*/,
+                  const double* /*x*/) const override {
+    return 1.0;
+  }
+  std::string DeviceCode(const DeviceCodeRequest& request) const override {
+    return WithSuffix(absl::StrCat(kUnitVarianceCode, kDeviceCode), request);
+  }
+};
+
+const CovarianceRegistration kRegistration("white", std::make_unique<White>());
+
+}  // namespace
+}  // namespace egosieve::kernels

@@ -1,0 +1,173 @@
+#include "kernels/covariance/covariance_function.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "kernels/base/prepared_points.h"
+#include "kernels/reference/covariance.h"
+#include "tests/kernels/covariance/expressions.h"
+#include "tests/kernels/test_data.h"
+
+namespace egosieve::kernels {
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using testing::HasSubstr;
+
+// Points with a duplicate and, for the periodic function, a step of its period.
+std::vector<double> SomePoints(int64_t n, int64_t dimension) {
+  std::mt19937_64 random = TestRandom();
+  std::vector<double> points = RandomPoints(random, n, dimension);
+  std::copy_n(points.begin(), dimension, points.begin() + dimension);
+  return points;
+}
+
+class EveryFunction : public testing::TestWithParam<std::tuple<std::string, int64_t>> {
+ protected:
+  static constexpr int64_t kCount = 12;
+  EveryFunction()
+      : dimension_(std::get<1>(GetParam())),
+        parameters_(ParametersOf(std::get<0>(GetParam()), dimension_)),
+        points_(SomePoints(kCount, dimension_)),
+        x_(points_.data(), kCount, dimension_) {}
+
+  RowMajor Gram(const CovarianceParameters& parameters) const {
+    RowMajor k(kCount, kCount);
+    reference::CovarianceBlock<double>(parameters, x_, x_, false, {k.data(), kCount, kCount});
+    return k;
+  }
+
+  int64_t dimension_;
+  CovarianceParameters parameters_;
+  std::vector<double> points_;
+  ConstMatrixView<double> x_;
+};
+
+TEST_P(EveryFunction, IsACovariance) {
+  ASSERT_TRUE(parameters_.Validate().ok()) << parameters_.Validate();
+  const RowMajor k = Gram(parameters_);
+  EXPECT_EQ(k, RowMajor(k.transpose()));
+  const CovarianceDescription& function = parameters_.function.description();
+  const double signal = parameters_.signal_stddev * parameters_.signal_stddev;
+  for (int64_t i = 0; i < kCount; ++i) {
+    // The variance is written apart from the value: two roundings a term and factor, of D of them.
+    const double variance =
+        signal * function.Variance(parameters_.scales.data(), dimension_, x_.row(i));
+    EXPECT_NEAR(k(i, i), variance, 1e-14 * static_cast<double>(dimension_ + 10) * variance);
+  }
+  // Positive semidefinite: rounding moves an eigenvalue by n eps |K| at most.
+  RowMajor moved = k;
+  moved.diagonal().array() += 1e-13 * kCount * k.diagonal().maxCoeff();
+  EXPECT_EQ(moved.llt().info(), Eigen::Success);
+}
+
+TEST_P(EveryFunction, DerivativesAreFiniteDifferences) {
+  std::mt19937_64 random = TestRandom();
+  RowMajor w(kCount, kCount);
+  for (int64_t i = 0; i < kCount; ++i) {
+    for (int64_t j = 0; j <= i; ++j) w(i, j) = w(j, i) = Uniform(random, -1.0, 1.0);
+  }
+  const std::vector<double> gradient =
+      reference::CovarianceGradient(parameters_, x_, {w.data(), kCount, kCount});
+  ASSERT_EQ(gradient.size(), parameters_.scales.size() + 1);
+  const double size = Gram(parameters_).cwiseAbs().sum();
+  for (size_t t = 0; t < gradient.size(); ++t) {
+    // Five-point rule: its truncation is h^4 / 30 times the fifth derivative by the logarithm,
+    // which is 1e5 times k at most (the periodic one goes through 15 radians between two points,
+    // and 15^5 is 8e5, where its covariance is a tenth); its rounding eps / h times the sum.
+    const double h = 1e-3, offsets[4] = {-2.0 * h, -h, h, 2.0 * h};
+    double values[4];
+    for (int i = 0; i < 4; ++i) {
+      CovarianceParameters moved = parameters_;
+      (t < moved.scales.size() ? moved.scales[t] : moved.signal_stddev) *= std::exp(offsets[i]);
+      values[i] = Gram(moved).cwiseProduct(w).sum();
+    }
+    const double difference =
+        (values[0] - 8.0 * values[1] + 8.0 * values[2] - values[3]) / (12.0 * h);
+    EXPECT_NEAR(gradient[t], difference, (1e-12 / 30.0 * 1e5 + 4.4e-16 / h * 4.0) * size)
+        << "parameter " << t;
+  }
+}
+
+TEST_P(EveryFunction, HasATextABoundAndAStartForEveryScale) {
+  const CovarianceFunction function = parameters_.function;
+  EXPECT_EQ(Function(std::string(function.text())), function);
+  const CovarianceDescription& description = function.description();
+  EXPECT_EQ(&Function(std::string(function.text())).description(), &description);
+  const int64_t count = description.ScaleCount(dimension_);
+  const int64_t told = description.DimensionOf(count);
+  EXPECT_TRUE(told == dimension_ || told == 0);
+  for (const ScaleGroup& group : description.scale_groups()) {
+    EXPECT_LT(group.lower_log, std::log(group.initial));
+    EXPECT_GT(group.upper_log, std::log(group.initial));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Functions, EveryFunction,
+                         testing::Combine(testing::ValuesIn(Expressions()),
+                                          testing::Values(1, 6, 32, 100)));
+
+TEST(CovarianceFunction, ListsEveryFunction) {
+  EXPECT_EQ(
+      CovarianceFunction::Names(),
+      (std::vector<std::string>{"arcsine", "constant", "linear", "matern12", "matern32", "matern52",
+                                "periodic", "rational_quadratic", "squared_exponential", "white"}));
+}
+
+TEST(CovarianceFunction, ReadsItsGrammar) {
+  const auto canonical = [](const char* text) { return std::string(Function(text).text()); };
+  EXPECT_EQ(canonical("matern52"), "matern52");
+  EXPECT_EQ(canonical(" ( (arcsine) ) "), "arcsine");
+  EXPECT_EQ(canonical("linear+constant*white"), "linear + constant * white");
+  EXPECT_EQ(canonical("(linear+constant)*white"), "(linear + constant) * white");
+  EXPECT_EQ(canonical("isotropic( linear )"), "isotropic(linear)");
+  EXPECT_EQ(Function("arcsine"), CovarianceFunction::kArcsine);
+  EXPECT_NE(Function("matern52"), CovarianceFunction::kArcsine);
+}
+
+TEST(CovarianceFunction, SaysWhatItCannotRead) {
+  const auto message = [](const std::string& text) {
+    const auto function = CovarianceFunction::Parse(text);
+    EXPECT_EQ(function.status().code(), absl::StatusCode::kInvalidArgument) << text;
+    return std::string(function.status().message());
+  };
+  EXPECT_THAT(message("matern53"), HasSubstr("character 1; functions are arcsine, constant"));
+  EXPECT_THAT(message(""), HasSubstr("expected a covariance function"));
+  EXPECT_THAT(message("linear + "), HasSubstr("expected a covariance function at character 10"));
+  EXPECT_THAT(message("(linear"), HasSubstr("expected ')'"));
+  EXPECT_THAT(message("linear white"), HasSubstr("expected '+' or '*'"));
+  EXPECT_THAT(message("isotropic linear"), HasSubstr("expected '(' after isotropic"));
+  EXPECT_THAT(message(std::string(100, '(') + "linear"), HasSubstr("parentheses"));
+}
+
+TEST(CovarianceParameters, ScalesAreCounted) {
+  CovarianceParameters parameters = ParametersOf("isotropic(matern52)", 3);
+  EXPECT_TRUE(parameters.Validate().ok());
+  parameters.dimension = 0;  // one scale does not tell
+  EXPECT_THAT(std::string(parameters.Validate().message()), HasSubstr("input dimension 0"));
+  parameters = ParametersOf("matern52", 3);
+  parameters.dimension = 2;
+  EXPECT_THAT(std::string(parameters.Validate().message()),
+              HasSubstr("scales: 3 values; matern52 of 2 inputs has 2"));
+}
+
+// Distances of inputs far from zero keep float32's digits.
+TEST(PointPreparation, CentresWhatLiesFarFromZero) {
+  CovarianceParameters parameters = ParametersOf("squared_exponential", 1);
+  parameters.scales = {1.0};
+  const double x[2] = {4000.0, 4000.7};
+  const PointPreparation preparation(parameters, CentreOf({x, 2, 1}));
+  float a = 0.0f, b = 0.0f;
+  preparation.Prepare(&x[0], &a, 1);
+  preparation.Prepare(&x[1], &b, 1);
+  EXPECT_NEAR(b - a, 0.7, 1e-6);
+}
+
+}  // namespace
+}  // namespace egosieve::kernels

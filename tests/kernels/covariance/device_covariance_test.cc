@@ -1,0 +1,168 @@
+// Every covariance function on the device against the float64 reference: values, derivatives,
+// posterior.
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "kernels/base/prepared_points.h"
+#include "kernels/ops/covariance_gradient.h"
+#include "kernels/ops/covariance_matrix.h"
+#include "kernels/ops/dense_posterior.h"
+#include "kernels/reference/covariance.h"
+#include "kernels/reference/dense_posterior.h"
+#include "tests/kernels/covariance/expressions.h"
+#include "tests/kernels/test_data.h"
+
+namespace egosieve::kernels {
+namespace {
+
+constexpr int64_t kCount = 21;    // ends inside a vector
+constexpr int64_t kQueries = 37;  // likewise
+
+class OnTheDevice : public testing::TestWithParam<std::tuple<std::string, int64_t>> {
+ protected:
+  OnTheDevice()
+      : random_(TestRandom()),
+        dimension_(std::get<1>(GetParam())),
+        parameters_(ParametersOf(std::get<0>(GetParam()), dimension_)),
+        points_(RandomPoints(random_, kCount, dimension_)),
+        x_(points_.data(), kCount, dimension_) {
+    std::copy_n(points_.begin(), dimension_, points_.begin() + dimension_);
+  }
+
+  // A covariance's error in roundings: |p| + |p'| of them from rounding the points, by a slope of 2
+  // at most (a product of two functions), and 60 from the arithmetic; times the largest variance.
+  double Roundings() const {
+    const PointPreparation preparation(parameters_);
+    std::vector<double> point(preparation.width());
+    double norm = 0.0, variance = 1.0;
+    for (int64_t i = 0; i < kCount; ++i) {
+      preparation.Prepare(x_.row(i), point.data(), 1);
+      double square = 0.0;
+      for (const double value : point) square += value * value;
+      norm = std::max(norm, std::sqrt(square));
+      variance = std::max(variance, parameters_.function.description().Variance(
+                                        parameters_.scales.data(), dimension_, x_.row(i)));
+    }
+    return (4.0 * norm + 60.0) * variance;
+  }
+
+  template <typename T>
+  void ExpectReferencesMatrix(double unit_roundoff) {
+    GuardedMatrix<T> actual(kCount, kCount, 3);
+    GuardedMatrix<double> expected(kCount, kCount, 0);
+    const absl::Status status =
+        CrossCovariance<T>(*TestContext(), parameters_, x_, x_, actual.view());
+    ASSERT_TRUE(status.ok()) << status;
+    EXPECT_TRUE(actual.guards_intact());
+    reference::CovarianceBlock<double>(parameters_, x_, x_, false, expected.view());
+    const double signal = parameters_.signal_stddev * parameters_.signal_stddev;
+    for (int64_t i = 0; i < kCount; ++i) {
+      for (int64_t j = 0; j < kCount; ++j) {
+        ASSERT_NEAR(actual(i, j), expected(i, j), Roundings() * unit_roundoff * signal)
+            << i << ", " << j;
+      }
+    }
+  }
+
+  std::mt19937_64 random_;
+  int64_t dimension_;
+  CovarianceParameters parameters_;
+  std::vector<double> points_;
+  ConstMatrixView<double> x_;
+};
+
+TEST_P(OnTheDevice, ValuesAreTheReferences) {
+  ExpectReferencesMatrix<float>(std::ldexp(1.0, -24));
+  ExpectReferencesMatrix<double>(std::ldexp(1.0, -53));
+}
+
+TEST_P(OnTheDevice, DerivativesAreTheReferences) {
+  std::vector<double> w(kCount * kCount);
+  for (double& weight : w) weight = Uniform(random_, -1.0, 1.0);
+  const ConstMatrixView<double> weights(w.data(), kCount, kCount);
+  const auto actual = CovarianceGradient(*TestContext(), parameters_, x_, weights);
+  ASSERT_TRUE(actual.ok()) << actual.status();
+  const std::vector<double> expected = reference::CovarianceGradient(parameters_, x_, weights);
+  ASSERT_EQ(actual->size(), expected.size());
+  // Some hundred roundings in each of the n^2 terms, which are of the order of the variance; the
+  // derivative of Matern 1/2 divides by the distance.
+  const double tolerance = 1e3 * kCount * kCount * Roundings() * std::ldexp(1.0, -53);
+  for (size_t t = 0; t < expected.size(); ++t) {
+    EXPECT_NEAR((*actual)[t], expected[t], tolerance) << "parameter " << t;
+  }
+}
+
+TEST_P(OnTheDevice, PosteriorIsTheReferences) {
+  const double noise = 0.5;
+  const Problem problem = MakeProblem(random_, parameters_, 50, noise);
+  const PosteriorModel model = problem.model(FactorKind::kCholesky);
+  const auto posterior = DensePosterior::Create(TestContext(), model);
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  std::vector<float> queries(kQueries * dimension_);
+  for (float& value : queries) value = static_cast<float>(Uniform(random_, -1.0, 1.0));
+  const ConstMatrixView<float> at(queries.data(), kQueries, dimension_);
+  std::vector<float> mean(kQueries), variance(kQueries);
+  const auto counts = (*posterior)->Evaluate(at, {mean.data(), variance.data()});
+  ASSERT_TRUE(counts.ok()) << counts.status();
+  std::vector<double> means(kQueries), variances(kQueries);
+  reference::DensePosterior(model).Evaluate(at, means.data(), variances.data(),
+                                            static_cast<double*>(nullptr));
+  // As tests/kernels/test_data.h's bounds, with this function's own roundings of a covariance e:
+  // e sigma_f^2 |alpha|_1 for the mean, 2 |v| sqrt(n) e sigma_f^2 / sigma_n for the variance.
+  const double signal = parameters_.signal_stddev * parameters_.signal_stddev;
+  const double error = signal * Roundings() * std::ldexp(1.0, -24);
+  double alpha = 0.0;
+  for (const double value : problem.alpha) alpha += std::abs(value);
+  const double prior = signal * Roundings() / 60.0;
+  for (int64_t q = 0; q < kQueries; ++q) {
+    EXPECT_NEAR(mean[q], means[q], error * alpha);
+    EXPECT_NEAR(variance[q], variances[q],
+                error + 4.0 * std::sqrt(prior) * std::sqrt(50.0) * error / noise);
+  }
+}
+
+std::string NameOf(const testing::TestParamInfo<std::tuple<std::string, int64_t>>& info) {
+  std::string name;
+  for (const char c : std::get<0>(info.param)) {
+    if (std::isalnum(static_cast<unsigned char>(c))) name.push_back(c);
+    if (c == '+') name += "Plus";
+    if (c == '*') name += "Times";
+  }
+  return name + "Of" + std::to_string(std::get<1>(info.param));
+}
+
+INSTANTIATE_TEST_SUITE_P(Functions, OnTheDevice,
+                         testing::Combine(testing::ValuesIn(CovarianceFunction::Names()),
+                                          testing::Values(6)),
+                         NameOf);
+INSTANTIATE_TEST_SUITE_P(Compositions, OnTheDevice,
+                         testing::Combine(testing::ValuesIn(Compositions()), testing::Values(1)),
+                         NameOf);
+INSTANTIATE_TEST_SUITE_P(ManyInputs, OnTheDevice,
+                         testing::Combine(testing::Values("arcsine", "matern52 + linear"),
+                                          testing::Values(32, 100)),
+                         NameOf);
+
+// Inputs far from zero: the distance keeps its digits, since a centre is taken away first.
+TEST(DeviceCovariance, IsAccurateFarFromZero) {
+  CovarianceParameters parameters = ParametersOf("squared_exponential", 1);
+  parameters.scales = {1.0};
+  parameters.signal_stddev = 1.0;
+  const double x[3] = {4000.0, 4000.7, 4001.9};
+  GuardedMatrix<float> k(3, 3);
+  ASSERT_TRUE(
+      CovarianceMatrix<float>(*TestContext(), parameters, {x, 3, 1}, 0.0, Triangle::kFull, k.view())
+          .ok());
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      EXPECT_NEAR(k(i, j), std::exp(-0.5 * (x[i] - x[j]) * (x[i] - x[j])), 2e-6);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace egosieve::kernels

@@ -1,0 +1,59 @@
+// Covariance functions for tests: every one that is registered, and compositions nested three deep.
+#ifndef EGOSIEVE_TESTS_KERNELS_COVARIANCE_EXPRESSIONS_H_
+#define EGOSIEVE_TESTS_KERNELS_COVARIANCE_EXPRESSIONS_H_
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "kernels/base/covariance_parameters.h"
+#include "kernels/covariance/covariance_function.h"
+
+namespace egosieve::kernels {
+
+inline std::vector<std::string> Compositions() {
+  return {"isotropic(matern52)",
+          "isotropic(rational_quadratic) + white",
+          "matern32 * periodic",
+          "linear * isotropic(squared_exponential) + constant",
+          "(squared_exponential + matern12 * (linear + constant)) * isotropic(periodic + arcsine)",
+          "isotropic((arcsine + matern52) * (periodic + white * (constant + linear)))"};
+}
+
+inline std::vector<std::string> Expressions() {
+  std::vector<std::string> all = CovarianceFunction::Names();
+  for (const std::string& composition : Compositions()) all.push_back(composition);
+  return all;
+}
+
+inline CovarianceFunction Function(const std::string& text) {
+  const auto function = CovarianceFunction::Parse(text);
+  EXPECT_TRUE(function.ok()) << function.status();
+  return function.ok() ? *function : CovarianceFunction::kArcsine;
+}
+
+// Scales of which no two are alike. For inputs in [-1, 1], differences over length-scales and
+// weighted inputs are of the order of one, whatever D.
+inline CovarianceParameters ParametersOf(const std::string& text, int64_t dimension) {
+  CovarianceParameters parameters;
+  parameters.function = Function(text);
+  parameters.dimension = dimension;
+  parameters.signal_stddev = 1.3;
+  const double root = std::sqrt(static_cast<double>(dimension));
+  double factor = 0.8;
+  for (const ScaleGroup& group : parameters.function.description().scale_groups()) {
+    for (int64_t i = 0; i < (group.per_input ? dimension : 1); ++i) {
+      factor = factor > 1.3 ? 0.8 : 1.07 * factor;
+      const double unit = group.unit == ScaleGroup::Unit::kInput          ? root
+                          : group.unit == ScaleGroup::Unit::kInverseInput ? 1.0 / root
+                                                                          : 1.0;
+      parameters.scales.push_back(factor * unit);
+    }
+  }
+  return parameters;
+}
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_TESTS_KERNELS_COVARIANCE_EXPRESSIONS_H_

@@ -1,0 +1,76 @@
+// A device that fails late in a prediction of several pieces: nothing has been written by then.
+#include <CL/cl.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "tests/kernels/failing_calls.h"
+#include "tools/embed/include/egosieve/gaussian_process.h"
+
+namespace egosieve {
+namespace {
+
+constexpr int64_t kQueries = 3 * (int64_t{1} << 16);  // tools/embed/c/prediction.h: three pieces
+constexpr double kUntouched = -7.0;
+
+egosieve_const_array Input(const std::vector<double>& values, int64_t columns) {
+  return {values.data(),
+          EGOSIEVE_FLOAT64,
+          static_cast<int64_t>(values.size()) / columns,
+          columns,
+          0,
+          0};
+}
+
+egosieve_array Output(std::vector<double>& values) {
+  return {values.data(), EGOSIEVE_FLOAT64, static_cast<int64_t>(values.size()), 1, 0, 0};
+}
+
+TEST(PredictionFailure, WritesNothingHoweverLateItComes) {
+  const char* device = std::getenv("EGOSIEVE_DEVICE");
+  if (device != nullptr && std::string(device) == "reference") {
+    GTEST_SKIP() << "the reference calls no driver";
+  }
+  egosieve_gp_options options;
+  egosieve_gp_options_init(&options);
+  options.dimension = 1;
+  egosieve_gp* gp = nullptr;
+  ASSERT_EQ(egosieve_gp_create(&options, &gp), EGOSIEVE_OK);
+  const std::vector<double> x = {0.0, 0.5, 1.0}, y = {0.0, 1.0, -1.0};
+  const egosieve_const_array inputs = Input(x, 1), targets = Input(y, 1);
+  ASSERT_EQ(egosieve_gp_condition(gp, &inputs, &targets), EGOSIEVE_OK);
+
+  std::vector<double> queries(kQueries);
+  for (int64_t i = 0; i < kQueries; ++i) queries[i] = static_cast<double>(i) / kQueries;
+  const egosieve_const_array places = Input(queries, 1);
+  int failures = 0;
+  for (int nth = 0;; ++nth) {
+    SCOPED_TRACE(nth);
+    std::vector<double> mean(kQueries, kUntouched), variance(kQueries, kUntouched);
+    egosieve_prediction prediction;
+    egosieve_prediction_init(&prediction);
+    prediction.mean = Output(mean);
+    prediction.variance = Output(variance);
+    prediction.clamped_variances = -7;
+    kernels::FailCall("clEnqueueNDRangeKernel", nth, CL_DEVICE_NOT_AVAILABLE);
+    const egosieve_status status = egosieve_gp_predict(gp, &places, &prediction);
+    if (!kernels::CallHasFailed()) {
+      EXPECT_EQ(status, EGOSIEVE_OK);
+      EXPECT_EQ(std::count(mean.begin(), mean.end(), kUntouched), 0);
+      break;
+    }
+    ++failures;
+    EXPECT_EQ(status, EGOSIEVE_UNAVAILABLE);
+    EXPECT_EQ(std::count(mean.begin(), mean.end(), kUntouched), kQueries);
+    EXPECT_EQ(std::count(variance.begin(), variance.end(), kUntouched), kQueries);
+    EXPECT_EQ(prediction.clamped_variances, -7);
+  }
+  EXPECT_GE(failures, 3) << "the prediction was no longer in pieces";
+  EXPECT_EQ(egosieve_gp_free(gp), EGOSIEVE_OK);
+}
+
+}  // namespace
+}  // namespace egosieve

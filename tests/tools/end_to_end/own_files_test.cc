@@ -1,0 +1,173 @@
+// What a run reads is not what it removes, and what it wrote is there, or made again.
+#include <signal.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "absl/strings/str_format.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/patch_drive.h"
+#include "tests/tools/testing/program.h"
+#include "tests/tools/testing/run_comparison.h"
+#include "tools/run_folder/folder_lock.h"
+#include "tools/run_folder/run_folder.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class OwnFiles : public testing::Test {
+ protected:
+  static constexpr int kFrames = 10;
+
+  OwnFiles() : root_(FreshFolder()), run_(root_ + "/run") {
+    WritePatchDrive(root_, SmallPatchDrive(kFrames));
+  }
+
+  ProgramOutcome Segment(const std::string& input, std::vector<std::string> more = {}) const {
+    std::vector<std::string> arguments = {"segment",
+                                          input,
+                                          "--out=" + run_,
+                                          "--budget=150",
+                                          "--stride=8",
+                                          "--progress=none",
+                                          "--checkpoint_every=4"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunProgram(arguments);
+  }
+  ProgramOutcome SegmentFrames(std::vector<std::string> more = {}) const {
+    return Segment(root_ + "/frames", std::move(more));
+  }
+
+  void Keep() const { fs::copy(run_, root_ + "/kept", fs::copy_options::recursive); }
+  std::string Changes() const { return CompareRuns(root_ + "/kept", run_); }
+
+  std::string root_, run_;
+};
+
+TEST_F(OwnFiles, ARunIsNotReplacedByWhatIsReadFromIt) {
+  ASSERT_EQ(SegmentFrames().code, 0);
+  ASSERT_EQ(RunProgram({"render", run_, "--no_video", "--progress=none"}).code, 0);
+  fs::create_symlink(run_ + "/render", root_ + "/link");
+  fs::create_directories(root_ + "/links");
+  for (int i = 0; i < kFrames; ++i) {
+    const std::string name = absl::StrFormat("/%06d.png", i);
+    fs::create_symlink(run_ + "/render" + name, root_ + "/links" + name);
+  }
+  Keep();
+  for (const std::string& input : {run_ + "/render", root_ + "/link", root_ + "/links",
+                                   run_ + "/render/*.png", run_ + "/../run/render"}) {
+    const ProgramOutcome outcome = Segment(input, {"--overwrite"});
+    EXPECT_EQ(outcome.code, 2) << input << ": " << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("is or holds what is read")) << input;
+    EXPECT_EQ(CountLines(outcome.err), 1);
+    ASSERT_EQ(Changes(), "") << input;
+  }
+}
+
+TEST_F(OwnFiles, MapsDoNotReplaceTheRunTheyComeFrom) {
+  ASSERT_EQ(SegmentFrames({"--learn_only"}).code, 0);
+  fs::create_symlink(run_, root_ + "/link");
+  fs::create_symlink(root_, root_ + "/deep");
+  Keep();
+  for (const std::string& out : {root_ + "/link", root_ + "/deep/run", run_ + "/inside"}) {
+    const ProgramOutcome outcome =
+        RunProgram({"infer", run_, "--out=" + out, "--overwrite", "--progress=none"});
+    EXPECT_EQ(outcome.code, 2) << out << ": " << outcome.err;
+    ASSERT_EQ(Changes(), "") << out;
+  }
+  EXPECT_EQ(RunProgram({"infer", root_ + "/link", "--out=" + run_, "--overwrite"}).code, 2);
+  EXPECT_EQ(Changes(), "");
+}
+
+TEST_F(OwnFiles, ARunThatIsBeingWrittenIsNotReplaced) {
+  ASSERT_EQ(SegmentFrames({"--learn_only"}).code, 0);
+  const std::string out = root_ + "/maps";
+  ASSERT_EQ(RunProgram({"infer", run_, "--out=" + out, "--progress=none"}).code, 0);
+  fs::copy(out, root_ + "/kept", fs::copy_options::recursive);
+  const auto infer = [&] {
+    return RunProgram({"infer", run_, "--out=" + out, "--overwrite", "--progress=none"});
+  };
+  {
+    const absl::StatusOr<FolderLock> user = FolderLock::Use(out);
+    ASSERT_TRUE(user.ok());
+    EXPECT_EQ(infer().code, 2);
+    EXPECT_EQ(CompareRuns(root_ + "/kept", out), "");
+  }
+  EXPECT_EQ(infer().code, 0);
+}
+
+TEST_F(OwnFiles, MissingAndEmptyMapsAreMadeAgain) {
+  ASSERT_EQ(SegmentFrames().code, 0);
+  Keep();
+  fs::remove(run_ + "/grid/000006.prob.png");
+  fs::resize_file(run_ + "/grid/000008.std.png", 0);
+  const ProgramOutcome reconstruct = RunProgram({"reconstruct", run_, "--progress=none"});
+  EXPECT_EQ(reconstruct.code, 3);
+  EXPECT_THAT(reconstruct.err, HasSubstr("the map of frame 6"));
+  EXPECT_THAT(reconstruct.err, HasSubstr("egosieve segment --resume --out=" + run_));
+  EXPECT_FALSE(fs::exists(run_ + "/full"));
+  EXPECT_EQ(SegmentFrames({"--resume"}).code, 0);
+  EXPECT_EQ(Changes(), "");
+  EXPECT_THAT(SegmentFrames({"--resume"}).out, HasSubstr("holds the whole run already"));
+}
+
+TEST_F(OwnFiles, TheSecondCallHasTheExitCodeOfTheFirst) {
+  const std::string torn = root_ + "/frames/000004.png";
+  fs::resize_file(torn, fs::file_size(torn) / 2);
+  for (int call = 0; call < 2; ++call) {
+    const ProgramOutcome outcome = SegmentFrames({"--resume", "--learn_only"});
+    EXPECT_EQ(outcome.code, 4) << call;
+    EXPECT_THAT(outcome.err, HasSubstr("1 frames could not be read")) << call;
+  }
+  for (int call = 0; call < 2; ++call) {
+    EXPECT_EQ(RunProgram({"infer", run_, "--progress=none"}).code, 4) << call;
+  }
+}
+
+// From before anything is written to the end, a signal is a request to end between two frames. What
+// comes before the program's first instruction, while the system loads its libraries, is not.
+TEST_F(OwnFiles, AnEarlySignalIsAnInterruption) {
+  constexpr int kLongestWait = 60000;  // steps of a millisecond, for a program that has crashed
+  const auto catches_sigterm = [](pid_t process) {
+    const absl::StatusOr<std::string> status =
+        ReadFile(absl::StrFormat("/proc/%d/status", process));
+    if (!status.ok()) return false;
+    const size_t place = status->find("SigCgt:");
+    return place != std::string::npos &&
+           (std::stoull(status->substr(place + 7), nullptr, 16) >> (SIGTERM - 1) & 1) != 0;
+  };
+  for (const int milliseconds : {0, 20, 60, 120, 300}) {
+    fs::remove_all(run_);
+    const pid_t process = StartProgram({"segment", root_ + "/frames", "--out=" + run_,
+                                        "--budget=150", "--stride=8", "--progress=none"},
+                                       root_ + "/out.txt", root_ + "/err.txt");
+    bool was_written = false;
+    for (int wait = 0; wait < kLongestWait && !catches_sigterm(process); ++wait) {
+      was_written = was_written || fs::exists(run_);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    EXPECT_FALSE(was_written) << "something was written before signals were caught";
+    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+    kill(process, SIGTERM);
+    const int code = WaitForProgram(process);
+    EXPECT_TRUE(code == 130 || code == 0) << code << ": " << *ReadFile(root_ + "/err.txt");
+    if (code == 130 && fs::exists(run_)) {
+      EXPECT_EQ(RunFolder::Open(run_)->ReadDescription()->ended, "interrupted");
+    }
+    const ProgramOutcome resumed =
+        RunProgram({"segment", root_ + "/frames", "--out=" + run_, "--budget=150", "--stride=8",
+                    "--progress=none", "--resume"});
+    EXPECT_EQ(resumed.code, 0) << resumed.err;
+    EXPECT_EQ(RunFolder::Open(run_)->ReadLines()->size(), static_cast<size_t>(kFrames));
+  }
+}
+
+}  // namespace
+}  // namespace egosieve::tools

@@ -1,0 +1,172 @@
+#include "tools/reconstruct/reconstruct_command.h"
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "absl/strings/str_split.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/tools/testing/fake_run.h"
+#include "tests/tools/testing/run_command.h"
+#include "tools/reconstruct/reconstruct_run.h"
+#include "tools/run_folder/atomic_file.h"
+#include "tools/run_folder/folder_lock.h"
+
+namespace egosieve::tools {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(ReconstructCommand, WritesMapsOfTheFramesSize) {
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct");
+  ASSERT_EQ(RunCommandForTest(MakeReconstructCommand(),
+                              {run.folder.path(), "--what=probability,deviation,class"})
+                .code,
+            0);
+  EXPECT_FALSE(std::filesystem::exists(run.folder.File("masks")));
+  const cv::Mat probability = cv::imread(run.folder.FrameFile("full", 3, ".prob.png"), -1);
+  const cv::Mat deviation = cv::imread(run.folder.FrameFile("full", 3, ".std.png"), -1);
+  const cv::Mat classes = cv::imread(run.folder.FrameFile("full", 3, ".class.png"), -1);
+  EXPECT_EQ(probability.size(), cv::Size(96, 64));
+  EXPECT_EQ(probability.type(), CV_16UC1);
+  EXPECT_EQ(deviation.at<uint16_t>(10, 10), std::lround(0.4 / 4.0 * 65535));
+  EXPECT_EQ(classes.type(), CV_8UC1);
+  EXPECT_EQ(classes.at<uint8_t>(0, 95), 0);
+  EXPECT_EQ(classes.at<uint8_t>(32, 33), 255);  // the disc's centre in frame 3
+}
+
+TEST(ReconstructCommand, ListsObjects) {
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_objects");
+  ASSERT_EQ(RunCommandForTest(MakeReconstructCommand(), {run.folder.path()}).code, 0);
+  const auto objects_of = [&](int frame) {
+    return nlohmann::json::parse(*ReadFile(run.folder.FrameFile("full", frame, ".objects.json")));
+  };
+  EXPECT_TRUE(objects_of(0).empty());  // the prior is likely everywhere, and sure nowhere
+  const nlohmann::json objects = objects_of(3);
+  ASSERT_EQ(objects.size(), 1u);
+  const cv::Mat points = FakeMask({}, 3);
+  const cv::Rect disc = cv::boundingRect(points);
+  const auto box = objects[0].at("box").get<std::vector<int>>();
+  const cv::Rect found(box[0], box[1], box[2], box[3]);
+  EXPECT_GT((found & disc).area(), 0.9 * disc.area());
+  EXPECT_LT(found.area(), 2.0 * disc.area());  // a grid pixel is 5 pixels wide
+  EXPECT_GT(objects[0].at("peak_probability"), 0.85);
+  EXPECT_GT(objects[0].at("sure"), 0.3);
+  ASSERT_EQ(
+      RunCommandForTest(MakeReconstructCommand(), {run.folder.path(), "--object_high=0.99"}).code,
+      0);
+  EXPECT_TRUE(objects_of(3).empty());
+}
+
+TEST(ReconstructCommand, WritesMasksNumbersAndTracks) {
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_masks");
+  ASSERT_EQ(RunCommandForTest(MakeReconstructCommand(), {run.folder.path()}).code, 0);
+  const cv::Mat mask = cv::imread(run.folder.FrameFile("masks", 3, ".png"), -1);
+  const cv::Mat ids = cv::imread(run.folder.FrameFile("ids", 3, ".png"), -1);
+  ASSERT_EQ(mask.type(), CV_8UC1);
+  ASSERT_EQ(ids.type(), CV_16UC1);
+  const cv::Mat1b disc = FakeMask({}, 3);
+  EXPECT_GT(cv::countNonZero(mask & disc), 0.8 * cv::countNonZero(mask | disc));
+  EXPECT_EQ(cv::countNonZero((mask != 0) != (ids != 0)), 0);
+  // The first frame has the prior, and its neighbour, noise that no flow holds, tells it nothing.
+  EXPECT_EQ(cv::countNonZero(cv::imread(run.folder.FrameFile("masks", 0, ".png"), -1)), 0);
+  const std::vector<std::string> rows =
+      absl::StrSplit(*ReadFile(run.folder.File("tracks.csv")), '\n', absl::SkipEmpty());
+  ASSERT_GE(rows.size(), 6u);
+  EXPECT_EQ(rows[0], kTracksHeader);
+  const std::vector<std::string> row = absl::StrSplit(rows[3], ',');
+  ASSERT_EQ(row.size(), 10u);
+  EXPECT_EQ(row[0], "3");
+  EXPECT_EQ(row[7], std::to_string(cv::countNonZero(mask)));
+  EXPECT_FALSE(std::filesystem::exists(run.folder.FrameFile("full", 3, ".prob.png")));
+}
+
+// All that reconstruct writes, by name.
+std::map<std::string, std::string> ProductsOf(const RunFolder& folder) {
+  std::map<std::string, std::string> products;
+  for (const char* name : {"masks", "ids", "full"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder.File(name))) {
+      products[entry.path().filename().string() + name] = *ReadFile(entry.path().string());
+    }
+  }
+  products["tracks"] = *ReadFile(folder.File("tracks.csv"));
+  return products;
+}
+
+TEST(ReconstructRun, GoesOnWithTheSameBytes) {
+  FakeRunOptions options;
+  options.frames = 40;  // more than a chunk
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_resume", options);
+  const absl::StatusOr<std::shared_ptr<kernels::Context>> context = kernels::OpenContext({});
+  ASSERT_TRUE(context.ok()) << context.status();
+  const std::vector<FrameLine> lines = *run.folder.ReadLines();
+  ReconstructOptions what;
+  auto whole = ReconstructRun::Open(*context, run.folder, lines, what);
+  ASSERT_TRUE(whole.ok()) << whole.status();
+  ASSERT_TRUE((*whole)->Run([] { return true; }).ok());
+  const std::map<std::string, std::string> expected = ProductsOf(run.folder);
+
+  auto cut_short = ReconstructRun::Open(*context, run.folder, lines, what);
+  ASSERT_TRUE(cut_short.ok()) << cut_short.status();
+  EXPECT_EQ((*cut_short)->Run([] { return false; }).code(), absl::StatusCode::kCancelled);
+  EXPECT_NE(ProductsOf(run.folder).at("tracks"), expected.at("tracks"));
+  for (int i = 32; i < 40; ++i) {
+    std::filesystem::remove(run.folder.FrameFile("masks", i, ".png"));
+  }
+  what.resume = true;
+  auto rest = ReconstructRun::Open(*context, run.folder, lines, what);
+  ASSERT_TRUE(rest.ok()) << rest.status();
+  EXPECT_EQ((*rest)->frames_done_before(), 32);
+  ASSERT_TRUE((*rest)->Run([] { return true; }).ok());
+  EXPECT_EQ(ProductsOf(run.folder), expected);
+
+  what.mask.low = 0.4;
+  const auto other = ReconstructRun::Open(*context, run.folder, lines, what);
+  EXPECT_EQ(other.status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(ReconstructCommand, SaysWhatIsWrongWithTheInput) {
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_input");
+  {
+    const absl::StatusOr<FolderLock> lock = FolderLock::Take(run.folder.path());
+    ASSERT_TRUE(lock.ok());
+    EXPECT_NE(RunCommandForTest(MakeReconstructCommand(), {run.folder.path()}).code, 0);
+  }
+  const std::string moved = testing::TempDir() + "/reconstruct_moved";
+  std::filesystem::remove_all(moved);
+  std::filesystem::rename(run.frames, moved);
+  const CommandOutcome gone = RunCommandForTest(MakeReconstructCommand(), {run.folder.path()});
+  EXPECT_EQ(gone.code, 3);
+  EXPECT_THAT(gone.err, HasSubstr("--input="));
+  EXPECT_FALSE(std::filesystem::exists(run.folder.File("masks")));
+  EXPECT_EQ(
+      RunCommandForTest(MakeReconstructCommand(), {run.folder.path(), "--input=" + moved}).code, 0);
+  cv::imwrite(moved + "/000004.png", cv::Mat3b(32, 48));
+  const CommandOutcome resized =
+      RunCommandForTest(MakeReconstructCommand(), {run.folder.path(), "--input=" + moved});
+  EXPECT_EQ(resized.code, 3);
+  EXPECT_THAT(resized.err, HasSubstr("is not what was segmented"));
+}
+
+TEST(ReconstructCommand, SaysWhatIsWrong) {
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_bad");
+  const CommandOutcome swapped = RunCommandForTest(
+      MakeReconstructCommand(), {run.folder.path(), "--static_below=0.8", "--dynamic_above=0.2"});
+  EXPECT_EQ(swapped.code, 2);
+  EXPECT_THAT(swapped.err, HasSubstr("--static_below=0.8"));
+  const CommandOutcome low_above_high =
+      RunCommandForTest(MakeReconstructCommand(), {run.folder.path(), "--object_low=0.9"});
+  EXPECT_EQ(low_above_high.code, 2);
+  EXPECT_THAT(low_above_high.err, HasSubstr("--object_low=0.9"));
+  EXPECT_EQ(RunCommandForTest(MakeReconstructCommand(), {"/nowhere"}).code, 3);
+  std::filesystem::remove(run.folder.FrameFile("grid", 2, ".prob.png"));
+  const CommandOutcome missing = RunCommandForTest(MakeReconstructCommand(), {run.folder.path()});
+  EXPECT_EQ(missing.code, 3);
+  EXPECT_THAT(missing.err, HasSubstr("000002.prob.png"));
+}
+
+}  // namespace
+}  // namespace egosieve::tools

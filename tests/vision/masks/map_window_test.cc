@@ -1,0 +1,123 @@
+#include "vision/masks/map_window.h"
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "gtest/gtest.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kWidth = 160, kHeight = 120;
+
+FlowPair ConstantFlow(cv::Size size, cv::Point2f motion) {
+  return {cv::Mat(size, CV_32FC2, cv::Scalar(motion.x, motion.y)),
+          cv::Mat(size, CV_32FC2, cv::Scalar(-motion.x, -motion.y))};
+}
+
+// Smooth texture, so that flow has something to hold.
+cv::Mat3b Texture(uint64_t seed) {
+  cv::Mat3b image(kHeight, kWidth);
+  cv::RNG random(seed);
+  random.fill(image, cv::RNG::UNIFORM, 40, 160);
+  cv::GaussianBlur(image, image, {}, 1.5);
+  return image;
+}
+
+TEST(LinkMaps, CarriesEvidenceAlongTheFlow) {
+  std::vector<LinkFrame> frames(3);
+  for (int t = 0; t < 3; ++t) {
+    frames[t].time_seconds = 0.1 * t;
+    frames[t].log_odds = cv::Mat1f::zeros(40, 60);
+    if (t > 0) frames[t].flow = ConstantFlow({60, 40}, {5.0f, 0.0f});
+  }
+  frames[0].has_map = false;
+  frames[1].log_odds(20, 30) = 4.0f;
+  const std::vector<cv::Mat1f> linked = LinkMaps(frames, {});
+  const float fading = std::exp(-0.1f / 0.4f);
+  // Frame 0 has no map of its own: it has its future's, frames 1 and 2, where these are.
+  EXPECT_NEAR(linked[0](20, 25), 4.0f / (1.0f + fading), 1e-4);
+  EXPECT_NEAR(linked[2](20, 35), 4.0f * fading / (1.0f + fading), 1e-4);
+  EXPECT_EQ(linked[0](10, 10), 0.0f);
+  TemporalLinkOptions causal;
+  causal.causal = true;
+  const std::vector<cv::Mat1f> from_past = LinkMaps(frames, causal);
+  EXPECT_EQ(cv::countNonZero(from_past[0]), 0);
+  EXPECT_NEAR(from_past[2](20, 35), 4.0f * fading / (1.0f + fading), 1e-4);
+}
+
+TEST(LinkMaps, TakesNothingOverWhereFlowDoesNotHold) {
+  std::vector<LinkFrame> frames(2);
+  for (LinkFrame& frame : frames) frame.log_odds = cv::Mat1f(40, 60, 1.0f);
+  frames[0].log_odds.setTo(-1.0f);
+  frames[1].time_seconds = 0.1;
+  frames[1].flow = ConstantFlow({60, 40}, {9.0f, 0.0f});
+  frames[1].flow.backward.setTo(cv::Scalar(9.0, 0.0));  // does not return: 18 pixels off
+  EXPECT_NEAR(LinkMaps(frames, {})[1](20, 30), 1.0f, 1e-6);
+  frames[1].flow = {};
+  EXPECT_EQ(LinkMaps(frames, {})[1](20, 30), 1.0f);
+}
+
+TEST(ColourModel, KnowsColoursOfBothKindsAndNoOthers) {
+  cv::Mat3b image(100, 100, cv::Vec3b(40, 40, 40));
+  image(cv::Rect(0, 0, 50, 100)) = cv::Vec3b(40, 40, 220);
+  cv::Mat1f p(image.size(), 0.05f);
+  p(cv::Rect(0, 0, 40, 100)) = 0.95f;
+  ColourModel model;
+  EXPECT_EQ(cv::countNonZero(model.Evidence(image, {})), 0);  // nothing was seen
+  model.Add(image, p);
+  const cv::Mat1f evidence = model.Evidence(image, {});
+  EXPECT_GT(evidence(50, 45), 0.5f);  // a likely colour where the map missed it
+  EXPECT_LT(evidence(50, 80), -1.5f);
+  double low = 0.0, high = 0.0;
+  cv::minMaxLoc(evidence, &low, &high);
+  EXPECT_GE(low, -3.0);
+  EXPECT_LE(high, 3.0);
+  ColourModel all_still;
+  all_still.Add(image, cv::Mat1f(image.size(), 0.002f));
+  EXPECT_LT(cv::norm(all_still.Evidence(image, {}), cv::NORM_INF), 0.01);
+}
+
+TEST(RefineProbability, MovesTheStepToTheEdge) {
+  cv::Mat3b image(kHeight, kWidth, cv::Vec3b(60, 60, 60));
+  image(cv::Rect(80, 0, 80, kHeight)) = cv::Vec3b(180, 180, 180);
+  cv::Mat1f log_odds(kHeight, kWidth, -3.0f);
+  log_odds(cv::Rect(86, 0, 74, kHeight)) = 3.0f;  // six pixels beside the edge
+  const cv::Mat1f p = RefineProbability(image, log_odds, {});
+  EXPECT_GT(p(60, 82), 0.5f);
+  EXPECT_LT(p(60, 77), 0.2f);
+  // What is unsure stays so.
+  const cv::Mat1f unsure = RefineProbability(image, cv::Mat1f::zeros(kHeight, kWidth), {});
+  EXPECT_LT(cv::norm(unsure - 0.5f, cv::NORM_INF), 1e-3);
+}
+
+TEST(LogOdds, AreTheInverseOfProbabilities) {
+  const cv::Mat1f p = (cv::Mat1f(1, 3) << 0.1f, 0.5f, 0.9f);
+  EXPECT_LT(cv::norm(Probability(LogOdds(p)) - p, cv::NORM_INF), 1e-6);
+  EXPECT_TRUE(cv::checkRange(LogOdds((cv::Mat1f(1, 2) << 0.0f, 1.0f))));
+}
+
+TEST(MapWindow, ACutSeparatesScenes) {
+  std::vector<WindowFrame> frames;
+  for (int t = 0; t < 4; ++t) {
+    frames.push_back(MakeWindowFrame(0.1 * t, Texture(t < 2 ? 1 : 9),
+                                     cv::Mat1f(kHeight, kWidth, t < 2 ? 0.9f : 0.1f), true));
+  }
+  ASSERT_TRUE(LinkFrames(frames).ok());
+  EXPECT_FALSE(frames[1].flow.forward.empty());
+  EXPECT_TRUE(frames[2].flow.forward.empty());
+  EXPECT_FALSE(frames[3].flow.forward.empty());
+  const std::vector<cv::Mat1f> refined = RefineWindow(frames, 1, 2, {});
+  ASSERT_EQ(refined.size(), 2u);
+  EXPECT_NEAR(cv::mean(refined[0])[0], 0.9, 0.01);
+  EXPECT_NEAR(cv::mean(refined[1])[0], 0.1, 0.01);
+}
+
+TEST(WorkingStep, BoundsTheLongerSide) {
+  EXPECT_EQ(WorkingStep({640, 360}), 1);
+  EXPECT_EQ(WorkingStep({1242, 375}), 2);
+  EXPECT_EQ(WorkingStep({1080, 1920}), 3);
+}
+
+}  // namespace
+}  // namespace egosieve::vision

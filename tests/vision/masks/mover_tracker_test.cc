@@ -1,0 +1,180 @@
+#include "vision/masks/mover_tracker.h"
+
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "vision/masks/mask_image.h"
+#include "vision/masks/motion_split.h"
+
+namespace egosieve::vision {
+namespace {
+
+const cv::Size kSize(160, 80);
+
+struct Body {
+  cv::Rect box;   // at time 0
+  int speed = 0;  // pixels a frame, to the right
+  cv::Vec3b colour;
+  int gone_from = 99, back_from = 99;  // frames in which it is hidden
+};
+
+struct Scene {
+  cv::Mat3b image;
+  cv::Mat1b mask;
+  FlowPair flow;
+};
+
+cv::Rect BoxAt(const Body& body, int t) { return body.box + cv::Point(body.speed * t, 0); }
+
+// Exact flow; later bodies are before earlier ones.
+Scene SceneAt(const std::vector<Body>& bodies, int t) {
+  Scene scene{cv::Mat3b(kSize, cv::Vec3b(90, 90, 90)), cv::Mat1b::zeros(kSize), {}};
+  cv::Mat2f forward = cv::Mat2f::zeros(kSize), backward = cv::Mat2f::zeros(kSize);
+  const cv::Rect frame({}, kSize);
+  for (const Body& body : bodies) {
+    const float speed = static_cast<float>(body.speed);
+    forward(BoxAt(body, t - 1) & frame) = cv::Vec2f(speed, 0.0f);
+    if (t >= body.gone_from && t < body.back_from) continue;
+    const cv::Rect box = BoxAt(body, t) & frame;
+    scene.image(box) = body.colour;
+    scene.mask(box) = 255;
+    backward(box) = cv::Vec2f(-speed, 0.0f);
+  }
+  scene.flow = {forward, backward};
+  return scene;
+}
+
+cv::Mat1w Track(MoverTracker& tracker, const std::vector<Body>& bodies, int t) {
+  Scene scene = SceneAt(bodies, t);
+  if (t == 0) scene.flow = {};
+  return tracker.Add(0.1 * t, scene.image, scene.mask, scene.flow);
+}
+
+const cv::Vec3b kRed(30, 30, 220), kBlue(220, 60, 30);
+
+TEST(MoverTracker, MoversThatTouchKeepTheirNumbers) {
+  const std::vector<Body> bodies = {{{10, 20, 30, 30}, 4, kRed}, {{120, 25, 30, 30}, -4, kBlue}};
+  MoverTracker tracker({});
+  cv::Mat1w numbers = Track(tracker, bodies, 0);
+  const uint16_t red = numbers(30, 20), blue = numbers(30, 130);
+  EXPECT_NE(red, blue);
+  for (int t = 1; t <= 12; ++t) numbers = Track(tracker, bodies, t);
+  // At t = 12 they overlap by 16 pixels; what is seen of each is still its own.
+  EXPECT_EQ(numbers(30, 62), red);
+  EXPECT_EQ(numbers(30, 98), blue);
+  for (int t = 13; t <= 20; ++t) numbers = Track(tracker, bodies, t);
+  EXPECT_EQ(numbers(30, 110), red);
+  EXPECT_EQ(numbers(40, 50), blue);
+}
+
+TEST(MoverTracker, AMoverThatWasHiddenShortlyIsTheSame) {
+  std::vector<Body> bodies = {{{10, 20, 30, 30}, 4, kRed, 5, 10}, {{120, 55, 20, 20}, 0, kBlue}};
+  MoverTracker tracker({});
+  cv::Mat1w numbers;
+  for (int t = 0; t < 5; ++t) numbers = Track(tracker, bodies, t);
+  const uint16_t before = numbers(30, 40);
+  ASSERT_NE(before, 0);
+  for (int t = 5; t < 11; ++t) numbers = Track(tracker, bodies, t);
+  EXPECT_EQ(numbers(30, 60), before);
+  // Another colour is another mover.
+  MoverTracker other({});
+  for (int t = 0; t < 5; ++t) numbers = Track(other, bodies, t);
+  bodies[0].colour = kBlue;
+  for (int t = 5; t < 11; ++t) numbers = Track(other, bodies, t);
+  EXPECT_NE(numbers(30, 60), before);
+}
+
+TEST(MoverTracker, AMoverThatAppearsBesideAnotherIsNew) {
+  const std::vector<Body> bodies = {{{60, 20, 30, 30}, -3, kRed}, {{90, 20, 30, 30}, 3, kBlue}};
+  std::vector<Body> second_hidden = bodies;
+  second_hidden[1].gone_from = 0;
+  MoverTracker tracker({});
+  cv::Mat1w numbers = Track(tracker, second_hidden, 0);
+  const uint16_t red = numbers(30, 70);
+  // Nothing is between them in frame 1: the red one's region takes in the blue one's.
+  Scene scene = SceneAt(bodies, 1);
+  scene.mask(cv::Rect(80, 25, 20, 10)) = 255;
+  numbers = tracker.Add(0.1, scene.image, scene.mask, scene.flow);
+  EXPECT_EQ(numbers(30, 70), red);
+  EXPECT_NE(numbers(30, 110), red);
+  EXPECT_NE(numbers(30, 110), 0);
+}
+
+TEST(MoverTracker, MoversThatPartGetNumbersOfTheirOwn) {
+  const std::vector<Body> bodies = {{{60, 20, 30, 30}, -3, kRed}, {{90, 20, 30, 30}, 3, kBlue}};
+  MoverTracker tracker({});
+  cv::Mat1w numbers;
+  for (int t = 0; t < 8; ++t) numbers = Track(tracker, bodies, t);
+  EXPECT_NE(numbers(30, 50), 0);
+  EXPECT_NE(numbers(30, 130), 0);
+  EXPECT_NE(numbers(30, 50), numbers(30, 130));
+}
+
+TEST(MoverTracker, SpecksAreNoMovers) {
+  MoverTracker tracker({});
+  cv::Mat1b mask = cv::Mat1b::zeros(kSize);
+  mask(cv::Rect(5, 5, 4, 4)) = 255;
+  EXPECT_EQ(cv::countNonZero(tracker.Add(0.0, cv::Mat3b(kSize), mask, {})), 0);
+}
+
+TEST(MoverTracker, GoesOnAfterRestoreToTheLastBit) {
+  const std::vector<Body> bodies = {{{10, 20, 30, 30}, 4, kRed, 4, 7},
+                                    {{120, 25, 30, 30}, -4, kBlue}};
+  MoverTracker whole({});
+  for (int t = 0; t < 5; ++t) Track(whole, bodies, t);
+  absl::StatusOr<MoverTracker> restored = MoverTracker::Restore({}, whole.ToText());
+  ASSERT_TRUE(restored.ok()) << restored.status();
+  for (int t = 5; t < 14; ++t) {
+    const cv::Mat1w expected = Track(whole, bodies, t), found = Track(*restored, bodies, t);
+    EXPECT_EQ(cv::countNonZero(expected != found), 0) << t;
+  }
+  EXPECT_EQ(whole.ToText(), restored->ToText());
+  EXPECT_FALSE(MoverTracker::Restore({}, "{}").ok());
+  EXPECT_FALSE(MoverTracker::Restore({}, "not json").ok());
+}
+
+TEST(SplitByMotion, SeparatesTwoMotionsAndNoZoom) {
+  cv::Mat1b region = cv::Mat1b::zeros(kSize);
+  region(cv::Rect(20, 20, 80, 40)) = 255;
+  cv::Mat2f flow(kSize, cv::Vec2f(3.0f, 0.0f));
+  flow(cv::Rect(0, 0, 60, 80)) = cv::Vec2f(-3.0f, 0.0f);
+  const cv::Mat1b parts = SplitByMotion(region, flow);
+  ASSERT_FALSE(parts.empty());
+  EXPECT_EQ(parts(40, 10), 0);
+  EXPECT_NE(parts(40, 25), parts(40, 95));
+  EXPECT_EQ(parts(40, 25), parts(25, 50));
+  for (int y = 0; y < kSize.height; ++y) {
+    for (int x = 0; x < kSize.width; ++x) flow(y, x) = cv::Vec2f(0.1f * (x - 60), 0.1f * (y - 40));
+  }
+  EXPECT_TRUE(SplitByMotion(region, flow).empty());
+}
+
+TEST(MaskOf, FillsHolesAndKeepsUnsurePixelsStatic) {
+  cv::Mat1f p(200, 200, 0.5f);  // the prior: likely everywhere, sure nowhere
+  EXPECT_EQ(cv::countNonZero(MaskOf(p, {0.5, 0.7}, {})), 0);
+  p.setTo(0.2f);
+  p(cv::Rect(50, 50, 60, 60)) = 0.9f;
+  p(cv::Rect(70, 70, 4, 4)) = 0.1f;
+  p(cv::Rect(150, 150, 20, 20)) = 0.6f;
+  const cv::Mat1b mask = MaskOf(p, {0.5, 0.7}, {cv::Rect(100, 50, 10, 60)});
+  EXPECT_EQ(cv::countNonZero(mask), 50 * 60);
+  EXPECT_EQ(mask(72, 72), 255);
+  EXPECT_EQ(mask(60, 105), 0);
+}
+
+TEST(NumberPixels, ReachesTheMasksRimAndNoFurther) {
+  cv::Mat1w small = cv::Mat1w::zeros(50, 50);
+  small(cv::Rect(10, 10, 10, 10)) = 7;
+  cv::Mat1b mask = cv::Mat1b::zeros(100, 100);
+  mask(cv::Rect(18, 18, 24, 24)) = 255;
+  mask(cv::Rect(70, 70, 3, 3)) = 255;
+  const cv::Mat1w numbers = NumberPixels(small, mask);
+  EXPECT_EQ(numbers(18, 18), 7);
+  EXPECT_EQ(numbers(41, 41), 7);
+  EXPECT_EQ(cv::countNonZero(numbers), 24 * 24);
+  EXPECT_EQ(cv::countNonZero(mask), 24 * 24);
+}
+
+}  // namespace
+}  // namespace egosieve::vision

@@ -1,0 +1,143 @@
+#include "tools/merge/merge_command.h"
+
+#include <iostream>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/interruption.h"
+#include "tools/cli/progress.h"
+#include "tools/cli/warning.h"
+#include "tools/run_folder/chosen_lines.h"
+#include "tools/run_folder/folder_lock.h"
+#include "tools/run_folder/line_log.h"
+#include "tools/run_folder/run_folder.h"
+
+namespace egosieve::tools {
+namespace {
+
+class MergeCommand : public Command {
+ public:
+  std::string name() const override { return "merge"; }
+  std::string summary() const override {
+    return "Takes over the maps that copies of a run folder got on other machines.";
+  }
+  std::string example() const override {
+    return "egosieve infer copy1 --shard=1/2   # on one machine\n"
+           "egosieve infer copy2 --shard=2/2   # on another\n"
+           "egosieve merge out/drive copy1 copy2";
+  }
+
+  void AddFlags(CLI::App& app) override {
+    app.add_option("DIR", directory_, "The run folder that gets the maps")
+        ->required()
+        ->type_name("")
+        ->configurable(false);
+    app.add_option("FROM", sources_, "Copies of it, with maps of other frames")
+        ->required()
+        ->type_name("")
+        ->configurable(false);
+    progress_.AddFlag(app);
+  }
+
+  absl::StatusOr<ExitCode> Run() override {
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder target, RunFolder::Open(directory_));
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, target.ReadDescription());
+    // All are looked at before anything is written.
+    for (const std::string& source : sources_) {
+      EGOSIEVE_RETURN_IF_ERROR(CheckSource(description, source));
+    }
+    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(target.File("grid")));
+    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Use(directory_));
+    int64_t taken = 0;
+    for (const std::string& source : sources_) {
+      EGOSIEVE_ASSIGN_OR_RETURN(const int64_t maps, TakeOver(target, description, source));
+      taken += maps;
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, target.ReadLines());
+    std::cout << absl::StrFormat("%d maps taken over into %s\n", taken, directory_);
+    Warn(DescribeMissingMaps(target, description, lines));
+    return ExitCode::kDone;
+  }
+
+ private:
+  // Copies differ in where they lie and in the device that made their maps, which each line names.
+  static absl::Status CheckSource(const RunDescription& description, const std::string& source) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(source));
+    EGOSIEVE_ASSIGN_OR_RETURN(RunDescription other, folder.ReadDescription());
+    other.device = description.device;
+    other.input.path = description.input.path;
+    other.maps_from = description.maps_from;
+    const std::string difference = DescribeDifference(description, other);
+    if (difference.empty()) return absl::OkStatus();
+    return absl::FailedPreconditionError(absl::StrCat(
+        source, " is no copy of the run: ", difference, "; give folders of the same run"));
+  }
+
+  absl::StatusOr<int64_t> TakeOver(const RunFolder& target, const RunDescription& description,
+                                   const std::string& source) const {
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(source));
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription other, folder.ReadDescription());
+    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadLines());
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> there, target.ReadLines());
+    std::map<int64_t, const FrameLine*> by_index;
+    for (const FrameLine& line : there) by_index[line.index] = &line;
+    std::optional<LineLog> log;
+    Progress progress("merge", progress_, static_cast<int64_t>(lines.size()));
+    int64_t taken = 0;
+    for (FrameLine& line : lines) {
+      progress.Advance();
+      if (InterruptionRequested()) {
+        return absl::CancelledError("interrupted; the same command goes on");
+      }
+      const auto place = by_index.find(line.index);
+      const bool has_line = place != by_index.end();
+      if (has_line && place->second->has_map() && target.HoldsMaps(*place->second, description)) {
+        continue;
+      }
+      const bool has_map = line.has_map() && folder.HoldsMaps(line, other);
+      if (!has_map && has_line) continue;
+      if (has_map) {
+        EGOSIEVE_RETURN_IF_ERROR(CopyMaps(folder, target, line.index));
+        ++taken;
+      } else {
+        line.width_pixels = line.height_pixels = 0;
+      }
+      if (line.map_device.empty() && other.device != description.device) {
+        line.map_device = other.device;
+      }
+      if (!log.has_value()) {
+        EGOSIEVE_ASSIGN_OR_RETURN(log, target.OpenMapLog());
+      }
+      EGOSIEVE_RETURN_IF_ERROR(log->Append(ToText(line)));
+    }
+    progress.Finish();
+    return taken;
+  }
+
+  static absl::Status CopyMaps(const RunFolder& from, const RunFolder& to, int64_t index) {
+    for (const char* suffix : {".std.png", ".prob.png"}) {
+      const absl::StatusOr<std::string> png = ReadFile(from.FrameFile("grid", index, suffix));
+      if (absl::IsNotFound(png.status())) continue;  // a method without a deviation
+      EGOSIEVE_RETURN_IF_ERROR(png.status());
+      EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(to.FrameFile("grid", index, suffix), *png));
+    }
+    return absl::OkStatus();
+  }
+
+  std::string directory_;
+  std::vector<std::string> sources_;
+  ProgressFlag progress_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeMergeCommand() { return std::make_unique<MergeCommand>(); }
+
+}  // namespace egosieve::tools

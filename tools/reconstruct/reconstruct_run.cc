@@ -1,0 +1,252 @@
+#include "tools/reconstruct/reconstruct_run.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "kernels/base/parallel_for.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/exit_code.h"
+#include "vision/masks/mask_image.h"
+
+namespace egosieve::tools {
+namespace {
+
+constexpr size_t kChunkFrames = 32;
+// Of the frames read around a chunk on each side, whatever the frame rate: bounds memory.
+constexpr size_t kMostReachFrames = 24;
+constexpr char kState[] = "reconstruct.json";
+constexpr char kTracks[] = "tracks.csv";
+
+// Frames before the first that was learnt from carry the prior; methods without a model learn from
+// their frame alone.
+std::vector<bool> OwnMaps(const std::vector<FrameLine>& lines) {
+  std::vector<bool> own;
+  for (const FrameLine& line : lines) {
+    own.push_back(line.model_size > 0 || line.outcome == FrameLine::Outcome::kLearnt);
+  }
+  return own;
+}
+
+}  // namespace
+
+absl::Status ReconstructOptions::Validate() const {
+  EGOSIEVE_RETURN_IF_ERROR(classes.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(objects.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(window.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(tracker.Validate());
+  if (mask.Validate().ok()) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrFormat(
+      "--mask_low=%g and --mask_high=%g; both must lie in [0, 1], the first not above the second",
+      mask.low, mask.high));
+}
+
+absl::StatusOr<std::unique_ptr<ReconstructRun>> ReconstructRun::Open(
+    std::shared_ptr<kernels::Context> context, const RunFolder& folder,
+    const std::vector<FrameLine>& lines, const ReconstructOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  std::unique_ptr<ReconstructRun> run(new ReconstructRun(std::move(context), folder, options));
+  EGOSIEVE_ASSIGN_OR_RETURN(run->description_, folder.ReadDescription());
+  const std::string& input = options.input.empty() ? run->description_.input.path : options.input;
+  auto source = vision::OpenFrameSource(input, {});
+  if (!source.ok()) {
+    return absl::DataLossError(
+        absl::StrCat(source.status().message(),
+                     options.input.empty() ? "; or say where it is now: --input=" : ""));
+  }
+  run->source_ = *std::move(source);
+  std::copy_if(lines.begin(), lines.end(), std::back_inserter(run->lines_),
+               [](const FrameLine& line) {
+                 return line.has_map() && line.outcome != FrameLine::Outcome::kFailed;
+               });
+  run->has_map_of_its_own_ = OwnMaps(run->lines_);
+  EGOSIEVE_RETURN_IF_ERROR(CreateProductFolders(folder, options.what));
+  const bool has_state = std::filesystem::exists(folder.File(kState));
+  EGOSIEVE_RETURN_IF_ERROR(options.resume && has_state ? run->RestoreState() : run->StartTracks());
+  return run;
+}
+
+std::string ReconstructRun::Signature() const {
+  const vision::ObjectThresholds& mask = options_.mask;
+  return absl::StrFormat(
+      "what=%s mask=%g,%g objects=%g,%g classes=%g,%g causal=%d frames=%d-%d started=%s",
+      options_.what.ToText(), mask.low, mask.high, options_.objects.low, options_.objects.high,
+      options_.classes.static_below, options_.classes.dynamic_above,
+      options_.window.link.causal ? 1 : 0, lines_.empty() ? -1 : lines_.front().index,
+      lines_.empty() ? -1 : lines_.back().index, description_.started_utc);
+}
+
+absl::Status ReconstructRun::StartTracks() {
+  std::error_code error;
+  std::filesystem::remove(folder_.File(kState), error);
+  if (!options_.what.tracks) return absl::OkStatus();
+  EGOSIEVE_RETURN_IF_ERROR(
+      WriteFileAtomically(folder_.File(kTracks), absl::StrCat(kTracksHeader, "\n")));
+  EGOSIEVE_ASSIGN_OR_RETURN(LineLog log, LineLog::Open(folder_.File(kTracks)));
+  tracks_ = std::make_unique<LineLog>(std::move(log));
+  return absl::OkStatus();
+}
+
+absl::Status ReconstructRun::RestoreState() {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(folder_.File(kState)));
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  const std::string remedy = "; leave --resume out to begin anew";
+  if (json.is_discarded() || json.value("options", "") != Signature()) {
+    return absl::FailedPreconditionError(
+        absl::StrCat(folder_.File(kState), " is of other options or of another run", remedy));
+  }
+  done_before_ = json.value("frames_done", int64_t{0});
+  track_rows_ = json.value("track_rows", int64_t{0});
+  if (done_before_ < 0 || done_before_ > frames()) {
+    return absl::DataLossError(absl::StrCat(folder_.File(kState), " is damaged", remedy));
+  }
+  if (options_.what.tracks) {
+    EGOSIEVE_ASSIGN_OR_RETURN(LineLog log,
+                              LineLog::OpenTruncated(folder_.File(kTracks), track_rows_ + 1));
+    tracks_ = std::make_unique<LineLog>(std::move(log));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      tracker_, vision::MoverTracker::Restore(options_.tracker, json.value("tracker", "")));
+  return absl::OkStatus();
+}
+
+absl::Status ReconstructRun::SaveState(size_t done) {
+  const nlohmann::ordered_json json = {{"options", Signature()},
+                                       {"frames_done", done},
+                                       {"frames", lines_.size()},
+                                       {"track_rows", track_rows_},
+                                       {"tracker", tracker_.ToText()}};
+  return WriteFileAtomically(folder_.File(kState), json.dump(1) + "\n");
+}
+
+size_t ReconstructRun::ChunkEnd(size_t begin) const {
+  size_t end = begin + 1;
+  while (end < lines_.size() && end < begin + kChunkFrames &&
+         lines_[end].width_pixels == lines_[begin].width_pixels &&
+         lines_[end].height_pixels == lines_[begin].height_pixels) {
+    ++end;
+  }
+  return end;
+}
+
+absl::StatusOr<vision::WindowFrame> ReconstructRun::ReadFrame(size_t i) {
+  const FrameLine& line = lines_[i];
+  if (source_->next_index() != line.index) {
+    EGOSIEVE_RETURN_IF_ERROR(AsInputError(source_->SeekTo(line.index)));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const vision::FrameRead read, source_->Next());
+  const vision::Frame* frame = std::get_if<vision::Frame>(&read);
+  if (frame == nullptr || frame->image.cols != line.width_pixels ||
+      frame->image.rows != line.height_pixels) {
+    return absl::DataLossError(
+        absl::StrCat("frame ", line.index, " of ", source_->description(),
+                     " is not what was segmented; give the same input with --input="));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, false));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const cv::Mat1f probability,
+      InterpolateMap(*context_, GridOf(line, description_), maps.probability));
+  return vision::MakeWindowFrame(line.time_seconds, frame->image, probability,
+                                 has_map_of_its_own_[i]);
+}
+
+absl::Status ReconstructRun::MoveWindow(size_t from, size_t to) {
+  if (window_.empty()) window_begin_ = from;
+  window_.erase(window_.begin(), window_.begin() + static_cast<int64_t>(from - window_begin_));
+  window_begin_ = from;
+  while (window_begin_ + window_.size() < to) {
+    EGOSIEVE_ASSIGN_OR_RETURN(vision::WindowFrame frame, ReadFrame(window_begin_ + window_.size()));
+    window_.push_back(std::move(frame));
+  }
+  return vision::LinkFrames(window_);
+}
+
+absl::Status ReconstructRun::RunChunk(size_t begin, size_t end) {
+  const double reach = options_.window.ReachSeconds();
+  size_t from = begin, to = end;
+  const double first_seconds = lines_[begin].time_seconds;
+  const double last_seconds = lines_[end - 1].time_seconds;
+  while (from > 0 && begin - from < kMostReachFrames &&
+         first_seconds - lines_[from - 1].time_seconds <= reach) {
+    --from;
+  }
+  while (!options_.window.link.causal && to < lines_.size() && to - end < kMostReachFrames &&
+         lines_[to].time_seconds - last_seconds <= reach) {
+    ++to;
+  }
+  EGOSIEVE_RETURN_IF_ERROR(MoveWindow(from, to));
+  const std::vector<cv::Mat1f> refined = vision::RefineWindow(
+      window_, static_cast<int>(begin - from), static_cast<int>(end - begin), options_.window);
+  std::vector<FrameResult> results(refined.size());
+  kernels::ParallelFor(static_cast<int64_t>(results.size()), [&](int64_t i) {
+    const FrameLine& line = lines_[begin + i];
+    std::vector<cv::Rect> own_car;
+    for (const auto& [x, y, width, height] : line.own_car) {
+      own_car.emplace_back(x, y, width, height);
+    }
+    results[i].index = line.index;
+    results[i].time_seconds = line.time_seconds;
+    results[i].probability = refined[i];
+    results[i].mask = vision::MaskOf(refined[i], options_.mask, own_car);
+  });
+  for (size_t i = 0; i < results.size(); ++i) {
+    vision::WindowFrame& frame = window_[begin - from + i];
+    const cv::Mat1b small = vision::SmallMask(results[i].mask, frame.small.size());
+    const cv::Mat1w numbers = tracker_.Add(frame.time_seconds, frame.small, small, frame.flow);
+    results[i].ids = vision::NumberPixels(numbers, results[i].mask);
+    frame.image.release();
+  }
+  return WriteChunk(begin, results);
+}
+
+absl::Status ReconstructRun::WriteChunk(size_t begin, std::vector<FrameResult>& results) {
+  std::vector<absl::Status> statuses(results.size(), absl::OkStatus());
+  std::vector<std::string> rows(results.size());
+  kernels::ParallelFor(static_cast<int64_t>(results.size()), [&](int64_t i) {
+    statuses[i] = AddDeviation(lines_[begin + i], results[i]);
+    if (!statuses[i].ok()) return;
+    statuses[i] =
+        WriteProducts(folder_, options_.what, results[i], description_.deviation_full_scale,
+                      options_.classes, options_.objects);
+    if (options_.what.tracks) rows[i] = TrackRows(results[i]);
+  });
+  for (const absl::Status& status : statuses) EGOSIEVE_RETURN_IF_ERROR(status);
+  std::string all = absl::StrJoin(rows, "");
+  if (!all.empty()) {
+    track_rows_ += std::count(all.begin(), all.end(), '\n');
+    all.pop_back();
+    EGOSIEVE_RETURN_IF_ERROR(tracks_->Append(all));
+  }
+  return SaveState(begin + results.size());
+}
+
+absl::Status ReconstructRun::AddDeviation(const FrameLine& line, FrameResult& result) {
+  // Methods other than the process may have none.
+  if (!options_.what.deviation ||
+      !std::filesystem::exists(folder_.FrameFile("grid", line.index, ".std.png"))) {
+    return absl::OkStatus();
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, true));
+  EGOSIEVE_ASSIGN_OR_RETURN(result.deviation,
+                            InterpolateMap(*context_, GridOf(line, description_), maps.deviation));
+  return absl::OkStatus();
+}
+
+absl::Status ReconstructRun::Run(const std::function<bool()>& after_frame) {
+  for (size_t begin = static_cast<size_t>(done_before_); begin < lines_.size();) {
+    const size_t end = ChunkEnd(begin);
+    EGOSIEVE_RETURN_IF_ERROR(RunChunk(begin, end));
+    bool goes_on = true;
+    for (size_t i = begin; i < end; ++i) goes_on = after_frame() && goes_on;
+    if (!goes_on) return absl::CancelledError(absl::StrCat("interrupted after ", end, " frames"));
+    begin = end;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace egosieve::tools

@@ -1,0 +1,95 @@
+// Makes a run's maps into masks, numbers and tracks, chunk by chunk.
+//
+//   chunk    up to 32 consecutive frames of one size. Frames around it, as far as a result reaches
+//            (vision/masks/map_window.h), are read with it and kept for the next
+//   files    of a chunk: frame products, then rows of tracks.csv, then reconstruct.json, which
+//   tells
+//            what is done and holds the tracker's state. A run that was killed goes on at its last
+//            chunk, and gives the same bytes
+//
+// Memory: the frames of a chunk and at most 24 on each side of it, whatever the length of the
+// drive.
+#ifndef EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_RUN_H_
+#define EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_RUN_H_
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "kernels/runtime/context.h"
+#include "tools/reconstruct/frame_products.h"
+#include "tools/run_folder/run_folder.h"
+#include "vision/frame/frame_source.h"
+#include "vision/masks/map_window.h"
+#include "vision/masks/mover_tracker.h"
+
+namespace egosieve::tools {
+
+struct ReconstructOptions {
+  ProductChoice what;
+  ClassThresholds classes;
+  vision::ObjectThresholds objects;
+  vision::ObjectThresholds mask = {0.5, 0.7};
+  vision::MapWindowOptions window;
+  vision::MoverTrackerOptions tracker;
+  std::string input;    // replaces the path in run.json where it is not empty
+  bool resume = false;  // go on where a former call with the same options stopped
+
+  absl::Status Validate() const;
+};
+
+class ReconstructRun {
+ public:
+  // lines: those that are asked for. Errors say what is wrong with the input and what to do.
+  static absl::StatusOr<std::unique_ptr<ReconstructRun>> Open(
+      std::shared_ptr<kernels::Context> context, const RunFolder& folder,
+      const std::vector<FrameLine>& lines, const ReconstructOptions& options);
+
+  // Frames that have a map and could be read; those of them that were done before.
+  int64_t frames() const { return static_cast<int64_t>(lines_.size()); }
+  int64_t frames_done_before() const { return done_before_; }
+
+  // To the end. `after_frame` is called for every frame; returning false cancels after its chunk.
+  absl::Status Run(const std::function<bool()>& after_frame);
+
+ private:
+  ReconstructRun(std::shared_ptr<kernels::Context> context, const RunFolder& folder,
+                 const ReconstructOptions& options)
+      : context_(std::move(context)),
+        folder_(folder),
+        options_(options),
+        tracker_(options.tracker) {}
+
+  std::string Signature() const;
+  absl::Status StartTracks();
+  absl::Status RestoreState();
+  absl::Status SaveState(size_t done);
+  size_t ChunkEnd(size_t begin) const;
+  // Drops frames of the window before `from` and reads those up to `to`.
+  absl::Status MoveWindow(size_t from, size_t to);
+  absl::StatusOr<vision::WindowFrame> ReadFrame(size_t i);
+  absl::Status AddDeviation(const FrameLine& line, FrameResult& result);
+  absl::Status RunChunk(size_t begin, size_t end);
+  absl::Status WriteChunk(size_t begin, std::vector<FrameResult>& results);
+
+  std::shared_ptr<kernels::Context> context_;
+  RunFolder folder_;
+  ReconstructOptions options_;
+  RunDescription description_;
+  std::vector<FrameLine> lines_;
+  std::vector<bool> has_map_of_its_own_;
+  std::unique_ptr<vision::FrameSource> source_;
+  vision::MoverTracker tracker_;
+  std::unique_ptr<LineLog> tracks_;
+  int64_t track_rows_ = 0;
+  int64_t done_before_ = 0;
+  size_t window_begin_ = 0;  // index in lines_ of the window's first frame
+  std::vector<vision::WindowFrame> window_;
+};
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_RUN_H_

@@ -1,0 +1,26 @@
+// What `--overwrite` removes: the files that the program writes into a run folder, by their names,
+// and nothing else.
+#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_FORMER_RUN_H_
+#define EGOSIEVE_TOOLS_RUN_FOLDER_FORMER_RUN_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace egosieve::tools {
+
+// Removes them with their temporaries, run.json last: until then the folder tells what it is. Links
+// are not followed. Returns what is left, but for grid/, by names relative to `path`.
+absl::StatusOr<std::vector<std::string>> RemoveFormerRun(const std::string& path);
+
+// Whether the folder holds nothing but what a run leaves that was killed before its run.json.
+absl::StatusOr<bool> IsBarelyBegun(const std::string& path);
+
+// InvalidArgument, naming the flag --out, where one of `sources` is `out` or lies in it, whatever
+// names and links lead there. Paths that do not exist lie nowhere.
+absl::Status CheckApart(const std::string& out, const std::vector<std::string>& sources);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_FORMER_RUN_H_

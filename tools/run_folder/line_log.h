@@ -1,0 +1,45 @@
+// A text file that grows by whole lines, each synced before Append returns. A line that could not
+// be written whole is cut off again.
+//
+// Errors are those of kernels/files/atomic_file.h.
+#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_LINE_LOG_H_
+#define EGOSIEVE_TOOLS_RUN_FOLDER_LINE_LOG_H_
+
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+
+namespace egosieve::tools {
+
+class LineLog {
+ public:
+  // Opens for appending, creating the file. A last line without its line break is what a crash
+  // left: it is cut off.
+  static absl::StatusOr<LineLog> Open(const std::string& path);
+  // Likewise, after cutting the file to its first `lines` lines; DataLoss if it has fewer.
+  static absl::StatusOr<LineLog> OpenTruncated(const std::string& path, int64_t lines);
+
+  LineLog(LineLog&& other) noexcept;
+  LineLog& operator=(LineLog&& other) noexcept;
+  ~LineLog();
+
+  // `line` without its line break; several lines with those between them.
+  absl::Status Append(absl::string_view line);
+
+ private:
+  LineLog(std::string path, int descriptor, int64_t size)
+      : path_(std::move(path)), descriptor_(descriptor), size_(size) {}
+  static absl::StatusOr<LineLog> OpenWithSize(const std::string& path, int64_t size);
+
+  std::string path_;
+  int descriptor_ = -1;
+  int64_t size_ = 0;  // bytes of whole lines
+};
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_LINE_LOG_H_

@@ -1,0 +1,60 @@
+#include "vision/masks/edge_refinement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/ximgproc/edge_filter.hpp>
+
+#include "absl/strings/str_format.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kLongestWorkingSide = 640;
+constexpr float kDoubt = 0.002f;
+
+}  // namespace
+
+absl::Status EdgeRefinementOptions::Validate() const {
+  if (smoothness > 0.0 && levels > 0.0) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrFormat("smoothness = %g, levels = %g; both must be positive", smoothness, levels));
+}
+
+int WorkingStep(cv::Size size) {
+  return std::max(
+      1, (std::max(size.width, size.height) + kLongestWorkingSide - 1) / kLongestWorkingSide);
+}
+
+cv::Mat ToWorkingSize(const cv::Mat& image, int step) {
+  if (step == 1) return image.clone();
+  cv::Mat small;
+  cv::resize(image, small, {(image.cols + step - 1) / step, (image.rows + step - 1) / step}, 0, 0,
+             cv::INTER_AREA);
+  return small;
+}
+
+cv::Mat1f LogOdds(const cv::Mat1f& probability) {
+  const cv::Mat1f p = cv::max(cv::min(probability, 1.0f - kDoubt), kDoubt);
+  cv::Mat1f odds = p / (1.0f - p);
+  cv::log(odds, odds);
+  return odds;
+}
+
+cv::Mat1f Probability(const cv::Mat1f& log_odds) {
+  cv::Mat1f inverse;
+  cv::exp(-log_odds, inverse);
+  return 1.0f / (1.0f + inverse);
+}
+
+cv::Mat1f RefineProbability(const cv::Mat3b& image, const cv::Mat1f& log_odds,
+                            const EdgeRefinementOptions& options) {
+  cv::Mat1f full;
+  cv::resize(log_odds, full, image.size(), 0, 0, cv::INTER_LINEAR);
+  const cv::Mat1f rough = Probability(full);
+  cv::Mat1f smooth;
+  cv::ximgproc::fastGlobalSmootherFilter(image, rough, smooth, options.smoothness, options.levels);
+  return cv::max(cv::min(smooth, 1.0f), 0.0f);
+}
+
+}  // namespace egosieve::vision

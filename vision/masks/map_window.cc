@@ -1,0 +1,113 @@
+#include "vision/masks/map_window.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "absl/strings/str_format.h"
+#include "kernels/base/parallel_for.h"
+#include "kernels/base/status_macros.h"
+#include "vision/matching/scene_agreement.h"
+
+namespace egosieve::vision {
+namespace {
+
+// Weights of the temporal link fall below a fiftieth there.
+constexpr double kReachInMemories = 4.0;
+constexpr int kLeastFlowSide = 16;
+
+bool ShowOneScene(const FlowPair& flow, const cv::Mat1b& first, const cv::Mat1b& second) {
+  const TrackedGrid grid = TrackGrid(flow, first, second, true, {});
+  SceneAgreement scene(second.size());
+  for (size_t i = 0; i < grid.textured.size(); ++i) {
+    scene.AddFlow(grid.textured[i], grid.agrees[i] != 0);
+  }
+  return scene.IsOneScene();
+}
+
+// The frames whose colours serve frame t.
+std::pair<size_t, size_t> ColourRange(const std::vector<WindowFrame>& frames, size_t t,
+                                      const MapWindowOptions& options) {
+  const auto is_near = [&](size_t s) {
+    return std::abs(frames[s].time_seconds - frames[t].time_seconds) <= options.colour_seconds;
+  };
+  size_t first = t, last = t;
+  while (first > 0 && !frames[first].flow.forward.empty() && is_near(first - 1)) --first;
+  while (!options.link.causal && last + 1 < frames.size() &&
+         !frames[last + 1].flow.forward.empty() && is_near(last + 1)) {
+    ++last;
+  }
+  return {first, last};
+}
+
+}  // namespace
+
+absl::Status MapWindowOptions::Validate() const {
+  EGOSIEVE_RETURN_IF_ERROR(link.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(colour.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(edges.Validate());
+  if (colour_seconds >= 0.0) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrFormat("colour_seconds = %g; it must not be negative", colour_seconds));
+}
+
+double MapWindowOptions::ReachSeconds() const {
+  return std::max(kReachInMemories * link.memory_seconds, colour_seconds);
+}
+
+WindowFrame MakeWindowFrame(double time_seconds, const cv::Mat3b& image,
+                            const cv::Mat1f& probability, bool has_map) {
+  const int step = WorkingStep(image.size());
+  WindowFrame frame;
+  frame.time_seconds = time_seconds;
+  frame.image = image;
+  frame.small = ToWorkingSize(image, step);
+  frame.log_odds = LogOdds(ToWorkingSize(probability, step));
+  frame.has_map = has_map;
+  return frame;
+}
+
+absl::Status LinkFrames(std::vector<WindowFrame>& frames) {
+  std::vector<absl::Status> statuses(frames.size(), absl::OkStatus());
+  kernels::ParallelFor(static_cast<int64_t>(frames.size()) - 1, [&](int64_t i) {
+    const WindowFrame& before = frames[i];
+    WindowFrame& now = frames[i + 1];
+    const bool is_linkable = before.small.size() == now.small.size() &&
+                             std::min(now.small.rows, now.small.cols) >= kLeastFlowSide;
+    if (now.is_linked || !is_linkable) return;
+    now.is_linked = true;
+    cv::Mat1b first, second;
+    cv::cvtColor(before.small, first, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(now.small, second, cv::COLOR_BGR2GRAY);
+    absl::StatusOr<FlowPair> flow = ComputeFlow(first, second, FlowQuality::kMedium);
+    statuses[i] = flow.status();
+    if (flow.ok() && ShowOneScene(*flow, first, second)) now.flow = *std::move(flow);
+  });
+  for (const absl::Status& status : statuses) EGOSIEVE_RETURN_IF_ERROR(status);
+  return absl::OkStatus();
+}
+
+std::vector<cv::Mat1f> RefineWindow(const std::vector<WindowFrame>& frames, int first, int count,
+                                    const MapWindowOptions& options) {
+  std::vector<LinkFrame> links;
+  for (const WindowFrame& frame : frames) {
+    links.push_back({frame.time_seconds, frame.log_odds, frame.has_map, frame.flow});
+  }
+  const std::vector<cv::Mat1f> linked = LinkMaps(links, options.link);
+  std::vector<ColourModel> colours(frames.size());
+  kernels::ParallelFor(static_cast<int64_t>(frames.size()),
+                       [&](int64_t i) { colours[i].Add(frames[i].small, Probability(linked[i])); });
+  std::vector<cv::Mat1f> refined(count);
+  kernels::ParallelFor(count, [&](int64_t k) {
+    const size_t t = first + k;
+    ColourModel around;
+    const auto [from, to] = ColourRange(frames, t, options);
+    for (size_t s = from; s <= to; ++s) around.Add(colours[s]);
+    const cv::Mat1f log_odds = linked[t] + around.Evidence(frames[t].small, options.colour);
+    refined[k] = RefineProbability(frames[t].image, log_odds, options.edges);
+  });
+  return refined;
+}
+
+}  // namespace egosieve::vision

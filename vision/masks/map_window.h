@@ -1,0 +1,61 @@
+// Refines the maps of consecutive frames together: linked over time (temporal_link.h), joined by
+// what colours say (colour_model.h), and brought to the picture's edges (edge_refinement.h).
+//
+//   linked   (T3) over the frames of the window
+//   colour   (C3) of the frames within colour_seconds before and behind, up to the next cut, learnt
+//            from their linked maps; before alone where the link is causal
+//   refined  (R2) of linked + colour
+//
+// A frame's result depends on the window's frames alone, not on threads.
+#ifndef EGOSIEVE_VISION_MASKS_MAP_WINDOW_H_
+#define EGOSIEVE_VISION_MASKS_MAP_WINDOW_H_
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "vision/features/flow_grid.h"
+#include "vision/masks/colour_model.h"
+#include "vision/masks/edge_refinement.h"
+#include "vision/masks/temporal_link.h"
+
+namespace egosieve::vision {
+
+struct MapWindowOptions {
+  TemporalLinkOptions link;
+  double colour_seconds = 1.2;  // >= 0
+  ColourModelOptions colour;
+  EdgeRefinementOptions edges;
+
+  absl::Status Validate() const;
+  // How far a frame's result reaches into the past and the future: what a window needs around the
+  // frames that it is asked for.
+  double ReachSeconds() const;
+};
+
+struct WindowFrame {
+  double time_seconds = 0.0;
+  cv::Mat3b image;     // B G R, full resolution; needed where the frame itself is refined
+  cv::Mat3b small;     // at working resolution (edge_refinement.h), as all that follows
+  cv::Mat1f log_odds;  // of the map
+  bool has_map = true;
+  FlowPair flow;           // from the frame before to this one; empty: nothing is taken over
+  bool is_linked = false;  // LinkFrames has been here
+};
+
+// Frame and map at working resolution. probability: of moving, of the image's size.
+WindowFrame MakeWindowFrame(double time_seconds, const cv::Mat3b& image,
+                            const cv::Mat1f& probability, bool has_map);
+
+// Fills `flow` of frames[1], ... where that has not been done. It stays empty at a cut
+// (vision/matching/scene_agreement.h, by flow alone), where sizes differ, and in tiny pictures.
+absl::Status LinkFrames(std::vector<WindowFrame>& frames);
+
+// The refined probabilities of frames[first], ..., frames[first + count - 1], which have images.
+std::vector<cv::Mat1f> RefineWindow(const std::vector<WindowFrame>& frames, int first, int count,
+                                    const MapWindowOptions& options);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_MASKS_MAP_WINDOW_H_

@@ -1,0 +1,81 @@
+#include "vision/masks/mask_image.h"
+
+#include <opencv2/imgproc.hpp>
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kHoleShare = 2000;  // of a picture's pixels in the largest hole that is filled
+constexpr float kReach = 3.0f;    // pixels of working resolution
+
+void FillHoles(cv::Mat1b& mask) {
+  cv::Mat1i labels;
+  cv::Mat stats, centres;
+  const int count = cv::connectedComponentsWithStats(mask == 0, labels, stats, centres, 4, CV_32S);
+  const int largest = static_cast<int>(mask.total()) / kHoleShare;
+  std::vector<uint8_t> is_hole(count, 0);
+  for (int i = 1; i < count; ++i) {
+    const cv::Rect box(stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
+                       stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT));
+    const bool touches_border =
+        box.x == 0 || box.y == 0 || box.br().x == mask.cols || box.br().y == mask.rows;
+    is_hole[i] = !touches_border && stats.at<int>(i, cv::CC_STAT_AREA) <= largest;
+  }
+  for (int y = 0; y < mask.rows; ++y) {
+    for (int x = 0; x < mask.cols; ++x) {
+      if (is_hole[labels(y, x)] != 0) mask(y, x) = 255;
+    }
+  }
+}
+
+}  // namespace
+
+cv::Mat1b MaskOf(const cv::Mat1f& probability, const ObjectThresholds& thresholds,
+                 const std::vector<cv::Rect>& excluded) {
+  cv::Mat1f p = probability;
+  if (!excluded.empty()) {
+    p = probability.clone();
+    for (const cv::Rect& area : excluded) p(area & cv::Rect(0, 0, p.cols, p.rows)) = 0.0f;
+  }
+  cv::Mat1b mask = NumberObjects(p >= thresholds.low, p >= thresholds.high) != 0;
+  FillHoles(mask);
+  for (const cv::Rect& area : excluded) mask(area & cv::Rect(0, 0, p.cols, p.rows)) = 0;
+  return mask;
+}
+
+cv::Mat1b SmallMask(const cv::Mat1b& mask, cv::Size size) {
+  cv::Mat1b small;
+  cv::resize(mask, small, size, 0, 0, cv::INTER_NEAREST);
+  return small;
+}
+
+cv::Mat1w NumberPixels(const cv::Mat1w& small, cv::Mat1b& mask) {
+  cv::Mat1w numbers = cv::Mat1w::zeros(mask.size());
+  if (cv::countNonZero(small) == 0) {
+    mask.setTo(0);
+    return numbers;
+  }
+  cv::Mat1f distance;
+  cv::Mat1i labels;
+  cv::distanceTransform(small == 0, distance, labels, cv::DIST_L2, cv::DIST_MASK_5,
+                        cv::DIST_LABEL_PIXEL);
+  std::vector<uint16_t> number_of(small.total() + 1, 0);
+  for (int y = 0; y < small.rows; ++y) {
+    for (int x = 0; x < small.cols; ++x) {
+      if (small(y, x) != 0) number_of[labels(y, x)] = small(y, x);
+    }
+  }
+  cv::Mat1w near(small.size());
+  for (int y = 0; y < small.rows; ++y) {
+    for (int x = 0; x < small.cols; ++x) {
+      near(y, x) = distance(y, x) <= kReach ? number_of[labels(y, x)] : uint16_t{0};
+    }
+  }
+  cv::Mat1w upsampled;
+  cv::resize(near, upsampled, mask.size(), 0, 0, cv::INTER_NEAREST);
+  upsampled.copyTo(numbers, mask);
+  mask.setTo(0, numbers == 0);
+  return numbers;
+}
+
+}  // namespace egosieve::vision

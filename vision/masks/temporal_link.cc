@@ -1,0 +1,126 @@
+#include "vision/masks/temporal_link.h"
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "absl/strings/str_format.h"
+#include "kernels/base/parallel_for.h"
+
+namespace egosieve::vision {
+namespace {
+
+struct Sums {
+  cv::Mat1f weighted;  // N
+  cv::Mat1f weight;    // D
+};
+
+Sums OwnSums(const LinkFrame& frame) {
+  if (!frame.has_map) {
+    return {cv::Mat1f::zeros(frame.log_odds.size()), cv::Mat1f::zeros(frame.log_odds.size())};
+  }
+  return {frame.log_odds.clone(), cv::Mat1f(frame.log_odds.size(), 1.0f)};
+}
+
+// Adds what a neighbour has gathered, seen along `flow`, which starts at this frame.
+void TakeOver(const Sums& neighbour, const cv::Mat& flow, const cv::Mat& back, double seconds,
+              const TemporalLinkOptions& options, Sums& sums) {
+  if (flow.empty()) return;
+  cv::Mat1f factor = FlowAgreement(flow, back, options.tolerance_pixels);
+  factor *= std::exp(-std::abs(seconds) / options.memory_seconds);
+  sums.weighted += factor.mul(cv::Mat1f(WarpByFlow(neighbour.weighted, flow, cv::INTER_LINEAR)));
+  sums.weight += factor.mul(cv::Mat1f(WarpByFlow(neighbour.weight, flow, cv::INTER_LINEAR)));
+}
+
+std::vector<Sums> GatherPast(const std::vector<LinkFrame>& frames,
+                             const TemporalLinkOptions& options) {
+  std::vector<Sums> all;
+  for (size_t t = 0; t < frames.size(); ++t) {
+    Sums sums = OwnSums(frames[t]);
+    if (t > 0) {
+      TakeOver(all.back(), frames[t].flow.backward, frames[t].flow.forward,
+               frames[t].time_seconds - frames[t - 1].time_seconds, options, sums);
+    }
+    all.push_back(std::move(sums));
+  }
+  return all;
+}
+
+std::vector<Sums> GatherFuture(const std::vector<LinkFrame>& frames,
+                               const TemporalLinkOptions& options) {
+  std::vector<Sums> all(frames.size());
+  for (size_t t = frames.size(); t-- > 0;) {
+    all[t] = OwnSums(frames[t]);
+    if (t + 1 < frames.size()) {
+      TakeOver(all[t + 1], frames[t + 1].flow.forward, frames[t + 1].flow.backward,
+               frames[t + 1].time_seconds - frames[t].time_seconds, options, all[t]);
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+absl::Status TemporalLinkOptions::Validate() const {
+  if (memory_seconds > 0.0 && tolerance_pixels > 0.0) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrFormat("memory_seconds = %g, tolerance_pixels = %g; both must be positive",
+                      memory_seconds, tolerance_pixels));
+}
+
+cv::Mat WarpByFlow(const cv::Mat& values, const cv::Mat& flow, int interpolation) {
+  cv::Mat2f places(flow.size());
+  for (int y = 0; y < flow.rows; ++y) {
+    const cv::Vec2f* in = flow.ptr<cv::Vec2f>(y);
+    for (int x = 0; x < flow.cols; ++x) {
+      places(y, x) = {static_cast<float>(x) + in[x][0], static_cast<float>(y) + in[x][1]};
+    }
+  }
+  cv::Mat warped;
+  cv::remap(values, warped, places, cv::noArray(), interpolation, cv::BORDER_REPLICATE);
+  return warped;
+}
+
+cv::Mat1f FlowAgreement(const cv::Mat& from, const cv::Mat& back, double tolerance_pixels) {
+  const cv::Mat returned = WarpByFlow(back, from, cv::INTER_LINEAR);
+  const auto scale = static_cast<float>(-0.5 / (tolerance_pixels * tolerance_pixels));
+  cv::Mat1f agreement(from.size());
+  for (int y = 0; y < from.rows; ++y) {
+    const cv::Vec2f* there = from.ptr<cv::Vec2f>(y);
+    const cv::Vec2f* again = returned.ptr<cv::Vec2f>(y);
+    for (int x = 0; x < from.cols; ++x) {
+      const cv::Vec2f error = there[x] + again[x];
+      agreement(y, x) = error.dot(error) * scale;
+    }
+  }
+  cv::exp(agreement, agreement);
+  return agreement;
+}
+
+std::vector<cv::Mat1f> LinkMaps(const std::vector<LinkFrame>& frames,
+                                const TemporalLinkOptions& options) {
+  std::vector<Sums> past, future;
+  kernels::ParallelFor(options.causal ? 1 : 2, [&](int64_t side) {
+    if (side == 0) {
+      past = GatherPast(frames, options);
+    } else {
+      future = GatherFuture(frames, options);
+    }
+  });
+  // Below this nothing is known: a memory that has faded over ten times its length.
+  constexpr float kLeastWeight = 5e-5f;
+  std::vector<cv::Mat1f> linked;
+  for (size_t t = 0; t < frames.size(); ++t) {
+    cv::Mat1f weighted = past[t].weighted, weight = past[t].weight;
+    if (!options.causal) {
+      const Sums own = OwnSums(frames[t]);
+      weighted = weighted + future[t].weighted - own.weighted;
+      weight = weight + future[t].weight - own.weight;
+    }
+    cv::Mat1f mean;
+    cv::divide(weighted, cv::max(weight, kLeastWeight), mean);
+    linked.push_back(mean);
+  }
+  return linked;
+}
+
+}  // namespace egosieve::vision
