@@ -1,5 +1,6 @@
 #include "vision/labelling/frame_labeller.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -26,6 +27,7 @@ namespace egosieve::vision {
 namespace {
 
 constexpr uint64_t kGeometryStep = 1;
+constexpr double kStillPixels = 0.25;
 constexpr double kLeastStaticShare = 0.3;
 // Of the textured places, those that the pictures ahead must hold for one scene.
 constexpr double kLeastFollowedShare = 0.35;
@@ -38,6 +40,15 @@ bool SamePixels(const cv::Mat& a, const cv::Mat& b) {
 void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& result) {
   result.outcome = outcome;
   result.reason = std::move(reason);
+}
+
+// A camera stands where its rotation moves the image by less than kStillPixels and nothing shows
+// parallax.
+MotionModelKind KindOf(const TwoViewMotion& motion, const Pinhole& camera) {
+  if (motion.HasParallax()) return MotionModelKind::kFundamental;
+  const double angle = Eigen::AngleAxisd(motion.rotation).angle();
+  return angle * camera.focal_pixels < kStillPixels ? MotionModelKind::kStatic
+                                                    : MotionModelKind::kHomography;
 }
 
 cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
@@ -297,7 +308,7 @@ MotionModel FrameLabeller::Implementation::FindCalibratedMotion(const std::vecto
   } else {
     model.parallax_pixels = world.parallax_pixels;
     model.inlier_count = std::llround(world.static_share * static_cast<double>(pairs.size()));
-    model.kind = world.HasParallax() ? MotionModelKind::kFundamental : MotionModelKind::kHomography;
+    model.kind = KindOf(world, camera);
     model.matrix =
         world.HasParallax() ? FundamentalOf(world, camera) : RotationHomography(world, camera);
     model.trusted = world.static_share >= kLeastStaticShare;
@@ -416,8 +427,7 @@ absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame&
   const View& view = outlook.far.frame != nullptr ? outlook.far : outlook.near;
   result.first_index = frame.frame.index;
   result.second_index = view.frame->frame.index;
-  result.motion_model =
-      view.motion.HasParallax() ? MotionModelKind::kFundamental : MotionModelKind::kHomography;
+  result.motion_model = KindOf(view.motion, camera);
   result.motion_matrix =
       ToMatx(view.motion.HasParallax() ? FundamentalOf(view.motion, camera)
                                        : RotationHomography(view.motion, camera));

@@ -132,9 +132,15 @@ TEST_P(PipelineOfBothModels, GoesOnFromACheckpointAsIfNothingHadHappened) {
   for (const int64_t last : {3, 7}) {  // frame 3 is damaged: frame 2 is the recent one
     auto segmenter = MakeSegmenter(GetParam());
     MovingSquareSource again(9, {3});
-    ASSERT_TRUE(again.SeekTo(last == 3 ? 2 : last).ok());
-    const Frame recent = std::get<Frame>(*again.Next());
-    ASSERT_TRUE(segmenter->Restore(whole.frames[last].checkpoint, {recent}).ok());
+    std::vector<Frame> recent;
+    for (int64_t index = 0; index <= last; ++index) {
+      const FrameRead read = *again.Next();
+      if (const auto* frame = std::get_if<Frame>(&read)) recent.push_back(*frame);
+    }
+    const auto history = segmenter->options().labeller.HistoryFrames();
+    if (static_cast<int>(recent.size()) > history)
+      recent.erase(recent.begin(), recent.end() - history);
+    ASSERT_TRUE(segmenter->Restore(whole.frames[last].checkpoint, recent).ok());
     options.first_frame = last + 1;
     std::vector<SegmentedFrame> rest;
     ASSERT_TRUE(RunPipeline(again, *segmenter, options, nullptr, [&](const SegmentedFrame& frame) {
@@ -246,13 +252,43 @@ TEST(SegmentationPipelineTest, TakesTheFramesBetweenFirstAndEnd) {
   EXPECT_EQ(run.frames[1].index, 3);
 }
 
-TEST(SegmentationPipelineTest, FinishesWhatWasReadWhenAskedToStop) {
-  MovingSquareSource source(50, {});
-  std::atomic<int> reads = 0;
-  const DriveRun run = RunDrive(source, PipelineOptions(), [&reads] { return ++reads > 3; });
-  ASSERT_TRUE(run.summary.ok());
-  EXPECT_TRUE(run.summary->stopped);
-  EXPECT_EQ(run.frames.size(), 3u);
+// Frames whose pictures ahead were not all read are left to the run that goes on: their labels
+// would be others.
+TEST(SegmentationPipelineTest, FinishesWhatIsCompleteWhenAskedToStop) {
+  for (const bool overlap : {false, true}) {
+    MovingSquareSource source(50, {});
+    const int ahead = MakeSegmenter()->options().ahead_frames;
+    ASSERT_GT(ahead, 0);
+    std::atomic<int> reads = 0;
+    PipelineOptions options;
+    options.overlap = overlap;
+    const DriveRun run = RunDrive(source, options, [&] { return ++reads > 3 + ahead; });
+    ASSERT_TRUE(run.summary.ok());
+    EXPECT_TRUE(run.summary->stopped);
+    EXPECT_EQ(run.frames.size(), 3u);
+  }
+}
+
+// What --max_frames cuts off is looked at all the same, so that a longer run has the same bytes.
+TEST(SegmentationPipelineTest, FramesBeforeAnEndAreThoseOfALongerRun) {
+  MovingSquareSource source(9, {});
+  PipelineOptions options;
+  const DriveRun whole = RunDrive(source, options);
+  options.end_frame = 4;
+  const DriveRun part = RunDrive(source, options);
+  ASSERT_EQ(part.frames.size(), 4u);
+  for (size_t i = 0; i < part.frames.size(); ++i) {
+    EXPECT_EQ(part.frames[i].map.probability, whole.frames[i].map.probability) << i;
+  }
+}
+
+TEST(SegmentationPipelineTest, TheFirstFrameIsLabelledFromTheNext) {
+  MovingSquareSource source(4, {});
+  const DriveRun run = RunDrive(source, PipelineOptions());
+  ASSERT_EQ(run.frames.size(), 4u);
+  EXPECT_EQ(run.frames[0].labels.outcome, LabelOutcome::kLabelled);
+  EXPECT_EQ(run.frames[0].labels.labelled.index, 0);
+  EXPECT_EQ(run.frames[0].labels.second_index > 0, true);
 }
 
 TEST(SegmentationPipelineTest, AnErrorOfTheSinkEndsTheRun) {
