@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "tools/evaluation/map_sample.h"
 
 namespace egosieve::tools {
 namespace {
@@ -35,21 +36,6 @@ cv::Mat_<T> AtGrid(const cv::Mat_<T>& image, const kernels::ImageGrid& grid) {
   return sampled;
 }
 
-// The grid pixel at or before a position, and how far behind it the position lies, in [0, 1].
-struct Place {
-  int before = 0;
-  double share = 0.0;
-};
-
-Place PlaceOn(double position, int stride, int count, int last_pixel) {
-  if (count < 2) return {};
-  Place place;
-  place.before = std::clamp(static_cast<int>(position / stride), 0, count - 2);
-  const int low = place.before * stride, high = std::min(low + stride, last_pixel);
-  place.share = std::clamp((position - low) / (high - low), 0.0, 1.0);
-  return place;
-}
-
 // Frames by the number in their names; empty where a name has none or two have the same.
 std::map<int64_t, int64_t> IndicesByNumber(const std::vector<std::string>& names) {
   std::map<int64_t, int64_t> indices;
@@ -65,18 +51,6 @@ std::map<int64_t, int64_t> IndicesByNumber(const std::vector<std::string>& names
 bool IsVoid(const ScoredFrame& frame) {
   return frame.truth.empty() || std::all_of(frame.truth.begin(), frame.truth.end(),
                                             [](uint8_t truth) { return truth == kTruthVoid; });
-}
-
-double InterpolateAt(const cv::Mat1f& map, const kernels::ImageGrid& grid, double x, double y) {
-  const Place column = PlaceOn(x, grid.stride, grid.columns(), grid.width - 1);
-  const Place row = PlaceOn(y, grid.stride, grid.rows(), grid.height - 1);
-  const int right = std::min(column.before + 1, map.cols - 1);
-  const int below = std::min(row.before + 1, map.rows - 1);
-  const auto between = [](double low, double high, double share) {
-    return low + share * (high - low);
-  };
-  return between(between(map(row.before, column.before), map(row.before, right), column.share),
-                 between(map(below, column.before), map(below, right), column.share), row.share);
 }
 
 absl::StatusOr<DriveTruth> DriveTruth::Open(const std::string& path, const TruthFrames& frames,

@@ -76,9 +76,6 @@ class DriveTruth {
 // Whether no pixel or point of the frame is known to be static or dynamic.
 bool IsVoid(const ScoredFrame& frame);
 
-// The map at (x, y) in pixels, linearly between the four grid pixels around it.
-double InterpolateAt(const cv::Mat1f& map, const kernels::ImageGrid& grid, double x, double y);
-
 }  // namespace egosieve::tools
 
 #endif  // EGOSIEVE_TOOLS_EVALUATE_DRIVE_TRUTH_H_

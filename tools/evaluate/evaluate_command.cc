@@ -15,11 +15,13 @@
 #include "tools/cli/progress.h"
 #include "tools/evaluate/evaluate_run.h"
 #include "tools/evaluate/evaluation_page.h"
+#include "tools/evaluate/further_truth.h"
 #include "tools/evaluate_features/feature_flags.h"
 #include "tools/plots/plots_flag.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/run_folder/chosen_lines.h"
 #include "tools/suite/child_process.h"
+#include "tools/suite/further_table.h"
 #include "tools/suite/object_table.h"
 #include "tools/suite/suite_figures.h"
 #include "tools/suite/suite_run.h"
@@ -38,6 +40,7 @@ class EvaluateCommand : public Command {
   std::string example() const override {
     return "egosieve evaluate out/drive --truth=drive/masks\n"
            "egosieve evaluate out/clip --truth=clip/tracks.csv\n"
+           "egosieve evaluate out/clip --boxes=boxes.csv\n"
            "egosieve evaluate --suite=sequences --out=out/suite --jobs=2\n"
            "egosieve evaluate --suite=streets --out=out/terms --profiles=default "
            "--variant=line=--evidence=epipolar";
@@ -51,6 +54,7 @@ class EvaluateCommand : public Command {
                    "Folder of masks (0 static, 128 void, else dynamic), a drive that synthesize "
                    "wrote, or a file of labelled points (track,label,frame,x,y; label 1 static)")
         ->type_name("TRUTH");
+    AddFurtherTruthFlags(app);
     AddScoringFlags(app);
     AddSuiteFlags(app);
     plots_.AddFlag(app);
@@ -69,6 +73,33 @@ class EvaluateCommand : public Command {
   }
 
  private:
+  void AddFurtherTruthFlags(CLI::App& app) {
+    app.add_option("--boxes", further_.boxes,
+                   "Boxes of things that move or stand (frame,id,type,x1,y1,x2,y2,moving ...); "
+                   "default: boxes.csv beside the frames")
+        ->type_name("FILE");
+    app.add_option("--poses", further_.poses,
+                   "The camera's true poses, 12 numbers a frame; default: poses.txt beside the "
+                   "frames. The run's trajectory.txt is compared with them")
+        ->type_name("FILE");
+    app.add_option("--poses_fps", trajectory_.frames_per_second,
+                   "Rows of the poses a second, where no camera.json says so")
+        ->capture_default_str();
+    app.add_option("--true_camera", further_.camera,
+                   "The true lens, as in a run's camera.json; default: camera.json beside the "
+                   "frames; with --suite: for sequences that have poses, but no camera.json")
+        ->type_name("FILE");
+  }
+
+  // What was asked for, else what lies beside the input.
+  FurtherTruth FurtherTruthOf(const std::string& input) const {
+    FurtherTruth truth = FindFurtherTruth(input);
+    if (!further_.boxes.empty()) truth.boxes = further_.boxes;
+    if (!further_.poses.empty()) truth.poses = further_.poses;
+    if (!further_.camera.empty()) truth.camera = further_.camera;
+    return truth;
+  }
+
   void AddScoringFlags(CLI::App& app) {
     AddWords(
         app, "--pixels", options_.pixels,
@@ -101,7 +132,7 @@ class EvaluateCommand : public Command {
                    "scene.json: segments and scores them all")
         ->type_name("DIR");
     app.add_option("--out", suite_options_.out,
-                   "With --suite: the folder for its runs, suite.json and suite.csv; runs that are "
+                   "With --suite: the folder for its runs, suite.json, .csv and .md; runs that are "
                    "there already are taken or gone on with")
         ->type_name("DIR");
     app.add_option("--profiles", profiles_, "With --suite: profiles of segment, by commas")
@@ -118,6 +149,11 @@ class EvaluateCommand : public Command {
                    "With --suite: sequences at a time; 0: one a core, at most one a sequence")
         ->check(Between(0, 256))
         ->capture_default_str();
+    app.add_option("--max_seconds", suite_options_.max_seconds,
+                   "With --suite: seconds of each sequence at most, at the rate that camera.json "
+                   "beside its frames states, else 10 frames a second; 0: all")
+        ->check(AtLeast(0.0))
+        ->capture_default_str();
     app.add_option("--max_frames", suite_options_.max_frames,
                    "With --suite: frames of each sequence at most; 0: all")
         ->check(AtLeast<int64_t>(0))
@@ -125,12 +161,26 @@ class EvaluateCommand : public Command {
   }
 
   absl::StatusOr<ExitCode> EvaluateOne() {
-    if (truth_.empty()) {
-      return absl::InvalidArgumentError(
-          "--truth is missing; give masks or tracks to score against");
-    }
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
     EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder));
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const FurtherScores further,
+        ScoreFurther(folder, FurtherTruthOf(description.input.path), FurtherOptionsOf()));
+    if (truth_.empty() && further.empty()) {
+      return absl::InvalidArgumentError(
+          "--truth is missing, and no other truth lies beside the frames; give masks, tracks or "
+          "--boxes to score against");
+    }
+    if (!further.empty()) {
+      EGOSIEVE_RETURN_IF_ERROR(
+          WriteFileAtomically(folder.File("further.json"), ToJson(further).dump(2) + "\n"));
+      std::cout << ToTable(further);
+    }
+    return truth_.empty() ? ExitCode::kDone : EvaluateMaps(folder);
+  }
+
+  absl::StatusOr<ExitCode> EvaluateMaps(const RunFolder& folder) {
     Progress progress("evaluate", progress_, -1);
     EGOSIEVE_ASSIGN_OR_RETURN(const RunEvaluation run, EvaluateRun(folder, truth_, options_, [&] {
                                 progress.Advance();
@@ -145,9 +195,22 @@ class EvaluateCommand : public Command {
     return ExitCode::kDone;
   }
 
+  FurtherOptions FurtherOptionsOf() const {
+    FurtherOptions further;
+    further.pixels = options_.pixels;
+    further.with_prior = options_.with_prior;
+    further.boxes.threshold = options_.scores.threshold;
+    further.trajectory = trajectory_;
+    return further;
+  }
+
   absl::StatusOr<ExitCode> EvaluateSuite() {
     if (suite_options_.out.empty()) {
       return absl::InvalidArgumentError("--out is missing; give the folder for the suite's runs");
+    }
+    if (!further_.boxes.empty() || !further_.poses.empty()) {
+      return absl::InvalidArgumentError(
+          "--boxes and --poses are those of one run; sequences have theirs beside their frames");
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const SequenceList list, FindSequences(suite_));
     EGOSIEVE_ASSIGN_OR_RETURN(suite_options_.program, OwnProgram());
@@ -161,6 +224,8 @@ class EvaluateCommand : public Command {
     }
     suite_options_.segment_flags = absl::StrSplit(segment_flags_, ' ', absl::SkipEmpty());
     suite_options_.evaluate = options_;
+    suite_options_.further = FurtherOptionsOf();
+    suite_options_.true_camera = further_.camera;
     suite_options_.cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     const int runs = static_cast<int>(list.sequences.size() * suite_options_.variants.size());
     if (suite_options_.jobs == 0) {
@@ -177,7 +242,10 @@ class EvaluateCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".csv", ToCsv(results)));
     EGOSIEVE_RETURN_IF_ERROR(
         WriteFileAtomically(base + ".json", ToJson(list, results, summary).dump(2) + "\n"));
-    std::cout << ToTable(list, results, summary) << ObjectTable(results);
+    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".md", ToMarkdown(results)));
+    std::cout << ToTable(list, results, summary) << ObjectTable(results) << FurtherTable(results)
+              << "\n"
+              << ToMarkdown(results);
     EGOSIEVE_RETURN_IF_ERROR(plots_.Write(absl::StrCat(suite_options_.out, "/plots"),
                                           MakeSuitePage(list, results, summary)));
     return summary.failed > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
@@ -185,6 +253,8 @@ class EvaluateCommand : public Command {
 
   std::string directory_;
   std::string truth_;
+  FurtherTruth further_;  // as far as it was given
+  TrajectoryErrorOptions trajectory_;
   EvaluateOptions options_;
   std::string suite_;
   std::string profiles_ = "paper,default";

@@ -11,31 +11,9 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "tools/evaluate/same_drive.h"
-#include "tools/run_folder/map_image.h"
 
 namespace egosieve::tools {
 namespace {
-
-// The maps that are scored; the deviation is left empty where the run has none.
-absl::StatusOr<FrameMaps> ReadScored(const RunFolder& folder, const RunDescription& description,
-                                     const FrameLine& line, ScoredPixels pixels) {
-  if (pixels == ScoredPixels::kGrid) {
-    absl::StatusOr<FrameMaps> maps = folder.ReadGridMaps(line, description, true);
-    return absl::IsNotFound(maps.status()) ? folder.ReadGridMaps(line, description, false) : maps;
-  }
-  const cv::Size size(line.width_pixels, line.height_pixels);
-  absl::StatusOr<cv::Mat1f> probability =
-      ReadMap(folder.FrameFile("full", line.index, ".prob.png"), size, 1.0);
-  if (absl::IsNotFound(probability.status())) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("the run has no full/ map of frame ", line.index,
-                     "; run egosieve reconstruct on it first, or use --pixels=grid"));
-  }
-  EGOSIEVE_RETURN_IF_ERROR(probability.status());
-  absl::StatusOr<cv::Mat1f> deviation = ReadMap(folder.FrameFile("full", line.index, ".std.png"),
-                                                size, description.deviation_full_scale);
-  return FrameMaps{*std::move(probability), deviation.ok() ? *std::move(deviation) : cv::Mat1f()};
-}
 
 // Masks that do not fit are counted to the end, so that the error can say how many there are.
 struct Misfits {
@@ -65,9 +43,8 @@ class RunScorer {
   // A line that has a map and a truth.
   absl::Status Score(const FrameLine& line) {
     EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps,
-                              ReadScored(folder_, description_, line, options_.pixels));
-    kernels::ImageGrid grid = GridOf(line, description_);
-    if (options_.pixels == ScoredPixels::kFull) grid.stride = 1;
+                              ReadScoredMaps(folder_, description_, line, options_.pixels));
+    const kernels::ImageGrid grid = ScoredGrid(line, description_, options_.pixels);
     ++misfits_.of;
     const absl::StatusOr<ScoredFrame> frame =
         truth_.Compare(line.index, grid, maps, description_.deviation_full_scale, &points_outside_);
@@ -135,18 +112,15 @@ absl::StatusOr<RunEvaluation> EvaluateRun(const RunFolder& folder, const std::st
   evaluation.matched_by = truth.matched_by();
   evaluation.pixels = PixelsName(truth, options.pixels);
   RunScorer scorer(folder, description, truth, options);
-  bool learnt = options.with_prior;
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<ScorableLine> scorable, ReadScorableLines(folder));
   int64_t matched = 0;
-  for (const FrameLine& line : lines) {
-    // Methods without a model learn from their frame alone.
-    learnt |= line.model_size > 0 || line.outcome == FrameLine::Outcome::kLearnt;
-    if (!line.has_map()) continue;  // its truth counts as without a map
+  for (const auto& [line, of_prior] : scorable) {  // other lines' truth counts as without a map
     if (!truth.Has(line.index)) {
       ++evaluation.frames_without_mask;
       continue;
     }
     ++matched;
-    if (!learnt) {
+    if (of_prior && !options.with_prior) {
       ++evaluation.frames_of_prior;
     } else {
       EGOSIEVE_RETURN_IF_ERROR(scorer.Score(line));

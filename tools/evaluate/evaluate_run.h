@@ -13,12 +13,11 @@
 #include "absl/status/statusor.h"
 #include "tools/evaluate/drive_truth.h"
 #include "tools/evaluate/evaluation.h"
+#include "tools/evaluate/scored_maps.h"
 #include "tools/evaluation/drive_scores.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
-
-enum class ScoredPixels { kGrid, kFull };
 
 struct EvaluateOptions {
   ScoredPixels pixels = ScoredPixels::kGrid;

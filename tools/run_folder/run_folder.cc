@@ -22,9 +22,9 @@ constexpr char kLog[] = "frames.jsonl";
 // tells what it is.
 constexpr const char* kProducts[] = {
     "report.html",     "overlay.mp4", "overlay.avi", "overlay.tmp.mp4",
-    "overlay.tmp.avi", "eval.json",   "eval.csv",    "plots",
-    "render",          "full",        "grid",        "steps",
-    "model",           kLog,          kDescription};
+    "overlay.tmp.avi", "eval.json",   "eval.csv",    "further.json",
+    "plots",           "render",      "full",        "grid",
+    "steps",           "model",       kLog,          kDescription};
 
 // Whether the folder holds nothing but what a run that was killed before its run.json leaves.
 bool IsBarelyBegun(const std::string& path, std::error_code& error) {

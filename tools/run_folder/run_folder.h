@@ -7,7 +7,7 @@
 //   render/NNNNNN.png              overlays
 //   model/                         checkpoints
 //   steps/NNNNNN.npz               what the frame did to the model, where maps are made later
-//   report.html, overlay.mp4, eval.json, eval.csv, plots/
+//   report.html, overlay.mp4, eval.json, eval.csv, further.json, plots/
 //
 // NNNNNN is the frame's index in the input, from 0. A frame's maps are written before its line: a
 // frame that has a line has its maps, whole.

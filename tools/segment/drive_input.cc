@@ -37,9 +37,11 @@ std::string Fingerprint(const cv::Mat& image, int64_t frames) {
 
 }  // namespace
 
-absl::StatusOr<DriveInput> OpenDriveInput(const std::string& path, int64_t from) {
+absl::StatusOr<DriveInput> OpenDriveInput(const std::string& path, int64_t from,
+                                          const vision::FrameSourceOptions& options) {
   DriveInput input;
-  absl::StatusOr<std::unique_ptr<vision::FrameSource>> frames = vision::OpenFrameSource(path, {});
+  absl::StatusOr<std::unique_ptr<vision::FrameSource>> frames =
+      vision::OpenFrameSource(path, options);
   if (!frames.ok()) {
     return AsInputError(frames.status());
   }

@@ -21,7 +21,8 @@ struct DriveInput {
 
 // Reads on from frame `from` to the first frame that is not damaged. Every error is one of the
 // input (DataLoss): nothing there, nothing that can be read, or fewer frames than `from`.
-absl::StatusOr<DriveInput> OpenDriveInput(const std::string& path, int64_t from);
+absl::StatusOr<DriveInput> OpenDriveInput(const std::string& path, int64_t from,
+                                          const vision::FrameSourceOptions& options = {});
 
 }  // namespace egosieve::tools
 

@@ -78,6 +78,10 @@ class SegmentCommand : public Command {
         ->type_name("N");
     app.add_flag("--learn_only", learn_only_,
                  "Makes no maps but keeps the model of every frame, for infer to make them later");
+    app.add_option("--fps", source_.nominal_rate_hz,
+                   "Frames a second of a folder of images, which has no clock")
+        ->check(AtLeast(1e-3))
+        ->capture_default_str();
     app.add_option("--max_frames", max_frames_, "Frames to segment at most; 0: no limit")
         ->check(AtLeast<int64_t>(0))
         ->type_name("FRAMES");
@@ -97,7 +101,7 @@ class SegmentCommand : public Command {
     method_.Apply(options);
     EGOSIEVE_RETURN_IF_ERROR(options.Validate());
     EGOSIEVE_RETURN_IF_ERROR(method_.CheckWith(resume_, every_ > 1 || learn_only_));
-    EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(input_, range_.from));
+    EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(input_, range_.from, source_));
     EGOSIEVE_RETURN_IF_ERROR(LearnCamera(*input.frames, options.labeller));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<FolderLock> lock, LockFolder());
@@ -246,6 +250,9 @@ class SegmentCommand : public Command {
     description.flags["from"] = absl::StrCat(range_.from);
     description.flags["checkpoint_every"] = absl::StrCat(checkpoint_every_);
     description.flags["every"] = absl::StrCat(every_);
+    if (source_.nominal_rate_hz != vision::FrameSourceOptions().nominal_rate_hz) {
+      description.flags["fps"] = absl::StrCat(source_.nominal_rate_hz);
+    }
     description.flags["learn_only"] = learn_only_ ? "yes" : "no";
     description.device = DescribeDevice(device);
     description.seed = flags_.seed();
@@ -347,6 +354,7 @@ class SegmentCommand : public Command {
   int64_t every_ = 1;
   bool learn_only_ = false;
   int64_t max_frames_ = 0;
+  vision::FrameSourceOptions source_;
   ThreadsFlag threads_;
   DeviceFlag device_;
   ProgressFlag progress_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -17,6 +18,7 @@
 #include "tools/cli/exit_code.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/suite/child_process.h"
+#include "vision/frame/frame_source.h"
 
 namespace egosieve::tools {
 namespace {
@@ -34,6 +36,13 @@ std::string LastLine(const std::string& path) {
   return last;
 }
 
+// 0: no limit.
+int64_t MostFrames(const SuiteOptions& options, double rate) {
+  if (!(options.max_seconds > 0.0)) return options.max_frames;
+  const int64_t frames = std::max<int64_t>(1, std::llround(options.max_seconds * rate));
+  return options.max_frames > 0 ? std::min(frames, options.max_frames) : frames;
+}
+
 absl::Status Segment(const Sequence& sequence, const SuiteVariant& variant, const std::string& run,
                      const SuiteOptions& options, const std::function<bool()>& stop_requested) {
   const int threads = std::max(1, options.cores / options.jobs);
@@ -46,8 +55,10 @@ absl::Status Segment(const Sequence& sequence, const SuiteVariant& variant, cons
                        "--progress=none",
                        absl::StrCat("--threads=", threads)};
   command.arguments.insert(command.arguments.end(), variant.flags.begin(), variant.flags.end());
-  if (options.max_frames > 0) {
-    command.arguments.push_back(absl::StrCat("--max_frames=", options.max_frames));
+  EGOSIEVE_ASSIGN_OR_RETURN(const double rate, RateOf(sequence));
+  command.arguments.push_back(absl::StrCat("--fps=", rate));
+  if (const int64_t frames = MostFrames(options, rate); frames > 0) {
+    command.arguments.push_back(absl::StrCat("--max_frames=", frames));
   }
   command.arguments.insert(command.arguments.end(), options.segment_flags.begin(),
                            options.segment_flags.end());
@@ -63,6 +74,12 @@ absl::Status Segment(const Sequence& sequence, const SuiteVariant& variant, cons
   }
   return absl::InternalError(absl::StrFormat("segmenting ended with code %d: %s; see %s", code,
                                              LastLine(command.log_path), command.log_path));
+}
+
+FurtherTruth FurtherTruthOf(const Sequence& sequence, const SuiteOptions& options) {
+  FurtherTruth truth = FindFurtherTruth(sequence.frames);
+  if (!truth.poses.empty() && truth.camera.empty()) truth.camera = options.true_camera;
+  return truth;
 }
 
 absl::Status RunSequence(const SuiteOptions& options, const SuiteVariant& variant,
@@ -81,11 +98,25 @@ absl::Status RunSequence(const SuiteOptions& options, const SuiteVariant& varian
                                         [&] { return !stop_requested(); }));
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.json"), ToText(run.evaluation)));
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.csv"), ToCsv(run.evaluation)));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      result.further,
+      ScoreFurther(folder, FurtherTruthOf(result.sequence, options), options.further));
   result.run = std::move(run);
   return absl::OkStatus();
 }
 
 }  // namespace
+
+absl::StatusOr<double> RateOf(const Sequence& sequence) {
+  const std::string path = FindFurtherTruth(sequence.frames).camera;
+  if (path.empty()) return vision::FrameSourceOptions().nominal_rate_hz;
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
+  const absl::StatusOr<CameraTruth> camera = ParseCamera(text);
+  if (!camera.ok()) {
+    return absl::DataLossError(absl::StrCat(path, ": ", camera.status().message()));
+  }
+  return camera->frames_per_second.value_or(vision::FrameSourceOptions().nominal_rate_hz);
+}
 
 SuiteVariant VariantOfProfile(const std::string& profile) {
   return {profile, {absl::StrCat("--profile=", profile)}};

@@ -19,6 +19,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "tools/evaluate/evaluate_run.h"
+#include "tools/evaluate/further_truth.h"
 #include "tools/suite/sequences.h"
 
 namespace egosieve::tools {
@@ -28,6 +29,10 @@ struct SuiteVariant {
   std::string name;
   std::vector<std::string> flags;
 };
+
+// Frames a second of a sequence: what camera.json beside its frames says, else 10, as segment takes
+// it for a folder of images. DataLoss for a camera.json that is damaged.
+absl::StatusOr<double> RateOf(const Sequence& sequence);
 
 SuiteVariant VariantOfProfile(const std::string& profile);
 // "NAME=FLAGS", flags by spaces. InvalidArgument where the name is not made of letters, digits,
@@ -42,7 +47,10 @@ struct SuiteOptions {
   int jobs = 1;                            // 1 to 256
   int cores = 1;                           // shared by the jobs
   int64_t max_frames = 0;                  // of each sequence; 0: all
+  double max_seconds = 0.0;                // likewise, at the sequence's rate
   EvaluateOptions evaluate;
+  FurtherOptions further;
+  std::string true_camera;  // for sequences that have poses, but no camera.json; empty: none
 
   absl::Status Validate() const;
 };
@@ -52,6 +60,7 @@ struct SequenceResult {
   std::string profile;               // name of the variant
   absl::Status status;               // what failed, segmenting or evaluating
   std::optional<RunEvaluation> run;  // where nothing did
+  FurtherScores further;             // likewise
   int64_t frames = 0;                // of the run
   double seconds_per_frame = 0.0;    // of segmenting, wall clock
 };

@@ -233,6 +233,39 @@ std::string ToTable(const SequenceList& list, const std::vector<SequenceResult>&
   return table;
 }
 
+std::string ToMarkdown(const std::vector<SequenceResult>& results) {
+  const auto number = [](const Figure& value) {
+    return value ? absl::StrFormat("%.3f", *value) : std::string("-");
+  };
+  struct Folder {
+    int scored = 0, all = 0;
+    std::vector<double> auc, j;
+  };
+  std::map<GroupKey, Folder> folders;
+  for (const SequenceResult& result : results) {
+    Folder& folder = folders[{result.sequence.group, result.profile}];
+    ++folder.all;
+    if (!result.run) continue;
+    ++folder.scored;
+    if (const Figure auc = MeanOf<&FrameScores::auc>(result)) folder.auc.push_back(*auc);
+    if (result.run->evaluation.truth_kind == "tracks") continue;
+    if (const Figure j = MeanOf<&FrameScores::iou>(result)) folder.j.push_back(*j);
+  }
+  std::string table =
+      "| folder | profile | sequences | AUC, mean | AUC, least | J, mean | J, least |\n"
+      "|---|---|---|---|---|---|---|\n";
+  for (const auto& [key, folder] : folders) {
+    const auto auc = SpreadOf(folder.auc), j = SpreadOf(folder.j);
+    const auto of = [&](const std::optional<Spread>& spread, double Spread::*field) {
+      return number(spread ? Figure((*spread).*field) : std::nullopt);
+    };
+    absl::StrAppend(&table, "| ", key.first, " | ", key.second, " | ", folder.scored, " of ",
+                    folder.all, " | ", of(auc, &Spread::mean), " | ", of(auc, &Spread::least),
+                    " | ", of(j, &Spread::mean), " | ", of(j, &Spread::least), " |\n");
+  }
+  return table;
+}
+
 std::string ToCsv(const std::vector<SequenceResult>& results) {
   std::string csv = "sequence,group,profile,frames,error";
   for (const SuiteFigure& figure : SuiteFigures()) absl::StrAppend(&csv, ",", figure.name);
@@ -266,6 +299,7 @@ Json ToJson(const SequenceList& list, const std::vector<SequenceResult>& results
       entry["frames_scored"] = result.run->evaluation.frames.size();
       entry["pixels"] = result.run->evaluation.pixels;
       entry["scores"] = result.run->evaluation.scores;
+      entry["further"] = ToJson(result.further);
     }
     sequences.push_back(std::move(entry));
   }

@@ -1,8 +1,7 @@
 // A suite's results as one table: sequences, means over groups of them, spread, and what failed.
 //
-//   mean, deviation    over the sequences that have the figure; deviation with n - 1, absent for
-//   one one threshold      for each of 0.05 .. 0.95: the mean over sequences of the mean IoU over
-//   frames
+//   mean, deviation  over the sequences that have the figure; deviation with n - 1, absent for one
+//   one threshold    for each of 0.05 .. 0.95: the mean over sequences of the mean IoU over frames
 #ifndef EGOSIEVE_TOOLS_SUITE_SUITE_TABLE_H_
 #define EGOSIEVE_TOOLS_SUITE_SUITE_TABLE_H_
 
@@ -51,6 +50,10 @@ SuiteSummary SummariseSuite(const std::vector<SequenceResult>& results);
 
 std::string ToTable(const SequenceList& list, const std::vector<SequenceResult>& results,
                     const SuiteSummary& summary);
+// Markdown, a row a folder (the sequences' group) and profile: mean and least over all its
+// sequences of the AUC (mean over frames), and of J, the mean over frames of the IoU at the
+// declared threshold, where the truth is masks.
+std::string ToMarkdown(const std::vector<SequenceResult>& results);
 std::string ToCsv(const std::vector<SequenceResult>& results);
 nlohmann::ordered_json ToJson(const SequenceList& list, const std::vector<SequenceResult>& results,
                               const SuiteSummary& summary);

@@ -106,6 +106,15 @@ TEST(Method, ARivalHasARunFolderOfItsOwn) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(RunFolder::Open(run)->ReadDescription()->flags.at("method"), "homography_flow");
   EXPECT_FALSE(fs::exists(run + "/grid/000002.std.png"));
+  const ProgramOutcome without_truth = RunProgram({"evaluate", run, "--progress=none"});
+  EXPECT_EQ(without_truth.code, 2);
+  EXPECT_THAT(without_truth.err, HasSubstr("--truth is missing"));
+  std::ofstream(root + "/boxes.csv")
+      << "frame,id,type,x1,y1,x2,y2,moving\n2,0,Car,10,10,30,30,0\n3,0,Car,10,10,30,30,0\n";
+  const ProgramOutcome boxes = RunProgram({"evaluate", run, "--progress=none"});
+  EXPECT_EQ(boxes.code, 0) << boxes.err;
+  EXPECT_THAT(boxes.out, HasSubstr("standing vehicle"));
+  EXPECT_EQ(Json::parse(*ReadFile(run + "/further.json")).at("boxes").at("frames"), 2);
   ASSERT_EQ(
       RunProgram({"evaluate", run, "--truth=" + root + "/masks", "--no_plots", "--progress=none"})
           .code,
@@ -171,7 +180,6 @@ TEST(Compare, WhatCannotBeIsRefusedBeforeWorkIsDone) {
   refused({"evaluate", "--suite=" + root}, 2, "--out is missing");
   refused({"evaluate", root, "--suite=" + root}, 2, "either a run folder");
   refused({"evaluate"}, 2, "either a run folder");
-  refused({"evaluate", root}, 2, "--truth is missing");
 }
 
 }  // namespace

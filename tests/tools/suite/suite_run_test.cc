@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+
 namespace egosieve::tools {
 namespace {
 
@@ -23,6 +26,19 @@ TEST(ParseVariant, RefusesWhatIsNoNameOrNoFolder) {
     EXPECT_EQ(variant.status().code(), absl::StatusCode::kInvalidArgument) << text;
     EXPECT_THAT(std::string(variant.status().message()), HasSubstr("NAME=FLAGS"));
   }
+}
+
+TEST(RateOf, IsThatOfTheCameraBesideTheFrames) {
+  const std::string folder = testing::TempDir() + "/rate";
+  std::filesystem::create_directories(folder + "/frames");
+  const Sequence sequence{"rate", "rate", folder + "/frames", ""};
+  std::filesystem::remove(folder + "/camera.json");
+  EXPECT_EQ(*RateOf(sequence), 10.0);
+  std::ofstream(folder + "/camera.json")
+      << R"({"focal_pixels": 5, "width": 9, "height": 9, "frames_per_second": 30})";
+  EXPECT_EQ(*RateOf(sequence), 30.0);
+  std::ofstream(folder + "/camera.json") << "{}";
+  EXPECT_EQ(RateOf(sequence).status().code(), absl::StatusCode::kDataLoss);
 }
 
 TEST(SuiteOptions, VariantsHaveNamesOfTheirOwn) {

@@ -73,6 +73,20 @@ TEST(SummariseSuite, MeansAreOverSequencesByGroupAndOverAll) {
   EXPECT_THAT(ToCsv(results), HasSubstr("b/four,b,default,0,NOT_FOUND,,"));
 }
 
+TEST(ToMarkdown, MeanAndLeastOverAllSequencesOfAFolder) {
+  SequenceResult tracks = Result("b", "three", 10, 10);
+  tracks.run->evaluation.truth_kind = "tracks";
+  SequenceResult failed;
+  failed.sequence = {"b/four", "b", "", ""};
+  failed.profile = "default";
+  failed.status = absl::NotFoundError("it is not there");
+  const std::string table =
+      ToMarkdown({Result("a", "one", 10, 10), Result("a", "two", 10, 5), tracks, failed});
+  // Five of ten movers above all static pixels, five level with them: (5 + 5 / 2) / 10.
+  EXPECT_THAT(table, HasSubstr("| a | default | 2 of 2 | 0.875 | 0.750 | 0.750 | 0.500 |\n"));
+  EXPECT_THAT(table, HasSubstr("| b | default | 1 of 2 | 1.000 | 1.000 | - | - |\n"));
+}
+
 TEST(SummariseSuite, TracksHaveNoShareInTheOneThreshold) {
   SequenceResult tracks = Result("a", "one", 10, 10);
   tracks.run->evaluation.truth_kind = "tracks";

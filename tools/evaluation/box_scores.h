@@ -1,0 +1,79 @@
+// How many labelled boxes a map marks, by class, motion and distance, and how much it marks beside
+// them.
+//
+//   (B1) m = mean over the pixels of the box's middle of p, interpolated linearly; the middle is
+//        the rectangle about the box's centre with `middle` of each of its sides, clipped to the
+//        image
+//   (B2) a box is marked where m >= threshold
+//   (B3) outside = pixels of the map in no box at all; marked outside = of these, p >= threshold
+//
+// Left out of (B2), not of (B3): boxes that are largely truncated or largely occluded (levels of
+// box_truth.h above the options'), whose motion is unknown, whose class is untold, or whose middle
+// lies outside the image.
+#ifndef EGOSIEVE_TOOLS_EVALUATION_BOX_SCORES_H_
+#define EGOSIEVE_TOOLS_EVALUATION_BOX_SCORES_H_
+
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "kernels/base/image_grid.h"
+#include "tools/evaluation/box_truth.h"
+
+namespace egosieve::tools {
+
+struct BoxScoresOptions {
+  double threshold = 0.5;
+  double middle = 0.6;     // of each side, in (0, 1]
+  int most_truncated = 1;  // level up to which a box counts
+  int most_occluded = 1;   // likewise
+
+  absl::Status Validate() const;
+};
+
+struct BoxCount {
+  int64_t boxes = 0;
+  int64_t marked = 0;
+};
+
+// (B1); negative where the middle lies outside the image.
+double MeanInMiddle(const LabelledBox& box, const cv::Mat1f& probability,
+                    const kernels::ImageGrid& grid, double middle);
+
+class BoxScores {
+ public:
+  explicit BoxScores(const BoxScoresOptions& options = {}) : options_(options) {}
+
+  // One frame: its boxes and its map at the grid's pixels.
+  void Add(const std::vector<LabelledBox>& boxes, const cv::Mat1f& probability,
+           const kernels::ImageGrid& grid);
+  void Merge(const BoxScores& other);
+
+  int64_t frames() const { return frames_; }
+  // Of "moving vehicle", "standing person" and so on, at one distance (kBoxDistances) or at "all".
+  BoxCount Of(const std::string& kind, const std::string& distance) const;
+  int64_t left_out() const { return left_out_; }
+  // (B3); 0 where nothing is outside.
+  double OutsideShare() const;
+
+  nlohmann::ordered_json ToJson() const;
+  // A row a kind, a column a distance that there is, and a line for what lies outside.
+  std::string ToTable() const;
+
+ private:
+  BoxScoresOptions options_;
+  std::map<std::pair<std::string, std::string>, BoxCount> counts_;  // by kind and distance
+  int64_t frames_ = 0;
+  int64_t left_out_ = 0;
+  int64_t outside_pixels_ = 0;
+  int64_t outside_marked_ = 0;
+};
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_EVALUATION_BOX_SCORES_H_

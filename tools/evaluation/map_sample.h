@@ -1,0 +1,16 @@
+// A map's value between the pixels of its grid.
+#ifndef EGOSIEVE_TOOLS_EVALUATION_MAP_SAMPLE_H_
+#define EGOSIEVE_TOOLS_EVALUATION_MAP_SAMPLE_H_
+
+#include <opencv2/core.hpp>
+
+#include "kernels/base/image_grid.h"
+
+namespace egosieve::tools {
+
+// At (x, y) in pixels of the image, linearly between the four grid pixels around it.
+double InterpolateAt(const cv::Mat1f& map, const kernels::ImageGrid& grid, double x, double y);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_EVALUATION_MAP_SAMPLE_H_
