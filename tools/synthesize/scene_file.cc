@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "absl/strings/str_format.h"
+
 namespace egosieve::tools {
 namespace {
 
@@ -42,7 +44,10 @@ ordered_json DescribeScenario(const vision::Scenario& scenario, bool video) {
           {"frames_per_second", options.frames_per_second},
           {"video", video},
           {"intrinsics",
-           {{"focal_pixels", k.focal_pixels}, {"centre_x", k.centre_x}, {"centre_y", k.centre_y}}},
+           {{"focal_pixels", k.focal_pixels},
+            {"centre_x", k.centre_x},
+            {"centre_y", k.centre_y},
+            {"radial", k.radial}}},
           {"frames", ordered_json::array()}};
 }
 
@@ -58,6 +63,27 @@ ordered_json DescribeFrame(const vision::SyntheticFrame& frame) {
           {"seconds", Rounded(frame.seconds)},
           {"world_from_camera", pose},
           {"objects", objects}};
+}
+
+std::string CameraText(const vision::Scenario& scenario) {
+  const vision::ScenarioOptions& options = scenario.options();
+  const ordered_json camera = {{"focal_pixels", scenario.intrinsics().focal_pixels},
+                               {"radial", scenario.intrinsics().radial},
+                               {"width", options.width_pixels},
+                               {"height", options.height_pixels},
+                               {"frames_per_second", options.frames_per_second}};
+  return camera.dump(2) + "\n";
+}
+
+std::string PoseLine(const vision::Pose& pose) {
+  std::string line;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      absl::StrAppendFormat(&line, "%s%.17g", line.empty() ? "" : " ",
+                            column < 3 ? pose.rotation(row, column) : pose.centre[row]);
+    }
+  }
+  return line + "\n";
 }
 
 std::string SceneText(const ordered_json& scene) {

@@ -13,6 +13,11 @@ namespace egosieve::tools {
 nlohmann::ordered_json DescribeScenario(const vision::Scenario& scenario, bool video);
 nlohmann::ordered_json DescribeFrame(const vision::SyntheticFrame& frame);
 
+// camera.json: the lens, and the rate of the frames.
+std::string CameraText(const vision::Scenario& scenario);
+// A line of poses.txt: the 12 numbers of [R centre], row by row.
+std::string PoseLine(const vision::Pose& pose);
+
 // The document's text: a line a frame.
 std::string SceneText(const nlohmann::ordered_json& scene);
 

@@ -1,6 +1,8 @@
 #include "tools/synthesize/synthesize.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -21,13 +23,17 @@ namespace fs = std::filesystem;
 constexpr const char* kImageFolders[] = {"frames", "masks", "ids"};
 constexpr const char* kSceneFile = "scene.json";
 constexpr const char* kVideoFile = "video.mp4";
+constexpr const char* kCodedFile = "coded.mp4";  // there only while it is written
+constexpr const char* kFiles[] = {kSceneFile,  kVideoFile,    kCodedFile,
+                                  "poses.txt", "camera.json", "own_vehicle.png"};
+constexpr int kJpegQuality = 60;
 
 bool IsDriveEntry(const fs::path& entry) {
   const std::string name = entry.filename().string();
   for (const char* folder : kImageFolders) {
     if (name == folder) return true;
   }
-  return name == kSceneFile || name == kVideoFile;
+  return std::find(std::begin(kFiles), std::end(kFiles), name) != std::end(kFiles);
 }
 
 // NNNNNN.png
@@ -40,7 +46,7 @@ bool IsFrameFile(const fs::path& file) {
 absl::Status RemoveDrive(const std::string& folder) {
   std::vector<fs::path> doomed;
   std::error_code error;
-  for (const char* name : {kSceneFile, kVideoFile}) {
+  for (const char* name : kFiles) {
     if (fs::exists(fs::path(folder) / name, error)) doomed.push_back(fs::path(folder) / name);
   }
   for (const char* images : kImageFolders) {
@@ -107,37 +113,82 @@ absl::Status WritePng(const std::string& path, const cv::Mat& image) {
       path, absl::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
 
+absl::StatusOr<cv::Mat> ThroughJpeg(const cv::Mat& image) {
+  std::vector<uchar> bytes;
+  if (!cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality})) {
+    return absl::InternalError("a frame could not be encoded as JPEG");
+  }
+  return cv::imdecode(bytes, cv::IMREAD_COLOR);
+}
+
 class DriveWriter {
  public:
-  explicit DriveWriter(const SynthesizeOptions& options) : options_(options) {}
+  explicit DriveWriter(const SynthesizeOptions& options)
+      : options_(options), through_h264_(options.compression == Compression::kH264) {}
 
   absl::Status Write(const vision::SyntheticFrame& frame) {
     EGOSIEVE_RETURN_IF_ERROR(WritePng(File("masks", frame.index), frame.mask));
     EGOSIEVE_RETURN_IF_ERROR(WritePng(File("ids", frame.index), frame.ids));
-    return options_.video ? WriteToVideo(frame.image)
-                          : WritePng(File("frames", frame.index), frame.image);
+    if (frame.index == 0 && !frame.own_vehicle.empty()) {
+      EGOSIEVE_RETURN_IF_ERROR(WritePng(Path("own_vehicle.png"), frame.own_vehicle));
+    }
+    poses_ += PoseLine(frame.pose);
+    cv::Mat image = frame.image;
+    if (options_.compression == Compression::kJpeg) {
+      EGOSIEVE_ASSIGN_OR_RETURN(image, ThroughJpeg(image));
+    }
+    return options_.video || through_h264_ ? WriteToVideo(image)
+                                           : WritePng(File("frames", frame.index), image);
   }
 
-  void Finish() { video_.release(); }
+  absl::Status Finish() {
+    video_.release();
+    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(Path("poses.txt"), poses_));
+    return through_h264_ && !options_.video ? DecodeVideo() : absl::OkStatus();
+  }
 
  private:
+  std::string Path(const char* name) const {
+    return absl::StrCat(options_.output_folder, "/", name);
+  }
   std::string File(const char* folder, int index) const {
     return absl::StrFormat("%s/%s/%06d.png", options_.output_folder, folder, index);
   }
+  std::string VideoPath() const { return Path(options_.video ? kVideoFile : kCodedFile); }
 
   absl::Status WriteToVideo(const cv::Mat& image) {
-    const std::string path = absl::StrCat(options_.output_folder, "/", kVideoFile);
-    if (!video_.isOpened() && !video_.open(path, cv::VideoWriter::fourcc('m', 'p', '4', 'v'),
-                                           options_.rendering.frames_per_second, image.size())) {
-      return absl::UnavailableError(
-          absl::StrCat(path, " cannot be written as MPEG-4 video here; write frames instead"));
+    const int codec = through_h264_ ? cv::VideoWriter::fourcc('a', 'v', 'c', '1')
+                                    : cv::VideoWriter::fourcc('m', 'p', '4', 'v');
+    if (!video_.isOpened() &&
+        !video_.open(VideoPath(), codec, options_.rendering.frames_per_second, image.size())) {
+      return absl::UnavailableError(absl::StrCat(VideoPath(), " cannot be written as ",
+                                                 through_h264_ ? "H.264" : "MPEG-4",
+                                                 " video here; write frames instead"));
     }
     video_.write(image);
     return absl::OkStatus();
   }
 
+  // frames/ from the coded video, which is removed.
+  absl::Status DecodeVideo() {
+    cv::VideoCapture coded(VideoPath());
+    int index = 0;
+    for (cv::Mat image; coded.read(image); ++index) {
+      EGOSIEVE_RETURN_IF_ERROR(WritePng(File("frames", index), image));
+    }
+    if (index != options_.rendering.frames) {
+      return absl::InternalError(absl::StrFormat("%s gave %d of %d frames back", VideoPath(), index,
+                                                 options_.rendering.frames));
+    }
+    std::error_code error;
+    fs::remove(VideoPath(), error);
+    return absl::OkStatus();
+  }
+
   const SynthesizeOptions& options_;
+  const bool through_h264_;
   cv::VideoWriter video_;
+  std::string poses_;
 };
 
 }  // namespace
@@ -160,7 +211,9 @@ absl::Status Synthesize(const SynthesizeOptions& options, const AfterFrame& afte
                                                   kSceneFile));
     }
   }
-  writer.Finish();
+  EGOSIEVE_RETURN_IF_ERROR(writer.Finish());
+  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(absl::StrCat(options.output_folder, "/camera.json"),
+                                               CameraText(scenario)));
   return WriteFileAtomically(absl::StrCat(options.output_folder, "/", kSceneFile),
                              SceneText(scene));
 }

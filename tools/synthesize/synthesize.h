@@ -1,14 +1,18 @@
 // Writes a synthetic drive (vision/synthetic/street.h) and its truth to a folder.
 //
 //   frames/NNNNNN.png   pictures; with `video`, video.mp4 (lossy) instead
-//   masks/NNNNNN.png    255 where what the pixel shows moves on its own, else 0
+//   masks/NNNNNN.png    255 where what the pixel shows moves on its own, 128 where the camera's own
+//                       vehicle hides it, else 0
 //   ids/NNNNNN.png      16 bits: the object that the pixel shows, 0 for scenery
+//   own_vehicle.png     255 where the camera's own vehicle is seen; only where it is
+//   poses.txt           the camera's poses, a line a frame: the 12 numbers of world_from_camera
+//   camera.json         focal_pixels, radial (camera.h, C1), width, height, frames_per_second
 //   scene.json          scenario, seed, intrinsics; per frame: time, pose, visible objects
 //
 // NNNNNN counts frames from 0. Each file is whole or absent, and scene.json is written last: a
 // folder without it was interrupted. scene.json's fields, beside self-explaining ones:
 //
-//   intrinsics          focal_pixels, centre_x, centre_y (pixel centres at integers)
+//   intrinsics          focal_pixels, centre_x, centre_y (pixel centres at integers), radial
 //   world_from_camera   3 rows of 4: X_world = R X_camera + centre; camera x right, y down,
 //                       z forward; world x east, y north, z up; metres
 //   objects             id (as in ids/), class, moving, relation (standing, ahead, oncoming,
@@ -28,11 +32,17 @@
 
 namespace egosieve::tools {
 
+// What the pictures went through before they are written: nothing; each a JPEG of quality 60; all a
+// video by H.264 as OpenCV's FFmpeg writes it. They come back with the codec's artefacts. H.264's
+// bytes depend on the library's version and the number of cores.
+enum class Compression { kNone, kJpeg, kH264 };
+
 struct SynthesizeOptions {
   std::string scenario = "street";
   uint64_t seed = 1;
   std::string output_folder;
-  bool video = false;      // video.mp4 instead of frames/
+  bool video = false;  // video.mp4 instead of frames/
+  Compression compression = Compression::kNone;
   bool overwrite = false;  // replace a former drive in the folder
   vision::ScenarioOptions rendering;
 };

@@ -1,11 +1,13 @@
 #include "tools/synthesize/synthesize_command.h"
 
+#include <cmath>
 #include <iostream>
 #include <string>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/checks.h"
 #include "tools/cli/exit_code.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
@@ -42,16 +44,33 @@ class SynthesizeCommand : public Command {
         ->type_name("NAME");
     app.add_flag("--list", list_, "List the scenarios and do nothing else");
     app.add_option("--out", options_.output_folder,
-                   "Folder for frames/, masks/, ids/ and scene.json")
+                   "Folder for frames/, masks/, ids/, poses.txt, camera.json and scene.json")
         ->type_name("DIR");
-    app.add_option("--seed", options_.seed, "Another town, other traffic")->capture_default_str();
+    app.add_option("--seed", options_.seed,
+                   "Another town, other traffic; 1 to 9 are for choosing constants, 100 to 109 for "
+                   "figures that are reported")
+        ->capture_default_str();
     app.add_option("--frames", rendering.frames, "How many")->capture_default_str();
-    app.add_option("--frames_per_second", rendering.frames_per_second, "Frame rate")
+    app.add_option("--seconds", seconds_, "How long, instead of --frames; 0: --frames")
+        ->check(AtLeast(0.0))
+        ->capture_default_str();
+    app.add_option("--fps,--frames_per_second", rendering.frames_per_second,
+                   "Frame rate; the same --seconds at another rate are the same drive")
         ->capture_default_str();
     app.add_option("--width", rendering.width_pixels, "Pixels")->capture_default_str();
     app.add_option("--height", rendering.height_pixels, "Pixels")->capture_default_str();
     app.add_option("--field_of_view", rendering.field_of_view_degrees, "Horizontal, in degrees")
         ->capture_default_str();
+    app.add_option("--radial", rendering.radial,
+                   "The lens's radial distortion k: r becomes r (1 + k r^2), r in focal lengths")
+        ->capture_default_str();
+    app.add_option("--exposure_swing", rendering.exposure_swing,
+                   "How far the exposure wanders: amplitude of its logarithm")
+        ->capture_default_str();
+    AddWords(
+        app, "--compression", options_.compression,
+        {{"none", Compression::kNone}, {"jpeg", Compression::kJpeg}, {"h264", Compression::kH264}},
+        "Artefacts that the pictures get: those of a JPEG of low quality, or of a video");
     app.add_option("--threads", rendering.threads, "The result does not depend on them")
         ->capture_default_str();
     app.add_flag("--video", options_.video, "Write video.mp4 (lossy) instead of frames/");
@@ -70,6 +89,10 @@ class SynthesizeCommand : public Command {
     if (options_.output_folder.empty()) {
       return absl::InvalidArgumentError("no output folder; give --out=DIR");
     }
+    if (seconds_ > 0.0) {
+      options_.rendering.frames =
+          static_cast<int>(std::lround(seconds_ * options_.rendering.frames_per_second));
+    }
     CatchInterruptions();
     Progress progress("synthesize", progress_, options_.rendering.frames);
     const absl::Status status = Synthesize(options_, [&](int, int) {
@@ -87,6 +110,7 @@ class SynthesizeCommand : public Command {
  private:
   SynthesizeOptions options_;
   bool list_ = false;
+  double seconds_ = 0.0;
   ProgressFlag progress_;
 };
 

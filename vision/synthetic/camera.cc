@@ -22,6 +22,32 @@ Eigen::Matrix3d Intrinsics::Matrix() const {
   return k;
 }
 
+Eigen::Vector2d Intrinsics::Project(const Eigen::Vector3d& point) const {
+  const Eigen::Vector2d u = point.head<2>() / point.z();
+  return focal_pixels * (1.0 + radial * u.squaredNorm()) * u + Eigen::Vector2d(centre_x, centre_y);
+}
+
+Eigen::Vector2d Intrinsics::Undistort(double x, double y) const {
+  const Eigen::Vector2d distorted((x - centre_x) / focal_pixels, (y - centre_y) / focal_pixels);
+  if (radial == 0.0) return distorted;
+  // Newton's method for r (1 + k r^2) = |distorted|; it converges from there for both signs of k.
+  const double target = distorted.norm();
+  if (!(target > 0.0)) return distorted;
+  double r = target;
+  for (int step = 0; step < 20; ++step) {
+    const double change = (r * (1.0 + radial * r * r) - target) / (1.0 + 3.0 * radial * r * r);
+    r -= change;
+    if (!(std::abs(change) > 1e-15 * r)) break;
+  }
+  return distorted * (r / target);
+}
+
+bool Intrinsics::DistortsUpTo(double pixels) const {
+  if (radial >= 0.0) return true;
+  // r (1 + k r^2) grows up to r = (-3 k)^-1/2, where it is 2/3 of that.
+  return pixels / focal_pixels < 2.0 / 3.0 / std::sqrt(-3.0 * radial);
+}
+
 Eigen::Matrix3d FundamentalMatrix(const Intrinsics& intrinsics, const Pose& first,
                                   const Pose& second) {
   const Eigen::Vector3d t = second.rotation.transpose() * (first.centre - second.centre);
@@ -50,6 +76,9 @@ Pose CameraRig::At(double seconds) const {
   yaw += sway_radians * SmoothNoise(seconds * 0.7, seed + 5);
   pitch += 0.5 * sway_radians * SmoothNoise(seconds * 0.9, seed + 6);
   roll += 0.35 * sway_radians * SmoothNoise(seconds * 0.8, seed + 7);
+  yaw += shake_radians * SmoothNoise(seconds * 4.1, seed + 8);
+  pitch += shake_radians * SmoothNoise(seconds * 4.7, seed + 9);
+  roll += shake_radians * SmoothNoise(seconds * 3.7, seed + 10);
   // Steps of 0.7 m; a hand at rest does not bob.
   const double step = 2.0 * M_PI * s / 0.7;
   heave += bob_metres * std::sin(step);
@@ -66,6 +95,9 @@ Pose CameraRig::At(double seconds) const {
   pose.centre << state.pose.position -
                      aside * Eigen::Vector2d(std::sin(heading), -std::cos(heading)),
       height_metres + heave;
+  pose.centre += shake_metres * Eigen::Vector3d(SmoothNoise(seconds * 3.1, seed + 12),
+                                                SmoothNoise(seconds * 3.5, seed + 14),
+                                                SmoothNoise(seconds * 3.9, seed + 16));
   return pose;
 }
 

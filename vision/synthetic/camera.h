@@ -2,13 +2,16 @@
 //
 //   (C1) pixel = (f X/Z + c_x, f Y/Z + c_y), camera axes x right, y down, z forward, pixel centres
 //        at integers
+//        through a lens with radial distortion k, u = (X/Z, Y/Z):
+//        pixel = c + f u (1 + k |u|^2), COLMAP's SIMPLE_RADIAL
 //   (C2) X_world = R X_camera + centre
 //   (C3) points at rest seen in frames 1 and 2 satisfy x2^T F x1 = 0,
-//        F = K^-T [t]x R2^T R1 K^-1,  t = R2^T (centre1 - centre2)
+//        without distortion, F = K^-T [t]x R2^T R1 K^-1,  t = R2^T (centre1 - centre2)
 //
 // On a car the camera looks along the heading and rides on springs: smooth heave, pitch and roll
 // from the road's unevenness, a bump where the road has one, a nod under acceleration. In a hand it
-// sways in all three angles and bobs with the steps.
+// sways in all three angles, bobs with the steps and
+// may shake in all six degrees of freedom, a few times a second.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_CAMERA_H_
 #define EGOSIEVE_VISION_SYNTHETIC_CAMERA_H_
 
@@ -24,7 +27,15 @@ struct Intrinsics {
   double focal_pixels = 0.0;
   double centre_x = 0.0;
   double centre_y = 0.0;
+  double radial = 0.0;  // k
+
   Eigen::Matrix3d Matrix() const;
+  // (C1) of a point in camera axes, Z > 0.
+  Eigen::Vector2d Project(const Eigen::Vector3d& point) const;
+  // u of the ray through a pixel; DistortsUpTo must hold for its distance from the centre.
+  Eigen::Vector2d Undistort(double x, double y) const;
+  // Whether (C1) is one to one up to so many pixels from the centre.
+  bool DistortsUpTo(double pixels) const;
 };
 
 struct Pose {
@@ -44,6 +55,8 @@ struct CameraRig {
   double unevenness = 1.0;      // of the road; 0: none
   double sway_radians = 0.0;    // amplitude of a hand's rotation
   double bob_metres = 0.0;      // amplitude of steps
+  double shake_radians = 0.0;   // amplitude of a hand's tremor about each axis
+  double shake_metres = 0.0;    // likewise along each axis
   double pan_radians_per_second = 0.0;
   std::vector<double> bumps_metres;  // arc lengths from the start where the road has a bump
   uint32_t seed = 0;

@@ -1,6 +1,7 @@
 #include "vision/synthetic/models.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "vision/synthetic/noise.h"
@@ -258,6 +259,22 @@ void AppendLamp(const Eigen::Vector3d& foot, double yaw_radians, bool lights_on,
   lamp.AddLimb({0, 0, 5.75}, {1.3, 0, 6.0}, 0.05, Shape::kCylinder, steel);
   lamp.Add(Shape::kBox, {1.4, 0, 5.97}, {0.3, 0.12, 0.06},
            {Material::kLamp, 6, Color(0.6f, 0.6f, 0.55f), lights_on});
+}
+
+void AppendRailing(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                   std::vector<Primitive>* primitives) {
+  constexpr double kHeight = 1.05, kSpacing = 0.2;
+  Assembly railing({Vector3d::Zero(), 0.0}, -1, primitives);
+  const Appearance steel{Material::kMetal, 9, Color(0.07f, 0.09f, 0.08f), false};
+  const Vector3d up(0.0, 0.0, kHeight);
+  for (const double level : {0.15, 1.0}) {
+    railing.AddLimb(from + level * up, to + level * up, 0.025, Shape::kCylinder, steel);
+  }
+  const int bars = static_cast<int>((to - from).norm() / kSpacing);
+  for (int k = 0; k <= bars; ++k) {
+    const Vector3d foot = from + (to - from) * (static_cast<double>(k) / std::max(bars, 1));
+    railing.AddLimb(foot, foot + up, k % 10 == 0 ? 0.03 : 0.01, Shape::kCylinder, steel);
+  }
 }
 
 void AppendSign(const Eigen::Vector3d& foot, double yaw_radians, uint32_t seed,

@@ -42,6 +42,10 @@ void AppendLamp(const Eigen::Vector3d& foot, double yaw_radians, bool lights_on,
 void AppendSign(const Eigen::Vector3d& foot, double yaw_radians, uint32_t seed,
                 std::vector<Primitive>* primitives);
 
+// A railing of upright bars between two points on the ground.
+void AppendRailing(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                   std::vector<Primitive>* primitives);
+
 // A colour that cars are sold in; one that people wear.
 Color PaintColor(uint32_t seed);
 Color ClothColor(uint32_t seed);

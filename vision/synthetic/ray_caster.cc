@@ -51,6 +51,24 @@ Eigen::AlignedBox2d Plan(const std::vector<AlignedBox3d>& bounds) {
   return plan;
 }
 
+PinholeView FitPinhole(const Intrinsics& intrinsics, int width, int height) {
+  PinholeView view{intrinsics, width, height};
+  if (intrinsics.radial == 0.0) return view;
+  // Corners reach farthest with a barrel distortion, the middles of the sides with a pincushion's.
+  Eigen::AlignedBox2d reach;
+  for (const double x : {-1.0, 0.5 * (width - 1), 1.0 * width}) {
+    for (const double y : {-1.0, 0.5 * (height - 1), 1.0 * height}) {
+      reach.extend(intrinsics.focal_pixels * intrinsics.Undistort(x, y));
+    }
+  }
+  view.intrinsics.radial = 0.0;
+  view.intrinsics.centre_x = -reach.min().x();
+  view.intrinsics.centre_y = -reach.min().y();
+  view.width = static_cast<int>(std::ceil(reach.sizes().x())) + 1;
+  view.height = static_cast<int>(std::ceil(reach.sizes().y())) + 1;
+  return view;
+}
+
 }  // namespace
 
 SceneIndex::SceneIndex(const Scene& scene)
@@ -62,24 +80,21 @@ RayCaster::RayCaster(const Scene& scene, const SceneIndex& index, double seconds
     : scene_(scene),
       index_(index),
       seconds_(seconds),
-      width_(width),
-      height_(height),
+      pinhole_(FitPinhole(scene.intrinsics, width, height)),
       pose_(scene.camera.At(seconds)),
       movable_(MovableAt(scene, seconds, pose_.centre.head<2>())),
       movable_bounds_(BoundsOf(movable_)),
       movable_shadows_(movable_bounds_, scene.light.to_sun, Around(pose_.centre.head<2>(), 90.0),
                        kShadowCellMetres),
-      visibility_(index.bounds, movable_bounds_, scene.intrinsics, pose_, width, height,
-                  kFarMetres) {
+      visibility_(index.bounds, movable_bounds_, pinhole_.intrinsics, pose_, pinhole_.width,
+                  pinhole_.height, kFarMetres) {
   for (const Vector3d& lamp : scene.lamps) {
     if (scene.light.night && (lamp - pose_.centre).norm() < 90.0) near_lamps_.push_back(lamp);
   }
 }
 
 Vector3d RayCaster::RayDirection(double x, double y) const {
-  const Intrinsics& k = scene_.intrinsics;
-  return pose_.rotation *
-         Vector3d((x - k.centre_x) / k.focal_pixels, (y - k.centre_y) / k.focal_pixels, 1.0);
+  return pose_.rotation * scene_.intrinsics.Undistort(x, y).homogeneous();
 }
 
 Vector3d RayCaster::PointAt(double x, double y, double depth) const {
@@ -166,10 +181,15 @@ Color RayCaster::Light(const Vector3d& point, const Vector3d& normal, bool* lit)
 }
 
 Hit RayCaster::Trace(const Ray& ray, double x, double y) const {
+  if (scene_.intrinsics.radial != 0.0) {
+    const Eigen::Vector2d u = scene_.intrinsics.Undistort(x, y);
+    x = pinhole_.intrinsics.focal_pixels * u.x() + pinhole_.intrinsics.centre_x;
+    y = pinhole_.intrinsics.focal_pixels * u.y() + pinhole_.intrinsics.centre_y;
+  }
   const int column =
-      std::clamp(static_cast<int>(std::lround(x)), 0, width_ - 1) / TileVisibility::kTile;
+      std::clamp(static_cast<int>(std::lround(x)), 0, pinhole_.width - 1) / TileVisibility::kTile;
   const int row =
-      std::clamp(static_cast<int>(std::lround(y)), 0, height_ - 1) / TileVisibility::kTile;
+      std::clamp(static_cast<int>(std::lround(y)), 0, pinhole_.height - 1) / TileVisibility::kTile;
   const int tile = row * visibility_.columns() + column;
   Hit hit;
   if (ray.direction.z() < 0.0) hit.t = -ray.origin.z() / ray.direction.z();

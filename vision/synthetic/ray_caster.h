@@ -48,6 +48,13 @@ struct Sample {
 inline constexpr double kSubpixels[4][2] = {
     {-0.375, -0.125}, {0.125, -0.375}, {0.375, 0.125}, {-0.125, 0.375}};
 
+// The picture without distortion: a pinhole image that holds every pixel's ray.
+struct PinholeView {
+  Intrinsics intrinsics;
+  int width = 0;
+  int height = 0;
+};
+
 class RayCaster {
  public:
   // `scene` and `index` must outlive the caster.
@@ -83,8 +90,7 @@ class RayCaster {
   const Scene& scene_;
   const SceneIndex& index_;
   double seconds_;
-  int width_;
-  int height_;
+  PinholeView pinhole_;
   Pose pose_;
   std::vector<Primitive> movable_;
   std::vector<Eigen::AlignedBox3d> movable_bounds_;

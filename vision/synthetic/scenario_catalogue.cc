@@ -125,6 +125,39 @@ void Panning(SceneBuilder& s) {
   s.Walkers(10.0);
 }
 
+void Walk(SceneBuilder& s) {
+  s.WalkCamera(-40.0, 1.35, 0.05, 0.10);
+  s.scene.camera.shake_radians = 0.006;
+  s.scene.camera.shake_metres = 0.012;
+  s.LineTheWay();
+  for (int k = 0; k < 6; ++k) {
+    s.Walker(-34.0 + 5.0 * k, -1, k % 3 == 2 ? -1 : 1, s.Uniform(1.1, 1.9), s.Uniform(7.3, 8.4));
+  }
+  s.OncomingStream(30.0, 8.0);
+  s.Ahead(kCar, -58.0, {{0.0, 8.0}});
+  s.Ahead(kVan, -84.0, {{0.0, 8.5}});
+  s.Cyclist(-50.0, 4.2, false);
+}
+
+void Cyclists(SceneBuilder& s) {
+  s.DriveCamera(-62.0, {{0.0, 5.5}, {4.0, 4.6}});
+  for (int k = 0; k < 10; ++k) {
+    s.Cyclist(-52.0 + 11.0 * k + s.Uniform(0.0, 4.0), s.Uniform(3.6, 5.2), false);
+  }
+  s.Ahead(ObjectClass::kCyclist, -44.0, {{0.0, 4.7}, {6.0, 4.4}});
+  s.Ahead(ObjectClass::kCyclist, -24.0, {{0.0, 4.5}});
+  s.Ahead(ObjectClass::kPedestrian, -14.0, {{0.0, 2.6}});
+  const double end = s.CameraX(s.duration()) + 40.0;
+  for (double x = -56.0; x < end; x += s.Uniform(5.0, 9.0)) {
+    s.Walker(x, s.Uniform(0.0, 1.0) < 0.7 ? -1 : 1, 1, s.Uniform(1.0, 2.6), s.Uniform(6.2, 8.4));
+  }
+}
+
+void Dashcam(SceneBuilder& s) {
+  Street(s);
+  s.scene.own_vehicle.visible = true;
+}
+
 void Clouds(SceneBuilder& s) {
   Street(s);
   s.scene.light.cloud_cover = 0.9;
@@ -175,6 +208,10 @@ const std::vector<SceneRecipe>& Recipes() {
       {"bus", "buses ahead, oncoming and crossing; cyclists", Bus},
       {"handheld", "a camera in the hand of someone who walks", Handheld},
       {"panning", "a camera that turns on the spot: no parallax", Panning},
+      {"walk", "a shaking camera in a hand, close past trunks and railings", Walk},
+      {"cyclists", "cyclists and people ahead, in the camera's own direction", Cyclists},
+      {"dashcam", "street, with bonnet, bracket, time stamp and reflections in the windscreen",
+       Dashcam},
       {"clouds", "fast clouds and tall houses change the light", Clouds},
       {"textureless", "a road without texture or markings, plain walls", Textureless},
       {"night", "street lamps and headlights, a noisy sensor", Night},

@@ -11,6 +11,7 @@
 #include "vision/synthetic/drive.h"
 #include "vision/synthetic/ground.h"
 #include "vision/synthetic/models.h"
+#include "vision/synthetic/own_vehicle.h"
 #include "vision/synthetic/primitive.h"
 
 namespace egosieve::vision {
@@ -36,6 +37,7 @@ struct SensorSettings {
   double read_noise = 0.004;  // of full scale, linear light
   double shot_noise = 0.010;  // standard deviation at full scale; grows with the root of the signal
   double exposure = 0.9;      // gain
+  double exposure_swing = 0.0;  // amplitude of its logarithm, which wanders within a second or two
 };
 
 struct Scene {
@@ -48,6 +50,7 @@ struct Scene {
   float texture = 1.0f;  // contrast of walls and pavements
   LightSettings light;
   SensorSettings sensor;
+  OwnVehicleStyle own_vehicle;
   uint32_t seed = 0;
 };
 

@@ -50,6 +50,7 @@ SceneBuilder::SceneBuilder(uint64_t seed, double duration_seconds)
   scene.seed = seed_;
   scene.ground.seed = Hash(seed_ + 1);
   scene.camera.seed = Hash(seed_ + 2);
+  scene.own_vehicle.seed = Hash(seed_ + 4);
   town.seed = Hash(seed_ + 3);
   const double azimuth = Uniform(0.0, 2.0 * M_PI), elevation = Uniform(0.7, 1.05);
   scene.light.to_sun = {std::cos(azimuth) * std::cos(elevation),
@@ -85,6 +86,19 @@ void SceneBuilder::WalkCamera(double start_x, double speed, double sway_radians,
   rig.sway_radians = sway_radians;
   rig.bob_metres = speed > 0.0 ? 0.025 : 0.0;
   rig.yaw_radians = yaw_radians;
+}
+
+void SceneBuilder::LineTheWay() {
+  const double y = scene.camera.drive.At(0.0).pose.position.y();
+  const double from = CameraX(0.0), to = CameraX(duration_) + 25.0;
+  for (double x = from + 1.5; x < to; x += Uniform(2.5, 5.0)) {
+    const double side = Uniform(0.0, 1.0) < 0.5 ? -1.0 : 1.0;
+    AppendTree({x, y + side * Uniform(0.9, 1.2), kKerbHeight}, Uniform(9.0, 13.0),
+               Hash(seed_ + 3000u, static_cast<int32_t>(draws_++)), &scene.scenery);
+  }
+  for (double x = from - 2.0; x < to; x += 9.0) {
+    AppendRailing({x, y + 1.5, kKerbHeight}, {x + 7.5, y + 1.5, kKerbHeight}, &scene.scenery);
+  }
 }
 
 double SceneBuilder::CameraX(double seconds) const {

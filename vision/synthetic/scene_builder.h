@@ -32,6 +32,9 @@ class SceneBuilder {
   // On the pavement, looking `yaw` from the walking direction.
   void WalkCamera(double start_x, double speed, double sway_radians, double yaw_radians);
 
+  // Trunks and railings beside the way of a camera that walks, within two metres of it.
+  void LineTheWay();
+
   double CameraX(double seconds) const;
   double CameraSpeed(double seconds) const;
   // When the camera's x passes `x`; the duration if it does not.

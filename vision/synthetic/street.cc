@@ -10,6 +10,7 @@
 #include "absl/strings/str_join.h"
 #include "kernels/base/parallel_for.h"
 #include "vision/synthetic/noise.h"
+#include "vision/synthetic/own_vehicle.h"
 #include "vision/synthetic/ray_caster.h"
 #include "vision/synthetic/scenario_catalogue.h"
 #include "vision/synthetic/sensor.h"
@@ -66,8 +67,7 @@ Eigen::Vector2d Project(const Intrinsics& k, const Pose& pose, const Eigen::Vect
                         bool direction) {
   const Eigen::Vector3d local =
       pose.rotation.transpose() * (direction ? point : (point - pose.centre).eval());
-  const double z = std::max(local.z(), 1e-3);
-  return {k.focal_pixels * local.x() / z + k.centre_x, k.focal_pixels * local.y() / z + k.centre_y};
+  return k.Project({local.x(), local.y(), std::max(local.z(), 1e-3)});
 }
 
 // Pixels travelled while the shutter is open, for each pixel's own surface.
@@ -99,11 +99,14 @@ cv::Mat ShutterMotion(const Scene& scene, const RayCaster& caster, const Canvas&
 
 // Follows the light of the last half second, as an automatic exposure does.
 double ExposureGain(const Scene& scene, const RayCaster& caster, double seconds) {
-  if (scene.light.night) return scene.sensor.exposure;
+  const double swing =
+      scene.sensor.exposure_swing * ValueNoise(static_cast<float>(1.4 * seconds), scene.seed + 43);
+  const double exposure = scene.sensor.exposure * std::exp(swing);
+  if (scene.light.night) return exposure;
   double clouds = 0.0;
   for (int k = 0; k < 5; ++k)
     clouds += 0.2 * caster.Clouds(scene.camera.At(seconds - 0.1 * k).centre, seconds - 0.1 * k);
-  return scene.sensor.exposure / (0.5 + 0.5 * clouds);
+  return exposure / (0.5 + 0.5 * clouds);
 }
 
 Relation RelationTo(const ObjectState& object, const Pose& camera) {
@@ -141,6 +144,10 @@ void FillTruth(const Scene& scene, const Canvas& canvas, SyntheticFrame* frame) 
     for (int x = 0; x < canvas.radiance.cols; ++x) {
       const int object = canvas.at(x, y).object;
       frame->depth.at<double>(y, x) = canvas.at(x, y).depth();
+      if (!frame->own_vehicle.empty() && frame->own_vehicle.at<uint8_t>(y, x) != 0) {
+        frame->mask.at<uint8_t>(y, x) = 128;
+        continue;
+      }
       if (object < 0) continue;
       auto [it, is_new] = visible.try_emplace(object);
       ObjectState& state = it->second;
@@ -170,6 +177,8 @@ absl::Status ScenarioOptions::Validate() const {
                                  in_range("frames", frames, 1, 100000),
                                  in_range("frames_per_second", frames_per_second, 1, 1000),
                                  in_range("field_of_view_degrees", field_of_view_degrees, 10, 150),
+                                 in_range("radial", radial, -0.5, 0.5),
+                                 in_range("exposure_swing", exposure_swing, 0, 2),
                                  in_range("threads", threads, 1, 256)};
   for (const absl::Status& check : checks) {
     if (!check.ok()) return check;
@@ -196,7 +205,11 @@ Scenario::Scenario(std::string name, uint64_t seed, const ScenarioOptions& optio
       seed_(seed),
       options_(options),
       scene_(std::make_unique<Scene>(std::move(scene))),
-      index_(std::make_unique<SceneIndex>(*scene_)) {}
+      index_(std::make_unique<SceneIndex>(*scene_)) {
+  if (!scene_->own_vehicle.visible) return;
+  own_vehicle_ = std::make_unique<OwnVehicle>(
+      scene_->own_vehicle, cv::Size(options.width_pixels, options.height_pixels));
+}
 Scenario::~Scenario() = default;
 Scenario::Scenario(Scenario&&) noexcept = default;
 Scenario& Scenario::operator=(Scenario&&) noexcept = default;
@@ -216,14 +229,20 @@ absl::StatusOr<SyntheticFrame> Scenario::Render(int frame) const {
   const RayCaster caster(*scene_, *index_, out.seconds, options_.width_pixels,
                          options_.height_pixels);
   out.pose = caster.pose();
-  const Canvas canvas = Paint(caster, options_);
+  Canvas canvas = Paint(caster, options_);
   SensorSettings sensor = scene_->sensor;
   if (!options_.noise) sensor.read_noise = sensor.shot_noise = 0.0;
   cv::Mat motion;
   if (options_.motion_blur)
     motion = ShutterMotion(*scene_, caster, canvas, out.seconds, options_.threads);
+  if (own_vehicle_ != nullptr) {
+    own_vehicle_->Cover(&canvas.radiance);
+    out.own_vehicle = own_vehicle_->mask().clone();
+    if (!motion.empty()) motion.setTo(cv::Scalar::all(0), out.own_vehicle);
+  }
   out.image = Expose(canvas.radiance, motion, sensor, ExposureGain(*scene_, caster, out.seconds),
                      Hash(scene_->seed + 41, frame), options_.threads);
+  if (own_vehicle_ != nullptr) own_vehicle_->Stamp(out.seconds, &out.image);
   FillTruth(*scene_, canvas, &out);
   return out;
 }
@@ -249,6 +268,15 @@ absl::StatusOr<Scenario> MakeScenario(std::string_view name, uint64_t seed,
       0.5 * options.width_pixels / std::tan(options.field_of_view_degrees * M_PI / 360.0);
   scene.intrinsics.centre_x = 0.5 * (options.width_pixels - 1);
   scene.intrinsics.centre_y = 0.5 * (options.height_pixels - 1);
+  scene.intrinsics.radial = options.radial;
+  scene.sensor.exposure_swing = options.exposure_swing;
+  if (!scene.intrinsics.DistortsUpTo(
+          std::hypot(scene.intrinsics.centre_x + 1.0, scene.intrinsics.centre_y + 1.0))) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "radial = %g folds the corners of the picture over at a field of view of %g degrees; take "
+        "one nearer to 0 or a smaller field of view",
+        options.radial, options.field_of_view_degrees));
+  }
   if (scene.objects.size() > 65534) {
     return absl::ResourceExhaustedError(absl::StrFormat(
         "scenario %s with %d frames has %d objects; ids have 16 bits: ask for fewer frames",

@@ -4,6 +4,7 @@
 // A frame is ray-cast (ray_caster.h); truth is what the ray through a pixel's centre meets. Pixels
 // whose neighbours see another surface or shadow are smoothed by four more rays; the others take
 // their texture at four points. Then come motion blur, lens, noise and response (sensor.h).
+// A drive that shows its own vehicle (own_vehicle.h) has its pixels void in the mask.
 // Shadows, however they move, belong to what they fall on. A frame is a pure function of scenario,
 // seed, options and its index: neither its predecessors nor the number of threads matter. Cost:
 // about a quarter of a second of processor time for 640 x 360 pixels.
@@ -33,7 +34,9 @@ struct ScenarioOptions {
   int height_pixels = 360;
   int frames = 150;
   double frames_per_second = 10.0;
-  double field_of_view_degrees = 75.0;  // horizontal
+  double field_of_view_degrees = 75.0;  // horizontal, but for the distortion
+  double radial = 0.0;                  // coefficient of the lens (camera.h); negative: a barrel's
+  double exposure_swing = 0.0;          // how far the exposure wanders: amplitude of its logarithm
   bool noise = true;
   bool motion_blur = true;
   int threads = 2;
@@ -72,9 +75,12 @@ struct SyntheticFrame {
   int index = 0;
   double seconds = 0.0;
   cv::Mat image;  // CV_8UC3, blue, green, red
-  cv::Mat mask;   // CV_8UC1: 255 where the pixel's object moves at this instant, else 0
-  cv::Mat ids;    // CV_16UC1: object, 0 for scenery
-  cv::Mat depth;  // CV_64FC1: Z in metres, infinite in the sky
+  // CV_8UC1: 255 where the pixel's object moves at this instant, 128 where the own vehicle hides
+  // it, else 0.
+  cv::Mat mask;
+  cv::Mat ids;          // CV_16UC1: object, 0 for scenery
+  cv::Mat depth;        // CV_64FC1: Z in metres, infinite in the sky; that behind the own vehicle
+  cv::Mat own_vehicle;  // CV_8UC1: 255 at its pixels; empty where the drive shows none
   Pose pose;
   std::vector<ObjectState> objects;
 };
@@ -102,6 +108,7 @@ class Scenario {
   ScenarioOptions options_;
   std::unique_ptr<const Scene> scene_;
   std::unique_ptr<const SceneIndex> index_;
+  std::unique_ptr<const OwnVehicle> own_vehicle_;  // null: not seen
 };
 
 struct ScenarioDescription {

@@ -88,6 +88,62 @@ TEST_F(SynthesizeTest, SameOptionsSameBytes) {
   EXPECT_NE(Bytes(File("frames/000002.png")), image);
 }
 
+TEST_F(SynthesizeTest, PosesAndCameraAreThoseOfTheScene) {
+  options_.rendering.radial = -0.1;
+  options_.rendering.frames_per_second = 15.0;
+  ASSERT_TRUE(Synthesize(options_).ok());
+  const auto scene = nlohmann::json::parse(Bytes(File("scene.json")));
+  const auto camera = nlohmann::json::parse(Bytes(File("camera.json")));
+  EXPECT_EQ(camera.at("focal_pixels"), scene.at("intrinsics").at("focal_pixels"));
+  EXPECT_EQ(camera.at("radial"), -0.1);
+  EXPECT_EQ(camera.at("width"), 96);
+  EXPECT_EQ(camera.at("frames_per_second"), 15.0);
+  std::ifstream poses(File("poses.txt"));
+  for (const auto& frame : scene.at("frames")) {
+    for (int k = 0; k < 12; ++k) {
+      double value = 0.0;
+      ASSERT_TRUE(poses >> value);
+      EXPECT_EQ(value, frame.at("world_from_camera")[k / 4][k % 4].get<double>());
+    }
+  }
+  double value;
+  EXPECT_FALSE(poses >> value);
+  EXPECT_FALSE(fs::exists(File("own_vehicle.png")));
+}
+
+TEST_F(SynthesizeTest, TheDashcamsOwnVehicleIsVoidInItsMasks) {
+  options_.scenario = "dashcam";
+  ASSERT_TRUE(Synthesize(options_).ok());
+  const cv::Mat own = cv::imread(File("own_vehicle.png").string(), cv::IMREAD_UNCHANGED);
+  const cv::Mat mask = cv::imread(File("masks/000002.png").string(), cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(own.type(), CV_8UC1);
+  EXPECT_GT(cv::countNonZero(own), 0);
+  EXPECT_EQ(cv::countNonZero((mask == 128) != own), 0);
+}
+
+// A codec leaves artefacts: the pictures differ from the clean ones, by a few grey levels.
+TEST_F(SynthesizeTest, CompressedFramesKeepTheSceneAndGetArtefacts) {
+  options_.rendering.width_pixels = 192;
+  options_.rendering.height_pixels = 108;
+  ASSERT_TRUE(Synthesize(options_).ok());
+  const cv::Mat clean = cv::imread(File("frames/000001.png").string());
+  const std::string mask = Bytes(File("masks/000001.png"));
+  options_.overwrite = true;
+  for (const Compression compression : {Compression::kJpeg, Compression::kH264}) {
+    options_.compression = compression;
+    const absl::Status status = Synthesize(options_);
+    if (status.code() == absl::StatusCode::kUnavailable) GTEST_SKIP() << status;
+    ASSERT_TRUE(status.ok()) << status;
+    const cv::Mat coded = cv::imread(File("frames/000001.png").string());
+    ASSERT_EQ(coded.size(), clean.size());
+    const double difference = cv::norm(clean, coded, cv::NORM_L1) / (3.0 * clean.total());
+    EXPECT_GT(difference, 0.5);
+    EXPECT_LT(difference, 12.0);
+    EXPECT_EQ(Bytes(File("masks/000001.png")), mask);
+    EXPECT_FALSE(fs::exists(File("coded.mp4")));
+  }
+}
+
 TEST_F(SynthesizeTest, VideoHasEveryFrame) {
   options_.video = true;
   ASSERT_TRUE(Synthesize(options_).ok());

@@ -135,6 +135,48 @@ TEST_P(StreetGeometryTest, MovingPointsFollowTheirVelocity) {
   EXPECT_GT(met, 0.97 * checked);
 }
 
+TEST(Intrinsics, UndistortIsTheInverseOfProject) {
+  for (const double radial : {-0.15, 0.0, 0.3}) {
+    Intrinsics k{400.0, 319.5, 179.5, radial};
+    ASSERT_TRUE(k.DistortsUpTo(370.0));
+    for (const Vector2d pixel : {Vector2d(0, 0), {639, 359}, {319.5, 179.5}, {100, 300}}) {
+      const Vector2d u = k.Undistort(pixel.x(), pixel.y());
+      EXPECT_LT((k.Project(3.0 * u.homogeneous()) - pixel).norm(), 1e-9) << radial;
+    }
+  }
+  // r (1 - 0.3 r^2) is largest at r = (0.9)^-1/2, where it is 0.70.
+  const Intrinsics folded{400.0, 319.5, 179.5, -0.3};
+  EXPECT_TRUE(folded.DistortsUpTo(281.0));
+  EXPECT_FALSE(folded.DistortsUpTo(282.0));
+}
+
+// A lens bends the picture and not the world: a pixel's ray meets what the pinhole camera's ray in
+// the same direction meets.
+TEST(Intrinsics, DistortedRaysMeetWhatPinholeRaysMeet) {
+  ScenarioOptions options;
+  const Scenario pinhole = *MakeScenario("street", 3, options);
+  const SceneIndex index(pinhole.scene());
+  const RayCaster straight(pinhole.scene(), index, 4.0, 640, 360);
+  for (const double radial : {-0.15, 0.15}) {
+    options.radial = radial;
+    const Scenario bent = *MakeScenario("street", 3, options);
+    const RayCaster caster(bent.scene(), index, 4.0, 640, 360);
+    int checked = 0;
+    for (int y = 0; y < 360; y += 5) {
+      for (int x = 0; x < 640; x += 5) {
+        const Vector2d pixel =
+            pinhole.intrinsics().Project(bent.intrinsics().Undistort(x, y).homogeneous());
+        if (!(pixel.x() > 0 && pixel.y() > 0 && pixel.x() < 639 && pixel.y() < 359)) continue;
+        const Sample a = caster.Cast(x, y), b = straight.Cast(pixel.x(), pixel.y());
+        ++checked;
+        EXPECT_EQ(a.object, b.object);
+        if (!std::isinf(a.depth())) EXPECT_NEAR(a.depth() / b.depth(), 1.0, 1e-6);
+      }
+    }
+    EXPECT_GT(checked, 5000);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenarios, StreetGeometryTest,
                          ::testing::Values("street", "turning", "handheld", "crossing"),
                          [](const auto& info) { return std::string(info.param); });

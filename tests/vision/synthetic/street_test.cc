@@ -134,12 +134,96 @@ TEST(StreetTest, TheCameraStopsInStopAndGoAndTurnsInTurning) {
   EXPECT_LT((pan.PoseAt(0).centre - pan.PoseAt(149).centre).norm(), 1e-9);
 }
 
+TEST(StreetTest, TheSameSecondsAtAnotherRateAreTheSameDrive) {
+  ScenarioOptions slow = Small(), fast = Small();
+  slow.frames = 30;
+  fast.frames = 90;
+  fast.frames_per_second = 30.0;
+  for (const char* name : {"street", "walk", "cyclists"}) {
+    const Scenario at_10 = *MakeScenario(name, 3, slow), at_30 = *MakeScenario(name, 3, fast);
+    const SyntheticFrame one = *at_10.Render(20), same = *at_30.Render(60);
+    EXPECT_EQ(one.seconds, same.seconds);
+    EXPECT_TRUE(SameBytes(one.ids, same.ids)) << name;
+    EXPECT_TRUE(SameBytes(one.depth, same.depth)) << name;
+  }
+}
+
+TEST(StreetTest, TheDashcamSeesTheSameStreetBehindItsOwnVehicle) {
+  ScenarioOptions options = Small();
+  options.noise = false;
+  const SyntheticFrame street = *MakeScenario("street", 4, options)->Render(40);
+  const SyntheticFrame dashcam = *MakeScenario("dashcam", 4, options)->Render(40);
+  EXPECT_TRUE(street.own_vehicle.empty());
+  const cv::Mat own = dashcam.own_vehicle;
+  EXPECT_GT(cv::countNonZero(own), 0.15 * own.total());
+  EXPECT_LT(cv::countNonZero(own), 0.4 * own.total());
+  EXPECT_EQ(cv::countNonZero((dashcam.mask == 128) != own), 0);
+  EXPECT_EQ(cv::countNonZero((dashcam.ids != 0) & own), 0);
+  EXPECT_EQ(cv::countNonZero((dashcam.mask != street.mask) & ~own), 0);
+  // The windscreen's reflections are seen beside what the vehicle hides, and stay where they are.
+  cv::Mat change;
+  cv::absdiff(street.image, dashcam.image, change);
+  EXPECT_GT(cv::mean(change, ~own)[1], 2.0);
+  const SyntheticFrame later = *MakeScenario("dashcam", 4, options)->Render(60);
+  EXPECT_TRUE(SameBytes(own, later.own_vehicle));
+}
+
+TEST(StreetTest, AWanderingExposureChangesTheLightAlone) {
+  ScenarioOptions options = Small();
+  const Scenario steady = *MakeScenario("street", 4, options);
+  options.exposure_swing = 0.5;
+  const Scenario wandering = *MakeScenario("street", 4, options);
+  double least = 1e9, most = 0.0;
+  for (const int t : {5, 20, 35, 50, 65}) {
+    const SyntheticFrame a = *steady.Render(t), b = *wandering.Render(t);
+    EXPECT_TRUE(SameBytes(a.ids, b.ids));
+    const double ratio = cv::mean(b.image)[1] / cv::mean(a.image)[1];
+    least = std::min(least, ratio);
+    most = std::max(most, ratio);
+  }
+  EXPECT_GT(most / least, 1.1);
+}
+
+TEST(StreetTest, CyclistsGoAheadInTheCamerasDirection) {
+  const Scenario scenario = *MakeScenario("cyclists", 1, Small());
+  int cyclists = 0, people = 0;
+  for (int t = 0; t < 150; t += 10) {
+    const SyntheticFrame frame = *scenario.Render(t);
+    for (const ObjectState& object : frame.objects) {
+      if (!object.moving || object.area_pixels < 8) continue;
+      EXPECT_EQ(object.relation, Relation::kAhead);
+      cyclists += object.object_class == ObjectClass::kCyclist;
+      people += object.object_class == ObjectClass::kPedestrian;
+    }
+  }
+  EXPECT_GE(cyclists, 20);
+  EXPECT_GE(people, 10);
+}
+
+TEST(StreetTest, AWalkPassesCloseToTrunksAndRailings) {
+  const Scenario scenario = *MakeScenario("walk", 1, Small());
+  int near_pixels = 0;
+  for (int t = 0; t < 150; t += 15) {
+    const SyntheticFrame frame = *scenario.Render(t);
+    for (int y = 0; y < 45; ++y) {  // above the ground
+      for (int x = 0; x < 160; ++x) {
+        near_pixels += frame.ids.at<uint16_t>(y, x) == 0 && frame.depth.at<double>(y, x) < 3.0;
+      }
+    }
+  }
+  EXPECT_GT(near_pixels, 10 * 160 * 45 / 50);  // 2 percent
+}
+
 TEST(StreetTest, WrongRequestsAreRefusedInWords) {
   EXPECT_EQ(MakeScenario("motorway", 1).status().code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(std::string(MakeScenario("motorway", 1).status().message()), HasSubstr("overtaking"));
   ScenarioOptions options = Small();
   options.frames_per_second = std::nan("");
   EXPECT_EQ(MakeScenario("street", 1, options).status().code(), absl::StatusCode::kInvalidArgument);
+  options = Small();
+  options.radial = -0.4;  // turns back before the corners
+  EXPECT_THAT(std::string(MakeScenario("street", 1, options).status().message()),
+              HasSubstr("radial = -0.4"));
   const Scenario scenario = *MakeScenario("street", 1, Small());
   EXPECT_EQ(scenario.Render(150).status().code(), absl::StatusCode::kOutOfRange);
   EXPECT_EQ(scenario.Render(-1).status().code(), absl::StatusCode::kOutOfRange);

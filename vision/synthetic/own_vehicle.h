@@ -1,0 +1,48 @@
+// What a camera behind a windscreen sees of its own vehicle: it is fixed in the image, whatever
+// moves outside. s = 2 x / (w - 1) - 1 for pixels (x, y) of an image of w x h.
+//
+//   (O1) bonnet      y >= h (1 - b (1 - s^2 / 3)): painted metal
+//   (O2) bracket     a dark wedge at the right border, from the bonnet up to the middle
+//   (O3) reflection  L' = (1 - m / 4) L + r m: soft bright patches m in [0, 1] of the dashboard in
+//                    the windscreen, which does not hide the world
+//   (O4) stamp       date and time, once a second another, written into the picture at its upper
+//                    left corner
+//
+// Bonnet, bracket and the stamp's box are the own vehicle's pixels; the reflection's are the
+// world's.
+#ifndef EGOSIEVE_VISION_SYNTHETIC_OWN_VEHICLE_H_
+#define EGOSIEVE_VISION_SYNTHETIC_OWN_VEHICLE_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+
+namespace egosieve::vision {
+
+struct OwnVehicleStyle {
+  bool visible = false;
+  double bonnet = 0.15;      // b, share of the image's height
+  double reflection = 0.22;  // r, radiance
+  uint32_t seed = 0;
+};
+
+class OwnVehicle {
+ public:
+  OwnVehicle(const OwnVehicleStyle& style, cv::Size size);
+
+  // CV_8UC1: 255 at the own vehicle's pixels, else 0.
+  const cv::Mat& mask() const { return mask_; }
+  // (O1) to (O3). radiance: CV_32FC3, red, green, blue.
+  void Cover(cv::Mat* radiance) const;
+  // (O4). image: CV_8UC3.
+  void Stamp(double seconds, cv::Mat* image) const;
+
+ private:
+  OwnVehicleStyle style_;
+  cv::Size size_;
+  cv::Mat mask_;
+  cv::Mat reflection_;  // m, CV_32FC1
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SYNTHETIC_OWN_VEHICLE_H_
