@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <vector>
 
+#include "absl/strings/str_format.h"
 #include "vision/synthetic/noise.h"
 
 namespace egosieve::vision {
@@ -23,12 +24,28 @@ bool InBracket(cv::Size size, double x, double y) {  // (O2)
   return u > 0.80 && v < 0.74 && v > 0.68 - 1.1 * (u - 0.80);
 }
 
-double TextScale(cv::Size size) { return size.height / 720.0; }
+constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
+
+struct Lettering {
+  double scale;
+  int thickness;
+};
+
+Lettering LetteringFor(cv::Size size) {
+  return {size.height / 720.0, std::max(1, size.height / 360)};
+}
+
+std::string StampText(double seconds) {
+  const int second = static_cast<int>(std::floor(seconds));
+  return absl::StrFormat("2024-05-03 14:%02d:%02d", second / 60 % 60, second % 60);
+}
 
 cv::Rect StampBox(cv::Size size) {
-  const int height = std::max(1, static_cast<int>(36 * TextScale(size)));
-  const int width = std::max(1, static_cast<int>(350 * TextScale(size)));
-  return cv::Rect(height / 3, height / 3, width, height) & cv::Rect({}, size);
+  const Lettering lettering = LetteringFor(size);
+  const cv::Size text =
+      cv::getTextSize(StampText(0.0), kFont, lettering.scale, lettering.thickness, nullptr);
+  return cv::Rect(text.height / 2, text.height / 2, text.width + 6, 2 * text.height) &
+         cv::Rect({}, size);
 }
 
 cv::Mat DrawReflection(const OwnVehicleStyle& style, cv::Size size) {  // (O3)
@@ -97,13 +114,10 @@ void OwnVehicle::Cover(cv::Mat* radiance) const {
 
 void OwnVehicle::Stamp(double seconds, cv::Mat* image) const {
   const cv::Rect box = StampBox(size_);
-  const int second = static_cast<int>(std::floor(seconds));
-  char text[40];
-  std::snprintf(text, sizeof text, "2024-05-03 14:%02d:%02d", second / 60 % 60, second % 60);
+  const Lettering lettering = LetteringFor(size_);
   (*image)(box).setTo(cv::Scalar(20, 20, 20));
-  cv::putText(*image, text, cv::Point(box.x + 2, box.y + box.height * 3 / 4),
-              cv::FONT_HERSHEY_SIMPLEX, TextScale(size_), cv::Scalar(240, 240, 240),
-              std::max(1, size_.height / 360), cv::LINE_AA);
+  cv::putText(*image, StampText(seconds), cv::Point(box.x + 2, box.y + box.height * 3 / 4), kFont,
+              lettering.scale, cv::Scalar(240, 240, 240), lettering.thickness, cv::LINE_AA);
 }
 
 }  // namespace egosieve::vision

@@ -21,7 +21,7 @@ namespace egosieve::vision {
 struct OwnVehicleStyle {
   bool visible = false;
   double bonnet = 0.15;      // b, share of the image's height
-  double reflection = 0.22;  // r, radiance
+  double reflection = 0.35;  // r, radiance
   uint32_t seed = 0;
 };
 

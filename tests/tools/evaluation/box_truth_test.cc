@@ -57,6 +57,31 @@ TEST(BoxTruth, DamageIsNamedByItsLine) {
   EXPECT_THAT(std::string(ParseBoxTruth("frame,id\n").status().message()), HasSubstr("type"));
 }
 
+TEST(BoxTruth, LabelsDrawnByHandLieInTheirPictures) {
+  struct Labels {
+    const char* name;
+    size_t frames;
+    double width, height;
+  };
+  for (const Labels& labels :
+       {Labels{"dashcam_reflections", 12, 640, 360}, {"solidWhiteRight", 6, 960, 540}}) {
+    const absl::StatusOr<BoxTruth> truth =
+        ReadBoxTruth(std::string("tests/tools/evaluate/labels/") + labels.name + ".csv");
+    ASSERT_TRUE(truth.ok()) << truth.status();
+    EXPECT_EQ(truth->size(), labels.frames);
+    for (const auto& [frame, boxes] : *truth) {
+      for (const LabelledBox& box : boxes) {
+        EXPECT_GE(box.left, 0.0);
+        EXPECT_GE(box.top, 0.0);
+        EXPECT_LE(box.right, labels.width - 1.0) << labels.name << " " << frame;
+        EXPECT_LE(box.bottom, labels.height - 1.0);
+        EXPECT_EQ(box.moving.has_value(), box.box_class == BoxClass::kVehicle);
+        EXPECT_EQ(box.range.empty(), box.box_class != BoxClass::kVehicle);
+      }
+    }
+  }
+}
+
 TEST(BoxTruth, ReadsTheSharedClips) {
   const char* data = std::getenv("EGOSIEVE_DATA");
   if (data == nullptr) GTEST_SKIP() << "EGOSIEVE_DATA is not set";
