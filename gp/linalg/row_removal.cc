@@ -67,7 +67,14 @@ class Removal {
   void Run() {
     const double rows = static_cast<double>(size_ - first_);
     const double flops = rows * rows * static_cast<double>(2 * reflectors_.cols() + panel_);
-    kernels::ParallelFor(blocks_, flops, [this](int64_t block) { ProcessBlock(block); });
+    kernels::ParallelFor(blocks_, flops, [this](int64_t block) {
+      try {
+        ProcessBlock(block);
+      } catch (...) {
+        abandoned_ = true;
+        throw;
+      }
+    });
   }
 
  private:
@@ -75,8 +82,14 @@ class Removal {
   // columns of C2 are not zero.
   int64_t Active(int64_t index) const { return active_[index]; }
 
-  static void WaitFor(const std::atomic<bool>& flag) {
-    while (!flag.load(std::memory_order_acquire)) std::this_thread::yield();
+  // False where another block has thrown, so that what is waited for may never come.
+  template <typename Condition>
+  bool WaitUntil(const Condition& condition) const {
+    while (!condition()) {
+      if (abandoned_) return false;
+      std::this_thread::yield();
+    }
+    return true;
   }
 
   // Moves the block's rows to their new places and their removed columns to c2. In place: sources
@@ -105,12 +118,12 @@ class Removal {
     const int64_t end = std::min(begin + kBlockRows, size_ - first_);
     AlignedMatrix aside(end - begin, static_cast<int64_t>(removed_.size()));
     AlignedMatrix work(kBlockRows, 2 * panel_);
-    while (moved_.load(std::memory_order_acquire) != block) std::this_thread::yield();
+    if (!WaitUntil([&] { return moved_.load(std::memory_order_acquire) == block; })) return;
     MoveRows(begin, end, aside.view());
     moved_.store(block + 1, std::memory_order_release);
 
     for (int64_t left = 0; left < block; ++left) {
-      WaitFor(finished_[left]);
+      if (!WaitUntil([&] { return finished_[left].load(std::memory_order_acquire); })) return;
       for (int64_t panel = left * kBlockRows; panel < (left + 1) * kBlockRows; panel += panel_) {
         ApplyPanel(panel, begin, end, begin, aside, work);
       }
@@ -203,6 +216,7 @@ class Removal {
   AlignedMatrix triangles_;      // T, a panel_ x panel_ block for each panel
   std::atomic<int64_t> moved_{0};
   std::vector<std::atomic<bool>> finished_;
+  std::atomic<bool> abandoned_{false};
 };
 
 }  // namespace

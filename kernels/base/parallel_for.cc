@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
-#include <system_error>
+#include <exception>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -35,21 +36,31 @@ int MaximumThreads() {
 void ParallelFor(int64_t count, const ParallelLimits& limits,
                  const std::function<void(int64_t)>& task) {
   std::atomic<int64_t> next{0};
+  std::mutex mutex;
+  std::exception_ptr thrown;  // guarded by mutex
   const auto work = [&] {
-    for (int64_t i = next++; i < count; i = next++) task(i);
+    for (int64_t i = next++; i < count; i = next++) {
+      try {
+        task(i);
+      } catch (...) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        if (!thrown) thrown = std::current_exception();
+        next = count;
+      }
+    }
   };
   const int most = limits.threads > 0 ? limits.threads : MaximumThreads();
   const int64_t threads = std::min<int64_t>({most, count, WorthwhileThreads(limits.flops)});
   std::vector<std::thread> helpers;
-  for (int64_t t = 1; t < threads; ++t) {
-    try {
-      helpers.emplace_back(work);
-    } catch (const std::system_error&) {
-      break;  // the threads that there are do all the work
-    }
+  try {
+    helpers.reserve(std::max<int64_t>(threads, 1) - 1);
+    for (int64_t t = 1; t < threads; ++t) helpers.emplace_back(work);
+  } catch (const std::exception&) {
+    // Neither a thread nor memory for one: those that there are do all the work.
   }
   work();
   for (std::thread& helper : helpers) helper.join();
+  if (thrown) std::rethrow_exception(thrown);
 }
 
 void ParallelFor(int64_t count, double flops, const std::function<void(int64_t)>& task) {

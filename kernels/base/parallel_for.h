@@ -22,7 +22,10 @@ struct ParallelLimits {
 
 // Runs task(0), ..., task(count - 1), each once, and returns when all have ended. Tasks are taken
 // in increasing order, each by a thread that starts it at once: one may wait for the end of another
-// of smaller index, on any number of threads. They must not throw.
+// of smaller index, on any number of threads. Where one throws, no further task starts, and when
+// those that run have ended the exception is thrown again here, one of several; a task that waits
+// for another's end must stop waiting when that one throws. Threads that the system refuses are
+// done without.
 void ParallelFor(int64_t count, const ParallelLimits& limits,
                  const std::function<void(int64_t)>& task);
 void ParallelFor(int64_t count, double flops, const std::function<void(int64_t)>& task);

@@ -79,12 +79,14 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void descriptor_field(
   }
 }
 
-// A work-item describes one point: the window around the pixel (x, y), coordinates u, v of its own.
+// A work-item describes one point: the window around the pixel (x, y), coordinates u, v of its own. Those behind the
+// last point fill its work-group up.
 __kernel void descriptors_at(__global const uchar* restrict image, const long stride_bytes, const int width,
                              const int height, const int radius, __global const int2* restrict pixels,
-                             __global const float2* restrict coordinates, __global float* restrict out,
-                             const long out_stride) {
+                             __global const float2* restrict coordinates, const long count,
+                             __global float* restrict out, const long out_stride) {
   const long i = get_global_id(0);
+  if (i >= count) return;
   const int left = max(pixels[i].x - radius, 0);
   const int right = min(pixels[i].x + radius + 1, width);
   const int top = max(pixels[i].y - radius, 0);

@@ -15,6 +15,10 @@ namespace {
 // Bands of grid rows: the field's work-items, each with scratch for two rows of sums.
 constexpr int kMaxBands = 64;
 
+// Points of a work-group. Fixed: PoCL compiles a kernel anew for every size of a work-group, and
+// where it may choose the size, it chooses another for nearly every number of points.
+constexpr int64_t kGroupPoints = 64;
+
 std::string BuildOptions(int channels) {
   return "-cl-std=CL1.2 -DVEC=1 -DCOMPONENTS=1 -DARCSINE=0 -DCHANNELS=" + std::to_string(channels);
 }
@@ -102,10 +106,12 @@ absl::Status DescriptorsAt(Context& context, const ImageView& image, ConstMatrix
     OutputBuffer<float> result(context, out);
     SetArguments(kernel, image_buffer, cl_long{image.stride_bytes}, cl_int{image.width},
                  cl_int{image.height}, cl_int{window_pixels / 2}, pixel_buffer, coordinate_buffer,
-                 result.buffer(), cl_long{out.stride});
+                 cl_long{points.rows}, result.buffer(), cl_long{out.stride});
     const cl::CommandQueue queue = context.NewQueue();
     const CommandsEnd end(queue);
-    queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(points.rows), cl::NullRange);
+    const int64_t groups = (points.rows + kGroupPoints - 1) / kGroupPoints;
+    queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(groups * kGroupPoints),
+                               cl::NDRange(kGroupPoints));
     result.Finish(queue);
   });
 }

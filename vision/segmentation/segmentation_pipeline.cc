@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <exception>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "kernels/base/exception_status.h"
 #include "kernels/base/status_macros.h"
 #include "vision/segmentation/bounded_queue.h"
 #include "vision/segmentation/stage_timer.h"
@@ -209,20 +211,28 @@ class OverlappedRun {
     }
   }
 
-  absl::Status Run() {
+  // Reads on the caller's thread. False where the system refuses a thread for a stage: then no
+  // frame has been read.
+  bool Run() {
+    bool complete = false;
     std::vector<std::thread> threads;
-    threads.emplace_back([this] { ReadAll(); });
-    threads.emplace_back([this] { ExtractAll(); });
-    threads.emplace_back(
-        [this] { Transform(1, [this](InFlight& i) { return stages_.Learn(i); }); });
-    threads.emplace_back(
-        [this] { Transform(2, [this](InFlight& i) { return stages_.Infer(i); }); });
-    threads.emplace_back([this] { Transform(3, [this](InFlight& i) { return stages_.Sink(i); }); });
+    try {
+      threads.reserve(kQueues);
+      for (int stage = kQueues - 1; stage >= 0; --stage) {
+        threads.emplace_back([this, stage] { RunStage(stage); });
+      }
+      complete = true;
+    } catch (const std::exception&) {
+      for (const auto& queue : queues_) queue->Cancel();
+    }
+    if (complete) ReadAll();
     for (std::thread& thread : threads) {
       thread.join();
     }
-    return status_;
+    return complete;
   }
+
+  const absl::Status& status() const { return status_; }
 
  private:
   static constexpr int kQueues = 4;
@@ -238,37 +248,39 @@ class OverlappedRun {
   }
 
   void ReadAll() {
-    while (true) {
-      absl::StatusOr<std::optional<InFlight>> item = stages_.Read();
-      if (!item.ok()) {
-        Fail(item.status(), 0);
+    const absl::Status status = kernels::CatchExceptions([&]() -> absl::Status {
+      while (true) {
+        EGOSIEVE_ASSIGN_OR_RETURN(std::optional<InFlight> item, stages_.Read());
+        if (!item.has_value() || !queues_[0]->Push(*std::move(item))) return absl::OkStatus();
       }
-      if (!item.ok() || !item->has_value() || !queues_[0]->Push(std::move(**item))) {
-        queues_[0]->Close();
-        return;
-      }
-    }
+    });
+    if (!status.ok()) Fail(status, 0);
+    queues_[0]->Close();
   }
 
-  void ExtractAll() {
+  // On a thread of its own: from the queue of the stage's number to the next.
+  void RunStage(int stage) {
+    const absl::Status status =
+        kernels::CatchExceptions([&] { return stage == 0 ? ExtractAll() : TransformAll(stage); });
+    if (!status.ok()) Fail(status, stage + 1);
+    if (stage + 1 < kQueues) queues_[stage + 1]->Close();
+  }
+
+  absl::Status ExtractAll() {
     bool goes_on = true;
     while (goes_on) {
       std::optional<InFlight> item = queues_[0]->Pop();
       std::vector<InFlight> ready;
       goes_on = item.has_value();
       if (goes_on) {
-        const absl::Status status = stages_.Extract(*item);
-        if (!status.ok()) {
-          Fail(status, 1);
-          break;
-        }
+        EGOSIEVE_RETURN_IF_ERROR(stages_.Extract(*item));
         ready = stages_.LookAhead(std::move(*item));
       } else if (IsFine()) {
         ready = stages_.EndLookAhead();
       }
       for (InFlight& frame : ready) goes_on &= queues_[1]->Push(std::move(frame));
     }
-    queues_[1]->Close();
+    return absl::OkStatus();
   }
 
   bool IsFine() {
@@ -276,22 +288,14 @@ class OverlappedRun {
     return status_.ok();
   }
 
-  template <typename Stage>
-  void Transform(int input, const Stage& stage) {
-    const bool last = input + 1 == kQueues;
-    while (std::optional<InFlight> item = queues_[input]->Pop()) {
-      const absl::Status status = stage(*item);
-      if (!status.ok()) {
-        Fail(status, input + 1);
-        break;
-      }
-      if (!last && !queues_[input + 1]->Push(*std::move(item))) {
-        break;
-      }
+  absl::Status TransformAll(int stage) {
+    while (std::optional<InFlight> item = queues_[stage]->Pop()) {
+      EGOSIEVE_RETURN_IF_ERROR(stage == 1   ? stages_.Learn(*item)
+                               : stage == 2 ? stages_.Infer(*item)
+                                            : stages_.Sink(*item));
+      if (stage + 1 < kQueues && !queues_[stage + 1]->Push(*std::move(item))) break;
     }
-    if (!last) {
-      queues_[input + 1]->Close();
-    }
+    return absl::OkStatus();
   }
 
   Stages& stages_;
@@ -328,8 +332,13 @@ absl::StatusOr<PipelineSummary> RunPipeline(FrameSource& source, OnlineSegmenter
     segmenter.RecordSteps();
   }
   Stages stages(source, segmenter, options, stop_requested, sink);
-  EGOSIEVE_RETURN_IF_ERROR(options.overlap ? OverlappedRun(stages, options.queue_capacity).Run()
-                                           : RunInTurn(stages));
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CatchExceptions([&] {
+    if (options.overlap) {
+      OverlappedRun overlapped(stages, options.queue_capacity);
+      if (overlapped.Run()) return overlapped.status();
+    }
+    return RunInTurn(stages);
+  }));
   return stages.TakeSummary();
 }
 

@@ -4,8 +4,10 @@
 #include <atomic>
 #include <limits>
 #include <mutex>
+#include <new>
 #include <numeric>
 #include <set>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -94,6 +96,27 @@ TEST_F(ParallelForTest, AsManyThreadsAsAskedForRunAtOnce) {
     while (arrived < 4) std::this_thread::yield();
   });
   EXPECT_EQ(arrived, 4);
+}
+
+TEST_F(ParallelForTest, AnExceptionReachesTheCallerAndEndsTheTasks) {
+  for (const int threads : {1, 2, 8}) {
+    std::atomic<int64_t> calls = 0;
+    EXPECT_THROW(ParallelFor(1000000, ParallelLimits{.threads = threads},
+                             [&](int64_t i) {
+                               ++calls;
+                               if (i == 3) throw std::bad_alloc();
+                             }),
+                 std::bad_alloc);
+    EXPECT_GE(calls, 4);
+    EXPECT_LT(calls, 1000000);
+    // Nested, and from every task at once.
+    EXPECT_THROW(ParallelFor(8, ParallelLimits{.threads = threads},
+                             [&](int64_t) {
+                               ParallelFor(8, ParallelLimits{.threads = threads},
+                                           [](int64_t) { throw std::runtime_error("each"); });
+                             }),
+                 std::runtime_error);
+  }
 }
 
 }  // namespace
