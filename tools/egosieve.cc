@@ -1,9 +1,11 @@
+#include <cstdlib>
 #include <iostream>
 #include <string>
 #include <vector>
 
 #include "tools/batch/batch_command.h"
 #include "tools/cli/command_line.h"
+#include "tools/cli/standard_streams.h"
 #include "tools/cli/version.h"
 #include "tools/compare/compare_command.h"
 #include "tools/devices/devices_command.h"
@@ -18,8 +20,10 @@
 #include "tools/tune/tune_command.h"
 #include "tools/tune_defaults/tune_defaults_command.h"
 
-int main(int argc, char** argv) {
-  using namespace egosieve::tools;  // NOLINT(build/namespaces)
+namespace egosieve::tools {
+namespace {
+
+int RunCommandLine(int argc, char** argv) {
   CommandLine line(
       "egosieve",
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
@@ -38,4 +42,15 @@ int main(int argc, char** argv) {
   line.Add(MakeTuneCommand());
   line.Add(MakeTuneDefaultsCommand());
   return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
+}
+
+}  // namespace
+}  // namespace egosieve::tools
+
+int main(int argc, char** argv) {
+  egosieve::tools::TakeStandardStreams();
+  const int code = egosieve::tools::RunCommandLine(argc, argv);
+  // Without the libraries' handlers at exit: OpenBLAS's waits for ever for threads that wait for
+  // memory.
+  std::_Exit(code);
 }

@@ -75,14 +75,7 @@ absl::StatusOr<std::shared_ptr<Context>> OpenContext(const ContextOptions& optio
   const std::string choice =
       options.device.empty() && environment != nullptr ? environment : options.device;
   // Without a look at the drivers: the reference must work where they are broken.
-  if (choice == "reference") {
-    DeviceInfo info;
-    info.name = choice;
-    info.type = DeviceType::kReference;
-    info.compute_units = 1;
-    info.float64 = true;
-    return std::make_shared<Context>(info);
-  }
+  if (choice == "reference") return std::make_shared<Context>(ReferenceDevice());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<DeviceInfo> devices, ListDevices());
   EGOSIEVE_ASSIGN_OR_RETURN(const DeviceInfo chosen, ChooseDevice(devices, choice));
   if (chosen.type == DeviceType::kReference) return std::make_shared<Context>(chosen);

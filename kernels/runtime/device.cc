@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/runtime/driver_check.h"
 #include "kernels/runtime/opencl_device.h"
 
 namespace egosieve::kernels {
@@ -26,28 +27,28 @@ const char* DeviceTypeName(DeviceType type) {
   return "unknown";
 }
 
-absl::StatusOr<std::vector<DeviceInfo>> ListDevices() {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<OpenClDevice> found, ListOpenClDevices());
-  std::vector<DeviceInfo> devices;
-  devices.reserve(found.size() + 1);
-  for (const OpenClDevice& device : found) devices.push_back(device.info);
+DeviceInfo ReferenceDevice() {
   DeviceInfo reference;
-  reference.index = static_cast<int>(devices.size());
   reference.name = "reference";
   reference.vendor = "host";
   reference.platform = "float64 arithmetic on the host";
   reference.type = DeviceType::kReference;
   reference.compute_units = 1;
   reference.float64 = true;
-  devices.push_back(reference);
+  return reference;
+}
+
+absl::StatusOr<std::vector<DeviceInfo>> ListDevices() {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<OpenClDevice> found, ListOpenClDevices());
+  std::vector<DeviceInfo> devices;
+  devices.reserve(found.size() + 1);
+  for (const OpenClDevice& device : found) devices.push_back(device.info);
+  devices.push_back(ReferenceDevice());
+  devices.back().index = static_cast<int>(devices.size()) - 1;
   return devices;
 }
 
 namespace {
-
-constexpr char kInstallHint[] =
-    "no OpenCL device was found: install an OpenCL driver (Debian: pocl-opencl-icd), or use the "
-    "device \"reference\"";
 
 absl::StatusOr<DeviceInfo> ChooseDefault(const std::vector<DeviceInfo>& devices) {
   for (const DeviceInfo& device : devices) {
@@ -56,7 +57,7 @@ absl::StatusOr<DeviceInfo> ChooseDefault(const std::vector<DeviceInfo>& devices)
   for (const DeviceInfo& device : devices) {
     if (device.type != DeviceType::kReference) return device;
   }
-  return absl::NotFoundError(kInstallHint);
+  return absl::NotFoundError(WhyNoDevice());
 }
 
 bool Matches(const DeviceInfo& device, const std::string& lower_choice) {
@@ -90,7 +91,7 @@ absl::StatusOr<DeviceInfo> ChooseDevice(const std::vector<DeviceInfo>& devices,
       });
   return absl::NotFoundError(
       absl::StrCat("device \"", choice, "\" is not here; there are: ", names,
-                   devices.size() <= 1 ? absl::StrCat("; ", kInstallHint) : ""));
+                   devices.size() <= 1 ? absl::StrCat("; ", WhyNoDevice()) : ""));
 }
 
 }  // namespace egosieve::kernels

@@ -29,6 +29,9 @@ struct DeviceInfo {
   bool float64 = false;
 };
 
+// The float64 arithmetic on the host, which no driver has a part in.
+DeviceInfo ReferenceDevice();
+
 // Never empty: the reference is always its last element. A machine without any OpenCL platform
 // gives the reference alone. Errors are those of a broken driver.
 absl::StatusOr<std::vector<DeviceInfo>> ListDevices();

@@ -1,7 +1,7 @@
 #include "tools/cli/command_line.h"
 
 #include <algorithm>
-#include <exception>
+#include <filesystem>
 #include <numeric>
 #include <utility>
 
@@ -12,6 +12,7 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
+#include "kernels/base/exception_status.h"
 
 namespace egosieve::tools {
 namespace {
@@ -104,6 +105,19 @@ std::string ConfigText(const CLI::App& app) {
   return text;
 }
 
+// Reading a pipe would wait for somebody to write into it.
+CLI::Validator NoPipe() {
+  return CLI::Validator(
+      [](std::string& path) {
+        std::error_code error;
+        const std::filesystem::file_status status = std::filesystem::status(path, error);
+        return !std::filesystem::exists(status) || std::filesystem::is_regular_file(status)
+                   ? std::string()
+                   : absl::StrCat(path, " is no regular file");
+      },
+      "");
+}
+
 std::string Indented(const std::string& lines) {
   return absl::StrCat("  ", absl::StrReplaceAll(lines, {{"\n", "\n  "}}));
 }
@@ -148,6 +162,19 @@ std::string CommandLine::Help() const {
 }
 
 int CommandLine::Run(std::vector<std::string> arguments, std::ostream& out, std::ostream& err) {
+  const int code = Dispatch(std::move(arguments), out, err);
+  out.flush();
+  if (out) return code;
+  err << ErrorLine(
+             "cannot write all of the results to stdout; see that it is open and that its "
+             "disk is not full")
+      << "\n";
+  return code == static_cast<int>(ExitCode::kDone) ? static_cast<int>(ExitCode::kEnvironment)
+                                                   : code;
+}
+
+int CommandLine::Dispatch(std::vector<std::string> arguments, std::ostream& out,
+                          std::ostream& err) {
   if (arguments.empty()) {
     err << Help();
     return static_cast<int>(ExitCode::kUsage);
@@ -183,7 +210,8 @@ int CommandLine::RunCommand(Command& command, std::vector<std::string> arguments
   command.AddFlags(app);
   app.set_help_flag("-h,--help", "Print this text and exit");
   app.set_config("--config", "", "Read flags from a TOML file; the command line goes before it")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(NoPipe());
   app.allow_config_extras(CLI::config_extras_mode::error);
   bool print_config = false;
   app.add_flag("--print_config", print_config, "Print all flags as a file for --config and exit")
@@ -215,10 +243,8 @@ int CommandLine::RunCommand(Command& command, std::vector<std::string> arguments
   } catch (const CLI::ParseError& error) {
     err << ErrorLine(absl::StrCat(DescribeParseError(app, error), "see ", name, " --help")) << "\n";
     return static_cast<int>(ExitCode::kUsage);
-  } catch (const std::exception& error) {
-    err << ErrorLine(absl::StrCat("internal error: ", error.what(),
-                                  "; please report it with the command that you gave"))
-        << "\n";
+  } catch (...) {
+    err << ErrorLine(kernels::CurrentExceptionStatus().message()) << "\n";
     return static_cast<int>(ExitCode::kEnvironment);
   }
 }

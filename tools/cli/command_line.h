@@ -20,10 +20,12 @@ class CommandLine {
 
   void Add(std::unique_ptr<Command> command);
 
-  // `arguments` excludes the program's name. Returns the process's exit code. Never throws.
+  // `arguments` excludes the program's name. Returns the process's exit code, which is not 0
+  // where `out` could not take everything. Never throws.
   int Run(std::vector<std::string> arguments, std::ostream& out, std::ostream& err);
 
  private:
+  int Dispatch(std::vector<std::string> arguments, std::ostream& out, std::ostream& err);
   int RunCommand(Command& command, std::vector<std::string> arguments, std::ostream& out,
                  std::ostream& err);
   std::string Help() const;

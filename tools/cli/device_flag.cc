@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
+#include "tools/cli/standard_streams.h"
 
 namespace egosieve::tools {
 
@@ -33,15 +34,22 @@ absl::StatusOr<OpenedDevice> DeviceFlag::Open() const {
     return choice.empty() ? absl::UnavailableError(status.message()) : AsUsageError(status);
   };
   OpenedDevice opened;
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<kernels::DeviceInfo> devices, kernels::ListDevices());
-  absl::StatusOr<kernels::DeviceInfo> info = kernels::ChooseDevice(devices, choice);
-  if (!info.ok()) {
-    return as_error(info.status());
-  }
-  opened.info = *std::move(info);
   kernels::ContextOptions options;
-  options.device = absl::StrCat(opened.info.index);
+  if (choice == "reference") {  // must work where a driver is broken
+    opened.info = kernels::ReferenceDevice();
+    options.device = choice;
+  } else {
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<kernels::DeviceInfo> devices,
+                              kernels::ListDevices());
+    absl::StatusOr<kernels::DeviceInfo> info = kernels::ChooseDevice(devices, choice);
+    if (!info.ok()) {
+      return as_error(info.status());
+    }
+    opened.info = *std::move(info);
+    options.device = absl::StrCat(opened.info.index);
+  }
   EGOSIEVE_ASSIGN_OR_RETURN(opened.context, kernels::OpenContext(options));
+  WatchForAborts();
   return opened;
 }
 

@@ -10,6 +10,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
 #include "tools/cli/checks.h"
+#include "tools/cli/standard_streams.h"
 
 namespace egosieve::tools {
 namespace {
@@ -35,7 +36,7 @@ void ProgressFlag::AddFlag(CLI::App& app) {
 }
 
 Progress::Progress(std::string command, const ProgressFlag& flag, int64_t total)
-    : Progress(std::move(command), flag.mode, total, std::cerr, isatty(STDERR_FILENO) == 1) {}
+    : Progress(std::move(command), flag.mode, total, std::cerr, isatty(StderrDescriptor()) == 1) {}
 
 Progress::Progress(std::string command, ProgressMode mode, int64_t total, std::ostream& stream,
                    bool terminal)

@@ -1,7 +1,6 @@
 #include "tools/compare/compare_command.h"
 
 #include <algorithm>
-#include <atomic>
 #include <filesystem>
 #include <iostream>
 #include <mutex>
@@ -13,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/device_flag.h"
@@ -230,30 +230,25 @@ class CompareCommand : public Command {
     }
     Progress progress("compare", progress_, -1);
     std::mutex mutex;
-    std::atomic<size_t> next = 0;
-    const size_t tasks = profiles.size() * sequences.size();
-    const auto work = [&] {
-      for (size_t i = next++; i < tasks && !InterruptionRequested(); i = next++) {
-        const Sequence& sequence = sequences[i / profiles.size()];
-        const size_t profile = i % profiles.size();
-        DriveComparison& result = comparisons[profile].drives[i / profiles.size()];
-        absl::StatusOr<DriveComparison> drive =
-            CompareMethods(context, sequence, profiles[profile].options, [&] {
-              const std::lock_guard lock(mutex);
-              progress.Advance();
-              return !InterruptionRequested();
-            });
-        if (drive.ok()) {
-          result = *std::move(drive);
-        } else {
-          result.sequence = sequence;
-          result.status = drive.status();
-        }
+    const auto tasks = static_cast<int64_t>(profiles.size() * sequences.size());
+    kernels::ParallelFor(tasks, {.threads = jobs_}, [&](int64_t i) {
+      if (InterruptionRequested()) return;
+      const Sequence& sequence = sequences[i / profiles.size()];
+      const size_t profile = i % profiles.size();
+      DriveComparison& result = comparisons[profile].drives[i / profiles.size()];
+      absl::StatusOr<DriveComparison> drive =
+          CompareMethods(context, sequence, profiles[profile].options, [&] {
+            const std::lock_guard lock(mutex);
+            progress.Advance();
+            return !InterruptionRequested();
+          });
+      if (drive.ok()) {
+        result = *std::move(drive);
+      } else {
+        result.sequence = sequence;
+        result.status = drive.status();
       }
-    };
-    std::vector<std::thread> threads;
-    for (int job = 0; job < jobs_; ++job) threads.emplace_back(work);
-    for (std::thread& thread : threads) thread.join();
+    });
     progress.Finish();
     if (InterruptionRequested()) return absl::CancelledError("interrupted; nothing was written");
     if (sequences.size() == 1) EGOSIEVE_RETURN_IF_ERROR(comparisons[0].drives[0].status);

@@ -4,9 +4,10 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+#include "vision/frame/written_video.h"
 
 namespace egosieve::tools {
 namespace {
@@ -49,10 +50,10 @@ absl::StatusOr<OverlayVideo> OverlayVideo::Open(const std::string& path_without_
 
 absl::StatusOr<std::string> OverlayVideo::Finish() {
   writer_.release();
-  std::error_code error;
-  if (std::filesystem::file_size(temporary_path_, error) == 0 || error) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("cannot write ", path_, "; make room for it, or use --no_video"));
+  if (const absl::Status written = vision::CheckWrittenVideo(temporary_path_, frames_);
+      !written.ok()) {
+    std::remove(temporary_path_.c_str());
+    return written;
   }
   if (std::rename(temporary_path_.c_str(), path_.c_str()) != 0) {
     return absl::UnavailableError(

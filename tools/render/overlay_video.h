@@ -3,6 +3,7 @@
 #ifndef EGOSIEVE_TOOLS_RENDER_OVERLAY_VIDEO_H_
 #define EGOSIEVE_TOOLS_RENDER_OVERLAY_VIDEO_H_
 
+#include <cstdint>
 #include <opencv2/videoio.hpp>
 #include <string>
 
@@ -19,9 +20,12 @@ class OverlayVideo {
                                            double rate_hz);
 
   // picture: CV_8UC3 of the size given to Open.
-  void Append(const cv::Mat3b& picture) { writer_.write(picture); }
+  void Append(const cv::Mat3b& picture) {
+    writer_.write(picture);
+    ++frames_;
+  }
 
-  // Completes the file and returns its path.
+  // Completes the file and returns its path. ResourceExhausted where the disk has not all of it.
   absl::StatusOr<std::string> Finish();
 
   // Empty for H.264; else a sentence on what was written instead, and what to install.
@@ -31,6 +35,7 @@ class OverlayVideo {
   OverlayVideo() = default;
 
   cv::VideoWriter writer_;
+  int64_t frames_ = 0;
   std::string temporary_path_;
   std::string path_;
   std::string warning_;

@@ -1,18 +1,17 @@
 #include "tools/suite/suite_run.h"
 
 #include <algorithm>
-#include <atomic>
 #include <filesystem>
 #include <memory>
 #include <mutex>
 #include <set>
-#include <thread>
 #include <utility>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
 #include "tools/run_folder/atomic_file.h"
@@ -142,19 +141,15 @@ absl::StatusOr<std::vector<SequenceResult>> RunSuite(const SequenceList& list,
       results.push_back(std::move(result));
     }
   }
-  std::atomic<size_t> next = 0;
   std::mutex mutex;
-  const auto work = [&] {
-    for (size_t i = next++; i < results.size() && !stop_requested(); i = next++) {
-      results[i].status = RunSequence(options, options.variants[i % options.variants.size()],
-                                      stop_requested, results[i]);
-      const std::lock_guard lock(mutex);
-      after_sequence();
-    }
-  };
-  std::vector<std::thread> threads;
-  for (int job = 0; job < options.jobs; ++job) threads.emplace_back(work);
-  for (std::thread& thread : threads) thread.join();
+  const auto count = static_cast<int64_t>(results.size());
+  kernels::ParallelFor(count, {.threads = options.jobs}, [&](int64_t i) {
+    if (stop_requested()) return;
+    results[i].status = RunSequence(options, options.variants[i % options.variants.size()],
+                                    stop_requested, results[i]);
+    const std::lock_guard lock(mutex);
+    after_sequence();
+  });
   if (stop_requested()) {
     return absl::CancelledError(
         absl::StrCat("interrupted; the runs in ", options.out, " go on where they are"));

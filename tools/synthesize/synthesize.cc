@@ -12,6 +12,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/synthesize/scene_file.h"
+#include "vision/frame/written_video.h"
 
 namespace egosieve::tools {
 namespace {
@@ -118,15 +119,21 @@ class DriveWriter {
                           : WritePng(File("frames", frame.index), frame.image);
   }
 
-  void Finish() { video_.release(); }
+  absl::Status Finish() {
+    if (!options_.video) return absl::OkStatus();
+    video_.release();
+    return vision::CheckWrittenVideo(VideoPath(), options_.rendering.frames);
+  }
 
  private:
   std::string File(const char* folder, int index) const {
     return absl::StrFormat("%s/%s/%06d.png", options_.output_folder, folder, index);
   }
 
+  std::string VideoPath() const { return absl::StrCat(options_.output_folder, "/", kVideoFile); }
+
   absl::Status WriteToVideo(const cv::Mat& image) {
-    const std::string path = absl::StrCat(options_.output_folder, "/", kVideoFile);
+    const std::string path = VideoPath();
     if (!video_.isOpened() && !video_.open(path, cv::VideoWriter::fourcc('m', 'p', '4', 'v'),
                                            options_.rendering.frames_per_second, image.size())) {
       return absl::UnavailableError(
@@ -160,7 +167,7 @@ absl::Status Synthesize(const SynthesizeOptions& options, const AfterFrame& afte
                                                   kSceneFile));
     }
   }
-  writer.Finish();
+  EGOSIEVE_RETURN_IF_ERROR(writer.Finish());
   return WriteFileAtomically(absl::StrCat(options.output_folder, "/", kSceneFile),
                              SceneText(scene));
 }

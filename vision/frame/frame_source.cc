@@ -125,6 +125,11 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrameSource(const std::string& 
     std::sort(paths.begin(), paths.end(), NaturalLess);
     return OpenImageSequence(std::move(paths), input, options);
   }
+  // A pipe or a device would be waited for, or never end.
+  if (!fs::is_regular_file(status)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        input, ": neither a file nor a folder; give a video file, a folder of pictures or a glob"));
+  }
   if (HasImageExtension(input)) return OpenImageSequence({input}, input, options);
   return OpenVideoFile(input, options);
 }

@@ -13,6 +13,8 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+#include "vision/frame/pixel_limit.h"
 #include "vision/frame/quiet_libraries.h"
 
 namespace egosieve::vision {
@@ -54,6 +56,7 @@ bool HasImageExtension(const std::string& path) {
 
 absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture) {
   if (picture.empty()) return absl::InvalidArgumentError("the picture has no pixels");
+  EGOSIEVE_RETURN_IF_ERROR(CheckPixels(picture.cols, picture.rows));
   cv::Mat bytes;
   switch (picture.depth()) {
     case CV_8U:
@@ -97,6 +100,11 @@ absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path) {
   if (bytes.empty()) return absl::DataLossError(absl::StrCat(path, ": the file is empty"));
   if (IsCutShort(bytes))
     return absl::DataLossError(absl::StrCat(path, ": the picture is cut short"));
+  if (const absl::Status size =
+          CheckPixelsOfFile({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+      !size.ok()) {
+    return absl::DataLossError(absl::StrCat(path, ": ", size.message()));
+  }
   cv::Mat picture;
   try {
     picture = cv::imdecode(bytes, cv::IMREAD_ANYDEPTH | cv::IMREAD_ANYCOLOR);

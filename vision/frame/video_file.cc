@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "vision/frame/image_decoding.h"
+#include "vision/frame/pixel_limit.h"
 #include "vision/frame/quiet_libraries.h"
 
 namespace egosieve::vision {
@@ -26,6 +27,12 @@ class VideoFile : public FrameSource {
             absl::StrCat(path_,
                          ": not a video that FFmpeg can decode; give a video file, a folder of "
                          "pictures or a glob"));
+      }
+      if (const absl::Status size =
+              CheckPixels(std::llround(capture_.get(cv::CAP_PROP_FRAME_WIDTH)),
+                          std::llround(capture_.get(cv::CAP_PROP_FRAME_HEIGHT)));
+          !size.ok()) {
+        return absl::InvalidArgumentError(absl::StrCat(path_, ": ", size.message()));
       }
       const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
       if (count >= 1 && count < 1e9) expected_frame_count_ = std::llround(count);

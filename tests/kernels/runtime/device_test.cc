@@ -57,12 +57,14 @@ TEST(ChooseDevice, UnknownChoicesListWhatThereIs) {
 }
 
 TEST(ChooseDevice, WithoutAnyDeviceItSaysWhatToInstall) {
+  setenv("OCL_ICD_VENDORS", "/nowhere", 1);
   const std::vector<DeviceInfo> reference_only(1, MadeUpDevices()[3]);
   const auto chosen = ChooseDevice(reference_only, "");
   EXPECT_EQ(chosen.status().code(), absl::StatusCode::kNotFound);
   EXPECT_NE(chosen.status().message().find("pocl-opencl-icd"), std::string::npos)
       << chosen.status();
   EXPECT_EQ(ChosenIndex(reference_only, "reference"), 3);
+  unsetenv("OCL_ICD_VENDORS");
 }
 
 TEST(ListDevices, EndsWithTheReferenceAndNumbersItsElements) {

@@ -1,5 +1,7 @@
 #include "tools/cli/command_line.h"
 
+#include <sys/stat.h>
+
 #include <fstream>
 #include <sstream>
 
@@ -52,6 +54,22 @@ Outcome Invoke(std::vector<std::string> arguments,
   std::ostringstream out, err;
   const int code = line.Run(std::move(arguments), out, err);
   return {code, out.str(), err.str()};
+}
+
+TEST(CommandLine, AConfigThatIsAPipeIsNotWaitedFor) {
+  const std::string pipe = testing::TempDir() + "/pipe.toml";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const Outcome outcome = Invoke({"sift", "--config=" + pipe});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("no regular file"));
+}
+
+TEST(CommandLine, ResultsThatCannotBeWrittenAreAnError) {
+  CommandLine line("egosieve", "Segments.", "1.2.3");
+  std::ofstream full("/dev/full");
+  std::ostringstream err;
+  EXPECT_EQ(line.Run({"--help"}, full, err), 1);
+  EXPECT_THAT(err.str(), HasSubstr("stdout"));
 }
 
 TEST(CommandLine, RunsTheCommandWithItsFlags) {

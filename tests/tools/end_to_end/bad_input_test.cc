@@ -1,5 +1,7 @@
 // What a user can get wrong: each gives one line that says what is wrong and what to do, the right
 // exit code, and leaves nothing behind that was not there.
+#include <sys/stat.h>
+
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
@@ -73,6 +75,22 @@ TEST_F(BadInput, AMissingFile) { ExpectRefused(Segment(root_ + "/no.mp4"), 3, "n
 TEST_F(BadInput, ATextFileCalledMp4) {
   std::ofstream(root_ + "/text.mp4") << "This is not a video.\n";
   ExpectRefused(Segment(root_ + "/text.mp4"), 3, "text.mp4");
+}
+
+// Opening one would wait for somebody to write into it.
+TEST_F(BadInput, APipe) {
+  for (const char* name : {"/pipe.mp4", "/pipe.png", "/pipe.json"}) {
+    const std::string pipe = root_ + name;
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    if (pipe.ends_with(".json")) {
+      const ProgramOutcome outcome = RunProgram({"batch", pipe});
+      EXPECT_NE(outcome.code, 0);
+      EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+      EXPECT_THAT(outcome.err, HasSubstr(pipe));
+    } else {
+      ExpectRefused(Segment(pipe), 3, "neither a file nor a folder");
+    }
+  }
 }
 
 TEST_F(BadInput, AnEmptyFile) {

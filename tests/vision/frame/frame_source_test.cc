@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
@@ -10,7 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "vision/frame/pixel_limit.h"
 #include "vision/frame/quiet_libraries.h"
+#include "vision/frame/written_video.h"
 
 namespace egosieve::vision {
 namespace {
@@ -55,6 +58,13 @@ class FrameSourceTest : public ::testing::Test {
 };
 
 cv::Mat Solid(int type, const cv::Scalar& value) { return cv::Mat(6, 8, type, value); }
+
+// A number of `size` bytes, the highest first.
+std::string BigEndian(int64_t value, int size) {
+  std::string bytes;
+  for (int i = size - 1; i >= 0; --i) bytes.push_back(static_cast<char>(value >> (8 * i)));
+  return bytes;
+}
 
 std::string MessageOf(const absl::Status& status) { return std::string(status.message()); }
 
@@ -270,6 +280,46 @@ TEST_F(FrameSourceTest, NothingIsPrinted) {
   }
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
   EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+}
+
+TEST(PixelLimit, TakesWhatCamerasGive) {
+  EXPECT_TRUE(CheckPixels(7680, 4320).ok());
+  EXPECT_TRUE(CheckPixels(15360, 8640).ok());
+  EXPECT_FALSE(CheckPixels(30000, 30000).ok());
+  EXPECT_FALSE(CheckPixels(int64_t{1} << 32, int64_t{1} << 32).ok());
+}
+
+// A few bytes may say that gigabytes follow: refused before anything is decoded.
+TEST_F(FrameSourceTest, PicturesOfTooManyPixelsAreRefusedByTheirHeader) {
+  std::vector<uint8_t> png, jpeg;
+  cv::imencode(".png", Solid(CV_8UC1, 9), png);
+  cv::imencode(".jpg", Solid(CV_8UC3, 9), jpeg);
+  const std::string side = BigEndian(30000, 4), half = BigEndian(30000, 2);
+  std::copy(side.begin(), side.end(), png.begin() + 16);
+  std::copy(side.begin(), side.end(), png.begin() + 20);
+  const std::string frame_header = "\xff\xc0";
+  const auto sof = std::search(jpeg.begin(), jpeg.end(), frame_header.begin(), frame_header.end(),
+                               [](uint8_t a, char b) { return a == static_cast<uint8_t>(b); });
+  ASSERT_NE(sof, jpeg.end());
+  std::copy(half.begin(), half.end(), sof + 5);
+  std::copy(half.begin(), half.end(), sof + 7);
+  WriteText("big.png", std::string(png.begin(), png.end()));
+  WriteText("big.jpg", std::string(jpeg.begin(), jpeg.end()));
+  for (const char* name : {"big.png", "big.jpg"}) {
+    const auto source = OpenFrameSource(Path(name));
+    ASSERT_FALSE(source.ok()) << name;
+    EXPECT_THAT(MessageOf(source.status()), HasSubstr("30000 x 30000 pixels are more than"));
+    EXPECT_THAT(MessageOf(source.status()), HasSubstr(name));
+  }
+}
+
+TEST_F(FrameSourceTest, AVideoThatIsNotAllThereIsFoundOut) {
+  WriteVideo("whole.avi", 6);
+  EXPECT_TRUE(CheckWrittenVideo(Path("whole.avi"), 6).ok());
+  EXPECT_FALSE(CheckWrittenVideo(Path("whole.avi"), 7).ok());
+  fs::resize_file(Path("whole.avi"), 100);
+  EXPECT_FALSE(CheckWrittenVideo(Path("whole.avi"), 6).ok());
+  EXPECT_FALSE(CheckWrittenVideo(Path("none.avi"), 6).ok());
 }
 
 }  // namespace

@@ -1,0 +1,112 @@
+// What the machine can refuse: room for the results, a cache that is whole, threads. Each gives one
+// line with the reason and exit code 1; nothing ends by a signal.
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "absl/strings/str_cat.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/patch_drive.h"
+#include "tests/tools/testing/program.h"
+#include "tools/run_folder/atomic_file.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+class Machine : public testing::Test {
+ protected:
+  Machine() : root_(FreshFolder()) {}
+  ~Machine() override {
+    unsetenv("POCL_CACHE_DIR");
+    unsetenv("EGOSIEVE_CACHE_DIR");
+  }
+
+  // `line` for the shell, where "$EGOSIEVE" is the program.
+  ProgramOutcome Shell(const std::string& line) const {
+    const std::string err = root_ + "/err.txt";
+    setenv("EGOSIEVE", ProgramPath().c_str(), 1);
+    const int status = std::system(absl::StrCat("{ ", line, "; } 2> ", err).c_str());
+    ProgramOutcome outcome;
+    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    outcome.err = *ReadFile(err);
+    return outcome;
+  }
+
+  static void ExpectOneLine(const ProgramOutcome& outcome, const std::string& what) {
+    EXPECT_EQ(outcome.code, 1) << outcome.err;
+    EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+    EXPECT_THAT(outcome.err, StartsWith("egosieve: "));
+    EXPECT_THAT(outcome.err, HasSubstr("; ")) << "it does not say what to do";
+    EXPECT_THAT(outcome.err, HasSubstr(what));
+  }
+
+  std::string root_;
+};
+
+TEST_F(Machine, AStdoutThatTakesNothing) {
+  for (const char* arguments : {"--help", "--version", "devices", "segment --print_config"}) {
+    ExpectOneLine(Shell(absl::StrCat("\"$EGOSIEVE\" ", arguments, " > /dev/full")), "stdout");
+    ExpectOneLine(Shell(absl::StrCat("\"$EGOSIEVE\" ", arguments, " >&-")), "stdout");
+  }
+  // Nothing to write, nothing lost; and an error keeps its code.
+  EXPECT_EQ(Shell("\"$EGOSIEVE\" report /nowhere > /dev/full").code, 3);
+}
+
+TEST_F(Machine, AVideoForWhichThereIsNoRoom) {
+  // Files of at most 50 KiB: enough for everything but the video.
+  const ProgramOutcome outcome = Shell(
+      absl::StrCat("trap '' XFSZ; ulimit -f 100; exec \"$EGOSIEVE\" synthesize --video --frames=40 "
+                   "--width=320 --height=180 --progress=none --out=",
+                   root_, "/drive > /dev/null"));
+  ExpectOneLine(outcome, "make room");
+  EXPECT_FALSE(fs::exists(root_ + "/drive/scene.json"));
+}
+
+TEST_F(Machine, ADamagedCacheOfCompiledKernels) {
+  WritePatchDrive(root_, SmallPatchDrive(3));
+  const std::string cache = root_ + "/kcache";
+  fs::create_directories(cache);
+  setenv("POCL_CACHE_DIR", cache.c_str(), 1);
+  setenv("EGOSIEVE_CACHE_DIR", (root_ + "/cache").c_str(), 1);
+  const std::string segment = absl::StrCat("exec \"$EGOSIEVE\" segment ", root_,
+                                           "/frames --budget=100 --progress=none --overwrite "
+                                           "--out=",
+                                           root_, "/run > /dev/null");
+  ASSERT_EQ(Shell(segment).code, 0);
+  int damaged = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(cache)) {
+    if (!entry.is_regular_file()) continue;
+    std::ofstream(entry.path()) << "garbage";
+    ++damaged;
+  }
+  if (damaged == 0) GTEST_SKIP() << "this device keeps nothing in POCL_CACHE_DIR";
+  ExpectOneLine(Shell(segment), cache);
+  fs::remove_all(cache);
+  EXPECT_EQ(Shell(segment).code, 0);
+}
+
+// libpng tells of a broken checksum on stderr by itself.
+TEST_F(Machine, WhatLibrariesPrintIsNotPassedOn) {
+  WritePatchDrive(root_, SmallPatchDrive(3));
+  const std::string path = root_ + "/frames/000001.png";
+  std::string bytes = *ReadFile(path);
+  bytes[bytes.size() / 2] ^= 1;
+  std::ofstream(path, std::ios::binary) << bytes;
+  const ProgramOutcome outcome =
+      Shell(absl::StrCat("exec \"$EGOSIEVE\" segment ", root_,
+                         "/frames --budget=100 --progress=none --out=", root_, "/run > /dev/null"));
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+  EXPECT_THAT(outcome.err, StartsWith("egosieve: warning: "));
+}
+
+}  // namespace
+}  // namespace egosieve::tools

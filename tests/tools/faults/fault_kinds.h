@@ -1,0 +1,15 @@
+// The kinds of calls that failing_system.cc makes fail.
+#ifndef EGOSIEVE_TESTS_TOOLS_FAULTS_FAULT_KINDS_H_
+#define EGOSIEVE_TESTS_TOOLS_FAULTS_FAULT_KINDS_H_
+
+namespace egosieve::tools {
+
+enum class FaultKind { kRead, kWrite, kFsync, kRename, kOpen, kAllocate, kThread };
+
+inline constexpr int kFaultKinds = 7;
+inline constexpr const char* kFaultNames[kFaultKinds] = {"read", "write",    "fsync", "rename",
+                                                         "open", "allocate", "thread"};
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TESTS_TOOLS_FAULTS_FAULT_KINDS_H_

@@ -1,0 +1,130 @@
+#include "tools/cli/standard_streams.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <ext/stdio_filebuf.h>
+#include <iostream>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "kernels/base/exception_status.h"
+#include "kernels/runtime/pocl_cache.h"
+#include "tools/cli/exit_code.h"
+
+namespace egosieve::tools {
+namespace {
+
+constexpr int kLinesTold = 3;  // of a library's last words
+constexpr int kLowest = 10;    // descriptors below are left to the user's shell
+
+int own_stderr = STDERR_FILENO;
+int library_lines = -1;           // the pipe's end that is read
+std::array<char, 1 << 16> words;  // what it held, at the end
+std::array<char, 1024> advice;    // made before it is needed: a signal handler cannot allocate
+
+bool UserWantsLibraryLines() {
+  for (const char* name :
+       {"EGOSIEVE_LIBRARY_LINES", "OPENCV_LOG_LEVEL", "OPENCV_FFMPEG_LOGLEVEL", "POCL_DEBUG"}) {
+    if (std::getenv(name) != nullptr) return true;
+  }
+  return false;
+}
+
+void OpenMissingDescriptors() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(descriptor, F_GETFD) >= 0) continue;
+    // The lowest free number is this one.
+    [[maybe_unused]] const int opened =
+        open("/dev/null", descriptor == STDERR_FILENO ? O_WRONLY : O_RDONLY);
+  }
+}
+
+void Say(const char* text, size_t size) {
+  [[maybe_unused]] const ssize_t written = write(own_stderr, text, size);
+}
+void Say(const char* text) { Say(text, std::strlen(text)); }
+
+// Where the last lines begin; line breaks become blanks.
+const char* LastWords() {
+  size_t size = 0;
+  ssize_t count;
+  while (size + 1 < words.size() &&
+         (count = read(library_lines, words.data() + size, words.size() - 1 - size)) > 0) {
+    size += static_cast<size_t>(count);
+  }
+  while (size > 0 && (words[size - 1] == '\n' || words[size - 1] == ' ')) --size;
+  words[size] = '\0';
+  size_t begin = size;
+  for (int breaks = 0; begin > 0; --begin) {
+    char& before = words[begin - 1];
+    if (before == '\n' && ++breaks == kLinesTold) break;
+    if (before == '\n' || before == '\r') before = ' ';
+  }
+  return words.data() + begin;
+}
+
+extern "C" void TellOfAbort(int /*signal*/) {
+  const char* last = LastWords();
+  Say("egosieve: a library ended the program");
+  if (*last != '\0') {
+    Say(": ");
+    Say(last);
+  }
+  Say(advice.data());
+  _exit(static_cast<int>(ExitCode::kEnvironment));
+}
+
+[[noreturn]] void TellOfException() {
+  if (std::current_exception() == nullptr) std::abort();
+  std::string line;
+  try {
+    throw;
+  } catch (...) {
+    line = absl::StrCat(ErrorLine(kernels::CurrentExceptionStatus().message()), "\n");
+  }
+  Say(line.data(), line.size());
+  _exit(static_cast<int>(ExitCode::kEnvironment));
+}
+
+}  // namespace
+
+void TakeStandardStreams() {
+  OpenMissingDescriptors();
+  if (UserWantsLibraryLines()) return;
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC | O_NONBLOCK) != 0) return;
+  const int own = fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, kLowest);
+  library_lines = fcntl(ends[0], F_DUPFD_CLOEXEC, kLowest);
+  if (own >= 0 && library_lines >= 0 && dup2(ends[1], STDERR_FILENO) >= 0) {
+    own_stderr = own;
+    static __gnu_cxx::stdio_filebuf<char> buffer(own, std::ios::out);
+    std::cerr.rdbuf(&buffer);
+    const std::string text = absl::StrCat(
+        "; allow it more memory and threads (see ulimit -v, ulimit -u), and where it comes again, "
+        "delete the folder ",
+        kernels::PoclCacheFolder(), ", which PoCL fills with compiled kernels\n");
+    std::strncpy(advice.data(), text.c_str(), advice.size() - 1);
+    WatchForAborts();
+    std::set_terminate(TellOfException);
+  }
+  close(ends[0]);
+  close(ends[1]);
+}
+
+void WatchForAborts() {
+  if (own_stderr == STDERR_FILENO) return;
+  struct sigaction action = {};
+  action.sa_handler = TellOfAbort;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  sigaction(SIGABRT, &action, nullptr);
+}
+
+int StderrDescriptor() { return own_stderr; }
+
+}  // namespace egosieve::tools
