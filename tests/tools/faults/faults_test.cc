@@ -55,7 +55,8 @@ struct Case {
 class Faults : public testing::TestWithParam<std::string> {
  protected:
   Faults()
-      : base_(testing::TempDir() + "/" + GetParam()),
+      // As the system names open files.
+      : base_(fs::weakly_canonical(testing::TempDir() + "/" + GetParam()).string()),
         world_(base_ + "/world"),
         run_(world_ + "/run"),
         counts_(base_ + "/counts") {
