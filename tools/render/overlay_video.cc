@@ -39,9 +39,11 @@ absl::StatusOr<OverlayVideo> OverlayVideo::Open(const std::string& path_without_
     video.warning_ = format.warning;
     const char* code = format.fourcc;
     const int fourcc = cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]);
-    if (video.writer_.open(video.temporary_path_, cv::CAP_FFMPEG, fourcc, rate_hz, size)) {
-      return video;
-    }
+    const auto opens = [&] {
+      return video.writer_.open(video.temporary_path_, cv::CAP_FFMPEG, fourcc, rate_hz, size);
+    };
+    // Twice: a file that could not be opened this once is no missing encoder.
+    if (opens() || opens()) return video;
   }
   return absl::UnavailableError(
       absl::StrCat("cannot write a video to ", path_without_suffix,
