@@ -264,13 +264,15 @@ std::string ToMarkdown(const std::vector<SequenceResult>& results) {
   };
   std::map<GroupKey, Folder> folders;
   for (const SequenceResult& result : results) {
-    Folder& folder = folders[{result.sequence.group, result.profile}];
-    ++folder.all;
-    if (!result.run) continue;
-    ++folder.scored;
-    if (const Figure auc = MeanOf<&FrameScores::auc>(result)) folder.auc.push_back(*auc);
-    if (result.run->evaluation.truth_kind == "tracks") continue;
-    if (const Figure j = MeanOf<&FrameScores::iou>(result)) folder.j.push_back(*j);
+    const bool has_masks = result.run && result.run->evaluation.truth_kind != "tracks";
+    for (const GroupKey& key : GroupsOf(result)) {
+      Folder& folder = folders[key];
+      ++folder.all;
+      folder.scored += result.run.has_value();
+      if (const Figure auc = MeanOf<&FrameScores::auc>(result)) folder.auc.push_back(*auc);
+      if (!has_masks) continue;
+      if (const Figure j = MeanOf<&FrameScores::iou>(result)) folder.j.push_back(*j);
+    }
   }
   std::string table =
       "| folder | profile | sequences | AUC, mean | AUC, least | J, mean | J, least |\n"

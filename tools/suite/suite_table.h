@@ -50,8 +50,8 @@ SuiteSummary SummariseSuite(const std::vector<SequenceResult>& results);
 
 std::string ToTable(const SequenceList& list, const std::vector<SequenceResult>& results,
                     const SuiteSummary& summary);
-// Markdown, a row a folder (the sequences' group) and profile: mean and least over all its
-// sequences of the AUC (mean over frames), and of J, the mean over frames of the IoU at the
+// Markdown, a row a folder (the sequences' group, and "all") and profile: mean and least over all
+// its sequences of the AUC (mean over frames), and of J, the mean over frames of the IoU at the
 // declared threshold, where the truth is masks.
 std::string ToMarkdown(const std::vector<SequenceResult>& results);
 std::string ToCsv(const std::vector<SequenceResult>& results);

@@ -84,6 +84,7 @@ TEST(ToMarkdown, MeanAndLeastOverAllSequencesOfAFolder) {
       ToMarkdown({Result("a", "one", 10, 10), Result("a", "two", 10, 5), tracks, failed});
   // Five of ten movers above all static pixels, five level with them: (5 + 5 / 2) / 10.
   EXPECT_THAT(table, HasSubstr("| a | default | 2 of 2 | 0.875 | 0.750 | 0.750 | 0.500 |\n"));
+  EXPECT_THAT(table, HasSubstr("| all | default | 3 of 4 | 0.917 | 0.750 | 0.750 | 0.500 |\n"));
   EXPECT_THAT(table, HasSubstr("| b | default | 1 of 2 | 1.000 | 1.000 | - | - |\n"));
 }
 
