@@ -20,7 +20,6 @@
 #include "vision/labelling/pair_motions.h"
 #include "vision/labelling/place_labels.h"
 #include "vision/labelling/stopwatch.h"
-#include "vision/trajectory/focal_posterior.h"
 #include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
@@ -126,6 +125,9 @@ class FrameLabeller::Implementation {
   // The same by two_view_motion.h; `world` is what it found.
   MotionModel FindCalibratedMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
                                    TwoViewMotion& world, LabelledFrame& result);
+  bool IsCalibrated() const {
+    return options_.motion_model == MotionModelChoice::kCalibrated && options_.focal_ratio > 0.0;
+  }
   Pinhole Camera(cv::Size size) const;
   void ObserveGap(const MotionModel& model, int gap);
   // What the next pair is predicted from: nothing, where the motion is not to be believed.
@@ -136,8 +138,7 @@ class FrameLabeller::Implementation {
   std::deque<std::shared_ptr<const ExtractedFrame>> history_;  // at most frame_gap, oldest first
   MixtureState mixture_;
   GapState gap_;
-  MotionField motion_;  // of the last pair
-  FocalPosterior focal_;
+  MotionField motion_;        // of the last pair
   PairMotions pair_motions_;  // no state: what it holds can be computed again
   // Its last picture is that of the history's last frame. Not used where !gathers_.
   EvidenceLabeller evidence_;
@@ -191,7 +192,6 @@ std::string FrameLabeller::Implementation::state() const {
   state.mixture = mixture_;
   state.gap = gap_;
   state.motion = motion_;
-  state.focal = focal_;
   state.evidence = evidence_.state();
   return ToBytes(state);
 }
@@ -202,7 +202,6 @@ absl::Status FrameLabeller::Implementation::Restore(absl::string_view bytes) {
   mixture_ = state.mixture;
   gap_ = state.gap;
   motion_ = std::move(state.motion);
-  focal_ = state.focal;
   history_.clear();
   pair_motions_ = PairMotions(GridOptionsOf(options_));
   return absl::OkStatus();
@@ -291,8 +290,7 @@ absl::StatusOr<MotionModel> FrameLabeller::Implementation::FindMotion(
 }
 
 Pinhole FrameLabeller::Implementation::Camera(cv::Size size) const {
-  const double ratio = options_.focal_ratio > 0.0 ? options_.focal_ratio : focal_.Estimate();
-  return Pinhole::Of(size, ratio * std::max(size.width, size.height));
+  return Pinhole::Of(size, options_.focal_ratio * std::max(size.width, size.height));
 }
 
 MotionModel FrameLabeller::Implementation::FindCalibratedMotion(const std::vector<PointPair>& pairs,
@@ -316,8 +314,6 @@ MotionModel FrameLabeller::Implementation::FindCalibratedMotion(const std::vecto
       model.reason = absl::StrFormat("the camera's motion explains %.0f %% of the places",
                                      100.0 * world.static_share);
     }
-    if (options_.focal_ratio == 0.0)
-      focal_.Observe(pairs, camera, world, result.labelled.image.size());
   }
   result.times.geometry_milliseconds = watch.LapMilliseconds();
   result.motion_model = model.kind;
@@ -331,7 +327,8 @@ MotionModel FrameLabeller::Implementation::FindCalibratedMotion(const std::vecto
 
 void FrameLabeller::Implementation::ObserveGap(const MotionModel& model, int gap) {
   if (options_.frame_gap > 0 || !model.trusted) return;
-  ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap, gap_);
+  ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap,
+                  IsCalibrated() ? kCalibratedGap : kSelectedModelGap, gap_);
 }
 
 void FrameLabeller::Implementation::KeepMotion(const FramePairs& pairs, int pictures, cv::Size size,
@@ -373,8 +370,7 @@ absl::StatusOr<Outlook> FrameLabeller::Implementation::LookAhead(const Extracted
     }
   }
   Outlook outlook;
-  if (pictures.size() < 2 || options_.motion_model != MotionModelChoice::kCalibrated ||
-      options_.features == FeatureSource::kSiftCorners) {
+  if (pictures.size() < 2 || !IsCalibrated() || options_.features == FeatureSource::kSiftCorners) {
     return outlook;
   }
   EGOSIEVE_ASSIGN_OR_RETURN(outlook.links, pair_motions_.Follow(pictures));
@@ -399,8 +395,7 @@ absl::StatusOr<View> FrameLabeller::Implementation::LookAt(const PairMotions::Pi
 absl::StatusOr<View> FrameLabeller::Implementation::LookBack(const ExtractedFrame& before,
                                                              const ExtractedFrame& frame,
                                                              const Pinhole& camera) {
-  if (options_.motion_model != MotionModelChoice::kCalibrated ||
-      options_.features == FeatureSource::kSiftCorners) {
+  if (!IsCalibrated() || options_.features == FeatureSource::kSiftCorners) {
     return View();
   }
   EGOSIEVE_ASSIGN_OR_RETURN(View view, LookAt({&before, &frame}, camera));
@@ -473,7 +468,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   }
   MotionModel model;
   TwoViewMotion world;
-  if (options_.motion_model == MotionModelChoice::kCalibrated) {
+  if (IsCalibrated()) {
     model = FindCalibratedMotion(geometry, camera, world, result);
   } else {
     EGOSIEVE_ASSIGN_OR_RETURN(model, FindMotion(geometry, frame.frame.index, result));

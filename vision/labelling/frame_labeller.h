@@ -58,10 +58,10 @@ enum class LabelledSide { kFirstFrame, kCurrentFrame };
 
 struct FrameLabellerOptions {
   FeatureSource features = FeatureSource::kAuto;
-  // kCalibrated: kAuto where `evidence` is the epipolar distance alone.
+  // kCalibrated is kAuto where focal_ratio is not known or `evidence` is the epipolar distance
+  // alone.
   MotionModelChoice motion_model = MotionModelChoice::kCalibrated;
-  // Focal length over the image's longer side; 0: learnt (focal_posterior.h). Read where
-  // motion_model is kCalibrated.
+  // Focal length over the image's longer side (drive_camera.h); 0: not known.
   double focal_ratio = 0.0;
   LabelRule label_rule = LabelRule::kScaledMedian;  // read where `evidence` is epipolar alone
   EvidenceTerms evidence;                           // needs LabelledSide::kCurrentFrame else

@@ -12,7 +12,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr uint64_t kMagic = 0x3430'6c62'616c'6765;  // "egalbl04"
+constexpr uint64_t kMagic = 0x3330'6c62'616c'6765;  // "egalbl03"
 
 // One walk over the state serves both ways: Writer appends, Reader takes.
 class Writer {
@@ -185,7 +185,6 @@ void Walk(Archive& archive, State& state) {
   archive.Flag(state.gap.has_parallax);
   archive.Plain(state.gap.log_parallax);
   WalkMotion(archive, state.motion);
-  archive.Block(state.focal.log_weights.data(), state.focal.log_weights.size());
   archive.Plain(state.evidence.picture);
   if (!archive.Count(state.evidence.frame_indices, sizeof(int64_t))) return;
   archive.Block(state.evidence.frame_indices.data(), state.evidence.frame_indices.size());
@@ -204,13 +203,11 @@ bool IsSensible(const MotionField& motion) {
 bool IsSensible(const LabellerState& state) {
   const MixtureState& mixture = state.mixture;
   const auto& indices = state.evidence.frame_indices;
-  const auto& focal = state.focal.log_weights;
-  return IsSensible(state.motion) &&
-         std::all_of(focal.begin(), focal.end(), [](double w) { return std::isfinite(w); }) &&
-         mixture.noise_pixels >= 0 && std::isfinite(mixture.noise_pixels) &&
-         mixture.dynamic_share >= 0 && mixture.dynamic_share <= 1 &&
-         std::isfinite(state.gap.log_parallax) && state.gap.gap >= 1 && state.gap.gap <= 100 &&
-         indices.size() <= kTrackHistory && std::is_sorted(indices.begin(), indices.end());
+  return IsSensible(state.motion) && mixture.noise_pixels >= 0 &&
+         std::isfinite(mixture.noise_pixels) && mixture.dynamic_share >= 0 &&
+         mixture.dynamic_share <= 1 && std::isfinite(state.gap.log_parallax) &&
+         state.gap.gap >= 1 && state.gap.gap <= 100 && indices.size() <= kTrackHistory &&
+         std::is_sorted(indices.begin(), indices.end());
 }
 
 }  // namespace

@@ -10,9 +10,13 @@ namespace {
 constexpr int kLongest = 5;
 
 // What the gap settles at where a picture brings so much parallax.
+void Observe(double parallax_pixels, int gap, int longest, GapState& state) {
+  ObserveParallax(parallax_pixels, gap, longest, kCalibratedGap, state);
+}
+
 int SettledGap(double pixels_a_picture, GapState state = {}) {
   for (int t = 0; t < 60; ++t) {
-    ObserveParallax(pixels_a_picture * state.gap, state.gap, kLongest, state);
+    Observe(pixels_a_picture * state.gap, state.gap, kLongest, state);
   }
   return state.gap;
 }
@@ -28,13 +32,24 @@ TEST(GapChoice, LessParallaxMakesItLonger) {
   EXPECT_EQ(SettledGap(0.0), kLongest);  // standing
 }
 
+// Of a model that is selected, less than 0.35 px of parallax is none.
+TEST(GapChoice, SelectedModelsGainNothingWithoutParallax) {
+  for (const double pixels : {0.2, 0.0}) {
+    GapState state;
+    for (int t = 0; t < 60; ++t) {
+      ObserveParallax(pixels * state.gap, state.gap, kLongest, kSelectedModelGap, state);
+    }
+    EXPECT_EQ(state.gap, 1) << pixels;
+  }
+}
+
 TEST(GapChoice, StaysWhereItIsNearABorder) {
   GapState state;
-  for (int t = 0; t < 60; ++t) ObserveParallax(1.5 * state.gap, state.gap, kLongest, state);
+  for (int t = 0; t < 60; ++t) Observe(1.5 * state.gap, state.gap, kLongest, state);
   ASSERT_EQ(state.gap, 2);
   // 3 / p is 1.9 and 2.2 in turn.
   for (int t = 0; t < 20; ++t) {
-    ObserveParallax((t % 2 == 0 ? 1.58 : 1.36) * state.gap, state.gap, kLongest, state);
+    Observe((t % 2 == 0 ? 1.58 : 1.36) * state.gap, state.gap, kLongest, state);
     EXPECT_EQ(state.gap, 2) << t;
   }
   EXPECT_EQ(SettledGap(6.0, state), 1);
@@ -42,12 +57,12 @@ TEST(GapChoice, StaysWhereItIsNearABorder) {
 
 TEST(GapChoice, NonsenseChangesNothing) {
   GapState state;
-  ObserveParallax(3.0, 3, kLongest, state);
+  Observe(3.0, 3, kLongest, state);
   const GapState before = state;
-  ObserveParallax(std::nan(""), 1, kLongest, state);
-  ObserveParallax(INFINITY, 1, kLongest, state);
-  ObserveParallax(-1.0, 1, kLongest, state);
-  ObserveParallax(1.0, 0, kLongest, state);
+  Observe(std::nan(""), 1, kLongest, state);
+  Observe(INFINITY, 1, kLongest, state);
+  Observe(-1.0, 1, kLongest, state);
+  Observe(1.0, 0, kLongest, state);
   EXPECT_EQ(state.gap, before.gap);
   EXPECT_EQ(state.log_parallax, before.log_parallax);
 }
