@@ -71,7 +71,7 @@ TEST(Chain, FromNothingToAReport) {
   EXPECT_GT(fs::file_size(run + "/overlay.mp4"), 1000u);
   EXPECT_GT(fs::file_size(run + "/report.html"), 100000u);
   EXPECT_THAT(RunProgram({"evaluate", run, "--truth=" + root + "/drive/masks"}).out,
-              ContainsRegex("pooled AUC 0\\.[0-9]+ over 9 frames\n$"));
+              ContainsRegex("pooled AUC 0\\.[0-9]+ over 10 frames\n$"));
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(run)) {
     EXPECT_NE(entry.path().extension(), ".tmp") << entry.path();
   }
