@@ -132,8 +132,7 @@ class SegmentCommand : public Command {
   };
 
   // A first pass over the drive, where the focal length is asked for and not given.
-  absl::Status LearnCamera(vision::FrameSource& frames,
-                           vision::FrameLabellerOptions& labeller) const {
+  absl::Status LearnCamera(vision::FrameSource& frames, vision::FrameLabellerOptions& labeller) {
     if (labeller.motion_model != vision::MotionModelChoice::kCalibrated ||
         labeller.focal_ratio > 0.0) {
       return absl::OkStatus();
@@ -144,6 +143,7 @@ class SegmentCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const vision::DriveCamera camera,
                               vision::LearnDriveCamera(frames, options));
     labeller.focal_ratio = camera.focal_ratio;
+    learns_camera_ = true;
     return absl::OkStatus();
   }
 
@@ -267,6 +267,8 @@ class SegmentCommand : public Command {
     RunDescription description;
     description.version = kVersion;
     description.flags = DescribeOptions(options);
+    // What the first pass learnt follows from the input.
+    if (learns_camera_) description.flags["focal_ratio"] = "learnt";
     description.flags["from"] = absl::StrCat(range_.from);
     description.flags["checkpoint_every"] = absl::StrCat(checkpoint_every_);
     description.flags["every"] = absl::StrCat(every_);
@@ -368,6 +370,7 @@ class SegmentCommand : public Command {
   std::string input_, directory_;
   bool overwrite_ = false;
   bool resume_ = false;
+  bool learns_camera_ = false;  // the focal length is that of a first pass
   int64_t checkpoint_every_ = 25;
   SegmentFlags flags_;
   MethodFlag method_;

@@ -183,7 +183,9 @@ absl::StatusOr<MotionModel> EstimateMotionModel(const std::vector<PointPair>& pa
   MotionModel model;
   model.pair_count = static_cast<int64_t>(pairs.size());
   std::vector<Candidate> candidates;
-  if (options.choice == MotionModelChoice::kAuto && !pairs.empty()) {
+  const bool is_auto = options.choice == MotionModelChoice::kAuto ||
+                       options.choice == MotionModelChoice::kCalibrated;
+  if (is_auto && !pairs.empty()) {
     candidates.push_back(
         MakeCandidate(MotionModelKind::kStatic, Eigen::Matrix3d::Identity(), pairs));
   }

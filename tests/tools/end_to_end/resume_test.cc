@@ -202,14 +202,19 @@ TEST_F(Resume, WithTheFrameGapThatItChose) {
           .code,
       0);
   fs::rename(root_ + "/street/frames", root_ + "/frames");
-  ASSERT_EQ(RunProgram(Arguments(whole_, {"--frame_gap=auto", "--overwrite"})).code, 0);
+  ASSERT_EQ(
+      RunProgram(Arguments(whole_, {"--frame_gap=auto", "--motion_model=auto", "--overwrite"}))
+          .code,
+      0);
   const std::vector<FrameLine> lines = *RunFolder::Open(whole_)->ReadLines();
   ASSERT_EQ(lines.size(), static_cast<size_t>(kFrames));
   std::set<int64_t> late_gaps;
   for (size_t i = 9; i < lines.size(); ++i) late_gaps.insert(lines[i].frame_gap);
   ASSERT_GE(late_gaps.size(), 2u) << "the gap stays, and shows nothing";
   const auto resume = [&] {
-    EXPECT_EQ(RunProgram(Arguments(run_, {"--frame_gap=auto", "--resume"})).code, 0);
+    EXPECT_EQ(
+        RunProgram(Arguments(run_, {"--frame_gap=auto", "--motion_model=auto", "--resume"})).code,
+        0);
     return CompareRuns(whole_, run_);
   };
   for (const int frame : {12, 14, 17}) {

@@ -225,11 +225,14 @@ class Model : public Predictor<ModelCalls> {
     std::string bytes;
     CheckUnlocked([&] {
       egosieve_status status = call(nullptr, 0, &size);
-      if (status != EGOSIEVE_OK) return status;
-      do {
+      while (status == EGOSIEVE_OK) {
         bytes.resize(size);
         status = call(bytes.data(), static_cast<int64_t>(bytes.size()), &size);
-      } while (status != EGOSIEVE_OK && size > static_cast<int64_t>(bytes.size()));
+        if (status == EGOSIEVE_OK) break;
+        const egosieve_status asked = call(nullptr, 0, &size);
+        if (asked != EGOSIEVE_OK || size <= static_cast<int64_t>(bytes.size())) return status;
+        status = asked;
+      }
       return status;
     });
     bytes.resize(size);
