@@ -223,8 +223,8 @@ TEST_F(Resume, WithTheFrameGapThatItChose) {
   }
   for (const int signal : {SIGKILL, SIGTERM}) {
     fs::remove_all(run_);
-    const pid_t process =
-        StartProgram(Arguments(run_, {"--frame_gap=auto"}), root_ + "/out.txt", root_ + "/err.txt");
+    const pid_t process = StartProgram(Arguments(run_, {"--frame_gap=auto", "--motion_model=auto"}),
+                                       root_ + "/out.txt", root_ + "/err.txt");
     WaitForLines(9);
     kill(process, signal);
     const int code = WaitForProgram(process);
