@@ -284,7 +284,7 @@ TEST_F(Resume, AFullDiskIsSaidAndTheRunGoesOnOnceThereIsRoom) {
   const pid_t process = fork();
   if (process == 0) {
     signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{6000, 6000};
+    const rlimit limit{100000, 100000};  // above what PoCL compiles, below a checkpoint
     setrlimit(RLIMIT_FSIZE, &limit);
     const pid_t program = StartProgram(Arguments(run_), root_ + "/out.txt", root_ + "/err.txt");
     _exit(WaitForProgram(program));

@@ -165,7 +165,7 @@ TEST(ReconstructCommand, SaysWhatIsWrong) {
   std::filesystem::remove(run.folder.FrameFile("grid", 2, ".prob.png"));
   const CommandOutcome missing = RunCommandForTest(MakeReconstructCommand(), {run.folder.path()});
   EXPECT_EQ(missing.code, 3);
-  EXPECT_THAT(missing.err, HasSubstr("000002.prob.png"));
+  EXPECT_THAT(missing.err, HasSubstr("the map of frame 2 in"));
 }
 
 }  // namespace
