@@ -3,8 +3,8 @@
 //
 //   std::bad_alloc, std::length_error, and
 //   whatever tells of insufficient memory     ResourceExhausted
-//   std::system_error                         Unavailable: a thread or another resource of the
-//   system any other                                 Internal, with its text
+//   std::system_error                         Unavailable: a thread or another system resource
+//   any other                                 Internal, with its text
 #ifndef EGOSIEVE_KERNELS_BASE_EXCEPTION_STATUS_H_
 #define EGOSIEVE_KERNELS_BASE_EXCEPTION_STATUS_H_
 

@@ -32,8 +32,8 @@
 #include "tools/segment/method_flag.h"
 #include "tools/segment/method_run.h"
 #include "tools/segment/resume.h"
+#include "tools/segment/run_camera.h"
 #include "tools/segment/segment_flags.h"
-#include "vision/labelling/drive_camera.h"
 #include "vision/segmentation/segmentation_pipeline.h"
 
 namespace egosieve::tools {
@@ -103,18 +103,19 @@ class SegmentCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(options.Validate());
     EGOSIEVE_RETURN_IF_ERROR(method_.CheckWith(resume_, every_ > 1 || learn_only_));
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(input_, range_.from, source_));
-    EGOSIEVE_RETURN_IF_ERROR(LearnCamera(*input.frames, options.labeller));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     if (overwrite_) EGOSIEVE_RETURN_IF_ERROR(CheckApart(directory_, input.frames->files()));
     if (InterruptionRequested()) {
       return absl::CancelledError("interrupted; nothing was written");
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<FolderLock> lock, LockFolder());
-    if (method_.is_rival()) return SegmentByRival(input, device, options);
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<RunFolder> created, CreateUnlessResumed());
+    EGOSIEVE_RETURN_IF_ERROR(FindCamera(input, options.labeller));
+    if (method_.is_rival()) return SegmentByRival(input, device, options, *created);
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<vision::OnlineSegmenter> segmenter,
                               vision::OnlineSegmenter::Create(device.context, options));
-    EGOSIEVE_ASSIGN_OR_RETURN(Beginning beginning,
-                              Begin(Describe(input, device.info, options), input, *segmenter));
+    EGOSIEVE_ASSIGN_OR_RETURN(Beginning beginning, Begin(Describe(input, device.info, options),
+                                                         created, input, *segmenter));
     if (!beginning.writer) {
       std::cout << directory_ << " holds the whole run already\n";
       return Judge(beginning.counts, beginning.warning, input);
@@ -131,19 +132,19 @@ class SegmentCommand : public Command {
     std::string warning;  // of the input's end
   };
 
-  // A first pass over the drive, where the focal length is asked for and not given.
-  absl::Status LearnCamera(vision::FrameSource& frames, vision::FrameLabellerOptions& labeller) {
-    if (labeller.motion_model != vision::MotionModelChoice::kCalibrated ||
-        labeller.focal_ratio > 0.0) {
-      return absl::OkStatus();
+  // The focal length, where it is asked for and not given: the run's that goes on, else that of a
+  // first pass over the drive.
+  absl::Status FindCamera(const DriveInput& input, vision::FrameLabellerOptions& labeller) {
+    if (!labeller.WantsCamera() || labeller.IsCalibrated()) return absl::OkStatus();
+    if (resume_) {
+      EGOSIEVE_ASSIGN_OR_RETURN(camera_, ReadRunCamera(directory_));
     }
-    vision::DriveCameraOptions options;
-    options.first_frame = range_.from;
-    options.equalization = labeller.equalization;
-    EGOSIEVE_ASSIGN_OR_RETURN(const vision::DriveCamera camera,
-                              vision::LearnDriveCamera(frames, options));
-    labeller.focal_ratio = camera.focal_ratio;
-    learns_camera_ = true;
+    if (!camera_) {
+      EGOSIEVE_ASSIGN_OR_RETURN(camera_,
+                                LearnRunCamera(*input.frames, range_.from, input.width_pixels,
+                                               input.height_pixels, labeller.equalization));
+    }
+    labeller.focal_ratio = camera_->focal_ratio;
     return absl::OkStatus();
   }
 
@@ -156,15 +157,21 @@ class SegmentCommand : public Command {
     return std::optional<FolderLock>(std::move(lock));
   }
 
+  // Nothing where --resume finds a run.
+  absl::StatusOr<std::optional<RunFolder>> CreateUnlessResumed() const {
+    if (resume_ && RunFolder::Open(directory_).ok()) return std::optional<RunFolder>();
+    EGOSIEVE_ASSIGN_OR_RETURN(RunFolder folder, RunFolder::Create(directory_, overwrite_));
+    return std::make_optional(std::move(folder));
+  }
+
   // A new run folder, or where --resume finds one the state in which it was left.
-  absl::StatusOr<Beginning> Begin(RunDescription description, DriveInput& input,
+  absl::StatusOr<Beginning> Begin(RunDescription description,
+                                  const std::optional<RunFolder>& created, DriveInput& input,
                                   vision::OnlineSegmenter& segmenter) const {
     Beginning beginning;
     beginning.first_frame = range_.from;
-    if (!resume_ || !RunFolder::Open(directory_).ok()) {
-      EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Create(directory_, overwrite_));
-      EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer,
-                                DriveWriter::Start(folder, description, WriterOptions()));
+    if (created) {
+      EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer, Start(*created, description));
       return beginning;
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
@@ -194,7 +201,17 @@ class SegmentCommand : public Command {
     beginning.first_frame = point.next_frame;
     EGOSIEVE_ASSIGN_OR_RETURN(
         beginning.writer, DriveWriter::Continue(folder, description, point.lines, WriterOptions()));
+    // A kill may have come before it was written.
+    if (camera_) EGOSIEVE_RETURN_IF_ERROR(WriteRunCamera(directory_, *camera_));
     return beginning;
+  }
+
+  absl::StatusOr<DriveWriter> Start(const RunFolder& folder,
+                                    const RunDescription& description) const {
+    EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer,
+                              DriveWriter::Start(folder, description, WriterOptions()));
+    if (camera_) EGOSIEVE_RETURN_IF_ERROR(WriteRunCamera(directory_, *camera_));
+    return writer;
   }
 
   // What killed programs left. Maps may be in other programs' hands, which keep theirs locked.
@@ -225,15 +242,14 @@ class SegmentCommand : public Command {
   }
 
   absl::StatusOr<ExitCode> SegmentByRival(const DriveInput& input, const OpenedDevice& device,
-                                          const vision::OnlineSegmenterOptions& options) const {
+                                          const vision::OnlineSegmenterOptions& options,
+                                          const RunFolder& folder) const {
     EGOSIEVE_ASSIGN_OR_RETURN(
         std::unique_ptr<vision::MethodSegmenter> segmenter,
         vision::MethodSegmenter::Create(device.context, options, {method_.name()}));
-    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Create(directory_, overwrite_));
     RunDescription description = Describe(input, device.info, options);
     description.flags["method"] = method_.name();
-    EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer,
-                              DriveWriter::Start(folder, description, WriterOptions()));
+    EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer, Start(folder, description));
     vision::PipelineOptions pipeline = MakePipeline(1, range_.from);
     pipeline.checkpoint_interval = 0;
     return WriteAll(input, pipeline, writer, [&](const vision::SegmentedFrameSink& sink) {
@@ -267,8 +283,7 @@ class SegmentCommand : public Command {
     RunDescription description;
     description.version = kVersion;
     description.flags = DescribeOptions(options);
-    // What the first pass learnt follows from the input.
-    if (learns_camera_) description.flags["focal_ratio"] = "learnt";
+    if (camera_) description.flags["focal_ratio"] = "learnt";  // from the input
     description.flags["from"] = absl::StrCat(range_.from);
     description.flags["checkpoint_every"] = absl::StrCat(checkpoint_every_);
     description.flags["every"] = absl::StrCat(every_);
@@ -370,7 +385,7 @@ class SegmentCommand : public Command {
   std::string input_, directory_;
   bool overwrite_ = false;
   bool resume_ = false;
-  bool learns_camera_ = false;  // the focal length is that of a first pass
+  std::optional<RunCamera> camera_;  // where its focal length was not given
   int64_t checkpoint_every_ = 25;
   SegmentFlags flags_;
   MethodFlag method_;

@@ -177,15 +177,18 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
   };
   double noise = scale(motion.matrix);
   if (motion.kind == MotionModelKind::kFundamental) {
-    motion.pose = frame.world
-                      ? PoseOf(*frame.world, motion.camera)
-                      : EstimateRelativePose(pairs, motion.matrix, motion.camera, options_.pose);
-    const Eigen::Matrix3d of_pose = FundamentalOfPose(motion.pose, motion.camera);
-    const double pose_noise = scale(of_pose);
-    motion.pose_line = motion.pose.found() && pose_noise <= kPoseExplains * noise;
-    if (motion.pose_line) {
-      motion.matrix = of_pose;
-      noise = pose_noise;
+    if (frame.world) {
+      motion.pose = PoseOf(*frame.world);
+      motion.pose_line = motion.pose.found();
+    } else {
+      motion.pose = EstimateRelativePose(pairs, motion.matrix, motion.camera, options_.pose);
+      const Eigen::Matrix3d of_pose = FundamentalOfPose(motion.pose, motion.camera);
+      const double pose_noise = scale(of_pose);
+      motion.pose_line = motion.pose.found() && pose_noise <= kPoseExplains * noise;
+      if (motion.pose_line) {
+        motion.matrix = of_pose;
+        noise = pose_noise;
+      }
     }
     const auto past = std::find_if(next.poses.begin(), next.poses.end(), [&](const auto& pose) {
       return pose.index == frame.index - frame.gap && pose.gap == frame.gap;

@@ -58,6 +58,9 @@ struct FlowPair {
 absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second,
                                      FlowQuality quality);
 
+// Of the textured points of a grid, those that flow must follow for it to hold between two pictures.
+inline constexpr double kFlowSuffices = 0.35;
+
 struct TrackedGrid {
   std::vector<PointPair> pairs;      // row by row of the grid
   std::vector<uint8_t> is_textured;  // one a pair

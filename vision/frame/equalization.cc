@@ -46,4 +46,10 @@ cv::Mat EqualizeLuminance(const cv::Mat& image, const EqualizationOptions& optio
   return result;
 }
 
+cv::Mat EqualizedGrey(const cv::Mat& image, const EqualizationOptions& options) {
+  cv::Mat grey;
+  cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+  return EqualizeLuminance(grey, options);
+}
+
 }  // namespace egosieve::vision

@@ -28,6 +28,9 @@ struct EqualizationOptions {
 // itself. `options` must be valid.
 cv::Mat EqualizeLuminance(const cv::Mat& image, const EqualizationOptions& options);
 
+// The luminance of a CV_8UC3 image, equalised; CV_8UC1.
+cv::Mat EqualizedGrey(const cv::Mat& image, const EqualizationOptions& options);
+
 }  // namespace egosieve::vision
 
 #endif  // EGOSIEVE_VISION_FRAME_EQUALIZATION_H_

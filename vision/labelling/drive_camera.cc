@@ -1,7 +1,7 @@
 #include "vision/labelling/drive_camera.h"
 
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -41,12 +41,8 @@ absl::StatusOr<std::optional<PicturePair>> ReadPair(FrameSource& source,
     }
     if (frame->image.size() != first->image.size()) return std::nullopt;
     if (frame->time_seconds - first->time_seconds < kPairSeconds && k < kLongestPair) continue;
-    const auto grey = [&](const cv::Mat& image) {
-      cv::Mat picture;
-      cv::cvtColor(image, picture, cv::COLOR_BGR2GRAY);
-      return EqualizeLuminance(picture, equalization);
-    };
-    return PicturePair{grey(first->image), grey(frame->image)};
+    return PicturePair{EqualizedGrey(first->image, equalization),
+                       EqualizedGrey(frame->image, equalization)};
   }
   return std::nullopt;
 }

@@ -1,8 +1,7 @@
 // The camera of a recorded drive, learnt in a first pass over some of its pictures.
 //
-// Pairs of pictures about kPairSeconds apart, spread over the drive, tell the focal length
-// (focal_posterior.h). A recording can be read twice; a live camera begins with the prior and
-// learns on the way.
+// Pairs of pictures about 0.08 s apart, spread over the drive, tell the focal length
+// (focal_posterior.h). A recording can be read twice, a live camera cannot.
 #ifndef EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
 #define EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
 

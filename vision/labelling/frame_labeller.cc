@@ -1,10 +1,9 @@
 #include "vision/labelling/frame_labeller.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core.hpp>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -16,6 +15,7 @@
 #include "vision/labelling/gap_choice.h"
 #include "vision/labelling/label_rule.h"
 #include "vision/labelling/labeller_state.h"
+#include "vision/labelling/outlook.h"
 #include "vision/labelling/pair_builder.h"
 #include "vision/labelling/pair_motions.h"
 #include "vision/labelling/place_labels.h"
@@ -26,28 +26,11 @@ namespace egosieve::vision {
 namespace {
 
 constexpr uint64_t kGeometryStep = 1;
-constexpr double kStillPixels = 0.25;
-constexpr double kLeastStaticShare = 0.3;
-// Of the textured places, those that the pictures ahead must hold for one scene.
-constexpr double kLeastFollowedShare = 0.35;
 constexpr int kNoGap = 1 << 20;  // pictures that no track reaches back
-
-bool SamePixels(const cv::Mat& a, const cv::Mat& b) {
-  return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
-}
 
 void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& result) {
   result.outcome = outcome;
   result.reason = std::move(reason);
-}
-
-// A camera stands where its rotation moves the image by less than kStillPixels and nothing shows
-// parallax.
-MotionModelKind KindOf(const TwoViewMotion& motion, const Pinhole& camera) {
-  if (motion.HasParallax()) return MotionModelKind::kFundamental;
-  const double angle = Eigen::AngleAxisd(motion.rotation).angle();
-  return angle * camera.focal_pixels < kStillPixels ? MotionModelKind::kStatic
-                                                    : MotionModelKind::kHomography;
 }
 
 cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
@@ -58,21 +41,18 @@ cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
   return result;
 }
 
+void RecordMotion(const MotionModel& model, LabelledFrame& result) {
+  result.motion_model = model.kind;
+  result.motion_matrix = ToMatx(model.matrix);
+  result.rejected_model = model.rejected_kind;
+  result.rejected_matrix = ToMatx(model.rejected_matrix);
+  result.motion_trusted = model.trusted;
+  result.parallax_pixels = model.parallax_pixels;
+  result.inlier_count = model.inlier_count;
+  if (!model.trusted) SetOutcome(LabelOutcome::kUntrustedMotion, model.reason, result);
+}
+
 }  // namespace
-
-// Another picture, and the camera's motion from the labelled one to it; no frame: not to be used.
-struct View {
-  const ExtractedFrame* frame = nullptr;
-  TwoViewMotion motion;
-};
-
-// What the pictures ahead say of a frame; `near` is not used where it is the same as `far`.
-struct Outlook {
-  GridLinks links;
-  View near, far;
-
-  bool empty() const { return near.frame == nullptr && far.frame == nullptr; }
-};
 
 class FrameLabeller::Implementation {
  public:
@@ -80,8 +60,8 @@ class FrameLabeller::Implementation {
 
   Implementation(const FrameLabellerOptions& options, EvidenceLabeller evidence)
       : options_(options),
-        pair_motions_(GridOptionsOf(options)),
         gathers_(!options.evidence.IsEpipolarAlone()),
+        pair_motions_(GridOptionsOf(options)),
         evidence_(std::move(evidence)) {}
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
@@ -113,21 +93,12 @@ class FrameLabeller::Implementation {
   // From the pictures ahead alone; the outcome stays as it is where they say nothing.
   absl::Status LabelFromAhead(const ExtractedFrame& frame, const Pictures& ahead,
                               LabelledFrame& result);
-  absl::StatusOr<View> LookAt(const PairMotions::Pictures& pictures, const Pinhole& camera);
-  absl::StatusOr<View> LookBack(const ExtractedFrame& before, const ExtractedFrame& frame,
-                                const Pinhole& camera);
-  absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame, const Pictures& ahead, int gap,
-                                    const Pinhole& camera);
   // Whether there is enough to go on; else the outcome is set.
   bool IsEnough(const FramePairs& pairs, LabelledFrame& result) const;
   absl::StatusOr<MotionModel> FindMotion(const std::vector<PointPair>& pairs, int64_t frame_index,
                                          LabelledFrame& result) const;
-  // The same by two_view_motion.h; `world` is what it found.
-  MotionModel FindCalibratedMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
-                                   TwoViewMotion& world, LabelledFrame& result);
-  bool IsCalibrated() const {
-    return options_.motion_model == MotionModelChoice::kCalibrated && options_.focal_ratio > 0.0;
-  }
+  // Empty where the motion is not calibrated, or the grid of flow not used.
+  absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead, int gap);
   Pinhole Camera(cv::Size size) const;
   void ObserveGap(const MotionModel& model, int gap);
   // What the next pair is predicted from: nothing, where the motion is not to be believed.
@@ -153,9 +124,7 @@ absl::StatusOr<std::shared_ptr<const ExtractedFrame>> FrameLabeller::Implementat
   auto extracted = std::make_shared<ExtractedFrame>();
   Stopwatch watch;
   extracted->frame = frame;
-  cv::Mat grey;
-  cv::cvtColor(frame.image, grey, cv::COLOR_BGR2GRAY);
-  extracted->grey = EqualizeLuminance(grey, options_.equalization);
+  extracted->grey = EqualizedGrey(frame.image, options_.equalization);
   extracted->equalization_milliseconds = watch.LapMilliseconds();
   extracted->feature_options.count = options_.feature_count;
   extracted->feature_options.threads = options_.threads;
@@ -278,14 +247,7 @@ absl::StatusOr<MotionModel> FrameLabeller::Implementation::FindMotion(
   motion.seed = MixSeed(options_.seed, static_cast<uint64_t>(frame_index), kGeometryStep);
   EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, EstimateMotionModel(pairs, motion));
   result.times.geometry_milliseconds = watch.LapMilliseconds();
-  result.motion_model = model.kind;
-  result.motion_matrix = ToMatx(model.matrix);
-  result.rejected_model = model.rejected_kind;
-  result.rejected_matrix = ToMatx(model.rejected_matrix);
-  result.motion_trusted = model.trusted;
-  result.parallax_pixels = model.parallax_pixels;
-  result.inlier_count = model.inlier_count;
-  if (!model.trusted) SetOutcome(LabelOutcome::kUntrustedMotion, model.reason, result);
+  RecordMotion(model, result);
   return model;
 }
 
@@ -293,42 +255,10 @@ Pinhole FrameLabeller::Implementation::Camera(cv::Size size) const {
   return Pinhole::Of(size, options_.focal_ratio * std::max(size.width, size.height));
 }
 
-MotionModel FrameLabeller::Implementation::FindCalibratedMotion(const std::vector<PointPair>& pairs,
-                                                                const Pinhole& camera,
-                                                                TwoViewMotion& world,
-                                                                LabelledFrame& result) {
-  Stopwatch watch;
-  MotionModel model;
-  model.pair_count = static_cast<int64_t>(pairs.size());
-  world = EstimateTwoViewMotion(pairs, camera, {});
-  if (!world.found) {
-    model.reason = "too few places to tell the camera's motion from";
-  } else {
-    model.parallax_pixels = world.parallax_pixels;
-    model.inlier_count = std::llround(world.static_share * static_cast<double>(pairs.size()));
-    model.kind = KindOf(world, camera);
-    model.matrix =
-        world.HasParallax() ? FundamentalOf(world, camera) : RotationHomography(world, camera);
-    model.trusted = world.static_share >= kLeastStaticShare;
-    if (!model.trusted) {
-      model.reason = absl::StrFormat("the camera's motion explains %.0f %% of the places",
-                                     100.0 * world.static_share);
-    }
-  }
-  result.times.geometry_milliseconds = watch.LapMilliseconds();
-  result.motion_model = model.kind;
-  result.motion_matrix = ToMatx(model.matrix);
-  result.motion_trusted = model.trusted;
-  result.parallax_pixels = model.parallax_pixels;
-  result.inlier_count = model.inlier_count;
-  if (!model.trusted) SetOutcome(LabelOutcome::kUntrustedMotion, model.reason, result);
-  return model;
-}
-
 void FrameLabeller::Implementation::ObserveGap(const MotionModel& model, int gap) {
   if (options_.frame_gap > 0 || !model.trusted) return;
   ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap,
-                  IsCalibrated() ? kCalibratedGap : kSelectedModelGap, gap_);
+                  options_.IsCalibrated() ? kCalibratedGap : kSelectedModelGap, gap_);
 }
 
 void FrameLabeller::Implementation::KeepMotion(const FramePairs& pairs, int pictures, cv::Size size,
@@ -359,75 +289,31 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
   return absl::OkStatus();
 }
 
-absl::StatusOr<Outlook> FrameLabeller::Implementation::LookAhead(const ExtractedFrame& frame,
-                                                                 const Pictures& ahead, int gap,
-                                                                 const Pinhole& camera) {
-  std::vector<const ExtractedFrame*> pictures = {&frame};
-  for (const auto& picture : ahead) {
-    if (static_cast<int>(pictures.size()) > gap || picture->grey.size() != frame.grey.size()) break;
-    if (!SamePixels(picture->frame.image, pictures.back()->frame.image)) {
-      pictures.push_back(picture.get());
-    }
+absl::StatusOr<Outlook> FrameLabeller::Implementation::OutlookOf(const ExtractedFrame& frame,
+                                                                 const Pictures& ahead, int gap) {
+  if (!options_.IsCalibrated() || options_.features == FeatureSource::kSiftCorners) {
+    return Outlook();
   }
-  Outlook outlook;
-  if (pictures.size() < 2 || !IsCalibrated() || options_.features == FeatureSource::kSiftCorners) {
-    return outlook;
-  }
-  EGOSIEVE_ASSIGN_OR_RETURN(outlook.links, pair_motions_.Follow(pictures));
-  if (outlook.links.followed_share < kLeastFollowedShare) return outlook;
-  EGOSIEVE_ASSIGN_OR_RETURN(outlook.far, LookAt(pictures, camera));
-  if (pictures.size() > 2) {
-    EGOSIEVE_ASSIGN_OR_RETURN(outlook.near, LookAt({pictures[0], pictures[1]}, camera));
-  }
-  return outlook;
-}
-
-absl::StatusOr<View> FrameLabeller::Implementation::LookAt(const PairMotions::Pictures& pictures,
-                                                           const Pinhole& camera) {
-  View view;
-  EGOSIEVE_ASSIGN_OR_RETURN(view.motion, pair_motions_.Between(pictures, camera));
-  if (view.motion.found && view.motion.static_share >= kLeastStaticShare) {
-    view.frame = pictures.back();
-  }
-  return view;
-}
-
-absl::StatusOr<View> FrameLabeller::Implementation::LookBack(const ExtractedFrame& before,
-                                                             const ExtractedFrame& frame,
-                                                             const Pinhole& camera) {
-  if (!IsCalibrated() || options_.features == FeatureSource::kSiftCorners) {
-    return View();
-  }
-  EGOSIEVE_ASSIGN_OR_RETURN(View view, LookAt({&before, &frame}, camera));
-  if (view.frame == nullptr) return view;
-  view.frame = &before;
-  view.motion = Inverse(view.motion);
-  return view;
+  return LookAhead(frame, ahead, gap, Camera(frame.grey.size()), pair_motions_);
 }
 
 absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame& frame,
                                                            const Pictures& ahead,
                                                            LabelledFrame& result) {
-  const Pinhole camera = Camera(frame.grey.size());
-  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, LookAhead(frame, ahead, gap_.gap, camera));
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead, gap_.gap));
   if (outlook.empty()) return absl::OkStatus();
   Stopwatch watch;
   if (evidence_.last_frame_index() != frame.frame.index) evidence_.Begin(frame.frame.index);
   const std::vector<TrackedPoint> points = evidence_.Points(kNoGap, outlook.links);
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
-      evidence_.Judge(nullptr, frame, 1, MotionModel(), points, nullptr, camera,
+      evidence_.Judge(nullptr, frame, 1, MotionModel(), points, nullptr, Camera(frame.grey.size()),
                       {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
                        {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead}}));
   const View& view = outlook.far.frame != nullptr ? outlook.far : outlook.near;
   result.first_index = frame.frame.index;
   result.second_index = view.frame->frame.index;
-  result.motion_model = KindOf(view.motion, camera);
-  result.motion_matrix =
-      ToMatx(view.motion.HasParallax() ? FundamentalOf(view.motion, camera)
-                                       : RotationHomography(view.motion, camera));
-  result.motion_trusted = true;
-  result.parallax_pixels = view.motion.parallax_pixels;
+  RecordMotion(ModelOf(view.motion, Camera(frame.grey.size()), 0), result);
   result.reason.clear();
   LabelByEvidence(frame, points, MotionModel(), evidence, result);
   result.times.labelling_milliseconds += watch.LapMilliseconds();
@@ -455,10 +341,10 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   result.first_index = evidence_.FrameIndexBefore(gap);
   result.second_index = frame.frame.index;
   const Pinhole camera = Camera(frame.grey.size());
-  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, LookAhead(frame, ahead, gap, camera));
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead, gap));
   View behind;
-  if (gap > 1) {
-    EGOSIEVE_ASSIGN_OR_RETURN(behind, LookBack(before, frame, camera));
+  if (gap > 1 && options_.IsCalibrated() && options_.features != FeatureSource::kSiftCorners) {
+    EGOSIEVE_ASSIGN_OR_RETURN(behind, LookBack(before, frame, camera, pair_motions_));
   }
   const std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);
   std::vector<PointPair> geometry;
@@ -468,8 +354,12 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   }
   MotionModel model;
   TwoViewMotion world;
-  if (IsCalibrated()) {
-    model = FindCalibratedMotion(geometry, camera, world, result);
+  if (options_.IsCalibrated()) {
+    Stopwatch watch;
+    world = EstimateTwoViewMotion(geometry, camera, {});
+    model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
+    RecordMotion(model, result);
+    result.times.geometry_milliseconds = watch.LapMilliseconds();
   } else {
     EGOSIEVE_ASSIGN_OR_RETURN(model, FindMotion(geometry, frame.frame.index, result));
   }

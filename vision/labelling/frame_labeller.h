@@ -94,6 +94,13 @@ struct FrameLabellerOptions {
   int HistoryFrames() const { return frame_gap > 0 ? frame_gap : kLongestAutoGap; }
   static constexpr int kLongestAutoGap = 5;
 
+  // Whether the motion is that of two_view_motion.h.
+  bool IsCalibrated() const { return WantsCamera() && focal_ratio > 0.0; }
+  // Whether it would be, were the focal length known.
+  bool WantsCamera() const {
+    return motion_model == MotionModelChoice::kCalibrated && !evidence.IsEpipolarAlone();
+  }
+
   // InvalidArgument, naming field, value and rule.
   absl::Status Validate() const;
 };

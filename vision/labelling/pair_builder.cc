@@ -11,9 +11,6 @@
 namespace egosieve::vision {
 namespace {
 
-// With FeatureSource::kAuto: of the grid's textured points, those whose flow must hold for features
-// to be spared.
-constexpr double kFlowSuffices = 0.35;
 // Of the features, those that must agree with their neighbours for the windows to be in the right
 // place; elsewhere 0.006 do.
 constexpr double kWindowsSuffice = 0.05;

@@ -79,20 +79,29 @@ absl::StatusOr<GridLinks> PairMotions::Follow(const Pictures& pictures) {
   return links;
 }
 
-absl::StatusOr<TwoViewMotion> PairMotions::Between(const Pictures& pictures,
-                                                   const Pinhole& camera) {
-  Entry& entry = motions_[{pictures.front()->frame.index, pictures.back()->frame.index}];
-  if (entry.focal_pixels == camera.focal_pixels) return entry.motion;
-  EGOSIEVE_ASSIGN_OR_RETURN(const GridLinks links, Follow(pictures));
+TwoViewMotion PairMotions::Along(const ExtractedFrame& first, const ExtractedFrame& last,
+                                 const GridLinks& links, const std::vector<cv::Point2f>& places,
+                                 const Pinhole& camera) {
+  const auto [known, is_new] = motions_.try_emplace({first.frame.index, last.frame.index});
+  if (!is_new) return known->second;
   std::vector<PointPair> pairs;
-  for (size_t n = 0; n < links.far.size(); ++n) {
-    if (links.is_textured[n] == 0 || !IsKnown(links.far[n])) continue;
+  for (size_t n = 0; n < places.size(); ++n) {
+    if (links.is_textured[n] == 0 || !IsKnown(places[n])) continue;
     const cv::Point2f node =
         PlaceOfNode(static_cast<int>(n), links.nodes.width, options_.stride_pixels);
-    pairs.push_back({node.x, node.y, links.far[n].x, links.far[n].y});
+    pairs.push_back({node.x, node.y, places[n].x, places[n].y});
   }
-  entry = {camera.focal_pixels, EstimateTwoViewMotion(pairs, camera, {})};
-  return entry.motion;
+  known->second = EstimateTwoViewMotion(pairs, camera, {});
+  return known->second;
+}
+
+absl::StatusOr<TwoViewMotion> PairMotions::Between(const ExtractedFrame& first,
+                                                   const ExtractedFrame& second,
+                                                   const Pinhole& camera) {
+  const auto known = motions_.find({first.frame.index, second.frame.index});
+  if (known != motions_.end()) return known->second;
+  EGOSIEVE_ASSIGN_OR_RETURN(const GridLinks links, Follow({&first, &second}));
+  return Along(first, second, links, links.near, camera);
 }
 
 void PairMotions::Forget(int64_t index) {

@@ -6,8 +6,9 @@
 //
 // each step checked forward and backward as in flow_grid.h. The far end of a chain shows slow
 // motion, the near end follows what is small and fast; what a mover hides in the picture before is
-// seen in a later one. Flows and motions are computed once: what looks ahead to a picture is what
-// looks back from it. Nothing here is state: from the same pictures it comes out the same.
+// seen in a later one. Flows and motions are computed once, for one camera: what looks ahead to a
+// picture is what looks back from it. Nothing here is state: from the same pictures it comes out
+// the same.
 #ifndef EGOSIEVE_VISION_LABELLING_PAIR_MOTIONS_H_
 #define EGOSIEVE_VISION_LABELLING_PAIR_MOTIONS_H_
 
@@ -70,19 +71,21 @@ class PairMotions {
 
   // From the first of at least two pictures; empty where they are too small for flow.
   absl::StatusOr<GridLinks> Follow(const Pictures& pictures);
-  // From the first to the last; not found where too few places lead there.
-  absl::StatusOr<TwoViewMotion> Between(const Pictures& pictures, const Pinhole& camera);
+  // The camera's motion from `first` to `last`, where the textured nodes of `links` are at
+  // `places`; not found where too few are known.
+  TwoViewMotion Along(const ExtractedFrame& first, const ExtractedFrame& last,
+                      const GridLinks& links, const std::vector<cv::Point2f>& places,
+                      const Pinhole& camera);
+  // The same between consecutive pictures.
+  absl::StatusOr<TwoViewMotion> Between(const ExtractedFrame& first, const ExtractedFrame& second,
+                                        const Pinhole& camera);
   // Drops what begins before the frame `index`.
   void Forget(int64_t index);
 
  private:
-  struct Entry {
-    double focal_pixels = 0.0;
-    TwoViewMotion motion;
-  };
   FlowGridOptions options_;
   FlowCache flows_;
-  std::map<std::pair<int64_t, int64_t>, Entry> motions_;  // by first and last frame's index
+  std::map<std::pair<int64_t, int64_t>, TwoViewMotion> motions_;  // by first and last index
 };
 
 }  // namespace egosieve::vision

@@ -1,7 +1,8 @@
 // One focal length for a drive, from pairs of pictures, as a distribution.
 //
 // Candidates are f_k = L exp(x_k), L the image's longer side, x_k evenly spaced from log 0.4 to
-// log 4. A pair of pictures raises each by its log-likelihood,
+// log 4: 0.26 apart, less than the prior's deviation. A pair of pictures raises each by its
+// log-likelihood,
 //
 //   log w_k <- log w_k + c (l_k - max_j l_j)                                              (FP1)
 //   log w_k  = -(x_k - log 0.9)^2 / (2 0.4^2)     before any pair                         (FP2)

@@ -395,19 +395,19 @@ TwoViewMotion Inverse(const TwoViewMotion& motion) {
   return inverse;
 }
 
-RelativePose PoseOf(const TwoViewMotion& motion, const Pinhole& camera) {
+RelativePose PoseOf(const TwoViewMotion& motion) {
   RelativePose pose;
   pose.outcome = motion.HasParallax() ? PoseOutcome::kFound : PoseOutcome::kNoTranslation;
   pose.rotation = motion.rotation;
   pose.translation = motion.translation;
   pose.rotation_covariance = motion.rotation_covariance;
-  pose.noise_pixels = motion.noise * camera.focal_pixels;
+  pose.noise_pixels = motion.noise_pixels;
   pose.parallax_pixels = motion.parallax_pixels;
   return pose;
 }
 
 Matrix3d FundamentalOf(const TwoViewMotion& motion, const Pinhole& camera) {
-  return FundamentalOfPose(PoseOf(motion, camera), camera);
+  return FundamentalOfPose(PoseOf(motion), camera);
 }
 
 Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& camera) {

@@ -87,7 +87,7 @@ Eigen::Matrix3d FundamentalOf(const TwoViewMotion& motion, const Pinhole& camera
 Eigen::Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& camera);
 
 // Found where the translation shows.
-RelativePose PoseOf(const TwoViewMotion& motion, const Pinhole& camera);
+RelativePose PoseOf(const TwoViewMotion& motion);
 
 // One pair under a motion.
 struct PairLikelihood {

@@ -1,7 +1,7 @@
 #include "vision/segmentation/methods/method_segmenter.h"
 
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core.hpp>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -88,8 +88,7 @@ absl::StatusOr<MethodAnswers> MethodSegmenter::Process(const Frame& frame) {
     input.grid = {frame.image.cols, frame.image.rows, options_.stride_pixels};
     EGOSIEVE_ASSIGN_OR_RETURN(
         field, DescribeGrid(*context_, equalized(frame), input.grid, options_.descriptor));
-    cv::cvtColor(frame.image, input.grey, cv::COLOR_BGR2GRAY);
-    input.grey = EqualizeLuminance(input.grey, options_.labeller.equalization);
+    input.grey = EqualizedGrey(frame.image, options_.labeller.equalization);
     recent_.push_back({frame.index, input.grey});
     if (recent_.size() > kRecentFrames) recent_.pop_front();
   }

@@ -1,0 +1,79 @@
+#include "vision/labelling/drive_camera.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/vision/labelling/street_drive.h"
+
+namespace egosieve::vision {
+namespace {
+
+// The pictures given, of which `damaged` cannot be read; ten a second.
+class PictureSource : public FrameSource {
+ public:
+  explicit PictureSource(std::vector<DrivePicture> pictures, std::vector<int64_t> damaged = {})
+      : pictures_(std::move(pictures)), damaged_(std::move(damaged)) {}
+
+  absl::StatusOr<FrameRead> Next() override {
+    if (next_ >= expected_frame_count()) return EndOfFrames{expected_frame_count(), ""};
+    const int64_t index = next_++;
+    if (std::find(damaged_.begin(), damaged_.end(), index) != damaged_.end()) {
+      return DamagedFrame{index, "torn"};
+    }
+    Frame frame = pictures_[index].frame;
+    frame.index = index;
+    frame.time_seconds = 0.1 * static_cast<double>(index);
+    return frame;
+  }
+  absl::Status SeekTo(int64_t index) override {
+    next_ = index;
+    return absl::OkStatus();
+  }
+  int64_t next_index() const override { return next_; }
+  int64_t expected_frame_count() const override { return static_cast<int64_t>(pictures_.size()); }
+  std::string description() const override { return "pictures"; }
+  std::vector<std::string> files() const override { return {}; }
+
+ private:
+  std::vector<DrivePicture> pictures_;
+  std::vector<int64_t> damaged_;
+  int64_t next_ = 0;
+};
+
+TEST(DriveCamera, ATurnTellsTheFocalLength) {
+  const Scenario scenario = EditedScenario("turning", 3, [](Scene&) {});
+  const std::vector<DrivePicture> pictures = PicturesOf(scenario, 57, 16);
+  const double truth = scenario.intrinsics().focal_pixels / scenario.options().width_pixels;
+  PictureSource source(pictures);
+  const DriveCamera camera = *LearnDriveCamera(source, {});
+  EXPECT_EQ(camera.pair_count, 8);  // a pair takes two of the 16 pictures
+  // Candidates are 29 % apart.
+  EXPECT_NEAR(std::log(camera.focal_ratio), std::log(truth), 0.26);
+  EXPECT_LT(camera.log_focal_deviation, 0.4);
+  // The same again, and with torn pictures nearly so.
+  PictureSource again(pictures);
+  EXPECT_EQ(LearnDriveCamera(again, {})->focal_ratio, camera.focal_ratio);
+  PictureSource torn(pictures, {2, 3, 9});
+  EXPECT_NEAR(std::log(LearnDriveCamera(torn, {})->focal_ratio), std::log(truth), 0.26);
+}
+
+TEST(DriveCamera, NoPairsLeaveThePrior) {
+  PictureSource source({});
+  const DriveCamera camera = *LearnDriveCamera(source, {});
+  EXPECT_EQ(camera.pair_count, 0);
+  EXPECT_NEAR(camera.focal_ratio, 0.9, 0.1);
+}
+
+TEST(DriveCamera, OptionsNameWhatIsWrong) {
+  DriveCameraOptions options;
+  options.pairs = 0;
+  PictureSource source({});
+  EXPECT_NE(std::string(LearnDriveCamera(source, options).status().message()).find("pairs is 0"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace egosieve::vision

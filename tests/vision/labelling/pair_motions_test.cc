@@ -1,0 +1,100 @@
+#include "vision/labelling/pair_motions.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "vision/labelling/outlook.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kWidth = 240, kHeight = 160, kShift = 3;
+
+// Picture t of a wall of blurred noise that moves by kShift pixels to the right, but for a square
+// of another noise that moves down by `fall` pixels.
+std::shared_ptr<ExtractedFrame> PictureOf(int t, int fall) {
+  const auto noise = [](int seed, cv::Size size) {
+    cv::Mat picture(size, CV_8UC3);
+    cv::RNG random(seed);
+    random.fill(picture, cv::RNG::UNIFORM, 0, 256);
+    cv::GaussianBlur(picture, picture, cv::Size(), 2.0);
+    cv::normalize(picture, picture, 0, 255, cv::NORM_MINMAX);
+    return picture;
+  };
+  static const cv::Mat wall = noise(1, cv::Size(kWidth + 100, kHeight)),
+                       square = noise(2, cv::Size(40, 40));
+  auto picture = std::make_shared<ExtractedFrame>();
+  picture->frame.index = t;
+  wall(cv::Rect(60 - kShift * t, 0, kWidth, kHeight)).copyTo(picture->frame.image);
+  square.copyTo(picture->frame.image(cv::Rect(100, 20 + fall * t, 40, 40)));
+  cv::cvtColor(picture->frame.image, picture->grey, cv::COLOR_BGR2GRAY);
+  return picture;
+}
+
+int NodeNear(const GridLinks& links, double x, double y, int stride) {
+  return static_cast<int>(NodeAt(x, y, links.nodes.width, stride));
+}
+
+TEST(PairMotions, FollowsOverOnePictureAndOverSeveral) {
+  FlowGridOptions options;
+  PairMotions motions(options);
+  const auto a = PictureOf(0, 4), b = PictureOf(1, 4), c = PictureOf(2, 4);
+  const GridLinks links = *motions.Follow({a.get(), b.get(), c.get()});
+  ASSERT_FALSE(links.empty());
+  EXPECT_GT(links.followed_share, 0.8);
+  const int wall = NodeNear(links, 40, 120, options.stride_pixels);
+  const cv::Point2f node = PlaceOfNode(wall, links.nodes.width, options.stride_pixels);
+  // Flow is right to a fraction of a pixel on such a texture.
+  EXPECT_NEAR(links.near[wall].x - node.x, kShift, 0.3);
+  EXPECT_NEAR(links.far[wall].x - node.x, 2 * kShift, 0.5);
+  // The right edge leaves the picture.
+  const int edge = NodeNear(links, kWidth - 3, 80, options.stride_pixels);
+  EXPECT_TRUE(std::isnan(links.far[edge].x));
+}
+
+// What is looked ahead to is what is looked back from, computed once.
+TEST(PairMotions, BetweenIsTheNearMotion) {
+  const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
+  const auto a = PictureOf(0, 4), b = PictureOf(1, 4), c = PictureOf(2, 4);
+  PairMotions cached{FlowGridOptions()}, afresh{FlowGridOptions()};
+  const Outlook outlook = *LookAhead(*a, {b, c}, 2, camera, cached);
+  ASSERT_NE(outlook.near.frame, nullptr);
+  EXPECT_EQ(outlook.near.frame, b.get());
+  EXPECT_EQ(outlook.far.frame, c.get());
+  const TwoViewMotion known = *cached.Between(*a, *b, camera);
+  const TwoViewMotion found = *afresh.Between(*a, *b, camera);
+  EXPECT_EQ(known.rotation, outlook.near.motion.rotation);
+  EXPECT_EQ(known.rotation, found.rotation);
+  EXPECT_EQ(known.translation, found.translation);
+  EXPECT_EQ(known.mean_parallax, found.mean_parallax);
+}
+
+TEST(LookAhead, PassesOverRepeatedPicturesAndStopsAtAnotherSize) {
+  const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
+  PairMotions motions{FlowGridOptions()};
+  const auto a = PictureOf(0, 4), same = PictureOf(0, 4), b = PictureOf(1, 4);
+  same->frame.index = 7;
+  b->frame.index = 8;
+  EXPECT_EQ(LookAhead(*a, {same, b}, 1, camera, motions)->far.frame, b.get());
+  const auto other = PictureOf(2, 4);
+  other->frame.image = cv::Mat(50, 50, CV_8UC3, cv::Scalar::all(0));
+  other->grey = cv::Mat(50, 50, CV_8UC1, cv::Scalar(0));
+  EXPECT_TRUE(LookAhead(*a, {other, b}, 2, camera, motions)->empty());
+  EXPECT_TRUE(LookAhead(*a, {}, 2, camera, motions)->empty());
+}
+
+TEST(LookAhead, AnotherSceneSaysNothing) {
+  const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
+  PairMotions motions{FlowGridOptions()};
+  const auto a = PictureOf(0, 4), cut = PictureOf(1, 4);
+  cv::RNG random(9);
+  random.fill(cut->grey, cv::RNG::UNIFORM, 0, 256);
+  EXPECT_TRUE(LookAhead(*a, {cut}, 1, camera, motions)->empty());
+}
+
+}  // namespace
+}  // namespace egosieve::vision

@@ -1,0 +1,89 @@
+#include "vision/labelling/outlook.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "vision/features/flow_grid.h"
+
+namespace egosieve::vision {
+namespace {
+
+bool IsTrusted(const TwoViewMotion& motion) {
+  return motion.found && motion.static_share >= MotionModelOptions().minimum_support;
+}
+
+// A camera stands where its rotation moves the image by less than a model that is selected allows,
+// and nothing shows parallax.
+MotionModelKind KindOf(const TwoViewMotion& motion, const Pinhole& camera) {
+  if (motion.HasParallax()) return MotionModelKind::kFundamental;
+  const double angle = Eigen::AngleAxisd(motion.rotation).angle();
+  return angle * camera.focal_pixels < MotionModelOptions().still_pixels
+             ? MotionModelKind::kStatic
+             : MotionModelKind::kHomography;
+}
+
+}  // namespace
+
+bool SamePixels(const cv::Mat& a, const cv::Mat& b) {
+  return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
+}
+
+absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
+                                  const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead,
+                                  int gap, const Pinhole& camera, PairMotions& motions) {
+  PairMotions::Pictures pictures = {&frame};
+  for (const auto& picture : ahead) {
+    if (static_cast<int>(pictures.size()) > gap || picture->grey.size() != frame.grey.size()) break;
+    if (!SamePixels(picture->frame.image, pictures.back()->frame.image)) {
+      pictures.push_back(picture.get());
+    }
+  }
+  Outlook outlook;
+  if (pictures.size() < 2) return outlook;
+  EGOSIEVE_ASSIGN_OR_RETURN(outlook.links, motions.Follow(pictures));
+  if (outlook.links.followed_share < kFlowSuffices) return outlook;
+  const auto view = [&](const ExtractedFrame& picture, const std::vector<cv::Point2f>& places) {
+    View view;
+    view.motion = motions.Along(frame, picture, outlook.links, places, camera);
+    if (IsTrusted(view.motion)) view.frame = &picture;
+    return view;
+  };
+  outlook.far = view(*pictures.back(), outlook.links.far);
+  if (pictures.size() > 2) outlook.near = view(*pictures[1], outlook.links.near);
+  return outlook;
+}
+
+absl::StatusOr<View> LookBack(const ExtractedFrame& before, const ExtractedFrame& frame,
+                              const Pinhole& camera, PairMotions& motions) {
+  View view;
+  EGOSIEVE_ASSIGN_OR_RETURN(const TwoViewMotion motion, motions.Between(before, frame, camera));
+  if (!IsTrusted(motion)) return view;
+  view.frame = &before;
+  view.motion = Inverse(motion);
+  return view;
+}
+
+MotionModel ModelOf(const TwoViewMotion& motion, const Pinhole& camera, int64_t pair_count) {
+  MotionModel model;
+  model.pair_count = pair_count;
+  if (!motion.found) {
+    model.reason = "too few places to tell the camera's motion from";
+    return model;
+  }
+  model.parallax_pixels = motion.parallax_pixels;
+  model.inlier_count = std::llround(motion.static_share * static_cast<double>(pair_count));
+  model.kind = KindOf(motion, camera);
+  model.matrix =
+      motion.HasParallax() ? FundamentalOf(motion, camera) : RotationHomography(motion, camera);
+  model.trusted = IsTrusted(motion);
+  if (!model.trusted) {
+    model.reason = absl::StrFormat("the camera's motion explains %.0f %% of the places",
+                                   100.0 * motion.static_share);
+  }
+  return model;
+}
+
+}  // namespace egosieve::vision
