@@ -61,8 +61,11 @@ TEST_F(SyntheticTruthTest, MovingIdsAreTheMasks) {
 TEST_F(SyntheticTruthTest, DamageIsNamed) {
   const SyntheticTruth truth = *ReadSyntheticTruth(folder_.string());
   fs::remove(folder_ / "ids/000003.png");
-  EXPECT_EQ(truth.ReadMovingIds(3).status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(truth.ReadMovingIds(3).status().code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(std::string(truth.ReadMovingIds(3).status().message()), HasSubstr("000003.png"));
+  std::ofstream(folder_ / "ids/000004.png") << "no picture";
+  EXPECT_EQ(truth.ReadMovingIds(4).status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(std::string(truth.ReadMovingIds(4).status().message()), HasSubstr("000004.png"));
   std::ofstream(folder_ / "scene.json") << "{\"width\": 160, \"height\": \"tall\", \"frames\": []}";
   const absl::Status status = ReadSyntheticTruth(folder_.string()).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);

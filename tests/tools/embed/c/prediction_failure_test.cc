@@ -16,17 +16,22 @@ namespace {
 constexpr int64_t kQueries = 3 * (int64_t{1} << 16);  // tools/embed/c/prediction.h: three pieces
 constexpr double kUntouched = -7.0;
 
-egosieve_const_array Input(const std::vector<double>& values, int64_t columns) {
-  return {values.data(),
-          EGOSIEVE_FLOAT64,
-          static_cast<int64_t>(values.size()) / columns,
-          columns,
-          0,
-          0};
+egosieve_const_array Input(const std::vector<double>& values) {
+  return {.data = values.data(),
+          .rows = static_cast<int64_t>(values.size()),
+          .columns = 1,
+          .row_stride = 0,
+          .column_stride = 0,
+          .type = EGOSIEVE_FLOAT64};
 }
 
 egosieve_array Output(std::vector<double>& values) {
-  return {values.data(), EGOSIEVE_FLOAT64, static_cast<int64_t>(values.size()), 1, 0, 0};
+  return {.data = values.data(),
+          .rows = static_cast<int64_t>(values.size()),
+          .columns = 1,
+          .row_stride = 0,
+          .column_stride = 0,
+          .type = EGOSIEVE_FLOAT64};
 }
 
 TEST(PredictionFailure, WritesNothingHoweverLateItComes) {
@@ -40,12 +45,12 @@ TEST(PredictionFailure, WritesNothingHoweverLateItComes) {
   egosieve_gp* gp = nullptr;
   ASSERT_EQ(egosieve_gp_create(&options, &gp), EGOSIEVE_OK);
   const std::vector<double> x = {0.0, 0.5, 1.0}, y = {0.0, 1.0, -1.0};
-  const egosieve_const_array inputs = Input(x, 1), targets = Input(y, 1);
-  ASSERT_EQ(egosieve_gp_condition(gp, &inputs, &targets), EGOSIEVE_OK);
+  const egosieve_const_array inputs = Input(x), targets = Input(y);
+  ASSERT_EQ(egosieve_gp_condition(gp, &inputs, &targets), EGOSIEVE_OK) << egosieve_last_error();
 
   std::vector<double> queries(kQueries);
   for (int64_t i = 0; i < kQueries; ++i) queries[i] = static_cast<double>(i) / kQueries;
-  const egosieve_const_array places = Input(queries, 1);
+  const egosieve_const_array places = Input(queries);
   int failures = 0;
   for (int nth = 0;; ++nth) {
     SCOPED_TRACE(nth);
