@@ -52,6 +52,7 @@ absl::StatusOr<std::unique_ptr<ReconstructRun>> ReconstructRun::Open(
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   std::unique_ptr<ReconstructRun> run(new ReconstructRun(std::move(context), folder, options));
   EGOSIEVE_ASSIGN_OR_RETURN(run->description_, folder.ReadDescription());
+  EGOSIEVE_ASSIGN_OR_RETURN(run->ignored_, folder.ReadIgnoredArea());
   const std::string& input = options.input.empty() ? run->description_.input.path : options.input;
   auto source = vision::OpenFrameSource(input, {});
   if (!source.ok()) {
@@ -149,8 +150,9 @@ absl::StatusOr<vision::WindowFrame> ReconstructRun::ReadFrame(size_t i) {
   }
   EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, false));
   EGOSIEVE_ASSIGN_OR_RETURN(
-      const cv::Mat1f probability,
+      cv::Mat1f probability,
       InterpolateMap(*context_, GridOf(line, description_), maps.probability));
+  if (ignored_.size() == probability.size()) probability.setTo(0.0F, ignored_);
   return vision::MakeWindowFrame(line.time_seconds, frame->image, probability,
                                  has_map_of_its_own_[i]);
 }

@@ -77,6 +77,7 @@ class ReconstructRun {
 
   std::shared_ptr<kernels::Context> context_;
   RunFolder folder_;
+  cv::Mat1b ignored_;  // RunFolder::ReadIgnoredArea
   ReconstructOptions options_;
   RunDescription description_;
   std::vector<FrameLine> lines_;

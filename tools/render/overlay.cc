@@ -72,15 +72,14 @@ void DrawContours(const cv::Mat1f& probability, const vision::ObjectThresholds& 
 }
 
 // Diagonal lines, continuous over neighbouring areas.
-void DrawHatching(const cv::Mat3b& frame, const std::vector<cv::Rect>& areas, cv::Mat3b& picture) {
+void DrawHatching(const cv::Mat3b& frame, const cv::Mat1b& ignored, cv::Mat3b& picture) {
   constexpr int kPeriod = 12;
-  for (const cv::Rect& area : areas) {
-    const cv::Rect inside = area & cv::Rect(0, 0, frame.cols, frame.rows);
-    for (int y = inside.y; y < inside.y + inside.height; ++y) {
-      for (int x = inside.x; x < inside.x + inside.width; ++x) {
-        picture(y, x) =
-            (x + y) % kPeriod < 2 ? cv::Vec3b(150, 150, 150) : cv::Vec3b(frame(y, x) * 0.8);
-      }
+  if (ignored.size() != frame.size()) return;
+  for (int y = 0; y < frame.rows; ++y) {
+    for (int x = 0; x < frame.cols; ++x) {
+      if (ignored(y, x) == 0) continue;
+      picture(y, x) =
+          (x + y) % kPeriod < 2 ? cv::Vec3b(150, 150, 150) : cv::Vec3b(frame(y, x) * 0.8);
     }
   }
 }
@@ -182,11 +181,9 @@ cv::Mat3b DrawOverlay(const cv::Mat3b& frame, const cv::Mat1f& probability,
                       const std::string& caption, const OverlayOptions& options) {
   cv::Mat3b picture = Blend(frame, probability);
   cv::Mat1f drawn = probability.clone();
-  for (const cv::Rect& area : options.own_car) {
-    drawn(area & cv::Rect(0, 0, drawn.cols, drawn.rows)) = 0.0f;
-  }
+  if (options.ignored.size() == drawn.size()) drawn.setTo(0.0F, options.ignored);
   DrawContours(drawn, options.objects, picture);
-  DrawHatching(frame, options.own_car, picture);
+  DrawHatching(frame, options.ignored, picture);
   cv::Mat3b strip;
   cv::Mat3b page = MakePage(picture, options.legend, &strip);
   if (options.legend) DrawLegend(caption, options.objects, strip);
@@ -218,7 +215,7 @@ cv::Mat3b DrawMovers(const cv::Mat3b& frame, const cv::Mat1w& ids, const std::st
   std::set<uint16_t> numbers(ids.begin(), ids.end());
   numbers.erase(0);
   for (const uint16_t number : numbers) OutlineMover(ids == number, number, picture);
-  DrawHatching(frame, options.own_car, picture);
+  DrawHatching(frame, options.ignored, picture);
   cv::Mat3b strip;
   cv::Mat3b page = MakePage(picture, options.legend, &strip);
   if (options.legend) {

@@ -23,7 +23,7 @@ struct OverlayOptions {
   vision::ObjectThresholds objects;
   bool legend = true;
   bool outlines_only = false;     // of movers: no fill
-  std::vector<cv::Rect> own_car;  // hatched instead of coloured, pixels of the frame
+  cv::Mat1b ignored;  // not 0: hatched instead of coloured; of the frame's size, or empty
 };
 
 // frame: CV_8UC3, B G R; probability: of the same size, in [0, 1]. `caption` stands in the legend.

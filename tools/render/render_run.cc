@@ -19,6 +19,7 @@ absl::StatusOr<OverlaySource> OverlaySource::Open(std::shared_ptr<kernels::Conte
                                                   const std::string& input) {
   OverlaySource source(std::move(context), folder);
   EGOSIEVE_ASSIGN_OR_RETURN(source.description_, folder.ReadDescription());
+  EGOSIEVE_ASSIGN_OR_RETURN(source.ignored_, folder.ReadIgnoredArea());
   auto frames = vision::OpenFrameSource(input.empty() ? source.description_.input.path : input, {});
   if (!frames.ok()) {
     return absl::DataLossError(absl::StrCat(
@@ -41,9 +42,12 @@ absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
         absl::StrCat("frame ", line.index, " of ", frames_->description(),
                      " is not what was segmented; give the same input with --input="));
   }
-  OverlayOptions with_own_car = options;
+  OverlayOptions with_ignored = options;
+  with_ignored.ignored = cv::Mat1b::zeros(frame->image.size());
+  if (ignored_.size() == frame->image.size()) ignored_.copyTo(with_ignored.ignored);
   for (const auto& [x, y, width, height] : line.own_car) {
-    with_own_car.own_car.emplace_back(x, y, width, height);
+    with_ignored.ignored(cv::Rect(x, y, width, height) &
+                         cv::Rect({0, 0}, frame->image.size())) = 255;
   }
   const std::string caption =
       absl::StrFormat("frame %d  %.2f s%s", line.index, line.time_seconds,
@@ -55,13 +59,14 @@ absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
       return absl::DataLossError(
           absl::StrCat(ids_path, " is damaged; run egosieve reconstruct again"));
     }
-    return DrawMovers(frame->image, ids, caption, with_own_car);
+    return DrawMovers(frame->image, ids, caption, with_ignored);
   }
   EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, false));
   EGOSIEVE_ASSIGN_OR_RETURN(
-      const cv::Mat1f probability,
+      cv::Mat1f probability,
       InterpolateMap(*context_, GridOf(line, description_), maps.probability));
-  return DrawOverlay(frame->image, probability, caption, with_own_car);
+  if (ignored_.size() == probability.size()) probability.setTo(0.0F, ignored_);
+  return DrawOverlay(frame->image, probability, caption, with_ignored);
 }
 
 double FrameRate(const std::vector<FrameLine>& lines) {

@@ -38,6 +38,7 @@ class OverlaySource {
   std::shared_ptr<kernels::Context> context_;
   RunFolder folder_;
   RunDescription description_;
+  cv::Mat1b ignored_;  // RunFolder::ReadIgnoredArea
   std::unique_ptr<vision::FrameSource> frames_;
   bool shows_movers_ = true;
 };

@@ -21,9 +21,10 @@ using kernels::NameOfTemporary;
 
 constexpr char kDescription[] = "run.json";
 
-constexpr std::array<std::string_view, 10> kFiles = {
-    "camera.json", "report.html",  "overlay.mp4", "overlay.avi",      "eval.json",
-    "eval.csv",    "further.json", "tracks.csv",  "reconstruct.json", "frames.jsonl"};
+constexpr std::array<std::string_view, 12> kFiles = {
+    "camera.json",  "own_vehicle.png", "ignored.png",      "report.html",
+    "overlay.mp4",  "overlay.avi",     "eval.json",        "eval.csv",
+    "further.json", "tracks.csv",      "reconstruct.json", "frames.jsonl"};
 
 // Files NNNNNN with one of the endings.
 struct FrameFolder {

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
+#include <opencv2/imgcodecs.hpp>
 #include <system_error>
 
 #include "absl/status/status.h"
@@ -210,6 +211,18 @@ absl::StatusOr<int64_t> RunFolder::WriteGridMaps(int64_t index, const FrameMaps&
   EGOSIEVE_RETURN_IF_ERROR(
       WriteFileAtomically(FrameFile("grid", index, ".prob.png"), probability.png));
   return deviation.saturated;
+}
+
+absl::StatusOr<cv::Mat1b> RunFolder::ReadIgnoredArea() const {
+  cv::Mat1b area;
+  for (const char* name : {kOwnVehicle, kIgnored}) {
+    const absl::StatusOr<cv::Mat> mask = ReadImage(File(name), cv::IMREAD_GRAYSCALE);
+    if (absl::IsNotFound(mask.status())) continue;
+    EGOSIEVE_RETURN_IF_ERROR(mask.status());
+    const cv::Mat1b here = *mask != 0;
+    area = area.size() == here.size() ? cv::Mat1b(area | here) : here;
+  }
+  return area;
 }
 
 absl::StatusOr<FrameMaps> RunFolder::ReadGridMaps(const FrameLine& line,

@@ -7,6 +7,8 @@
 //   grid/NNNNNN.{prob,std}.png     maps at grid resolution (map_image.h)
 //   masks/, ids/, tracks.csv, full/    what reconstruct makes (tools/reconstruct/frame_products.h);
 //   reconstruct.json                   how far it is
+//   camera.json, own_vehicle.png   what a first pass learnt (tools/segment/run_camera.h)
+//   ignored.png                    the user's own mask of what is not the world
 //   render/NNNNNN.png              overlays
 //   model/                         checkpoints
 //   steps/NNNNNN.npz               what the frame did to the model, where maps are made later
@@ -44,6 +46,8 @@ kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& descripti
 
 class RunFolder {
  public:
+  static constexpr char kOwnVehicle[] = "own_vehicle.png", kIgnored[] = "ignored.png";
+
   // Makes the folder and its parents. A folder that holds something is refused (AlreadyExists)
   // unless `overwrite` is set and it is a run folder that no other program works with
   // (folder_lock.h): then a former run's files are removed, and only those (former_run.h); what is
@@ -69,6 +73,9 @@ class RunFolder {
   absl::StatusOr<LineLog> OpenLog() const { return LineLog::Open(File("frames.jsonl")); }
   // This process's own log of maps that are made later.
   absl::StatusOr<LineLog> OpenMapLog() const;
+
+  // Where kOwnVehicle or kIgnored is not 0: 255, else 0; empty where there is neither.
+  absl::StatusOr<cv::Mat1b> ReadIgnoredArea() const;
 
   // Whether the files that a line with a map stands for are there and not empty.
   bool HoldsMaps(const FrameLine& line, const RunDescription& description) const;

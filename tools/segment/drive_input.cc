@@ -22,9 +22,10 @@ std::string KindOf(const std::string& path) {
   return fs::exists(path, error) ? "video" : "glob";
 }
 
-// Fowler-Noll-Vo, 64 bits, of the pixels and the number of frames that the input announces: enough
-// to tell another input at the same path.
-std::string Fingerprint(const cv::Mat& image, int64_t frames) {
+}  // namespace
+
+// Fowler-Noll-Vo, 64 bits.
+std::string Fingerprint(const cv::Mat& image) {
   uint64_t hash = 0xcbf29ce484222325;
   for (int y = 0; y < image.rows; ++y) {
     const uint8_t* row = image.ptr<uint8_t>(y);
@@ -32,10 +33,8 @@ std::string Fingerprint(const cv::Mat& image, int64_t frames) {
       hash = (hash ^ row[x]) * 0x100000001b3;
     }
   }
-  return absl::StrFormat("%016x-%d", hash, frames);
+  return absl::StrFormat("%016x", hash);
 }
-
-}  // namespace
 
 absl::StatusOr<DriveInput> OpenDriveInput(const std::string& path, int64_t from,
                                           const vision::FrameSourceOptions& options) {
@@ -68,7 +67,8 @@ absl::StatusOr<DriveInput> OpenDriveInput(const std::string& path, int64_t from,
     input.height_pixels = image.rows;
     input.description.path = fs::absolute(path).lexically_normal().string();
     input.description.kind = KindOf(path);
-    input.description.fingerprint = Fingerprint(image, input.frames->expected_frame_count());
+    input.description.fingerprint =
+        absl::StrCat(Fingerprint(image), "-", input.frames->expected_frame_count());
     return input;
   }
 }

@@ -21,6 +21,9 @@ struct DriveInput {
 
 // Reads on from frame `from` to the first frame that is not damaged. Every error is one of the
 // input (DataLoss): nothing there, nothing that can be read, or fewer frames than `from`.
+// A number that tells another image, as text.
+std::string Fingerprint(const cv::Mat& image);
+
 absl::StatusOr<DriveInput> OpenDriveInput(const std::string& path, int64_t from,
                                           const vision::FrameSourceOptions& options = {});
 

@@ -2,41 +2,54 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
 #include "tools/evaluation/trajectory_errors.h"
-#include "vision/labelling/drive_camera.h"
+#include "tools/run_folder/map_image.h"
+#include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
 namespace {
 
+constexpr char kOwnVehicleShare[] = "own_vehicle_share";
+
 std::string PathIn(const std::string& directory) { return absl::StrCat(directory, "/camera.json"); }
+
+std::string OwnVehicleIn(const std::string& directory) {
+  return absl::StrCat(directory, "/", RunFolder::kOwnVehicle);
+}
 
 // The ratio comes from the text alone, so that a run that goes on has the bits of the first one.
 absl::StatusOr<RunCamera> Parse(std::string text) {
   EGOSIEVE_ASSIGN_OR_RETURN(const CameraTruth camera, ParseCamera(text));
-  return RunCamera{camera.focal_pixels / std::max(camera.width, camera.height), std::move(text)};
+  RunCamera run;
+  run.focal_ratio = camera.focal_pixels / std::max(camera.width, camera.height);
+  run.text = std::move(text);
+  return run;
 }
 
 }  // namespace
 
-absl::StatusOr<RunCamera> LearnRunCamera(vision::FrameSource& source, int64_t from,
-                                         int width_pixels, int height_pixels,
-                                         const vision::EqualizationOptions& equalization) {
-  vision::DriveCameraOptions options;
-  options.first_frame = from;
-  options.equalization = equalization;
+absl::StatusOr<RunCamera> LearnRunCamera(vision::FrameSource& source, cv::Size size,
+                                         const vision::DriveCameraOptions& options) {
   EGOSIEVE_ASSIGN_OR_RETURN(const vision::DriveCamera camera,
                             vision::LearnDriveCamera(source, options));
+  const bool fits = camera.own_vehicle.size() == size;
   const nlohmann::ordered_json json = {
-      {"focal_pixels", camera.focal_ratio * std::max(width_pixels, height_pixels)},
-      {"width", width_pixels},
-      {"height", height_pixels},
+      {"focal_pixels", camera.focal_ratio * std::max(size.width, size.height)},
+      {"width", size.width},
+      {"height", size.height},
       {"log_focal_deviation", camera.log_focal_deviation},
-      {"pairs", camera.pair_count}};
-  return Parse(json.dump(2) + "\n");
+      {"pairs", camera.pair_count},
+      {kOwnVehicleShare,
+       fits ? static_cast<double>(cv::countNonZero(camera.own_vehicle)) / size.area() : 0.0}};
+  EGOSIEVE_ASSIGN_OR_RETURN(RunCamera run, Parse(json.dump(2) + "\n"));
+  if (fits) run.own_vehicle = camera.own_vehicle;
+  return run;
 }
 
 absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& directory) {
@@ -48,10 +61,19 @@ absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& direct
     return absl::DataLossError(absl::StrCat(PathIn(directory), ": ", camera.status().message(),
                                             "; start the run anew with --overwrite"));
   }
+  const nlohmann::json parsed = nlohmann::json::parse(camera->text);
+  if (parsed.value(kOwnVehicleShare, 0.0) > 0.0) {
+    EGOSIEVE_ASSIGN_OR_RETURN(camera->own_vehicle,
+                              ReadImage(OwnVehicleIn(directory), cv::IMREAD_GRAYSCALE));
+  }
   return std::make_optional(*std::move(camera));
 }
 
 absl::Status WriteRunCamera(const std::string& directory, const RunCamera& camera) {
+  if (!camera.own_vehicle.empty()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePng(camera.own_vehicle));
+    EGOSIEVE_RETURN_IF_ERROR(kernels::WriteFileAtomically(OwnVehicleIn(directory), png));
+  }
   return kernels::WriteFileAtomically(PathIn(directory), camera.text);
 }
 

@@ -1,31 +1,34 @@
-// The camera of a run: learnt in a first pass over the drive and kept in the run folder's
-// camera.json, from which a run that goes on takes it.
+// The camera of a run: learnt in a first pass over the drive and kept in the run folder, from which
+// a run that goes on takes it.
 //
-//   {"focal_pixels": ..., "width": ..., "height": ...,      as evaluation/trajectory_errors.h reads
-//   it
-//    "log_focal_deviation": ..., "pairs": ...}              how sure it is, and from how much
+// camera.json, as evaluation/trajectory_errors.h reads it:
+//   focal_pixels, width, height
+//   log_focal_deviation, pairs     how sure the focal length is, and from how many pairs
+//   own_vehicle_share              of the image
+// own_vehicle.png, where there is one: 255 own vehicle, 0 world.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_RUN_CAMERA_H_
 #define EGOSIEVE_TOOLS_SEGMENT_RUN_CAMERA_H_
 
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "vision/frame/equalization.h"
 #include "vision/frame/frame_source.h"
+#include "vision/labelling/drive_camera.h"
 
 namespace egosieve::tools {
 
 struct RunCamera {
   double focal_ratio = 0.0;  // over the longer side
+  cv::Mat1b own_vehicle;     // 255 where it is; empty: nowhere
   std::string text;          // of camera.json
 };
 
-// `source` at its frame `from`, of the size given; its next frame is undefined afterwards.
-absl::StatusOr<RunCamera> LearnRunCamera(vision::FrameSource& source, int64_t from,
-                                         int width_pixels, int height_pixels,
-                                         const vision::EqualizationOptions& equalization);
+// `source`, of frames of the size given, is left at an undefined frame.
+absl::StatusOr<RunCamera> LearnRunCamera(vision::FrameSource& source, cv::Size size,
+                                         const vision::DriveCameraOptions& options);
 
 // Of the run in `directory`; nothing where it has none. DataLoss for a damaged file.
 absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& directory);

@@ -27,12 +27,12 @@
 #include "tools/cli/warning.h"
 #include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/former_run.h"
+#include "tools/segment/camera_flags.h"
 #include "tools/segment/drive_input.h"
 #include "tools/segment/drive_writer.h"
 #include "tools/segment/method_flag.h"
 #include "tools/segment/method_run.h"
 #include "tools/segment/resume.h"
-#include "tools/segment/run_camera.h"
 #include "tools/segment/segment_flags.h"
 #include "vision/segmentation/segmentation_pipeline.h"
 
@@ -66,6 +66,7 @@ class SegmentCommand : public Command {
                  "Go on with the run that the folder holds, as if it had never been interrupted; "
                  "start it where there is none");
     flags_.AddFlags(app);
+    camera_.AddFlags(app);
     method_.AddFlag(app);
     app.add_option("--checkpoint_every", checkpoint_every_,
                    "Frames between checkpoints, from which --resume goes on; 0: none")
@@ -103,6 +104,7 @@ class SegmentCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(options.Validate());
     EGOSIEVE_RETURN_IF_ERROR(method_.CheckWith(resume_, every_ > 1 || learn_only_));
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(input_, range_.from, source_));
+    EGOSIEVE_RETURN_IF_ERROR(camera_.Read(input));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     if (overwrite_) EGOSIEVE_RETURN_IF_ERROR(CheckApart(directory_, input.frames->files()));
     if (InterruptionRequested()) {
@@ -110,7 +112,8 @@ class SegmentCommand : public Command {
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<FolderLock> lock, LockFolder());
     EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<RunFolder> created, CreateUnlessResumed());
-    EGOSIEVE_RETURN_IF_ERROR(FindCamera(input, options.labeller));
+    EGOSIEVE_RETURN_IF_ERROR(
+        camera_.Find(input, range_.from, resume_, directory_, options.labeller));
     if (method_.is_rival()) return SegmentByRival(input, device, options, *created);
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<vision::OnlineSegmenter> segmenter,
                               vision::OnlineSegmenter::Create(device.context, options));
@@ -131,22 +134,6 @@ class SegmentCommand : public Command {
     DriveWriter::Counts counts;
     std::string warning;  // of the input's end
   };
-
-  // The focal length, where it is asked for and not given: the run's that goes on, else that of a
-  // first pass over the drive.
-  absl::Status FindCamera(const DriveInput& input, vision::FrameLabellerOptions& labeller) {
-    if (!labeller.WantsCamera() || labeller.IsCalibrated()) return absl::OkStatus();
-    if (resume_) {
-      EGOSIEVE_ASSIGN_OR_RETURN(camera_, ReadRunCamera(directory_));
-    }
-    if (!camera_) {
-      EGOSIEVE_ASSIGN_OR_RETURN(camera_,
-                                LearnRunCamera(*input.frames, range_.from, input.width_pixels,
-                                               input.height_pixels, labeller.equalization));
-    }
-    labeller.focal_ratio = camera_->focal_ratio;
-    return absl::OkStatus();
-  }
 
   // None where --out is no folder, which is an error of RunFolder's.
   absl::StatusOr<std::optional<FolderLock>> LockFolder() const {
@@ -202,7 +189,7 @@ class SegmentCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(
         beginning.writer, DriveWriter::Continue(folder, description, point.lines, WriterOptions()));
     // A kill may have come before it was written.
-    if (camera_) EGOSIEVE_RETURN_IF_ERROR(WriteRunCamera(directory_, *camera_));
+    EGOSIEVE_RETURN_IF_ERROR(camera_.Write(directory_));
     return beginning;
   }
 
@@ -210,7 +197,7 @@ class SegmentCommand : public Command {
                                     const RunDescription& description) const {
     EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer,
                               DriveWriter::Start(folder, description, WriterOptions()));
-    if (camera_) EGOSIEVE_RETURN_IF_ERROR(WriteRunCamera(directory_, *camera_));
+    EGOSIEVE_RETURN_IF_ERROR(camera_.Write(directory_));
     return writer;
   }
 
@@ -283,7 +270,7 @@ class SegmentCommand : public Command {
     RunDescription description;
     description.version = kVersion;
     description.flags = DescribeOptions(options);
-    if (camera_) description.flags["focal_ratio"] = "learnt";  // from the input
+    camera_.Describe(description.flags);
     description.flags["from"] = absl::StrCat(range_.from);
     description.flags["checkpoint_every"] = absl::StrCat(checkpoint_every_);
     description.flags["every"] = absl::StrCat(every_);
@@ -385,9 +372,9 @@ class SegmentCommand : public Command {
   std::string input_, directory_;
   bool overwrite_ = false;
   bool resume_ = false;
-  std::optional<RunCamera> camera_;  // where its focal length was not given
   int64_t checkpoint_every_ = 25;
   SegmentFlags flags_;
+  CameraFlags camera_;
   MethodFlag method_;
   FrameRange range_;
   int64_t every_ = 1;

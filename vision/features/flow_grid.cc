@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "vision/features/patch_search.h"
+#include "vision/frame/ignored_area.h"
 
 namespace egosieve::vision {
 namespace {
@@ -97,7 +98,7 @@ PointPair PairOf(cv::Point2f node, cv::Point2f there, bool anchor_second) {
 struct Node {
   cv::Point2f place;
   bool textured = false;
-  std::optional<cv::Point2f> there;  // in the other picture
+  std::optional<cv::Point2f> there = std::nullopt;  // in the other picture
 };
 
 // Gives lost nodes the places that are found for them; returns how many.
@@ -212,6 +213,7 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
   std::vector<Node> nodes;
   for (int y = options.stride_pixels / 2; y < there.rows; y += options.stride_pixels) {
     for (int x = options.stride_pixels / 2; x < there.cols; x += options.stride_pixels) {
+      if (IsIgnored(options.ignored, there.size(), x, y)) continue;
       ++grid.point_count;
       Node node{cv::Point2f(static_cast<float>(x), static_cast<float>(y))};
       const PatchComparison::Result patch = patches.At(x, y);

@@ -45,6 +45,8 @@ struct FlowGridOptions {
   double contradiction = 0.2;   // [-1, agreement]
   FlowQuality quality = FlowQuality::kFast;
   bool searches_lost = false;
+  // Where the grid has no points: ignored_area.h.
+  cv::Mat1b ignored;
 
   absl::Status Validate() const;
 };
@@ -67,7 +69,7 @@ struct TrackedGrid {
   // The grid's textured points, kept or not, and for which of them flow agrees and is kept.
   std::vector<cv::Point2f> textured;
   std::vector<uint8_t> agrees;
-  int64_t point_count = 0;     // of the grid
+  int64_t point_count = 0;     // of the grid, ignored ones left out
   int64_t textured_count = 0;  // = textured.size()
   int64_t agreeing_count = 0;  // of these, those for which flow agrees and is kept
   int64_t searched_count = 0;  // of the pairs, those that flow lost

@@ -1,6 +1,7 @@
 #include "vision/labelling/drive_camera.h"
 
 #include <algorithm>
+#include <iterator>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <utility>
@@ -24,6 +25,16 @@ constexpr int64_t kUnknownLength = 600;  // frames, where the source does not kn
 
 struct PicturePair {
   cv::Mat first, second;  // grey, equalised
+  cv::Mat1b reduced;      // of the first, as it was taken
+  double seconds = 0.0, length_seconds = 0.0;
+};
+
+// What is kept of a pair.
+struct LinkedPair {
+  std::vector<PointPair> links;  // between places with texture
+  cv::Mat1b reduced;
+  double seconds = 0.0;         // when its first picture was taken
+  double length_seconds = 0.0;  // between the two
 };
 
 // Nothing at the end of the input, and where the pictures of a pair cannot be used.
@@ -42,16 +53,20 @@ absl::StatusOr<std::optional<PicturePair>> ReadPair(FrameSource& source,
     if (frame->image.size() != first->image.size()) return std::nullopt;
     if (frame->time_seconds - first->time_seconds < kPairSeconds && k < kLongestPair) continue;
     return PicturePair{EqualizedGrey(first->image, equalization),
-                       EqualizedGrey(frame->image, equalization)};
+                       EqualizedGrey(frame->image, equalization),
+                       ReducedPicture(EqualizedGrey(first->image, {})), first->time_seconds,
+                       frame->time_seconds - first->time_seconds};
   }
   return std::nullopt;
 }
 
-absl::StatusOr<std::vector<PointPair>> Links(const PicturePair& pictures) {
+absl::StatusOr<std::vector<PointPair>> Links(const PicturePair& pictures,
+                                             const cv::Mat1b& ignored) {
   std::vector<PointPair> links;
   if (!IsLargeEnoughForFlow(pictures.first.size())) return links;
   FlowGridOptions options;
   options.stride_pixels = kGridStride;
+  options.ignored = ignored;
   EGOSIEVE_ASSIGN_OR_RETURN(const FlowPair flow,
                             ComputeFlow(pictures.first, pictures.second, options.quality));
   const TrackedGrid grid =
@@ -62,6 +77,38 @@ absl::StatusOr<std::vector<PointPair>> Links(const PicturePair& pictures) {
   return links;
 }
 
+struct DrivePairs {
+  cv::Size size;
+  std::vector<LinkedPair> pairs;  // of pictures of that size
+};
+
+absl::StatusOr<DrivePairs> ReadPairs(FrameSource& source, const DriveCameraOptions& options) {
+  const int64_t known = source.expected_frame_count() - options.first_frame;
+  const int64_t length = std::min(known > 0 ? known : kUnknownLength, options.longest_frames);
+  const int64_t step = std::max<int64_t>(length / options.pairs, 1);
+  DrivePairs drive;
+  for (int k = 0; k < options.pairs; ++k) {
+    const int64_t index = options.first_frame + k * step;
+    if (index < source.next_index()) continue;
+    EGOSIEVE_RETURN_IF_ERROR(source.SeekTo(index));
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<PicturePair> pictures,
+                              ReadPair(source, options.equalization));
+    if (!pictures) continue;
+    if (drive.pairs.empty()) drive.size = pictures->first.size();
+    if (pictures->first.size() != drive.size) continue;
+    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<PointPair> links, Links(*pictures, options.ignored));
+    drive.pairs.push_back(
+        {std::move(links), pictures->reduced, pictures->seconds, pictures->length_seconds});
+  }
+  return drive;
+}
+
+// How many times as long it is to the next pair as between the two pictures of pair k.
+double TimesAsLong(const std::vector<LinkedPair>& pairs, size_t k) {
+  if (k + 1 >= pairs.size() || !(pairs[k].length_seconds > 0.0)) return 1.0;
+  return std::max(1.0, (pairs[k + 1].seconds - pairs[k].seconds) / pairs[k].length_seconds);
+}
+
 }  // namespace
 
 absl::Status DriveCameraOptions::Validate() const {
@@ -70,34 +117,54 @@ absl::Status DriveCameraOptions::Validate() const {
         absl::StrCat("pairs is ", pairs, ", longest_frames ", longest_frames, ", first_frame ",
                      first_frame, "; they must be positive, the last not negative"));
   }
+  EGOSIEVE_RETURN_IF_ERROR(own_vehicle.Validate());
   return equalization.Validate();
 }
 
 absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
                                              const DriveCameraOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  const int64_t known = source.expected_frame_count() - options.first_frame;
-  const int64_t length = std::min(known > 0 ? known : kUnknownLength, options.longest_frames);
-  const int64_t step = std::max<int64_t>(length / options.pairs, 1);
-  FocalPosterior posterior;
+  EGOSIEVE_ASSIGN_OR_RETURN(const DrivePairs drive, ReadPairs(source, options));
   DriveCamera camera;
-  for (int k = 0; k < options.pairs; ++k) {
-    const int64_t index = options.first_frame + k * step;
-    if (index < source.next_index()) continue;
-    EGOSIEVE_RETURN_IF_ERROR(source.SeekTo(index));
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<PicturePair> pictures,
-                              ReadPair(source, options.equalization));
-    if (!pictures) continue;
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<PointPair> links, Links(*pictures));
-    if (static_cast<int64_t>(links.size()) < kFewestLinks) continue;
-    const cv::Size size = pictures->first.size();
-    const Pinhole guess =
-        Pinhole::Of(size, posterior.Estimate() * std::max(size.width, size.height));
-    posterior.Observe(links, guess, EstimateTwoViewMotion(links, guess, {}), size);
-    ++camera.pair_count;
+  std::vector<cv::Mat1b> pictures;
+  for (const LinkedPair& pair : drive.pairs) pictures.push_back(pair.reduced);
+  FixedPlaces fixed;
+  if (options.finds_own_vehicle) {
+    fixed = FindFixedPlaces(pictures, drive.size, options.own_vehicle);
   }
-  camera.focal_ratio = posterior.Estimate();
-  camera.log_focal_deviation = posterior.LogDeviation();
+  const double longer_side = std::max(drive.size.width, drive.size.height);
+  FocalPosterior posterior;
+  const auto focal_ratio = [&] {
+    return options.focal_ratio > 0.0 ? options.focal_ratio : posterior.Estimate();
+  };
+  std::vector<std::vector<PointPair>> links_of;
+  std::vector<TwoViewMotion> motions;
+  std::vector<double> times_of;
+  for (size_t k = 0; k < drive.pairs.size(); ++k) {
+    const LinkedPair& pair = drive.pairs[k];
+    std::vector<PointPair> links;
+    std::copy_if(pair.links.begin(), pair.links.end(), std::back_inserter(links),
+                 [&](const PointPair& p) {
+                   return !fixed.IsFixed(p.x1, p.y1) && !fixed.IsFixed(p.x2, p.y2);
+                 });
+    if (static_cast<int64_t>(links.size()) < kFewestLinks) continue;
+    const Pinhole guess = Pinhole::Of(drive.size, focal_ratio() * longer_side);
+    motions.push_back(EstimateTwoViewMotion(links, guess, {}));
+    posterior.Observe(links, guess, motions.back(), drive.size);
+    links_of.push_back(std::move(links));
+    times_of.push_back(TimesAsLong(drive.pairs, k));
+  }
+  camera.pair_count = static_cast<int>(links_of.size());
+  camera.focal_ratio = focal_ratio();
+  camera.log_focal_deviation = options.focal_ratio > 0.0 ? 0.0 : posterior.LogDeviation();
+  if (drive.pairs.empty()) return camera;
+  const Pinhole learnt = Pinhole::Of(drive.size, camera.focal_ratio * longer_side);
+  std::vector<PairWorld> worlds;
+  for (size_t k = 0; k < links_of.size(); ++k) {
+    const TwoViewMotion motion = RefineTwoViewMotion(links_of[k], learnt, motions[k], {});
+    worlds.push_back({motion, times_of[k], GroundSlope(links_of[k], motion, learnt)});
+  }
+  camera.own_vehicle = ProveOwnVehicle(fixed, worlds, learnt, options.own_vehicle);
   return camera;
 }
 

@@ -1,14 +1,19 @@
 // The camera of a recorded drive, learnt in a first pass over some of its pictures.
 //
-// Pairs of pictures about 0.08 s apart, spread over the drive, tell the focal length
-// (focal_posterior.h). A recording can be read twice, a live camera cannot.
+// Pairs of pictures about 0.08 s apart, spread over the drive, tell what of the image is the own
+// vehicle (own_vehicle.h) and, without it, the focal length (focal_posterior.h). A recording can be
+// read twice, a live camera cannot.
 #ifndef EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
 #define EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "vision/frame/equalization.h"
 #include "vision/frame/frame_source.h"
+#include "vision/own_vehicle/own_vehicle.h"
 
 namespace egosieve::vision {
 
@@ -16,13 +21,18 @@ struct DriveCamera {
   double focal_ratio = 0.0;          // focal length over the image's longer side
   double log_focal_deviation = 0.0;  // standard deviation of the focal length's logarithm
   int pair_count = 0;                // pairs of pictures that it rests on
+  cv::Mat1b own_vehicle;             // 255 where it is, else 0; empty: nowhere
 };
 
 struct DriveCameraOptions {
   int pairs = 24;                 // looked at, at most; positive
   int64_t first_frame = 0;        // where the drive begins in the input
   int64_t longest_frames = 3000;  // of the drive that are looked at; positive
+  double focal_ratio = 0.0;       // of DriveCamera, where it is known; 0: to be learnt
+  bool finds_own_vehicle = true;
+  cv::Mat1b ignored;  // ignored_area.h: not the world, whatever else is found
   EqualizationOptions equalization;
+  OwnVehicleOptions own_vehicle;
 
   absl::Status Validate() const;
 };

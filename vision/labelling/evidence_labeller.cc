@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "kernels/base/status_macros.h"
+#include "vision/frame/ignored_area.h"
 
 namespace egosieve::vision {
 namespace {
@@ -57,6 +58,7 @@ EvidenceLabeller::EvidenceLabeller(const FrameLabellerOptions& options, GridTrac
                                    FeatureTracker features, EvidenceAccumulator accumulator)
     : stride_pixels_(options.flow_stride_pixels),
       draws_own_car_(options.evidence.own_car),
+      ignored_(options.ignored),
       grid_(std::move(grid)),
       features_(std::move(features)),
       accumulator_(std::move(accumulator)) {}
@@ -186,7 +188,7 @@ std::vector<TrackedPoint> EvidenceLabeller::Points(int gap, const GridLinks& ahe
   return points;
 }
 
-std::vector<cv::Point2f> EvidenceLabeller::UnfollowedPlaces(int gap) const {
+std::vector<cv::Point2f> EvidenceLabeller::UnfollowedPlaces(int gap, cv::Size image) const {
   std::vector<cv::Point2f> places;
   const cv::Size nodes = grid_.state().nodes;
   std::vector<uint8_t> reached;
@@ -194,7 +196,8 @@ std::vector<cv::Point2f> EvidenceLabeller::UnfollowedPlaces(int gap) const {
   for (const Track& track : grid_.tracks()) reached.push_back(track.Reaches(gap) ? 1 : 0);
   for (int n = 0; n < static_cast<int>(reached.size()); ++n) {
     if (reached[n] != 0 && IsSupported(reached, nodes, n)) continue;
-    places.push_back(PlaceOfNode(n, nodes.width, stride_pixels_));
+    const cv::Point2f place = PlaceOfNode(n, nodes.width, stride_pixels_);
+    if (!IsIgnored(ignored_, image, place.x, place.y)) places.push_back(place);
   }
   return places;
 }
@@ -227,7 +230,7 @@ absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(
   if (draws_own_car_ || before != nullptr || !evidence.views.empty()) evidence.grey = frame.grey;
   if (before != nullptr) {
     evidence.grey_before = before->grey;
-    evidence.unfollowed = UnfollowedPlaces(gap);
+    evidence.unfollowed = UnfollowedPlaces(gap, frame.grey.size());
   }
   return accumulator_.Add(evidence);
 }

@@ -81,7 +81,7 @@ class EvidenceLabeller {
   // `ahead` follows.
   std::vector<TrackedPoint> Points(int gap, const GridLinks& ahead) const;
   // Nodes of the grid without such a track, or without support.
-  std::vector<cv::Point2f> UnfollowedPlaces(int gap) const;
+  std::vector<cv::Point2f> UnfollowedPlaces(int gap, cv::Size image) const;
   // Step 4; `model` may be of kind kNone.
   // `before`: the other frame of the pair, or null. `world`: the calibrated motion, or null.
   // `views`: further pictures; those without a frame are passed over.
@@ -107,6 +107,7 @@ class EvidenceLabeller {
 
   int stride_pixels_;
   bool draws_own_car_;
+  cv::Mat1b ignored_;
   GridTracker grid_;
   FeatureTracker features_;
   EvidenceAccumulator accumulator_;

@@ -315,7 +315,7 @@ absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame&
   result.second_index = view.frame->frame.index;
   RecordMotion(ModelOf(view.motion, Camera(frame.grey.size()), 0), result);
   result.reason.clear();
-  LabelByEvidence(frame, points, MotionModel(), evidence, result);
+  LabelByEvidence(frame, points, MotionModel(), evidence, options_, result);
   result.times.labelling_milliseconds += watch.LapMilliseconds();
   return absl::OkStatus();
 }
@@ -377,7 +377,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   result.own_car = OwnCarAreas(evidence_.own_car(), frame.grey.size());
   if (model.trusted || !outlook.empty()) {
     result.reason.clear();
-    LabelByEvidence(frame, points, model, evidence, result);
+    LabelByEvidence(frame, points, model, evidence, options_, result);
   }
   result.times.labelling_milliseconds = watch.LapMilliseconds();
   return absl::OkStatus();

@@ -26,6 +26,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
@@ -67,6 +68,8 @@ struct FrameLabellerOptions {
   EvidenceTerms evidence;                           // needs LabelledSide::kCurrentFrame else
   LabelledSide labelled_side = LabelledSide::kCurrentFrame;
   EqualizationOptions equalization;
+  // ignored_area.h: no motion is estimated from there, and the labels there are static.
+  cv::Mat1b ignored;
 
   int frame_gap = 1;         // frames between the two of a pair; 1 to 100; 0: auto
   int feature_count = 0;     // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area

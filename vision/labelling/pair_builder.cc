@@ -5,6 +5,7 @@
 
 #include "kernels/base/status_macros.h"
 #include "vision/features/flow_grid.h"
+#include "vision/frame/ignored_area.h"
 #include "vision/labelling/stopwatch.h"
 #include "vision/matching/neighbour_agreement.h"
 
@@ -90,6 +91,9 @@ absl::Status AddFeatureMatches(const ExtractedFrame& first, const ExtractedFrame
                             FindMatches(a, b, prediction, options.windowed_search, matching));
   for (size_t i = 0; i < found.matches.size(); ++i) {
     if (options.drop_lone_matches && found.agrees[i] == 0) continue;
+    if (IsIgnored(options.ignored, second.grey.size(), found.places[i].x2, found.places[i].y2)) {
+      continue;
+    }
     pairs.labelled.push_back(found.places[i]);
     pairs.geometry.push_back(found.places[i]);
     pairs.matches.push_back(found.matches[i]);
@@ -141,6 +145,7 @@ FlowGridOptions GridOptionsOf(const FrameLabellerOptions& options) {
   grid.stride_pixels = options.flow_stride_pixels;
   grid.quality = options.flow_quality;
   grid.searches_lost = options.searches_lost;
+  grid.ignored = options.ignored;
   return grid;
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "vision/frame/ignored_area.h"
 #include "vision/geometry/residual.h"
 
 namespace egosieve::vision {
@@ -76,7 +77,7 @@ void LabelByDistance(const ExtractedFrame& labelled, const std::vector<PointPair
 
 void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint>& points,
                      const MotionModel& model, const EvidenceResult& evidence,
-                     LabelledFrame& result) {
+                     const FrameLabellerOptions& options, LabelledFrame& result) {
   result.noise_pixels = evidence.noise_pixels;
   // A line checks one direction of two: a lone place may pass by chance.
   const bool needs_support = model.kind == MotionModelKind::kFundamental;
@@ -103,6 +104,14 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
   }
   for (const GuidedPlace& place : evidence.standing) {
     add(place.now, place.before, evidence.standing_probability, EvidenceTerm::kEpipolar);
+  }
+  const int stride = options.flow_stride_pixels;
+  for (int y = stride / 2; y < frame.grey.rows && !options.ignored.empty(); y += stride) {
+    for (int x = stride / 2; x < frame.grey.cols; x += stride) {
+      if (!IsIgnored(options.ignored, frame.grey.size(), x, y)) continue;
+      const cv::Point2f place(static_cast<float>(x), static_cast<float>(y));
+      add(place, place, 0.0, EvidenceTerm::kEpipolar);
+    }
   }
   result.guided_count = static_cast<int64_t>(evidence.standing.size());
   result.outcome = LabelOutcome::kLabelled;

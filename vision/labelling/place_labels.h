@@ -23,10 +23,10 @@ void LabelByDistance(const ExtractedFrame& labelled, const std::vector<PointPair
                      const MotionModel& model, const FrameLabellerOptions& options,
                      MixtureState& mixture, LabelledFrame& result);
 
-// evidence: one a point.
+// evidence: one a point. The nodes of the flow grid that options.ignored covers are static.
 void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint>& points,
                      const MotionModel& model, const EvidenceResult& evidence,
-                     LabelledFrame& result);
+                     const FrameLabellerOptions& options, LabelledFrame& result);
 
 }  // namespace egosieve::vision
 

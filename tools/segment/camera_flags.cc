@@ -1,0 +1,89 @@
+#include "tools/segment/camera_flags.h"
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/files/atomic_file.h"
+#include "tools/run_folder/map_image.h"
+#include "tools/run_folder/run_folder.h"
+#include "tools/segment/lens_file.h"
+
+namespace egosieve::tools {
+
+void CameraFlags::AddFlags(CLI::App& app) {
+  app.add_option("--camera", camera_path_,
+                 "The lens: a run's camera.json, or COLMAP's cameras.txt; learnt in a first pass "
+                 "over the drive where it is not given")
+      ->type_name("FILE");
+  app.add_option("--ignore", ignore_path_,
+                 "Image of the frames' size: where it is not black, nothing is the world, and "
+                 "nothing is marked")
+      ->type_name("MASK");
+  app.add_flag("--own_vehicle,!--no_own_vehicle", finds_own_vehicle_,
+               "Find what is fixed in the image (bonnet, dashboard, time stamp, reflections) in "
+               "the first pass")
+      ->capture_default_str();
+}
+
+absl::Status CameraFlags::Read(const DriveInput& input) {
+  if (!camera_path_.empty()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(given_ratio_, ReadFocalRatio(camera_path_));
+  }
+  if (ignore_path_.empty()) return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat image, ReadImage(ignore_path_, cv::IMREAD_GRAYSCALE));
+  if (image.cols != input.width_pixels || image.rows != input.height_pixels) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "%s is %dx%d, the frames are %dx%d; give a mask of the frames' size", ignore_path_,
+        image.cols, image.rows, input.width_pixels, input.height_pixels));
+  }
+  ignored_ = image != 0;
+  return absl::OkStatus();
+}
+
+absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resumes,
+                               const std::string& directory,
+                               vision::FrameLabellerOptions& labeller) {
+  const bool was_given = labeller.focal_ratio > 0.0 || given_ratio_ > 0.0;
+  if (!(labeller.focal_ratio > 0.0)) labeller.focal_ratio = given_ratio_;
+  labeller.ignored = ignored_;
+  if (!labeller.WantsCamera() || (was_given && !finds_own_vehicle_)) return absl::OkStatus();
+  if (resumes) {
+    EGOSIEVE_ASSIGN_OR_RETURN(camera_, ReadRunCamera(directory));
+  }
+  if (!camera_) {
+    vision::DriveCameraOptions options;
+    options.first_frame = from;
+    options.equalization = labeller.equalization;
+    options.focal_ratio = labeller.focal_ratio;
+    options.ignored = ignored_;
+    options.finds_own_vehicle = finds_own_vehicle_;
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        camera_, LearnRunCamera(*input.frames, {input.width_pixels, input.height_pixels}, options));
+  }
+  labeller.focal_ratio = camera_->focal_ratio;
+  if (!camera_->own_vehicle.empty()) {
+    labeller.ignored =
+        ignored_.empty() ? camera_->own_vehicle : cv::Mat1b(ignored_ | camera_->own_vehicle);
+  }
+  return absl::OkStatus();
+}
+
+void CameraFlags::Describe(std::map<std::string, std::string>& flags) const {
+  // What a first pass finds follows from the input.
+  if (camera_ && !(given_ratio_ > 0.0)) flags["focal_ratio"] = "learnt";
+  if (!finds_own_vehicle_) flags["own_vehicle"] = "no";
+  if (!ignored_.empty()) flags["ignore"] = Fingerprint(ignored_);
+}
+
+absl::Status CameraFlags::Write(const std::string& directory) const {
+  if (!ignored_.empty()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePng(ignored_));
+    EGOSIEVE_RETURN_IF_ERROR(
+        kernels::WriteFileAtomically(absl::StrCat(directory, "/", RunFolder::kIgnored), png));
+  }
+  return camera_ ? WriteRunCamera(directory, *camera_) : absl::OkStatus();
+}
+
+}  // namespace egosieve::tools

@@ -1,0 +1,282 @@
+#include "vision/own_vehicle/own_vehicle.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/imgproc.hpp>
+
+#include "absl/strings/str_cat.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kLongestSide = 640;       // of the reduced picture
+constexpr int kWindow = 11;             // pixels
+constexpr double kSmoothing = 1.0;      // deviation of the Gaussian, pixels
+constexpr float kDamping = 1.0F;        // lambda, (grey levels per pixel)^2
+constexpr double kNoise = 2.0;          // grey levels; less contrast is blank
+constexpr double kChangingShare = 0.2;  // of the pictures show contrast: not blank
+constexpr int kClosing = 9;             // pixels: gaps in what is fixed, changing digits
+constexpr double kForward = 0.7;        // least part of a translation that is forward
+constexpr double kLeastBelow = 0.03;    // rays: nearer to the horizon the ground is too far
+constexpr size_t kFewestBelow = 20;     // points
+constexpr double kGroundShare = 0.3;    // of (OV3): traffic, which keeps up, and hills
+constexpr double kEnclosed = 0.6;       // share of own vehicle around what it encloses
+
+cv::Mat1f Mean(const cv::Mat1f& values) {
+  cv::Mat1f mean;
+  cv::boxFilter(values, mean, CV_32F, {kWindow, kWindow});
+  return mean;
+}
+
+cv::Mat1f Smooth(const cv::Mat1b& picture) {
+  cv::Mat1f smooth;
+  picture.convertTo(smooth, CV_32F);
+  cv::GaussianBlur(smooth, smooth, {}, kSmoothing);
+  return smooth;
+}
+
+cv::Mat1f MedianOf(const std::vector<cv::Mat1f>& pictures) {
+  cv::Mat1f median(pictures[0].size());
+  std::vector<float> values(pictures.size());
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  for (int y = 0; y < median.rows; ++y) {
+    for (int x = 0; x < median.cols; ++x) {
+      for (size_t k = 0; k < pictures.size(); ++k) values[k] = pictures[k](y, x);
+      std::nth_element(values.begin(), middle, values.end());
+      median(y, x) = *middle;
+    }
+  }
+  return median;
+}
+
+// M, its gradient and their covariances in the window.
+struct Reference {
+  explicit Reference(const cv::Mat1f& median) : values(median), mean(Mean(median)) {
+    cv::Sobel(values, gx, CV_32F, 1, 0, 3, 1.0 / 8.0);
+    cv::Sobel(values, gy, CV_32F, 0, 1, 3, 1.0 / 8.0);
+    mean_gx = Mean(gx);
+    mean_gy = Mean(gy);
+    variance = Mean(values.mul(values)) - mean.mul(mean);
+    xx = Mean(gx.mul(gx)) - mean_gx.mul(mean_gx);
+    xy = Mean(gx.mul(gy)) - mean_gx.mul(mean_gy);
+    yy = Mean(gy.mul(gy)) - mean_gy.mul(mean_gy);
+    xm = Mean(gx.mul(values)) - mean_gx.mul(mean);
+    ym = Mean(gy.mul(values)) - mean_gy.mul(mean);
+  }
+
+  cv::Mat1f values, mean, variance, gx, gy, mean_gx, mean_gy, xx, xy, yy, xm, ym;
+};
+
+struct Votes {
+  cv::Mat1i agreeing, contrasting;
+};
+
+// (OV1) for one picture.
+void Vote(const Reference& m, const cv::Mat1f& picture, const OwnVehicleOptions& options,
+          Votes& votes) {
+  const cv::Mat1f mean = Mean(picture);
+  const cv::Mat1f variance = Mean(picture.mul(picture)) - mean.mul(mean);
+  const cv::Mat1f im = Mean(picture.mul(m.values)) - mean.mul(m.mean);
+  const cv::Mat1f ix = Mean(picture.mul(m.gx)) - mean.mul(m.mean_gx);
+  const cv::Mat1f iy = Mean(picture.mul(m.gy)) - mean.mul(m.mean_gy);
+  for (int y = 0; y < picture.rows; ++y) {
+    for (int x = 0; x < picture.cols; ++x) {
+      votes.contrasting(y, x) += variance(y, x) > kNoise * kNoise;
+      const double vm = m.variance(y, x), vi = variance(y, x), c = im(y, x);
+      if (!(vm > 0.0 && vi > 0.0) || !(c >= options.least_correlation * std::sqrt(vm * vi))) {
+        continue;
+      }
+      const double a = c / vm;
+      const double bx = ix(y, x) / a - m.xm(y, x), by = iy(y, x) / a - m.ym(y, x);
+      const double xx = m.xx(y, x) + kDamping, yy = m.yy(y, x) + kDamping, xy = m.xy(y, x);
+      const double determinant = xx * yy - xy * xy;
+      const double shift = std::hypot(yy * bx - xy * by, xx * by - xy * bx) / determinant;
+      votes.agreeing(y, x) += shift <= options.most_shift_pixels;
+    }
+  }
+}
+
+// tau of two_view_motion.h: the translation as the first camera sees it.
+Eigen::Vector3d TauOf(const TwoViewMotion& motion) {
+  return motion.rotation.transpose() * motion.translation;
+}
+
+// How far below the point that the camera moves to; rays. Not above 0 where it does not move there.
+double Below(const Eigen::Vector3d& ray, const Eigen::Vector3d& tau) {
+  return std::abs(tau(2)) < kForward ? 0.0 : ray(1) - tau(1) / tau(2);
+}
+
+// (OV2) at a place of the whole picture; `scale`: pixels of the reduced picture in one of it.
+double EvidenceAt(const Eigen::Vector2d& place, const Eigen::Matrix2d& s, double scale,
+                  const std::vector<PairWorld>& worlds, const Pinhole& camera,
+                  const OwnVehicleOptions& options) {
+  const double sigma = options.most_shift_pixels;
+  const Eigen::Vector3d ray = camera.Ray(place(0), place(1));
+  double evidence = 0.0;
+  for (const PairWorld& world : worlds) {
+    if (!world.motion.found) continue;
+    const Eigen::Vector3d turned = world.motion.rotation * ray;
+    if (!(turned(2) > 0.0)) continue;
+    const Eigen::Vector3d tau = TauOf(world.motion);
+    const Eigen::Vector2d w = scale * (camera.Project(turned) - place);
+    const Eigen::Vector2d e =
+        world.times * scale * camera.focal_pixels * (tau.head<2>() - tau(2) * ray.head<2>());
+    const double least = world.ground_slope * std::max(0.0, Below(ray, tau));
+    const double curvature = e.dot(s * e), slope = e.dot(s * w);
+    const double r = curvature > 0.0 ? std::max(least, -slope / curvature) : least;
+    const double cost = w.dot(s * w) + 2.0 * r * slope + r * r * curvature;
+    evidence += std::min(options.most_pair_evidence, 0.5 * cost / (sigma * sigma));
+  }
+  return evidence;
+}
+
+// Adds blank parts of which own vehicle is most of what is around them; the image's border is
+// neither for nor against.
+void FillEnclosed(const cv::Mat1b& kind, cv::Mat1b& own) {
+  cv::morphologyEx(own, own, cv::MORPH_CLOSE,
+                   cv::getStructuringElement(cv::MORPH_ELLIPSE, {kClosing, kClosing}));
+  cv::Mat1b blank = (kind == FixedPlaces::kBlank) & (own == 0);
+  cv::Mat1i component;
+  const int count = cv::connectedComponents(blank, component, 4, CV_32S);
+  std::vector<int64_t> around(count, 0), own_around(count, 0);
+  for (int y = 0; y < own.rows; ++y) {
+    for (int x = 0; x < own.cols; ++x) {
+      for (const cv::Point step : {cv::Point(1, 0), cv::Point(0, 1)}) {
+        const cv::Point a(x, y), b = a + step;
+        if (b.x >= own.cols || b.y >= own.rows || component(a) == component(b)) continue;
+        for (const auto& [inside, outside] : {std::pair(a, b), std::pair(b, a)}) {
+          ++around[component(inside)];
+          own_around[component(inside)] += own(outside) != 0;
+        }
+      }
+    }
+  }
+  for (int y = 0; y < own.rows; ++y) {
+    for (int x = 0; x < own.cols; ++x) {
+      const int c = component(y, x);
+      if (c == 0 || around[c] == 0) continue;
+      if (static_cast<double>(own_around[c]) >= kEnclosed * static_cast<double>(around[c])) {
+        own(y, x) = 255;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+absl::Status OwnVehicleOptions::Validate() const {
+  const auto error = [](auto... parts) {
+    return absl::InvalidArgumentError(absl::StrCat(parts...));
+  };
+  if (fewest_pictures < 3) {
+    return error("fewest_pictures is ", fewest_pictures, "; it must be at least 3");
+  }
+  if (!(least_correlation > 0 && least_correlation < 1)) {
+    return error("least_correlation is ", least_correlation, "; it must lie in (0, 1)");
+  }
+  if (!(agreeing_share > 0 && agreeing_share <= 1)) {
+    return error("agreeing_share is ", agreeing_share, "; it must lie in (0, 1]");
+  }
+  for (const auto& [name, value] :
+       {std::pair("most_shift_pixels", most_shift_pixels),
+        std::pair("least_contrast", least_contrast), std::pair("least_evidence", least_evidence),
+        std::pair("most_pair_evidence", most_pair_evidence)}) {
+    if (!(value > 0) || !std::isfinite(value)) {
+      return error(name, " is ", value, "; it must be positive");
+    }
+  }
+  return absl::OkStatus();
+}
+
+double GroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
+                   const Pinhole& camera) {
+  if (!motion.HasParallax()) return 0.0;
+  const Eigen::Vector3d tau = TauOf(motion);
+  std::vector<double> slopes;
+  for (const PointPair& pair : pairs) {
+    const Eigen::Vector3d ray = camera.Ray(pair.x1, pair.y1);
+    const double below = Below(ray, tau);
+    if (below < kLeastBelow) continue;
+    const PairLikelihood likelihood = LikelihoodOf(motion, camera, pair);
+    if (likelihood.log_static < likelihood.log_moving) continue;
+    slopes.push_back(likelihood.along / (tau.head<2>() - tau(2) * ray.head<2>()).norm() / below);
+  }
+  if (slopes.size() < kFewestBelow) return 0.0;
+  const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
+  std::nth_element(slopes.begin(), middle, slopes.end());
+  return kGroundShare * std::max(0.0, *middle);
+}
+
+bool FixedPlaces::IsFixed(double x, double y) const {
+  if (kind.empty()) return false;
+  const int column = static_cast<int>((x + 0.5) * kind.cols / image.width);
+  const int row = static_cast<int>((y + 0.5) * kind.rows / image.height);
+  return column >= 0 && row >= 0 && column < kind.cols && row < kind.rows &&
+         kind(row, column) == kFixed;
+}
+
+cv::Mat1b ReducedPicture(const cv::Mat1b& grey) {
+  const double scale =
+      std::min(1.0, static_cast<double>(kLongestSide) / std::max(grey.cols, grey.rows));
+  if (scale == 1.0) return grey;
+  cv::Mat1b reduced;
+  cv::resize(grey, reduced, {}, scale, scale, cv::INTER_AREA);
+  return reduced;
+}
+
+FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image,
+                            const OwnVehicleOptions& options) {
+  FixedPlaces places;
+  places.image = image;
+  if (static_cast<int>(reduced.size()) < options.fewest_pictures) return places;
+  std::vector<cv::Mat1f> pictures;
+  for (const cv::Mat1b& picture : reduced) pictures.push_back(Smooth(picture));
+  const Reference median(MedianOf(pictures));
+  const cv::Size size = pictures[0].size();
+  Votes votes{cv::Mat1i::zeros(size), cv::Mat1i::zeros(size)};
+  for (const cv::Mat1f& picture : pictures) Vote(median, picture, options, votes);
+  const double count = static_cast<double>(pictures.size());
+  places.kind = cv::Mat1b(size, FixedPlaces::kBlank);
+  const cv::Mat1f trace = median.xx + median.yy + 1e-6F;
+  places.s_xx = median.xx / trace;
+  places.s_xy = median.xy / trace;
+  places.s_yy = median.yy / trace;
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      if (median.variance(y, x) >= options.least_contrast * options.least_contrast &&
+          votes.agreeing(y, x) >= options.agreeing_share * count) {
+        places.kind(y, x) = FixedPlaces::kFixed;
+      } else if (votes.contrasting(y, x) >= kChangingShare * count) {
+        places.kind(y, x) = FixedPlaces::kChanging;
+      }
+    }
+  }
+  return places;
+}
+
+cv::Mat1b ProveOwnVehicle(const FixedPlaces& places, const std::vector<PairWorld>& worlds,
+                          const Pinhole& camera, const OwnVehicleOptions& options) {
+  if (places.kind.empty()) return {};
+  const double scale = static_cast<double>(places.kind.cols) / places.image.width;
+  cv::Mat1b own = cv::Mat1b::zeros(places.kind.size());
+  for (int y = 0; y < own.rows; ++y) {
+    for (int x = 0; x < own.cols; ++x) {
+      if (places.kind(y, x) != FixedPlaces::kFixed) continue;
+      Eigen::Matrix2d s;
+      s << places.s_xx(y, x), places.s_xy(y, x), places.s_xy(y, x), places.s_yy(y, x);
+      const Eigen::Vector2d place((x + 0.5) / scale - 0.5, (y + 0.5) / scale - 0.5);
+      if (EvidenceAt(place, s, scale, worlds, camera, options) > options.least_evidence) {
+        own(y, x) = 255;
+      }
+    }
+  }
+  if (cv::countNonZero(own) == 0) return {};
+  FillEnclosed(places.kind, own);
+  cv::Mat1b whole;
+  cv::resize(own, whole, places.image, 0, 0, cv::INTER_NEAREST);
+  return whole;
+}
+
+}  // namespace egosieve::vision

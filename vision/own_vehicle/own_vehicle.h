@@ -1,0 +1,96 @@
+// The own vehicle: what is fixed in the image all drive long while the world moves. Bonnet,
+// dashboard, mirror, time stamp, black borders and reflections in the windscreen.
+//
+// 1. Candidates. From N pictures spread over the drive, M is their median, pixel by pixel: what is
+//    fixed stays sharp in it, all else blurs. In a window around each pixel a picture I is fitted
+//    by a shifted M,
+//
+//      I ~ a M(x + u) + b,   a = cov(I, M) / var(M),
+//      (cov(G, G) + lambda) u = cov(G, I) / a - cov(G, M),   G the gradient of M            (OV1)
+//
+//    and agrees with it where the correlation of I and M is at least `least_correlation` and |u| at
+//    most `most_shift_pixels`. A pixel with contrast in M is a candidate where `agreeing_share` of
+//    the pictures agree. What the camera follows does not stay in place to a fraction of a pixel.
+//
+// 2. Proof. What is far away and straight ahead is fixed as well, and so are lines that lead there.
+//    Between a picture k and the next the world at a candidate would move by w_k + n_k r e_k, r >=
+//    r_k its inverse depth (w_k by the camera's rotation, e_k by its translation between k and a
+//    picture soon after, n_k times as long ago as the next), of which the structure tensor S of M,
+//    trace 1, sees a part:
+//
+//      E = sum_k min(c, min_r |S^(1/2) (w_k + n_k r e_k)|^2 / (2 sigma^2))                  (OV2)
+//
+//    is the log likelihood ratio of "fixed" against "world". The candidate is own vehicle where
+//    E > least_evidence. Above the horizon r_k is 0. Below it nothing is farther than the ground,
+//
+//      r_k = g max(0, p_y - tau_y / tau_z),   g = share median(r / (p_y - tau_y / tau_z))   (OV3)
+//
+//    over the static points below the point that an upright camera moves to; g is 0 where it does
+//    not move forward.
+//
+// 3. Blank parts that own vehicle and the image's border enclose belong to it.
+//
+// All this on pictures reduced to at most 640 pixels. Reference for the median of what is fixed:
+// Dekel, Rubinstein, Liu & Freeman (2017), on watermarks.
+#ifndef EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_H_
+#define EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_H_
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "vision/evidence/pinhole.h"
+#include "vision/geometry/point_pair.h"
+#include "vision/trajectory/two_view_motion.h"
+
+namespace egosieve::vision {
+
+struct OwnVehicleOptions {
+  int fewest_pictures = 12;         // with fewer there is no own vehicle; at least 3
+  double least_correlation = 0.6;   // in (0, 1)
+  double most_shift_pixels = 0.3;   // of the reduced picture, also sigma; positive
+  double agreeing_share = 0.8;      // in (0, 1]
+  double least_contrast = 2.5;      // standard deviation of M in the window, grey levels; positive
+  double least_evidence = 12.0;     // positive
+  double most_pair_evidence = 4.0;  // c, of one pair; positive
+
+  absl::Status Validate() const;
+};
+
+// The world between a picture and one soon after.
+struct PairWorld {
+  TwoViewMotion motion;
+  double times = 1.0;         // n of (OV2); cameras turn to and fro, but travel on
+  double ground_slope = 0.0;  // g of (OV3)
+};
+
+// (OV3) from the places that `motion` was estimated from.
+double GroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
+                   const Pinhole& camera);
+
+// What step 1 found, in the reduced picture's pixels.
+struct FixedPlaces {
+  enum Kind : uint8_t { kBlank = 0, kChanging = 1, kFixed = 2 };
+  cv::Size image;              // of the whole pictures
+  cv::Mat1b kind;              // of the reduced picture; empty: too few pictures
+  cv::Mat1f s_xx, s_xy, s_yy;  // S
+
+  // Whether the place, in pixels of the whole picture, is a candidate.
+  bool IsFixed(double x, double y) const;
+};
+
+// A grey picture as step 1 uses it.
+cv::Mat1b ReducedPicture(const cv::Mat1b& grey);
+
+// reduced: ReducedPicture() of pictures of the size `image`. `options` must be valid.
+FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image,
+                            const OwnVehicleOptions& options);
+
+// Steps 2 and 3: 255 where the own vehicle is, else 0, of the size of the image; empty where it is
+// nowhere. Motions that were not found are passed over. `camera` is that of the whole image.
+cv::Mat1b ProveOwnVehicle(const FixedPlaces& places, const std::vector<PairWorld>& worlds,
+                          const Pinhole& camera, const OwnVehicleOptions& options);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_H_
