@@ -162,7 +162,7 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   std::vector<PairWorld> worlds;
   for (size_t k = 0; k < links_of.size(); ++k) {
     const TwoViewMotion motion = RefineTwoViewMotion(links_of[k], learnt, motions[k], {});
-    worlds.push_back({motion, times_of[k], GroundSlope(links_of[k], motion, learnt)});
+    worlds.push_back({motion, times_of[k], LeastGroundSlope(links_of[k], motion, learnt)});
   }
   camera.own_vehicle = ProveOwnVehicle(fixed, worlds, learnt, options.own_vehicle);
   return camera;

@@ -357,6 +357,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   if (options_.IsCalibrated()) {
     Stopwatch watch;
     world = EstimateTwoViewMotion(geometry, camera, {});
+    world.ground_slope = GroundSlope(geometry, world, camera);
     model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
     RecordMotion(model, result);
     result.times.geometry_milliseconds = watch.LapMilliseconds();

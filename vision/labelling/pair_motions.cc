@@ -92,6 +92,7 @@ TwoViewMotion PairMotions::Along(const ExtractedFrame& first, const ExtractedFra
     pairs.push_back({node.x, node.y, places[n].x, places[n].y});
   }
   known->second = EstimateTwoViewMotion(pairs, camera, {});
+  known->second.ground_slope = GroundSlope(pairs, known->second, camera);
   return known->second;
 }
 

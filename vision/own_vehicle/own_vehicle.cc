@@ -190,8 +190,8 @@ absl::Status OwnVehicleOptions::Validate() const {
   return absl::OkStatus();
 }
 
-double GroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
-                   const Pinhole& camera) {
+double LeastGroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
+                        const Pinhole& camera) {
   if (!motion.HasParallax()) return 0.0;
   const Eigen::Vector3d tau = TauOf(motion);
   std::vector<double> slopes;

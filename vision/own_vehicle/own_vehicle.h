@@ -65,8 +65,8 @@ struct PairWorld {
 };
 
 // (OV3) from the places that `motion` was estimated from.
-double GroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
-                   const Pinhole& camera);
+double LeastGroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
+                        const Pinhole& camera);
 
 // What step 1 found, in the reduced picture's pixels.
 struct FixedPlaces {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "vision/trajectory/ground_bound.h"
 #include "vision/trajectory/parallax_prior.h"
 
 namespace egosieve::vision {
@@ -21,6 +22,7 @@ using Eigen::Vector3d;
 using Vector5d = Eigen::Matrix<double, 5, 1>;
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
 
+constexpr double kShowing = 3.0;  // deviations of a parallax that shows
 constexpr size_t kFewestPairs = 20;
 // The exponential prior is no narrower than this share of sigma: a Gaussian then, in effect.
 constexpr double kLeastParallax = 0.02;
@@ -62,7 +64,8 @@ Vector2d Derotated(const Matrix3d& rotation, const Vector2d& q) {
   return ray.head<2>() / ray(2);
 }
 
-Terms TermsOf(const RayPair& pair, const State& state) {
+// least: of the inverse depths.
+Terms TermsOf(const RayPair& pair, const State& state, double least = 0.0) {
   Terms terms;
   terms.d = Derotated(state.rotation, pair.q) - pair.p;
   const Vector2d e = state.tau.head<2>() - state.tau(2) * pair.p;
@@ -72,7 +75,8 @@ Terms TermsOf(const RayPair& pair, const State& state) {
   terms.c = terms.d.dot(Perpendicular(terms.u));
   const double sigma = state.noise;
   terms.parallax =
-      EvaluateParallax(terms.s, std::max(state.mean * terms.length, kLeastParallax * sigma), sigma);
+      EvaluateParallax(terms.s - least * terms.length,
+                       std::max(state.mean * terms.length, kLeastParallax * sigma), sigma);
   terms.log_static = terms.parallax.log_density - 0.5 * (terms.c / sigma) * (terms.c / sigma) -
                      std::log(sigma * std::sqrt(2.0 * std::numbers::pi));
   const double scale = state.moving_scale;
@@ -415,19 +419,37 @@ Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& camera) 
   return k * motion.rotation * k.inverse();
 }
 
+double GroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
+                   const Pinhole& camera) {
+  if (!motion.HasParallax()) return 0.0;
+  const State state = StateOf(motion);
+  std::vector<BelowHorizon> places;
+  for (const PointPair& pair : pairs) {
+    const RayPair rays = {camera.Ray(pair.x1, pair.y1).head<2>(),
+                          camera.Ray(pair.x2, pair.y2).head<2>()};
+    const double below = Below(rays.p, state.tau);
+    if (!(below > 0.0)) continue;
+    const Terms terms = TermsOf(rays, state);
+    if (terms.log_static < terms.log_moving || terms.s < kShowing * state.noise) continue;
+    places.push_back({terms.s / terms.length, below});
+  }
+  return GroundSlopeOf(places);
+}
+
 PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,
                             const PointPair& pair) {
   const RayPair rays = {camera.Ray(pair.x1, pair.y1).head<2>(),
                         camera.Ray(pair.x2, pair.y2).head<2>()};
   const State state = StateOf(motion);
-  const Terms terms = TermsOf(rays, state);
+  const double least = LeastInverseDepth(motion.ground_slope, rays.p, state.tau);
+  const Terms terms = TermsOf(rays, state, least);
   PairLikelihood likelihood;
   likelihood.log_static = terms.log_static;
   likelihood.log_moving = terms.log_moving;
   likelihood.along = terms.s;
   likelihood.across = terms.c;
   // The same parallax along the line, none across and none negative, turned back.
-  const Vector2d there = rays.p + std::max(terms.s, 0.0) * terms.u;
+  const Vector2d there = rays.p + std::max(terms.s, least * terms.length) * terms.u;
   likelihood.standing = camera.Project(motion.rotation * Vector3d(there(0), there(1), 1.0));
   return likelihood;
 }

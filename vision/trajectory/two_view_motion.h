@@ -66,6 +66,7 @@ struct TwoViewMotion {
   double noise_pixels = 0.0;                               // sigma
   double parallax_pixels = 0.0;                            // median of s over the static points
   Eigen::Matrix3d rotation_covariance = Eigen::Matrix3d::Zero();  // radians^2
+  double ground_slope = 0.0;  // g of ground_bound.h; 0: not known. The estimate leaves it at 0
 
   // Whether the translation shows: half of the static points moved by more than two deviations.
   bool HasParallax() const { return found && 2.0 * noise_pixels < parallax_pixels; }
@@ -89,7 +90,13 @@ Eigen::Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& c
 // Found where the translation shows.
 RelativePose PoseOf(const TwoViewMotion& motion);
 
-// One pair under a motion.
+// g from the pairs that the motion was estimated from: those that are static, with a parallax that
+// shows. 0 where the translation does not show.
+double GroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
+                   const Pinhole& camera);
+
+// One pair under a motion. Where the ground is known, (TV4) is that of inverse depths from
+// LeastInverseDepth on.
 struct PairLikelihood {
   double log_static = 0.0, log_moving = 0.0;           // (TV4), (TV5)
   double along = 0.0, across = 0.0;                    // s and c, rays

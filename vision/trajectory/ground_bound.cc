@@ -1,0 +1,50 @@
+#include "vision/trajectory/ground_bound.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace egosieve::vision {
+namespace {
+
+constexpr double kGroundShare = 0.6;
+constexpr double kForward = 0.7;        // least part of the motion along the line of sight
+constexpr double kHorizonError = 0.01;  // rays
+constexpr double kPeak = 0.15;          // of log(r / below), to both sides of the mode
+constexpr double kLeastShare = 0.2;     // of the places agree with the mode
+constexpr size_t kFewestPlaces = 40;
+
+}  // namespace
+
+double GroundSlopeOf(const std::vector<BelowHorizon>& places) {
+  std::vector<double> logs;
+  for (const BelowHorizon& place : places) {
+    if (place.inverse_depth > 0.0 && place.below > 0.0) {
+      logs.push_back(std::log(place.inverse_depth / place.below));
+    }
+  }
+  if (logs.size() < kFewestPlaces) return 0.0;
+  std::sort(logs.begin(), logs.end());
+  size_t first = 0, best_first = 0, best_count = 0;
+  for (size_t last = 0; last < logs.size(); ++last) {
+    while (logs[last] - logs[first] > 2.0 * kPeak) ++first;
+    if (last - first + 1 > best_count) {
+      best_count = last - first + 1;
+      best_first = first;
+    }
+  }
+  if (static_cast<double>(best_count) < kLeastShare * static_cast<double>(logs.size())) return 0.0;
+  return kGroundShare * std::exp(logs[best_first + best_count / 2]);
+}
+
+double Below(const Eigen::Vector2d& ray, const Eigen::Vector3d& tau) {
+  if (!(std::abs(tau(2)) >= kForward)) return 0.0;
+  return std::max(0.0, ray(1) - tau(1) / tau(2) - kHorizonError);
+}
+
+double LeastInverseDepth(double ground_slope, const Eigen::Vector2d& ray,
+                         const Eigen::Vector3d& tau) {
+  return ground_slope > 0.0 ? ground_slope * Below(ray, tau) : 0.0;
+}
+
+}  // namespace egosieve::vision
