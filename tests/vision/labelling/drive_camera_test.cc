@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 #include "tests/vision/labelling/street_drive.h"
@@ -58,6 +60,52 @@ TEST(DriveCamera, ATurnTellsTheFocalLength) {
   EXPECT_EQ(LearnDriveCamera(again, {})->focal_ratio, camera.focal_ratio);
   PictureSource torn(pictures, {2, 3, 9});
   EXPECT_NEAR(std::log(LearnDriveCamera(torn, {})->focal_ratio), std::log(truth), 0.26);
+}
+
+// Pairs of a drive, `step` frames from one to the next.
+std::vector<DrivePicture> PairsOf(const Scenario& scenario, int pairs, int step) {
+  std::vector<DrivePicture> pictures;
+  for (int k = 0; k < pairs; ++k) {
+    for (DrivePicture& picture : PicturesOf(scenario, 20 + k * step, 2)) {
+      pictures.push_back(std::move(picture));
+    }
+  }
+  return pictures;
+}
+
+TEST(DriveCamera, ABonnetIsTheOwnVehicle) {
+  std::vector<DrivePicture> pictures = PairsOf(EditedScenario("turning", 3, [](Scene&) {}), 16, 5);
+  cv::Mat bonnet = pictures[0].frame.image(cv::Rect(0, 100, 400, 60)).clone();
+  for (DrivePicture& picture : pictures) {
+    bonnet.copyTo(picture.frame.image(cv::Rect(0, 180, 400, 60)));
+  }
+  PictureSource source(pictures);
+  const DriveCamera camera = *LearnDriveCamera(source, {});
+  ASSERT_FALSE(camera.own_vehicle.empty());
+  EXPECT_GT(cv::countNonZero(camera.own_vehicle(cv::Rect(0, 188, 400, 52))), 0.9 * 400 * 52);
+  EXPECT_LT(cv::countNonZero(camera.own_vehicle(cv::Rect(0, 0, 400, 172))), 0.01 * 400 * 172);
+
+  DriveCameraOptions without;
+  without.finds_own_vehicle = false;
+  PictureSource again(pictures);
+  EXPECT_TRUE(LearnDriveCamera(again, without)->own_vehicle.empty());
+}
+
+TEST(DriveCamera, AVehicleThatIsFollowedIsNotTheOwnVehicle) {
+  PictureSource source(PairsOf(EditedScenario("ahead", 4, [](Scene&) {}), 24, 5));
+  const cv::Mat1b own = LearnDriveCamera(source, {})->own_vehicle;
+  const double share =
+      own.empty() ? 0.0 : static_cast<double>(cv::countNonZero(own)) / own.size().area();
+  EXPECT_LT(share, 0.001);
+}
+
+TEST(DriveCamera, AFocalLengthThatIsKnownIsKept) {
+  DriveCameraOptions options;
+  options.focal_ratio = 1.25;
+  PictureSource source(PairsOf(EditedScenario("turning", 3, [](Scene&) {}), 2, 5));
+  const DriveCamera camera = *LearnDriveCamera(source, options);
+  EXPECT_EQ(camera.focal_ratio, 1.25);
+  EXPECT_EQ(camera.log_focal_deviation, 0.0);
 }
 
 TEST(DriveCamera, NoPairsLeaveThePrior) {

@@ -1,0 +1,152 @@
+#include "vision/own_vehicle/own_vehicle.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kWidth = 160, kHeight = 120;
+const cv::Rect kPanel(20, 84, 120, 24);  // fixed, with texture
+const cv::Rect kSky(0, 0, kWidth, 24);   // blank
+
+cv::Mat1b Texture(cv::Size size, uint64_t seed) {
+  cv::RNG random(seed);
+  cv::Mat1b texture(size);
+  random.fill(texture, cv::RNG::UNIFORM, 0, 255);
+  cv::GaussianBlur(texture, texture, {}, 1.2);
+  return texture;
+}
+
+// A world that goes by and a panel that stays, `sway` pixels to and fro.
+std::vector<cv::Mat1b> Drive(int count, double sway) {
+  const cv::Mat1b world = Texture({kWidth + 40 * count, kHeight}, 1);
+  const cv::Mat1b panel = Texture({kPanel.width + 8, kPanel.height + 8}, 2);
+  std::vector<cv::Mat1b> pictures;
+  for (int k = 0; k < count; ++k) {
+    cv::Mat1b picture = world(cv::Rect(37 * k, 0, kWidth, kHeight)).clone();
+    picture(kSky) = 200;
+    const double shift = sway * std::sin(1.7 * k);
+    cv::Mat1b moved;
+    const cv::Mat1d transform = (cv::Mat1d(2, 3) << 1, 0, shift, 0, 1, 0.5 * shift);
+    cv::warpAffine(panel, moved, transform, panel.size(), cv::INTER_CUBIC, cv::BORDER_REFLECT);
+    moved(cv::Rect(4, 4, kPanel.width, kPanel.height)).copyTo(picture(kPanel));
+    pictures.push_back(picture);
+  }
+  return pictures;
+}
+
+double ShareOf(const FixedPlaces& places, FixedPlaces::Kind kind, cv::Rect area) {
+  return static_cast<double>(cv::countNonZero(places.kind(area) == kind)) / area.area();
+}
+
+// Without the rim that the window blurs.
+cv::Rect Inner(cv::Rect area) {
+  return {area.x + 6, area.y + 6, area.width - 12, area.height - 12};
+}
+
+FixedPlaces Find(const std::vector<cv::Mat1b>& pictures) {
+  return FindFixedPlaces(pictures, {kWidth, kHeight}, {});
+}
+
+TEST(FixedPlaces, WhatStaysIsFixedWhatGoesByChangesAndTheSkyIsBlank) {
+  const FixedPlaces places = Find(Drive(20, 0.0));
+  EXPECT_GT(ShareOf(places, FixedPlaces::kFixed, Inner(kPanel)), 0.95);
+  EXPECT_GT(ShareOf(places, FixedPlaces::kChanging, {0, 36, kWidth, 36}), 0.95);
+  EXPECT_EQ(ShareOf(places, FixedPlaces::kFixed, {0, 36, kWidth, 36}), 0.0);
+  EXPECT_EQ(ShareOf(places, FixedPlaces::kBlank, {0, 0, kWidth, 16}), 1.0);
+  EXPECT_TRUE(places.IsFixed(80, 96));
+  EXPECT_FALSE(places.IsFixed(80, 50));
+  EXPECT_FALSE(places.IsFixed(-3, 96));
+}
+
+TEST(FixedPlaces, WhatSwaysIsNotFixed) {
+  // As a vehicle that is followed does, by much less than its size.
+  const FixedPlaces places = Find(Drive(20, 1.5));
+  EXPECT_LT(ShareOf(places, FixedPlaces::kFixed, Inner(kPanel)), 0.02);
+}
+
+TEST(FixedPlaces, AFewPicturesSayNothing) {
+  const FixedPlaces places = Find(Drive(OwnVehicleOptions().fewest_pictures - 1, 0.0));
+  EXPECT_TRUE(places.kind.empty());
+  EXPECT_FALSE(places.IsFixed(80, 96));
+  EXPECT_TRUE(ProveOwnVehicle(places, {}, Pinhole::Of({kWidth, kHeight}, 150), {}).empty());
+}
+
+// Everything fixed, with edges across `normal`.
+FixedPlaces AllFixed(const Eigen::Vector2d& normal) {
+  FixedPlaces places;
+  places.image = {kWidth, kHeight};
+  places.kind = cv::Mat1b(kHeight, kWidth, FixedPlaces::kFixed);
+  places.s_xx = cv::Mat1f(kHeight, kWidth, static_cast<float>(normal(0) * normal(0)));
+  places.s_xy = cv::Mat1f(kHeight, kWidth, static_cast<float>(normal(0) * normal(1)));
+  places.s_yy = cv::Mat1f(kHeight, kWidth, static_cast<float>(normal(1) * normal(1)));
+  return places;
+}
+
+std::vector<PairWorld> Worlds(double turn, double ground_slope) {
+  PairWorld world;
+  world.motion.found = true;
+  world.motion.rotation = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  world.motion.translation = -Eigen::Vector3d::UnitZ();
+  world.ground_slope = ground_slope;
+  return std::vector<PairWorld>(20, world);
+}
+
+cv::Mat1b Prove(const FixedPlaces& places, const std::vector<PairWorld>& worlds) {
+  return ProveOwnVehicle(places, worlds, Pinhole::Of(places.image, 150.0), {});
+}
+
+TEST(OwnVehicle, BelowTheHorizonTheGroundWouldMove) {
+  const cv::Mat1b own = Prove(AllFixed(Eigen::Vector2d(0, 1)), Worlds(0.0, 0.2));
+  ASSERT_FALSE(own.empty());
+  EXPECT_NE(own(110, 80), 0);
+  EXPECT_EQ(own(20, 80), 0);  // may be far away
+}
+
+TEST(OwnVehicle, ALineThatLeadsToWhereTheCameraMovesIsWorld) {
+  // A lane's line straight below the principal point: the ground moves along it.
+  const cv::Mat1b own = Prove(AllFixed(Eigen::Vector2d(1, 0)), Worlds(0.0, 0.2));
+  ASSERT_FALSE(own.empty());
+  EXPECT_EQ(own(110, 79), 0);
+  EXPECT_NE(own(110, 20), 0);
+}
+
+TEST(OwnVehicle, ATurnMovesWhatIsFarAway) {
+  EXPECT_TRUE(Prove(AllFixed(Eigen::Vector2d(0, 1)), Worlds(0.0, 0.0)).empty());
+  const cv::Mat1b own = Prove(AllFixed(Eigen::Vector2d(0, 1)), Worlds(0.01, 0.0));
+  ASSERT_FALSE(own.empty());
+  // Above, the translation may undo the turn, for some depth; not below.
+  EXPECT_NE(own(59, 80), 0);
+}
+
+TEST(OwnVehicle, BlankPartsThatItEnclosesBelongToIt) {
+  FixedPlaces places = AllFixed(Eigen::Vector2d(0, 1));
+  places.kind(cv::Rect(0, 0, kWidth, 70)) = FixedPlaces::kChanging;
+  const cv::Rect bonnet(40, 95, 80, 25);
+  places.kind(bonnet) = FixedPlaces::kBlank;  // reaches the lower edge
+  const cv::Rect sky(0, 0, kWidth, 20);
+  places.kind(sky) = FixedPlaces::kBlank;
+  const cv::Mat1b own = Prove(places, Worlds(0.0, 0.2));
+  ASSERT_FALSE(own.empty());
+  EXPECT_EQ(cv::countNonZero(own(bonnet)), bonnet.area());
+  EXPECT_EQ(cv::countNonZero(own(sky)), 0);
+}
+
+TEST(OwnVehicle, OptionsNameWhatIsWrong) {
+  OwnVehicleOptions options;
+  options.agreeing_share = 1.5;
+  EXPECT_NE(std::string(options.Validate().message()).find("agreeing_share is 1.5"),
+            std::string::npos);
+  options = {};
+  options.least_evidence = 0.0;
+  EXPECT_NE(std::string(options.Validate().message()).find("least_evidence"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace egosieve::vision

@@ -1,0 +1,80 @@
+#include "vision/trajectory/ground_bound.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "vision/trajectory/two_view_motion.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr double kSlope = 0.3;
+const Eigen::Vector3d kForward(0.0, 0.0, -1.0);
+
+// Ground places with a little noise, and as many of a wall at one depth.
+std::vector<BelowHorizon> Places(int ground, int wall) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> below(0.05, 0.5);
+  std::normal_distribution<double> noise(1.0, 0.05);
+  std::vector<BelowHorizon> places;
+  for (int i = 0; i < ground; ++i) {
+    const double b = below(random);
+    places.push_back({kSlope * b * noise(random), b});
+  }
+  for (int i = 0; i < wall; ++i) places.push_back({0.4, below(random)});
+  return places;
+}
+
+TEST(GroundBound, TheGroundIsFoundBesideAWall) {
+  const double alone = GroundSlopeOf(Places(200, 0));
+  EXPECT_GT(alone, 0.5 * kSlope);
+  EXPECT_LT(alone, 0.7 * kSlope);
+  EXPECT_NEAR(GroundSlopeOf(Places(200, 200)), alone, 0.05 * kSlope);
+}
+
+TEST(GroundBound, WithoutAgreementNothingIsKnown) {
+  std::vector<BelowHorizon> spread;
+  for (int i = 0; i < 200; ++i) spread.push_back({1e-3 * std::pow(1.05, i), 0.1});
+  EXPECT_EQ(GroundSlopeOf(spread), 0.0);
+  EXPECT_EQ(GroundSlopeOf(Places(20, 0)), 0.0);  // too few
+}
+
+TEST(GroundBound, OnlyBelowTheHorizonAndOnTheWayForward) {
+  EXPECT_EQ(LeastInverseDepth(kSlope, {0.1, -0.2}, kForward), 0.0);
+  EXPECT_NEAR(LeastInverseDepth(kSlope, {0.1, 0.2}, kForward), 0.2 * kSlope, 0.01);
+  EXPECT_EQ(LeastInverseDepth(0.0, {0.1, 0.2}, kForward), 0.0);
+  EXPECT_EQ(LeastInverseDepth(kSlope, {0.1, 0.2}, {1.0, 0.0, 0.0}), 0.0);
+  // A camera that looks down: the horizon is above the image's middle.
+  EXPECT_NEAR(LeastInverseDepth(kSlope, {0.0, 0.0}, Eigen::Vector3d(0, 0.2, -1).normalized()),
+              0.2 * kSlope, 0.01);
+}
+
+TEST(GroundBound, WhatKeepsItsDistanceAheadMoves) {
+  // A place on the road ahead that does not move in the image, while the camera does.
+  const Pinhole camera = Pinhole::Of({640, 360}, 600.0);
+  TwoViewMotion motion;
+  motion.found = true;
+  motion.translation = kForward;
+  motion.mean_parallax = 0.05;
+  motion.noise = 0.3 / 600.0;
+  motion.static_share = 0.9;
+  motion.moving_scale = 20.0 / 600.0;
+  motion.noise_pixels = 0.3;
+  const PointPair ahead{380.0, 260.0, 380.0, 260.0};
+  const PairLikelihood unbound = LikelihoodOf(motion, camera, ahead);
+  EXPECT_GT(unbound.log_static, unbound.log_moving);
+  motion.ground_slope = kSlope;
+  const PairLikelihood bound = LikelihoodOf(motion, camera, ahead);
+  EXPECT_LT(bound.log_static, bound.log_moving - 5.0);
+  EXPECT_GT(bound.standing(1), ahead.y2 + 1.0);  // a static place would have come nearer
+  // Above the horizon nothing changes.
+  const PointPair sky{380.0, 60.0, 380.0, 60.0};
+  EXPECT_GT(LikelihoodOf(motion, camera, sky).log_static,
+            LikelihoodOf(motion, camera, sky).log_moving);
+}
+
+}  // namespace
+}  // namespace egosieve::vision
