@@ -149,8 +149,7 @@ std::vector<TrackedPoint> EvidenceLabeller::GridPoints(int gap, const GridLinks&
     // The longer way where it is followed, else the shorter one.
     if (holds(far_ahead, n)) {
       point.far_ahead = ahead.far[n];
-    }
-    if ((getenv("BOTH") || !std::isfinite(point.far_ahead.x)) && holds(near_ahead, n)) {
+    } else if (holds(near_ahead, n)) {
       point.near_ahead = ahead.near[n];
     }
     const bool is_ahead = std::isfinite(point.far_ahead.x) || std::isfinite(point.near_ahead.x);

@@ -98,7 +98,7 @@ class FrameLabeller::Implementation {
   absl::StatusOr<MotionModel> FindMotion(const std::vector<PointPair>& pairs, int64_t frame_index,
                                          LabelledFrame& result) const;
   // Empty where the motion is not calibrated, or the grid of flow not used.
-  absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead, int gap);
+  absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead);
   Pinhole Camera(cv::Size size) const;
   void ObserveGap(const MotionModel& model, int gap);
   // What the next pair is predicted from: nothing, where the motion is not to be believed.
@@ -290,17 +290,17 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
 }
 
 absl::StatusOr<Outlook> FrameLabeller::Implementation::OutlookOf(const ExtractedFrame& frame,
-                                                                 const Pictures& ahead, int gap) {
+                                                                 const Pictures& ahead) {
   if (!options_.IsCalibrated() || options_.features == FeatureSource::kSiftCorners) {
     return Outlook();
   }
-  return LookAhead(frame, ahead, gap, Camera(frame.grey.size()), pair_motions_);
+  return LookAhead(frame, ahead, Camera(frame.grey.size()), pair_motions_);
 }
 
 absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame& frame,
                                                            const Pictures& ahead,
                                                            LabelledFrame& result) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead, gap_.gap));
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead));
   if (outlook.empty()) return absl::OkStatus();
   Stopwatch watch;
   if (evidence_.last_frame_index() != frame.frame.index) evidence_.Begin(frame.frame.index);
@@ -341,7 +341,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   result.first_index = evidence_.FrameIndexBefore(gap);
   result.second_index = frame.frame.index;
   const Pinhole camera = Camera(frame.grey.size());
-  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead, gap));
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead));
   View behind;
   if (gap > 1 && options_.IsCalibrated() && options_.features != FeatureSource::kSiftCorners) {
     EGOSIEVE_ASSIGN_OR_RETURN(behind, LookBack(before, frame, camera, pair_motions_));

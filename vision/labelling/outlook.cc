@@ -33,10 +33,10 @@ bool SamePixels(const cv::Mat& a, const cv::Mat& b) {
 
 absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
                                   const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead,
-                                  int gap, const Pinhole& camera, PairMotions& motions) {
+                                  const Pinhole& camera, PairMotions& motions) {
   PairMotions::Pictures pictures = {&frame};
   for (const auto& picture : ahead) {
-    if ((!getenv("FAR") && static_cast<int>(pictures.size()) > gap) || picture->grey.size() != frame.grey.size()) break;
+    if (picture->grey.size() != frame.grey.size()) break;
     if (!SamePixels(picture->frame.image, pictures.back()->frame.image)) {
       pictures.push_back(picture.get());
     }

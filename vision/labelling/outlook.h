@@ -28,12 +28,12 @@ struct Outlook {
   bool empty() const { return near.frame == nullptr && far.frame == nullptr; }
 };
 
-// `ahead`: pictures behind the frame, in order; `far` is the one `gap` pictures on, or the last
-// before the size changes. A picture that repeats the one before it is passed over. Empty where the
-// pictures are of another scene or their motion is not to be trusted.
+// `ahead`: pictures behind the frame, in order; `far` is the last before the size changes: what
+// moves slowly shows over time. A picture that repeats the one before it is passed over. Empty
+// where the pictures are of another scene or their motion is not to be trusted.
 absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
                                   const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead,
-                                  int gap, const Pinhole& camera, PairMotions& motions);
+                                  const Pinhole& camera, PairMotions& motions);
 
 // From `frame` to `before`, the picture before it.
 absl::StatusOr<View> LookBack(const ExtractedFrame& before, const ExtractedFrame& frame,

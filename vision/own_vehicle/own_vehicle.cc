@@ -5,24 +5,26 @@
 #include <cmath>
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 
 namespace egosieve::vision {
 namespace {
 
-constexpr int kLongestSide = 640;       // of the reduced picture
-constexpr int kWindow = 11;             // pixels
-constexpr double kSmoothing = 1.0;      // deviation of the Gaussian, pixels
-constexpr float kDamping = 1.0F;        // lambda, (grey levels per pixel)^2
-constexpr double kNoise = 2.0;          // grey levels; less contrast is blank
-constexpr double kChangingShare = 0.2;  // of the pictures show contrast: not blank
-constexpr int kClosing = 9;             // pixels: gaps in what is fixed, changing digits
-constexpr double kForward = 0.7;        // least part of a translation that is forward
-constexpr double kLeastBelow = 0.03;    // rays: nearer to the horizon the ground is too far
-constexpr size_t kFewestBelow = 20;     // points
-constexpr double kGroundShare = 0.3;    // of (OV3): traffic, which keeps up, and hills
-constexpr double kEnclosed = 0.6;       // share of own vehicle around what it encloses
+constexpr int kLongestSide = 640;                  // of the reduced picture
+constexpr int kWindow = 11;                        // pixels
+constexpr int kLeastArea = 2 * kWindow * kWindow;  // pixels, of a part of the own vehicle
+constexpr double kSmoothing = 1.0;                 // deviation of the Gaussian, pixels
+constexpr float kDamping = 1.0F;                   // lambda, (grey levels per pixel)^2
+constexpr double kNoise = 2.0;                     // grey levels; less contrast is blank
+constexpr double kChangingShare = 0.2;             // of the pictures show contrast: not blank
+constexpr int kClosing = 9;                        // pixels: gaps in what is fixed, changing digits
+constexpr double kForward = 0.7;                   // least part of a translation that is forward
+constexpr double kLeastBelow = 0.03;  // rays: nearer to the horizon the ground is too far
+constexpr size_t kFewestBelow = 20;   // points
+constexpr double kGroundShare = 0.3;  // of (OV3): traffic, which keeps up, and hills
+constexpr double kEnclosed = 0.6;     // share of own vehicle around what it encloses
 
 cv::Mat1f Mean(const cv::Mat1f& values) {
   cv::Mat1f mean;
@@ -130,6 +132,18 @@ double EvidenceAt(const Eigen::Vector2d& place, const Eigen::Matrix2d& s, double
     evidence += std::min(options.most_pair_evidence, 0.5 * cost / (sigma * sigma));
   }
   return evidence;
+}
+
+// Patches not much larger than the window may agree by chance.
+void RemoveSmall(cv::Mat1b& own) {
+  cv::Mat1i component, properties;
+  cv::Mat1d centres;
+  cv::connectedComponentsWithStats(own, component, properties, centres, 8, CV_32S);
+  for (int y = 0; y < own.rows; ++y) {
+    for (int x = 0; x < own.cols; ++x) {
+      if (properties(component(y, x), cv::CC_STAT_AREA) < kLeastArea) own(y, x) = 0;
+    }
+  }
 }
 
 // Adds blank parts of which own vehicle is most of what is around them; the image's border is
@@ -272,6 +286,7 @@ cv::Mat1b ProveOwnVehicle(const FixedPlaces& places, const std::vector<PairWorld
       }
     }
   }
+  RemoveSmall(own);
   if (cv::countNonZero(own) == 0) return {};
   FillEnclosed(places.kind, own);
   cv::Mat1b whole;

@@ -28,7 +28,8 @@
 //    over the static points below the point that an upright camera moves to; g is 0 where it does
 //    not move forward.
 //
-// 3. Blank parts that own vehicle and the image's border enclose belong to it.
+// 3. Patches of less than two windows are dropped. Blank parts that own vehicle and the image's
+// border enclose belong to it.
 //
 // All this on pictures reduced to at most 640 pixels. Reference for the median of what is fixed:
 // Dekel, Rubinstein, Liu & Freeman (2017), on watermarks.

@@ -61,7 +61,7 @@ TEST(PairMotions, BetweenIsTheNearMotion) {
   const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
   const auto a = PictureOf(0, 4), b = PictureOf(1, 4), c = PictureOf(2, 4);
   PairMotions cached{FlowGridOptions()}, afresh{FlowGridOptions()};
-  const Outlook outlook = *LookAhead(*a, {b, c}, 2, camera, cached);
+  const Outlook outlook = *LookAhead(*a, {b, c}, camera, cached);
   ASSERT_NE(outlook.near.frame, nullptr);
   EXPECT_EQ(outlook.near.frame, b.get());
   EXPECT_EQ(outlook.far.frame, c.get());
@@ -79,12 +79,12 @@ TEST(LookAhead, PassesOverRepeatedPicturesAndStopsAtAnotherSize) {
   const auto a = PictureOf(0, 4), same = PictureOf(0, 4), b = PictureOf(1, 4);
   same->frame.index = 7;
   b->frame.index = 8;
-  EXPECT_EQ(LookAhead(*a, {same, b}, 1, camera, motions)->far.frame, b.get());
+  EXPECT_EQ(LookAhead(*a, {same, b}, camera, motions)->far.frame, b.get());
   const auto other = PictureOf(2, 4);
   other->frame.image = cv::Mat(50, 50, CV_8UC3, cv::Scalar::all(0));
   other->grey = cv::Mat(50, 50, CV_8UC1, cv::Scalar(0));
-  EXPECT_TRUE(LookAhead(*a, {other, b}, 2, camera, motions)->empty());
-  EXPECT_TRUE(LookAhead(*a, {}, 2, camera, motions)->empty());
+  EXPECT_TRUE(LookAhead(*a, {other, b}, camera, motions)->empty());
+  EXPECT_TRUE(LookAhead(*a, {}, camera, motions)->empty());
 }
 
 TEST(LookAhead, AnotherSceneSaysNothing) {
@@ -93,7 +93,7 @@ TEST(LookAhead, AnotherSceneSaysNothing) {
   const auto a = PictureOf(0, 4), cut = PictureOf(1, 4);
   cv::RNG random(9);
   random.fill(cut->grey, cv::RNG::UNIFORM, 0, 256);
-  EXPECT_TRUE(LookAhead(*a, {cut}, 1, camera, motions)->empty());
+  EXPECT_TRUE(LookAhead(*a, {cut}, camera, motions)->empty());
 }
 
 }  // namespace
