@@ -34,7 +34,7 @@ TEST(LinkMaps, CarriesEvidenceAlongTheFlow) {
   frames[0].has_map = false;
   frames[1].log_odds(20, 30) = 4.0f;
   const std::vector<cv::Mat1f> linked = LinkMaps(frames, {});
-  const float fading = std::exp(-0.1f / 0.4f);
+  const float fading = static_cast<float>(std::exp(-0.1 / TemporalLinkOptions().memory_seconds));
   // Frame 0 has no map of its own: it has its future's, frames 1 and 2, where these are.
   EXPECT_NEAR(linked[0](20, 25), 4.0f / (1.0f + fading), 1e-4);
   EXPECT_NEAR(linked[2](20, 35), 4.0f * fading / (1.0f + fading), 1e-4);
