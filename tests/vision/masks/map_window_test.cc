@@ -113,6 +113,28 @@ TEST(MapWindow, ACutSeparatesScenes) {
   EXPECT_NEAR(cv::mean(refined[1])[0], 0.1, 0.01);
 }
 
+TEST(MapWindow, WhatOnePictureAloneSaysChangesLittle) {
+  // A still scene. In frame 2 the edge lies 12 pixels further, and so does what is brought to it.
+  std::vector<WindowFrame> frames;
+  for (int t = 0; t < 5; ++t) {
+    cv::Mat3b image(kHeight, kWidth, cv::Vec3b(60, 60, 60));
+    image.colRange(t == 2 ? 92 : 80, kWidth) = cv::Vec3b(180, 180, 180);
+    cv::Mat1f p(kHeight, kWidth, 0.05f);
+    p.colRange(86, kWidth) = 0.95f;
+    frames.push_back(MakeWindowFrame(0.1 * t, image, p, true));
+    if (t > 0) frames.back().flow = ConstantFlow({kWidth, kHeight}, {0.0f, 0.0f});
+  }
+  MapWindowOptions options;
+  options.colour_seconds = 0.0;
+  const auto change = [&] {
+    const std::vector<cv::Mat1f> refined = RefineWindow(frames, 1, 2, options);
+    return cv::countNonZero((refined[0] >= 0.5f) != (refined[1] >= 0.5f));
+  };
+  EXPECT_LT(change(), kHeight);
+  options.steady_seconds = 1e-3;
+  EXPECT_GT(change(), 4 * kHeight);
+}
+
 TEST(WorkingStep, BoundsTheLongerSide) {
   EXPECT_EQ(WorkingStep({640, 360}), 1);
   EXPECT_EQ(WorkingStep({1242, 375}), 2);
