@@ -15,10 +15,9 @@
 // Numbers run from 1 to 65535 and begin anew after that. Specks of fewer than min_pixels that
 // nobody explains are no movers.
 //
-// Chosen on synthetic drives (demo; junction, street, crossing and oncoming of seed 2, 60 frames),
-// mean IDF1: 0.30 with numbers carried along the flow of their pixels, 0.43 with (M1) to (M5), 0.46
-// with (M6), 0.50 with a distance of 5 and not 3 pixels in (A1) and a parting of 1 and not 0.7 in
-// (S2). With the truth's borders between what these masks hold, 0.67.
+// Chosen on synthetic drives (the demo; junction, street, crossing and oncoming of seed 2, 60
+// frames). Mean IDF1 0.45; 0.30 with numbers carried along the flow of their pixels, and 0.67 with
+// the truth's borders within these masks. Six drives of seed 100: 0.43, where the flow gives 0.32.
 //
 // A tracker that was restored from its text goes on to the last bit.
 #ifndef EGOSIEVE_VISION_MASKS_MOVER_TRACKER_H_
