@@ -196,12 +196,18 @@ absl::Status ReconstructRun::RunChunk(size_t begin, size_t end) {
     results[i].probability = refined[i];
     results[i].mask = vision::MaskOf(refined[i], options_.mask, own_car);
   });
+  std::vector<vision::TrackedFrame> tracked;
   for (size_t i = 0; i < results.size(); ++i) {
-    vision::WindowFrame& frame = window_[begin - from + i];
-    const cv::Mat1b small = vision::SmallMask(results[i].mask, frame.small.size());
-    const cv::Mat1w numbers = tracker_.Add(frame.time_seconds, frame.small, small, frame.flow);
+    const size_t now = begin - from + i;
+    const size_t seen = options_.window.link.causal ? now + 1 : window_.size();
+    while (tracked.size() < seen) {
+      const vision::WindowFrame& frame = window_[tracked.size()];
+      tracked.push_back({frame.time_seconds, frame.small, frame.flow});
+    }
+    const cv::Mat1b small = vision::SmallMask(results[i].mask, window_[now].small.size());
+    const cv::Mat1w numbers = tracker_.Add(tracked, now, small);
     results[i].ids = vision::NumberPixels(numbers, results[i].mask);
-    frame.image.release();
+    window_[now].image.release();
   }
   return WriteChunk(begin, results);
 }

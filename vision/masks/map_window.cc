@@ -41,15 +41,38 @@ std::pair<size_t, size_t> ColourRange(const std::vector<WindowFrame>& frames, si
   return {first, last};
 }
 
+// linked + colour of every frame.
+std::vector<cv::Mat1f> JoinColours(const std::vector<WindowFrame>& frames,
+                                   const MapWindowOptions& options) {
+  std::vector<LinkFrame> links;
+  for (const WindowFrame& frame : frames) {
+    links.push_back({frame.time_seconds, frame.log_odds, frame.has_map, frame.flow});
+  }
+  std::vector<cv::Mat1f> joined = LinkMaps(links, options.link);
+  std::vector<ColourModel> colours(frames.size());
+  const auto all = static_cast<int64_t>(frames.size());
+  kernels::ParallelFor(all,
+                       [&](int64_t i) { colours[i].Add(frames[i].small, Probability(joined[i])); });
+  kernels::ParallelFor(all, [&](int64_t t) {
+    ColourModel around;
+    const auto [from, to] = ColourRange(frames, t, options);
+    for (size_t s = from; s <= to; ++s) around.Add(colours[s]);
+    joined[t] += around.Evidence(frames[t].small, options.colour);
+  });
+  return joined;
+}
+
 }  // namespace
 
 absl::Status MapWindowOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(link.Validate());
   EGOSIEVE_RETURN_IF_ERROR(colour.Validate());
   EGOSIEVE_RETURN_IF_ERROR(edges.Validate());
-  if (colour_seconds >= 0.0) return absl::OkStatus();
+  if (colour_seconds >= 0.0 && steady_seconds > 0.0) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrFormat("colour_seconds = %g; it must not be negative", colour_seconds));
+      absl::StrFormat("colour_seconds = %g, steady_seconds = %g; the first must not be negative, "
+                      "the second must be positive",
+                      colour_seconds, steady_seconds));
 }
 
 double MapWindowOptions::ReachSeconds() const {
@@ -90,22 +113,26 @@ absl::Status LinkFrames(std::vector<WindowFrame>& frames) {
 
 std::vector<cv::Mat1f> RefineWindow(const std::vector<WindowFrame>& frames, int first, int count,
                                     const MapWindowOptions& options) {
+  const std::vector<cv::Mat1f> joined = JoinColours(frames, options);
+  const auto all = static_cast<int64_t>(frames.size());
+  std::vector<cv::Mat1f> sharp(frames.size());
+  kernels::ParallelFor(all, [&](int64_t i) {
+    sharp[i] = LogOdds(RefineProbability(frames[i].small, joined[i], options.edges));
+  });
+  TemporalLinkOptions steady = options.link;
+  steady.memory_seconds = options.steady_seconds;
   std::vector<LinkFrame> links;
-  for (const WindowFrame& frame : frames) {
-    links.push_back({frame.time_seconds, frame.log_odds, frame.has_map, frame.flow});
+  for (size_t t = 0; t < frames.size(); ++t) {
+    links.push_back({frames[t].time_seconds, sharp[t], true, frames[t].flow});
   }
-  const std::vector<cv::Mat1f> linked = LinkMaps(links, options.link);
-  std::vector<ColourModel> colours(frames.size());
-  kernels::ParallelFor(static_cast<int64_t>(frames.size()),
-                       [&](int64_t i) { colours[i].Add(frames[i].small, Probability(linked[i])); });
+  const std::vector<cv::Mat1f> linked = LinkMaps(links, steady);
   std::vector<cv::Mat1f> refined(count);
   kernels::ParallelFor(count, [&](int64_t k) {
     const size_t t = first + k;
-    ColourModel around;
-    const auto [from, to] = ColourRange(frames, t, options);
-    for (size_t s = from; s <= to; ++s) around.Add(colours[s]);
-    const cv::Mat1f log_odds = linked[t] + around.Evidence(frames[t].small, options.colour);
-    refined[k] = RefineProbability(frames[t].image, log_odds, options.edges);
+    const cv::Mat3b& image = frames[t].image;
+    cv::Mat1f shift;
+    cv::resize(linked[t] - sharp[t], shift, image.size(), 0, 0, cv::INTER_LINEAR);
+    refined[k] = Probability(LogOdds(RefineProbability(image, joined[t], options.edges)) + shift);
   });
   return refined;
 }

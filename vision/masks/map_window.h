@@ -4,7 +4,12 @@
 //   linked   (T3) over the frames of the window
 //   colour   (C3) of the frames within colour_seconds before and behind, up to the next cut, learnt
 //            from their linked maps; before alone where the link is causal
-//   refined  (R2) of linked + colour
+//   sharp    (R2) of linked + colour, at working resolution
+//   steady   log odds of sharp, linked by (T3) with a memory of steady_seconds
+//   refined  (R2) of linked + colour at full resolution, its log odds shifted by steady - sharp
+//
+// The first link says what moves, the second takes the flicker out of the outlines: whatever the
+// colours or an edge say in one frame alone.
 //
 // A frame's result depends on the window's frames alone, not on threads.
 #ifndef EGOSIEVE_VISION_MASKS_MAP_WINDOW_H_
@@ -25,6 +30,7 @@ namespace egosieve::vision {
 struct MapWindowOptions {
   TemporalLinkOptions link;
   double colour_seconds = 1.2;  // >= 0
+  double steady_seconds = 0.2;  // positive
   ColourModelOptions colour;
   EdgeRefinementOptions edges;
 

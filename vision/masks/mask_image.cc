@@ -2,6 +2,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "vision/masks/edge_refinement.h"
+
 namespace egosieve::vision {
 namespace {
 
@@ -39,6 +41,7 @@ cv::Mat1b MaskOf(const cv::Mat1f& probability, const ObjectThresholds& threshold
   }
   cv::Mat1b mask = NumberObjects(p >= thresholds.low, p >= thresholds.high) != 0;
   FillHoles(mask);
+  cv::medianBlur(mask, mask, 2 * WorkingStep(mask.size()) + 1);
   for (const cv::Rect& area : excluded) mask(area & cv::Rect(0, 0, p.cols, p.rows)) = 0;
   return mask;
 }

@@ -1,31 +1,51 @@
 #include "vision/masks/motion_split.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <vector>
+#include <utility>
+
+#include "vision/masks/mover_motion.h"
 
 namespace egosieve::vision {
 namespace {
 
-using Affine = Eigen::Matrix<double, 3, 2>;
-
 // Residuals beyond the scale weigh little: at least this many pixels, and a part of the median of
 // those to a single motion, since flow errs more where it is large.
-constexpr double kLeastScale = 0.5;
+constexpr double kLeastScale = 1.0;
 constexpr double kScaleShare = 0.25;
-constexpr int kFitRounds = 4, kSplitRounds = 8;
+constexpr double kFitsOne = 0.05;  // mean cost below which one motion explains all
+constexpr int kRounds = 8;
+constexpr double kOnePiece = 0.7;
+constexpr double kLeastHeldOfBoth = 0.4;
+constexpr double kAllowedPixels = 1.5;
+constexpr size_t kLeastToCompare = 3;
 
-struct Cell {
-  int column = 0, row = 0;
-  Eigen::RowVector3d place;  // (1, x, y), about [-1, 1]
-  Eigen::RowVector2d flow;
+using Labels = std::vector<uint8_t>;
+
+// The cells of a region that hold over one horizon.
+struct Held {
+  std::vector<int> index;  // into MovingCells
+  std::vector<cv::Point> cells;
+  std::vector<cv::Point2f> places, displacements;
 };
 
-double Residual(const Cell& cell, const Affine& motion) {
-  return (cell.flow - cell.place * motion).norm();
+Held HeldOf(const MovingCells& cells, const MovingCells::Horizon& horizon,
+            const std::vector<int>& of) {
+  Held held;
+  for (const int i : of) {
+    if (horizon.holds[i] == 0) continue;
+    held.index.push_back(i);
+    held.cells.push_back(cells.cells[i]);
+    held.places.push_back(cells.places[i]);
+    held.displacements.push_back(horizon.displacement[i]);
+  }
+  return held;
+}
+
+double Residual(const Held& held, size_t i, const MoverMotion& motion) {
+  return cv::norm(cv::Point2d(held.displacements[i]) - motion.At(held.places[i]));
 }
 
 double Rho(double residual, double scale) {
@@ -33,175 +53,204 @@ double Rho(double residual, double scale) {
   return square / (square + scale * scale);
 }
 
-std::vector<Cell> MakeCells(const cv::Mat1b& region, const cv::Mat& flow, int side) {
-  std::vector<Cell> cells;
-  const double scale = 2.0 / std::max(region.cols, region.rows);
-  for (int row = 0; row * side + side <= region.rows; ++row) {
-    for (int column = 0; column * side + side <= region.cols; ++column) {
-      const cv::Rect block(column * side, row * side, side, side);
-      if (2 * cv::countNonZero(region(block)) <= side * side) continue;
-      const cv::Scalar mean = cv::mean(flow(block), region(block));
-      Cell cell{column, row, {}, {mean[0], mean[1]}};
-      cell.place << 1.0, scale * (block.x + 0.5 * side) - 1.0, scale * (block.y + 0.5 * side) - 1.0;
-      cells.push_back(cell);
-    }
-  }
-  return cells;
-}
-
-// (S1) over the cells with that label, by iterated weights.
-Affine Fit(const std::vector<Cell>& cells, const std::vector<int>& labels, int label,
-           double scale) {
-  Affine motion = Affine::Zero();
-  for (int round = 0; round < kFitRounds; ++round) {
-    Eigen::Matrix3d normal = 1e-6 * Eigen::Matrix3d::Identity();
-    Affine right = Affine::Zero();
-    for (size_t i = 0; i < cells.size(); ++i) {
-      if (labels[i] != label) continue;
-      const double r = round == 0 ? 0.0 : Residual(cells[i], motion) / scale;
-      const double weight = 1.0 / ((1.0 + r * r) * (1.0 + r * r));
-      normal += weight * cells[i].place.transpose() * cells[i].place;
-      right += weight * cells[i].place.transpose() * cells[i].flow;
-    }
-    motion = normal.ldlt().solve(right);
-  }
-  return motion;
-}
-
-double Cost(const std::vector<Cell>& cells, const std::vector<int>& labels,
-            const std::array<Affine, 2>& motions, double scale) {
-  double sum = 0.0;
-  for (size_t i = 0; i < cells.size(); ++i) {
-    sum += Rho(Residual(cells[i], motions[labels[i]]), scale);
-  }
-  return sum;
-}
-
-// Each cell to the motion with the smaller cost over the 3 x 3 cells around it.
-std::vector<int> Assign(const std::vector<Cell>& cells, const cv::Mat1i& number,
-                        const std::array<Affine, 2>& motions, double scale) {
-  std::vector<int> labels(cells.size());
-  for (size_t i = 0; i < cells.size(); ++i) {
-    double lead = 0.0;
-    for (int row = cells[i].row - 1; row <= cells[i].row + 1; ++row) {
-      for (int column = cells[i].column - 1; column <= cells[i].column + 1; ++column) {
-        if (row < 0 || column < 0 || row >= number.rows || column >= number.cols) continue;
-        const int other = number(row, column);
-        if (other < 0) continue;
-        lead += Rho(Residual(cells[other], motions[0]), scale) -
-                Rho(Residual(cells[other], motions[1]), scale);
-      }
-    }
-    labels[i] = lead > 0.0 ? 1 : 0;
-  }
-  return labels;
+double MedianOf(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<int64_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 struct Split {
-  std::vector<int> labels;
-  std::array<Affine, 2> motions;
+  Labels labels;
+  std::array<MoverMotion, 2> motions;
+  std::array<std::vector<double>, 2> costs;  // of every cell by each motion
   double cost = 0.0;
 };
 
-// From the halves along a direction of `value`.
-template <typename Value>
-Split SplitFrom(const std::vector<Cell>& cells, const cv::Mat1i& number, double scale,
-                Value value) {
-  std::vector<double> values;
-  for (const Cell& cell : cells) values.push_back(value(cell));
-  std::vector<double> sorted = values;
-  const auto middle = sorted.begin() + static_cast<int64_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  Split split;
-  for (const double v : values) split.labels.push_back(v < *middle ? 0 : 1);
-  for (int round = 0; round < kSplitRounds; ++round) {
-    split.motions = {Fit(cells, split.labels, 0, scale), Fit(cells, split.labels, 1, scale)};
-    split.labels = Assign(cells, number, split.motions, scale);
+MoverMotion FitPart(const Held& held, const Labels& labels, uint8_t label, double scale) {
+  std::vector<cv::Point2f> places, displacements;
+  for (size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] != label) continue;
+    places.push_back(held.places[i]);
+    displacements.push_back(held.displacements[i]);
   }
-  split.cost = Cost(cells, split.labels, split.motions, scale);
+  return FitMotion(places, displacements, scale);
+}
+
+Labels Assign(const Held& held, cv::Size grid, const Split& split) {
+  cv::Mat1f lead = cv::Mat1f::zeros(grid);
+  for (size_t i = 0; i < held.cells.size(); ++i) {
+    lead(held.cells[i]) = static_cast<float>(split.costs[0][i] - split.costs[1][i]);
+  }
+  cv::boxFilter(lead, lead, -1, {3, 3}, {-1, -1}, false, cv::BORDER_CONSTANT);
+  Labels labels;
+  for (const cv::Point& cell : held.cells) labels.push_back(lead(cell) > 0.0f ? 1 : 0);
+  return labels;
+}
+
+bool HaveEnough(const Labels& labels, int min_cells) {
+  const auto second = std::count(labels.begin(), labels.end(), uint8_t{1});
+  return second >= min_cells && static_cast<int64_t>(labels.size()) - second >= min_cells;
+}
+
+// (S1) from `start`; without labels where a part becomes too small.
+Split SplitFrom(const Held& held, cv::Size grid, Labels start, double scale, int min_cells) {
+  Split split;
+  split.labels = std::move(start);
+  for (int round = 0; round < kRounds; ++round) {
+    if (!HaveEnough(split.labels, min_cells)) return {};
+    for (const uint8_t part : {0, 1}) {
+      split.motions[part] = FitPart(held, split.labels, part, scale);
+      split.costs[part].clear();
+      for (size_t i = 0; i < held.cells.size(); ++i) {
+        split.costs[part].push_back(Rho(Residual(held, i, split.motions[part]), scale));
+      }
+    }
+    Labels labels = Assign(held, grid, split);
+    if (labels == split.labels) break;
+    split.labels = std::move(labels);
+  }
+  if (!HaveEnough(split.labels, min_cells)) return {};
+  for (size_t i = 0; i < held.cells.size(); ++i) split.cost += split.costs[split.labels[i]][i];
   return split;
 }
 
-// Whether the cells with that label are mostly connected.
-bool IsOnePiece(const std::vector<Cell>& cells, const std::vector<int>& labels, int label,
-                cv::Size grid) {
-  cv::Mat1b part = cv::Mat1b::zeros(grid);
-  int count = 0;
-  for (size_t i = 0; i < cells.size(); ++i) {
-    if (labels[i] != label) continue;
-    part(cells[i].row, cells[i].column) = 255;
-    ++count;
+std::vector<Labels> Starts(const Held& held, const MoverMotion& one, double scale) {
+  Labels misfits;
+  for (size_t i = 0; i < held.cells.size(); ++i) {
+    misfits.push_back(Residual(held, i, one) > 2.0 * scale ? 1 : 0);
   }
-  cv::Mat pieces, stats, centres;
-  const int pieces_count = cv::connectedComponentsWithStats(part, pieces, stats, centres, 8);
-  int largest = 0;
-  for (int i = 1; i < pieces_count; ++i) {
-    largest = std::max(largest, stats.at<int>(i, cv::CC_STAT_AREA));
+  std::vector<Labels> starts = {misfits};
+  for (const auto* points : {&held.places, &held.displacements}) {
+    for (const bool along_x : {true, false}) {
+      std::vector<double> values;
+      for (const cv::Point2f& p : *points) values.push_back(along_x ? p.x : p.y);
+      const double middle = MedianOf(values);
+      Labels halves;
+      for (const double value : values) halves.push_back(value >= middle ? 1 : 0);
+      starts.push_back(std::move(halves));
+    }
   }
-  return 10 * largest >= 7 * count;
+  return starts;
 }
 
-bool IsAccepted(const std::vector<Cell>& cells, const Split& split, double cost_of_one,
-                cv::Size grid, const MotionSplitOptions& options) {
-  const auto second = std::count(split.labels.begin(), split.labels.end(), 1);
-  const auto all = static_cast<int64_t>(cells.size());
-  const auto smaller = static_cast<double>(std::min<int64_t>(second, all - second));
-  if (smaller < options.min_share * static_cast<double>(all)) return false;
-  if (!(split.cost < options.gain * cost_of_one)) return false;
-  double difference = 0.0;
-  for (const Cell& cell : cells) {
-    difference += (cell.place * (split.motions[0] - split.motions[1])).norm();
+// Whether the cells with that label are mostly connected.
+bool IsOnePiece(const Held& held, const Labels& labels, uint8_t label, cv::Size grid) {
+  cv::Mat1b part = cv::Mat1b::zeros(grid);
+  for (size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] == label) part(held.cells[i]) = 255;
   }
-  if (difference < options.min_pixels * static_cast<double>(all)) return false;
-  return IsOnePiece(cells, split.labels, 0, grid) && IsOnePiece(cells, split.labels, 1, grid);
+  cv::Mat pieces, stats, centres;
+  const int count = cv::connectedComponentsWithStats(part, pieces, stats, centres, 8);
+  int largest = 0;
+  for (int i = 1; i < count; ++i) largest = std::max(largest, stats.at<int>(i, cv::CC_STAT_AREA));
+  return largest >= kOnePiece * cv::countNonZero(part);
+}
+
+uint8_t SmallerPart(const Labels& labels) {
+  const auto second = std::count(labels.begin(), labels.end(), uint8_t{1});
+  return 2 * second <= static_cast<int64_t>(labels.size()) ? 1 : 0;
+}
+
+// (S2)
+bool IsAccepted(const Held& held, const Split& split, const MovingCells& cells,
+                const MotionSplitOptions& options) {
+  const uint8_t smaller = SmallerPart(split.labels);
+  double own = 0.0, others = 0.0, parting = 0.0;
+  int count = 0;
+  for (size_t i = 0; i < split.labels.size(); ++i) {
+    if (split.labels[i] != smaller) continue;
+    own += split.costs[smaller][i];
+    others += split.costs[1 - smaller][i];
+    parting += cv::norm(split.motions[0].At(held.places[i]) - split.motions[1].At(held.places[i]));
+    ++count;
+  }
+  const double size = std::sqrt(static_cast<double>(count)) * cells.side;
+  return own < options.gain * others && parting >= options.parting * size * count &&
+         IsOnePiece(held, split.labels, smaller, cells.grid);
+}
+
+// (S1) from the starts, the one of the smallest cost among those that (S2) accepts.
+std::optional<Split> BestSplit(const Held& held, const MovingCells& cells,
+                               const MotionSplitOptions& options) {
+  const MoverMotion one = FitMotion(held.places, held.displacements, kLeastScale);
+  std::vector<double> residuals;
+  for (size_t i = 0; i < held.cells.size(); ++i) residuals.push_back(Residual(held, i, one));
+  const double scale = std::max(kLeastScale, kScaleShare * MedianOf(residuals));
+  double cost_of_one = 0.0;
+  for (const double residual : residuals) cost_of_one += Rho(residual, scale);
+  if (cost_of_one < kFitsOne * static_cast<double>(residuals.size())) return std::nullopt;
+  std::optional<Split> best;
+  for (Labels& start : Starts(held, one, scale)) {
+    Split split = SplitFrom(held, cells.grid, std::move(start), scale, options.min_cells);
+    if (split.labels.empty() || (best && split.cost >= best->cost)) continue;
+    if (IsAccepted(held, split, cells, options)) best = std::move(split);
+  }
+  return best;
+}
+
+// Cells that did not hold for as long, since something comes before them, go with the part of
+// the nearer motion over the longest horizon over which they do hold.
+void AddHiddenCells(const MovingCells& cells, const std::vector<int>& of, MotionSplit& parts) {
+  std::vector<uint8_t> is_known(cells.places.size(), 0);
+  for (const auto* part : {&parts.larger, &parts.smaller}) {
+    for (const int i : *part) is_known[i] = 1;
+  }
+  for (const MovingCells::Horizon& horizon : cells.horizons) {
+    const Held larger = HeldOf(cells, horizon, parts.larger);
+    const Held smaller = HeldOf(cells, horizon, parts.smaller);
+    const MoverMotion of_larger = FitMotion(larger.places, larger.displacements, kLeastScale);
+    const MoverMotion of_smaller = FitMotion(smaller.places, smaller.displacements, kLeastScale);
+    if (larger.cells.empty() || smaller.cells.empty()) continue;
+    const Held all = HeldOf(cells, horizon, of);
+    for (size_t i = 0; i < all.index.size(); ++i) {
+      if (is_known[all.index[i]] != 0) continue;
+      is_known[all.index[i]] = 1;
+      const bool is_smaller = Residual(all, i, of_smaller) < Residual(all, i, of_larger);
+      (is_smaller ? parts.smaller : parts.larger).push_back(all.index[i]);
+    }
+  }
 }
 
 }  // namespace
 
-cv::Mat1b SplitByMotion(const cv::Mat1b& region, const cv::Mat& flow,
-                        const MotionSplitOptions& options) {
-  const std::vector<Cell> cells = MakeCells(region, flow, options.cell_pixels);
-  if (static_cast<int>(cells.size()) < options.min_cells) return {};
-  const std::vector<int> together(cells.size(), 0);
-  const Affine one = Fit(cells, together, 0, kLeastScale);
-  std::vector<double> residuals;
-  for (const Cell& cell : cells) residuals.push_back(Residual(cell, one));
-  const auto middle = residuals.begin() + static_cast<int64_t>(residuals.size() / 2);
-  std::nth_element(residuals.begin(), middle, residuals.end());
-  const double scale = std::max(kLeastScale, kScaleShare * *middle);
-  const double cost_of_one = Cost(cells, together, {one, one}, scale);
-  // Where one motion explains nearly all, there is nothing to win.
-  if (cost_of_one < 0.1 * static_cast<double>(cells.size())) return {};
-  const cv::Size grid(region.cols / options.cell_pixels, region.rows / options.cell_pixels);
-  cv::Mat1i number(grid, -1);
-  for (size_t i = 0; i < cells.size(); ++i) {
-    number(cells[i].row, cells[i].column) = static_cast<int>(i);
-  }
-  Split best = SplitFrom(cells, number, scale, [](const Cell& cell) { return cell.place[1]; });
-  const auto consider = [&](Split split) {
-    if (split.cost < best.cost) best = std::move(split);
-  };
-  consider(SplitFrom(cells, number, scale, [](const Cell& cell) { return cell.place[2]; }));
-  consider(SplitFrom(cells, number, scale, [](const Cell& cell) { return cell.flow[0]; }));
-  consider(SplitFrom(cells, number, scale, [](const Cell& cell) { return cell.flow[1]; }));
-  if (!IsAccepted(cells, best, cost_of_one, grid, options)) return {};
-  const bool second_is_larger = 2 * std::count(best.labels.begin(), best.labels.end(), 1) >
-                                static_cast<int64_t>(cells.size());
-  // Every pixel goes with the cell nearest to it.
-  std::array<cv::Mat1f, 2> distances;
-  for (const int part : {0, 1}) {
-    cv::Mat1b is_elsewhere(region.size(), uint8_t{255});
-    for (size_t i = 0; i < cells.size(); ++i) {
-      if (best.labels[i] != part) continue;
-      const int side = options.cell_pixels;
-      is_elsewhere(cv::Rect(cells[i].column * side, cells[i].row * side, side, side)) = 0;
+std::optional<MotionSplit> SplitByMotion(const MovingCells& cells, const std::vector<int>& of,
+                                         const MotionSplitOptions& options) {
+  if (static_cast<int>(of.size()) < 2 * options.min_cells) return std::nullopt;
+  for (const MovingCells::Horizon& horizon : cells.horizons) {
+    const Held held = HeldOf(cells, horizon, of);
+    if (static_cast<double>(held.cells.size()) <
+        options.least_held * static_cast<double>(of.size())) {
+      continue;
     }
-    cv::distanceTransform(is_elsewhere, distances[part], cv::DIST_L2, cv::DIST_MASK_5);
+    const std::optional<Split> split = BestSplit(held, cells, options);
+    if (!split) return std::nullopt;
+    const uint8_t smaller = SmallerPart(split->labels);
+    MotionSplit parts;
+    for (size_t i = 0; i < split->labels.size(); ++i) {
+      (split->labels[i] == smaller ? parts.smaller : parts.larger).push_back(held.index[i]);
+    }
+    AddHiddenCells(cells, of, parts);
+    return parts;
   }
-  cv::Mat1b parts = cv::Mat1b::zeros(region.size());
-  parts.setTo(second_is_larger ? 2 : 1, region);
-  parts.setTo(second_is_larger ? 1 : 2, (distances[1] < distances[0]) & (region != 0));
-  return parts;
+  return std::nullopt;
+}
+
+std::optional<double> MotionDistance(const MovingCells& cells, const std::vector<int>& part,
+                                     const std::vector<int>& whole, double share) {
+  for (const MovingCells::Horizon& horizon : cells.horizons) {
+    const Held a = HeldOf(cells, horizon, part), b = HeldOf(cells, horizon, whole);
+    const auto is_enough = [](const Held& held, const std::vector<int>& of) {
+      return held.cells.size() >= kLeastToCompare &&
+             static_cast<double>(held.cells.size()) >=
+                 kLeastHeldOfBoth * static_cast<double>(of.size());
+    };
+    if (!is_enough(a, part) || !is_enough(b, whole)) continue;
+    const MoverMotion motion = FitMotion(b.places, b.displacements, kLeastScale);
+    std::vector<double> residuals;
+    for (size_t i = 0; i < a.cells.size(); ++i) residuals.push_back(Residual(a, i, motion));
+    return MedianOf(residuals) / (kAllowedPixels + share * cv::norm(motion.shift));
+  }
+  return std::nullopt;
 }
 
 }  // namespace egosieve::vision

@@ -1,35 +1,50 @@
-// Whether a region moves as one or as two: its flow by one affine motion or by two, each with a
-// side of its own.
+// Whether the cells of a region move as one or as two.
 //
-//   cells     blocks of `cell` pixels of the region, c_i = (1, x, y) of their centres, f_i their
-//   flow one       A minimising sum rho(|f_i - A c_i|), rho Geman and McClure's (S1) two       A_1,
-//   A_2 and labels minimising the same, labels smoothed over neighbouring cells (S2) accepted where
-//   cost (S2) < gain * cost (S1), the smaller part has min_share of the cells, each
-//             part is mostly one piece, and the motions differ by min_pixels where the parts are
+//   d_i     displacement of cell i over the longest horizon over which most cells hold
+//           (moving_cells.h)
+//   one     motion (mover_motion.h, D2) fitted to all d_i
+//   two     two motions and labels, each cell with the motion of the smaller cost over the 3 x 3
+//           cells around it, iterated from five starts: what does not fit the one motion, and the
+//           halves by place and by displacement; cost rho(r) = r^2 / (r^2 + scale^2)           (S1)
+//   parts   where the smaller part's own motion has less than `gain` of the cost that the other's
+//           has there, the motions part it from the other by more than `parting` times its size,
+//           the root of its area, and it is mostly one piece; the larger may lie on both sides (S2)
 //
-// A walking person's limbs do not split: neither part is large and in one piece. Two vehicles whose
-// images touch do, if they move differently in the image.
+// Limbs swing by less than their size; two vehicles, or a person before a vehicle, part by more.
 //
-// Reference: Wang & Adelson (1994), layers of affine motion.
+// References: Wang & Adelson (1994), layers of motion; Ochs, Malik & Brox (2014), motion over more
+// than two frames.
 #ifndef EGOSIEVE_VISION_MASKS_MOTION_SPLIT_H_
 #define EGOSIEVE_VISION_MASKS_MOTION_SPLIT_H_
 
 #include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "vision/masks/moving_cells.h"
 
 namespace egosieve::vision {
 
 struct MotionSplitOptions {
-  int cell_pixels = 4;
-  int min_cells = 40;       // of the region; smaller ones are not looked at
+  int min_cells = 6;        // of each part
+  double least_held = 0.6;  // share of the cells, for a horizon
   double gain = 0.6;        // in (0, 1)
-  double min_share = 0.2;   // in (0, 1/2]
-  double min_pixels = 1.5;  // a frame
+  double parting = 1.0;     // positive
 };
 
-// region: non-zero inside; flow: CV_32FC2. The region's pixels as 1 or 2, 1 the larger part; empty
-// where it moves as one.
-cv::Mat1b SplitByMotion(const cv::Mat1b& region, const cv::Mat& flow,
-                        const MotionSplitOptions& options = {});
+struct MotionSplit {
+  std::vector<int> larger, smaller;  // indices of the cells that hold for one step at least
+};
+
+// of: indices of the region's cells. Nothing where it moves as one.
+std::optional<MotionSplit> SplitByMotion(const MovingCells& cells, const std::vector<int>& of,
+                                         const MotionSplitOptions& options = {});
+
+// Whether the cells `part` move as the cells `whole` do: the median distance from the motion of the
+// whole, over the longest horizon over which two fifths of both hold, over what is allowed, 1.5
+// pixels and `share` of the whole's motion. Below 1 they do; nothing without such a horizon.
+std::optional<double> MotionDistance(const MovingCells& cells, const std::vector<int>& part,
+                                     const std::vector<int>& whole, double share);
 
 }  // namespace egosieve::vision
 

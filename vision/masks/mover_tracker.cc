@@ -2,127 +2,106 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
-#include <set>
-#include <vector>
+#include <optional>
 
 #include "absl/strings/str_format.h"
+#include "absl/types/span.h"
 #include "vision/masks/motion_split.h"
+#include "vision/masks/regions.h"
 #include "vision/masks/temporal_link.h"
 
 namespace egosieve::vision {
 namespace {
 
 constexpr int kNumbers = 65535;
-// A prediction counts where the flow's forward-backward error is below about one pixel.
-constexpr float kLeastAgreement = 0.6f;
-// Of the largest piece of a number: smaller pieces are errors of flow, given to what is around.
+// Flow's forward-backward error is below about 1.2 pixels.
+constexpr float kLeastAgreement = 0.5f;
+constexpr double kMotionScale = 0.7;  // pixels, of a mover's motion between two frames
+constexpr int kMotionStep = 2;        // every second pixel says enough of it
+// Of the largest piece of a number: smaller pieces are errors, given to what is around.
 constexpr double kLeastStray = 0.1;
-// Flow differs where it does by so many pixels and so much of the faster one: parts of one mover
-// that turns or comes near differ, too.
-constexpr double kDifferentPixels = 1.5;
-constexpr double kDifferentShare = 0.4;
-// A piece is large from so many times the pixels of a speck.
+// A piece that no mover explains is looked at from so many times the pixels of a speck.
 constexpr int kLargeInSpecks = 4;
+// Fewer pixels that touch another mover are more often a part of it than another.
+constexpr int kFragmentInSpecks = 8;
+constexpr int kMostSplits = 3;  // of one mover in one frame
+// Of the pixels around the smaller of two movers that lie on the other, where they touch.
+constexpr double kContact = 0.2;
+constexpr int kTouch = 2, kWorldReach = 12;  // pixels
+constexpr double kMovesAsWorldPixels = 1.0;
+constexpr size_t kLeastPlaces = 6;
+// Of a mover's motion, by which what is new beside it, and what is one with it, may differ: parts
+// of a mover that turns or comes near differ, too.
+constexpr double kJoins = 0.4, kIsOne = 0.05;
 
-// Every pixel of `region` that has no number takes that of the nearest pixel of it that has one.
-void FillNearest(const cv::Mat1b& region, cv::Mat1w& numbers) {
-  cv::Mat1b is_empty(region.size(), uint8_t{255});
-  is_empty.setTo(0, (numbers != 0) & (region != 0));
-  if (cv::countNonZero(is_empty) == static_cast<int>(is_empty.total())) return;
-  cv::Mat1f distance;
-  cv::Mat1i labels;
-  cv::distanceTransform(is_empty, distance, labels, cv::DIST_L2, cv::DIST_MASK_5,
-                        cv::DIST_LABEL_PIXEL);
-  std::vector<uint16_t> number_of(numbers.total() + 1, 0);
-  for (int y = 0; y < region.rows; ++y) {
-    for (int x = 0; x < region.cols; ++x) {
-      if (is_empty(y, x) == 0) number_of[labels(y, x)] = numbers(y, x);
-    }
+using CellsByNumber = std::map<uint16_t, std::vector<int>>;
+
+// The steps from `now` on, or back from it, that begin within `seconds`.
+std::vector<FlowPair> LinksFrom(const std::vector<TrackedFrame>& frames, size_t now,
+                                double seconds) {
+  std::vector<FlowPair> links;
+  const double time = frames[now].time_seconds;
+  for (size_t t = now + 1; t < frames.size() && !frames[t].flow.forward.empty(); ++t) {
+    if (frames[t].time_seconds - time > seconds * (1.0 + 1e-9)) break;
+    links.push_back(frames[t].flow);
   }
-  for (int y = 0; y < region.rows; ++y) {
-    for (int x = 0; x < region.cols; ++x) {
-      if (region(y, x) != 0 && numbers(y, x) == 0) numbers(y, x) = number_of[labels(y, x)];
-    }
+  if (!links.empty()) return links;
+  for (size_t t = now; t > 0 && !frames[t].flow.forward.empty(); --t) {
+    if (time - frames[t - 1].time_seconds > seconds * (1.0 + 1e-9)) break;
+    links.push_back({frames[t].flow.backward, frames[t].flow.forward});
   }
+  return links;
 }
 
-std::set<uint16_t> NumbersIn(const cv::Mat1w& numbers, const cv::Mat1b& region) {
-  std::set<uint16_t> found;
-  for (int y = 0; y < region.rows; ++y) {
-    for (int x = 0; x < region.cols; ++x) {
-      if (region(y, x) != 0 && numbers(y, x) != 0) found.insert(numbers(y, x));
-    }
+CellsByNumber CellsOf(const MovingCells& cells, const cv::Mat1w& numbers) {
+  CellsByNumber found;
+  for (size_t i = 0; i < cells.places.size(); ++i) {
+    const uint16_t number = numbers(cv::Point(cells.places[i]));
+    if (number != 0) found[number].push_back(static_cast<int>(i));
   }
   return found;
 }
 
-struct Piece {
-  cv::Mat1b pixels;
-  int area = 0;
-};
-
-// 8-connected, the largest first; equal ones in the order of their first pixels.
-std::vector<Piece> PiecesOf(const cv::Mat1b& region) {
-  cv::Mat1i labels;
-  cv::Mat stats, centres;
-  const int count = cv::connectedComponentsWithStats(region, labels, stats, centres, 8, CV_32S);
-  std::vector<Piece> pieces;
-  for (int i = 1; i < count; ++i) {
-    pieces.push_back({labels == i, stats.at<int>(i, cv::CC_STAT_AREA)});
+std::vector<int> CellsIn(const MovingCells& cells, const cv::Mat1b& region) {
+  std::vector<int> found;
+  for (size_t i = 0; i < cells.places.size(); ++i) {
+    if (region(cv::Point(cells.places[i])) != 0) found.push_back(static_cast<int>(i));
   }
-  std::stable_sort(pieces.begin(), pieces.end(),
-                   [](const Piece& a, const Piece& b) { return a.area > b.area; });
-  return pieces;
+  return found;
 }
 
-bool MoveAlike(const cv::Scalar& a, const cv::Scalar& b) {
-  const double difference = std::hypot(a[0] - b[0], a[1] - b[1]);
-  const double speed = std::max(std::hypot(a[0], a[1]), std::hypot(b[0], b[1]));
-  return difference <= kDifferentPixels + kDifferentShare * speed;
+// The pixels of `region` that are nearer to the cells of the smaller part.
+cv::Mat1b PixelsOfPart(const MovingCells& cells, const MotionSplit& split,
+                       const cv::Mat1b& region) {
+  const auto distance_from = [&](const std::vector<int>& of) {
+    cv::Mat1b is_elsewhere(region.size(), uint8_t{255});
+    for (const int i : of) {
+      const cv::Point corner = cells.cells[i] * cells.side;
+      is_elsewhere(cv::Rect(corner, cv::Size(cells.side, cells.side))) = 0;
+    }
+    cv::Mat1f distance;
+    cv::distanceTransform(is_elsewhere, distance, cv::DIST_L2, cv::DIST_MASK_5);
+    return distance;
+  };
+  return (distance_from(split.smaller) < distance_from(split.larger)) & (region != 0);
 }
 
-// Pieces of `region` without a number, of at least min_pixels, that move otherwise than the number
-// that is nearest to them, as far as flow and its return agree in most of them: those that move as
-// another number of the region take it, the others are returned.
-std::vector<cv::Mat1b> StrangersIn(const cv::Mat1b& region, const FlowPair& flow, int min_pixels,
-                                   cv::Mat1w& numbers) {
-  std::vector<cv::Mat1b> strangers;
-  if (flow.backward.empty()) return strangers;
-  const std::vector<Piece> pieces = PiecesOf(region & (numbers == 0));
-  if (pieces.empty() || pieces.front().area < min_pixels) return strangers;
-  const cv::Mat1b holds = FlowAgreement(flow.backward, flow.forward, 1.0) >= kLeastAgreement;
-  std::map<uint16_t, cv::Scalar> motions;
-  for (const uint16_t number : NumbersIn(numbers, region)) {
-    motions[number] = cv::mean(flow.backward, (numbers == number) & region);
-  }
-  cv::Mat1w filled = numbers.clone();
-  FillNearest(region, filled);
-  for (const Piece& piece : pieces) {
-    const cv::Mat1b known = piece.pixels & holds;
-    if (piece.area < min_pixels || 2 * cv::countNonZero(known) < piece.area) continue;
-    const cv::Scalar own = cv::mean(flow.backward, known);
-    uint16_t nearest = 0;
-    int most = 0;
-    for (const auto& [number, motion] : motions) {
-      const int pixels = cv::countNonZero((filled == number) & piece.pixels);
-      if (pixels > most) {
-        nearest = number;
-        most = pixels;
-      }
-    }
-    if (nearest == 0 || MoveAlike(own, motions[nearest])) continue;
-    const auto alike = std::find_if(motions.begin(), motions.end(), [&](const auto& entry) {
-      return MoveAlike(own, entry.second);
-    });
-    if (alike != motions.end()) {
-      numbers.setTo(alike->first, piece.pixels);
-    } else {
-      strangers.push_back(piece.pixels);
+// The motion of a region's pixels, as far as they agree; its places in `count`.
+MoverMotion MotionIn(const cv::Mat1b& region, const cv::Mat& flow, const cv::Mat1f& agreement,
+                     size_t* count) {
+  std::vector<cv::Point2f> places, steps;
+  for (int y = 0; y < region.rows; y += kMotionStep) {
+    for (int x = 0; x < region.cols; x += kMotionStep) {
+      if (region(y, x) == 0 || agreement(y, x) < kLeastAgreement) continue;
+      places.emplace_back(static_cast<float>(x), static_cast<float>(y));
+      const cv::Vec2f& step = flow.at<cv::Vec2f>(y, x);
+      steps.emplace_back(step[0], step[1]);
     }
   }
-  return strangers;
+  *count = places.size();
+  return FitMotion(places, steps, kMotionScale);
 }
 
 double ColourDistance(absl::Span<const double> a, absl::Span<const double> b) {
@@ -131,72 +110,133 @@ double ColourDistance(absl::Span<const double> a, absl::Span<const double> b) {
   return std::sqrt(std::max(0.0, 1.0 - overlap));
 }
 
+void DropStrays(int min_pixels, cv::Mat1w& numbers) {
+  for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
+    const std::vector<Piece> pieces = PiecesOf(numbers == number);
+    for (const Piece& piece : pieces) {
+      if (piece.area < kLeastStray * pieces.front().area || 2 * piece.area < min_pixels) {
+        numbers.setTo(0, piece.pixels);
+      }
+    }
+  }
+}
+
 }  // namespace
 
+struct MoverTracker::Scene {
+  double time_seconds = 0.0, step_seconds = 0.0;  // since the frame before
+  AssignmentPictures pictures;
+  MovingCells cells;
+  std::vector<FlowPair> links;
+};
+
 absl::Status MoverTrackerOptions::Validate() const {
-  if (min_pixels >= 1 && lost_seconds >= 0.0 && split_votes >= 1 && min_piece > 0.0 &&
+  if (min_pixels >= 1 && lost_seconds >= 0.0 && look_seconds > 0.0 && merge_votes >= 1 &&
       max_distance >= 0.0) {
     return absl::OkStatus();
   }
   return absl::InvalidArgumentError(absl::StrFormat(
-      "min_pixels = %d, lost_seconds = %g, split_votes = %d, min_piece = %g, max_distance = %g; "
-      "min_pixels and split_votes must be at least 1, min_piece positive, the others not negative",
-      min_pixels, lost_seconds, split_votes, min_piece, max_distance));
+      "min_pixels = %d, lost_seconds = %g, look_seconds = %g, merge_votes = %d, max_distance = %g; "
+      "min_pixels and merge_votes must be at least 1, look_seconds positive, the others not "
+      "negative",
+      min_pixels, lost_seconds, look_seconds, merge_votes, max_distance));
 }
 
-cv::Mat1w MoverTracker::Add(double time_seconds, const cv::Mat3b& image, const cv::Mat1b& mask,
-                            const FlowPair& flow) {
-  cv::Mat1w numbers = FillRegions(image, mask, time_seconds, flow, Predict(mask, flow));
-  SplitMovers(time_seconds, image, flow, numbers);
-  Remember(time_seconds, image, numbers);
+cv::Mat1w MoverTracker::Add(const std::vector<TrackedFrame>& frames, size_t now,
+                            const cv::Mat1b& mask) {
+  Scene scene;
+  scene.time_seconds = frames[now].time_seconds;
+  scene.pictures.now = frames[now].image;
+  scene.pictures.mask = mask;
+  scene.links = LinksFrom(frames, now, options_.look_seconds);
+  scene.cells = FollowCells(mask, scene.links);
+  cv::Mat1w numbers = cv::Mat1w::zeros(mask.size());
+  if (now > 0 && !frames[now].flow.forward.empty() && last_.size() == mask.size()) {
+    scene.step_seconds = scene.time_seconds - frames[now - 1].time_seconds;
+    scene.pictures.before = frames[now - 1].image;
+    scene.pictures.from_before = frames[now].flow;
+    if (now + 1 < frames.size() && !frames[now + 1].flow.forward.empty()) {
+      scene.pictures.after = frames[now + 1].image;
+      scene.pictures.to_after = frames[now + 1].flow;
+    }
+    numbers = AssignKnown(scene);
+  }
+  DropStrays(options_.min_pixels, numbers);
+  FillRegions(scene, numbers);
+  SplitMovers(scene, numbers);
+  MergeMovers(scene, numbers);
+  DropFragments(numbers);
+  Remember(scene, numbers);
   last_ = numbers;
   return numbers.clone();
 }
 
-cv::Mat1w MoverTracker::Predict(const cv::Mat1b& mask, const FlowPair& flow) const {
-  cv::Mat1w numbers = cv::Mat1w::zeros(mask.size());
-  if (flow.backward.empty() || last_.size() != mask.size()) return numbers;
-  const cv::Mat1w warped = WarpByFlow(last_, flow.backward, cv::INTER_NEAREST);
-  const cv::Mat1f agreement = FlowAgreement(flow.backward, flow.forward, 1.0);
-  warped.copyTo(numbers, (mask != 0) & (agreement >= kLeastAgreement));
-  // What strays from its mover is an error of flow.
-  for (const uint16_t number : NumbersIn(numbers, mask)) {
-    const std::vector<Piece> pieces = PiecesOf(numbers == number);
-    for (const Piece& piece : pieces) {
-      if (piece.area < kLeastStray * pieces.front().area) numbers.setTo(0, piece.pixels);
+cv::Mat1w MoverTracker::AssignKnown(const Scene& scene) const {
+  const FlowPair& flow = scene.pictures.from_before;
+  const cv::Mat1f agreement = FlowAgreement(flow.forward, flow.backward, 1.0);
+  std::vector<KnownMover> known;
+  for (const auto& [number, count] : CountNumbers(last_, last_ != 0)) {
+    const Mover& mover = movers_.at(number);
+    size_t places = 0;
+    MoverMotion motion = MotionIn(last_ == number, flow.forward, agreement, &places);
+    if (places < kLeastPlaces) {
+      motion = MoverMotion{mover.centre, mover.speed * scene.step_seconds, cv::Matx22d::zeros()};
     }
+    known.push_back({number, motion, &mover.colours});
   }
-  return numbers;
+  return AssignPixels(scene.pictures, last_, known);
 }
 
-cv::Mat1w MoverTracker::FillRegions(const cv::Mat3b& image, const cv::Mat1b& mask,
-                                    double time_seconds, const FlowPair& flow, cv::Mat1w numbers) {
-  std::vector<cv::Mat1b> unknown;
-  for (const Piece& piece : PiecesOf(mask)) {
-    if (!NumbersIn(numbers, piece.pixels).empty()) {
-      cv::Mat1b rest = piece.pixels.clone();
-      for (const cv::Mat1b& stranger :
-           StrangersIn(piece.pixels, flow, kLargeInSpecks * options_.min_pixels, numbers)) {
-        unknown.push_back(stranger);
-        rest.setTo(0, stranger);
+// The mover of `cells` whose motion is nearest to that of a piece, and how near it is; nothing
+// where too little is known of the motions.
+std::optional<std::pair<double, uint16_t>> MoverTracker::NearestMotion(
+    const Scene& scene, const cv::Mat1b& piece, const std::map<uint16_t, int>& among,
+    const cv::Mat1w& numbers) {
+  const CellsByNumber cells = CellsOf(scene.cells, numbers);
+  const std::vector<int> own = CellsIn(scene.cells, piece);
+  std::optional<std::pair<double, uint16_t>> nearest;
+  for (const auto& [number, count] : among) {
+    const auto others = cells.find(number);
+    if (others == cells.end()) continue;
+    const std::optional<double> distance = MotionDistance(scene.cells, own, others->second, kJoins);
+    if (distance && (!nearest || *distance < nearest->first)) nearest = {*distance, number};
+  }
+  return nearest;
+}
+
+void MoverTracker::FillRegions(const Scene& scene, cv::Mat1w& numbers) {
+  std::vector<Piece> unknown;
+  for (const Piece& region : PiecesOf(scene.pictures.mask)) {
+    const std::map<uint16_t, int> known = CountNumbers(numbers, region.pixels);
+    if (known.empty()) {
+      if (region.area >= options_.min_pixels) unknown.push_back(region);
+      continue;
+    }
+    cv::Mat1b rest = region.pixels.clone();
+    for (const Piece& piece : PiecesOf(region.pixels & (numbers == 0))) {
+      if (piece.area < kLargeInSpecks * options_.min_pixels) break;
+      const auto nearest = NearestMotion(scene, piece.pixels, known, numbers);
+      if (!nearest) continue;
+      if (nearest->first < 1.0) {
+        numbers.setTo(nearest->second, piece.pixels);
+      } else {
+        unknown.push_back(piece);
+        rest.setTo(0, piece.pixels);
       }
-      FillNearest(rest, numbers);
-    } else if (piece.area >= options_.min_pixels) {
-      unknown.push_back(piece.pixels);
     }
+    FillNearest(rest, numbers);
   }
-  for (const cv::Mat1b& region : unknown) {
-    numbers.setTo(NumberFor(Describe(image, region, time_seconds), numbers, time_seconds), region);
+  for (const Piece& piece : unknown) {
+    numbers.setTo(NumberFor(Describe(scene, piece.pixels), numbers), piece.pixels);
   }
-  return numbers;
 }
 
-uint16_t MoverTracker::NumberFor(const Mover& seen, const cv::Mat1w& numbers, double time_seconds) {
-  const std::set<uint16_t> taken = NumbersIn(numbers, numbers != 0);
+uint16_t MoverTracker::NumberFor(const Mover& seen, const cv::Mat1w& numbers) {
+  const std::map<uint16_t, int> taken = CountNumbers(numbers, numbers != 0);
   uint16_t best = 0;
   double best_distance = options_.max_distance;
   for (const auto& [number, mover] : movers_) {
-    const double lost = time_seconds - mover.last_seconds;
+    const double lost = seen.last_seconds - mover.last_seconds;
     if (taken.count(number) > 0 || lost > options_.lost_seconds) continue;
     const double ratio = seen.pixels / mover.pixels;
     const double side = std::sqrt(std::max(seen.pixels, mover.pixels));
@@ -212,66 +252,134 @@ uint16_t MoverTracker::NumberFor(const Mover& seen, const cv::Mat1w& numbers, do
   return best != 0 ? best : NewNumber();
 }
 
-uint16_t MoverTracker::NumberOfPart(const Mover& seen, const cv::Mat1b& part, uint16_t whole,
-                                    const FlowPair& flow, const cv::Mat1w& numbers) {
-  cv::Mat1b around;
-  cv::dilate(part, around, cv::Mat(), {-1, -1}, 2);
-  for (const uint16_t number : NumbersIn(numbers, around)) {
-    const auto mover = movers_.find(number);
-    if (number == whole || mover == movers_.end() || flow.backward.empty()) continue;
-    const bool moves_alike =
-        MoveAlike(cv::mean(flow.backward, part), cv::mean(flow.backward, numbers == number));
-    if (moves_alike &&
-        ColourDistance(seen.colours, mover->second.colours) < options_.max_distance) {
-      return number;
+void MoverTracker::SplitMovers(const Scene& scene, cv::Mat1w& numbers) {
+  for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
+    for (int i = 0; i < kMostSplits; ++i) {
+      const cv::Mat1b region = numbers == number;
+      const auto split = SplitByMotion(scene.cells, CellsIn(scene.cells, region));
+      if (!split) break;
+      const cv::Mat1b part = PixelsOfPart(scene.cells, *split, region);
+      if (cv::countNonZero(part) == 0) break;
+      numbers.setTo(MovesAsWorld(scene, part) ? 0 : NumberOfPart(scene, part, number, numbers),
+                    part);
     }
   }
-  return NumberFor(seen, numbers, seen.last_seconds);
 }
 
-void MoverTracker::SplitMovers(double time_seconds, const cv::Mat3b& image, const FlowPair& flow,
-                               cv::Mat1w& numbers) {
-  for (const uint16_t number : NumbersIn(numbers, numbers != 0)) {
+bool MoverTracker::MovesAsWorld(const Scene& scene, const cv::Mat1b& part) {
+  const FlowPair& flow = scene.links.front();  // a part was found along them
+  const cv::Mat1f agreement = FlowAgreement(flow.forward, flow.backward, 1.0);
+  cv::Mat1b around = RingAround(part, kWorldReach), moving;
+  cv::dilate(scene.pictures.mask, moving, cv::Mat::ones(2 * kTouch + 1, 2 * kTouch + 1, CV_8U));
+  around.setTo(0, moving);
+  size_t of_part = 0, of_world = 0;
+  const MoverMotion own = MotionIn(part, flow.forward, agreement, &of_part);
+  const MoverMotion world = MotionIn(around, flow.forward, agreement, &of_world);
+  return std::min(of_part, of_world) >= kLeastPlaces &&
+         cv::norm(own.shift - world.At(own.centre)) < kMovesAsWorldPixels;
+}
+
+uint16_t MoverTracker::NumberOfPart(const Scene& scene, const cv::Mat1b& part, uint16_t whole,
+                                    const cv::Mat1w& numbers) {
+  const Mover seen = Describe(scene, part);
+  std::map<uint16_t, int> touched = CountNumbers(numbers, RingAround(part, kTouch));
+  for (auto entry = touched.begin(); entry != touched.end();) {
+    const auto mover = movers_.find(entry->first);
+    const bool may_be_it =
+        entry->first != whole && mover != movers_.end() &&
+        ColourDistance(seen.colours, mover->second.colours) < options_.max_distance;
+    entry = may_be_it ? std::next(entry) : touched.erase(entry);
+  }
+  const auto nearest = NearestMotion(scene, part, touched, numbers);
+  return nearest && nearest->first < 1.0 ? nearest->second : NumberFor(seen, numbers);
+}
+
+void MoverTracker::MergeMovers(const Scene& scene, cv::Mat1w& numbers) {
+  std::vector<std::pair<int, uint16_t>> by_size;
+  for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
+    by_size.emplace_back(count, number);
+  }
+  std::sort(by_size.begin(), by_size.end());
+  for (const auto& [count, number] : by_size) {
+    if (count < options_.min_pixels) continue;
+    const uint16_t partner = PartnerOf(scene, number, numbers);
+    if (partner == 0) continue;
+    const auto first_seen = [&](uint16_t of) {
+      const auto mover = movers_.find(of);
+      return mover == movers_.end() ? scene.time_seconds : mover->second.first_seconds;
+    };
+    const bool is_older = first_seen(number) < first_seen(partner);
+    const uint16_t stays = is_older ? number : partner, goes = is_older ? partner : number;
+    numbers.setTo(stays, numbers == goes);
+    movers_.erase(goes);
+    for (auto vote = votes_.begin(); vote != votes_.end();) {
+      const bool is_of_it = vote->first.first == goes || vote->first.second == goes;
+      vote = is_of_it ? votes_.erase(vote) : std::next(vote);
+    }
+  }
+}
+
+// The mover that `number` has touched and moved with long enough; 0: none.
+uint16_t MoverTracker::PartnerOf(const Scene& scene, uint16_t number, const cv::Mat1w& numbers) {
+  const cv::Mat1b ring = RingAround(numbers == number, kTouch);
+  const double least = kContact * cv::countNonZero(ring);
+  const CellsByNumber cells = CellsOf(scene.cells, numbers);
+  const auto own = cells.find(number);
+  if (own == cells.end()) return 0;
+  for (const auto& [other, contact] : CountNumbers(numbers, ring)) {
+    const auto others = cells.find(other);
+    if (contact < least || others == cells.end()) continue;
+    const std::optional<double> distance =
+        MotionDistance(scene.cells, own->second, others->second, kIsOne);
+    int& votes = votes_[{number, other}];
+    votes = distance && *distance < 1.0 ? votes + 1 : 0;
+    if (votes >= options_.merge_votes) return other;
+  }
+  return 0;
+}
+
+void MoverTracker::DropFragments(cv::Mat1w& numbers) const {
+  for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
+    if (count >= kFragmentInSpecks * options_.min_pixels) continue;
     const cv::Mat1b region = numbers == number;
-    const std::vector<Piece> pieces = PiecesOf(region);
-    cv::Mat1b part;
-    if (pieces.size() > 1 && pieces[1].area >= options_.min_piece * pieces[0].area &&
-        pieces[1].area >= options_.min_pixels) {
-      part = pieces[1].pixels;
-    } else if (!flow.backward.empty()) {
-      const cv::Mat1b parts = SplitByMotion(region, flow.backward);
-      if (!parts.empty()) part = parts == 2;
+    const cv::Mat1b ring = RingAround(region, kTouch);
+    const std::map<uint16_t, int> touched = CountNumbers(numbers, ring);
+    const auto most =
+        std::max_element(touched.begin(), touched.end(),
+                         [](const auto& a, const auto& b) { return a.second < b.second; });
+    if (most != touched.end() && most->second >= kContact * cv::countNonZero(ring)) {
+      numbers.setTo(most->first, region);
+    } else if (2 * count < options_.min_pixels) {
+      numbers.setTo(0, region);
     }
-    const auto mover = movers_.find(number);
-    if (mover == movers_.end()) continue;
-    mover->second.votes = part.empty() ? 0 : mover->second.votes + 1;
-    if (mover->second.votes < options_.split_votes) continue;
-    mover->second.votes = 0;
-    numbers.setTo(NumberOfPart(Describe(image, part, time_seconds), part, number, flow, numbers),
-                  part);
   }
 }
 
-void MoverTracker::Remember(double time_seconds, const cv::Mat3b& image, const cv::Mat1w& numbers) {
-  for (const uint16_t number : NumbersIn(numbers, numbers != 0)) {
-    Mover now = Describe(image, numbers == number, time_seconds);
+void MoverTracker::Remember(const Scene& scene, const cv::Mat1w& numbers) {
+  for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
+    Mover now = Describe(scene, numbers == number);
     const auto before = movers_.find(number);
     if (before != movers_.end()) {
-      const double seconds = time_seconds - before->second.last_seconds;
-      now.votes = before->second.votes;
+      const double seconds = scene.time_seconds - before->second.last_seconds;
+      now.first_seconds = before->second.first_seconds;
       now.speed = before->second.speed;
       if (seconds > 0.0) {
         now.speed = 0.5 * now.speed + 0.5 / seconds * (now.centre - before->second.centre);
       }
-      for (int i = 0; i < kColours; ++i) {
+      for (int i = 0; i < kMoverColours; ++i) {
         now.colours[i] = 0.8 * before->second.colours[i] + 0.2 * now.colours[i];
       }
     }
     movers_[number] = now;
   }
   for (auto mover = movers_.begin(); mover != movers_.end();) {
-    const bool is_gone = time_seconds - mover->second.last_seconds > options_.lost_seconds;
+    const bool is_gone = scene.time_seconds - mover->second.last_seconds > options_.lost_seconds;
     mover = is_gone ? movers_.erase(mover) : std::next(mover);
+  }
+  for (auto vote = votes_.begin(); vote != votes_.end();) {
+    const bool is_known = vote->second > 0 && movers_.count(vote->first.first) > 0 &&
+                          movers_.count(vote->first.second) > 0;
+    vote = is_known ? std::next(vote) : votes_.erase(vote);
   }
 }
 
@@ -284,79 +392,20 @@ uint16_t MoverTracker::NewNumber() {
   return number;
 }
 
-MoverTracker::Mover MoverTracker::Describe(const cv::Mat3b& image, const cv::Mat1b& region,
-                                           double time_seconds) {
+MoverTracker::Mover MoverTracker::Describe(const Scene& scene, const cv::Mat1b& region) {
   Mover mover;
-  mover.last_seconds = time_seconds;
+  mover.first_seconds = mover.last_seconds = scene.time_seconds;
   for (int y = 0; y < region.rows; ++y) {
     for (int x = 0; x < region.cols; ++x) {
       if (region(y, x) == 0) continue;
       ++mover.pixels;
       mover.centre += cv::Point2d(x, y);
-      const cv::Vec3b& colour = image(y, x);
-      ++mover.colours[(colour[0] >> 6) * 16 + (colour[1] >> 6) * 4 + (colour[2] >> 6)];
+      ++mover.colours[ColourOf(scene.pictures.now(y, x))];
     }
   }
   mover.centre /= std::max(mover.pixels, 1.0);
   for (double& share : mover.colours) share /= std::max(mover.pixels, 1.0);
   return mover;
-}
-
-std::string MoverTracker::ToText() const {
-  // Run lengths: number, pixels, number, pixels, ...
-  std::vector<int> runs;
-  for (const uint16_t number : last_) {
-    if (runs.empty() || runs[runs.size() - 2] != number) runs.insert(runs.end(), {number, 0});
-    ++runs.back();
-  }
-  nlohmann::ordered_json json = {{"next_number", next_number_},
-                                 {"last_size", {last_.cols, last_.rows}},
-                                 {"last_runs", runs},
-                                 {"movers", nlohmann::ordered_json::array()}};
-  for (const auto& [number, mover] : movers_) {
-    json["movers"].push_back({{"number", number},
-                              {"last_seconds", mover.last_seconds},
-                              {"centre", {mover.centre.x, mover.centre.y}},
-                              {"speed", {mover.speed.x, mover.speed.y}},
-                              {"pixels", mover.pixels},
-                              {"colours", mover.colours},
-                              {"votes", mover.votes}});
-  }
-  return json.dump();
-}
-
-absl::StatusOr<MoverTracker> MoverTracker::Restore(const MoverTrackerOptions& options,
-                                                   absl::string_view text) {
-  MoverTracker tracker(options);
-  try {
-    const auto json = nlohmann::json::parse(text);
-    tracker.next_number_ = json.at("next_number").get<int>();
-    const auto size = json.at("last_size").get<std::array<int, 2>>();
-    const auto runs = json.at("last_runs").get<std::vector<int>>();
-    std::vector<uint16_t> numbers;
-    for (size_t i = 0; i + 1 < runs.size(); i += 2) {
-      numbers.insert(numbers.end(), runs[i + 1], static_cast<uint16_t>(runs[i]));
-    }
-    if (static_cast<int64_t>(numbers.size()) != int64_t{size[0]} * size[1]) {
-      return absl::DataLossError("the state of the movers has pixels missing");
-    }
-    if (!numbers.empty()) tracker.last_ = cv::Mat1w(size[1], size[0], numbers.data()).clone();
-    for (const nlohmann::json& entry : json.at("movers")) {
-      Mover mover;
-      mover.last_seconds = entry.at("last_seconds").get<double>();
-      mover.centre = {entry.at("centre").at(0).get<double>(),
-                      entry.at("centre").at(1).get<double>()};
-      mover.speed = {entry.at("speed").at(0).get<double>(), entry.at("speed").at(1).get<double>()};
-      mover.pixels = entry.at("pixels").get<double>();
-      mover.colours = entry.at("colours").get<std::array<double, kColours>>();
-      mover.votes = entry.at("votes").get<int>();
-      tracker.movers_[entry.at("number").get<uint16_t>()] = mover;
-    }
-  } catch (const nlohmann::json::exception& error) {
-    return absl::DataLossError(
-        absl::StrFormat("the state of the movers cannot be read: %s", error.what()));
-  }
-  return tracker;
 }
 
 }  // namespace egosieve::vision

@@ -1,55 +1,70 @@
 // Movers told apart and numbered, frame by frame.
 //
-//   prediction  each pixel of the mask takes the number that its place had in the frame before, by
-//               flow, where flow and its return agree                                         (M1)
-//   regions     connected regions of the mask; pixels without a prediction take the nearest
-//               number of their region, but for large pieces whose flow differs from that
-//               number's; so movers that come to touch stay apart                            (M2)
-//   new         a region without a prediction, or such a piece: a mover that was lost for at most
-//               lost_seconds, where place, size and colours agree, else a new number         (M3)
-//   split       a mover that for split_votes frames in a row moves as two (motion_split.h), or
-//               lies in two large pieces: the smaller part goes with a mover that it touches
-//               and that has its motion and colours, else as (M3)                           (M4)
+//   known       a pixel of the mask takes the mover of the frame before that explains it best
+//               (pixel_assignment.h), each carried by a motion of its own                     (M1)
+//   regions     what no mover explains goes with a mover of its region that moves alike, else with
+//               the nearest where too little is known of its motion, else it is new           (M2)
+//   new         a mover that was lost for at most lost_seconds, where place, size and colours
+//               agree, else a new number                                                      (M3)
+//   split       a mover whose cells move as two (motion_split.h) within look_seconds: the smaller
+//               part goes with a mover that it touches and moves with, else as (M3); what moves as
+//               the world around it, such as the road before a car, is no mover              (M4)
+//   merge       two that touch and for merge_votes frames move as one are the older of the two (M5)
+//   fragments   of fewer than 8 min_pixels go with the mover that they touch                  (M6)
 //
 // Numbers run from 1 to 65535 and begin anew after that. Specks of fewer than min_pixels that
-// nobody predicts are no movers.
+// nobody explains are no movers.
+//
+// Chosen on synthetic drives (the demo; junction, street, crossing and oncoming of seed 2, 60
+// frames). Mean IDF1 0.45; 0.30 with numbers carried along the flow of their pixels, and 0.67 with
+// the truth's borders within these masks. Six drives of seed 100: 0.43, where the flow gives 0.32.
 //
 // A tracker that was restored from its text goes on to the last bit.
 #ifndef EGOSIEVE_VISION_MASKS_MOVER_TRACKER_H_
 #define EGOSIEVE_VISION_MASKS_MOVER_TRACKER_H_
 
-#include <array>
 #include <cstdint>
 #include <map>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "vision/features/flow_grid.h"
+#include "vision/masks/moving_cells.h"
+#include "vision/masks/pixel_assignment.h"
 
 namespace egosieve::vision {
 
 struct MoverTrackerOptions {
   int min_pixels = 24;         // of working resolution
   double lost_seconds = 1.5;   // >= 0
-  int split_votes = 3;         // positive
-  double min_piece = 0.25;     // of the larger piece, for (M4)
+  double look_seconds = 0.5;   // positive
+  int merge_votes = 3;         // positive
   double max_distance = 0.45;  // Bhattacharyya's, between colours, for (M3)
 
   absl::Status Validate() const;
+};
+
+// At one working resolution.
+struct TrackedFrame {
+  double time_seconds = 0.0;
+  cv::Mat3b image;
+  FlowPair flow;  // from the frame before to this one; empty where there is none
 };
 
 class MoverTracker {
  public:
   explicit MoverTracker(const MoverTrackerOptions& options) : options_(options) {}
 
-  // The next frame, all at one working resolution. mask: non-zero where it moves. flow: from the
-  // frame before to this one; empty where there is none. Returns the numbers of the movers, 0
-  // elsewhere.
-  cv::Mat1w Add(double time_seconds, const cv::Mat3b& image, const cv::Mat1b& mask,
-                const FlowPair& flow);
+  // The next frame, frames[now]. mask: non-zero where it moves. Frames behind it show movers that
+  // will part; without any, those before it show those that have. Returns the numbers of the
+  // movers, 0 elsewhere.
+  cv::Mat1w Add(const std::vector<TrackedFrame>& frames, size_t now, const cv::Mat1b& mask);
 
   std::string ToText() const;
   // DataLoss where the text is damaged.
@@ -57,31 +72,35 @@ class MoverTracker {
                                               absl::string_view text);
 
  private:
-  static constexpr int kColours = 64;
-
   struct Mover {
-    double last_seconds = 0.0;  // when it was seen
-    cv::Point2d centre, speed;  // pixels, pixels a second
+    double first_seconds = 0.0, last_seconds = 0.0;  // when it was seen
+    cv::Point2d centre, speed;                       // pixels, pixels a second
     double pixels = 0.0;
-    std::array<double, kColours> colours = {};  // shares
-    int votes = 0;                              // (M4)
+    ColourShares colours = {};
   };
+  struct Scene;
 
-  cv::Mat1w Predict(const cv::Mat1b& mask, const FlowPair& flow) const;  // (M1)
-  cv::Mat1w FillRegions(const cv::Mat3b& image, const cv::Mat1b& mask, double time_seconds,
-                        const FlowPair& flow, cv::Mat1w numbers);  // (M2), (M3)
-  uint16_t NumberFor(const Mover& seen, const cv::Mat1w& numbers, double time_seconds);  // (M3)
-  uint16_t NumberOfPart(const Mover& seen, const cv::Mat1b& part, uint16_t whole,
-                        const FlowPair& flow, const cv::Mat1w& numbers);
-  void SplitMovers(double time_seconds, const cv::Mat3b& image, const FlowPair& flow,
-                   cv::Mat1w& numbers);  // (M4)
-  void Remember(double time_seconds, const cv::Mat3b& image, const cv::Mat1w& numbers);
+  cv::Mat1w AssignKnown(const Scene& scene) const;                  // (M1)
+  void FillRegions(const Scene& scene, cv::Mat1w& numbers);         // (M2)
+  uint16_t NumberFor(const Mover& seen, const cv::Mat1w& numbers);  // (M3)
+  void SplitMovers(const Scene& scene, cv::Mat1w& numbers);         // (M4)
+  uint16_t NumberOfPart(const Scene& scene, const cv::Mat1b& part, uint16_t whole,
+                        const cv::Mat1w& numbers);
+  static bool MovesAsWorld(const Scene& scene, const cv::Mat1b& part);
+  static std::optional<std::pair<double, uint16_t>> NearestMotion(
+      const Scene& scene, const cv::Mat1b& piece, const std::map<uint16_t, int>& among,
+      const cv::Mat1w& numbers);
+  void MergeMovers(const Scene& scene, cv::Mat1w& numbers);  // (M5)
+  uint16_t PartnerOf(const Scene& scene, uint16_t number, const cv::Mat1w& numbers);
+  void DropFragments(cv::Mat1w& numbers) const;  // (M6)
+  void Remember(const Scene& scene, const cv::Mat1w& numbers);
   uint16_t NewNumber();
-  static Mover Describe(const cv::Mat3b& image, const cv::Mat1b& region, double time_seconds);
+  static Mover Describe(const Scene& scene, const cv::Mat1b& region);
 
   MoverTrackerOptions options_;
   cv::Mat1w last_;
   std::map<uint16_t, Mover> movers_;
+  std::map<std::pair<uint16_t, uint16_t>, int> votes_;  // (M5), the smaller mover first
   int next_number_ = 1;
 };
 

@@ -24,7 +24,7 @@
 namespace egosieve::vision {
 
 struct TemporalLinkOptions {
-  double memory_seconds = 0.4;    // positive
+  double memory_seconds = 0.6;    // positive
   double tolerance_pixels = 1.0;  // of the forward-backward error; positive
   bool causal = false;            // (T1) alone
 

@@ -34,7 +34,7 @@ TEST(LinkMaps, CarriesEvidenceAlongTheFlow) {
   frames[0].has_map = false;
   frames[1].log_odds(20, 30) = 4.0f;
   const std::vector<cv::Mat1f> linked = LinkMaps(frames, {});
-  const float fading = std::exp(-0.1f / 0.4f);
+  const float fading = static_cast<float>(std::exp(-0.1 / TemporalLinkOptions().memory_seconds));
   // Frame 0 has no map of its own: it has its future's, frames 1 and 2, where these are.
   EXPECT_NEAR(linked[0](20, 25), 4.0f / (1.0f + fading), 1e-4);
   EXPECT_NEAR(linked[2](20, 35), 4.0f * fading / (1.0f + fading), 1e-4);
@@ -111,6 +111,28 @@ TEST(MapWindow, ACutSeparatesScenes) {
   ASSERT_EQ(refined.size(), 2u);
   EXPECT_NEAR(cv::mean(refined[0])[0], 0.9, 0.01);
   EXPECT_NEAR(cv::mean(refined[1])[0], 0.1, 0.01);
+}
+
+TEST(MapWindow, WhatOnePictureAloneSaysChangesLittle) {
+  // A still scene. In frame 2 the edge lies 12 pixels further, and so does what is brought to it.
+  std::vector<WindowFrame> frames;
+  for (int t = 0; t < 5; ++t) {
+    cv::Mat3b image(kHeight, kWidth, cv::Vec3b(60, 60, 60));
+    image.colRange(t == 2 ? 92 : 80, kWidth) = cv::Vec3b(180, 180, 180);
+    cv::Mat1f p(kHeight, kWidth, 0.05f);
+    p.colRange(86, kWidth) = 0.95f;
+    frames.push_back(MakeWindowFrame(0.1 * t, image, p, true));
+    if (t > 0) frames.back().flow = ConstantFlow({kWidth, kHeight}, {0.0f, 0.0f});
+  }
+  MapWindowOptions options;
+  options.colour_seconds = 0.0;
+  const auto change = [&] {
+    const std::vector<cv::Mat1f> refined = RefineWindow(frames, 1, 2, options);
+    return cv::countNonZero((refined[0] >= 0.5f) != (refined[1] >= 0.5f));
+  };
+  EXPECT_LT(change(), kHeight);
+  options.steady_seconds = 1e-3;
+  EXPECT_GT(change(), 4 * kHeight);
 }
 
 TEST(WorkingStep, BoundsTheLongerSide) {

@@ -1,0 +1,39 @@
+// The cells of a mask and where they are some frames on, followed by flow.
+//
+//   cell        square block of a mask's pixels, more than half of them in it; its place its centre
+//   horizon h   displacement of every cell over h frames: flow sampled bilinearly, step by step. A
+//               cell holds as long as it stays in the picture and flow and its return agree to
+//               1.2 pixels in each step                                                       (L1)
+//
+// What touches and moves alike between two frames parts over some more of them.
+#ifndef EGOSIEVE_VISION_MASKS_MOVING_CELLS_H_
+#define EGOSIEVE_VISION_MASKS_MOVING_CELLS_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "vision/features/flow_grid.h"
+
+namespace egosieve::vision {
+
+struct MovingCells {
+  struct Horizon {
+    std::vector<cv::Point2f> displacement;  // one a cell
+    std::vector<uint8_t> holds;
+  };
+
+  int side = 4;
+  cv::Size grid;
+  std::vector<cv::Point> cells;     // column and row, row by row
+  std::vector<cv::Point2f> places;  // pixels
+  std::vector<Horizon> horizons;    // the longest first
+};
+
+// links: forward and backward flow from the mask's frame to the next, from there on, and so forth;
+// into the past likewise.
+MovingCells FollowCells(const cv::Mat1b& mask, const std::vector<FlowPair>& links);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_MASKS_MOVING_CELLS_H_

@@ -1,0 +1,31 @@
+// Regions of masks and of numbered pictures.
+#ifndef EGOSIEVE_VISION_MASKS_REGIONS_H_
+#define EGOSIEVE_VISION_MASKS_REGIONS_H_
+
+#include <cstdint>
+#include <map>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace egosieve::vision {
+
+struct Piece {
+  cv::Mat1b pixels;
+  int area = 0;
+};
+
+// 8-connected, the largest first; equal ones in the order of their first pixels.
+std::vector<Piece> PiecesOf(const cv::Mat1b& region);
+
+// Pixels of each number but 0 within the region.
+std::map<uint16_t, int> CountNumbers(const cv::Mat1w& numbers, const cv::Mat1b& region);
+
+// Every pixel of `region` that has no number takes that of the nearest pixel of it that has one.
+void FillNearest(const cv::Mat1b& region, cv::Mat1w& numbers);
+
+// The pixels around a region, up to `reach` away.
+cv::Mat1b RingAround(const cv::Mat1b& region, int reach);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_MASKS_REGIONS_H_
