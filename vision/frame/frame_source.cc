@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "vision/frame/image_decoding.h"
 #include "vision/frame/image_sequence.h"
@@ -84,6 +85,10 @@ absl::Status FrameSourceOptions::Validate() const {
         absl::StrCat("nominal_rate_hz is ", nominal_rate_hz, "; it must be positive"));
   }
   return absl::OkStatus();
+}
+
+std::string FrameSource::image_name(int64_t index) const {
+  return absl::StrFormat("%06d.png", index);
 }
 
 bool NaturalLess(const std::string& a, const std::string& b) {

@@ -65,6 +65,10 @@ class FrameSource {
   // The files that it reads; none where pictures are made.
   virtual std::vector<std::string> files() const { return {}; }
 
+  // The name of a picture: its file's, relative to the folder that was opened or that all files of
+  // a glob share; NNNNNN.png where it has no file of its own. Other programs' files go by it.
+  virtual std::string image_name(int64_t index) const;
+
   // Identifies the input for logs and for refusing to resume with another one.
   virtual std::string description() const = 0;
 };
