@@ -11,6 +11,7 @@
 #include "tools/masks/stored_picture.h"
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
+#include "vision/frame/image_decoding.h"
 
 namespace egosieve::tools {
 namespace {
@@ -76,7 +77,10 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
   }
   MaskExport result(std::move(input), options);
   const vision::FrameSource& source = *result.input_.frames;
-  if (result.input_.description.kind != "video") result.files_ = source.files();
+  result.files_ = source.files();
+  if (result.files_.empty() || !vision::HasImageExtension(result.files_.front())) {
+    result.files_.clear();
+  }
   std::vector<std::string> images;
   for (int64_t i = 0; i < source.expected_frame_count(); ++i) {
     images.push_back(source.image_name(i));

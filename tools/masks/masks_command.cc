@@ -70,8 +70,7 @@ class MasksCommand : public Command {
     app.add_option("--out", options_.out, "The folder to write the masks to")
         ->required()
         ->type_name("DIR");
-    AddWords(app, "--for", options_.format, MaskFormatWords(), "The program that reads the masks")
-        ->required();
+    AddWords(app, "--for", options_.format, MaskFormatWords(), "The program that reads the masks");
     app.add_option("--dilate", options_.mask.dilate_pixels,
                    "Masks what is nearer than this to a mover, too. Shadows are not looked for: "
                    "what lies farther from its owner than this stays")
@@ -109,7 +108,7 @@ class MasksCommand : public Command {
         ->type_name("DIR");
     app.add_option("--input", moved_, "Where the run's input is now, if it was moved")
         ->type_name("PATH");
-    for (const char* flag : {"--profile", "--fps", "--max_frames"}) {
+    for (const char* flag : {"--profile", "--fps", "--times", "--max_frames"}) {
       app.add_option(flag, passed_[flag], "As for segment")->type_name("");
     }
     for (const char* flag : {"--device", "--threads"}) {

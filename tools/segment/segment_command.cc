@@ -56,7 +56,9 @@ class SegmentCommand : public Command {
   }
 
   void AddFlags(CLI::App& app) override {
-    app.add_option("INPUT", input_, "A video, a folder of images, or a glob of images")
+    app.add_option("INPUT", input_,
+                   "A video, a folder or a glob of images or of a drive's videos, or a list of "
+                   "images with their times, .txt or .csv")
         ->required()
         ->type_name("")
         ->configurable(false);
@@ -84,6 +86,9 @@ class SegmentCommand : public Command {
                    "Frames a second of a folder of images, which has no clock")
         ->check(AtLeast(1e-3))
         ->capture_default_str();
+    app.add_option("--times", source_.times,
+                   "The times of the images of a folder or a glob, one a line")
+        ->type_name("FILE");
     app.add_option("--max_frames", max_frames_, "Frames to segment at most; 0: no limit")
         ->check(AtLeast<int64_t>(0))
         ->type_name("FRAMES");
@@ -277,6 +282,7 @@ class SegmentCommand : public Command {
     if (source_.nominal_rate_hz != vision::FrameSourceOptions().nominal_rate_hz) {
       description.flags["fps"] = absl::StrCat(source_.nominal_rate_hz);
     }
+    if (!source_.times.empty()) description.flags["times"] = AbsolutePath(source_.times);
     description.flags["learn_only"] = learn_only_ ? "yes" : "no";
     description.device = DescribeDevice(device);
     description.seed = flags_.seed();

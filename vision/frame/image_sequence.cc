@@ -29,8 +29,10 @@ fs::path RootOf(const std::string& input, const std::vector<std::string>& paths)
 
 class ImageSequence : public FrameSource {
  public:
-  ImageSequence(std::vector<std::string> paths, std::string description, double rate_hz)
+  ImageSequence(std::vector<std::string> paths, std::vector<double> times_seconds,
+                std::string description, double rate_hz)
       : paths_(std::move(paths)),
+        times_seconds_(std::move(times_seconds)),
         description_(std::move(description)),
         rate_hz_(rate_hz),
         root_(RootOf(description_, paths_)) {}
@@ -47,7 +49,8 @@ class ImageSequence : public FrameSource {
     }
     Frame frame;
     frame.index = index;
-    frame.time_seconds = static_cast<double>(index) / rate_hz_;
+    frame.time_seconds =
+        times_seconds_.empty() ? static_cast<double>(index) / rate_hz_ : times_seconds_[index];
     frame.image = decoded->image;
     frame.is_grey = decoded->is_grey;
     return FrameRead(std::move(frame));
@@ -71,6 +74,7 @@ class ImageSequence : public FrameSource {
 
  private:
   const std::vector<std::string> paths_;
+  const std::vector<double> times_seconds_;
   const std::string description_;
   const double rate_hz_;
   const fs::path root_;
@@ -80,14 +84,15 @@ class ImageSequence : public FrameSource {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenImageSequence(std::vector<std::string> paths,
+                                                               std::vector<double> times_seconds,
                                                                const std::string& description,
                                                                const FrameSourceOptions& options) {
   std::string first_reason;
   for (const std::string& path : paths) {
     const absl::StatusOr<DecodedImage> decoded = DecodeImageFile(path);
     if (decoded.ok()) {
-      return std::unique_ptr<FrameSource>(
-          new ImageSequence(std::move(paths), description, options.nominal_rate_hz));
+      return std::unique_ptr<FrameSource>(new ImageSequence(
+          std::move(paths), std::move(times_seconds), description, options.nominal_rate_hz));
     }
     if (IsOfTheMachine(decoded.status())) return decoded.status();
     if (first_reason.empty()) first_reason = std::string(decoded.status().message());
