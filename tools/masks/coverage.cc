@@ -4,6 +4,13 @@
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::tools {
+namespace {
+
+double Share(int64_t part, int64_t whole) {
+  return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+}  // namespace
 
 absl::StatusOr<Coverage> Coverage::Open(const std::string& truth, const std::string& input) {
   Coverage coverage;
@@ -26,13 +33,13 @@ absl::Status Coverage::Add(int64_t index, const cv::Mat1b& masked) {
   return absl::OkStatus();
 }
 
+double Coverage::MovingMasked() const { return Share(moving_masked_, moving_); }
+
+double Coverage::RestMasked() const { return Share(rest_masked_, rest_); }
+
 std::string Coverage::Describe() const {
-  if (frames_ == 0) return "";
-  const auto share = [](int64_t part, int64_t whole) {
-    return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
-  };
   return absl::StrFormat("masked: %.3f of what moves, %.3f of the rest, in %d frames",
-                         share(moving_masked_, moving_), share(rest_masked_, rest_), frames_);
+                         MovingMasked(), RestMasked(), frames_);
 }
 
 }  // namespace egosieve::tools

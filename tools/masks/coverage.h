@@ -19,7 +19,11 @@ class Coverage {
   // Counts the frame's pixels where it has a true mask; void ones do not count.
   absl::Status Add(int64_t index, const cv::Mat1b& masked);
 
-  // "masked: 0.953 of what moves, 0.021 of the rest, in 70 frames"; "" without truth.
+  int64_t frames() const { return frames_; }  // that have a true mask
+  // Shares of the pixels; 0 where there are none.
+  double MovingMasked() const;
+  double RestMasked() const;
+  // "masked: 0.953 of what moves, 0.021 of the rest, in 70 frames"
   std::string Describe() const;
 
  private:

@@ -48,7 +48,7 @@ class MaskExport {
   int64_t images() const { return static_cast<int64_t>(masked_.size()); }
   // What is left to say, a warning each.
   const std::vector<std::string>& warnings() const { return warnings_; }
-  std::string coverage() const { return coverage_.Describe(); }
+  const Coverage& coverage() const { return coverage_; }
 
  private:
   MaskExport(DriveInput input, const MaskExportOptions& options)

@@ -17,6 +17,7 @@
 #include "tools/cli/command_line.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
 #include "tools/cli/version.h"
 #include "tools/cli/warning.h"
 #include "tools/masks/mask_export.h"
@@ -115,6 +116,7 @@ class MasksCommand : public Command {
       app.add_option(flag, passed_to_both_[flag], "As for segment")->type_name("");
     }
     progress_.AddFlag(app);
+    result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
@@ -204,6 +206,7 @@ class MasksCommand : public Command {
       words.push_back(progress_.mode == ProgressMode::kJson ? "--progress=json"
                                                             : "--progress=none");
     }
+    if (result_.json) words.push_back("--json");
     CommandLine line("egosieve", "", kVersion);
     line.Add(MakeSegmentCommand());
     line.Add(MakeReconstructCommand());
@@ -231,14 +234,19 @@ class MasksCommand : public Command {
   }
 
   void Tell(const MaskExport& output) const {
-    std::cout << output.images() << " masks in " << options_.out << "; the run is kept in " << run_
-              << "\n";
+    std::string text = absl::StrCat(output.images(), " masks in ", options_.out,
+                                    "; the run is kept in ", run_, "\n");
     if (const std::string use = HowToUse(options_.format); !use.empty()) {
-      std::cout << use << options_.out << "\n";
+      absl::StrAppend(&text, use, options_.out, "\n");
     }
-    if (const std::string coverage = output.coverage(); !coverage.empty()) {
-      std::cout << coverage << "\n";
+    nlohmann::ordered_json fields = {
+        {"folder", options_.out}, {"run", run_}, {"images", output.images()}};
+    if (const Coverage& coverage = output.coverage(); coverage.frames() > 0) {
+      absl::StrAppend(&text, coverage.Describe(), "\n");
+      fields["moving_masked"] = coverage.MovingMasked();
+      fields["rest_masked"] = coverage.RestMasked();
     }
+    result_.Tell(name(), fields, text);
     for (const std::string& warning : output.warnings()) Warn(warning);
   }
 
@@ -247,6 +255,7 @@ class MasksCommand : public Command {
   Treatment unsure_ = Treatment::kDefault, own_vehicle_ = Treatment::kDefault;
   std::map<std::string, std::optional<std::string>> passed_, passed_to_both_;
   ProgressFlag progress_;
+  ResultFlag result_;
 };
 
 }  // namespace
