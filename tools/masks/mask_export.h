@@ -45,6 +45,7 @@ class MaskExport {
   absl::Status Run(const RunFolder& folder, const std::vector<FrameLine>& lines,
                    const std::function<bool()>& after_frame);
 
+  bool is_video() const { return files_.empty(); }
   int64_t images() const { return static_cast<int64_t>(masked_.size()); }
   // What is left to say, a warning each.
   const std::vector<std::string>& warnings() const { return warnings_; }

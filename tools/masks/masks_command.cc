@@ -32,17 +32,19 @@ namespace {
 
 enum class Treatment { kDefault, kKeep, kMask };
 
-// What the reader is told, with DIR for the folder of the masks.
-const char* HowToUse(MaskFormat format) {
+// What to do with the masks in `out`, for pictures in `images`; empty where that goes without
+// saying.
+std::string HowToUse(MaskFormat format, const std::string& images, const std::string& out) {
   switch (format) {
     case MaskFormat::kColmap:
-      return "colmap feature_extractor --image_path=IMAGES --ImageReader.mask_path=";
+      return absl::StrCat("colmap feature_extractor --database_path=DATABASE --image_path=", images,
+                          " --ImageReader.mask_path=", out, "\n");
     case MaskFormat::kNerfstudio:
-      return "ns-train nerfacto --data ";
+      return absl::StrCat("ns-train nerfacto --data=", out, "\n");
     case MaskFormat::kInstantNgp:
-      return "copy them beside the pictures of transforms.json: ";
+      return "instant-ngp finds them beside the pictures that transforms.json names\n";
     case MaskFormat::kGaussianSplatting:
-      return "train.py --source_path SCENE --images ";
+      return absl::StrCat("train.py --source_path=SCENE --images=", AbsolutePath(out), "\n");
     default:
       return "";
   }
@@ -236,9 +238,14 @@ class MasksCommand : public Command {
   void Tell(const MaskExport& output) const {
     std::string text = absl::StrCat(output.images(), " masks in ", options_.out,
                                     "; the run is kept in ", run_, "\n");
-    if (const std::string use = HowToUse(options_.format); !use.empty()) {
-      absl::StrAppend(&text, use, options_.out, "\n");
+    if (output.is_video() && options_.frames.empty() && IsForScenes(options_.format)) {
+      absl::StrAppend(&text,
+                      "they go by the names 000000.png and so on; --frames=DIR writes the video's "
+                      "pictures by these\n");
     }
+    absl::StrAppend(&text,
+                    HowToUse(options_.format, options_.frames.empty() ? "IMAGES" : options_.frames,
+                             options_.out));
     nlohmann::ordered_json fields = {
         {"folder", options_.out}, {"run", run_}, {"images", output.images()}};
     if (const Coverage& coverage = output.coverage(); coverage.frames() > 0) {

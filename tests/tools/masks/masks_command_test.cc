@@ -241,13 +241,27 @@ TEST_F(MasksTest, TakesAThresholdWhatIsUnsureAndTheUsersOwn) {
   EXPECT_EQ(Differences(Read("000003.png"), half | (own != 0)), 0);
 }
 
-// From pictures in one call, and the run is there for the next one.
+// From pictures in one call, folders kept, and the run is there for the next one.
 TEST_F(MasksTest, SegmentsWhatIsNoRunYet) {
   WritePatchDrive(root_ + "/drive", SmallPatchDrive(6));
-  const std::string frames = root_ + "/drive/frames";
-  ASSERT_EQ(Masks({frames, "--for=colmap", "--truth=" + root_ + "/drive/masks"}).code, 0);
-  EXPECT_TRUE(fs::exists(out_ + "/000000.png.png"));
-  EXPECT_TRUE(fs::exists(out_ + "/000005.png.png"));
+  fs::create_directories(root_ + "/images");
+  fs::rename(root_ + "/drive/frames", root_ + "/images/cam0");
+  testing::internal::CaptureStdout();
+  const int code =
+      Masks({root_ + "/images", "--for=colmap", "--truth=" + root_ + "/drive/masks", "--json"})
+          .code;
+  const std::vector<std::string> lines =
+      absl::StrSplit(testing::internal::GetCapturedStdout(), '\n', absl::SkipEmpty());
+  ASSERT_EQ(code, 0);
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_EQ(nlohmann::json::parse(lines[0]).at("command"), "segment");
+  EXPECT_EQ(nlohmann::json::parse(lines[1]).at("command"), "reconstruct");
+  const nlohmann::json result = nlohmann::json::parse(lines[2]);
+  EXPECT_EQ(result.at("images"), 6);
+  EXPECT_GT(result.at("moving_masked"), 0.5);
+  EXPECT_LT(result.at("rest_masked"), 0.2);
+  EXPECT_TRUE(fs::exists(out_ + "/cam0/000000.png.png"));
+  EXPECT_TRUE(fs::exists(out_ + "/cam0/000005.png.png"));
   EXPECT_TRUE(fs::exists(out_ + ".run/masks/000005.png"));
   const std::string run = out_ + ".run";
   out_ = root_ + "/coco";
