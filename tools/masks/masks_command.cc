@@ -143,13 +143,17 @@ class MasksCommand : public Command {
       if (code != ExitCode::kDone && code != ExitCode::kFramesFailed) return code;
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(run_));
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, LinesWithMasks(folder));
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> all, ChooseLines(folder, FrameRange()));
+    EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, description, all));
+    const std::vector<FrameLine> lines = LinesWithMaps(all);
+    if (lines.size() < all.size()) code = ExitCode::kFramesFailed;
     if (!HasMasks(folder, lines)) {
       std::vector<std::string> words = {"reconstruct", run_, absl::StrCat("--input=", pictures)};
       // What is there already by reconstruct's own thresholds stays as it is.
       if (options_.mask.threshold) words.push_back("--what=probability");
-      code = Step(std::move(words), false);
-      if (code != ExitCode::kDone && code != ExitCode::kFramesFailed) return code;
+      const ExitCode made = Step(std::move(words), false);
+      if (made != ExitCode::kDone && made != ExitCode::kFramesFailed) return made;
     }
     Progress progress("masks", progress_, static_cast<int64_t>(lines.size()));
     EGOSIEVE_RETURN_IF_ERROR(output.Run(folder, lines, [&] {
@@ -215,10 +219,8 @@ class MasksCommand : public Command {
     return static_cast<ExitCode>(line.Run(std::move(words), std::cout, std::cerr));
   }
 
-  static absl::StatusOr<std::vector<FrameLine>> LinesWithMasks(const RunFolder& folder) {
-    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, ChooseLines(folder, FrameRange()));
-    EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
-    EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, description, lines));
+  // Those that could be read and have a map.
+  static std::vector<FrameLine> LinesWithMaps(std::vector<FrameLine> lines) {
     lines.erase(std::remove_if(lines.begin(), lines.end(),
                                [](const FrameLine& line) {
                                  return !line.has_map() ||

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "tests/tools/testing/fresh_folder.h"
 
 namespace egosieve::tools {
 namespace {
@@ -38,6 +41,31 @@ TEST(Dilate, LeavesAPictureWithoutMoversEmpty) {
   cv::Mat1w none;
   Dilate(5, masked, none);
   EXPECT_EQ(cv::countNonZero(masked), 0);
+}
+
+TEST(ReadFrameMask, HasTheOwnVehicleWhereItIsWanted) {
+  const absl::StatusOr<RunFolder> folder = RunFolder::Create(FreshFolder(), false);
+  ASSERT_TRUE(folder.ok()) << folder.status();
+  FrameLine line;
+  line.width_pixels = 30;
+  line.height_pixels = 20;
+  line.own_car = {{0, 15, 30, 9}};  // beyond the lower edge
+  cv::Mat1b mask(20, 30, uint8_t{0});
+  mask(2, 3) = 255;
+  ASSERT_TRUE(CreateFolder(folder->File("masks")).ok());
+  cv::imwrite(folder->FrameFile("masks", 0, ".png"), mask);
+  FrameMaskOptions options;
+  absl::StatusOr<FrameMask> read = ReadFrameMask(*folder, line, options);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(cv::countNonZero(read->masked != mask), 0);
+  options.own_vehicle = true;
+  read = ReadFrameMask(*folder, line, options);
+  ASSERT_TRUE(read.ok()) << read.status();
+  mask(cv::Rect(0, 15, 30, 5)) = 255;
+  EXPECT_EQ(cv::countNonZero(read->masked != mask), 0);
+
+  line.width_pixels = 31;
+  EXPECT_EQ(ReadFrameMask(*folder, line, options).status().code(), absl::StatusCode::kDataLoss);
 }
 
 }  // namespace

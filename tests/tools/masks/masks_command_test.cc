@@ -269,6 +269,18 @@ TEST_F(MasksTest, SegmentsWhatIsNoRunYet) {
   EXPECT_TRUE(fs::exists(out_ + "/annotations.json"));
 }
 
+TEST_F(MasksTest, GoesOnBehindAPictureThatCannotBeRead) {
+  WritePatchDrive(root_ + "/drive", SmallPatchDrive(5));
+  ASSERT_TRUE(WriteFileAtomically(root_ + "/drive/frames/000002.png", "no picture").ok());
+  for (const std::string& input : {root_ + "/drive/frames", root_ + "/out.run"}) {
+    EXPECT_EQ(Masks({input, "--for=plain"}).code, 4) << input;
+    for (int i = 0; i < 5; ++i) {
+      EXPECT_EQ(fs::exists(out_ + absl::StrFormat("/%06d.png", i)), i != 2) << i;
+    }
+    out_ = root_ + "/again";
+  }
+}
+
 TEST_F(MasksTest, WritesAVideosPictures) {
   cv::VideoWriter video(root_ + "/drive.avi", cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 10.0,
                         cv::Size(160, 96));
