@@ -1,7 +1,7 @@
 // What is masked in the frames of a run.
 //
 //   moving     reconstruct's mask; with a threshold: p >= threshold in its refined map     (M1)
-//   own        areas of the own vehicle, where they are wanted                             (M2)
+//   own        the own vehicle and what the run ignores, where they are wanted             (M2)
 //   dilated    what is nearer than `dilate_pixels` to (M1); numbers go to the nearest one  (M3)
 //   masked     the union of (M2) and (M3)
 #ifndef EGOSIEVE_TOOLS_MASKS_FRAME_MASKS_H_
@@ -20,7 +20,8 @@ namespace egosieve::tools {
 struct FrameMaskOptions {
   std::optional<double> threshold;  // none: reconstruct's masks
   bool numbers = false;             // from reconstruct's ids
-  bool own_vehicle = false;
+  bool own_vehicle = false;         // mask it, and the run's ignored area
+  cv::Mat1b ignored;                // RunFolder::ReadIgnoredArea
   int dilate_pixels = 0;
 
   absl::Status Validate() const;

@@ -121,6 +121,7 @@ absl::Status MaskExport::CheckNames(const std::vector<std::string>& images) cons
 
 absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLine>& lines,
                              const std::function<bool()>& after_frame) {
+  EGOSIEVE_ASSIGN_OR_RETURN(options_.mask.ignored, folder.ReadIgnoredArea());
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(options_.out));
   for (const FrameLine& line : lines) {
     EGOSIEVE_RETURN_IF_ERROR(WriteFrame(folder, line));

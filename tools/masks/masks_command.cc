@@ -86,8 +86,8 @@ class MasksCommand : public Command {
              absl::StrCat("What is neither surely moving nor surely static; mask: as --threshold=",
                           ClassThresholds().static_below, "; default: keep"));
     AddWords(app, "--own_vehicle", own_vehicle_, TreatmentWords(),
-             "The camera's own vehicle, where it was found; default: mask it for programs that "
-             "build a scene, keep it for others");
+             "The camera's own vehicle, where it was found, and what --ignore names; default: mask "
+             "it for programs that build a scene, keep it for others");
     app.add_option("--also", options_.also,
                    "Own masks to unite with these, not 0 where masked: a folder with IMAGE.png or "
                    "NAME.png, or one picture for all images")
@@ -111,7 +111,8 @@ class MasksCommand : public Command {
         ->type_name("DIR");
     app.add_option("--input", moved_, "Where the run's input is now, if it was moved")
         ->type_name("PATH");
-    for (const char* flag : {"--profile", "--fps", "--times", "--max_frames"}) {
+    for (const char* flag :
+         {"--profile", "--fps", "--times", "--camera", "--ignore", "--max_frames"}) {
       app.add_option(flag, passed_[flag], "As for segment")->type_name("");
     }
     for (const char* flag : {"--device", "--threads"}) {

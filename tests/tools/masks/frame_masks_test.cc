@@ -64,6 +64,13 @@ TEST(ReadFrameMask, HasTheOwnVehicleWhereItIsWanted) {
   mask(cv::Rect(0, 15, 30, 5)) = 255;
   EXPECT_EQ(cv::countNonZero(read->masked != mask), 0);
 
+  options.ignored = cv::Mat1b(20, 30, uint8_t{0});
+  options.ignored(0, 29) = 255;
+  mask(0, 29) = 255;
+  read = ReadFrameMask(*folder, line, options);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(cv::countNonZero(read->masked != mask), 0);
+
   line.width_pixels = 31;
   EXPECT_EQ(ReadFrameMask(*folder, line, options).status().code(), absl::StatusCode::kDataLoss);
 }
