@@ -13,6 +13,7 @@
 #include "tools/devices/devices_command.h"
 #include "tools/evaluate/evaluate_command.h"
 #include "tools/infer/infer_command.h"
+#include "tools/masks/masks_command.h"
 #include "tools/merge/merge_command.h"
 #include "tools/model/model_command.h"
 #include "tools/reconstruct/reconstruct_command.h"
@@ -42,6 +43,7 @@ int RunCommandLine(int argc, char** argv) {
   line.Add(MakeBatchCommand());
   line.Add(MakeSynthesizeCommand());
   line.Add(MakeReconstructCommand());
+  line.Add(MakeMasksCommand());
   line.Add(MakeRenderCommand());
   line.Add(MakeReportCommand());
   line.Add(MakeEvaluateCommand());

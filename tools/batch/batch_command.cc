@@ -19,6 +19,7 @@
 #include "tools/cli/checks.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
 
 namespace egosieve::tools {
 namespace {
@@ -46,6 +47,7 @@ class BatchCommand : public Command {
     app.add_option("--jobs", jobs_, "Drives at the same time")
         ->check(Between(1, 256))
         ->type_name("NUMBER");
+    result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
@@ -56,7 +58,7 @@ class BatchCommand : public Command {
       return absl::UnavailableError("cannot find this program in /proc/self/exe; mount /proc");
     }
     const std::vector<DriveOutcome> outcomes = RunAll(program, entries);
-    PrintTable(entries, outcomes);
+    Tell(entries, outcomes);
     if (InterruptionRequested()) {
       return absl::CancelledError("interrupted; the same command goes on");
     }
@@ -108,24 +110,33 @@ class BatchCommand : public Command {
                                  what);
   }
 
-  static void PrintTable(const std::vector<BatchEntry>& entries,
-                         const std::vector<DriveOutcome>& outcomes) {
+  void Tell(const std::vector<BatchEntry>& entries,
+            const std::vector<DriveOutcome>& outcomes) const {
     size_t width = 3;
     for (const BatchEntry& entry : entries) width = std::max(width, entry.out.size());
     const int column = static_cast<int>(width);
-    std::cout << absl::StrFormat("%-*s  %-13s  %8s  %8s  %14s\n", column, "run", "state",
-                                 "answered", "failed", "time");
+    std::string table = absl::StrFormat("%-*s  %-13s  %8s  %8s  %14s\n", column, "run", "state",
+                                        "answered", "failed", "time");
+    nlohmann::ordered_json drives = nlohmann::ordered_json::array();
     for (size_t i = 0; i < entries.size(); ++i) {
       const DriveOutcome& outcome = outcomes[i];
-      std::cout << absl::StrFormat("%-*s  %-13s  %8d  %8d  %14s", column, entries[i].out,
-                                   StateName(outcome.state), outcome.frames_answered,
-                                   outcome.frames_failed, DescribeDuration(outcome.seconds))
-                << (outcome.reason.empty() ? "" : absl::StrCat("  ", outcome.reason)) << "\n";
+      absl::StrAppendFormat(&table, "%-*s  %-13s  %8d  %8d  %14s", column, entries[i].out,
+                            StateName(outcome.state), outcome.frames_answered,
+                            outcome.frames_failed, DescribeDuration(outcome.seconds));
+      absl::StrAppend(&table, outcome.reason.empty() ? "" : "  ", outcome.reason, "\n");
+      drives.push_back({{"run", entries[i].out},
+                        {"state", StateName(outcome.state)},
+                        {"frames_answered", outcome.frames_answered},
+                        {"frames_failed", outcome.frames_failed},
+                        {"seconds", outcome.seconds},
+                        {"reason", outcome.reason}});
     }
+    result_.Tell(name(), {{"drives", drives}}, table);
   }
 
   std::string manifest_;
   int jobs_ = 1;
+  ResultFlag result_;
 };
 
 }  // namespace

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <iostream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -11,6 +11,7 @@
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/device.h"
 #include "tools/cli/interruption.h"
+#include "tools/cli/result_flag.h"
 
 namespace egosieve::tools {
 namespace {
@@ -44,7 +45,7 @@ class DevicesCommand : public Command {
   std::string example() const override {
     return "egosieve devices\negosieve segment drive.mp4 --out=out --device=gpu";
   }
-  void AddFlags(CLI::App& /*app*/) override {}
+  void AddFlags(CLI::App& app) override { result_.AddFlag(app); }
 
   absl::StatusOr<ExitCode> Run() override {
     EndOnInterruptions();
@@ -53,14 +54,27 @@ class DevicesCommand : public Command {
     const char* environment = std::getenv("EGOSIEVE_DEVICE");
     const absl::StatusOr<kernels::DeviceInfo> chosen =
         kernels::ChooseDevice(devices, environment == nullptr ? "" : environment);
-    std::cout << MakeTable(devices, chosen.ok() ? chosen->index : -1);
-    if (chosen.ok()) {
-      std::cout << "* is used where --device is not given\n";
-    } else {
-      std::cout << chosen.status().message() << "\n";
+    std::string text = MakeTable(devices, chosen.ok() ? chosen->index : -1);
+    absl::StrAppend(
+        &text, chosen.ok() ? "* is used where --device is not given" : chosen.status().message(),
+        "\n");
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const kernels::DeviceInfo& device : devices) {
+      list.push_back({{"index", device.index},
+                      {"type", kernels::DeviceTypeName(device.type)},
+                      {"name", device.name},
+                      {"platform", device.platform},
+                      {"compute_units", device.compute_units},
+                      {"memory_bytes", device.memory_bytes},
+                      {"float64", device.float64},
+                      {"default", chosen.ok() && chosen->index == device.index}});
     }
+    result_.Tell(name(), {{"devices", list}}, text);
     return ExitCode::kDone;
   }
+
+ private:
+  ResultFlag result_;
 };
 
 }  // namespace

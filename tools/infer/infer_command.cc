@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <set>
@@ -23,6 +22,7 @@
 #include "tools/cli/frame_range.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
 #include "tools/cli/threads_flag.h"
 #include "tools/infer/map_book.h"
 #include "tools/infer/model_replay.h"
@@ -93,6 +93,7 @@ class InferCommand : public Command {
     threads_.AddFlag(app);
     device_.AddFlag(app);
     progress_.AddFlag(app);
+    result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
@@ -305,10 +306,9 @@ class InferCommand : public Command {
                             }));
     if (summary.stopped) return false;
     if (frames.next_index() < pipeline.end_frame) {
-      return absl::DataLossError(absl::StrCat(frames.description(), " ends at frame ",
-                                              frames.next_index(), ", the run at frame ",
-                                              work.models->lines().back().index,
-                                              "; give the run's input with --input"));
+      return absl::DataLossError(absl::StrCat(
+          frames.description(), " ends at frame ", frames.next_index(), ", the run at frame ",
+          work.models->lines().back().index, "; give the run's input with --input"));
     }
     return true;
   }
@@ -355,12 +355,15 @@ class InferCommand : public Command {
     const absl::Status told = had_nothing_to_do ? absl::OkStatus() : TellEnd(finished, seconds);
     EGOSIEVE_RETURN_IF_ERROR(finished.status());
     EGOSIEVE_RETURN_IF_ERROR(told);
-    if (had_nothing_to_do) {
-      std::cout << work.target << " holds these maps already\n";
-    } else {
-      std::cout << absl::StrFormat("%d maps in %s on %s: %s\n", work.done.size(),
-                                   DescribeDuration(seconds), work.device, work.target);
-    }
+    result_.Tell(name(),
+                 {{"run", work.target},
+                  {"maps", work.done.size()},
+                  {"seconds", seconds},
+                  {"device", work.device}},
+                 had_nothing_to_do
+                     ? absl::StrCat(work.target, " holds these maps already\n")
+                     : absl::StrFormat("%d maps in %s on %s: %s\n", work.done.size(),
+                                       DescribeDuration(seconds), work.device, work.target));
     if (!*finished) {
       return absl::CancelledError(absl::StrCat("interrupted; the ", work.done.size(),
                                                " maps made are whole, the same command goes on"));
@@ -401,6 +404,7 @@ class InferCommand : public Command {
   ThreadsFlag threads_;
   DeviceFlag device_;
   ProgressFlag progress_;
+  ResultFlag result_;
 };
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include "tools/merge/merge_command.h"
 
-#include <iostream>
 #include <map>
 #include <optional>
 #include <string>
@@ -13,6 +12,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
 #include "tools/cli/warning.h"
 #include "tools/run_folder/chosen_lines.h"
 #include "tools/run_folder/folder_lock.h"
@@ -44,6 +44,7 @@ class MergeCommand : public Command {
         ->type_name("")
         ->configurable(false);
     progress_.AddFlag(app);
+    result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
@@ -61,7 +62,8 @@ class MergeCommand : public Command {
       taken += maps;
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, target.ReadLines());
-    std::cout << absl::StrFormat("%d maps taken over into %s\n", taken, directory_);
+    result_.Tell(name(), {{"run", directory_}, {"maps", taken}},
+                 absl::StrFormat("%d maps taken over into %s\n", taken, directory_));
     Warn(DescribeMissingMaps(target, description, lines));
     return ExitCode::kDone;
   }
@@ -134,6 +136,7 @@ class MergeCommand : public Command {
   std::string directory_;
   std::vector<std::string> sources_;
   ProgressFlag progress_;
+  ResultFlag result_;
 };
 
 }  // namespace

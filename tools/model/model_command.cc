@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <iostream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -14,6 +14,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
 #include "tools/cli/interruption.h"
+#include "tools/cli/result_flag.h"
 #include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
@@ -36,11 +37,15 @@ absl::StatusOr<std::string> FindModelFile(const std::string& path) {
   return *std::max_element(files.begin(), files.end());
 }
 
+int64_t DynamicPoints(const gp::ExactModelState& model) {
+  return std::count_if(model.points.targets.begin(), model.points.targets.end(),
+                       [](double target) { return target >= 0.0; });
+}
+
 std::string Describe(const std::string& path, const gp::ModelFile& file) {
   const gp::ExactModelState& model = file.model;
   const auto& covariance = model.hyperparameters.covariance;
-  const int64_t dynamic = std::count_if(model.points.targets.begin(), model.points.targets.end(),
-                                        [](double target) { return target >= 0.0; });
+  const int64_t dynamic = DynamicPoints(model);
   const int64_t size = static_cast<int64_t>(model.points.targets.size());
   std::string text = absl::StrFormat("%s\n", path);
   absl::StrAppendFormat(&text, "points       %d: %d dynamic, %d static\n", size, dynamic,
@@ -61,6 +66,19 @@ std::string Describe(const std::string& path, const gp::ModelFile& file) {
     absl::StrAppendFormat(&text, "trained on   %d frames\n", file.trainer->frames_trained);
   }
   return text;
+}
+
+nlohmann::ordered_json ToJson(const std::string& path, const gp::ModelFile& file) {
+  const gp::Hyperparameters& hyperparameters = file.model.hyperparameters;
+  return {{"file", path},
+          {"points", file.model.points.targets.size()},
+          {"dynamic_points", DynamicPoints(file.model)},
+          {"covariance", std::string(hyperparameters.covariance.function.text())},
+          {"scales", hyperparameters.covariance.scales},
+          {"signal_stddev", hyperparameters.covariance.signal_stddev},
+          {"noise_stddev", hyperparameters.noise_stddev},
+          {"calibration_a", file.squash.a},
+          {"calibration_b", file.squash.b}};
 }
 
 std::string PointsAsCsv(const gp::ExactModelState& model) {
@@ -97,6 +115,7 @@ class ModelCommand : public Command {
     app.add_option("--csv", csv_, "Write identity, birth frame, label and inputs of every point")
         ->type_name("FILE");
     app.add_flag("--overwrite", overwrite_, "Replace the file of --csv");
+    result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
@@ -118,19 +137,21 @@ class ModelCommand : public Command {
             absl::StrCat("--csv=", csv_, " is the model itself; name another file"));
       }
     }
-    std::cout << Describe(path, *file);
+    std::string text = Describe(path, *file);
     if (!csv_.empty()) {
       const absl::Status written = WriteFileAtomically(csv_, PointsAsCsv(file->model));
       if (absl::IsNotFound(written)) return AsUsageError(written);  // of its folder
       EGOSIEVE_RETURN_IF_ERROR(written);
-      std::cout << "points in " << csv_ << "\n";
+      absl::StrAppend(&text, "points in ", csv_, "\n");
     }
+    result_.Tell(name(), ToJson(path, *file), text);
     return ExitCode::kDone;
   }
 
  private:
   std::string path_, csv_;
   bool overwrite_ = false;
+  ResultFlag result_;
 };
 
 }  // namespace

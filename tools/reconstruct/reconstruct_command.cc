@@ -1,7 +1,6 @@
 #include "tools/reconstruct/reconstruct_command.h"
 
 #include <algorithm>
-#include <iostream>
 #include <string>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "tools/cli/interruption.h"
 #include "tools/cli/object_flags.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
 #include "tools/cli/threads_flag.h"
 #include "tools/cli/warning.h"
 #include "tools/reconstruct/reconstruct_run.h"
@@ -72,6 +72,7 @@ class ReconstructCommand : public Command {
     threads_.AddFlag(app);
     device_.AddFlag(app);
     progress_.AddFlag(app);
+    result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
@@ -92,7 +93,8 @@ class ReconstructCommand : public Command {
       return !InterruptionRequested();
     }));
     progress.Finish();
-    std::cout << absl::StrFormat("%d frames reconstructed in %s\n", run->frames(), folder.path());
+    result_.Tell(name(), {{"run", folder.path()}, {"frames", run->frames()}},
+                 absl::StrFormat("%d frames reconstructed in %s\n", run->frames(), folder.path()));
     Warn(DescribeMissingMaps(folder, description, lines));
     const auto unreadable = std::count_if(lines.begin(), lines.end(), [](const FrameLine& line) {
       return line.outcome == FrameLine::Outcome::kFailed;
@@ -110,6 +112,7 @@ class ReconstructCommand : public Command {
   ThreadsFlag threads_;
   DeviceFlag device_;
   ProgressFlag progress_;
+  ResultFlag result_;
 };
 
 }  // namespace

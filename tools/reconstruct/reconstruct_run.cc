@@ -46,6 +46,12 @@ absl::Status ReconstructOptions::Validate() const {
       mask.low, mask.high));
 }
 
+bool IsReconstructed(const RunFolder& folder) {
+  const absl::StatusOr<std::string> text = ReadFile(folder.File(kState));
+  const auto json = nlohmann::json::parse(text.value_or(""), nullptr, false);
+  return json.is_object() && json.value("frames_done", -1) == json.value("frames", -2);
+}
+
 absl::StatusOr<std::unique_ptr<ReconstructRun>> ReconstructRun::Open(
     std::shared_ptr<kernels::Context> context, const RunFolder& folder,
     const std::vector<FrameLine>& lines, const ReconstructOptions& options) {

@@ -41,6 +41,9 @@ struct ReconstructOptions {
   absl::Status Validate() const;
 };
 
+// Whether the last reconstruction of the run came to its end.
+bool IsReconstructed(const RunFolder& folder);
+
 class ReconstructRun {
  public:
   // lines: those that are asked for. Errors say what is wrong with the input and what to do.

@@ -1,6 +1,5 @@
 #include "tools/render/render_command.h"
 
-#include <iostream>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,6 +15,7 @@
 #include "tools/cli/interruption.h"
 #include "tools/cli/object_flags.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
 #include "tools/cli/warning.h"
 #include "tools/render/overlay_video.h"
 #include "tools/render/render_run.h"
@@ -53,6 +53,7 @@ class RenderCommand : public Command {
     range_.AddFlags(app);
     device_.AddFlag(app);
     progress_.AddFlag(app);
+    result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
@@ -79,11 +80,13 @@ class RenderCommand : public Command {
     }
     progress.Finish();
     // What was drawn before an error or an interruption makes a whole video, too.
-    EGOSIEVE_RETURN_IF_ERROR(FinishVideo());
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string video, FinishVideo());
     EGOSIEVE_RETURN_IF_ERROR(status);
+    std::string text = video.empty() ? "" : absl::StrCat("video in ", video, "\n");
     if (images_) {
-      std::cout << absl::StrFormat("%d overlays in %s\n", frames_, folder.File("render"));
+      absl::StrAppendFormat(&text, "%d overlays in %s\n", frames_, folder.File("render"));
     }
+    result_.Tell(name(), {{"run", folder.path()}, {"frames", frames_}, {"video", video}}, text);
     Warn(DescribeMissingMaps(folder, description, lines));
     return failed_ > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
   }
@@ -129,15 +132,15 @@ class RenderCommand : public Command {
     return absl::OkStatus();
   }
 
-  absl::Status FinishVideo() {
-    if (!writer_) return absl::OkStatus();
+  // The video's path; empty where there is none.
+  absl::StatusOr<std::string> FinishVideo() {
+    if (!writer_) return std::string();
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string path, writer_->Finish());
-    std::cout << "video in " << path << "\n";
     Warn(writer_->warning());
     if (other_sizes_ > 0) {
       Warn(absl::StrCat(other_sizes_, " frames of another size are not in the video"));
     }
-    return absl::OkStatus();
+    return path;
   }
 
   std::string directory_, input_;
@@ -147,6 +150,7 @@ class RenderCommand : public Command {
   FrameRange range_;
   DeviceFlag device_;
   ProgressFlag progress_;
+  ResultFlag result_;
 
   std::optional<OverlayVideo> writer_;
   cv::Size video_size_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <iostream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
@@ -17,6 +16,7 @@
 #include "tools/cli/interruption.h"
 #include "tools/cli/object_flags.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
 #include "tools/cli/warning.h"
 #include "tools/render/render_run.h"
 #include "tools/report/page.h"
@@ -76,6 +76,7 @@ class ReportCommand : public Command {
     AddObjectFlags(app, overlay_.objects);
     device_.AddFlag(app);
     progress_.AddFlag(app);
+    result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
@@ -104,7 +105,7 @@ class ReportCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(AddPictures(folder, content));
     const std::string path = folder.File("report.html");
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(path, MakeReportPage(content)));
-    std::cout << "report in " << path << "\n";
+    result_.Tell(name(), {{"report", path}}, absl::StrCat("report in ", path, "\n"));
     return ExitCode::kDone;
   }
 
@@ -160,6 +161,7 @@ class ReportCommand : public Command {
   OverlayOptions overlay_;
   DeviceFlag device_;
   ProgressFlag progress_;
+  ResultFlag result_;
 };
 
 }  // namespace

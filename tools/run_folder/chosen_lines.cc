@@ -33,10 +33,10 @@ absl::Status CheckFiles(const RunFolder& folder, const RunDescription& descripti
   const auto first = std::find_if(lines.begin(), lines.end(), is_gone);
   if (first == lines.end()) return absl::OkStatus();
   const auto others = std::count_if(first + 1, lines.end(), is_gone);
-  return absl::DataLossError(absl::StrCat(
-      "the map of frame ", first->index, " in ", folder.path(), " is missing or empty",
-      others > 0 ? absl::StrCat(", as are ", others, " others") : "",
-      "; make it again: ", Remedy(folder, description)));
+  return absl::DataLossError(
+      absl::StrCat("the map of frame ", first->index, " in ", folder.path(), " is missing or empty",
+                   others > 0 ? absl::StrCat(", as are ", others, " others") : "",
+                   "; make it again: ", Remedy(folder, description)));
 }
 
 }  // namespace

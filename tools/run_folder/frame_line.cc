@@ -79,6 +79,7 @@ Json ToJson(const FrameLine& line) {
     decided_by[term] = share;
   }
   Json json{{"index", line.index},
+            {"image", line.image},
             {"time_seconds", line.time_seconds},
             {"outcome", OutcomeName(line.outcome)},
             {"reason", line.reason.empty() ? Json() : Json(line.reason)},
@@ -116,6 +117,7 @@ absl::StatusOr<FrameLine> FrameLineFromJson(const Json& json) {
   std::string outcome;
   Json reason;
   fields.Read("index", line.index);
+  fields.ReadIfThere("image", line.image);
   fields.Read("time_seconds", line.time_seconds);
   fields.Read("outcome", outcome);
   fields.Keep(ReadOutcome(outcome, line.outcome));

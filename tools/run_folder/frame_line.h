@@ -38,6 +38,7 @@ struct FrameLine {
   };
 
   int64_t index = 0;  // in the input, from 0
+  std::string image;  // the picture's name (FrameSource::image_name); empty in older runs
   double time_seconds = 0.0;
   Outcome outcome = Outcome::kAnswered;
   std::string reason;    // empty where learnt

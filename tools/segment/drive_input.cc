@@ -10,6 +10,7 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
+#include "vision/frame/file_list.h"
 
 namespace egosieve::tools {
 namespace {
@@ -19,7 +20,8 @@ namespace fs = std::filesystem;
 std::string KindOf(const std::string& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return "folder";
-  return fs::exists(path, error) ? "video" : "glob";
+  if (!fs::exists(path, error)) return "glob";
+  return vision::HasListExtension(path) ? "list" : "video";
 }
 
 }  // namespace

@@ -180,9 +180,10 @@ void DriveWriter::Remember(FrameLine line) {
   last_line_ = std::move(line);
 }
 
-absl::Status DriveWriter::Write(const vision::SegmentedFrame& frame) {
+absl::Status DriveWriter::Write(const vision::SegmentedFrame& frame, const std::string& image) {
   const auto start = std::chrono::steady_clock::now();
   FrameLine line = MakeLine(frame);
+  line.image = image;
   if (line.outcome == FrameLine::Outcome::kFailed) {
     EGOSIEVE_RETURN_IF_ERROR(AnswerFromBefore(line));
   } else if (line.has_map()) {

@@ -56,8 +56,8 @@ class DriveWriter {
                                               DriveWriterOptions options = {});
 
   // The maps, the step, then the line, then the checkpoint where there is one. After an error the
-  // folder holds the frames before.
-  absl::Status Write(const vision::SegmentedFrame& frame);
+  // folder holds the frames before. image: the picture's name, for the line.
+  absl::Status Write(const vision::SegmentedFrame& frame, const std::string& image = "");
 
   // Writes how the run ended into run.json. `seconds` is what this part of it took.
   absl::Status Finish(const std::string& ended, const std::string& message, double seconds);

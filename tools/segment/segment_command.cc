@@ -4,7 +4,6 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,6 +21,7 @@
 #include "tools/cli/frame_range.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
 #include "tools/cli/threads_flag.h"
 #include "tools/cli/version.h"
 #include "tools/cli/warning.h"
@@ -56,7 +56,9 @@ class SegmentCommand : public Command {
   }
 
   void AddFlags(CLI::App& app) override {
-    app.add_option("INPUT", input_, "A video, a folder of images, or a glob of images")
+    app.add_option("INPUT", input_,
+                   "A video, a folder or a glob of images or of a drive's videos, or a list of "
+                   "images with their times, .txt or .csv")
         ->required()
         ->type_name("")
         ->configurable(false);
@@ -84,12 +86,16 @@ class SegmentCommand : public Command {
                    "Frames a second of a folder of images, which has no clock")
         ->check(AtLeast(1e-3))
         ->capture_default_str();
+    app.add_option("--times", source_.times,
+                   "The times of the images of a folder or a glob, one a line")
+        ->type_name("FILE");
     app.add_option("--max_frames", max_frames_, "Frames to segment at most; 0: no limit")
         ->check(AtLeast<int64_t>(0))
         ->type_name("FRAMES");
     threads_.AddFlag(app);
     device_.AddFlag(app);
     progress_.AddFlag(app);
+    result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
@@ -120,7 +126,7 @@ class SegmentCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(Beginning beginning, Begin(Describe(input, device.info, options),
                                                          created, input, *segmenter));
     if (!beginning.writer) {
-      std::cout << directory_ << " holds the whole run already\n";
+      Tell(beginning.counts, 0.0, absl::StrCat(directory_, " holds the whole run already\n"));
       return Judge(beginning.counts, beginning.warning, input);
     }
     return Segment(input, MakePipeline(threads, beginning.first_frame), *segmenter,
@@ -253,7 +259,7 @@ class SegmentCommand : public Command {
     const auto start = std::chrono::steady_clock::now();
     const absl::StatusOr<vision::PipelineSummary> summary =
         run([&](const vision::SegmentedFrame& frame) {
-          EGOSIEVE_RETURN_IF_ERROR(writer.Write(frame));
+          EGOSIEVE_RETURN_IF_ERROR(writer.Write(frame, input.frames->image_name(frame.index)));
           const FrameLine& line = writer.last_line();
           progress.Advance({{"model size", static_cast<double>(line.model_size)},
                             {"dynamic share", line.dynamic_share}});
@@ -277,6 +283,7 @@ class SegmentCommand : public Command {
     if (source_.nominal_rate_hz != vision::FrameSourceOptions().nominal_rate_hz) {
       description.flags["fps"] = absl::StrCat(source_.nominal_rate_hz);
     }
+    if (!source_.times.empty()) description.flags["times"] = AbsolutePath(source_.times);
     description.flags["learn_only"] = learn_only_ ? "yes" : "no";
     description.device = DescribeDevice(device);
     description.seed = flags_.seed();
@@ -331,17 +338,29 @@ class SegmentCommand : public Command {
     }
     EGOSIEVE_RETURN_IF_ERROR(writer.Finish(summary->stopped ? "interrupted" : "done", "", seconds));
     const DriveWriter::Counts& counts = writer.counts();
-    std::cout << absl::StrFormat("%d frames answered, %d learnt from, in %s: %s\n", counts.answered,
-                                 counts.learnt, DescribeDuration(seconds), directory_);
+    std::string text =
+        absl::StrFormat("%d frames answered, %d learnt from, in %s: %s\n", counts.answered,
+                        counts.learnt, DescribeDuration(seconds), directory_);
     if (LeavesMaps()) {
-      std::cout << "egosieve infer " << directory_ << " makes the maps that were left out\n";
+      absl::StrAppend(&text, "egosieve infer ", directory_, " makes the maps that were left out\n");
     }
+    Tell(counts, seconds, text);
     if (summary->stopped) {
       return absl::CancelledError(absl::StrCat("interrupted; the ", counts.answered + counts.failed,
                                                " frames in ", directory_,
                                                " are whole, --resume goes on"));
     }
     return Judge(counts, summary->warning, input);
+  }
+
+  void Tell(const DriveWriter::Counts& counts, double seconds, const std::string& text) const {
+    result_.Tell(name(),
+                 {{"run", directory_},
+                  {"frames_answered", counts.answered},
+                  {"frames_learnt", counts.learnt},
+                  {"frames_failed", counts.failed},
+                  {"seconds", seconds}},
+                 text);
   }
 
   // The same for a run that has just ended and for one that was there.
@@ -384,6 +403,7 @@ class SegmentCommand : public Command {
   ThreadsFlag threads_;
   DeviceFlag device_;
   ProgressFlag progress_;
+  ResultFlag result_;
 };
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "tools/cli/exit_code.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
 #include "tools/synthesize/synthesize.h"
 
 namespace egosieve::tools {
@@ -79,6 +80,7 @@ class SynthesizeCommand : public Command {
     app.add_flag("--motion_blur,!--no_motion_blur", rendering.motion_blur,
                  "Blur while the shutter is open (default: on)");
     progress_.AddFlag(app);
+    result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
@@ -101,8 +103,12 @@ class SynthesizeCommand : public Command {
     if (absl::IsNotFound(status)) return AsUsageError(status);  // of a scenario
     EGOSIEVE_RETURN_IF_ERROR(status);
     progress.Finish();
-    std::cout << absl::StrCat(options_.rendering.frames, " frames of scenario ", options_.scenario,
-                              " in ", options_.output_folder, "\n");
+    result_.Tell(name(),
+                 {{"folder", options_.output_folder},
+                  {"frames", options_.rendering.frames},
+                  {"scenario", options_.scenario}},
+                 absl::StrCat(options_.rendering.frames, " frames of scenario ", options_.scenario,
+                              " in ", options_.output_folder, "\n"));
     return ExitCode::kDone;
   }
 
@@ -111,6 +117,7 @@ class SynthesizeCommand : public Command {
   bool list_ = false;
   double seconds_ = 0.0;
   ProgressFlag progress_;
+  ResultFlag result_;
 };
 
 }  // namespace

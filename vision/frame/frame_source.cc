@@ -1,18 +1,20 @@
 #include "vision/frame/frame_source.h"
 
-#include <glob.h>
-
-#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "vision/frame/chapter_sequence.h"
+#include "vision/frame/file_list.h"
 #include "vision/frame/image_decoding.h"
 #include "vision/frame/image_sequence.h"
+#include "vision/frame/input_files.h"
 #include "vision/frame/video_file.h"
 
 namespace egosieve::vision {
@@ -30,50 +32,22 @@ std::string_view DigitRun(std::string_view text, size_t begin, size_t* end) {
   return text.substr(begin, *end - begin);
 }
 
-bool IsVisibleImage(const fs::path& path) {
-  std::error_code error;
-  return !path.filename().string().starts_with('.') && HasImageExtension(path.string()) &&
-         fs::is_regular_file(path, error);
+absl::Status TimesOfNoPictures(const std::string& input) {
+  return absl::InvalidArgumentError(absl::StrCat(
+      "times are given for ", input, ", which is no folder or glob of pictures; leave them out"));
 }
 
-absl::StatusOr<std::vector<std::string>> ImagesInFolder(const std::string& folder) {
-  std::vector<std::string> paths;
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    if (IsVisibleImage(it->path())) paths.push_back(it->path().string());
+absl::StatusOr<std::unique_ptr<FrameSource>> OpenFiles(InputFiles files, const std::string& input,
+                                                       const FrameSourceOptions& options) {
+  if (files.are_videos && options.times.empty()) {
+    return OpenChapters(std::move(files.paths), input, options);
   }
-  if (error) {
-    return absl::NotFoundError(
-        absl::StrCat(folder, ": the folder cannot be read (", error.message(), ")"));
+  if (files.are_videos) return TimesOfNoPictures(input);
+  std::vector<double> times;
+  if (!options.times.empty()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(times, ReadTimes(options.times, files.paths.size()));
   }
-  if (paths.empty()) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        folder, ": no pictures in this folder; give a folder that holds PNG or JPEG files itself"));
-  }
-  return paths;
-}
-
-absl::StatusOr<std::vector<std::string>> ImagesOfGlob(const std::string& pattern) {
-  std::vector<std::string> paths;
-  size_t match_count = 0;
-  glob_t matches = {};
-  if (glob(pattern.c_str(), GLOB_NOSORT, nullptr, &matches) == 0) {
-    match_count = matches.gl_pathc;
-    for (size_t i = 0; i < matches.gl_pathc; ++i) {
-      if (IsVisibleImage(matches.gl_pathv[i])) paths.push_back(matches.gl_pathv[i]);
-    }
-  }
-  globfree(&matches);
-  if (match_count == 0) {
-    return absl::NotFoundError(
-        absl::StrCat(pattern, ": no file matches; quote the pattern and check the folder"));
-  }
-  if (paths.empty()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(pattern, ": matches ", match_count,
-                     " files, none of them a picture; name a video by itself"));
-  }
-  return paths;
+  return OpenImageSequence(std::move(files.paths), std::move(times), input, options);
 }
 
 }  // namespace
@@ -84,6 +58,10 @@ absl::Status FrameSourceOptions::Validate() const {
         absl::StrCat("nominal_rate_hz is ", nominal_rate_hz, "; it must be positive"));
   }
   return absl::OkStatus();
+}
+
+std::string FrameSource::image_name(int64_t index) const {
+  return absl::StrFormat("%06d.png", index);
 }
 
 bool NaturalLess(const std::string& a, const std::string& b) {
@@ -116,21 +94,27 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrameSource(const std::string& 
     if (input.find_first_of("*?[") == std::string::npos) {
       return absl::NotFoundError(absl::StrCat(input, ": no such file or folder; check the path"));
     }
-    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<std::string> paths, ImagesOfGlob(input));
-    std::sort(paths.begin(), paths.end(), NaturalLess);
-    return OpenImageSequence(std::move(paths), input, options);
+    EGOSIEVE_ASSIGN_OR_RETURN(InputFiles files, FilesOfGlob(input));
+    return OpenFiles(std::move(files), input, options);
   }
   if (fs::is_directory(status)) {
-    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<std::string> paths, ImagesInFolder(input));
-    std::sort(paths.begin(), paths.end(), NaturalLess);
-    return OpenImageSequence(std::move(paths), input, options);
+    EGOSIEVE_ASSIGN_OR_RETURN(InputFiles files, FilesOfFolder(input));
+    return OpenFiles(std::move(files), input, options);
   }
   // A pipe or a device would be waited for, or never end.
   if (!fs::is_regular_file(status)) {
     return absl::InvalidArgumentError(absl::StrCat(
         input, ": neither a file nor a folder; give a video file, a folder of pictures or a glob"));
   }
-  if (HasImageExtension(input)) return OpenImageSequence({input}, input, options);
+  if (!options.times.empty()) return TimesOfNoPictures(input);
+  if (HasImageExtension(input)) return OpenImageSequence({input}, {}, input, options);
+  if (HasListExtension(input)) {
+    EGOSIEVE_ASSIGN_OR_RETURN(FileList list, ReadFileList(input));
+    if (HasVideoExtension(list.paths.front())) {
+      return OpenChapters(std::move(list.paths), input, options);
+    }
+    return OpenImageSequence(std::move(list.paths), std::move(list.times_seconds), input, options);
+  }
   return OpenVideoFile(input, options);
 }
 

@@ -1,4 +1,5 @@
-// Frames in order, from a video file, a folder of images, a glob of images or a single image.
+// Frames in order, from a video file, a folder or a glob of images or of videos, a list of images
+// (file_list.h) or a single image. Videos of one folder, glob or list are chapters of one drive.
 //
 // Conversions, so that every frame is 8-bit BGR (frame.h): 16-bit values v become round(v / 257),
 // alpha is dropped, grey is replicated. EXIF and container rotations are applied.
@@ -30,8 +31,9 @@ struct DamagedFrame {
 };
 
 struct EndOfFrames {
-  int64_t frame_count = 0;  // indices delivered or damaged: 0 .. frame_count - 1
-  std::string warning;      // e.g. a video that ended before its header said; empty otherwise
+  int64_t frame_count = 0;   // indices delivered or damaged: 0 .. frame_count - 1
+  std::string warning;       // e.g. a video that ended before its header said; empty otherwise
+  double end_seconds = 0.0;  // of a video: when a further frame would have come
 };
 
 using FrameRead = std::variant<Frame, DamagedFrame, EndOfFrames>;
@@ -39,6 +41,8 @@ using FrameRead = std::variant<Frame, DamagedFrame, EndOfFrames>;
 struct FrameSourceOptions {
   // Frames a second for the times of image files; a video has its own clock.
   double nominal_rate_hz = 10.0;
+  // A file with the times of the pictures of a folder or a glob (file_list.h); empty: none.
+  std::string times;
 
   absl::Status Validate() const;
 };
@@ -65,16 +69,19 @@ class FrameSource {
   // The files that it reads; none where pictures are made.
   virtual std::vector<std::string> files() const { return {}; }
 
+  // The name of a picture: its file's, relative to the folder that was opened or that all files of
+  // a glob share; NNNNNN.png where it has no file of its own. Other programs' files go by it.
+  virtual std::string image_name(int64_t index) const;
+
   // Identifies the input for logs and for refusing to resume with another one.
   virtual std::string description() const = 0;
 };
 
 // Opens and looks at the input: errors say in one line what is wrong and what to do.
 //   NotFound         no such file, folder or match of the glob
-//   InvalidArgument  not a video or image (a text file called .mp4), a folder without images, a
-//   video
-//                    that opens but delivers no frame, an image file that is the only one and
-//                    broken
+//   InvalidArgument  not a video or image (a text file called .mp4), a folder without either, a
+//                    video that opens but delivers no frame, an image file that is the only one
+//                    and broken, a list that does not hold what it must
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrameSource(
     const std::string& input, const FrameSourceOptions& options = {});
 

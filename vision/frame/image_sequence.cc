@@ -1,5 +1,7 @@
 #include "vision/frame/image_sequence.h"
 
+#include <algorithm>
+#include <filesystem>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -8,10 +10,32 @@
 namespace egosieve::vision {
 namespace {
 
+namespace fs = std::filesystem;
+
+// The folder itself, or the deepest one that holds all files.
+fs::path RootOf(const std::string& input, const std::vector<std::string>& paths) {
+  std::error_code error;
+  if (fs::is_directory(input, error)) return input;
+  fs::path root = fs::path(paths.front()).parent_path();
+  for (const std::string& path : paths) {
+    const fs::path folder = fs::path(path).parent_path();
+    const auto end = std::mismatch(root.begin(), root.end(), folder.begin(), folder.end()).first;
+    fs::path shared;
+    for (auto part = root.begin(); part != end; ++part) shared /= *part;
+    root = shared;
+  }
+  return root;
+}
+
 class ImageSequence : public FrameSource {
  public:
-  ImageSequence(std::vector<std::string> paths, std::string description, double rate_hz)
-      : paths_(std::move(paths)), description_(std::move(description)), rate_hz_(rate_hz) {}
+  ImageSequence(std::vector<std::string> paths, std::vector<double> times_seconds,
+                std::string description, double rate_hz)
+      : paths_(std::move(paths)),
+        times_seconds_(std::move(times_seconds)),
+        description_(std::move(description)),
+        rate_hz_(rate_hz),
+        root_(RootOf(description_, paths_)) {}
 
   absl::StatusOr<FrameRead> Next() override {
     const int64_t count = static_cast<int64_t>(paths_.size());
@@ -25,7 +49,8 @@ class ImageSequence : public FrameSource {
     }
     Frame frame;
     frame.index = index;
-    frame.time_seconds = static_cast<double>(index) / rate_hz_;
+    frame.time_seconds =
+        times_seconds_.empty() ? static_cast<double>(index) / rate_hz_ : times_seconds_[index];
     frame.image = decoded->image;
     frame.is_grey = decoded->is_grey;
     return FrameRead(std::move(frame));
@@ -40,26 +65,34 @@ class ImageSequence : public FrameSource {
   int64_t next_index() const override { return next_index_; }
   int64_t expected_frame_count() const override { return static_cast<int64_t>(paths_.size()); }
   std::vector<std::string> files() const override { return paths_; }
+  std::string image_name(int64_t index) const override {
+    if (index < 0 || index >= expected_frame_count()) return FrameSource::image_name(index);
+    const fs::path path(paths_[index]);
+    return (root_.empty() ? path : path.lexically_relative(root_)).string();
+  }
   std::string description() const override { return description_; }
 
  private:
   const std::vector<std::string> paths_;
+  const std::vector<double> times_seconds_;
   const std::string description_;
   const double rate_hz_;
+  const fs::path root_;
   int64_t next_index_ = 0;
 };
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenImageSequence(std::vector<std::string> paths,
+                                                               std::vector<double> times_seconds,
                                                                const std::string& description,
                                                                const FrameSourceOptions& options) {
   std::string first_reason;
   for (const std::string& path : paths) {
     const absl::StatusOr<DecodedImage> decoded = DecodeImageFile(path);
     if (decoded.ok()) {
-      return std::unique_ptr<FrameSource>(
-          new ImageSequence(std::move(paths), description, options.nominal_rate_hz));
+      return std::unique_ptr<FrameSource>(new ImageSequence(
+          std::move(paths), std::move(times_seconds), description, options.nominal_rate_hz));
     }
     if (IsOfTheMachine(decoded.status())) return decoded.status();
     if (first_reason.empty()) first_reason = std::string(decoded.status().message());

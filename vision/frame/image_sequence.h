@@ -10,8 +10,10 @@
 
 namespace egosieve::vision {
 
-// Frames from picture files, in the order given. InvalidArgument where not one of them can be read.
+// Frames from picture files, in the order given; times: of each, or empty for those of the nominal
+// rate. InvalidArgument where not one of them can be read.
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenImageSequence(std::vector<std::string> paths,
+                                                               std::vector<double> times_seconds,
                                                                const std::string& description,
                                                                const FrameSourceOptions& options);
 

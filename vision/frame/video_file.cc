@@ -14,6 +14,31 @@
 namespace egosieve::vision {
 namespace {
 
+// The clockwise turn by which the container wants its pictures shown, 0 to 270 degrees. OpenCV 4.6
+// alone has it the wrong way round (its issue 22088), and so turns phone video upside down.
+int DegreesToTurn(const cv::VideoCapture& capture) {
+  const auto degrees = static_cast<int>(capture.get(cv::CAP_PROP_ORIENTATION_META));
+  constexpr bool kIsInverted = CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR == 6;
+  return (kIsInverted ? 360 - degrees % 360 : 360 + degrees) % 360;
+}
+
+cv::Mat Turned(const cv::Mat& picture, int degrees) {
+  cv::Mat turned;
+  switch (degrees) {
+    case 90:
+      cv::rotate(picture, turned, cv::ROTATE_90_CLOCKWISE);
+      return turned;
+    case 180:
+      cv::rotate(picture, turned, cv::ROTATE_180);
+      return turned;
+    case 270:
+      cv::rotate(picture, turned, cv::ROTATE_90_COUNTERCLOCKWISE);
+      return turned;
+    default:
+      return picture.clone();
+  }
+}
+
 class VideoFile : public FrameSource {
  public:
   VideoFile(std::string path, double nominal_rate_hz)
@@ -28,6 +53,8 @@ class VideoFile : public FrameSource {
                          ": not a video that FFmpeg can decode; give a video file, a folder of "
                          "pictures or a glob"));
       }
+      capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0.0);
+      degrees_ = DegreesToTurn(capture_);
       if (const absl::Status size =
               CheckPixels(std::llround(capture_.get(cv::CAP_PROP_FRAME_WIDTH)),
                           std::llround(capture_.get(cv::CAP_PROP_FRAME_HEIGHT)));
@@ -77,16 +104,22 @@ class VideoFile : public FrameSource {
     } catch (const cv::Exception&) {
       ended_ = true;
     }
-    if (!ended_) ++position_;
-    return !ended_;
+    if (ended_) return false;
+    seconds_ = Seconds(position_++);
+    return true;
+  }
+
+  // Of the frame that was just grabbed.
+  double Seconds(int64_t index) {
+    const double milliseconds = capture_.get(cv::CAP_PROP_POS_MSEC);
+    return index > 0 && !(milliseconds > 0) ? static_cast<double>(index) / nominal_rate_hz_
+                                            : milliseconds / 1000.0;
   }
 
   absl::StatusOr<Frame> Retrieve(int64_t index) {
     cv::Mat picture;
-    double milliseconds = 0.0;
     try {
       capture_.retrieve(picture);
-      milliseconds = capture_.get(cv::CAP_PROP_POS_MSEC);
     } catch (const cv::Exception&) {
       picture.release();
     }
@@ -94,19 +127,18 @@ class VideoFile : public FrameSource {
       return absl::DataLossError(absl::StrCat(path_, ": frame ", index, " cannot be decoded"));
     }
     // The decoder reuses its buffer for the next frame.
-    absl::StatusOr<DecodedImage> decoded = ConvertToBgr(picture.clone());
+    absl::StatusOr<DecodedImage> decoded = ConvertToBgr(Turned(picture, degrees_));
     if (!decoded.ok()) return decoded.status();
-    const double nominal_seconds = static_cast<double>(index) / nominal_rate_hz_;
     Frame frame;
     frame.index = index;
-    frame.time_seconds = index > 0 && !(milliseconds > 0) ? nominal_seconds : milliseconds / 1000.0;
+    frame.time_seconds = seconds_;
     frame.image = decoded->image;
     frame.is_grey = decoded->is_grey;
     return frame;
   }
 
   EndOfFrames End() const {
-    EndOfFrames end{position_, ""};
+    EndOfFrames end{position_, "", position_ > 0 ? seconds_ + 1.0 / nominal_rate_hz_ : 0.0};
     if (expected_frame_count_ > position_) {
       end.warning =
           absl::StrCat(path_, ": ended after ", position_, " frames where its header says ",
@@ -119,6 +151,8 @@ class VideoFile : public FrameSource {
   double nominal_rate_hz_;
   cv::VideoCapture capture_;
   int64_t expected_frame_count_ = -1;
+  int degrees_ = 0;         // by which pictures are turned, clockwise
+  double seconds_ = 0.0;    // of the last frame grabbed
   int64_t position_ = 0;    // frames grabbed so far: the stream's own next index
   int64_t next_index_ = 0;  // that Next() returns; ahead of position_ after a seek
   bool ended_ = false;

@@ -61,6 +61,7 @@ TEST(Chain, FromNothingToAReport) {
   EXPECT_GT(*ReadEvaluation(run).pooled_auc, 0.5);
   const RunFolder folder = *RunFolder::Open(run);
   for (int index = 0; index < 10; ++index) {
+    EXPECT_TRUE(fs::exists(root + "/drive/frames/" + folder.ReadLines()->at(index).image));
     EXPECT_TRUE(fs::exists(folder.FrameFile("grid", index, ".prob.png")));
     EXPECT_TRUE(fs::exists(folder.FrameFile("masks", index, ".png")));
     EXPECT_TRUE(fs::exists(folder.FrameFile("ids", index, ".png")));

@@ -85,20 +85,24 @@ class Faults : public testing::TestWithParam<std::string> {
       const std::vector<std::string> batch = {"batch", world_ + "/drives.json"};
       return {name, {}, batch, batch};
     }
-    const std::vector<std::string> command = {name, run_, "--progress=none"};
+    std::vector<std::string> command = {name, run_, "--progress=none"};
+    if (name == "masks") {
+      command.insert(command.end(), {"--for=colmap", "--overwrite", "--out=" + world_ + "/masks"});
+    }
     return {name,
             Segment(name == "infer" ? std::vector<std::string>{"--learn_only"}
                                     : std::vector<std::string>{}),
             command, command};
   }
 
-  // Every file outside the run folder and batch's folder of logs with its bytes.
+  // Every file outside the folders that commands write to, with its bytes.
   std::map<std::string, std::string> Outside() const {
     std::map<std::string, std::string> files;
     for (const auto& entry : fs::recursive_directory_iterator(world_)) {
       const std::string path = entry.path().string();
       if (!entry.is_regular_file() || path.rfind(run_ + "/", 0) == 0 ||
-          path.rfind(world_ + "/egosieve_logs/", 0) == 0) {
+          path.rfind(world_ + "/egosieve_logs/", 0) == 0 ||
+          path.rfind(world_ + "/masks/", 0) == 0) {
         continue;
       }
       files[path] = *ReadFile(path);
@@ -143,6 +147,7 @@ class Faults : public testing::TestWithParam<std::string> {
   void Restore(const Case& test) const {
     fs::remove_all(run_);
     fs::remove_all(world_ + "/egosieve_logs");
+    fs::remove_all(world_ + "/masks");
     if (!test.before.empty()) fs::copy(base_ + "/before", run_, fs::copy_options::recursive);
   }
 
@@ -209,7 +214,8 @@ TEST_P(Faults, NeitherLoseNorHideAnything) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Commands, Faults,
-                         testing::Values("segment", "infer", "reconstruct", "render", "batch"),
+                         testing::Values("segment", "infer", "reconstruct", "masks", "render",
+                                         "batch"),
                          [](const auto& command) { return command.param; });
 
 }  // namespace

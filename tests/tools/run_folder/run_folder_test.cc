@@ -34,6 +34,7 @@ TEST(FrameLine, ALineComesBackAsItWas) {
   line.labelled_dynamic = 204;
   line.frame_gap = 3;
   line.decided_by = {{"epipolar", 0.75}, {"road", 0.25}};
+  line.image = "cam0/000012.jpg";
   line.own_car = {{0, 320, 640, 16}, {16, 336, 600, 16}};
   line.points = {1505, 907, 488, 110, 19, 51, 7, 102};
   line.model_size = 3999;

@@ -1,0 +1,236 @@
+// Inputs as people have them: nested folders, lists with times, chapters, turned phone video.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <string>
+#include <vector>
+
+#include "vision/frame/frame_source.h"
+#include "vision/frame/quiet_libraries.h"
+
+namespace egosieve::vision {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class InputFormsTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    QuietLibraries();
+    folder_ = fs::path(::testing::TempDir()) /
+              ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+
+  // A picture all of whose pixels have the value.
+  void WritePicture(const std::string& name, int value) const {
+    fs::create_directories((folder_ / name).parent_path());
+    ASSERT_TRUE(cv::imwrite(Path(name), cv::Mat3b(8, 12, cv::Vec3b::all(value))));
+  }
+
+  void WriteText(const std::string& name, const std::string& text) const {
+    std::ofstream(Path(name)) << text;
+  }
+
+  // Grey values 10 k of the frames, from `first` on.
+  void WriteVideo(const std::string& name, int first, int count, double rate_hz) const {
+    fs::create_directories((folder_ / name).parent_path());
+    cv::VideoWriter video(Path(name), cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), rate_hz,
+                          cv::Size(64, 32));
+    for (int i = first; i < first + count; ++i) video << cv::Mat3b(32, 64, cv::Vec3b::all(10 * i));
+  }
+
+  std::string ErrorOf(const std::string& name, const FrameSourceOptions& options = {}) const {
+    return std::string(OpenFrameSource(Path(name), options).status().message());
+  }
+
+  fs::path folder_;
+};
+
+struct Seen {
+  std::vector<int> values;  // of the frames' first pixels, to the next ten
+  std::vector<double> times;
+  std::vector<std::string> names;
+};
+
+Seen ReadAll(FrameSource& source) {
+  Seen seen;
+  while (true) {
+    const absl::StatusOr<FrameRead> read = source.Next();
+    if (!read.ok() || !std::holds_alternative<Frame>(*read)) return seen;
+    const Frame& frame = std::get<Frame>(*read);
+    EXPECT_EQ(frame.index, static_cast<int64_t>(seen.values.size()));
+    seen.values.push_back((frame.image.at<cv::Vec3b>(4, 4)[0] + 5) / 10 * 10);
+    seen.times.push_back(frame.time_seconds);
+    seen.names.push_back(source.image_name(frame.index));
+  }
+}
+
+Seen ReadAllOf(const std::string& input, const FrameSourceOptions& options = {}) {
+  const auto source = OpenFrameSource(input, options);
+  EXPECT_TRUE(source.ok()) << source.status();
+  return source.ok() ? ReadAll(**source) : Seen();
+}
+
+TEST_F(InputFormsTest, FoldersBelowAreReadWhereTheFolderHoldsNoPictures) {
+  WritePicture("cam10/1.png", 40);
+  WritePicture("cam2/10.png", 30);
+  WritePicture("cam2/9.png", 20);
+  WritePicture(".hidden/0.png", 90);
+  fs::create_directory_symlink(folder_, folder_ / "circle");
+  const Seen seen = ReadAllOf(folder_.string());
+  EXPECT_THAT(seen.values, ElementsAre(20, 30, 40));
+  EXPECT_THAT(seen.names, ElementsAre("cam2/9.png", "cam2/10.png", "cam10/1.png"));
+
+  WritePicture("0.png", 10);
+  EXPECT_THAT(ReadAllOf(folder_.string()).names, ElementsAre("0.png"));
+}
+
+TEST_F(InputFormsTest, NamesOfAGlobAreRelativeToTheFolderThatAllShare) {
+  WritePicture("a/x/1.png", 10);
+  WritePicture("a/y/1.png", 20);
+  EXPECT_THAT(ReadAllOf(Path("*/*/*.png")).names, ElementsAre("x/1.png", "y/1.png"));
+  EXPECT_THAT(ReadAllOf(Path("a/x/*.png")).names, ElementsAre("1.png"));
+}
+
+TEST_F(InputFormsTest, ListsGiveOrderAndTimes) {
+  WritePicture("rgb/b.png", 10);
+  WritePicture("rgb/a.png", 20);
+  WriteText("rgb.txt",
+            "# color images\n# timestamp filename\n1305031102.175304 rgb/b.png\n\n"
+            "1305031102.211214 rgb/a.png\n");
+  const Seen tum = ReadAllOf(Path("rgb.txt"));
+  EXPECT_THAT(tum.values, ElementsAre(10, 20));
+  EXPECT_THAT(tum.times, ElementsAre(1305031102.175304, 1305031102.211214));
+
+  WritePicture("cam0/data/140.png", 30);
+  WritePicture("cam0/data/141.png", 40);
+  WriteText("cam0/data.csv",
+            "#timestamp [ns],filename\r\n1403636579763555584,140.png\r\n"
+            "1403636579813555456,141.png\r\n");
+  const Seen euroc = ReadAllOf(Path("cam0/data.csv"));
+  EXPECT_THAT(euroc.names, ElementsAre("140.png", "141.png"));
+  EXPECT_NEAR(euroc.times[1] - euroc.times[0], 0.049999872, 1e-6);
+
+  WriteText("names.csv", "file,time\nrgb/a.png,0.5\nrgb/b.png,0.7\n");
+  EXPECT_THAT(ReadAllOf(Path("names.csv")).times, ElementsAre(0.5, 0.7));
+  WriteText("bare.txt", "rgb/a.png\nrgb/b.png\n");
+  EXPECT_THAT(ReadAllOf(Path("bare.txt")).times, ElementsAre(0.0, 0.1));
+}
+
+TEST_F(InputFormsTest, TimesOfAFolderComeFromAFile) {
+  WritePicture("image_2/0.png", 10);
+  WritePicture("image_2/1.png", 20);
+  WriteText("times.txt", "0.000000e+00\n1.036220e-01\n");
+  FrameSourceOptions options;
+  options.times = Path("times.txt");
+  EXPECT_THAT(ReadAllOf(Path("image_2"), options).times, ElementsAre(0.0, 0.103622));
+  WriteText("times.txt", "2011-09-26 13:02:25.25\n2011-09-26 13:02:25.5\n");
+  const Seen raw = ReadAllOf(Path("image_2"), options);
+  EXPECT_NEAR(raw.times[1] - raw.times[0], 0.25, 1e-6);
+
+  WriteText("times.txt", "0\n");
+  EXPECT_THAT(ErrorOf("image_2", options), HasSubstr("has 1 times for 2 pictures"));
+  WriteText("times.txt", "0.5\n0.5\n");
+  EXPECT_THAT(ErrorOf("image_2", options), HasSubstr("line 2: the time 0.5 does not come after"));
+  WriteText("times.txt", "0.5\nsoon\n");
+  EXPECT_THAT(ErrorOf("image_2", options), HasSubstr("line 2: 'soon' is no time"));
+  options.times = Path("none.txt");
+  EXPECT_THAT(ErrorOf("image_2", options), HasSubstr("none.txt"));
+}
+
+TEST_F(InputFormsTest, ListsSayWhatIsWrongWithThem) {
+  WritePicture("a.png", 10);
+  WritePicture("b.png", 10);
+  const auto error = [&](const std::string& text) {
+    WriteText("list.txt", text);
+    return ErrorOf("list.txt");
+  };
+  EXPECT_THAT(error("# nothing\n\n"), HasSubstr("the list names no picture"));
+  EXPECT_THAT(error("0.1 a.png\n0.2 c.png\n"), HasSubstr("line 2: no such file"));
+  EXPECT_THAT(error("0.2 a.png\n0.1 b.png\n"), HasSubstr("line 2: the time 0.1 does not come"));
+  EXPECT_THAT(error("0.2 a.png\nb.png\n"), HasSubstr("line 2: some lines have a time"));
+  EXPECT_THAT(error("a.png\n0.2 b.png\n"), HasSubstr("line 2: some lines have a time"));
+  EXPECT_THAT(error("0.0\n0.1\n"), HasSubstr("line 1: a time without a picture"));
+  EXPECT_THAT(error("0.1,a.png\nx,y\n"), HasSubstr("line 2: neither"));
+}
+
+TEST_F(InputFormsTest, VideosOfAFolderAreChaptersOfOneDrive) {
+  WriteVideo("day/clip_10.avi", 6, 3, 10.0);
+  WriteVideo("day/clip_9.avi", 1, 5, 10.0);
+  for (const std::string& input : {Path("day"), Path("day/*.avi")}) {
+    const auto source = OpenFrameSource(input);
+    ASSERT_TRUE(source.ok()) << source.status();
+    EXPECT_EQ((*source)->expected_frame_count(), 8);
+    const Seen seen = ReadAll(**source);
+    EXPECT_THAT(seen.values, ElementsAre(10, 20, 30, 40, 50, 60, 70, 80));
+    for (int i = 0; i < 8; ++i) EXPECT_NEAR(seen.times[i], 0.1 * i, 1e-6);
+    EXPECT_EQ(seen.names[7], "000007.png");
+  }
+  // A frame is the same however it is reached.
+  const auto source = OpenFrameSource(Path("day"));
+  for (const int index : {7, 2, 5, 4, 0}) {
+    ASSERT_TRUE((*source)->SeekTo(index).ok());
+    const absl::StatusOr<FrameRead> read = (*source)->Next();
+    ASSERT_TRUE(read.ok() && std::holds_alternative<Frame>(*read));
+    EXPECT_EQ(std::get<Frame>(*read).index, index);
+    EXPECT_NEAR(std::get<Frame>(*read).image.at<cv::Vec3b>(4, 4)[0], 10 * (index + 1), 4);
+    EXPECT_NEAR(std::get<Frame>(*read).time_seconds, 0.1 * index, 1e-6);
+  }
+  ASSERT_TRUE((*source)->SeekTo(30).ok());
+  const absl::StatusOr<FrameRead> end = (*source)->Next();
+  ASSERT_TRUE(end.ok() && std::holds_alternative<EndOfFrames>(*end));
+  EXPECT_EQ(std::get<EndOfFrames>(*end).frame_count, 8);
+
+  WriteText("day.txt", "day/clip_10.avi\nday/clip_9.avi\n");
+  EXPECT_THAT(ReadAllOf(Path("day.txt")).values, ElementsAre(60, 70, 80, 10, 20, 30, 40, 50));
+  WriteText("day/clip_11.avi", "no video");
+  EXPECT_THAT(ErrorOf("day"), HasSubstr("clip_11.avi: not a video"));
+  FrameSourceOptions options;
+  options.times = Path("day.txt");
+  EXPECT_THAT(ErrorOf("day", options), HasSubstr("no folder or glob of pictures"));
+}
+
+// A phone held upright writes pictures that lie, and a matrix in the track's header by which they
+// are turned.
+TEST_F(InputFormsTest, VideoIsTurnedAsItsContainerSays) {
+  cv::Mat3b picture(32, 64, cv::Vec3b::all(20));
+  picture(cv::Rect(0, 0, 32, 16)).setTo(cv::Scalar::all(220));  // top left
+  cv::VideoWriter video(Path("lies.mp4"), cv::VideoWriter::fourcc('m', 'p', '4', 'v'), 10.0,
+                        picture.size());
+  for (int i = 0; i < 3; ++i) video << picture;
+  video.release();
+  std::ifstream in(Path("lies.mp4"), std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const size_t header = bytes.find("tkhd");
+  ASSERT_NE(header, std::string::npos);
+  // Clockwise.
+  const uint8_t quarter_turn[20] = {0,    0,    0, 0, 0, 1, 0, 0, 0, 0, 0, 0,  // 0  1  0
+                                    0xff, 0xff, 0, 0, 0, 0, 0, 0};             // -1 0 ...
+  std::copy(std::begin(quarter_turn), std::end(quarter_turn), bytes.begin() + header + 44);
+  std::ofstream(Path("turned.mp4"), std::ios::binary) << bytes;
+
+  const auto source = OpenFrameSource(Path("turned.mp4"));
+  ASSERT_TRUE(source.ok()) << source.status();
+  const absl::StatusOr<FrameRead> read = (*source)->Next();
+  ASSERT_TRUE(read.ok() && std::holds_alternative<Frame>(*read));
+  const cv::Mat& image = std::get<Frame>(*read).image;
+  ASSERT_EQ(image.size(), cv::Size(32, 64));
+  EXPECT_GT(image.at<cv::Vec3b>(8, 24)[0], 180);  // what was at the top left is at the top right
+  EXPECT_LT(image.at<cv::Vec3b>(8, 8)[0], 60);
+  EXPECT_LT(image.at<cv::Vec3b>(56, 24)[0], 60);
+}
+
+}  // namespace
+}  // namespace egosieve::vision

@@ -1,0 +1,36 @@
+// How much of what moves is masked, and how much of the rest, by true masks.
+#ifndef EGOSIEVE_TOOLS_MASKS_COVERAGE_H_
+#define EGOSIEVE_TOOLS_MASKS_COVERAGE_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "tools/evaluate/truth_masks.h"
+
+namespace egosieve::tools {
+
+class Coverage {
+ public:
+  // truth: a folder of masks (tools/evaluate/truth_masks.h) for the frames of `input`; empty: none.
+  static absl::StatusOr<Coverage> Open(const std::string& truth, const std::string& input);
+
+  // Counts the frame's pixels where it has a true mask; void ones do not count.
+  absl::Status Add(int64_t index, const cv::Mat1b& masked);
+
+  int64_t frames() const { return frames_; }  // that have a true mask
+  // Shares of the pixels; 0 where there are none.
+  double MovingMasked() const;
+  double RestMasked() const;
+  // "masked: 0.953 of what moves, 0.021 of the rest, in 70 frames"
+  std::string Describe() const;
+
+ private:
+  TruthMasks truth_;
+  int64_t frames_ = 0, moving_ = 0, moving_masked_ = 0, rest_ = 0, rest_masked_ = 0;
+};
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_MASKS_COVERAGE_H_

@@ -1,0 +1,47 @@
+// What is masked in the frames of a run.
+//
+//   moving     reconstruct's mask; with a threshold: p >= threshold in its refined map     (M1)
+//   own        the own vehicle and what the run ignores, where they are wanted             (M2)
+//   dilated    what is nearer than `dilate_pixels` to (M1); numbers go to the nearest one  (M3)
+//   masked     the union of (M2) and (M3)
+#ifndef EGOSIEVE_TOOLS_MASKS_FRAME_MASKS_H_
+#define EGOSIEVE_TOOLS_MASKS_FRAME_MASKS_H_
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "tools/run_folder/run_folder.h"
+
+namespace egosieve::tools {
+
+struct FrameMaskOptions {
+  std::optional<double> threshold;  // none: reconstruct's masks
+  bool numbers = false;             // from reconstruct's ids
+  bool own_vehicle = false;         // mask it, and the run's ignored area
+  cv::Mat1b ignored;                // RunFolder::ReadIgnoredArea
+  int dilate_pixels = 0;
+
+  absl::Status Validate() const;
+};
+
+struct FrameMask {
+  cv::Mat1b masked;   // 0 or 255
+  cv::Mat1w numbers;  // 0 where it is not masked; empty unless wanted
+};
+
+// The file of reconstruct that a frame's mask is made from.
+std::string MaskSource(const RunFolder& folder, int64_t index, const FrameMaskOptions& options);
+
+// DataLoss, naming the file, where that is missing, damaged or of another size.
+absl::StatusOr<FrameMask> ReadFrameMask(const RunFolder& folder, const FrameLine& line,
+                                        const FrameMaskOptions& options);
+
+// (M3), in place. numbers: may be empty.
+void Dilate(int pixels, cv::Mat1b& masked, cv::Mat1w& numbers);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_MASKS_FRAME_MASKS_H_

@@ -1,0 +1,203 @@
+#include "tools/masks/mask_export.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/exit_code.h"
+#include "tools/masks/stored_picture.h"
+#include "tools/run_folder/former_run.h"
+#include "tools/run_folder/map_image.h"
+#include "vision/frame/image_decoding.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool LiesIn(const std::string& path, const std::string& folder) {
+  std::error_code error;
+  const fs::path inner = fs::weakly_canonical(AbsolutePath(path), error);
+  const fs::path outer = fs::weakly_canonical(AbsolutePath(folder), error);
+  return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
+}
+
+// A folder to write to: apart from what is read, and empty unless that may be overwritten.
+absl::Status CheckFolder(const std::string& flag, const std::string& path, const DriveInput& input,
+                         const std::string& run, bool overwrite) {
+  std::error_code error;
+  const std::string given = absl::StrCat(flag, "=", path);
+  if (fs::exists(path, error) && !fs::is_directory(path, error)) {
+    return absl::AlreadyExistsError(absl::StrCat(given, " is a file; name a folder"));
+  }
+  for (const std::string& source : {input.description.path, run}) {
+    if (fs::is_directory(source, error) && LiesIn(path, source)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(given, " lies in what is read, ", source, "; name another folder"));
+    }
+  }
+  if (!CheckApart(path, input.frames->files()).ok()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(given, " is or holds what is read; name another folder"));
+  }
+  if (!overwrite && fs::is_directory(path, error) && !fs::is_empty(path, error)) {
+    return absl::AlreadyExistsError(absl::StrCat(
+        given, " is not empty; name another folder, or replace its files by --overwrite"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+std::string MaskExport::SequenceName() const {
+  const fs::path path(input_.description.path);
+  const std::string name = path.stem().string();
+  // A folder of pictures is mostly called so, and its parent by what they show.
+  const bool is_generic = name == "frames" || name == "images";
+  return is_generic && path.has_parent_path() ? path.parent_path().filename().string() : name;
+}
+
+absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::string& run,
+                                               const MaskExportOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.mask.Validate());
+  if (HasNumbers(options.format) && (options.invert || options.mask.threshold ||
+                                     options.mask.own_vehicle || !options.also.empty())) {
+    return absl::InvalidArgumentError(
+        "davis, coco and mots take the movers that reconstruct has numbered: leave out "
+        "--threshold, "
+        "--unsure, --own_vehicle, --also and --invert, or use --for=plain");
+  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--out", options.out, input, run, options.overwrite));
+  if (!options.frames.empty()) {
+    EGOSIEVE_RETURN_IF_ERROR(
+        CheckFolder("--frames", options.frames, input, run, options.overwrite));
+  }
+  MaskExport result(std::move(input), options);
+  const vision::FrameSource& source = *result.input_.frames;
+  result.files_ = source.files();
+  if (result.files_.empty() || !vision::HasImageExtension(result.files_.front())) {
+    result.files_.clear();
+  }
+  std::vector<std::string> images;
+  for (int64_t i = 0; i < source.expected_frame_count(); ++i) {
+    images.push_back(source.image_name(i));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(result.CheckNames(images));
+  cv::Size size(result.input_.width_pixels, result.input_.height_pixels);
+  if (!result.files_.empty()) {
+    const absl::StatusOr<StoredPicture> first = ReadStoredPicture(result.files_.front());
+    if (first.ok()) size = first->pixels.size();
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(result.also_, UserMasks::Open(options.also, images, size));
+  result.warnings_.push_back(result.also_.Describe());
+  const std::string& path = result.input_.description.path;
+  if (options.format == MaskFormat::kNerfstudio) {
+    EGOSIEVE_ASSIGN_OR_RETURN(result.transforms_,
+                              TransformsFile::Read(options.transforms, path, images));
+  } else if (!options.transforms.empty()) {
+    return absl::InvalidArgumentError("--transforms belongs to --for=nerfstudio; leave it out");
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(result.coverage_, Coverage::Open(options.truth, path));
+  return result;
+}
+
+absl::Status MaskExport::CheckNames(const std::vector<std::string>& images) const {
+  if (options_.format == MaskFormat::kCoco) return absl::OkStatus();
+  std::set<std::string> files;
+  for (size_t i = 0; i < images.size(); ++i) {
+    const std::string file =
+        MaskFile(options_.format, images[i], static_cast<int64_t>(i), SequenceName());
+    if (!files.insert(file).second) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("two images would have the mask ", file, ", ", images[i],
+                       " and one that differs in its extension; rename one of them"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLine>& lines,
+                             const std::function<bool()>& after_frame) {
+  EGOSIEVE_ASSIGN_OR_RETURN(options_.mask.ignored, folder.ReadIgnoredArea());
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(options_.out));
+  for (const FrameLine& line : lines) {
+    EGOSIEVE_RETURN_IF_ERROR(WriteFrame(folder, line));
+    if (!after_frame()) {
+      return absl::CancelledError(
+          absl::StrCat("interrupted; ", images(), " masks are in ", options_.out));
+    }
+  }
+  EGOSIEVE_RETURN_IF_ERROR(writer_.Finish());
+  if (transforms_) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const int left_out, transforms_->Write(options_.out, masked_));
+    if (left_out > 0) {
+      warnings_.push_back(absl::StrCat(
+          left_out, " frames of transforms.json have no mask and are not in its copy"));
+    }
+  }
+  const int64_t lacking = static_cast<int64_t>(files_.size()) - images();
+  if (lacking > 0) {
+    warnings_.push_back(absl::StrCat(lacking, " of ", files_.size(),
+                                     " pictures have no mask: the run does not hold them, or they "
+                                     "could not be read"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status MaskExport::WriteFrame(const RunFolder& folder, const FrameLine& line) {
+  EGOSIEVE_ASSIGN_OR_RETURN(FrameMask mask, ReadFrameMask(folder, line, options_.mask));
+  EGOSIEVE_RETURN_IF_ERROR(coverage_.Add(line.index, mask.masked));
+  MaskedFrame frame;
+  frame.index = line.index;
+  frame.image = input_.frames->image_name(line.index);
+  frame.masked = mask.masked;
+  frame.numbers = mask.numbers;
+  std::string file;
+  if (line.index < static_cast<int64_t>(files_.size())) {
+    file = files_[line.index];
+    EGOSIEVE_ASSIGN_OR_RETURN(const StoredPicture picture, ReadStoredPicture(file));
+    frame.picture = picture.pixels;
+    frame.masked = TurnBack(mask.masked, picture.orientation);
+    if (!mask.numbers.empty()) frame.numbers = TurnBack(mask.numbers, picture.orientation);
+  } else if (!options_.frames.empty() || options_.format == MaskFormat::kGaussianSplatting) {
+    EGOSIEVE_ASSIGN_OR_RETURN(frame.picture, ReadVideoFrame(line));
+  }
+  if (!frame.picture.empty() && frame.picture.size() != frame.masked.size()) {
+    return absl::DataLossError(
+        absl::StrCat("frame ", line.index, " of ", input_.frames->description(),
+                     " is not what was segmented; give the same input with --input="));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(also_.AddTo(line.index, frame.masked));
+  if (options_.invert) frame.masked = frame.masked == 0;
+  EGOSIEVE_RETURN_IF_ERROR(writer_.Write(frame));
+  if (!options_.frames.empty()) {
+    EGOSIEVE_RETURN_IF_ERROR(WritePicture(frame.image, file, frame.picture));
+  }
+  masked_.insert(frame.image);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<cv::Mat3b> MaskExport::ReadVideoFrame(const FrameLine& line) {
+  vision::FrameSource& source = *input_.frames;
+  if (source.next_index() != line.index) {
+    EGOSIEVE_RETURN_IF_ERROR(AsInputError(source.SeekTo(line.index)));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const vision::FrameRead read, source.Next());
+  const vision::Frame* frame = std::get_if<vision::Frame>(&read);
+  return frame == nullptr ? cv::Mat3b(1, 1) : cv::Mat3b(frame->image);
+}
+
+// A picture's file as it is; a frame of a video as PNG.
+absl::Status MaskExport::WritePicture(const std::string& image, const std::string& path,
+                                      const cv::Mat& frame) {
+  const fs::path target = fs::path(options_.frames) / image;
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(target.parent_path().string()));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes,
+                            path.empty() ? EncodePng(frame) : ReadFile(path));
+  return WriteFileAtomically(target.string(), bytes);
+}
+
+}  // namespace egosieve::tools

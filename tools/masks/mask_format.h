@@ -1,0 +1,47 @@
+// The forms in which other programs read masks.
+//
+//   plain               NAME.png             255 moving, 0 static
+//   colmap              IMAGE.png            0 ignored, 255 used: ImageReader.mask_path
+//   nerfstudio          masks/IMAGE.png      as colmap; transforms.json: a copy with mask_path
+//   instant-ngp         dynamic_mask_NAME.png    255 ignored; to lie beside the pictures
+//   gaussian-splatting  IMAGE                the picture as PNG, alpha 0 where it is ignored
+//   davis               NAME.png             palette; the mover's number, 0 background
+//   coco                annotations.json     run lengths (run_length.h), track_id: the number
+//   mots                SEQ/NNNNNN.png, SEQ.txt    1000 class + number
+//
+// IMAGE is the picture's name relative to the input, folders kept; NAME the same without its
+// extension; SEQ the input's name. Pictures of a video are NNNNNN.png, from 000000.png on.
+#ifndef EGOSIEVE_TOOLS_MASKS_MASK_FORMAT_H_
+#define EGOSIEVE_TOOLS_MASKS_MASK_FORMAT_H_
+
+#include <string>
+
+#include "tools/cli/checks.h"
+
+namespace egosieve::tools {
+
+enum class MaskFormat {
+  kPlain,
+  kColmap,
+  kNerfstudio,
+  kInstantNgp,
+  kGaussianSplatting,
+  kDavis,
+  kCoco,
+  kMots,
+};
+
+const Words<MaskFormat>& MaskFormatWords();
+
+// Whether the movers keep their numbers, so that there is one mask for each of them.
+bool HasNumbers(MaskFormat format);
+// Whether the reader leaves masked pixels out of a scene, which the own vehicle is no part of.
+bool IsForScenes(MaskFormat format);
+
+// The file of an image, relative to the folder of the masks; empty for kCoco.
+std::string MaskFile(MaskFormat format, const std::string& image, int64_t index,
+                     const std::string& sequence);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_MASKS_MASK_FORMAT_H_

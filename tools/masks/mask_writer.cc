@@ -1,0 +1,142 @@
+#include "tools/masks/mask_writer.h"
+
+#include <filesystem>
+#include <opencv2/imgproc.hpp>
+#include <set>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "tools/masks/palette_png.h"
+#include "tools/masks/run_length.h"
+#include "tools/run_folder/atomic_file.h"
+#include "tools/run_folder/map_image.h"
+
+namespace egosieve::tools {
+namespace {
+
+// The one class of COCO and MOTS: what moves. In MOTS 1 is a car, 2 a pedestrian.
+constexpr int kClass = 1;
+constexpr int kMotsClassStep = 1000;
+constexpr int kMostMots = kMotsClassStep - 1;
+constexpr int kMostDavis = 254;  // 255 is void
+
+std::set<int> NumbersIn(const cv::Mat1w& numbers) {
+  std::set<int> found(numbers.begin(), numbers.end());
+  found.erase(0);
+  return found;
+}
+
+// The picture with an alpha channel, 0 where it is masked.
+cv::Mat WithAlpha(const cv::Mat3b& picture, const cv::Mat1b& masked) {
+  std::vector<cv::Mat> channels;
+  cv::split(picture, channels);
+  channels.push_back(masked == 0);
+  cv::Mat image;
+  cv::merge(channels, image);
+  return image;
+}
+
+}  // namespace
+
+absl::Status MaskWriter::Write(const MaskedFrame& frame) {
+  if (HasNumbers(format_)) EGOSIEVE_RETURN_IF_ERROR(CheckNumbers(frame));
+  cv::Mat image;
+  switch (format_) {
+    case MaskFormat::kCoco:
+      AddAnnotations(frame);
+      return absl::OkStatus();
+    case MaskFormat::kDavis: {
+      EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePalettePng(cv::Mat1b(frame.numbers)));
+      return WriteFile(frame, png);
+    }
+    case MaskFormat::kMots: {
+      AddRows(frame);
+      cv::Mat1w objects = frame.numbers + cv::Scalar(kMotsClassStep * kClass);
+      objects.setTo(0, frame.numbers == 0);
+      image = objects;
+      break;
+    }
+    case MaskFormat::kGaussianSplatting:
+      image = WithAlpha(frame.picture, frame.masked);
+      break;
+    case MaskFormat::kColmap:
+    case MaskFormat::kNerfstudio:
+      image = frame.masked == 0;
+      break;
+    case MaskFormat::kPlain:
+    case MaskFormat::kInstantNgp:
+      image = frame.masked;
+      break;
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePng(image));
+  return WriteFile(frame, png);
+}
+
+absl::Status MaskWriter::WriteFile(const MaskedFrame& frame, const std::string& bytes) const {
+  const std::filesystem::path path =
+      std::filesystem::path(folder_) / MaskFile(format_, frame.image, frame.index, sequence_);
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(path.parent_path().string()));
+  return WriteFileAtomically(path.string(), bytes);
+}
+
+absl::Status MaskWriter::CheckNumbers(const MaskedFrame& frame) const {
+  const int most = format_ == MaskFormat::kDavis  ? kMostDavis
+                   : format_ == MaskFormat::kMots ? kMostMots
+                                                  : UINT16_MAX;
+  double largest = 0.0;
+  cv::minMaxLoc(frame.numbers, nullptr, &largest);
+  if (largest <= most) return absl::OkStatus();
+  return absl::OutOfRangeError(absl::StrFormat(
+      "frame %d: mover %.0f, where the format has numbers up to %d; use --for=coco, or a shorter "
+      "run",
+      frame.index, largest, most));
+}
+
+void MaskWriter::AddAnnotations(const MaskedFrame& frame) {
+  const int64_t image_id = frame.index + 1;
+  images_.push_back({{"id", image_id},
+                     {"file_name", frame.image},
+                     {"width", frame.numbers.cols},
+                     {"height", frame.numbers.rows},
+                     {"frame_id", frame.index}});
+  for (const int number : NumbersIn(frame.numbers)) {
+    const cv::Mat1b mask = frame.numbers == number;
+    const cv::Rect box = cv::boundingRect(mask);
+    annotations_.push_back(
+        {{"id", annotations_.size() + 1},
+         {"image_id", image_id},
+         {"category_id", kClass},
+         {"track_id", number},
+         {"segmentation",
+          {{"size", {mask.rows, mask.cols}}, {"counts", RunLengthText(RunLengths(mask))}}},
+         {"area", cv::countNonZero(mask)},
+         {"bbox", {box.x, box.y, box.width, box.height}},
+         {"iscrowd", 0}});
+  }
+}
+
+void MaskWriter::AddRows(const MaskedFrame& frame) {
+  for (const int number : NumbersIn(frame.numbers)) {
+    absl::StrAppendFormat(&rows_, "%d %d %d %d %d %s\n", frame.index,
+                          kMotsClassStep * kClass + number, kClass, frame.numbers.rows,
+                          frame.numbers.cols, RunLengthText(RunLengths(frame.numbers == number)));
+  }
+}
+
+absl::Status MaskWriter::Finish() {
+  if (format_ == MaskFormat::kMots) {
+    return WriteFileAtomically(absl::StrCat(folder_, "/", sequence_, ".txt"), rows_);
+  }
+  if (format_ != MaskFormat::kCoco) return absl::OkStatus();
+  const nlohmann::ordered_json json = {
+      {"info", {{"description", "what moves by itself, by egosieve"}}},
+      {"categories", nlohmann::ordered_json::array(
+                         {{{"id", kClass}, {"name", "moving"}, {"supercategory", ""}}})},
+      {"images", images_},
+      {"annotations", annotations_}};
+  return WriteFileAtomically(absl::StrCat(folder_, "/annotations.json"), json.dump() + "\n");
+}
+
+}  // namespace egosieve::tools

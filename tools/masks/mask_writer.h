@@ -1,0 +1,51 @@
+// Writes masks in one of the formats of mask_format.h, frame by frame.
+#ifndef EGOSIEVE_TOOLS_MASKS_MASK_WRITER_H_
+#define EGOSIEVE_TOOLS_MASKS_MASK_WRITER_H_
+
+#include <cstdint>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "absl/status/status.h"
+#include "tools/masks/mask_format.h"
+
+namespace egosieve::tools {
+
+// Every picture as its file stores it.
+struct MaskedFrame {
+  int64_t index = 0;
+  std::string image;
+  cv::Mat1b masked;
+  cv::Mat1w numbers;  // of formats that have them
+  cv::Mat3b picture;  // of kGaussianSplatting
+};
+
+class MaskWriter {
+ public:
+  // sequence: of kMots, "0000" for example.
+  MaskWriter(MaskFormat format, std::string folder, std::string sequence)
+      : format_(format), folder_(std::move(folder)), sequence_(std::move(sequence)) {}
+
+  // OutOfRange where a number is larger than the format holds.
+  absl::Status Write(const MaskedFrame& frame);
+  // What belongs to all frames; transforms.json is not among it.
+  absl::Status Finish();
+
+ private:
+  absl::Status WriteFile(const MaskedFrame& frame, const std::string& bytes) const;
+  absl::Status CheckNumbers(const MaskedFrame& frame) const;
+  void AddAnnotations(const MaskedFrame& frame);
+  void AddRows(const MaskedFrame& frame);
+
+  MaskFormat format_;
+  std::string folder_, sequence_;
+  std::string rows_;                                                 // of kMots
+  nlohmann::ordered_json images_ = nlohmann::ordered_json::array();  // of kCoco
+  nlohmann::ordered_json annotations_ = nlohmann::ordered_json::array();
+};
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_MASKS_MASK_WRITER_H_

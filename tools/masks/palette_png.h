@@ -1,0 +1,17 @@
+// Labels as an 8-bit PNG with a palette, as DAVIS's and PASCAL VOC's readers want them: a pixel is
+// its label, 0 to 255; the colours are VOC's, which no reader needs.
+#ifndef EGOSIEVE_TOOLS_MASKS_PALETTE_PNG_H_
+#define EGOSIEVE_TOOLS_MASKS_PALETTE_PNG_H_
+
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "absl/status/statusor.h"
+
+namespace egosieve::tools {
+
+absl::StatusOr<std::string> EncodePalettePng(const cv::Mat1b& labels);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_MASKS_PALETTE_PNG_H_

@@ -1,0 +1,112 @@
+#include "tools/masks/transforms_file.h"
+
+#include <filesystem>
+
+#include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+#include "tools/masks/mask_format.h"
+#include "tools/run_folder/atomic_file.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr char kName[] = "transforms.json";
+
+absl::StatusOr<std::string> Find(const std::string& path, const std::string& input) {
+  std::error_code error;
+  const fs::path folder = fs::absolute(input).lexically_normal();
+  const fs::path given(path);
+  const std::vector<fs::path> candidates =
+      path.empty() ? std::vector<fs::path>{folder / kName, folder.parent_path() / kName}
+                   : std::vector<fs::path>{given, given / kName};
+  for (const fs::path& candidate : candidates) {
+    if (fs::is_regular_file(candidate, error)) return candidate.string();
+  }
+  return absl::NotFoundError(
+      absl::StrCat(path.empty() ? absl::StrCat("there is no ", kName, " in ", input, " or above it")
+                                : absl::StrCat("--transforms=", path, ": no such file"),
+                   "; give nerfstudio's, as ns-process-data writes it, to --transforms"));
+}
+
+// The image that the path's end names, longest name first; empty where there is none.
+std::string ImageOf(const fs::path& path, const std::set<std::string>& images) {
+  for (auto begin = path.begin(); begin != path.end(); ++begin) {
+    fs::path end;
+    for (auto part = begin; part != path.end(); ++part) end /= *part;
+    if (images.count(end.string()) > 0) return end.string();
+  }
+  return "";
+}
+
+}  // namespace
+
+absl::StatusOr<TransformsFile> TransformsFile::Read(const std::string& path,
+                                                    const std::string& input,
+                                                    const std::vector<std::string>& images) {
+  TransformsFile file;
+  EGOSIEVE_ASSIGN_OR_RETURN(file.path_, Find(path, input));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(file.path_));
+  file.json_ = Json::parse(text, nullptr, false);
+  const auto frames = file.json_.is_object() ? file.json_.find("frames") : file.json_.end();
+  if (!file.json_.is_object() || frames == file.json_.end() || !frames->is_array()) {
+    return absl::DataLossError(
+        absl::StrCat(file.path_, " is no transforms.json: it has no list of frames"));
+  }
+  const std::set<std::string> names(images.begin(), images.end());
+  for (const Json& frame : *frames) {
+    const std::string name =
+        frame.is_object() && frame.contains("file_path") && frame["file_path"].is_string()
+            ? frame["file_path"].get<std::string>()
+            : "";
+    file.images_.push_back(ImageOf(fs::path(name).lexically_normal(), names));
+    if (file.images_.back().empty()) {
+      return absl::DataLossError(absl::StrCat(file.path_, ": file_path '", name,
+                                              "' is no image of ", input,
+                                              "; give the images that it was made from"));
+    }
+  }
+  return file;
+}
+
+absl::StatusOr<int> TransformsFile::Write(const std::string& folder,
+                                          const std::set<std::string>& masked) const {
+  std::error_code error;
+  const fs::path here = fs::weakly_canonical(folder, error);
+  const fs::path there = fs::weakly_canonical(fs::path(path_).parent_path(), error);
+  const auto rebase = [&](Json& value) {
+    if (!value.is_string() || fs::path(value.get<std::string>()).is_absolute()) return;
+    value = (there / value.get<std::string>()).lexically_relative(here).string();
+  };
+  Json copy = json_;
+  for (const char* key : {"ply_file_path"}) {
+    if (copy.contains(key)) rebase(copy[key]);
+  }
+  for (const char* key : {"train_filenames", "val_filenames", "test_filenames"}) {
+    if (copy.contains(key) && copy[key].is_array()) {
+      for (Json& name : copy[key]) rebase(name);
+    }
+  }
+  Json frames = Json::array();
+  int left_out = 0;
+  for (size_t i = 0; i < images_.size(); ++i) {
+    if (masked.count(images_[i]) == 0) {
+      ++left_out;
+      continue;
+    }
+    Json frame = copy["frames"][i];
+    for (const char* key : {"file_path", "depth_file_path"}) {
+      if (frame.contains(key)) rebase(frame[key]);
+    }
+    frame["mask_path"] = MaskFile(MaskFormat::kNerfstudio, images_[i], 0, "");
+    frames.push_back(std::move(frame));
+  }
+  copy["frames"] = std::move(frames);
+  EGOSIEVE_RETURN_IF_ERROR(
+      WriteFileAtomically((fs::path(folder) / kName).string(), copy.dump(2) + "\n"));
+  return left_out;
+}
+
+}  // namespace egosieve::tools

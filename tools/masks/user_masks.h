@@ -1,0 +1,36 @@
+// The user's own masks, which are united with ours: what is not 0 is masked.
+#ifndef EGOSIEVE_TOOLS_MASKS_USER_MASKS_H_
+#define EGOSIEVE_TOOLS_MASKS_USER_MASKS_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+
+namespace egosieve::tools {
+
+class UserMasks {
+ public:
+  // path: a picture, which is the mask of every image, or a folder with IMAGE.png, NAME.png or
+  // IMAGE itself for some of them. NotFound where there is none of these; OutOfRange where the
+  // first one is not of `size`. An empty path: no masks.
+  static absl::StatusOr<UserMasks> Open(const std::string& path,
+                                        const std::vector<std::string>& images, cv::Size size);
+
+  // "3 of 10 images have no mask in DIR"; "" where all have one.
+  std::string Describe() const;
+
+  // Adds the image's own mask, where it has one. OutOfRange where that is of another size.
+  absl::Status AddTo(int64_t index, cv::Mat1b& masked) const;
+
+ private:
+  std::string folder_;
+  std::vector<std::string> paths_;  // by image; empty where it has none
+};
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_MASKS_USER_MASKS_H_
