@@ -22,8 +22,8 @@ namespace egosieve::tools {
 struct OverlayOptions {
   vision::ObjectThresholds objects;
   bool legend = true;
-  bool outlines_only = false;     // of movers: no fill
-  cv::Mat1b ignored;  // not 0: hatched instead of coloured; of the frame's size, or empty
+  bool outlines_only = false;  // of movers: no fill
+  cv::Mat1b ignored;           // not 0: hatched instead of coloured; of the frame's size, or empty
 };
 
 // frame: CV_8UC3, B G R; probability: of the same size, in [0, 1]. `caption` stands in the legend.

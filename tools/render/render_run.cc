@@ -46,8 +46,8 @@ absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
   with_ignored.ignored = cv::Mat1b::zeros(frame->image.size());
   if (ignored_.size() == frame->image.size()) ignored_.copyTo(with_ignored.ignored);
   for (const auto& [x, y, width, height] : line.own_car) {
-    with_ignored.ignored(cv::Rect(x, y, width, height) &
-                         cv::Rect({0, 0}, frame->image.size())) = 255;
+    with_ignored.ignored(cv::Rect(x, y, width, height) & cv::Rect({0, 0}, frame->image.size())) =
+        255;
   }
   const std::string caption =
       absl::StrFormat("frame %d  %.2f s%s", line.index, line.time_seconds,

@@ -201,8 +201,11 @@ void SegmentFlags::AddFlags(CLI::App& app) {
   AddWordFlag(app, "--features", features_, FeatureWords(), "Where labels come from");
   AddWordFlag(app, "--patch_search", patch_search_, SwitchWords(),
               "Search for the places that flow loses: small cars that cross");
-  AddWordFlag(app, "--motion_model", motion_model_, MotionModelWords(),
-              "What the camera's motion does to the static world's image");
+  AddWordFlag(
+      app, "--motion_model", motion_model_, MotionModelWords(),
+      "How the camera's motion is modelled; calibrated: rotation, translation and depths in "
+      "one likelihood, for which the focal length is learnt; auto: homography or "
+      "fundamental matrix, whichever explains a pair better");
   app.add_option("--focal_ratio", focal_ratio_,
                  "Focal length over the image's longer side, for the calibrated motion model; "
                  "learnt in a first pass over the drive where it is not given")

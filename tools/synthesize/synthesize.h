@@ -10,7 +10,8 @@
 //   scene.json          scenario, seed, intrinsics; per frame: time, pose, visible objects
 //
 // NNNNNN counts frames from 0. Each file is whole or absent, and scene.json is written last: a
-// folder without it was interrupted, and has the empty file `unfinished` instead. scene.json's fields, beside self-explaining ones:
+// folder without it was interrupted, and has the empty file `unfinished` instead. scene.json's
+// fields, beside self-explaining ones:
 //
 //   intrinsics          focal_pixels, centre_x, centre_y (pixel centres at integers), radial
 //   world_from_camera   3 rows of 4: X_world = R X_camera + centre; camera x right, y down,

@@ -60,7 +60,8 @@ struct FlowPair {
 absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second,
                                      FlowQuality quality);
 
-// Of the textured points of a grid, those that flow must follow for it to hold between two pictures.
+// Of the textured points of a grid, those that flow must follow for it to hold between two
+// pictures.
 inline constexpr double kFlowSuffices = 0.35;
 
 struct TrackedGrid {

@@ -22,8 +22,9 @@ bool HasImageExtension(const std::string& path);
 // for other types, naming the type.
 absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture);
 
-// Errors of kernels/files/atomic_file.h where it cannot be read; DataLoss, naming the file, where it is empty, cut short
-// or no picture. A PNG or JPEG that does not end as the format demands counts as cut short.
+// Errors of kernels/files/atomic_file.h where it cannot be read; DataLoss, naming the file, where
+// it is empty, cut short or no picture. A PNG or JPEG that does not end as the format demands
+// counts as cut short.
 absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path);
 
 // Whether an error is the machine's and not the file's: another attempt may succeed.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "vision/trajectory/ground_bound.h"
 
 namespace egosieve::vision {
 namespace {
@@ -20,7 +21,6 @@ constexpr float kDamping = 1.0F;                   // lambda, (grey levels per p
 constexpr double kNoise = 2.0;                     // grey levels; less contrast is blank
 constexpr double kChangingShare = 0.2;             // of the pictures show contrast: not blank
 constexpr int kClosing = 9;                        // pixels: gaps in what is fixed, changing digits
-constexpr double kForward = 0.7;                   // least part of a translation that is forward
 constexpr double kLeastBelow = 0.03;  // rays: nearer to the horizon the ground is too far
 constexpr size_t kFewestBelow = 20;   // points
 constexpr double kGroundShare = 0.3;  // of (OV3): traffic, which keeps up, and hills
@@ -105,11 +105,6 @@ Eigen::Vector3d TauOf(const TwoViewMotion& motion) {
   return motion.rotation.transpose() * motion.translation;
 }
 
-// How far below the point that the camera moves to; rays. Not above 0 where it does not move there.
-double Below(const Eigen::Vector3d& ray, const Eigen::Vector3d& tau) {
-  return std::abs(tau(2)) < kForward ? 0.0 : ray(1) - tau(1) / tau(2);
-}
-
 // (OV2) at a place of the whole picture; `scale`: pixels of the reduced picture in one of it.
 double EvidenceAt(const Eigen::Vector2d& place, const Eigen::Matrix2d& s, double scale,
                   const std::vector<PairWorld>& worlds, const Pinhole& camera,
@@ -125,7 +120,7 @@ double EvidenceAt(const Eigen::Vector2d& place, const Eigen::Matrix2d& s, double
     const Eigen::Vector2d w = scale * (camera.Project(turned) - place);
     const Eigen::Vector2d e =
         world.times * scale * camera.focal_pixels * (tau.head<2>() - tau(2) * ray.head<2>());
-    const double least = world.ground_slope * std::max(0.0, Below(ray, tau));
+    const double least = LeastInverseDepth(world.ground_slope, ray.head<2>(), tau);
     const double curvature = e.dot(s * e), slope = e.dot(s * w);
     const double r = curvature > 0.0 ? std::max(least, -slope / curvature) : least;
     const double cost = w.dot(s * w) + 2.0 * r * slope + r * r * curvature;
@@ -211,7 +206,7 @@ double LeastGroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion
   std::vector<double> slopes;
   for (const PointPair& pair : pairs) {
     const Eigen::Vector3d ray = camera.Ray(pair.x1, pair.y1);
-    const double below = Below(ray, tau);
+    const double below = Below(ray.head<2>(), tau);
     if (below < kLeastBelow) continue;
     const PairLikelihood likelihood = LikelihoodOf(motion, camera, pair);
     if (likelihood.log_static < likelihood.log_moving) continue;

@@ -21,21 +21,19 @@
 //      E = sum_k min(c, min_r |S^(1/2) (w_k + n_k r e_k)|^2 / (2 sigma^2))                  (OV2)
 //
 //    is the log likelihood ratio of "fixed" against "world". The candidate is own vehicle where
-//    E > least_evidence. Above the horizon r_k is 0. Below it nothing is farther than the ground,
-//
-//      r_k = g max(0, p_y - tau_y / tau_z),   g = share median(r / (p_y - tau_y / tau_z))   (OV3)
-//
-//    over the static points below the point that an upright camera moves to; g is 0 where it does
-//    not move forward.
+//    E > least_evidence. r_k is that of the ground (ground_bound.h, GB1). Its slope here is a third
+//    of the median over static points below the horizon, because the mode does not show between
+//    pictures so near in time.                                                              (OV3)
 //
 // 3. Patches of less than two windows are dropped. Blank parts that own vehicle and the image's
-// border enclose belong to it.
+//    border enclose belong to it.
 //
 // All this on pictures reduced to at most 640 pixels. Reference for the median of what is fixed:
 // Dekel, Rubinstein, Liu & Freeman (2017), on watermarks.
 #ifndef EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_H_
 #define EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_H_
 
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 

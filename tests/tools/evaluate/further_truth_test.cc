@@ -55,8 +55,9 @@ TEST(FurtherTruth, NothingIsScoredWhereNothingIsKnown) {
   ASSERT_TRUE(scores.ok()) << scores.status();
   EXPECT_TRUE(scores->empty());
   EXPECT_EQ(ToTable(*scores), "");
-  EXPECT_EQ(ScoreFurther(run.folder, {.boxes = "/nowhere.csv"}, {}).status().code(),
-            absl::StatusCode::kNotFound);
+  FurtherTruth gone;
+  gone.boxes = "/nowhere.csv";
+  EXPECT_EQ(ScoreFurther(run.folder, gone, {}).status().code(), absl::StatusCode::kNotFound);
 }
 
 // Frames of the fake run are 1/25 s apart. The estimate turns by 1 degree a frame about y where the

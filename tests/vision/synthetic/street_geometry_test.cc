@@ -139,7 +139,7 @@ TEST(Intrinsics, UndistortIsTheInverseOfProject) {
   for (const double radial : {-0.15, 0.0, 0.3}) {
     Intrinsics k{400.0, 319.5, 179.5, radial};
     ASSERT_TRUE(k.DistortsUpTo(370.0));
-    for (const Vector2d pixel : {Vector2d(0, 0), {639, 359}, {319.5, 179.5}, {100, 300}}) {
+    for (const Vector2d& pixel : {Vector2d(0, 0), {639, 359}, {319.5, 179.5}, {100, 300}}) {
       const Vector2d u = k.Undistort(pixel.x(), pixel.y());
       EXPECT_LT((k.Project(3.0 * u.homogeneous()) - pixel).norm(), 1e-9) << radial;
     }
@@ -170,7 +170,9 @@ TEST(Intrinsics, DistortedRaysMeetWhatPinholeRaysMeet) {
         const Sample a = caster.Cast(x, y), b = straight.Cast(pixel.x(), pixel.y());
         ++checked;
         EXPECT_EQ(a.object, b.object);
-        if (!std::isinf(a.depth())) EXPECT_NEAR(a.depth() / b.depth(), 1.0, 1e-6);
+        if (!std::isinf(a.depth())) {
+          EXPECT_NEAR(a.depth() / b.depth(), 1.0, 1e-6);
+        }
       }
     }
     EXPECT_GT(checked, 5000);
