@@ -18,7 +18,6 @@ constexpr int kWindow = 11;                        // pixels
 constexpr int kLeastArea = 2 * kWindow * kWindow;  // pixels, of a part of the own vehicle
 constexpr double kSmoothing = 1.0;                 // deviation of the Gaussian, pixels
 constexpr float kDamping = 1.0F;                   // lambda, (grey levels per pixel)^2
-constexpr double kNoise = 2.0;                     // grey levels; less contrast is blank
 constexpr double kChangingShare = 0.2;             // of the pictures show contrast: not blank
 constexpr int kClosing = 9;                        // pixels: gaps in what is fixed, changing digits
 constexpr double kLeastBelow = 0.03;  // rays: nearer to the horizon the ground is too far
@@ -83,9 +82,10 @@ void Vote(const Reference& m, const cv::Mat1f& picture, const OwnVehicleOptions&
   const cv::Mat1f im = Mean(picture.mul(m.values)) - mean.mul(m.mean);
   const cv::Mat1f ix = Mean(picture.mul(m.gx)) - mean.mul(m.mean_gx);
   const cv::Mat1f iy = Mean(picture.mul(m.gy)) - mean.mul(m.mean_gy);
+  const double least_variance = options.least_contrast * options.least_contrast;
   for (int y = 0; y < picture.rows; ++y) {
     for (int x = 0; x < picture.cols; ++x) {
-      votes.contrasting(y, x) += variance(y, x) > kNoise * kNoise;
+      votes.contrasting(y, x) += variance(y, x) >= least_variance;
       const double vm = m.variance(y, x), vi = variance(y, x), c = im(y, x);
       if (!(vm > 0.0 && vi > 0.0) || !(c >= options.least_correlation * std::sqrt(vm * vi))) {
         continue;
@@ -254,10 +254,10 @@ FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size imag
   places.s_yy = median.yy / trace;
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) {
-      if (median.variance(y, x) >= options.least_contrast * options.least_contrast &&
-          votes.agreeing(y, x) >= options.agreeing_share * count) {
+      const bool agrees = votes.agreeing(y, x) >= options.agreeing_share * count;
+      if (agrees && median.variance(y, x) >= options.least_contrast * options.least_contrast) {
         places.kind(y, x) = FixedPlaces::kFixed;
-      } else if (votes.contrasting(y, x) >= kChangingShare * count) {
+      } else if (!agrees && votes.contrasting(y, x) >= kChangingShare * count) {
         places.kind(y, x) = FixedPlaces::kChanging;
       }
     }

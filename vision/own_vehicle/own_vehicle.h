@@ -49,7 +49,7 @@ struct OwnVehicleOptions {
   double least_correlation = 0.6;   // in (0, 1)
   double most_shift_pixels = 0.3;   // of the reduced picture, also sigma; positive
   double agreeing_share = 0.8;      // in (0, 1]
-  double least_contrast = 2.5;      // standard deviation of M in the window, grey levels; positive
+  double least_contrast = 2.5;      // deviation in the window, grey levels; less is blank; positive
   double least_evidence = 12.0;     // positive
   double most_pair_evidence = 4.0;  // c, of one pair; positive
 

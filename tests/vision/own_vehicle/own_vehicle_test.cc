@@ -138,6 +138,21 @@ TEST(OwnVehicle, BlankPartsThatItEnclosesBelongToIt) {
   EXPECT_EQ(cv::countNonZero(own(sky)), 0);
 }
 
+TEST(OwnVehicle, ABlankBonnetIsFoundByItsEdge) {
+  std::vector<cv::Mat1b> pictures = Drive(20, 0.0);
+  const cv::Rect bonnet(0, 90, kWidth, 30);
+  cv::RNG noise(5);
+  for (cv::Mat1b& picture : pictures) {
+    cv::Mat1b grain(bonnet.size());
+    noise.fill(grain, cv::RNG::NORMAL, 30, 5);  // smoothed, below the least contrast
+    grain.copyTo(picture(bonnet));
+  }
+  const cv::Mat1b own = Prove(Find(pictures), Worlds(0.0, 0.2));
+  ASSERT_FALSE(own.empty());
+  EXPECT_GT(cv::countNonZero(own(bonnet)), 0.8 * bonnet.area());
+  EXPECT_LT(cv::countNonZero(own(cv::Rect(0, 0, kWidth, 80))), 0.01 * kWidth * 80);
+}
+
 TEST(OwnVehicle, OptionsNameWhatIsWrong) {
   OwnVehicleOptions options;
   options.agreeing_share = 1.5;
