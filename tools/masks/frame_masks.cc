@@ -20,16 +20,6 @@ absl::StatusOr<cv::Mat> ReadOfType(const std::string& path, int type, cv::Size s
       absl::StrCat(path, " is missing or damaged; run egosieve reconstruct again"));
 }
 
-// 255 where the frame shows the own vehicle or what the run ignores.
-cv::Mat1b OwnArea(const FrameLine& line, const cv::Mat1b& ignored) {
-  const cv::Size size(line.width_pixels, line.height_pixels);
-  cv::Mat1b area = ignored.size() == size ? ignored.clone() : cv::Mat1b(size, uint8_t{0});
-  for (const auto& [x, y, width, height] : line.own_car) {
-    area(cv::Rect(x, y, width, height) & cv::Rect({}, size)) = 255;
-  }
-  return area;
-}
-
 }  // namespace
 
 absl::Status FrameMaskOptions::Validate() const {
@@ -64,7 +54,7 @@ absl::StatusOr<FrameMask> ReadFrameMask(const RunFolder& folder, const FrameLine
     EGOSIEVE_ASSIGN_OR_RETURN(mask.masked, ReadOfType(path, CV_8UC1, size));
   }
   Dilate(options.dilate_pixels, mask.masked, mask.numbers);
-  const cv::Mat1b own = OwnArea(line, options.ignored);
+  const cv::Mat1b own = IgnoredIn(line, options.ignored);
   if (options.own_vehicle) {
     mask.masked.setTo(255, own);
   } else if (options.threshold) {  // reconstruct's masks are without it

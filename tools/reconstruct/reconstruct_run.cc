@@ -158,7 +158,7 @@ absl::StatusOr<vision::WindowFrame> ReconstructRun::ReadFrame(size_t i) {
   EGOSIEVE_ASSIGN_OR_RETURN(
       cv::Mat1f probability,
       InterpolateMap(*context_, GridOf(line, description_), maps.probability));
-  if (ignored_.size() == probability.size()) probability.setTo(0.0F, ignored_);
+  probability.setTo(0.0F, IgnoredIn(line, ignored_));
   return vision::MakeWindowFrame(line.time_seconds, frame->image, probability,
                                  has_map_of_its_own_[i]);
 }
@@ -193,14 +193,10 @@ absl::Status ReconstructRun::RunChunk(size_t begin, size_t end) {
   std::vector<FrameResult> results(refined.size());
   kernels::ParallelFor(static_cast<int64_t>(results.size()), [&](int64_t i) {
     const FrameLine& line = lines_[begin + i];
-    std::vector<cv::Rect> own_car;
-    for (const auto& [x, y, width, height] : line.own_car) {
-      own_car.emplace_back(x, y, width, height);
-    }
     results[i].index = line.index;
     results[i].time_seconds = line.time_seconds;
     results[i].probability = refined[i];
-    results[i].mask = vision::MaskOf(refined[i], options_.mask, own_car);
+    results[i].mask = vision::MaskOf(refined[i], options_.mask, IgnoredIn(line, ignored_));
   });
   std::vector<vision::TrackedFrame> tracked;
   for (size_t i = 0; i < results.size(); ++i) {

@@ -43,12 +43,7 @@ absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
                      " is not what was segmented; give the same input with --input="));
   }
   OverlayOptions with_ignored = options;
-  with_ignored.ignored = cv::Mat1b::zeros(frame->image.size());
-  if (ignored_.size() == frame->image.size()) ignored_.copyTo(with_ignored.ignored);
-  for (const auto& [x, y, width, height] : line.own_car) {
-    with_ignored.ignored(cv::Rect(x, y, width, height) & cv::Rect({0, 0}, frame->image.size())) =
-        255;
-  }
+  with_ignored.ignored = IgnoredIn(line, ignored_);
   const std::string caption =
       absl::StrFormat("frame %d  %.2f s%s", line.index, line.time_seconds,
                       line.outcome == FrameLine::Outcome::kLearnt ? "" : "  not learnt from");
@@ -65,7 +60,7 @@ absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
   EGOSIEVE_ASSIGN_OR_RETURN(
       cv::Mat1f probability,
       InterpolateMap(*context_, GridOf(line, description_), maps.probability));
-  if (ignored_.size() == probability.size()) probability.setTo(0.0F, ignored_);
+  probability.setTo(0.0F, with_ignored.ignored);
   return DrawOverlay(frame->image, probability, caption, with_ignored);
 }
 

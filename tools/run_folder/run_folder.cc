@@ -68,6 +68,15 @@ std::string AbsolutePath(const std::string& path) {
   return (normal.has_filename() ? normal : normal.parent_path()).string();
 }
 
+cv::Mat1b IgnoredIn(const FrameLine& line, const cv::Mat1b& ignored) {
+  const cv::Size size(line.width_pixels, line.height_pixels);
+  cv::Mat1b area = ignored.size() == size ? ignored.clone() : cv::Mat1b(size, uint8_t{0});
+  for (const auto& [x, y, width, height] : line.own_car) {
+    area(cv::Rect(x, y, width, height) & cv::Rect({}, size)) = 255;
+  }
+  return area;
+}
+
 kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& description) {
   return {line.width_pixels, line.height_pixels, description.grid.stride};
 }

@@ -44,6 +44,10 @@ std::string AbsolutePath(const std::string& path);
 // The grid of a frame's maps: the run's, but for the frame's own size.
 kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& description);
 
+// Where a frame shows what is not the world: 255, else 0; of the frame's size. `ignored` is the
+// run's ReadIgnoredArea(), the rest the frame's own.
+cv::Mat1b IgnoredIn(const FrameLine& line, const cv::Mat1b& ignored);
+
 class RunFolder {
  public:
   static constexpr char kOwnVehicle[] = "own_vehicle.png", kIgnored[] = "ignored.png";

@@ -33,16 +33,16 @@ void FillHoles(cv::Mat1b& mask) {
 }  // namespace
 
 cv::Mat1b MaskOf(const cv::Mat1f& probability, const ObjectThresholds& thresholds,
-                 const std::vector<cv::Rect>& excluded) {
+                 const cv::Mat1b& excluded) {
   cv::Mat1f p = probability;
   if (!excluded.empty()) {
     p = probability.clone();
-    for (const cv::Rect& area : excluded) p(area & cv::Rect(0, 0, p.cols, p.rows)) = 0.0f;
+    p.setTo(0.0F, excluded);
   }
   cv::Mat1b mask = NumberObjects(p >= thresholds.low, p >= thresholds.high) != 0;
   FillHoles(mask);
   cv::medianBlur(mask, mask, 2 * WorkingStep(mask.size()) + 1);
-  for (const cv::Rect& area : excluded) mask(area & cv::Rect(0, 0, p.cols, p.rows)) = 0;
+  if (!excluded.empty()) mask.setTo(0, excluded);
   return mask;
 }
 

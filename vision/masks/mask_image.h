@@ -17,10 +17,10 @@
 namespace egosieve::vision {
 
 // (I1), 255 where moving, after holes of fewer than a 2000th of the picture's pixels have been
-// filled. On davis-train the median changes J, F and T (0.821, 0.753, 0.042) to 0.821, 0.747,
-// 0.040. `excluded` (the own vehicle, pixels) is static whatever the map says.
+// filled. Where `excluded` (the own vehicle) is not 0 it is static whatever the map says; that is
+// of the map's size, or empty.
 cv::Mat1b MaskOf(const cv::Mat1f& probability, const ObjectThresholds& thresholds,
-                 const std::vector<cv::Rect>& excluded);
+                 const cv::Mat1b& excluded);
 
 // The mask at working resolution: its nearest pixels.
 cv::Mat1b SmallMask(const cv::Mat1b& mask, cv::Size size);

@@ -190,7 +190,9 @@ TEST(MaskOf, FillsHolesAndKeepsUnsurePixelsStatic) {
   p(cv::Rect(50, 50, 60, 60)) = 0.9f;
   p(cv::Rect(70, 70, 4, 4)) = 0.1f;
   p(cv::Rect(150, 150, 20, 20)) = 0.6f;
-  const cv::Mat1b mask = MaskOf(p, {0.5, 0.7}, {cv::Rect(100, 50, 10, 60)});
+  cv::Mat1b excluded = cv::Mat1b::zeros(p.size());
+  excluded(cv::Rect(100, 50, 10, 60)) = 255;
+  const cv::Mat1b mask = MaskOf(p, {0.5, 0.7}, excluded);
   EXPECT_EQ(cv::countNonZero(mask), 50 * 60 - 4);  // the median rounds corners off
   EXPECT_EQ(mask(72, 72), 255);
   EXPECT_EQ(mask(60, 105), 0);
