@@ -138,6 +138,15 @@ TEST(OwnVehicle, BlankPartsThatItEnclosesBelongToIt) {
   EXPECT_EQ(cv::countNonZero(own(sky)), 0);
 }
 
+TEST(OwnVehicle, APatchNotMuchLargerThanTheWindowIsChance) {
+  FixedPlaces places = AllFixed(Eigen::Vector2d(0, 1));
+  places.kind = FixedPlaces::kChanging;
+  places.kind(cv::Rect(70, 100, 14, 14)) = FixedPlaces::kFixed;
+  EXPECT_TRUE(Prove(places, Worlds(0.0, 0.2)).empty());
+  places.kind(cv::Rect(70, 90, 24, 24)) = FixedPlaces::kFixed;
+  EXPECT_FALSE(Prove(places, Worlds(0.0, 0.2)).empty());
+}
+
 TEST(OwnVehicle, ABlankBonnetIsFoundByItsEdge) {
   std::vector<cv::Mat1b> pictures = Drive(20, 0.0);
   const cv::Rect bonnet(0, 90, kWidth, 30);
