@@ -63,6 +63,7 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
         camera_, LearnRunCamera(*input.frames, {input.width_pixels, input.height_pixels}, options));
   }
   labeller.focal_ratio = camera_->focal_ratio;
+  labeller.travel = camera_->travel;
   if (!camera_->own_vehicle.empty()) {
     labeller.ignored =
         ignored_.empty() ? camera_->own_vehicle : cv::Mat1b(ignored_ | camera_->own_vehicle);

@@ -1,6 +1,7 @@
 #include "tools/segment/run_camera.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
@@ -16,6 +17,9 @@ namespace egosieve::tools {
 namespace {
 
 constexpr char kOwnVehicleShare[] = "own_vehicle_share";
+constexpr char kTravelDirection[] = "travel_direction";
+constexpr char kTravelConcentration[] = "travel_concentration";
+constexpr char kTravelShare[] = "travel_share";
 
 std::string PathIn(const std::string& directory) { return absl::StrCat(directory, "/camera.json"); }
 
@@ -23,11 +27,28 @@ std::string OwnVehicleIn(const std::string& directory) {
   return absl::StrCat(directory, "/", RunFolder::kOwnVehicle);
 }
 
-// The ratio comes from the text alone, so that a run that goes on has the bits of the first one.
+// Absent, wrong or of another kind: says nothing.
+vision::TravelPrior ParseTravel(const nlohmann::json& camera) {
+  vision::TravelPrior travel;
+  const auto direction = camera.find(kTravelDirection);
+  if (direction == camera.end() || !direction->is_array() || direction->size() != 3) return {};
+  for (int k = 0; k < 3; ++k) {
+    if (!(*direction)[k].is_number()) return {};
+    travel.direction(k) = (*direction)[k].get<double>();
+  }
+  travel.concentration = camera.value(kTravelConcentration, 0.0);
+  travel.share = camera.value(kTravelShare, 0.0);
+  const bool holds = std::abs(travel.direction.norm() - 1.0) < 1e-6 && travel.concentration > 0.0 &&
+                     travel.share >= 0.0 && travel.share < 1.0;
+  return holds ? travel : vision::TravelPrior();
+}
+
+// The numbers come from the text alone, so that a run that goes on has the bits of the first one.
 absl::StatusOr<RunCamera> Parse(std::string text) {
   EGOSIEVE_ASSIGN_OR_RETURN(const CameraTruth camera, ParseCamera(text));
   RunCamera run;
   run.focal_ratio = camera.focal_pixels / std::max(camera.width, camera.height);
+  run.travel = ParseTravel(nlohmann::json::parse(text));
   run.text = std::move(text);
   return run;
 }
@@ -46,7 +67,11 @@ absl::StatusOr<RunCamera> LearnRunCamera(vision::FrameSource& source, cv::Size s
       {"log_focal_deviation", camera.log_focal_deviation},
       {"pairs", camera.pair_count},
       {kOwnVehicleShare,
-       fits ? static_cast<double>(cv::countNonZero(camera.own_vehicle)) / size.area() : 0.0}};
+       fits ? static_cast<double>(cv::countNonZero(camera.own_vehicle)) / size.area() : 0.0},
+      {kTravelDirection,
+       {camera.travel.direction(0), camera.travel.direction(1), camera.travel.direction(2)}},
+      {kTravelConcentration, camera.travel.concentration},
+      {kTravelShare, camera.travel.share}};
   EGOSIEVE_ASSIGN_OR_RETURN(RunCamera run, Parse(json.dump(2) + "\n"));
   if (fits) run.own_vehicle = camera.own_vehicle;
   return run;

@@ -5,6 +5,7 @@
 //   focal_pixels, width, height
 //   log_focal_deviation, pairs     how sure the focal length is, and from how many pairs
 //   own_vehicle_share              of the image
+//   travel_direction, travel_concentration, travel_share      vision/trajectory/travel_prior.h
 // own_vehicle.png, where there is one: 255 own vehicle, 0 world.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_RUN_CAMERA_H_
 #define EGOSIEVE_TOOLS_SEGMENT_RUN_CAMERA_H_
@@ -17,13 +18,15 @@
 #include "absl/status/statusor.h"
 #include "vision/frame/frame_source.h"
 #include "vision/labelling/drive_camera.h"
+#include "vision/trajectory/travel_prior.h"
 
 namespace egosieve::tools {
 
 struct RunCamera {
   double focal_ratio = 0.0;  // over the longer side
-  cv::Mat1b own_vehicle;     // 255 where it is; empty: nowhere
-  std::string text;          // of camera.json
+  vision::TravelPrior travel;
+  cv::Mat1b own_vehicle;  // 255 where it is; empty: nowhere
+  std::string text;       // of camera.json
 };
 
 // `source`, of frames of the size given, is left at an undefined frame.

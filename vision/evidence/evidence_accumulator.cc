@@ -60,8 +60,19 @@ cv::Point2f PlaceOf(const Eigen::Vector2d& place) {
   return {static_cast<float>(place(0)), static_cast<float>(place(1))};
 }
 
-double LogRatioOf(const PairLikelihood& likelihood) {
-  return std::clamp(likelihood.log_moving - likelihood.log_static, -kMostLogRatio, kMostLogRatio);
+// log_moving - log_static of a pair under a calibrated motion; where both pictures are there, no
+// more than they say themselves.
+double CalibratedLogRatio(const TwoViewMotion& motion, const Pinhole& camera, const PointPair& pair,
+                          const PhotometricSupport* pictures) {
+  const PairLikelihood likelihood = LikelihoodOf(motion, camera, pair);
+  const double ratio =
+      std::clamp(likelihood.log_moving - likelihood.log_static, -kMostLogRatio, kMostLogRatio);
+  if (pictures == nullptr || ratio <= 0.0) return ratio;
+  const std::optional<double> seen =
+      pictures->LogRatioOnSegment({static_cast<float>(pair.x1), static_cast<float>(pair.y1)},
+                                  {static_cast<float>(pair.x2), static_cast<float>(pair.y2)},
+                                  PlaceOf(likelihood.farthest), PlaceOf(likelihood.nearest));
+  return std::min(ratio, seen.value_or(0.0));
 }
 
 // Nothing without both pictures.
@@ -73,7 +84,8 @@ std::optional<PhotometricSupport> PicturesOf(const EvidenceFrame& frame) {
     befores.push_back(point.before);
     nows.push_back(point.now);
   }
-  return PhotometricSupport(frame.grey_before, frame.grey, befores, nows);
+  return PhotometricSupport(frame.grey_before, frame.grey, befores, nows,
+                            frame.world ? frame.world->LineDeviationPixels() : 0.0);
 }
 
 absl::Status CheckFrame(const EvidenceFrame& frame, int64_t last_index) {
@@ -220,18 +232,14 @@ void EvidenceAccumulator::MeasureView(const EvidenceFrame& frame, const Evidence
       nows.push_back(frame.points[i].now);
       theres.push_back(view.places[i]);
     }
-    pictures.emplace(frame.grey, view.grey, nows, theres);
+    pictures.emplace(frame.grey, view.grey, nows, theres, view.motion.LineDeviationPixels());
   }
   ForEachPoint(frame.points.size(), [&](size_t i) {
     const cv::Point2f now = frame.points[i].now, there = view.places[i];
     if (!IsKnown(there)) return;
-    const PairLikelihood likelihood =
-        LikelihoodOf(view.motion, frame.camera, {now.x, now.y, there.x, there.y});
-    double ratio = LogRatioOf(likelihood);
-    if (pictures && ratio > 0.0) {
-      ratio = std::min(ratio,
-                       pictures->LogRatio(now, there, PlaceOf(likelihood.standing)).value_or(0.0));
-    }
+    const double ratio =
+        CalibratedLogRatio(view.motion, frame.camera, {now.x, now.y, there.x, there.y},
+                           pictures ? &*pictures : nullptr);
     std::optional<double>& sum = result.points[i].views_log_ratio;
     sum = sum.value_or(0.0) + ratio;
   });
@@ -248,38 +256,41 @@ void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& moti
     const EvidencePoint& point = frame.points[i];
     if (!IsKnown(point.now) || !IsKnown(point.before)) return;
     const PointPair pair = PairOf(point);
+    const auto set = [&](EvidenceTerm term, double ratio) {
+      result.points[i].log_ratio[static_cast<int>(term)] = ratio;
+      result.points[i].present[static_cast<int>(term)] = true;
+    };
     // `standing`: where the term would have a point that stands still.
-    const auto set = [&](EvidenceTerm term, double ratio, cv::Point2f standing) {
+    const auto set_supported = [&](EvidenceTerm term, double ratio, cv::Point2f standing) {
       if (pictures != nullptr && ratio > 0.0) {
         ratio =
             std::min(ratio, pictures->LogRatio(point.before, point.now, standing).value_or(0.0));
       }
-      result.points[i].log_ratio[static_cast<int>(term)] = ratio;
-      result.points[i].present[static_cast<int>(term)] = true;
+      set(term, ratio);
     };
     if (options_.epipolar && frame.world) {
-      const PairLikelihood likelihood = LikelihoodOf(*frame.world, motion.camera, pair);
-      set(EvidenceTerm::kEpipolar, LogRatioOf(likelihood), PlaceOf(likelihood.standing));
+      set(EvidenceTerm::kEpipolar, CalibratedLogRatio(*frame.world, motion.camera, pair, pictures));
     } else if (options_.epipolar) {
       const double residual =
           Residuals(motion.kind, motion.matrix, {pair}, EpipolarDistance::kSampson)[0];
-      set(EvidenceTerm::kEpipolar, DistanceLogRatio(residual / motion.noise_pixels),
-          StandingPlace(motion.kind, motion.matrix, pair));
+      set_supported(EvidenceTerm::kEpipolar, DistanceLogRatio(residual / motion.noise_pixels),
+                    StandingPlace(motion.kind, motion.matrix, pair));
     }
     if (options_.negative_depth && !frame.world) {
       const SignedFlow flow = MeasureSignedFlow(motion.camera, motion.pose, pair);
       if (flow.present) {
-        set(EvidenceTerm::kNegativeDepth, DepthLogRatio(flow.along_pixels / flow.deviation_pixels),
-            Back(point.now, flow.along_pixels, flow.direction));
+        set_supported(EvidenceTerm::kNegativeDepth,
+                      DepthLogRatio(flow.along_pixels / flow.deviation_pixels),
+                      Back(point.now, flow.along_pixels, flow.direction));
       }
     }
     if (options_.three_view && IsKnown(point.earlier)) {
       const ThreeViewResidual residual =
           MeasureThreeViews(motion.three_views, motion.camera, TripleOf(point));
       if (residual.present) {
-        set(EvidenceTerm::kThreeView,
-            DistanceLogRatio(residual.along_pixels / residual.deviation_pixels),
-            Back(point.now, residual.along_pixels, residual.direction));
+        set_supported(EvidenceTerm::kThreeView,
+                      DistanceLogRatio(residual.along_pixels / residual.deviation_pixels),
+                      Back(point.now, residual.along_pixels, residual.direction));
       }
     }
   };

@@ -12,6 +12,8 @@ namespace {
 
 constexpr double kNoiseFloorLevels = 1.5;
 constexpr double kIndependentShare = 0.25;  // kappa
+constexpr double kStepsPerPixel = 2.0;
+constexpr int kMostSteps = 400;
 
 // The patch around a place, sampled bilinearly, less its mean. False where it leaves the picture.
 bool Sample(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
@@ -35,12 +37,26 @@ bool Sample(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
   return true;
 }
 
+// Mean square of the gradient, central differences inside the patch; per pixel^2.
+double SquaredGradient(const Patch& patch) {
+  double sum = 0.0;
+  for (int y = 1; y + 1 < kPatchSide; ++y) {
+    for (int x = 1; x + 1 < kPatchSide; ++x) {
+      const int i = y * kPatchSide + x;
+      const float across = 0.5f * (patch[i + 1] - patch[i - 1]);
+      const float down = 0.5f * (patch[i + kPatchSide] - patch[i - kPatchSide]);
+      sum += across * across + down * down;
+    }
+  }
+  return sum / ((kPatchSide - 2) * (kPatchSide - 2));
+}
+
 }  // namespace
 
 PhotometricSupport::PhotometricSupport(cv::Mat before, cv::Mat now,
                                        const std::vector<cv::Point2f>& befores,
-                                       const std::vector<cv::Point2f>& nows)
-    : before_(std::move(before)), now_(std::move(now)) {
+                                       const std::vector<cv::Point2f>& nows, double place_pixels)
+    : before_(std::move(before)), now_(std::move(now)), place_pixels_(place_pixels) {
   std::vector<double> levels;
   Patch p, q;
   for (size_t i = 0; i < befores.size(); ++i) {
@@ -59,6 +75,29 @@ std::optional<double> PhotometricSupport::LogRatio(cv::Point2f before, cv::Point
                                                    cv::Point2f standing) const {
   const std::optional<double> ratio = SignedLogRatio(before, now, standing);
   return ratio ? std::max(0.0, *ratio) : ratio;
+}
+
+std::optional<double> PhotometricSupport::LogRatioOnSegment(cv::Point2f before, cv::Point2f now,
+                                                            cv::Point2f first,
+                                                            cv::Point2f last) const {
+  Patch p, q, s;
+  if (!Sample(before_, before, p) || !Sample(now_, now, q)) return std::nullopt;
+  const double found = SquaredDifference(p, q);
+  const double of_place = place_pixels_ * place_pixels_ * SquaredGradient(p);
+  const cv::Point2f way = last - first;
+  const int steps = std::clamp(
+      static_cast<int>(std::ceil(kStepsPerPixel * std::hypot(way.x, way.y))), 1, kMostSteps);
+  std::optional<double> least;
+  for (int k = 0; k <= steps && !(least && *least <= 0.0); ++k) {
+    const float share = static_cast<float>(k) / static_cast<float>(steps);
+    if (!Sample(now_, first + share * way, s)) continue;
+    const double still = SquaredDifference(p, s);
+    const double variance =
+        std::max(noise_levels_ * noise_levels_, std::min(found, still) / kPatchPixels) + of_place;
+    const double ratio = kIndependentShare * (still - found) / (2.0 * variance);
+    least = std::min(ratio, least.value_or(ratio));
+  }
+  return least ? std::max(0.0, *least) : least;
 }
 
 std::optional<double> PhotometricSupport::SignedLogRatio(cv::Point2f before, cv::Point2f now,

@@ -12,6 +12,16 @@
 // more for moving than l: where both places look alike, nothing was seen. sigma is the median of
 // sqrt(E_1 / N) over the points of the frame, at least the floor; kappa < 1 because neighbouring
 // pixels share their noise.
+//
+// Where the depth is not known, a static point can be anywhere on a segment of its epipolar line.
+// What slides along an edge, or looks like its surroundings, has a place there that fits as well:
+//
+//   l = max(0, min over S on the segment of kappa (E_0 - E_1) / (2 (v + sigma_p^2 G)))     (S2)
+//
+// with G the mean squared gradient of P and sigma_p the deviation of static points from their line:
+// a strong edge differs much from itself half a pixel further. The inverse depth's own probability
+// is left out, as is that of the motion: both are shared by a whole surface, not paid by each
+// point. It is a plane sweep of the places that seem to move.
 #ifndef EGOSIEVE_VISION_EVIDENCE_PHOTOMETRIC_SUPPORT_H_
 #define EGOSIEVE_VISION_EVIDENCE_PHOTOMETRIC_SUPPORT_H_
 
@@ -26,27 +36,36 @@ namespace egosieve::vision {
 class PhotometricSupport {
  public:
   // Two grey pictures, CV_8UC1 of one size; `befores` and `nows` are the points' places in them and
-  // set sigma.
+  // set sigma. place_pixels: sigma_p.
   PhotometricSupport(cv::Mat before, cv::Mat now, const std::vector<cv::Point2f>& befores,
-                     const std::vector<cv::Point2f>& nows);
+                     const std::vector<cv::Point2f>& nows, double place_pixels = 0.0);
 
   // (S1); nothing where a patch does not lie in its picture: then nothing was seen, either.
   std::optional<double> LogRatio(cv::Point2f before, cv::Point2f now, cv::Point2f standing) const;
+  // (S2), for S from `first` to `last` in steps of half a pixel, of the segment's part that lies in
+  // the picture.
+  std::optional<double> LogRatioOnSegment(cv::Point2f before, cv::Point2f now, cv::Point2f first,
+                                          cv::Point2f last) const;
   // The same without the bound at 0: below it the pictures prefer the place of standing still.
   std::optional<double> SignedLogRatio(cv::Point2f before, cv::Point2f now,
                                        cv::Point2f standing) const;
 
   // The two pictures exchanged.
-  PhotometricSupport Reversed() const { return PhotometricSupport(now_, before_, noise_levels_); }
+  PhotometricSupport Reversed() const {
+    return PhotometricSupport(now_, before_, noise_levels_, place_pixels_);
+  }
 
   double noise_levels() const { return noise_levels_; }
 
  private:
-  PhotometricSupport(cv::Mat before, cv::Mat now, double noise_levels)
-      : before_(std::move(before)), now_(std::move(now)), noise_levels_(noise_levels) {}
+  PhotometricSupport(cv::Mat before, cv::Mat now, double noise_levels, double place_pixels)
+      : before_(std::move(before)),
+        now_(std::move(now)),
+        noise_levels_(noise_levels),
+        place_pixels_(place_pixels) {}
 
   cv::Mat before_, now_;
-  double noise_levels_ = 0.0;
+  double noise_levels_ = 0.0, place_pixels_ = 0.0;
 };
 
 }  // namespace egosieve::vision

@@ -160,10 +160,15 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   if (drive.pairs.empty()) return camera;
   const Pinhole learnt = Pinhole::Of(drive.size, camera.focal_ratio * longer_side);
   std::vector<PairWorld> worlds;
+  std::vector<Eigen::Vector3d> directions;
   for (size_t k = 0; k < links_of.size(); ++k) {
     const TwoViewMotion motion = RefineTwoViewMotion(links_of[k], learnt, motions[k], {});
     worlds.push_back({motion, times_of[k], LeastGroundSlope(links_of[k], motion, learnt)});
+    if (motion.HasParallax()) {
+      directions.push_back(motion.rotation.transpose() * motion.translation);
+    }
   }
+  camera.travel = FitTravelPrior(directions);
   camera.own_vehicle = ProveOwnVehicle(fixed, worlds, learnt, options.own_vehicle);
   return camera;
 }

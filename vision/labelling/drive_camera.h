@@ -14,6 +14,7 @@
 #include "vision/frame/equalization.h"
 #include "vision/frame/frame_source.h"
 #include "vision/own_vehicle/own_vehicle.h"
+#include "vision/trajectory/travel_prior.h"
 
 namespace egosieve::vision {
 
@@ -21,7 +22,8 @@ struct DriveCamera {
   double focal_ratio = 0.0;          // focal length over the image's longer side
   double log_focal_deviation = 0.0;  // standard deviation of the focal length's logarithm
   int pair_count = 0;                // pairs of pictures that it rests on
-  cv::Mat1b own_vehicle;             // 255 where it is, else 0; empty: nowhere
+  TravelPrior travel;
+  cv::Mat1b own_vehicle;  // 255 where it is, else 0; empty: nowhere
 };
 
 struct DriveCameraOptions {

@@ -33,6 +33,12 @@ void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& result)
   result.reason = std::move(reason);
 }
 
+TwoViewMotionOptions MotionOptionsOf(const FrameLabellerOptions& options) {
+  TwoViewMotionOptions motion;
+  motion.travel = options.travel;
+  return motion;
+}
+
 cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
   cv::Matx33d result;
   for (int i = 0; i < 3; ++i) {
@@ -61,7 +67,7 @@ class FrameLabeller::Implementation {
   Implementation(const FrameLabellerOptions& options, EvidenceLabeller evidence)
       : options_(options),
         gathers_(!options.evidence.IsEpipolarAlone()),
-        pair_motions_(GridOptionsOf(options)),
+        pair_motions_(GridOptionsOf(options), MotionOptionsOf(options)),
         evidence_(std::move(evidence)) {}
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
@@ -172,7 +178,7 @@ absl::Status FrameLabeller::Implementation::Restore(absl::string_view bytes) {
   gap_ = state.gap;
   motion_ = std::move(state.motion);
   history_.clear();
-  pair_motions_ = PairMotions(GridOptionsOf(options_));
+  pair_motions_ = PairMotions(GridOptionsOf(options_), MotionOptionsOf(options_));
   return absl::OkStatus();
 }
 
@@ -356,7 +362,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   TwoViewMotion world;
   if (options_.IsCalibrated()) {
     Stopwatch watch;
-    world = EstimateTwoViewMotion(geometry, camera, {});
+    world = EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_));
     world.ground_slope = GroundSlope(geometry, world, camera);
     model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
     RecordMotion(model, result);

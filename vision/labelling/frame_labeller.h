@@ -39,6 +39,7 @@
 #include "vision/geometry/motion_model.h"
 #include "vision/labelling/evidence_terms.h"
 #include "vision/labelling/labelled_frame.h"
+#include "vision/trajectory/travel_prior.h"
 
 namespace egosieve::vision {
 
@@ -64,6 +65,7 @@ struct FrameLabellerOptions {
   MotionModelChoice motion_model = MotionModelChoice::kCalibrated;
   // Focal length over the image's longer side (drive_camera.h); 0: not known.
   double focal_ratio = 0.0;
+  TravelPrior travel;  // the drive's, where it is known (drive_camera.h)
   LabelRule label_rule = LabelRule::kScaledMedian;  // read where `evidence` is epipolar alone
   EvidenceTerms evidence;                           // needs LabelledSide::kCurrentFrame else
   LabelledSide labelled_side = LabelledSide::kCurrentFrame;

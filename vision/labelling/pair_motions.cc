@@ -91,7 +91,7 @@ TwoViewMotion PairMotions::Along(const ExtractedFrame& first, const ExtractedFra
         PlaceOfNode(static_cast<int>(n), links.nodes.width, options_.stride_pixels);
     pairs.push_back({node.x, node.y, places[n].x, places[n].y});
   }
-  known->second = EstimateTwoViewMotion(pairs, camera, {});
+  known->second = EstimateTwoViewMotion(pairs, camera, motion_options_);
   known->second.ground_slope = GroundSlope(pairs, known->second, camera);
   return known->second;
 }

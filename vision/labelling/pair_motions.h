@@ -64,8 +64,8 @@ class PairMotions {
  public:
   using Pictures = std::vector<const ExtractedFrame*>;  // of one size, in order
 
-  explicit PairMotions(const FlowGridOptions& options)
-      : options_(options), flows_(options.quality) {}
+  PairMotions(const FlowGridOptions& options, const TwoViewMotionOptions& motion_options)
+      : options_(options), motion_options_(motion_options), flows_(options.quality) {}
 
   FlowCache& flows() { return flows_; }
 
@@ -84,6 +84,7 @@ class PairMotions {
 
  private:
   FlowGridOptions options_;
+  TwoViewMotionOptions motion_options_;
   FlowCache flows_;
   std::map<std::pair<int64_t, int64_t>, TwoViewMotion> motions_;  // by first and last index
 };

@@ -22,7 +22,8 @@ using Eigen::Vector3d;
 using Vector5d = Eigen::Matrix<double, 5, 1>;
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
 
-constexpr double kShowing = 3.0;  // deviations of a parallax that shows
+constexpr double kRangeMeans = 12.0;  // of `nearest`: beyond it are 6 of a million static places
+constexpr double kShowing = 3.0;      // deviations of a parallax that shows
 constexpr size_t kFewestPairs = 20;
 // The exponential prior is no narrower than this share of sigma: a Gaussian then, in effect.
 constexpr double kLeastParallax = 0.02;
@@ -119,7 +120,7 @@ struct Pass {
   double static_sum = 0.0, parallax_sum = 0.0;
 };
 
-Pass Evaluate(const std::vector<RayPair>& pairs, const State& state) {
+Pass Evaluate(const std::vector<RayPair>& pairs, const TravelPrior& travel, const State& state) {
   Pass pass;
   const Eigen::Matrix<double, 3, 2> tangents = Tangents(state.tau);
   const double precision = 1.0 / (state.noise * state.noise);
@@ -143,7 +144,15 @@ Pass Evaluate(const std::vector<RayPair>& pairs, const State& state) {
     pass.normal +=
         weight * (terms.parallax.curvature * ds * ds.transpose() + precision * dc * dc.transpose());
   }
-  pass.score /= static_cast<double>(pairs.size());
+  const auto count = static_cast<double>(pairs.size());
+  pass.score /= count;
+  if (travel.IsKnown()) {
+    const double pull = travel.Membership(state.tau) * travel.concentration * count /
+                        TwoViewMotion::kIndependentPairs;
+    pass.score += travel.LogDensity(state.tau) / TwoViewMotion::kIndependentPairs;
+    pass.gradient.tail<2>() += pull * tangents.transpose() * travel.direction;
+    pass.normal.diagonal().tail<2>().array() += pull;
+  }
   return pass;
 }
 
@@ -162,9 +171,10 @@ void UpdateMixture(const Pass& pass, size_t count, State& state) {
 }
 
 // Damped steps; gives up where damping does not help.
-void Climb(const std::vector<RayPair>& pairs, int iterations, State& state) {
+void Climb(const std::vector<RayPair>& pairs, const TravelPrior& travel, int iterations,
+           State& state) {
   double damping = 1e-4;
-  Pass pass = Evaluate(pairs, state);
+  Pass pass = Evaluate(pairs, travel, state);
   for (int k = 0; k < iterations; ++k) {
     Matrix5d normal = pass.normal;
     normal.diagonal() *= 1.0 + damping;
@@ -172,7 +182,7 @@ void Climb(const std::vector<RayPair>& pairs, int iterations, State& state) {
     State next = state;
     Apply(normal.ldlt().solve(pass.gradient), next);
     UpdateMixture(pass, pairs.size(), next);
-    const Pass next_pass = Evaluate(pairs, next);
+    const Pass next_pass = Evaluate(pairs, travel, next);
     if (!(next_pass.score > pass.score)) {
       damping = std::max(damping * 10.0, 1e-2);
       if (damping > 1e3) break;
@@ -257,7 +267,8 @@ Vector3d Direction(int k, int n) {
   return {radius * std::cos(angle), radius * std::sin(angle), z};
 }
 
-std::vector<State> Search(const std::vector<RayPair>& pairs, double noise, int directions) {
+std::vector<State> Search(const std::vector<RayPair>& pairs, double noise, int directions,
+                          const TravelPrior& travel) {
   State start;
   const double scale = FitRotation(pairs, noise, start.rotation);
   std::vector<double> lengths;
@@ -272,10 +283,10 @@ std::vector<State> Search(const std::vector<RayPair>& pairs, double noise, int d
   std::vector<RayPair> coarse;
   for (size_t i = 0; i < pairs.size(); i += kSearchEvery) coarse.push_back(pairs[i]);
   std::vector<State> states;
-  for (int k = 0; k < directions; ++k) {
+  for (int k = travel.IsKnown() ? -1 : 0; k < directions; ++k) {
     State state = start;
-    state.tau = Direction(k, directions);
-    Climb(coarse, kSearchIterations, state);
+    state.tau = k < 0 ? travel.direction : Direction(k, directions);
+    Climb(coarse, travel, kSearchIterations, state);
     states.push_back(state);
   }
   return states;
@@ -299,11 +310,11 @@ std::vector<State> BestApart(std::vector<State> states, int count) {
 void Converge(const std::vector<RayPair>& pairs, const Pinhole& camera,
               const TwoViewMotionOptions& options, State& state) {
   for (int round = 0; round < 3; ++round) {
-    Climb(pairs, options.iterations, state);
+    Climb(pairs, options.travel, options.iterations, state);
     UpdateScales(pairs, options.noise_floor_pixels / camera.focal_pixels,
                  options.most_noise_pixels / camera.focal_pixels, state);
   }
-  Climb(pairs, options.iterations, state);
+  Climb(pairs, options.travel, options.iterations, state);
 }
 
 TwoViewMotion MotionOf(const std::vector<RayPair>& pairs, const Pinhole& camera,
@@ -328,7 +339,7 @@ TwoViewMotion MotionOf(const std::vector<RayPair>& pairs, const Pinhole& camera,
     std::nth_element(parallaxes.begin(), middle, parallaxes.end());
     motion.parallax_pixels = *middle * camera.focal_pixels;
   }
-  Matrix5d normal = Evaluate(pairs, state).normal;
+  Matrix5d normal = Evaluate(pairs, {}, state).normal;
   normal.diagonal().array() += 1e-9 * (1.0 + normal.diagonal().maxCoeff());
   // w of R exp(w), turned into w of exp(w) R.
   const Matrix3d covariance = normal.inverse().topLeftCorner<3, 3>();
@@ -372,8 +383,8 @@ TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const P
                                     const TwoViewMotionOptions& options) {
   if (pairs.size() < kFewestPairs) return {};
   const std::vector<RayPair> rays = Sample(pairs, camera, options.max_pairs);
-  std::vector<State> states =
-      Search(rays, options.start_noise_pixels / camera.focal_pixels, options.directions);
+  std::vector<State> states = Search(rays, options.start_noise_pixels / camera.focal_pixels,
+                                     options.directions, options.travel);
   states = BestApart(std::move(states), options.refined);
   for (State& state : states) Converge(rays, camera, options, state);
   const auto best =
@@ -448,9 +459,12 @@ PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,
   likelihood.log_moving = terms.log_moving;
   likelihood.along = terms.s;
   likelihood.across = terms.c;
-  // The same parallax along the line, none across and none negative, turned back.
-  const Vector2d there = rays.p + std::max(terms.s, least * terms.length) * terms.u;
-  likelihood.standing = camera.Project(motion.rotation * Vector3d(there(0), there(1), 1.0));
+  const auto turned = [&](double parallax) {
+    const Vector2d there = rays.p + parallax * terms.u;
+    return camera.Project(motion.rotation * Vector3d(there(0), there(1), 1.0));
+  };
+  likelihood.farthest = turned(least * terms.length);
+  likelihood.nearest = turned((least + kRangeMeans * state.mean) * terms.length);
   return likelihood;
 }
 

@@ -11,6 +11,8 @@
 namespace egosieve::vision {
 namespace {
 
+using Places = std::vector<cv::Point2f>;
+
 constexpr int kSide = 64;
 
 // Smooth random texture on the left half, one grey level on the right.
@@ -79,9 +81,48 @@ TEST(PhotometricSupport, NoiseIsThatOfTheFrame) {
   EXPECT_NEAR(support.noise_levels(), 5.77, 0.6);
 }
 
+// A vertical edge that moves to the right looks the same wherever along it one looks.
+TEST(PhotometricSupport, WhatSlidesAlongAnEdgeFitsSomewhereOnTheSegment) {
+  cv::Mat before(kSide, kSide, CV_8UC1, cv::Scalar(40));
+  before.colRange(30, kSide).setTo(200);
+  cv::GaussianBlur(before, before, {5, 5}, 1.0);
+  const cv::Mat now = Shifted(before, 4);
+  const std::vector<cv::Point2f> places = {{30, 40}}, there = {{34, 28}};
+  const PhotometricSupport support(before, now, places, there);
+  // Found 12 pixels up the edge; standing still it would be on a line that crosses the edge.
+  EXPECT_GT(*support.LogRatio({30, 40}, {34, 28}, {30, 40}), 20.0);
+  EXPECT_LT(*support.LogRatioOnSegment({30, 40}, {34, 28}, {30, 40}, {38, 36}), 0.1);
+  // A line that the edge does not come to.
+  EXPECT_GT(*support.LogRatioOnSegment({30, 40}, {34, 28}, {30, 40}, {26, 38}), 20.0);
+}
+
+// Half a step beside a strong edge is no evidence where the line is not known better.
+TEST(PhotometricSupport, AnUncertainLineAllowsForStrongEdges) {
+  const cv::Mat before = HalfTextured(), now = Shifted(before, 3);
+  const std::vector<cv::Point2f> places = {{12, 30}}, there = {{15, 30}};
+  const PhotometricSupport sure(before, now, places, there);
+  const PhotometricSupport unsure(before, now, places, there, 0.5);
+  const cv::Point2f first(15.0f, 30.6f), last(16.0f, 30.6f);
+  const double of_sure = *sure.LogRatioOnSegment({12, 30}, {15, 30}, first, last);
+  const double of_unsure = *unsure.LogRatioOnSegment({12, 30}, {15, 30}, first, last);
+  EXPECT_GT(of_sure, 20.0);
+  // 0.6 px off with a deviation of 0.5: kappa N / 2 (0.6 / 0.5)^2 at most, and half of it since
+  // only one of the two axes is off.
+  EXPECT_LT(of_unsure, 0.25 * 49.0 / 2.0 * 1.44);
+}
+
+TEST(PhotometricSupport, ASegmentIsSearchedAsFarAsItIsInThePicture) {
+  const cv::Mat before = HalfTextured(), now = Shifted(before, 3);
+  const PhotometricSupport support(before, now, {{12, 30}}, {{15, 30}});
+  EXPECT_EQ(*support.LogRatioOnSegment({12, 30}, {12, 30}, {15, 30}, {-100, 30}), 0.0);
+  EXPECT_FALSE(support.LogRatioOnSegment({12, 30}, {15, 30}, {-20, 30}, {-10, 30}).has_value());
+  EXPECT_FALSE(support.LogRatioOnSegment({2, 30}, {15, 30}, {15, 30}, {16, 30}).has_value());
+  EXPECT_FALSE(support.LogRatioOnSegment({12, 30}, {15, 30}, {NAN, 30}, {NAN, 31}).has_value());
+}
+
 TEST(PhotometricSupport, NothingWhereAPatchLeavesThePicture) {
   const cv::Mat picture = HalfTextured();
-  const PhotometricSupport support(picture, picture, {}, {});
+  const PhotometricSupport support(picture, picture, Places(), Places());
   EXPECT_FALSE(support.LogRatio({2, 30}, {15, 30}, {15, 30}).has_value());
   EXPECT_FALSE(support.LogRatio({15, 30}, {15, 62}, {15, 30}).has_value());
   EXPECT_FALSE(support.LogRatio({15, 30}, {15, 30}, {NAN, 30}).has_value());

@@ -41,7 +41,7 @@ int NodeNear(const GridLinks& links, double x, double y, int stride) {
 
 TEST(PairMotions, FollowsOverOnePictureAndOverSeveral) {
   FlowGridOptions options;
-  PairMotions motions(options);
+  PairMotions motions(options, {});
   const auto a = PictureOf(0, 4), b = PictureOf(1, 4), c = PictureOf(2, 4);
   const GridLinks links = *motions.Follow({a.get(), b.get(), c.get()});
   ASSERT_FALSE(links.empty());
@@ -60,7 +60,7 @@ TEST(PairMotions, FollowsOverOnePictureAndOverSeveral) {
 TEST(PairMotions, BetweenIsTheNearMotion) {
   const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
   const auto a = PictureOf(0, 4), b = PictureOf(1, 4), c = PictureOf(2, 4);
-  PairMotions cached{FlowGridOptions()}, afresh{FlowGridOptions()};
+  PairMotions cached({}, {}), afresh({}, {});
   const Outlook outlook = *LookAhead(*a, {b, c}, camera, cached);
   ASSERT_NE(outlook.near.frame, nullptr);
   EXPECT_EQ(outlook.near.frame, b.get());
@@ -75,7 +75,7 @@ TEST(PairMotions, BetweenIsTheNearMotion) {
 
 TEST(LookAhead, PassesOverRepeatedPicturesAndStopsAtAnotherSize) {
   const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
-  PairMotions motions{FlowGridOptions()};
+  PairMotions motions({}, {});
   const auto a = PictureOf(0, 4), same = PictureOf(0, 4), b = PictureOf(1, 4);
   same->frame.index = 7;
   b->frame.index = 8;
@@ -89,7 +89,7 @@ TEST(LookAhead, PassesOverRepeatedPicturesAndStopsAtAnotherSize) {
 
 TEST(LookAhead, AnotherSceneSaysNothing) {
   const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
-  PairMotions motions{FlowGridOptions()};
+  PairMotions motions({}, {});
   const auto a = PictureOf(0, 4), cut = PictureOf(1, 4);
   cv::RNG random(9);
   random.fill(cut->grey, cv::RNG::UNIFORM, 0, 256);

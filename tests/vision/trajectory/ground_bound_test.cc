@@ -69,7 +69,7 @@ TEST(GroundBound, WhatKeepsItsDistanceAheadMoves) {
   motion.ground_slope = kSlope;
   const PairLikelihood bound = LikelihoodOf(motion, camera, ahead);
   EXPECT_LT(bound.log_static, bound.log_moving - 5.0);
-  EXPECT_GT(bound.standing(1), ahead.y2 + 1.0);  // a static place would have come nearer
+  EXPECT_GT(bound.farthest(1), ahead.y2 + 1.0);  // a static place would have come nearer
   // Above the horizon nothing changes.
   const PointPair sky{380.0, 60.0, 380.0, 60.0};
   EXPECT_GT(LikelihoodOf(motion, camera, sky).log_static,

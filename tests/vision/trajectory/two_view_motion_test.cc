@@ -89,6 +89,44 @@ TEST(TwoViewMotion, InverseIsTheMotionBack) {
   EXPECT_GT(inverse.translation.dot(back.translation), std::cos(1.0 / kDegrees));
 }
 
+// Traffic that crosses as one body and is nearly half of what is seen is taken for the world,
+// unless the drive has said where the camera travels.
+TEST(TwoViewMotion, TheDrivesDirectionDecidesWhereTrafficIsTakenForTheWorld) {
+  StreetOptions options;
+  options.noise_pixels = 0.25;
+  options.mover_count = 550;
+  options.mover_travel = {0.8, 0.0, 0.0};
+  const PointStreet street(options);
+  const Eigen::Vector3d travel = -options.travel.normalized();
+  const auto direction = [](const TwoViewMotion& motion) {
+    return Eigen::Vector3d(motion.rotation.transpose() * motion.translation);
+  };
+  TwoViewMotionOptions known;
+  const TwoViewMotion alone = EstimateTwoViewMotion(street.Pairs(0, 2), street.camera(), known);
+  known.travel.direction = travel;
+  known.travel.concentration = 400.0;
+  known.travel.share = 0.8;
+  const TwoViewMotion told = EstimateTwoViewMotion(street.Pairs(0, 2), street.camera(), known);
+  ASSERT_TRUE(alone.found && told.found);
+  EXPECT_LT(direction(alone).dot(travel), std::cos(10.0 / kDegrees));
+  EXPECT_GT(direction(told).dot(travel), std::cos(3.0 / kDegrees));
+}
+
+// A prior that is wrong does not win against a picture that is clear.
+TEST(TwoViewMotion, AWrongDirectionIsOverruled) {
+  StreetOptions options;
+  options.noise_pixels = 0.25;
+  const PointStreet street(options);
+  TwoViewMotionOptions wrong;
+  wrong.travel.direction = Eigen::Vector3d::UnitX();
+  wrong.travel.concentration = 400.0;
+  wrong.travel.share = 0.8;
+  const TwoViewMotion motion = EstimateTwoViewMotion(street.Pairs(0, 2), street.camera(), wrong);
+  ASSERT_TRUE(motion.found);
+  const Eigen::Vector3d travel = -(street.RotationBetween(0, 2) * options.travel).normalized();
+  EXPECT_LT(std::acos(motion.translation.dot(travel)) * kDegrees, 1.0);
+}
+
 TEST(TwoViewMotion, FewPairsGiveNone) {
   const PointStreet street({});
   std::vector<PointPair> pairs = street.Pairs(0, 1);
