@@ -27,6 +27,24 @@ def bazel_repositories():
         path = "/usr/share/bazel/platforms",
     )
 
+def _debian_python(context):
+    version = "python{}.{}".format(*_run(context, ["/usr/bin/python3", "-c", "import sys; print(*sys.version_info[:2])"]).split(" "))
+    context.symlink("/usr/include/" + version, "include")
+    context.file("name", version + "\n", executable = False)
+    context.symlink(Label("//third_party:python.BUILD"), "BUILD")
+
+def _run(context, command):
+    result = context.execute(command)
+    if result.return_code != 0:
+        fail("{}: {}".format(" ".join(command), result.stderr))
+    return result.stdout.strip()
+
+# The system's own Python, whichever version that is: its headers, and `name`, a file that says "python3.11".
+debian_python = repository_rule(
+    implementation = _debian_python,
+    local = True,
+)
+
 def debian_libraries():
     """Libraries whose headers are not on the compiler's default path."""
     native.new_local_repository(
@@ -44,8 +62,4 @@ def debian_libraries():
         build_file = "//third_party:dygraphs.BUILD",
         path = "/usr/share/javascript/dygraphs",
     )
-    native.new_local_repository(
-        name = "debian_python",
-        build_file = "//third_party:python.BUILD",
-        path = "/usr/include/python3.11",
-    )
+    debian_python(name = "debian_python")
