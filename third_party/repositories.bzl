@@ -27,6 +27,40 @@ def bazel_repositories():
         path = "/usr/share/bazel/platforms",
     )
 
+# Those that a version lacks are parts of others there.
+_ABSEIL_LIBRARIES = [
+    "status",
+    "statusor",
+    "strings",
+    "string_view",
+    "str_format_internal",
+    "cord",
+    "synchronization",
+    "time",
+    "hash",
+    "raw_hash_set",
+    "int128",
+    "base",
+    "throw_delegate",
+    "raw_logging_internal",
+]
+
+def _debian_abseil(context):
+    present = [
+        name
+        for name in _ABSEIL_LIBRARIES
+        if context.execute(["pkg-config", "--exists", "absl_" + name]).return_code == 0
+    ]
+    if not present:
+        fail("pkg-config knows no Abseil; install pkg-config and libabsl-dev")
+    context.file("BUILD")
+    context.file("linkopts.bzl", "ABSEIL_LINKOPTS = {}\n".format(["-labsl_" + name for name in present]))
+
+debian_abseil = repository_rule(
+    implementation = _debian_abseil,
+    local = True,
+)
+
 def _debian_python(context):
     version = "python{}.{}".format(*_run(context, ["/usr/bin/python3", "-c", "import sys; print(*sys.version_info[:2])"]).split(" "))
     context.symlink("/usr/include/" + version, "include")
@@ -62,4 +96,5 @@ def debian_libraries():
         build_file = "//third_party:dygraphs.BUILD",
         path = "/usr/share/javascript/dygraphs",
     )
+    debian_abseil(name = "debian_abseil")
     debian_python(name = "debian_python")
