@@ -27,6 +27,58 @@ def bazel_repositories():
         path = "/usr/share/bazel/platforms",
     )
 
+# Those that a version lacks are parts of others there.
+_ABSEIL_LIBRARIES = [
+    "status",
+    "statusor",
+    "strings",
+    "string_view",
+    "str_format_internal",
+    "cord",
+    "synchronization",
+    "time",
+    "hash",
+    "raw_hash_set",
+    "int128",
+    "base",
+    "throw_delegate",
+    "raw_logging_internal",
+]
+
+def _debian_abseil(context):
+    present = [
+        name
+        for name in _ABSEIL_LIBRARIES
+        if context.execute(["pkg-config", "--exists", "absl_" + name]).return_code == 0
+    ]
+    if not present:
+        fail("pkg-config knows no Abseil; install pkg-config and libabsl-dev")
+    context.file("BUILD")
+    context.file("linkopts.bzl", "ABSEIL_LINKOPTS = {}\n".format(["-labsl_" + name for name in present]))
+
+debian_abseil = repository_rule(
+    implementation = _debian_abseil,
+    local = True,
+)
+
+def _debian_python(context):
+    version = "python{}.{}".format(*_run(context, ["/usr/bin/python3", "-c", "import sys; print(*sys.version_info[:2])"]).split(" "))
+    context.symlink("/usr/include/" + version, "include")
+    context.file("name", version + "\n", executable = False)
+    context.symlink(Label("//third_party:python.BUILD"), "BUILD")
+
+def _run(context, command):
+    result = context.execute(command)
+    if result.return_code != 0:
+        fail("{}: {}".format(" ".join(command), result.stderr))
+    return result.stdout.strip()
+
+# The system's own Python, whichever version that is: its headers, and `name`, a file that says "python3.11".
+debian_python = repository_rule(
+    implementation = _debian_python,
+    local = True,
+)
+
 def debian_libraries():
     """Libraries whose headers are not on the compiler's default path."""
     native.new_local_repository(
@@ -44,8 +96,5 @@ def debian_libraries():
         build_file = "//third_party:dygraphs.BUILD",
         path = "/usr/share/javascript/dygraphs",
     )
-    native.new_local_repository(
-        name = "debian_python",
-        build_file = "//third_party:python.BUILD",
-        path = "/usr/include/python3.11",
-    )
+    debian_abseil(name = "debian_abseil")
+    debian_python(name = "debian_python")

@@ -84,7 +84,7 @@ def install_egosieve():
     prefix = CACHE / "installed"
     say("installing egosieve")
     subprocess.run([str(ROOT / "run"), "install", f"--prefix={prefix}"], check=True, stdout=subprocess.DEVNULL)
-    return prefix / "lib/python3.11/site-packages"
+    return next(prefix.glob("lib/python3.*/site-packages"))
 
 
 class Worker:

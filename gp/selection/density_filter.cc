@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <utility>
 
 #include "absl/status/status.h"
 #include "gp/selection/labelled_points.h"
@@ -30,6 +29,32 @@ absl::Status Check(ConstMatrixView<T> inputs, absl::Span<const double> labels,
   return absl::OkStatus();
 }
 
+// What the tree finds around row i drops rows of i's side. A point kept earlier would have dropped
+// i were they close and of one side: all that are found come later.
+class Dropper {
+ public:
+  using DistanceType = double;
+  Dropper(absl::Span<const double> labels, double squared_radius, std::vector<bool>& dropped)
+      : labels_(labels), squared_radius_(squared_radius), dropped_(dropped) {}
+  void StartAt(int64_t i) { i_ = i; }
+  bool addPoint(double squared_distance, size_t j) {
+    if (squared_distance < squared_radius_ && static_cast<int64_t>(j) != i_ &&
+        (labels_[j] >= 0.5) == (labels_[i_] >= 0.5)) {
+      dropped_[j] = true;
+    }
+    return true;
+  }
+  double worstDist() const { return squared_radius_; }
+  bool full() const { return true; }
+  void sort() {}
+
+ private:
+  absl::Span<const double> labels_;
+  double squared_radius_;
+  std::vector<bool>& dropped_;
+  int64_t i_ = 0;
+};
+
 template <typename T>
 absl::StatusOr<std::vector<int64_t>> Filter(ConstMatrixView<T> inputs,
                                             absl::Span<const double> labels,
@@ -46,21 +71,13 @@ absl::StatusOr<std::vector<int64_t>> Filter(ConstMatrixView<T> inputs,
   if (options.radius > 0.0 && n > 1) {
     const PointCloud<T> cloud{inputs};
     const PointTree<T> tree(inputs.cols, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(10));
-    std::vector<std::pair<size_t, double>> neighbours;
+    Dropper dropper(labels, options.radius * options.radius, dropped);
     std::vector<double> query(inputs.cols);
-    nanoflann::SearchParams unsorted;
-    unsorted.sorted = false;
     for (const int64_t i : sequence) {
       if (dropped[i]) continue;
       std::copy(inputs.row(i), inputs.row(i) + inputs.cols, query.begin());
-      tree.radiusSearch(query.data(), options.radius * options.radius, neighbours, unsorted);
-      for (const auto& [j, squared_distance] : neighbours) {
-        // A point kept earlier would have dropped i were they close and of one side: all that are
-        // found come later.
-        if (static_cast<int64_t>(j) != i && (labels[j] >= 0.5) == (labels[i] >= 0.5)) {
-          dropped[j] = true;
-        }
-      }
+      dropper.StartAt(i);
+      tree.findNeighbors(dropper, query.data(), {});
     }
   }
   std::vector<int64_t> kept;

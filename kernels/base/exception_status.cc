@@ -28,6 +28,10 @@ bool TellsOfThreads(const std::string& text) {
 
 }  // namespace
 
+bool IsOfTheMachine(const absl::Status& status) {
+  return absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
+}
+
 absl::Status CurrentExceptionStatus() {
   try {
     throw;

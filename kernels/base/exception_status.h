@@ -17,6 +17,10 @@ namespace egosieve::kernels {
 // Of the exception that is being handled: call it inside a catch block.
 absl::Status CurrentExceptionStatus();
 
+// Whether an error is the machine's (memory, threads, the device) and not the data's: another
+// attempt may succeed, so that nothing may take its place in the results.
+bool IsOfTheMachine(const absl::Status& status);
+
 // body() returns a status or a value or status; an exception becomes that status.
 template <typename Body>
 auto CatchExceptions(Body&& body) -> decltype(std::forward<Body>(body)()) {

@@ -16,6 +16,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/batch/drive_job.h"
 #include "tools/batch/manifest.h"
+#include "tools/batch/plan_run.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
@@ -30,10 +31,14 @@ class BatchCommand : public Command {
  public:
   std::string name() const override { return "batch"; }
   std::string summary() const override {
-    return "Segments a list of drives; does what is missing and ends with a table.";
+    return "Segments a list of drives, here or as jobs of Slurm; does what is missing and ends "
+           "with "
+           "a table.";
   }
   std::string example() const override {
     return "egosieve batch drives.toml --jobs=2\n"
+           "egosieve batch drives.toml --engine=slurm --shards=4 && egosieve batch drives.toml "
+           "--status\n"
            "  # drives.toml: a table a drive, [a] with path = \"a.mp4\", out = \"out/a\" and\n"
            "  # segment's flags; or JSON, a list of {\"path\": ..., \"out\": ..., \"flags\": "
            "{...}}";
@@ -47,11 +52,13 @@ class BatchCommand : public Command {
     app.add_option("--jobs", jobs_, "Drives at the same time")
         ->check(Between(1, 256))
         ->type_name("NUMBER");
+    plan_run_.AddFlags(app);
     result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<BatchEntry> entries, ReadManifest(manifest_));
+    if (plan_run_.IsAskedFor()) return plan_run_.Run(manifest_, entries, result_);
     std::error_code error;
     const std::string program = std::filesystem::read_symlink("/proc/self/exe", error).string();
     if (error) {
@@ -136,6 +143,7 @@ class BatchCommand : public Command {
 
   std::string manifest_;
   int jobs_ = 1;
+  PlanRun plan_run_;
   ResultFlag result_;
 };
 

@@ -38,6 +38,7 @@ class FirstNearest {
     }
     return true;
   }
+  void sort() {}
   size_t index() const { return index_; }
 
  private:
@@ -61,7 +62,7 @@ std::vector<float> SpreadToGrid(kernels::ConstMatrixView<double> positions,
       const double query[] = {static_cast<double>(grid.x_pixels(column)),
                               static_cast<double>(grid.y_pixels(row))};
       FirstNearest nearest;
-      tree.findNeighbors(nearest, query, nanoflann::SearchParams());
+      tree.findNeighbors(nearest, query, {});
       spread[next++] = static_cast<float>(values[nearest.index()]);
     }
   }

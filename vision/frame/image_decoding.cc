@@ -108,8 +108,4 @@ absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path) {
   return converted;
 }
 
-bool IsOfTheMachine(const absl::Status& status) {
-  return absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
-}
-
 }  // namespace egosieve::vision

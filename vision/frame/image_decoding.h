@@ -27,9 +27,6 @@ absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture);
 // counts as cut short.
 absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path);
 
-// Whether an error is the machine's and not the file's: another attempt may succeed.
-bool IsOfTheMachine(const absl::Status& status);
-
 }  // namespace egosieve::vision
 
 #endif  // EGOSIEVE_VISION_FRAME_IMAGE_DECODING_H_

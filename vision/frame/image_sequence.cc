@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/exception_status.h"
 #include "vision/frame/image_decoding.h"
 
 namespace egosieve::vision {
@@ -42,7 +43,7 @@ class ImageSequence : public FrameSource {
     if (next_index_ >= count) return FrameRead(EndOfFrames{count, ""});
     const int64_t index = next_index_;
     absl::StatusOr<DecodedImage> decoded = DecodeImageFile(paths_[index]);
-    if (IsOfTheMachine(decoded.status())) return decoded.status();
+    if (kernels::IsOfTheMachine(decoded.status())) return decoded.status();
     ++next_index_;
     if (!decoded.ok()) {
       return FrameRead(DamagedFrame{index, std::string(decoded.status().message())});
@@ -94,7 +95,7 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenImageSequence(std::vector<std::
       return std::unique_ptr<FrameSource>(new ImageSequence(
           std::move(paths), std::move(times_seconds), description, options.nominal_rate_hz));
     }
-    if (IsOfTheMachine(decoded.status())) return decoded.status();
+    if (kernels::IsOfTheMachine(decoded.status())) return decoded.status();
     if (first_reason.empty()) first_reason = std::string(decoded.status().message());
   }
   return absl::InvalidArgumentError(absl::StrCat(

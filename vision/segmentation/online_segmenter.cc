@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_format.h"
 #include "gp/io/model_file.h"
+#include "kernels/base/exception_status.h"
 #include "kernels/base/image_grid.h"
 #include "kernels/base/status_macros.h"
 #include "vision/descriptor/frame_descriptor.h"
@@ -185,6 +186,7 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
         learner_->Learn(kernels::ConstMatrixView<float>(inputs.data(), labels.size(),
                                                         kernels::kDescriptorDimension),
                         labels.probability, frame.index, record);
+    if (kernels::IsOfTheMachine(status)) return status;
     location_prior_.Learn(labels);
     record.learnt = status.ok();
     if (!status.ok()) {

@@ -7,7 +7,11 @@ out=$PWD/$1
 shift
 tree=$(mktemp -d)
 trap 'rm -rf "$tree"' EXIT
-python=$tree/lib/python3.11/site-packages/egosieve
+for file in "$@"; do
+  case $file in
+    */debian_python/name) python=$tree/lib/$(<"$file")/site-packages/egosieve ;;
+  esac
+done
 mkdir -p "$tree"/{bin,include/egosieve,lib/{cmake/egosieve,pkgconfig},share/doc/egosieve,share/egosieve/examples} "$python"
 
 templates=()
@@ -25,6 +29,7 @@ for file in "$@"; do
     *tools/embed/python/*.py | */_*.so) cp "$file" "$python/" ;;
     *.md) cp "$file" "$tree/share/doc/egosieve/" ;;
     */libegosieve*.so.* | */libegosieve*.a) cp "$file" "$tree/lib/" ;;
+    */debian_python/name) ;;
     */egosieve.libs) gp_libs=$(<"$file") ;;
     */egosieve_vision.libs) vision_libs=$(<"$file") ;;
     *.in) templates+=("$file") ;;

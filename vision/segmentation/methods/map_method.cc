@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "kernels/base/exception_status.h"
 #include "kernels/base/status_macros.h"
 #include "vision/baselines/dense_flow.h"
 #include "vision/baselines/nearest_feature.h"
@@ -54,6 +55,7 @@ class GaussianProcessMethod : public MapMethod {
     if (input.inputs.rows > 0) {
       const absl::Status status =
           learner_->Learn(input.inputs, input.labels->probability, input.frame_index, record);
+      if (kernels::IsOfTheMachine(status)) return status;
       record.learnt = status.ok();
       if (!status.ok())
         record.reason = absl::StrCat("the model could not learn: ", status.message());
@@ -94,6 +96,7 @@ class SvmMethod : public MapMethod {
     if (input.inputs.rows > 0) {
       const absl::Status status =
           svm_.Learn(input.inputs, input.labels->probability, input.frame_index, record);
+      if (kernels::IsOfTheMachine(status)) return status;
       record.learnt = status.ok();
       if (!status.ok())
         record.reason = absl::StrCat("the model could not learn: ", status.message());

@@ -28,8 +28,6 @@ std::string Bytes(const std::string& path) {
   return bytes.str();
 }
 
-std::string Python() { return InstalledTree() + "/lib/python3.11/site-packages"; }
-
 // Every library that the loader takes lies in the tree or among the system's.
 void ExpectOwnLibraries(const std::string& program) {
   const CommandOutcome ldd = RunClean("/", "ldd '" + program + "'");
@@ -156,7 +154,7 @@ TEST(Examples, OfThreeLanguagesGiveTheSameBits) {
     GTEST_SKIP() << "there is no python3 with numpy to run the third with";
   }
   ran = RunClean(out, "python3 '" + examples + "/python/kriging.py' --out=python" + kSize,
-                 "PYTHONPATH='" + Python() + "'");
+                 "PYTHONPATH='" + InstalledPythonFolder() + "'");
   ASSERT_EQ(ran.code, 0) << ran.output;
   EXPECT_TRUE(Bytes(out + "/python") == expected);
 }
@@ -171,7 +169,7 @@ TEST(Examples, PythonPlots) {
       folder,
       "python3 '" + InstalledTree() +
           "/share/egosieve/examples/python/kriging.py' --plot=kriging.png --wells=60 --side=30",
-      "PYTHONPATH='" + Python() + "'");
+      "PYTHONPATH='" + InstalledPythonFolder() + "'");
   ASSERT_EQ(ran.code, 0) << ran.output;
   EXPECT_EQ(Bytes(folder + "/kriging.png").substr(1, 3), "PNG");
 }
@@ -187,7 +185,7 @@ TEST(Examples, SegmentersFindTheSquare) {
     GTEST_SKIP() << "there is no python3 with numpy";
   }
   ran = RunClean("/", "python3 '" + examples + "/python/segment.py' --frames=3",
-                 "PYTHONPATH='" + Python() + "'");
+                 "PYTHONPATH='" + InstalledPythonFolder() + "'");
   EXPECT_EQ(ran.code, 0) << ran.output;
 }
 

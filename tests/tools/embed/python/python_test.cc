@@ -20,9 +20,8 @@ TEST_P(PythonTest, Passes) {
   }
   const std::string script =
       std::filesystem::absolute("tests/tools/embed/python/" + name + ".py").string();
-  const CommandOutcome outcome =
-      RunClean(NewFolder(name), "python3 -B '" + script + "'",
-               "PYTHONPATH='" + InstalledTree() + "/lib/python3.11/site-packages'");
+  const CommandOutcome outcome = RunClean(NewFolder(name), "python3 -B '" + script + "'",
+                                          "PYTHONPATH='" + InstalledPythonFolder() + "'");
   EXPECT_EQ(outcome.code, 0) << outcome.output;
 }
 

@@ -64,6 +64,16 @@ const std::string& InstalledTree() {
   return tree;
 }
 
+std::string InstalledPythonFolder() {
+  for (const auto& entry : std::filesystem::directory_iterator(InstalledTree() + "/lib")) {
+    if (entry.path().filename().string().rfind("python3.", 0) == 0) {
+      return entry.path().string() + "/site-packages";
+    }
+  }
+  ADD_FAILURE() << "no lib/python3.* in " << InstalledTree();
+  return "";
+}
+
 bool IsInstrumented() {
   return RunClean(InstalledTree(),
                   "nm -D --undefined-only lib/libegosieve.so.1 | grep -qE '__(a|t|ub)san_'")

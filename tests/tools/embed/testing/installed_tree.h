@@ -24,6 +24,9 @@ bool HasProgram(const std::string& name);
 // goes wrong.
 const std::string& InstalledTree();
 
+// Where the tree's Python modules lie.
+std::string InstalledPythonFolder();
+
 // True where the libraries were built with a sanitizer: plain programs cannot load them.
 bool IsInstrumented();
 

@@ -1,0 +1,31 @@
+// How far the tasks of a drive are, from its run folder alone: any machine that sees the folder can
+// tell, whatever runs the tasks.
+#ifndef EGOSIEVE_TOOLS_BATCH_DRIVE_PROGRESS_H_
+#define EGOSIEVE_TOOLS_BATCH_DRIVE_PROGRESS_H_
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace egosieve::tools {
+
+struct DriveProgress {
+  std::string state = "not started";  // of segment: run.json's `ended`
+  std::string reason;                 // the error's line, where it failed
+  int64_t frames = 0;                 // that have a line
+  int64_t frames_failed = 0;
+  int64_t maps = 0;
+  std::vector<int64_t> missing_maps;  // by shard
+  bool is_segmented = false;
+  bool is_reconstructed = false;
+  bool has_report = false;
+};
+
+// A folder without a run is a drive that was not started. Errors: a run that cannot be read.
+absl::StatusOr<DriveProgress> ReadDriveProgress(const std::string& out, int shards);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_BATCH_DRIVE_PROGRESS_H_

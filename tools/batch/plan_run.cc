@@ -1,0 +1,195 @@
+#include "tools/batch/plan_run.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_split.h"
+#include "kernels/base/status_macros.h"
+#include "tools/batch/slurm.h"
+#include "tools/batch/task_cost.h"
+#include "tools/cli/checks.h"
+#include "tools/run_folder/run_folder.h"
+#include "tools/suite/child_process.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string JobsFolder(const std::string& manifest) {
+  const fs::path path = AbsolutePath(manifest);
+  return (path.parent_path() / "egosieve_jobs" / path.stem()).string();
+}
+
+std::string MapsText(const DriveProgress& progress) {
+  return absl::StrCat(progress.maps, " of ", progress.frames - progress.frames_failed);
+}
+
+size_t WidestRun(const BatchPlan& plan) {
+  size_t width = 3;
+  for (const BatchEntry& entry : plan.entries()) width = std::max(width, entry.out.size());
+  return width;
+}
+
+// Paths in the plan are seen from any folder.
+std::vector<BatchEntry> WithAbsolutePaths(std::vector<BatchEntry> entries) {
+  for (BatchEntry& entry : entries) {
+    entry.path = AbsolutePath(entry.path);
+    entry.out = AbsolutePath(entry.out);
+  }
+  return entries;
+}
+
+}  // namespace
+
+void PlanRun::AddFlags(CLI::App& app) {
+  app.add_option("--engine", engine_,
+                 "local: segments here; slurm: submits segment, infer, reconstruct and report of "
+                 "each drive as job arrays")
+      ->check(OneOf({"local", "slurm"}))
+      ->capture_default_str()
+      ->type_name("local|slurm");
+  app.add_option("--shards", shards_, "Tasks among which a drive's maps are shared out")
+      ->check(Between(1, 1000))
+      ->capture_default_str()
+      ->type_name("N");
+  app.add_option("--cpus", cpus_, "Processors of each task; 0: what the engine gives")
+      ->check(Between(0, 1024))
+      ->type_name("NUMBER");
+  app.add_option("--task", task_, "Runs one task of the plan, from 0, and nothing else")
+      ->check(AtLeast<int64_t>(0))
+      ->type_name("K");
+  app.add_flag("--plan", plan_, "Print the tasks with their numbers, and run nothing");
+  app.add_flag("--status", status_, "Print how far each drive is, and run nothing");
+  app.add_option("--sbatch", sbatch_,
+                 "Further options of sbatch, separated by spaces: '--partition=long --nice=100'")
+      ->type_name("OPTIONS");
+  app.add_option("--measured_frames", measured_frames_,
+                 "Frames on which --engine=slurm measures what time and memory to ask for")
+      ->check(Between<int64_t>(2, 100000))
+      ->capture_default_str()
+      ->type_name("FRAMES");
+  app.add_flag("--dry_run", dry_run_, "With --engine=slurm: measure, write the scripts, no more");
+}
+
+bool PlanRun::IsAskedFor() const { return engine_ != "local" || task_ >= 0 || plan_ || status_; }
+
+absl::StatusOr<ExitCode> PlanRun::Run(const std::string& manifest, std::vector<BatchEntry> entries,
+                                      const ResultFlag& result) const {
+  if ((engine_ != "local") + (task_ >= 0) + plan_ + status_ > 1) {
+    return absl::InvalidArgumentError("--engine, --task, --plan and --status exclude each other");
+  }
+  const BatchPlan plan(WithAbsolutePaths(std::move(entries)), shards_, cpus_);
+  if (task_ >= 0) return RunTask(plan);
+  if (plan_) return TellPlan(plan, result);
+  if (status_) return TellStatus(plan, JobsFolder(manifest), result);
+  return SubmitPlan(plan, JobsFolder(manifest), result);
+}
+
+absl::StatusOr<ExitCode> PlanRun::RunTask(const BatchPlan& plan) const {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string program, OwnProgram());
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<std::string> arguments,
+                            plan.ArgumentsOfReadyTask(task_));
+  return BecomeProgram(program, arguments);
+}
+
+absl::StatusOr<ExitCode> PlanRun::TellPlan(const BatchPlan& plan, const ResultFlag& result) const {
+  std::string text;
+  nlohmann::ordered_json tasks = nlohmann::ordered_json::array();
+  const int width = static_cast<int>(WidestRun(plan));
+  for (size_t stage = 0; stage < plan.stages().size(); ++stage) {
+    for (size_t drive = 0; drive < plan.entries().size(); ++drive) {
+      const int64_t number = plan.TaskNumber(stage, drive);
+      const std::string& out = plan.entries()[drive].out;
+      const std::string& name = plan.stages()[stage].name;
+      absl::StrAppendFormat(&text, "%6d  %-*s  %s\n", number, width, out, name);
+      tasks.push_back({{"task", number},
+                       {"run", out},
+                       {"stage", name},
+                       {"arguments", plan.Arguments(stage, drive)}});
+    }
+  }
+  result.Tell("batch", {{"tasks", tasks}}, text);
+  return ExitCode::kDone;
+}
+
+absl::StatusOr<ExitCode> PlanRun::TellStatus(const BatchPlan& plan, const std::string& folder,
+                                             const ResultFlag& result) const {
+  std::string table =
+      absl::StrFormat("%-*s  %-11s  %8s  %8s  %17s  %-11s  %s\n", static_cast<int>(WidestRun(plan)),
+                      "run", "segment", "frames", "failed", "maps", "reconstruct", "report");
+  nlohmann::ordered_json drives = nlohmann::ordered_json::array();
+  for (const BatchEntry& entry : plan.entries()) {
+    const absl::StatusOr<DriveProgress> read = ReadDriveProgress(entry.out, plan.shards());
+    DriveProgress progress;
+    if (read.ok()) {
+      progress = *read;
+    } else {
+      progress.state = "unreadable";
+      progress.reason = std::string(read.status().message());
+    }
+    absl::StrAppendFormat(
+        &table, "%-*s  %-11s  %8d  %8d  %17s  %-11s  %s", static_cast<int>(WidestRun(plan)),
+        entry.out, progress.state, progress.frames, progress.frames_failed, MapsText(progress),
+        progress.is_reconstructed ? "done" : "-", progress.has_report ? "done" : "-");
+    absl::StrAppend(&table, progress.reason.empty() ? "" : "  ", progress.reason, "\n");
+    drives.push_back({{"run", entry.out},
+                      {"segment", progress.state},
+                      {"frames", progress.frames},
+                      {"frames_failed", progress.frames_failed},
+                      {"maps", progress.maps},
+                      {"reconstructed", progress.is_reconstructed},
+                      {"report", progress.has_report},
+                      {"reason", progress.reason}});
+  }
+  const std::string jobs = SubmittedJobs(folder);
+  if (!jobs.empty()) absl::StrAppend(&table, "submitted to Slurm: squeue --jobs=", jobs, "\n");
+  result.Tell("batch", {{"drives", drives}, {"jobs", jobs}}, table);
+  return ExitCode::kDone;
+}
+
+absl::StatusOr<ExitCode> PlanRun::SubmitPlan(const BatchPlan& plan, const std::string& folder,
+                                             const ResultFlag& result) const {
+  SlurmOptions options;
+  EGOSIEVE_ASSIGN_OR_RETURN(options.program, OwnProgram());
+  options.folder = folder;
+  options.sbatch = absl::StrSplit(sbatch_, ' ', absl::SkipWhitespace());
+  options.submit = !dry_run_;
+  const std::vector<size_t> drives = plan.UnfinishedDrives();
+  if (drives.empty()) {
+    result.Tell("batch", {{"arrays", nlohmann::ordered_json::array()}},
+                "every drive is done; nothing was submitted\n");
+    return ExitCode::kDone;
+  }
+  if (options.submit) EGOSIEVE_RETURN_IF_ERROR(CheckNothingIsQueued(folder));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const BatchCost cost,
+      MeasureCost(options.program, plan, folder + "/measured", measured_frames_));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<SlurmArray> arrays,
+                            SubmitToSlurm(plan, drives, cost, options));
+  std::string text;
+  nlohmann::ordered_json told = nlohmann::ordered_json::array();
+  for (const SlurmArray& array : arrays) {
+    const PlanStage& stage = plan.stages()[array.stage];
+    const TaskRequest request = RequestFor(plan, array.stage, cost, options);
+    absl::StrAppendFormat(&text, "%-12s  %5d tasks  %5d min  %6d MiB  job %s  %s\n", stage.name,
+                          array.tasks, request.minutes, request.memory_mebibytes,
+                          array.job.empty() ? "-" : array.job, array.script);
+    told.push_back({{"stage", stage.name},
+                    {"tasks", array.tasks},
+                    {"minutes", request.minutes},
+                    {"memory_mebibytes", request.memory_mebibytes},
+                    {"job", array.job},
+                    {"script", array.script}});
+  }
+  result.Tell("batch", {{"arrays", told}}, text);
+  return ExitCode::kDone;
+}
+
+}  // namespace egosieve::tools

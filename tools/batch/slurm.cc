@@ -1,0 +1,240 @@
+#include "tools/batch/slurm.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
+#include "absl/strings/str_split.h"
+#include "kernels/base/status_macros.h"
+#include "tools/run_folder/run_folder.h"
+#include "tools/suite/child_process.h"
+
+namespace egosieve::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kTimeShare = 2.0, kMemoryShare = 1.5;
+constexpr int64_t kMebibyte = 1 << 20, kMemoryStep = 128;
+
+// For a shell.
+std::string Quoted(const std::string& text) {
+  return absl::StrCat("'", absl::StrReplaceAll(text, {{"'", "'\\''"}}), "'");
+}
+
+// "segment", "infer_2"
+std::string FileName(const PlanStage& stage) {
+  return stage.kind == StageKind::kInfer ? absl::StrCat("infer_", stage.shard + 1) : stage.name;
+}
+
+// "0-3,7"
+std::string Ranges(const std::vector<size_t>& numbers) {
+  std::vector<std::string> ranges;
+  for (size_t i = 0; i < numbers.size();) {
+    size_t end = i + 1;
+    while (end < numbers.size() && numbers[end] == numbers[end - 1] + 1) ++end;
+    ranges.push_back(end - i == 1 ? absl::StrCat(numbers[i])
+                                  : absl::StrCat(numbers[i], "-", numbers[end - 1]));
+    i = end;
+  }
+  return absl::StrJoin(ranges, ",");
+}
+
+std::string ToManifest(const std::vector<BatchEntry>& entries) {
+  Json drives = Json::array();
+  for (const BatchEntry& entry : entries) {
+    Json flags = Json::object();
+    for (const std::string& flag : entry.flags) {
+      const std::pair<std::string, std::string> parts =
+          absl::StrSplit(flag.substr(2), absl::MaxSplits('=', 1));
+      flags[parts.first] = absl::StrContains(flag, '=') ? parts.second : "true";
+    }
+    drives.push_back({{"path", AbsolutePath(entry.path)},
+                      {"out", AbsolutePath(entry.out)},
+                      {"flags", std::move(flags)}});
+  }
+  return drives.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+// What a program of Slurm printed; Unavailable with what it said where it failed.
+absl::StatusOr<std::string> Call(std::vector<std::string> words, const std::string& folder) {
+  const std::string log_path = folder + "/slurm.log", name = words.front();
+  words.insert(words.begin(), "/usr/bin/env");
+  EGOSIEVE_ASSIGN_OR_RETURN(const int code, RunChild({words, {}, log_path}, [] { return false; }));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string said, ReadFile(log_path));
+  const std::string text = std::string(absl::StripAsciiWhitespace(said));
+  if (code == 0) return text;
+  return absl::UnavailableError(
+      absl::StrCat(name, " ended with exit code ", code, ": ", text,
+                   "; --engine=slurm needs Slurm's programs and a cluster that answers"));
+}
+
+// The job's number, on the last line: warnings may stand above.
+absl::StatusOr<std::string> Submit(const std::string& script, const std::string& dependency,
+                                   const std::string& folder) {
+  std::vector<std::string> words = {"sbatch", "--parsable"};
+  if (!dependency.empty()) {
+    words.insert(words.end(), {"--dependency=" + dependency, "--kill-on-invalid-dep=yes"});
+  }
+  words.push_back(script);
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string said, Call(std::move(words), folder));
+  const std::vector<std::string> lines = absl::StrSplit(said, '\n');
+  const std::string job = lines.back().substr(0, lines.back().find(';'));
+  int64_t number = 0;
+  if (!absl::SimpleAtoi(job, &number)) {
+    return absl::UnavailableError(absl::StrCat("sbatch told no job's number but: ", said));
+  }
+  return job;
+}
+
+}  // namespace
+
+absl::Status SlurmOptions::Validate() const {
+  if (program.empty() || folder.empty()) {
+    return absl::InvalidArgumentError("program and folder must not be empty");
+  }
+  if (largest_array < 1) return absl::InvalidArgumentError("largest_array must be at least 1");
+  return absl::OkStatus();
+}
+
+TaskRequest RequestFor(const BatchPlan& plan, size_t stage, const BatchCost& cost,
+                       const SlurmOptions& options) {
+  const StageKind kind = plan.stages()[stage].kind;
+  const auto measured = cost.seconds_per_frame.find(kind);
+  double seconds = measured == cost.seconds_per_frame.end() ? 0.0 : measured->second;
+  seconds *= static_cast<double>(std::max(cost.longest_drive_frames, cost.measured_frames));
+  if (kind == StageKind::kInfer) seconds /= plan.shards();
+  const double steps = kMemoryShare * static_cast<double>(cost.peak_memory_bytes) /
+                       static_cast<double>(kMemoryStep * kMebibyte);
+  return {options.longest_wait_minutes + static_cast<int64_t>(std::ceil(kTimeShare * seconds / 60)),
+          kMemoryStep * static_cast<int64_t>(std::ceil(steps))};
+}
+
+std::string SlurmScript(const BatchPlan& plan, size_t stage, const std::vector<size_t>& drives,
+                        const TaskRequest& request, const SlurmOptions& options) {
+  const size_t first = drives.front() - drives.front() % options.largest_array;
+  std::vector<size_t> elements;
+  for (const size_t drive : drives) elements.push_back(drive - first);
+  const std::string name = FileName(plan.stages()[stage]);
+  std::string script = absl::StrCat(
+      "#!/bin/bash\n#SBATCH --job-name=egosieve-", name, "\n#SBATCH --array=", Ranges(elements),
+      "\n#SBATCH --time=", request.minutes, "\n#SBATCH --mem=", request.memory_mebibytes, "M");
+  if (plan.threads() > 0) absl::StrAppend(&script, "\n#SBATCH --cpus-per-task=", plan.threads());
+  absl::StrAppend(&script,
+                  "\n#SBATCH --requeue --open-mode=append --signal=B:USR1@60"
+                  "\n#SBATCH --output=\"",
+                  options.folder, "/", name, first > 0 ? absl::StrCat("_", first) : "",
+                  ".%a.log\"\n");
+  for (const std::string& option : options.sbatch) {
+    absl::StrAppend(&script, "#SBATCH ", option, "\n");
+  }
+  absl::StrAppend(&script, R"sh(
+# USR1: the time limit is near; the task ends with what it wrote whole, and is queued again.
+task= again=
+trap 'again=yes; kill -TERM $task' USR1
+trap 'kill -TERM $task' TERM
+)sh",
+                  Quoted(options.program), " batch ", Quoted(options.folder + "/drives.json"),
+                  " --shards=", plan.shards());
+  if (plan.threads() > 0) absl::StrAppend(&script, " --cpus=", plan.threads());
+  absl::StrAppend(&script, " --task=$((", plan.TaskNumber(stage, first),
+                  R"sh( + SLURM_ARRAY_TASK_ID)) &
+task=$!
+while kill -0 $task 2>/dev/null; do wait $task; done
+wait $task
+code=$?
+# 143: the signal came before the program could catch it.
+if [ -n "$again" ] && { [ "$code" -eq 130 ] || [ "$code" -eq 143 ]; }; then
+  exec scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"
+fi
+[ "$code" -ne 4 ] || code=0 # finished, some frames failed: the table tells
+exit "$code"
+)sh");
+  return script;
+}
+
+std::string SubmittedJobs(const std::string& folder) {
+  const absl::StatusOr<std::string> text = ReadFile(folder + "/jobs.json");
+  const Json json = Json::parse(text.value_or(""), nullptr, false);
+  std::vector<std::string> jobs;
+  if (json.is_array()) {
+    for (const Json& array : json) {
+      if (array.is_object()) jobs.push_back(array.value("job", ""));
+    }
+  }
+  return absl::StrJoin(jobs, ",");
+}
+
+absl::Status CheckNothingIsQueued(const std::string& folder) {
+  const std::string jobs = SubmittedJobs(folder);
+  if (jobs.empty()) return absl::OkStatus();
+  // Jobs that Slurm has forgotten are an error there.
+  const absl::StatusOr<std::string> queued =
+      Call({"squeue", "--noheader", "--format=%A", "--jobs=" + jobs}, folder);
+  if (!queued.ok() || queued->empty()) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat("jobs of an earlier submission (", jobs,
+                                                    ") are queued or running; wait for them, or "
+                                                    "end them: scancel ",
+                                                    absl::StrReplaceAll(jobs, {{",", " "}})));
+}
+
+absl::StatusOr<std::vector<SlurmArray>> SubmitToSlurm(const BatchPlan& plan,
+                                                      const std::vector<size_t>& drives,
+                                                      const BatchCost& cost,
+                                                      const SlurmOptions& options) {
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(options.folder));
+  EGOSIEVE_RETURN_IF_ERROR(
+      WriteFileAtomically(options.folder + "/drives.json", ToManifest(plan.entries())));
+  std::map<size_t, std::vector<size_t>> blocks;  // of drives that share arrays, by number
+  for (const size_t drive : drives) {
+    blocks[drive / options.largest_array].push_back(drive);
+  }
+  std::vector<SlurmArray> arrays;
+  Json jobs = Json::array();
+  for (const auto& [block, members] : blocks) {
+    std::vector<std::string> job_of_stage;
+    for (size_t stage = 0; stage < plan.stages().size(); ++stage) {
+      SlurmArray array = {stage, static_cast<int64_t>(members.size()),
+                          absl::StrCat(options.folder, "/", FileName(plan.stages()[stage]),
+                                       block > 0 ? absl::StrCat("_", block) : "", ".sh"),
+                          ""};
+      EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(
+          array.script,
+          SlurmScript(plan, stage, members, RequestFor(plan, stage, cost, options), options)));
+      if (options.submit) {
+        std::string dependency;
+        for (const size_t needed : plan.stages()[stage].needs) {
+          absl::StrAppend(&dependency, dependency.empty() ? "aftercorr" : "", ":",
+                          job_of_stage[needed]);
+        }
+        absl::StatusOr<std::string> job = Submit(array.script, dependency, options.folder);
+        if (!job.ok()) {
+          for (const SlurmArray& earlier : arrays) {
+            Call({"scancel", earlier.job}, options.folder).IgnoreError();
+          }
+          return job.status();
+        }
+        array.job = *job;
+        jobs.push_back({{"stage", plan.stages()[stage].name}, {"job", array.job}});
+      }
+      job_of_stage.push_back(array.job);
+      arrays.push_back(std::move(array));
+    }
+  }
+  if (options.submit) {
+    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(options.folder + "/jobs.json", jobs.dump(1)));
+  }
+  return arrays;
+}
+
+}  // namespace egosieve::tools
