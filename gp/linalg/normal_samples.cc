@@ -42,9 +42,11 @@ void NormalPair(uint64_t key, uint64_t pair, double& first, double& second) {
   second = radius * std::sin(angle);
 }
 
-// z, M x (k S).
+// z, M x (k S), followed by columns of zeros up to whole tiles.
 AlignedMatrix NormalValues(int64_t size, int64_t columns, int64_t count, uint64_t seed) {
-  AlignedMatrix z(size, columns * count);
+  const int64_t width = columns * count;
+  AlignedMatrix z(size, (width + kTile - 1) / kTile * kTile);
+  for (int64_t i = 0; i < size; ++i) std::fill(z.row(i) + width, z.row(i) + z.cols(), 0.0);
   const uint64_t key = Mix(seed + kGolden);
   const int64_t pairs = (size + 1) / 2;
   kernels::ParallelFor(count, 50.0 * size * columns * count, [&](int64_t s) {
@@ -119,12 +121,17 @@ absl::StatusOr<NormalSamples> SampleNormal(ConstMatrixView<double> mean,
   kernels::ParallelFor(row_tiles * column_tiles, 1.0 * size * size * width, [&](int64_t t) {
     const int64_t row = t / column_tiles * kTile, column = t % column_tiles * kTile;
     const int64_t rows = std::min(kTile, size - row), columns = std::min(kTile, width - column);
-    const MatrixView<double> out = tile::Block(samples.values.view(), row, column, rows, columns);
-    for (int64_t i = 0; i < rows; ++i) {
-      for (int64_t j = 0; j < columns; ++j) out(i, j) = mean(row + i, (column + j) / count);
-    }
+    // Of a whole tile always, so that a column's rounding does not depend on how many there are.
+    AlignedMatrix deviation(rows, kTile);
+    for (int64_t i = 0; i < rows; ++i) std::fill_n(deviation.row(i), kTile, 0.0);
     tile::AddProduct(tile::Block(c, row, 0, rows, row + rows),
-                     tile::Block(z.view(), 0, column, row + rows, columns), out);
+                     tile::Block(z.view(), 0, column, row + rows, kTile), deviation.view());
+    for (int64_t i = 0; i < rows; ++i) {
+      for (int64_t j = 0; j < columns; ++j) {
+        samples.values.row(row + i)[column + j] =
+            mean(row + i, (column + j) / count) + deviation.row(i)[j];
+      }
+    }
   });
   return samples;
 }

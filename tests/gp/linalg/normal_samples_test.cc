@@ -66,6 +66,12 @@ TEST(SampleNormal, FollowsFromTheSeedAlone) {
   const RowMatrix fewer = CopyOf(Draw(mean, sigma, 4, 3).values.view());
   EXPECT_EQ(whole.leftCols(4), fewer);
   EXPECT_NE(CopyOf(Draw(mean, sigma, 4, 4).values.view()), fewer);
+  const RowMatrix many =
+      CopyOf(Draw(mean.topRows(3), sigma.topLeftCorner(3, 3), 300, 3).values.view());
+  for (const int64_t count : {1, 2, 3, 7, 129}) {
+    EXPECT_EQ(CopyOf(Draw(mean.topRows(3), sigma.topLeftCorner(3, 3), count, 3).values.view()),
+              many.leftCols(count));
+  }
   kernels::SetMaximumThreads(1);
   EXPECT_EQ(CopyOf(Draw(mean, sigma, 9, 3).values.view()), whole);
   kernels::SetMaximumThreads(0);
