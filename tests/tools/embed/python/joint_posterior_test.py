@@ -85,6 +85,26 @@ class Posterior(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, r"y has shape \(1,\); the model has 2"):
             gp.partial_fit(self.X[:1], self.y[:1, 0])
 
+    def test_normalisation_gives_results_in_the_units_of_y(self):
+        y = self.y[:, 1]
+        offset, size = y.mean(), y.std()
+        gp, plain = process(normalize_y=True).fit(self.X, y), process().fit(self.X, (y - offset) / size)
+        mean, joint = gp.predict(self.queries, return_cov=True)
+        plain_mean, plain_joint = plain.predict(self.queries, return_cov=True)
+        np.testing.assert_allclose(mean, plain_mean * size + offset, rtol=1e-12)
+        np.testing.assert_allclose(joint, plain_joint * size**2, rtol=1e-12)
+        samples = plain.sample_y(self.queries, 3) * size + offset
+        np.testing.assert_allclose(gp.sample_y(self.queries, 3), samples, rtol=1e-12)
+        gradients = zip(gp.predict_gradient(self.queries, True), plain.predict_gradient(self.queries, True), (1, 2))
+        for ours, expected, power in gradients:
+            np.testing.assert_allclose(ours, expected * size**power, rtol=1e-12)
+        mean, std, log_density = gp.leave_one_out()
+        plain_mean, plain_std, plain_density = plain.leave_one_out()
+        np.testing.assert_allclose(mean, plain_mean * size + offset, rtol=1e-12)
+        np.testing.assert_allclose(std, plain_std * size, rtol=1e-12)
+        # A density of y, not of its normalised values.
+        np.testing.assert_allclose(log_density, plain_density - np.log(size), rtol=1e-12)
+
     def test_samples(self):
         gp = process().fit(self.X, self.y[:, 0])
         samples = gp.sample_y(self.queries[:3], 20000, random_state=1)
