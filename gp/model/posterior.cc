@@ -27,7 +27,7 @@ std::vector<double> WideRows(ConstMatrixView<float> queries, int64_t begin, int6
 
 }  // namespace
 
-absl::StatusOr<std::shared_ptr<const Posterior>> Posterior::Create(
+absl::StatusOr<std::shared_ptr<Posterior>> Posterior::CreatePlain(
     std::shared_ptr<kernels::Context> context, kernels::PosteriorModel model,
     const Hyperparameters& hyperparameters, const SquashParameters& squash,
     const kernels::DensePosteriorOptions& options) {
@@ -40,7 +40,14 @@ absl::StatusOr<std::shared_ptr<const Posterior>> Posterior::Create(
   posterior->hyperparameters_ = hyperparameters;
   posterior->squash_ = squash;
   posterior->size_ = model.inputs.rows;
-  return std::shared_ptr<const Posterior>(std::move(posterior));
+  return posterior;
+}
+
+absl::StatusOr<std::shared_ptr<const Posterior>> Posterior::Create(
+    std::shared_ptr<kernels::Context> context, kernels::PosteriorModel model,
+    const Hyperparameters& hyperparameters, const SquashParameters& squash,
+    const kernels::DensePosteriorOptions& options) {
+  return CreatePlain(std::move(context), model, hyperparameters, squash, options);
 }
 
 absl::StatusOr<std::shared_ptr<const Posterior>> Posterior::Create(
@@ -51,19 +58,20 @@ absl::StatusOr<std::shared_ptr<const Posterior>> Posterior::Create(
   std::vector<double> first(weights.outputs == 1 ? 0 : weights.points);
   for (size_t i = 0; i < first.size(); ++i) first[i] = weights.alpha[i * weights.outputs];
   model.alpha = weights.outputs == 1 ? weights.alpha.data() : first.data();
-  EGOSIEVE_ASSIGN_OR_RETURN(std::shared_ptr<const Posterior> plain,
-                            Create(std::move(context), model, hyperparameters, squash, options));
-  if (weights.outputs == 1 && weights.basis == 0) return plain;
-  auto extension = std::make_unique<Extension>();
-  const int64_t dimension = hyperparameters.covariance.input_dimension();
-  for (int64_t i = 0; i < model.inputs.rows; ++i) {
-    const double* x = model.inputs.row(i);
-    extension->inputs.insert(extension->inputs.end(), x, x + dimension);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const std::shared_ptr<Posterior> posterior,
+      CreatePlain(std::move(context), model, hyperparameters, squash, options));
+  if (weights.outputs > 1 || weights.basis > 0) {
+    auto extension = std::make_unique<Extension>();
+    const int64_t dimension = hyperparameters.covariance.input_dimension();
+    for (int64_t i = 0; i < model.inputs.rows; ++i) {
+      const double* x = model.inputs.row(i);
+      extension->inputs.insert(extension->inputs.end(), x, x + dimension);
+    }
+    extension->weights = weights;
+    posterior->extension_ = std::move(extension);
   }
-  extension->weights = weights;
-  // Nobody else has it yet.
-  std::const_pointer_cast<Posterior>(plain)->extension_ = std::move(extension);
-  return plain;
+  return std::shared_ptr<const Posterior>(posterior);
 }
 
 absl::StatusOr<kernels::PosteriorCounts> Posterior::Evaluate(

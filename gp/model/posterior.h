@@ -63,6 +63,11 @@ class Posterior {
 
   Posterior() = default;
 
+  static absl::StatusOr<std::shared_ptr<Posterior>> CreatePlain(
+      std::shared_ptr<kernels::Context> context, kernels::PosteriorModel model,
+      const Hyperparameters& hyperparameters, const SquashParameters& squash,
+      const kernels::DensePosteriorOptions& options);
+
   // The float64 pass: means of all outputs (M x k), and what |M^-1 r|^2 adds to the variances (M).
   absl::Status EvaluateExtension(kernels::ConstMatrixView<float> queries, float* means,
                                  double* added_variances) const;
