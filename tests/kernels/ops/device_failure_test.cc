@@ -182,21 +182,6 @@ TEST_F(DeviceFailureTest, CovarianceGradient) {
       1, 4, /*staged=*/true);
 }
 
-TEST_F(DeviceFailureTest, CrossCovarianceGradient) {
-  const std::vector<double> points = RandomPoints(random_, 20, 2);
-  const std::vector<double> weights = RandomPoints(random_, 7, 20);
-  const ConstMatrixView<double> z(points.data(), 20, 2);
-  FailEveryCall(
-      [&](Outputs& out) {
-        const auto gradient =
-            CrossCovarianceGradient(*TestContext(), ArcsineParameters({1, 2, 3}),
-                                    z.rows_between(0, 7), z, {weights.data(), 7, 20});
-        if (gradient.ok()) std::copy(gradient->begin(), gradient->end(), out[0].data());
-        return gradient.status();
-      },
-      1, 4, /*staged=*/true);
-}
-
 TEST_F(DeviceFailureTest, Images) {
   std::vector<uint8_t> pixels(19 * 11 * 3);
   for (uint8_t& pixel : pixels) pixel = static_cast<uint8_t>(random_());

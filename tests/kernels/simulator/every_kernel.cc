@@ -97,14 +97,6 @@ void RunCovariance(Context& context, const CovarianceParameters& parameters, con
                                              {inputs.factor.data(), kPoints, kPoints}),
                "covariance gradient");
   }
-  const ConstMatrixView<double> few = inputs.x().rows_between(0, kPoints / 2);
-  const ConstMatrixView<double> weights(inputs.factor.data(), few.rows, kPoints);
-  const auto cross = CrossCovarianceGradient(context, parameters, few, inputs.x(), weights);
-  Expect(cross.ok(), "cross covariance gradient failed");
-  if (cross.ok()) {
-    ExpectNear(*cross, reference::CrossCovarianceGradient(parameters, few, inputs.x(), weights),
-               "cross covariance gradient");
-  }
 }
 
 void RunPosterior(const std::shared_ptr<Context>& context, const CovarianceParameters& parameters,
