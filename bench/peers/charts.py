@@ -45,6 +45,40 @@ def table(record):
     return "\n".join(lines) + "\n"
 
 
+def joint_table(record):
+    """Markdown of --joint."""
+    lines = [
+        f"Joint posterior of {record['queries']} queries, n = {record['points']}, D = {record['dimension']}; medians of "
+        f"{record['rounds']} rounds in one run, two cores, {record['machine']['processor']}, load "
+        f"{record['machine']['load']:.1f} at the end.",
+        "",
+        "| library | precision | mean and covariance, s | egosieve is faster by | 1,000 samples, s | egosieve is faster by | "
+        "peak MiB (of it imports) | error of covariance |",
+        "|---|---|---:|---:|---:|---:|---:|---:|",
+    ]
+    own = record["results"].get("egosieve", {}).get("seconds", {})
+    for name, result in record["results"].items():
+        if "error" in result:
+            lines.append(f"| {name} | absent: {result['error'].replace('|', '/')} | | | | | | |")
+            continue
+        cells = []
+        for task in ("joint", "samples"):
+            seconds = result["seconds"].get(task)
+            ratio = seconds / own[task] if seconds and own.get(task) else None
+            cells.append(f"{_cell(seconds, '.2f')} | {_cell(ratio, '.2f')}")
+        lines.append(
+            f"| {name} {result['version']} | {'float64' if name == 'egosieve' else result['precision']} "
+            f"| {' | '.join(cells)} | {result['peak_mib']:,.0f} ({result['after_import_mib']:,.0f}) "
+            f"| {_cell(result.get('covariance_error'), '.1e')} |"
+        )
+    lines += [
+        "",
+        "Samples of f at the same queries, the covariance among what is timed. Error: the largest of the first 256 queries' "
+        "covariances against float64 by LAPACK.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
 def bars(record):
     """SVG: queries a second."""
     rates = [(name, _rate(record, name)) for name in record["results"]]

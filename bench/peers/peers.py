@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Egosieve beside what a user would otherwise take: one run, the same data, the same two cores.
 
-    bench/peers/peers.py [--rounds N] [--points N] [--queries N] [--only NAME,NAME] [--out FOLDER]
+    bench/peers/peers.py [--joint] [--rounds N] [--points N] [--queries N] [--only NAME,NAME] [--out FOLDER]
 
 Exact posterior (mean and variance of f) from n = 4000 points in D = 6 dimensions, and updates of that posterior by 64
 points, in scikit-learn, GPyTorch (exact, and with fast_pred_var), GPy and OpenTURNS. Every library runs in a process
@@ -10,6 +10,9 @@ hits all alike. Results are medians over the rounds; the first call of each, whi
 
 The peers come by pip into a virtual environment in the user's cache folder, outside the repository; one that cannot be
 had is named with the reason. Writes peers.json, peers.md and peers.svg into bench/results.
+
+--joint measures the joint covariance of 2,000 queries and 1,000 samples from it instead, in egosieve, scikit-learn and
+GPyTorch, and writes joint.json and joint.md.
 """
 
 import argparse
@@ -47,6 +50,8 @@ WORKERS = {
     "OpenTURNS": "OpenTURNS",
 }
 TASKS = ("predict", "replace", "append")
+JOINT_TASKS = ("joint", "samples")
+JOINT_WORKERS = ("egosieve", "scikit-learn", "GPyTorch exact")
 
 
 def say(text):
@@ -117,7 +122,7 @@ class Worker:
         self._process.wait()
 
 
-def measure(workers, rounds):
+def measure(workers, rounds, tasks):
     """Results by worker: medians of seconds, errors, memory; or why there are none."""
     results = {worker.name: {} for worker in workers}
     for worker in list(workers):
@@ -126,8 +131,8 @@ def measure(workers, rounds):
         if "error" in answer:
             say(f"{worker.name}: {answer['error']}")
             workers.remove(worker)
-    seconds = {worker.name: {task: [] for task in TASKS} for worker in workers}
-    for task in TASKS:
+    seconds = {worker.name: {task: [] for task in tasks} for worker in workers}
+    for task in tasks:
         for turn in range(rounds + 1):
             for worker in list(workers):
                 answer = worker.ask(task)
@@ -156,17 +161,20 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--points", type=int, default=4000)
-    parser.add_argument("--queries", type=int, default=4096)
-    parser.add_argument("--only", default=",".join(WORKERS))
+    parser.add_argument("--queries", type=int, help="default: 4096; with --joint 2000")
+    parser.add_argument("--joint", action="store_true")
+    parser.add_argument("--only")
     parser.add_argument("--out", default=str(ROOT / "bench/results"))
     options = parser.parse_args()
+    options.queries = options.queries or (2000 if options.joint else 4096)
+    options.only = options.only or ",".join(JOINT_WORKERS if options.joint else WORKERS)
     wanted = [name for name in WORKERS if name in options.only.split(",")]
 
     os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:2])
     module_path = install_egosieve()
     interpreter, absent = make_environment(wanted)
     workers = [Worker(name, interpreter, module_path, options) for name in wanted if WORKERS[name] not in absent]
-    results = measure(workers, options.rounds)
+    results = measure(workers, options.rounds, JOINT_TASKS if options.joint else TASKS)
     for name in wanted:
         if WORKERS[name] in absent:
             results[name] = {"error": absent[WORKERS[name]]}
@@ -177,10 +185,12 @@ def main():
     }  # fmt: skip
     out = Path(options.out)
     out.mkdir(parents=True, exist_ok=True)
-    (out / "peers.json").write_text(json.dumps(record, indent=1) + "\n")
-    table = charts.table(record)
-    (out / "peers.md").write_text(table)
-    (out / "peers.svg").write_text(charts.bars(record))
+    name = "joint" if options.joint else "peers"
+    (out / f"{name}.json").write_text(json.dumps(record, indent=1) + "\n")
+    table = charts.joint_table(record) if options.joint else charts.table(record)
+    (out / f"{name}.md").write_text(table)
+    if not options.joint:
+        (out / "peers.svg").write_text(charts.bars(record))
     print(table)
 
 

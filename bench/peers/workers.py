@@ -4,6 +4,8 @@
     predict   mean and variance of f at all queries (at 256 where these alone take over 4 s): seconds a query
     replace   64 new points, the 64 oldest gone, then mean and variance at 256 queries: seconds
     append    64 new points, then mean and variance at 256 queries: seconds; they are dropped again untimed
+    joint     mean and joint covariance of f at all queries: seconds
+    samples   1,000 samples of f at all queries, the covariance among what is timed: seconds
     finish    memory
 
 The models are one and the same: squared exponential with lengths LENGTH, or the arcsine with weights WEIGHT, sigma_f = 1,
@@ -17,7 +19,7 @@ import time
 
 import numpy as np
 
-DIMENSION, UPDATE, FEW = 6, 64, 256
+DIMENSION, UPDATE, FEW, SAMPLES = 6, 64, 256, 1000
 SLOW = 4.0  # seconds for FEW queries
 LENGTH, WEIGHT, NOISE = 0.8, 1.5, 0.3
 
@@ -40,14 +42,13 @@ def covariance_matrix(arcsine, a, b):
 
 
 def float64_posterior(arcsine, X, y, queries):
-    """Mean and variance of f, the measure of all errors."""
+    """Mean and joint covariance of f, the measure of all errors."""
     from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
     factor = cho_factor(covariance_matrix(arcsine, X, X) + NOISE**2 * np.eye(len(X)), lower=True)
     cross = covariance_matrix(arcsine, X, queries)
     half = solve_triangular(factor[0], cross, lower=True)
-    prior = np.diag(covariance_matrix(arcsine, queries, queries))
-    return cross.T @ cho_solve(factor, y), prior - (half**2).sum(0)
+    return cross.T @ cho_solve(factor, y), covariance_matrix(arcsine, queries, queries) - half.T @ half
 
 
 class Egosieve:
@@ -68,6 +69,12 @@ class Egosieve:
 
     def predict(self, queries):
         return self.gp.predict(queries.astype(np.float32), return_var=True)
+
+    def joint(self, queries):
+        return self.gp.predict(queries, return_cov=True)
+
+    def samples(self, queries):
+        return self.gp.sample_y(queries, SAMPLES)
 
     def replace(self, X, y, new_X, new_y):
         self.gp.partial_fit(new_X, new_y).remove(np.arange(UPDATE))
@@ -122,6 +129,12 @@ class ScikitLearn(Refitted):
         mean, std = self.gp.predict(queries, return_std=True)
         return mean, std**2
 
+    def joint(self, queries):
+        return self.gp.predict(queries, return_cov=True)
+
+    def samples(self, queries):
+        return self.gp.sample_y(queries, SAMPLES)
+
 
 class GPyTorchExact(Refitted):
     """ExactGP in float32, by Cholesky."""
@@ -163,6 +176,15 @@ class GPyTorchExact(Refitted):
         with self.torch.no_grad(), settings.fast_pred_var(self.fast), settings.max_cholesky_size(10**6):
             posterior = self.gp(self.tensor(queries))
             return posterior.mean.numpy(), posterior.variance.numpy()
+
+    def joint(self, queries):
+        with self.torch.no_grad(), self.gpytorch.settings.max_cholesky_size(10**6):
+            posterior = self.gp(self.tensor(queries))
+            return posterior.mean.numpy(), posterior.covariance_matrix.numpy()
+
+    def samples(self, queries):
+        with self.torch.no_grad(), self.gpytorch.settings.max_cholesky_size(10**6):
+            return self.gp(self.tensor(queries)).sample(self.torch.Size([SAMPLES])).numpy()
 
 
 class GPyTorchFast(GPyTorchExact):
@@ -315,14 +337,28 @@ class Session:
         self.library.undo_append(self.points)
         return {"seconds": seconds}
 
+    def joint(self):
+        start = time.perf_counter()
+        covariance = self.library.joint(self.queries)[1]
+        seconds = time.perf_counter() - start
+        self.covariance = np.array(covariance[:FEW, :FEW], np.float64)
+        return {"seconds": seconds}
+
+    def samples(self):
+        start = time.perf_counter()
+        self.library.samples(self.queries)
+        return {"seconds": time.perf_counter() - start}
+
     def finish(self):
         # The measure of errors comes last, so that its memory is not counted.
         account = {"after_import_mib": self.after_import, "peak_mib": memory_mib("VmHWM")}
-        mean, variance = float64_posterior(
+        mean, covariance = float64_posterior(
             self.library.arcsine, self.X[: self.points], self.y[: self.points], self.queries[:FEW]
         )
         account["mean_error"] = float(np.abs(np.array(self.first["mean"]) - mean).max())
-        account["variance_error"] = float(np.abs(np.array(self.first["variance"]) - variance).max())
+        account["variance_error"] = float(np.abs(np.array(self.first["variance"]) - np.diag(covariance)).max())
+        if hasattr(self, "covariance"):
+            account["covariance_error"] = float(np.abs(self.covariance - covariance).max())
         return account
 
 

@@ -10,6 +10,8 @@
 namespace egosieve::gp {
 namespace {
 
+constexpr double kLeastShare = 1e-10;  // of [K^-1]_ii that a mean function leaves
+
 // The first `count` of a seeded shuffle of `rows` go to `out`.
 void Draw(std::vector<int64_t>& rows, int64_t count, std::mt19937_64& generator,
           std::vector<int64_t>& out) {
@@ -25,31 +27,44 @@ void Draw(std::vector<int64_t>& rows, int64_t count, std::mt19937_64& generator,
 std::vector<double> LeaveOneOut::LatentVariance(double noise_variance) const {
   std::vector<double> variance(target_variance.size());
   for (size_t i = 0; i < variance.size(); ++i) {
-    variance[i] = std::max(0.0, target_variance[i] - noise_variance);
+    const double own = noise_variances.empty() ? 0.0 : noise_variances[i];
+    variance[i] = std::max(0.0, target_variance[i] - noise_variance - own);
   }
   return variance;
 }
 
-double LeaveOneOut::LogProbability(absl::Span<const double> targets) const {
-  double sum = 0.0;
+std::vector<double> LeaveOneOut::LogDensities(absl::Span<const double> targets) const {
+  std::vector<double> densities(mean.size());
   for (size_t i = 0; i < rows.size(); ++i) {
-    const double error = targets[rows[i]] - mean[i];
-    sum -= 0.5 * (std::log(2.0 * M_PI * target_variance[i]) + error * error / target_variance[i]);
+    for (int64_t c = 0; c < outputs; ++c) {
+      const double error = targets[rows[i] * outputs + c] - mean[i * outputs + c];
+      densities[i * outputs + c] =
+          -0.5 * (std::log(2.0 * M_PI * target_variance[i]) + error * error / target_variance[i]);
+    }
   }
-  return sum;
+  return densities;
+}
+
+double LeaveOneOut::LogProbability(absl::Span<const double> targets) const {
+  const std::vector<double> densities = LogDensities(targets);
+  return std::accumulate(densities.begin(), densities.end(), 0.0);
 }
 
 absl::StatusOr<LeaveOneOut> ComputeLeaveOneOut(const IncrementalCholesky& factor,
                                                absl::Span<const double> targets,
                                                absl::Span<const double> alpha,
-                                               absl::Span<const int64_t> rows) {
+                                               absl::Span<const int64_t> rows,
+                                               absl::Span<const double> mean_shares) {
   const size_t n = static_cast<size_t>(factor.size());
-  if (targets.size() != n || alpha.size() != n) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d targets and %d values of alpha for a factor of %d rows", targets.size(),
-                        alpha.size(), n));
+  const size_t outputs = n == 0 ? 1 : targets.size() / n;
+  if (targets.size() != n * outputs || outputs == 0 || alpha.size() != targets.size() ||
+      (!mean_shares.empty() && mean_shares.size() != n)) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "%d targets, %d values of alpha and %d shares of a mean for a factor of %d rows",
+        targets.size(), alpha.size(), mean_shares.size(), n));
   }
   LeaveOneOut result;
+  result.outputs = static_cast<int64_t>(outputs);
   result.rows.assign(rows.begin(), rows.end());
   if (rows.empty()) {
     result.rows.resize(n);
@@ -60,11 +75,21 @@ absl::StatusOr<LeaveOneOut> ComputeLeaveOneOut(const IncrementalCholesky& factor
       !status.ok()) {
     return status;
   }
-  result.mean.resize(diagonal.size());
+  result.mean.resize(diagonal.size() * outputs);
   result.target_variance.resize(diagonal.size());
   for (size_t i = 0; i < diagonal.size(); ++i) {
     const int64_t row = result.rows[i];
-    result.mean[i] = targets[row] - alpha[row] / diagonal[i];
+    const double whole = diagonal[i];
+    if (!mean_shares.empty()) diagonal[i] -= mean_shares[row];
+    // What is left of `whole` where nothing should be is rounding.
+    if (!(diagonal[i] > kLeastShare * whole)) {
+      return absl::FailedPreconditionError(
+          absl::StrFormat("without point %d the others do not determine the mean function", row));
+    }
+    for (size_t c = 0; c < outputs; ++c) {
+      const size_t place = row * outputs + c;
+      result.mean[i * outputs + c] = targets[place] - alpha[place] / diagonal[i];
+    }
     result.target_variance[i] = 1.0 / diagonal[i];
   }
   return result;

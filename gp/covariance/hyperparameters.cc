@@ -60,6 +60,14 @@ absl::StatusOr<Hyperparameters> FromLogarithms(CovarianceFunction function,
   return hyperparameters;
 }
 
+absl::StatusOr<Hyperparameters> FromLogarithms(const Hyperparameters& like,
+                                               absl::Span<const double> theta) {
+  absl::StatusOr<Hyperparameters> hyperparameters =
+      FromLogarithms(like.covariance.function, theta, like.covariance.dimension);
+  if (hyperparameters.ok()) hyperparameters->mean = like.mean;
+  return hyperparameters;
+}
+
 Hyperparameters DefaultHyperparameters(CovarianceFunction function, int64_t input_dimension) {
   Hyperparameters hyperparameters;
   hyperparameters.covariance.function = function;

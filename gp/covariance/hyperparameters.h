@@ -15,16 +15,18 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "gp/covariance/mean_function.h"
 #include "kernels/base/covariance_parameters.h"
 
 namespace egosieve::gp {
 
 struct Hyperparameters {
   kernels::CovarianceParameters covariance;
-  double noise_stddev = 0.5;  // sigma_n
+  double noise_stddev = 0.5;                // sigma_n
+  MeanFunction mean = MeanFunction::kZero;  // its coefficients follow from the data
 
   double noise_variance() const { return noise_stddev * noise_stddev; }
-  // scales.size() + 2.
+  // Of theta: scales.size() + 2.
   int64_t count() const { return static_cast<int64_t>(covariance.scales.size()) + 2; }
   // InvalidArgument, naming field and value, unless the covariance is valid and sigma_n finite and
   // positive.
@@ -40,6 +42,10 @@ std::vector<double> ToLogarithms(const Hyperparameters& hyperparameters);
 absl::StatusOr<Hyperparameters> FromLogarithms(kernels::CovarianceFunction function,
                                                absl::Span<const double> theta,
                                                int64_t input_dimension = 0);
+
+// The same with the covariance function, dimension and mean of `like`.
+absl::StatusOr<Hyperparameters> FromLogarithms(const Hyperparameters& like,
+                                               absl::Span<const double> theta);
 
 // A sane start for image descriptors in [-1, 1]^D: the function's own for the scales (arcsine: ln
 // w^2 = 1.4 for every weight; squared exponential: l = 0.5); sigma_f = 1, sigma_n = 0.5.

@@ -1,5 +1,6 @@
 #include "gp/io/model_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -52,10 +53,10 @@ absl::StatusOr<std::vector<T>> Take(const char* name, int64_t want_size, ArrayMa
 absl::Status CheckVersion(ArrayMap& arrays) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> version,
                             Take<int64_t>("format_version", 1, arrays));
-  if (version[0] == kModelFormatVersion) return absl::OkStatus();
   if (version[0] < 1) {
     return absl::DataLossError(absl::StrFormat("format version %d", version[0]));
   }
+  if (version[0] <= kModelFormatVersion) return absl::OkStatus();
   return absl::UnimplementedError(
       absl::StrFormat("format version %d; this program reads up to %d: use a newer one", version[0],
                       kModelFormatVersion));
@@ -84,6 +85,29 @@ absl::Status TakeFunction(ArrayMap& arrays, kernels::CovarianceParameters& covar
   return absl::OkStatus();
 }
 
+// y and what is known of each point's noise.
+absl::Status TakeTargets(ArrayMap& arrays, PointSet& points) {
+  const auto targets = arrays.find("targets");
+  if (targets != arrays.end() && targets->second.shape.size() == 2) {
+    points.outputs = targets->second.shape[1];
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(points.targets, Take<double>("targets", -1, arrays));
+  if (arrays.find("noise_variances") == arrays.end()) return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(points.noise_variances, Take<double>("noise_variances", -1, arrays));
+  return absl::OkStatus();
+}
+
+absl::Status TakeMeanFunction(ArrayMap& arrays, MeanFunction& mean) {
+  if (arrays.find("mean_function") == arrays.end()) return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> number,
+                            Take<int64_t>("mean_function", 1, arrays));
+  if (number[0] < 0 || number[0] > static_cast<int64_t>(MeanFunction::kLinear)) {
+    return absl::DataLossError(absl::StrFormat("mean function %d", number[0]));
+  }
+  mean = static_cast<MeanFunction>(number[0]);
+  return absl::OkStatus();
+}
+
 absl::Status TakeModel(ArrayMap& arrays, ExactModelState& model) {
   kernels::CovarianceParameters& covariance = model.hyperparameters.covariance;
   EGOSIEVE_RETURN_IF_ERROR(TakeFunction(arrays, covariance));
@@ -93,8 +117,10 @@ absl::Status TakeModel(ArrayMap& arrays, ExactModelState& model) {
   covariance.signal_stddev = signal_noise[0];
   model.hyperparameters.noise_stddev = signal_noise[1];
   EGOSIEVE_RETURN_IF_ERROR(model.hyperparameters.Validate());
-  EGOSIEVE_ASSIGN_OR_RETURN(model.points.targets, Take<double>("targets", -1, arrays));
-  const int64_t n = static_cast<int64_t>(model.points.targets.size());
+  EGOSIEVE_RETURN_IF_ERROR(TakeMeanFunction(arrays, model.hyperparameters.mean));
+  EGOSIEVE_RETURN_IF_ERROR(TakeTargets(arrays, model.points));
+  const int64_t n = static_cast<int64_t>(model.points.targets.size()) /
+                    std::max<int64_t>(1, model.points.outputs);
   EGOSIEVE_ASSIGN_OR_RETURN(model.points.inputs,
                             Take<double>("inputs", n * covariance.input_dimension(), arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(model.points.identities, Take<int64_t>("identities", n, arrays));
@@ -140,7 +166,9 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
   EGOSIEVE_RETURN_IF_ERROR(CheckSquash(file.squash));
   const kernels::CovarianceParameters& covariance = model.hyperparameters.covariance;
   ArrayMap arrays;
-  arrays["format_version"] = Vector<int64_t>({kModelFormatVersion});
+  const bool plain = model.points.outputs == 1 && model.points.noise_variances.empty() &&
+                     model.hyperparameters.mean == MeanFunction::kZero;
+  arrays["format_version"] = Vector<int64_t>({plain ? 1 : kModelFormatVersion});
   const int64_t number = NumberOf(covariance.function);
   arrays["covariance_function"] = Vector<int64_t>({number});
   if (number == kNamedFunction) {
@@ -151,9 +179,17 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
   arrays["signal_noise"] =
       Vector<double>({covariance.signal_stddev, model.hyperparameters.noise_stddev});
   arrays["inputs"] = Vector(model.points.inputs);
-  arrays["inputs"].shape = {static_cast<int64_t>(model.points.targets.size()),
-                            covariance.input_dimension()};
+  arrays["inputs"].shape = {model.points.size(), covariance.input_dimension()};
   arrays["targets"] = Vector(model.points.targets);
+  if (model.points.outputs > 1) {
+    arrays["targets"].shape = {model.points.size(), model.points.outputs};
+  }
+  if (!model.points.noise_variances.empty()) {
+    arrays["noise_variances"] = Vector(model.points.noise_variances);
+  }
+  if (model.hyperparameters.mean != MeanFunction::kZero) {
+    arrays["mean_function"] = Vector<int64_t>({static_cast<int64_t>(model.hyperparameters.mean)});
+  }
   arrays["identities"] = Vector(model.points.identities);
   arrays["birth_frames"] = Vector(model.points.birth_frames);
   arrays["next_identity"] = Vector<int64_t>({model.points.next_identity});
@@ -177,9 +213,9 @@ absl::StatusOr<ModelFile> ParseModel(std::string_view bytes, const ModelFileLimi
   EGOSIEVE_RETURN_IF_ERROR(CheckVersion(arrays));
   ModelFile file;
   EGOSIEVE_RETURN_IF_ERROR(TakeModel(arrays, file.model));
-  if (static_cast<int64_t>(file.model.points.targets.size()) > limits.maximum_points) {
+  if (file.model.points.size() > limits.maximum_points) {
     return absl::FailedPreconditionError(absl::StrFormat(
-        "%d points; at most %d are read", file.model.points.targets.size(), limits.maximum_points));
+        "%d points; at most %d are read", file.model.points.size(), limits.maximum_points));
   }
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> squash, Take<double>("squash", 2, arrays));
   file.squash = {squash[0], squash[1]};

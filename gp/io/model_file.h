@@ -2,13 +2,15 @@
 //
 // The format is NumPy's .npz (gp/io/array_file.h): in Python, numpy.load(path) gives the arrays
 //
-//   format_version        i8 [1]     kModelFormatVersion
+//   format_version        i8 [1]     2 where an array that is marked so is there, else 1
 //   covariance_function   i8 [1]     0 arcsine, 1 squared exponential, 2 another
 //   covariance_name       u1 [...]   of another: its text, as CovarianceFunction::Parse takes it
 //   scales                f8 [P]     kernels/base/covariance_parameters.h
 //   signal_noise          f8 [2]     sigma_f, sigma_n
 //   inputs                f8 [n, D]
-//   targets               f8 [n]     y
+//   targets               f8 [n]     y; of k outputs, k > 1: f8 [n, k] (2)
+//   noise_variances       f8 [n]     v, on top of sigma_n^2, where a point has any (2)
+//   mean_function         i8 [1]     1 constant, 2 linear; zero where it is not there (2)
 //   identities            i8 [n]     increasing
 //   birth_frames          i8 [n]
 //   next_identity         i8 [1]
@@ -36,7 +38,8 @@
 
 namespace egosieve::gp {
 
-inline constexpr int64_t kModelFormatVersion = 1;
+// The latest version; all are read.
+inline constexpr int64_t kModelFormatVersion = 2;
 
 struct ModelFile {
   ExactModelState model;

@@ -181,6 +181,31 @@ void MultiplyInverse(ConstView r, View out) {
   });
 }
 
+void AddRowProducts(ConstView x, int sign, View c) {
+  const int64_t tiles = Tiles(x.rows, kRows);
+  kernels::ParallelFor(tiles * (tiles + 1) / 2, 1.0 * x.rows * x.rows * x.cols, [&](int64_t t) {
+    int64_t i = 0;
+    while ((i + 1) * (i + 2) / 2 <= t) ++i;
+    const int64_t row = i * kRows, column = (t - i * (i + 1) / 2) * kRows;
+    const int64_t rows = std::min(kRows, x.rows - row);
+    const int64_t columns = std::min(kRows, x.rows - column);
+    const ConstView left = Block(x, row, 0, rows, x.cols);
+    const ConstView right = Block(x, column, 0, columns, x.cols);
+    const View target = Block(c, row, column, rows, columns);
+    if (sign > 0) {
+      tile::AddProductTransposed(left, right, target);
+    } else {
+      tile::SubtractProductTransposed(left, right, target);
+    }
+  });
+}
+
+void MirrorLower(View c) {
+  for (int64_t i = 0; i < c.rows; ++i) {
+    for (int64_t j = 0; j < i; ++j) c(j, i) = c(i, j);
+  }
+}
+
 void InverseColumnNorms(ConstView l, absl::Span<const int64_t> rows, absl::Span<double> out) {
   const int64_t n = l.rows;
   const int64_t count = static_cast<int64_t>(rows.size());

@@ -10,6 +10,7 @@
 //   InvertLower          R = L^-1                     n^3 / 3
 //   MultiplyInverse      R^T R = (L L^T)^-1           n^3 / 3
 //   InverseColumnNorms   |L^-1 e_r|^2                 sum over r of (n - r)^2
+//   AddRowProducts       C + sign X X^T, k rows       k^2 n
 //
 // The first is left-looking: panel p of columns is  A_p - L_<p L_p,<p^T, then L_pp and the rows
 // below it (Golub & Van Loan, 4th ed., 4.2.5-4.2.7).
@@ -49,6 +50,13 @@ void MultiplyInverse(kernels::ConstMatrixView<double> r, kernels::MatrixView<dou
 // out_s = |L^-1 e_r|^2 for r = rows[s], increasing.
 void InverseColumnNorms(kernels::ConstMatrixView<double> l, absl::Span<const int64_t> rows,
                         absl::Span<double> out);
+
+// The lower triangle of C := that of C + sign X X^T, X: k x n, C: k x k, sign 1 or -1; the strict
+// upper triangle may be overwritten.
+void AddRowProducts(kernels::ConstMatrixView<double> x, int sign, kernels::MatrixView<double> c);
+
+// The lower triangle's mirror image into the upper one.
+void MirrorLower(kernels::MatrixView<double> c);
 
 }  // namespace egosieve::gp
 

@@ -1,17 +1,26 @@
-// Exact Gaussian process regression on labels, learnt online: points are added and removed in
-// batches, the Cholesky factor follows.
+// Exact Gaussian process regression, learnt online: points are added and removed in batches, the
+// Cholesky factor follows.
 //
-//   y_i = 2 p_i - 1 for a label p_i in [0, 1];  prior mean 0                        (M1)
-//   L L^T = K + (sigma_n^2 + jitter) I,  alpha = (L L^T)^-1 y                       (M2)
-//   mean(x) = k*.alpha,  variance of f(x) = k** - |L^-1 k*|^2                       (M3)
+//   y_i = 2 p_i - 1 for a label p_i in [0, 1]; else any targets, of k outputs                (M1)
+//   K_y = K + diag(sigma_n^2 + v_i + jitter) = L L^T,  v_i the point's own noise variance    (M2)
+//   alpha = K_y^-1 (Y - H B);  H, B: mean function and its coefficients, with all that follows from
+//   them, as in gp/model/regression_weights.h; the mean is zero at first
+//   mean(x) = alpha^T k* + B^T h(x),  variance of f(x) = k** - |L^-1 k*|^2 + |M^-1 r(x)|^2   (M3)
+//   covariance of f(x), f(x') = k(x, x') - (L^-1 k*).(L^-1 k*') + (M^-1 r).(M^-1 r')         (M4)
+//   d mean / dx = sum_i alpha_i dk(x, x_i) / dx + B^T dh / dx                                (M5)
+//   d variance / dx = dk** / dx - 2 sum_i (K_y^-1 k* + W u)_i dk(x, x_i) / dx + 2 u^T dh / dx,
+//     u = A^-1 r                                                                             (M6)
+//
+// The outputs share covariance, noise and so the factor: variances and covariances are the same for
+// all. Without points the model is the prior.
 //
 // Points keep the order in which they were added; removal closes the gaps. Every point has an
 // identity, unique in the model's life and increasing, and the frame in which it was added.
 //
 // Numerically equal inputs make K + sigma_n^2 I singular to working precision only where sigma_n is
-// tiny. Where a pivot is refused, the jitter climbs from 1e-10 sigma_f^2 by tens to 1e-4 sigma_f^2
-// and the factor is rebuilt; jitter() reports it. It goes back to zero when the hyperparameters
-// are set.
+// tiny. Where a pivot is refused, the jitter climbs the ladder of gp/linalg/jitter_ladder.h, whose
+// unit is sigma_f^2, and the factor is rebuilt; jitter() reports it. It goes back to zero when the
+// hyperparameters are set.
 //
 // Cost: Add of k points k n^2 + k^2 n; Remove 2 k n^2 (or a rebuild where that is cheaper);
 // SetHyperparameters n^3 / 3 and n^2 / 2 covariances. Memory: one n x n array of float64, another
@@ -20,7 +29,11 @@
 // A change that fails leaves the model as it was, also where it fails because memory runs out
 // (std::bad_alloc, or ResourceExhausted for the factor). Remove is not so: its update is in place.
 //
-// Not thread-safe; MakePosterior gives what is.
+// Predictions with a mean function whose coefficients the points do not determine are
+// FailedPrecondition.
+//
+// References: Rasmussen & Williams (2006), 2.2, 2.7, 5.4.2. Not thread-safe; MakePosterior gives
+// what is.
 #ifndef EGOSIEVE_GP_MODEL_EXACT_MODEL_H_
 #define EGOSIEVE_GP_MODEL_EXACT_MODEL_H_
 
@@ -34,19 +47,44 @@
 #include "gp/calibration/leave_one_out.h"
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/covariance/hyperparameters.h"
+#include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/incremental_cholesky.h"
+#include "gp/linalg/normal_samples.h"
 #include "gp/model/point_set.h"
 #include "gp/model/posterior.h"
+#include "gp/model/regression_weights.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::gp {
 
 struct Prediction {
-  std::vector<double> mean;
-  std::vector<double> variance;   // of f; empty where it was not asked for
+  std::vector<double> mean;       // M x k
+  std::vector<double> variance;   // of f, M; empty where it was not asked for
   int64_t clamped_variances = 0;  // negative from rounding, set to 0
 };
+
+struct JointPrediction {
+  std::vector<double> mean;  // M x k
+  AlignedMatrix covariance;  // of f, M x M, symmetric; of each output
+};
+
+// By the inputs of M points.
+struct InputGradients {
+  std::vector<double> mean;      // M x k x D
+  std::vector<double> variance;  // of f, M x D; empty where it was not asked for
+};
+
+struct SampleOptions {
+  int64_t count = 1;            // samples of each output
+  uint64_t seed = 0;            // the same seed gives the same samples
+  bool of_observation = false;  // of y and not of f: with sigma_n^2, without v
+};
+
+// Samples of `joint`, whose covariance gets the noise where that is asked for.
+absl::StatusOr<NormalSamples> SampleJoint(const Hyperparameters& hyperparameters,
+                                          kernels::ConstMatrixView<double> points, int64_t outputs,
+                                          const SampleOptions& options, JointPrediction& joint);
 
 // A model as a value: everything but the factor, which follows from it.
 struct ExactModelState {
@@ -80,7 +118,11 @@ class ExactModel {
                    int64_t frame);
   // The same for regression: any finite targets y instead of labels.
   absl::Status AddTargets(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
-                          int64_t frame);
+                          int64_t frame) {
+    return AddObservations({inputs, targets}, frame);
+  }
+  // Of several outputs, with noise by point. The number of outputs is that of the points there are.
+  absl::Status AddObservations(const Observations& added, int64_t frame);
 
   // rows: indices in [0, size()), strictly increasing. InvalidArgument, unchanged, otherwise.
   absl::Status Remove(absl::Span<const int64_t> rows);
@@ -104,29 +146,45 @@ class ExactModel {
 
   // Views are valid until the next change.
   kernels::ConstMatrixView<double> inputs() const { return points_.view(input_dimension()); }
-  absl::Span<const double> targets() const { return points_.targets; }         // y = 2 p - 1
+  absl::Span<const double> targets() const { return points_.targets; }  // n x k; of labels 2 p - 1
+  int64_t outputs() const { return points_.outputs; }                   // k
+  Observations observations() const { return points_.observations(input_dimension()); }
   absl::Span<const int64_t> identities() const { return points_.identities; }  // increasing
   absl::Span<const int64_t> birth_frames() const { return points_.birth_frames; }
   const IncrementalCholesky& factor() const { return factor_; }
-  absl::Span<const double> alpha() const { return alpha_; }
+  const RegressionWeights& weights() const { return weights_; }
+  absl::Span<const double> alpha() const { return weights_.alpha; }  // n x k
 
-  // Means (M3) at N x D points on the context's device in float32; the prior's 0 for an empty
-  // model.
+  // Means (M3) at N x D points on the context's device in float32, N x k; the prior's 0 for an
+  // empty model.
   absl::StatusOr<std::vector<float>> PredictMean(kernels::ConstMatrixView<float> points) const;
-  // The mean at the model's own points, in float64 and without covariances: y - (sigma_n^2 +
-  // jitter) alpha.
+  // The mean at the model's own points, n x k, in float64 and without covariances: y - (sigma_n^2 +
+  // v + jitter) alpha; y itself where the mean's coefficients are not determined.
   std::vector<double> PredictOwnMean() const;
   // (M3) at N x D points, in float64.
   absl::StatusOr<Prediction> Predict(kernels::ConstMatrixView<double> points,
                                      PredictWhat what) const;
 
-  // log p(y | X) = -1/2 y.alpha - sum_i log L_ii - n/2 log 2 pi; 0 for an empty model.
+  // (M4) at M x D points, in float64. Cost: M n^2 + M^2 n flops; memory: M n + M^2 values.
+  absl::StatusOr<JointPrediction> PredictJoint(kernels::ConstMatrixView<double> points) const;
+  // Samples from the joint distribution of f, or y, at M x D points (gp/linalg/normal_samples.h):
+  // from the posterior, or from the prior where the model is empty.
+  absl::StatusOr<NormalSamples> Sample(kernels::ConstMatrixView<double> points,
+                                       const SampleOptions& options) const;
+
+  // (M5), (M6) at M x D points, in float64. Cost: M n D k for the mean, 2 M n^2 for the variance.
+  absl::StatusOr<InputGradients> PredictGradients(kernels::ConstMatrixView<double> points,
+                                                  PredictWhat what) const;
+
+  // (W5) of gp/model/regression_weights.h, the sum over outputs; 0 for an empty model, NaN where
+  // the mean's coefficients are not determined.
   double LogMarginalLikelihood() const;
 
   // Leave-one-out predictions of rows (all where empty).
   absl::StatusOr<LeaveOneOut> PredictLeaveOneOut(absl::Span<const int64_t> rows = {}) const;
 
   // A posterior that stays as the model is now. Needs no change of the model; costs an upload.
+  // Several outputs and mean functions cost a copy of the inputs, too.
   absl::StatusOr<std::shared_ptr<const Posterior>> MakePosterior(
       const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {}) const;
 
@@ -137,10 +195,13 @@ class ExactModel {
   struct Solution {
     IncrementalCholesky factor;
     double jitter = 0.0;
-    std::vector<double> alpha;
+    RegressionWeights weights;
   };
 
-  absl::Status AppendToFactor(kernels::ConstMatrixView<double> points);
+  absl::Status AppendToFactor(const Observations& added);
+  // (M6), points.rows x D.
+  absl::Status VarianceGradients(kernels::ConstMatrixView<double> points,
+                                 kernels::MatrixView<double> out) const;
   // The solution for `points` with the first jitter that works: `jitter` itself, or where that was
   // refused already the next rung of the ladder.
   absl::StatusOr<Solution> Solve(const Hyperparameters& hyperparameters, const PointSet& points,
@@ -153,7 +214,7 @@ class ExactModel {
   IncrementalCholesky factor_;
   double jitter_ = 0.0;
   PointSet points_;
-  std::vector<double> alpha_;
+  RegressionWeights weights_;
 };
 
 }  // namespace egosieve::gp

@@ -1,7 +1,6 @@
 #include "gp/model/model_checks.h"
 
 #include "absl/strings/str_format.h"
-#include "gp/model/point_set.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
@@ -24,10 +23,13 @@ absl::Status CheckReplacement(const Hyperparameters& hyperparameters, int64_t si
   return absl::OkStatus();
 }
 
-absl::Status CheckAddition(kernels::ConstMatrixView<double> inputs,
-                           absl::Span<const double> targets, int64_t dimension) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(inputs, dimension));
-  return CheckTargets(targets, inputs.rows);
+absl::Status CheckAddition(const Observations& added, const PointSet& points, int64_t dimension) {
+  EGOSIEVE_RETURN_IF_ERROR(added.Validate(dimension));
+  if (added.size() > 0 && points.size() > 0 && added.outputs() != points.outputs) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "targets of %d outputs; the model's points have %d", added.outputs(), points.outputs));
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace egosieve::gp

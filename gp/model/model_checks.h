@@ -5,9 +5,8 @@
 #include <cstdint>
 
 #include "absl/status/status.h"
-#include "absl/types/span.h"
 #include "gp/covariance/hyperparameters.h"
-#include "kernels/base/matrix_view.h"
+#include "gp/model/point_set.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::gp {
@@ -20,9 +19,9 @@ absl::Status CheckSetUp(const kernels::Context* context, const Hyperparameters& 
 absl::Status CheckReplacement(const Hyperparameters& hyperparameters, int64_t size,
                               int64_t dimension);
 
-// CheckPoints and CheckTargets of points that are to be added.
-absl::Status CheckAddition(kernels::ConstMatrixView<double> inputs,
-                           absl::Span<const double> targets, int64_t dimension);
+// InvalidArgument unless the observations are valid and, where there are points, of as many outputs
+// as these.
+absl::Status CheckAddition(const Observations& added, const PointSet& points, int64_t dimension);
 
 }  // namespace egosieve::gp
 

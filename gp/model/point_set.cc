@@ -13,13 +13,58 @@ using kernels::ConstMatrixView;
 
 constexpr int64_t kLargestIdentity = int64_t{1} << 62;
 
+absl::Status CheckTargets(ConstMatrixView<double> targets, int64_t count) {
+  if (targets.rows != count || targets.cols < 1) {
+    return absl::InvalidArgumentError(absl::StrFormat("%d inputs and %d x %d labels or targets",
+                                                      count, targets.rows, targets.cols));
+  }
+  for (int64_t i = 0; i < targets.rows; ++i) {
+    for (int64_t c = 0; c < targets.cols; ++c) {
+      if (!std::isfinite(targets(i, c))) {
+        return absl::InvalidArgumentError(
+            absl::StrFormat("targets(%d, %d) = %g; it must be finite", i, c, targets(i, c)));
+      }
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckNoiseVariances(absl::Span<const double> variances, int64_t count) {
+  if (!variances.empty() && static_cast<int64_t>(variances.size()) != count) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%d inputs and %d noise variances", count, variances.size()));
+  }
+  for (size_t i = 0; i < variances.size(); ++i) {
+    if (!(variances[i] >= 0.0 && std::isfinite(variances[i]))) {
+      return absl::InvalidArgumentError(absl::StrFormat(
+          "noise_variances[%d] = %g; it must be finite and not negative", i, variances[i]));
+    }
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
-void PointSet::Append(ConstMatrixView<double> new_inputs, absl::Span<const double> new_targets,
-                      int64_t frame) {
-  for (int64_t i = 0; i < new_inputs.rows; ++i) {
-    inputs.insert(inputs.end(), new_inputs.row(i), new_inputs.row(i) + new_inputs.cols);
-    targets.push_back(new_targets[i]);
+absl::Status Observations::Validate(int64_t dimension) const {
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(inputs, dimension));
+  EGOSIEVE_RETURN_IF_ERROR(CheckTargets(targets, inputs.rows));
+  return CheckNoiseVariances(noise_variances, inputs.rows);
+}
+
+void PointSet::Append(const Observations& added, int64_t frame) {
+  const int64_t before = size();
+  if (before == 0) outputs = added.outputs();
+  if (!noise_variances.empty() || !added.noise_variances.empty()) {
+    noise_variances.resize(before, 0.0);
+  }
+  for (int64_t i = 0; i < added.size(); ++i) {
+    const double* x = added.inputs.row(i);
+    inputs.insert(inputs.end(), x, x + added.inputs.cols);
+    const double* y = added.targets.row(i);
+    targets.insert(targets.end(), y, y + outputs);
+    if (!noise_variances.empty() || !added.noise_variances.empty()) {
+      noise_variances.push_back(added.noise_variance(i));
+    }
     birth_frames.push_back(frame);
     identities.push_back(next_identity++);
   }
@@ -28,21 +73,22 @@ void PointSet::Append(ConstMatrixView<double> new_inputs, absl::Span<const doubl
 void PointSet::Remove(absl::Span<const int64_t> rows) {
   if (rows.empty()) return;
   EraseRows(static_cast<int64_t>(inputs.size()) / size(), rows, inputs);
-  EraseRows(1, rows, targets);
+  EraseRows(outputs, rows, targets);
+  if (!noise_variances.empty()) EraseRows(1, rows, noise_variances);
   EraseRows(1, rows, identities);
   EraseRows(1, rows, birth_frames);
 }
 
 absl::Status PointSet::Validate(int64_t dimension) const {
-  const size_t n = targets.size();
-  if (inputs.size() != n * dimension || identities.size() != n || birth_frames.size() != n) {
+  const size_t n = identities.size();
+  if (inputs.size() != n * dimension || birth_frames.size() != n || outputs < 1 ||
+      targets.size() != n * outputs) {
     return absl::InvalidArgumentError(
-        absl::StrFormat("%d values of inputs of dimension %d, %d targets, %d identities and %d "
-                        "birth frames do not fit",
-                        inputs.size(), dimension, n, identities.size(), birth_frames.size()));
+        absl::StrFormat("%d values of inputs of dimension %d, %d targets of %d outputs, %d "
+                        "identities and %d birth frames do not fit",
+                        inputs.size(), dimension, targets.size(), outputs, n, birth_frames.size()));
   }
-  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(view(dimension), dimension));
-  EGOSIEVE_RETURN_IF_ERROR(CheckTargets(targets, size()));
+  EGOSIEVE_RETURN_IF_ERROR(observations(dimension).Validate(dimension));
   if (!(next_identity >= 0 && next_identity <= kLargestIdentity)) {
     return absl::InvalidArgumentError(
         absl::StrFormat("next_identity = %d; it must be in [0, 2^62]", next_identity));
@@ -68,20 +114,6 @@ absl::Status CheckPoints(ConstMatrixView<double> inputs, int64_t dimension) {
         return absl::InvalidArgumentError(
             absl::StrFormat("inputs(%d, %d) = %g; it must be finite", i, d, inputs(i, d)));
       }
-    }
-  }
-  return absl::OkStatus();
-}
-
-absl::Status CheckTargets(absl::Span<const double> targets, int64_t count) {
-  if (static_cast<int64_t>(targets.size()) != count) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d inputs and %d labels or targets", count, targets.size()));
-  }
-  for (size_t i = 0; i < targets.size(); ++i) {
-    if (!std::isfinite(targets[i])) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("targets[%d] = %g; it must be finite", i, targets[i]));
     }
   }
   return absl::OkStatus();

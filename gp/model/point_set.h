@@ -1,5 +1,5 @@
-// The labelled points that a model holds: inputs, targets, identities and birth frames, in the
-// order in which they came. Removal closes the gaps.
+// The points that a model holds: inputs, targets of one output or several, the noise of each,
+// identities and birth frames, in the order in which they came. Removal closes the gaps.
 #ifndef EGOSIEVE_GP_MODEL_POINT_SET_H_
 #define EGOSIEVE_GP_MODEL_POINT_SET_H_
 
@@ -14,32 +14,64 @@
 
 namespace egosieve::gp {
 
-struct PointSet {
-  std::vector<double> inputs;  // n x D
-  std::vector<double> targets;
-  std::vector<int64_t> identities;  // increasing
-  std::vector<int64_t> birth_frames;
-  int64_t next_identity = 0;
+// What is observed at some places, as models and objectives take it.
+struct Observations {
+  kernels::ConstMatrixView<double> inputs;   // N x D
+  kernels::ConstMatrixView<double> targets;  // N x k: k outputs, which share covariance and noise
+  absl::Span<const double> noise_variances;  // N, v_i >= 0, on top of sigma_n^2; empty: all 0
 
-  int64_t size() const { return static_cast<int64_t>(targets.size()); }
-  kernels::ConstMatrixView<double> view(int64_t dimension) const {
-    return {inputs.data(), size(), dimension};
+  Observations(kernels::ConstMatrixView<double> inputs, kernels::ConstMatrixView<double> targets,
+               absl::Span<const double> noise_variances = {})
+      : inputs(inputs), targets(targets), noise_variances(noise_variances) {}
+  // Of one output.
+  Observations(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
+               absl::Span<const double> noise_variances = {})
+      : Observations(inputs, {targets.data(), static_cast<int64_t>(targets.size()), 1},
+                     noise_variances) {}
+
+  int64_t size() const { return inputs.rows; }
+  int64_t outputs() const { return targets.cols; }
+  double noise_variance(int64_t i) const {
+    return noise_variances.empty() ? 0.0 : noise_variances[i];
   }
-
-  void Append(kernels::ConstMatrixView<double> new_inputs, absl::Span<const double> new_targets,
-              int64_t frame);
-  // rows: as CheckRows wants them.
-  void Remove(absl::Span<const int64_t> rows);
-
-  // InvalidArgument, naming the field, unless sizes fit, numbers are finite, and identities are
-  // increasing, not negative and under next_identity.
+  // InvalidArgument, naming row and value, unless the inputs are finite and of this dimension, the
+  // targets finite and as many, k at least 1, and noise variances finite and not negative.
   absl::Status Validate(int64_t dimension) const;
 };
 
-// InvalidArgument, naming row and value, unless the inputs are finite and of this dimension, and
-// the targets finite and as many.
+struct PointSet {
+  std::vector<double> inputs;           // n x D
+  std::vector<double> targets;          // n x k
+  std::vector<double> noise_variances;  // n, on top of sigma_n^2; empty: all 0
+  std::vector<int64_t> identities;      // increasing
+  std::vector<int64_t> birth_frames;
+  int64_t next_identity = 0;
+  int64_t outputs = 1;  // k
+
+  int64_t size() const { return static_cast<int64_t>(identities.size()); }
+  kernels::ConstMatrixView<double> view(int64_t dimension) const {
+    return {inputs.data(), size(), dimension};
+  }
+  kernels::ConstMatrixView<double> target_view() const { return {targets.data(), size(), outputs}; }
+  Observations observations(int64_t dimension) const {
+    return {view(dimension), target_view(), noise_variances};
+  }
+  double noise_variance(int64_t i) const {
+    return noise_variances.empty() ? 0.0 : noise_variances[i];
+  }
+
+  // Without points, k becomes that of the new ones; else it must be the same.
+  void Append(const Observations& added, int64_t frame);
+  // rows: as CheckRows wants them.
+  void Remove(absl::Span<const int64_t> rows);
+
+  // InvalidArgument, naming the field, unless sizes fit, numbers are finite, noise variances not
+  // negative, and identities increasing, not negative and under next_identity.
+  absl::Status Validate(int64_t dimension) const;
+};
+
+// InvalidArgument, naming row and value, unless the inputs are finite and of this dimension.
 absl::Status CheckPoints(kernels::ConstMatrixView<double> inputs, int64_t dimension);
-absl::Status CheckTargets(absl::Span<const double> targets, int64_t count);
 // InvalidArgument unless rows are strictly increasing and in [0, size).
 absl::Status CheckRows(absl::Span<const int64_t> rows, int64_t size);
 

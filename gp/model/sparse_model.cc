@@ -4,11 +4,13 @@
 #include <cmath>
 #include <utility>
 
+#include "absl/strings/str_format.h"
 #include "gp/covariance/prior_variance.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/cholesky.h"
 #include "gp/model/model_checks.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/ops/covariance_matrix.h"
 
 namespace egosieve::gp {
 namespace {
@@ -47,12 +49,25 @@ bool ReverseFactor(MatrixView<double> s) {
   return true;
 }
 
+absl::Status CheckOneOutput(int64_t outputs) {
+  if (outputs == 1) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrFormat(
+      "targets of %d outputs; a sparse model has one: make a model for each", outputs));
+}
+
+absl::Status CheckZeroMean(const Hyperparameters& hyperparameters) {
+  if (hyperparameters.mean == MeanFunction::kZero) return absl::OkStatus();
+  return absl::UnimplementedError(
+      "sparse models have the zero mean; take the mean off the targets");
+}
+
 }  // namespace
 
 absl::StatusOr<SparseModel> SparseModel::Create(std::shared_ptr<kernels::Context> context,
                                                 const Hyperparameters& hyperparameters,
                                                 const SparseModelOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(CheckSetUp(context.get(), hyperparameters));
+  EGOSIEVE_RETURN_IF_ERROR(CheckZeroMean(hyperparameters));
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   SparseModel model;
   model.context_ = std::move(context);
@@ -65,6 +80,7 @@ absl::StatusOr<SparseModel> SparseModel::Restore(std::shared_ptr<kernels::Contex
                                                  const ExactModelState& state,
                                                  const SparseModelOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(state.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(CheckOneOutput(state.points.outputs));
   EGOSIEVE_ASSIGN_OR_RETURN(SparseModel model,
                             Create(std::move(context), state.hyperparameters, options));
   model.points_ = state.points;
@@ -84,13 +100,13 @@ absl::Status SparseModel::Add(ConstMatrixView<double> inputs, absl::Span<const d
   return AddTargets(inputs, targets, frame);
 }
 
-absl::Status SparseModel::AddTargets(ConstMatrixView<double> inputs,
-                                     absl::Span<const double> targets, int64_t frame) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckAddition(inputs, targets, input_dimension()));
-  if (inputs.rows == 0) return absl::OkStatus();
+absl::Status SparseModel::AddObservations(const Observations& added, int64_t frame) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckAddition(added, points_, input_dimension()));
+  if (added.size() == 0) return absl::OkStatus();
+  EGOSIEVE_RETURN_IF_ERROR(CheckOneOutput(added.outputs()));
   PointSet points = points_;
-  points.Append(inputs, targets, frame);
-  const int64_t k = inputs.rows, m = inducing_size();
+  points.Append(added, frame);
+  const int64_t k = added.size(), m = inducing_size();
   if (m == 0) {
     EGOSIEVE_ASSIGN_OR_RETURN(solution_,
                               ChooseAndSolveSparse(*context_, options_, hyperparameters_, points));
@@ -101,8 +117,8 @@ absl::Status SparseModel::AddTargets(ConstMatrixView<double> inputs,
   if (RefreshIfStale(k, points)) return absl::OkStatus();
   AlignedMatrix v(k, m);
   std::vector<double> lambda;
-  EGOSIEVE_RETURN_IF_ERROR(
-      ProjectPoints(*context_, options_, hyperparameters_, solution_, inputs, v, lambda));
+  EGOSIEVE_RETURN_IF_ERROR(ProjectPoints(*context_, options_, hyperparameters_, solution_,
+                                         added.inputs, added.noise_variances, v, lambda));
   AlignedMatrix sum = CopyOfSum(solution_.sum);
   AddTerms(v.view(), lambda.data(), 1.0, sum.view());
   EGOSIEVE_ASSIGN_OR_RETURN(AlignedMatrix sum_factor, FactorOfSum(sum));
@@ -110,7 +126,7 @@ absl::Status SparseModel::AddTargets(ConstMatrixView<double> inputs,
   AddTargetTerms(solution_.projections.data(), solution_.lambda.data(), points.targets.data(),
                  size(), weights);
   for (int64_t i = 0; i < k; ++i) {
-    AddTargetTerms(v.row(i), &lambda[i], &targets[i], 1, weights);
+    AddTargetTerms(v.row(i), &lambda[i], &added.targets(i, 0), 1, weights);
   }
   SolveSum(sum_factor, weights);
   solution_.projections.reserve(solution_.projections.size() + k * m);
@@ -180,6 +196,7 @@ bool SparseModel::RefreshIfStale(int64_t changed, PointSet& points) {
 
 absl::Status SparseModel::SetHyperparameters(const Hyperparameters& hyperparameters) {
   EGOSIEVE_RETURN_IF_ERROR(CheckReplacement(hyperparameters, size(), input_dimension()));
+  EGOSIEVE_RETURN_IF_ERROR(CheckZeroMean(hyperparameters));
   Hyperparameters copy = hyperparameters;
   EGOSIEVE_ASSIGN_OR_RETURN(solution_,
                             ChooseAndSolveSparse(*context_, options_, hyperparameters, points_));
@@ -218,7 +235,7 @@ absl::StatusOr<Prediction> SparseModel::Predict(ConstMatrixView<double> points,
     AlignedMatrix v(tile.rows, m);
     std::vector<double> unused;
     EGOSIEVE_RETURN_IF_ERROR(
-        ProjectPoints(*context_, options_, hyperparameters_, solution_, tile, v, unused));
+        ProjectPoints(*context_, options_, hyperparameters_, solution_, tile, {}, v, unused));
     std::vector<double> explained;
     for (int64_t i = 0; i < tile.rows; ++i) {
       prediction.mean.push_back(Dot(v.row(i), solution_.weights.data(), m));  // (S4)
@@ -235,6 +252,39 @@ absl::StatusOr<Prediction> SparseModel::Predict(ConstMatrixView<double> points,
     }
   }
   return prediction;
+}
+
+absl::StatusOr<JointPrediction> SparseModel::PredictJoint(ConstMatrixView<double> points) const {
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(points, input_dimension()));
+  const int64_t m = inducing_size();
+  const bool degenerate = options_.approximation == SparseApproximation::kSubsetOfRegressors;
+  AlignedMatrix v(points.rows, m);
+  std::vector<double> unused;
+  EGOSIEVE_RETURN_IF_ERROR(
+      ProjectPoints(*context_, options_, hyperparameters_, solution_, points, {}, v, unused));
+  JointPrediction joint;
+  for (int64_t i = 0; i < points.rows; ++i) {
+    joint.mean.push_back(Dot(v.row(i), solution_.weights.data(), m));
+  }
+  joint.covariance = AlignedMatrix(points.rows, points.rows);
+  const MatrixView<double> covariance = joint.covariance.view();
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(
+      *context_, hyperparameters_.covariance, points, 0.0, kernels::Triangle::kLower, covariance));
+  AddRowProducts(v.view(), -1, covariance);  // (S7)
+  if (degenerate && size() > 0) {
+    for (int64_t i = 0; i < points.rows; ++i) std::fill_n(covariance.row(i), points.rows, 0.0);
+  }
+  if (m > 0) AppendRows(solution_.sum_factor.view(), v.view());
+  AddRowProducts(v.view(), 1, covariance);
+  for (int64_t i = 0; i < points.rows; ++i) covariance(i, i) = std::max(0.0, covariance(i, i));
+  MirrorLower(covariance);
+  return joint;
+}
+
+absl::StatusOr<NormalSamples> SparseModel::Sample(ConstMatrixView<double> points,
+                                                  const SampleOptions& options) const {
+  EGOSIEVE_ASSIGN_OR_RETURN(JointPrediction joint, PredictJoint(points));
+  return SampleJoint(hyperparameters_, points, 1, options, joint);
 }
 
 std::vector<double> SparseModel::PredictOwnMean() const {
@@ -262,6 +312,7 @@ double SparseModel::LogMarginalLikelihood() const {
 LeaveOneOut SparseModel::PredictLeaveOneOut() const {
   // (Q + Lambda)^-1 = Lambda^-1 - Lambda^-1 V A^-1 V^T Lambda^-1, V's rows being v_i.
   LeaveOneOut result;
+  result.noise_variances = points_.noise_variances;
   const int64_t n = size(), m = inducing_size();
   const std::vector<double> mean = PredictOwnMean();
   for (int64_t begin = 0; begin < n; begin += kPredictionTile) {

@@ -3,13 +3,15 @@
 // sparse approximate Gaussian process regression":
 //
 //   L L^T = K_uu + jitter I,  v_i = L^-1 k_u(x_i),  q_ii = |v_i|^2                            (S1)
-//   lambda_i = sigma_n^2                     subset of regressors, DTC (the same training)
-//   lambda_i = sigma_n^2 + k_ii - q_ii       FITC                                            (S2)
+//   lambda_i = sigma_n^2 + v_i                  subset of regressors, DTC (the same training)
+//   lambda_i = sigma_n^2 + v_i + k_ii - q_ii    FITC; v_i: the point's own noise variance      (S2)
 //   A = I + sum_i v_i v_i^T / lambda_i,  c = sum_i v_i y_i / lambda_i                         (S3)
 //   mean(x) = v(x).A^-1 c                                                                     (S4)
 //   variance(x) = |L_A^-1 v(x)|^2                           subset of regressors: it vanishes
 //                                                           far from the inducing inputs
 //   variance(x) = k(x, x) - |v(x)|^2 + |L_A^-1 v(x)|^2      DTC, FITC                         (S5)
+//   cov(x, x') = k(x, x') - v(x).v(x') + (L_A^-1 v(x)).(L_A^-1 v(x')); the subset of regressors has
+//                the last term alone                                                        (S7)
 //   log p(y) = -1/2 (sum_i log lambda_i + log|A| + y^T Lambda^-1 y - c.A^-1 c + n log 2 pi)   (S6)
 //
 // A point enters or leaves through its own term of (S3): m^2 flops, and m^3 / 3 for L_A once a
@@ -22,6 +24,9 @@
 //
 // The posterior on a device takes (S5) as k** - |R k_u|^2 with R^T R = L^-T (I - A^-1) L^-1, R
 // lower triangular.
+//
+// One output and the zero mean: other points are InvalidArgument, other mean functions
+// Unimplemented.
 //
 // Not thread-safe; MakePosterior gives what is.
 #ifndef EGOSIEVE_GP_MODEL_SPARSE_MODEL_H_
@@ -67,7 +72,10 @@ class SparseModel {
   absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                    int64_t frame);
   absl::Status AddTargets(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
-                          int64_t frame);
+                          int64_t frame) {
+    return AddObservations({inputs, targets}, frame);
+  }
+  absl::Status AddObservations(const Observations& added, int64_t frame);
   absl::Status Remove(absl::Span<const int64_t> rows);
   absl::Status SetHyperparameters(const Hyperparameters& hyperparameters);
 
@@ -96,6 +104,10 @@ class SparseModel {
   // (S4), (S5) at N x D points in float64; the prior for an empty model.
   absl::StatusOr<Prediction> Predict(kernels::ConstMatrixView<double> points,
                                      PredictWhat what) const;
+  // (S7) at M x D points, and samples from it, as ExactModel's.
+  absl::StatusOr<JointPrediction> PredictJoint(kernels::ConstMatrixView<double> points) const;
+  absl::StatusOr<NormalSamples> Sample(kernels::ConstMatrixView<double> points,
+                                       const SampleOptions& options) const;
   // The mean at the model's own points, from what is at hand.
   std::vector<double> PredictOwnMean() const;
   // (S6); 0 for an empty model.

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_format.h"
 #include "gp/covariance/prior_variance.h"
 #include "gp/linalg/cholesky.h"
+#include "gp/linalg/jitter_ladder.h"
 #include "gp/linalg/tile_operations.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
@@ -19,8 +21,6 @@ using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
 constexpr int64_t kTile = 128;
-constexpr double kFirstJitter = 1e-10;  // of sigma_f^2, where K_uu needs more than its own
-constexpr double kLastJitter = 1e-4;
 
 double Square(const double* row, int64_t n) {
   double sum = 0.0;
@@ -51,13 +51,14 @@ absl::Status FactorizeInducing(kernels::Context& context, const SparseModelOptio
         context, hyperparameters.covariance, u, solution.jitter, kernels::Triangle::kLower, k));
     const int64_t bad = FactorizeInParallel(k, PivotFloors(k, m, 1.0));
     if (bad < 0) return absl::OkStatus();
-    if (!(solution.jitter < kLastJitter * unit)) {
+    const std::optional<double> next = NextJitter(solution.jitter, unit);
+    if (!next.has_value()) {
       return absl::FailedPreconditionError(
           absl::StrFormat("inducing input %d is explained by those before it to working precision; "
                           "jitter up to %g did not help",
                           bad, solution.jitter));
     }
-    solution.jitter = std::max(10.0 * solution.jitter, kFirstJitter * unit);
+    solution.jitter = *next;
   }
 }
 
@@ -152,7 +153,7 @@ absl::StatusOr<SparseSolution> SolveSparse(kernels::Context& context,
   AlignedMatrix v(n, m);
   EGOSIEVE_RETURN_IF_ERROR(ProjectPoints(context, options, hyperparameters, solution,
                                          points.view(hyperparameters.covariance.input_dimension()),
-                                         v, solution.lambda));
+                                         points.noise_variances, v, solution.lambda));
   solution.projections.reserve(n * m);
   for (int64_t i = 0; i < n; ++i) {
     solution.projections.insert(solution.projections.end(), v.row(i), v.row(i) + m);
@@ -170,10 +171,11 @@ absl::StatusOr<SparseSolution> SolveSparse(kernels::Context& context,
 
 absl::Status ProjectPoints(kernels::Context& context, const SparseModelOptions& options,
                            const Hyperparameters& hyperparameters, const SparseSolution& solution,
-                           ConstMatrixView<double> inputs, AlignedMatrix& v,
-                           std::vector<double>& lambda) {
+                           ConstMatrixView<double> inputs, absl::Span<const double> noise_variances,
+                           AlignedMatrix& v, std::vector<double>& lambda) {
   const int64_t m = solution.factor.rows();
   lambda.assign(inputs.rows, hyperparameters.noise_variance());
+  for (size_t i = 0; i < noise_variances.size(); ++i) lambda[i] += noise_variances[i];
   if (m == 0) return absl::OkStatus();
   const ConstMatrixView<double> inducing(solution.inducing_inputs.data(), m,
                                          hyperparameters.covariance.input_dimension());

@@ -55,10 +55,13 @@ absl::Status NotNegative(const char* name, double value) {
 struct HyperparameterTrainer::Subset {
   std::vector<double> inputs;
   std::vector<double> targets;
+  std::vector<double> noise_variances;
   int64_t dimension = 0;
 
-  ConstMatrixView<double> view() const {
-    return {inputs.data(), static_cast<int64_t>(targets.size()), dimension};
+  Observations view() const {
+    return {{inputs.data(), static_cast<int64_t>(targets.size()), dimension},
+            absl::MakeConstSpan(targets),
+            noise_variances};
   }
 };
 
@@ -98,19 +101,22 @@ absl::StatusOr<HyperparameterTrainer> HyperparameterTrainer::Create(
   trainer.options_ = options;
   trainer.state_.theta = trainer.prior_centre_;
   EGOSIEVE_ASSIGN_OR_RETURN(trainer.hyperparameters_,
-                            FromLogarithms(initial.covariance.function, trainer.prior_centre_,
-                                           initial.covariance.dimension));
+                            FromLogarithms(initial, trainer.prior_centre_));
   return trainer;
 }
 
-HyperparameterTrainer::Subset HyperparameterTrainer::Draw(ConstMatrixView<double> inputs,
-                                                          absl::Span<const double> targets,
-                                                          int64_t size, uint64_t seed) const {
+HyperparameterTrainer::Subset HyperparameterTrainer::Draw(const Observations& points, int64_t size,
+                                                          uint64_t seed) const {
   Subset subset;
-  subset.dimension = inputs.cols;
+  subset.dimension = points.inputs.cols;
+  const absl::Span<const double> targets(points.targets.data, points.size());
   for (const int64_t row : StratifiedSample(targets, size, options_.minimum_class_share, seed)) {
-    subset.inputs.insert(subset.inputs.end(), inputs.row(row), inputs.row(row) + inputs.cols);
+    const double* x = points.inputs.row(row);
+    subset.inputs.insert(subset.inputs.end(), x, x + subset.dimension);
     subset.targets.push_back(targets[row]);
+    if (!points.noise_variances.empty()) {
+      subset.noise_variances.push_back(points.noise_variances[row]);
+    }
   }
   return subset;
 }
@@ -120,10 +126,9 @@ absl::StatusOr<double> HyperparameterTrainer::Objective(kernels::Context& contex
                                                         const std::vector<double>& theta,
                                                         std::vector<double>* gradient) const {
   EGOSIEVE_ASSIGN_OR_RETURN(const Hyperparameters hyperparameters,
-                            FromLogarithms(hyperparameters_.covariance.function, theta,
-                                           hyperparameters_.covariance.dimension));
+                            FromLogarithms(hyperparameters_, theta));
   const auto likelihood = ComputeMarginalLikelihood(
-      context, hyperparameters, subset.view(), subset.targets,
+      context, hyperparameters, subset.view(),
       gradient == nullptr ? LikelihoodOrder::kValue : LikelihoodOrder::kValueAndGradient);
   if (absl::IsFailedPrecondition(likelihood.status())) {
     if (gradient != nullptr) gradient->assign(theta.size(), 0.0);
@@ -177,12 +182,17 @@ absl::Status HyperparameterTrainer::ClimbTheta(kernels::Context& context, const 
   return absl::OkStatus();
 }
 
-absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(kernels::Context& context,
-                                                                 ConstMatrixView<double> inputs,
-                                                                 absl::Span<const double> targets) {
+absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(
+    kernels::Context& context, ConstMatrixView<double> inputs, absl::Span<const double> targets,
+    absl::Span<const double> noise_variances) {
+  const Observations points(inputs, targets, noise_variances);
   if (static_cast<int64_t>(targets.size()) != inputs.rows) {
     return absl::InvalidArgumentError(
         absl::StrFormat("%d inputs and %d targets", inputs.rows, targets.size()));
+  }
+  if (!noise_variances.empty() && noise_variances.size() != targets.size()) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%d inputs and %d noise variances", inputs.rows, noise_variances.size()));
   }
   TrainingReport report;
   const int64_t positives =
@@ -201,7 +211,7 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(kernels::Contex
   const bool settled = !anneals && state_.smoothed_movement < options_.settled_movement;
   if (anneals || settled) {
     const Subset subset =
-        Draw(inputs, targets, options_.annealing_subset_size, Mix(options_.seed, frame, 2));
+        Draw(points, options_.annealing_subset_size, Mix(options_.seed, frame, 2));
     if (anneals) {
       EGOSIEVE_RETURN_IF_ERROR(AnnealTheta(context, subset, next, report));
     } else {
@@ -218,7 +228,7 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(kernels::Contex
     ++next.frames_since_step;
     report.reason = "settled";
   } else {
-    const Subset subset = Draw(inputs, targets, options_.subset_size, Mix(options_.seed, frame, 0));
+    const Subset subset = Draw(points, options_.subset_size, Mix(options_.seed, frame, 0));
     report.subset_points = static_cast<int64_t>(subset.targets.size());
     EGOSIEVE_RETURN_IF_ERROR(
         ClimbTheta(context, subset,
@@ -230,8 +240,7 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(kernels::Contex
   }
   ++next.frames_trained;
   EGOSIEVE_ASSIGN_OR_RETURN(Hyperparameters hyperparameters,
-                            FromLogarithms(hyperparameters_.covariance.function, next.theta,
-                                           hyperparameters_.covariance.dimension));
+                            FromLogarithms(hyperparameters_, next.theta));
   hyperparameters_ = std::move(hyperparameters);
   state_ = std::move(next);
   return report;
@@ -263,8 +272,7 @@ absl::Status HyperparameterTrainer::Restore(const TrainerState& state) {
     return absl::InvalidArgumentError("counts or smoothed values are negative or not numbers");
   }
   EGOSIEVE_ASSIGN_OR_RETURN(Hyperparameters hyperparameters,
-                            FromLogarithms(hyperparameters_.covariance.function, state.theta,
-                                           hyperparameters_.covariance.dimension));
+                            FromLogarithms(hyperparameters_, state.theta));
   hyperparameters_ = std::move(hyperparameters);
   state_ = state;
   return absl::OkStatus();

@@ -26,6 +26,7 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "gp/covariance/hyperparameters.h"
+#include "gp/model/point_set.h"
 #include "gp/training/gradient_ascent.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
@@ -81,9 +82,11 @@ class HyperparameterTrainer {
 
   // One frame's training on the model's points. Where nothing can be learnt (too few points, one
   // class) the report says so and theta stays. Unchanged after an error.
+  // noise_variances: of the points, on top of sigma_n^2; empty: all 0.
   absl::StatusOr<TrainingReport> TrainFrame(kernels::Context& context,
                                             kernels::ConstMatrixView<double> inputs,
-                                            absl::Span<const double> targets);
+                                            absl::Span<const double> targets,
+                                            absl::Span<const double> noise_variances = {});
 
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
 
@@ -107,8 +110,7 @@ class HyperparameterTrainer {
                            TrainingReport& report) const;
   absl::Status ClimbTheta(kernels::Context& context, const Subset& subset, int64_t steps,
                           TrainerState& state, TrainingReport& report) const;
-  Subset Draw(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
-              int64_t size, uint64_t seed) const;
+  Subset Draw(const Observations& points, int64_t size, uint64_t seed) const;
 
   Hyperparameters hyperparameters_;
   std::vector<double> prior_centre_;

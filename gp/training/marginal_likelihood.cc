@@ -1,11 +1,11 @@
 #include "gp/training/marginal_likelihood.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "absl/strings/str_format.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/cholesky.h"
+#include "gp/model/regression_weights.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
@@ -13,30 +13,23 @@
 namespace egosieve::gp {
 namespace {
 
-using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
-absl::Status CheckSizes(ConstMatrixView<double> x, absl::Span<const double> targets) {
-  if (static_cast<int64_t>(targets.size()) != x.rows) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d inputs and %d targets", x.rows, targets.size()));
-  }
-  for (size_t i = 0; i < targets.size(); ++i) {
-    if (!std::isfinite(targets[i])) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("targets[%d] = %g; it must be finite", i, targets[i]));
-    }
-  }
-  return absl::OkStatus();
-}
-
-// The lower triangle of alpha alpha^T - K_y^-1 in place of L.
-void WeightsInPlaceOfFactor(const std::vector<double>& alpha, MatrixView<double> l) {
+// The lower triangle of sum_c alpha_c alpha_c^T - k P in place of L.
+void WeightsInPlaceOfFactor(const RegressionWeights& weights, MatrixView<double> l) {
   AlignedMatrix inverse(l.rows, l.rows);
   InvertLower(l, inverse.view());
   MultiplyInverse(inverse.view(), l);
+  const int64_t k = weights.outputs, q = weights.basis;
+  const std::vector<double> reduced = weights.ReducedRows();
   for (int64_t i = 0; i < l.rows; ++i) {
-    for (int64_t j = 0; j <= i; ++j) l(i, j) = alpha[i] * alpha[j] - l(i, j);
+    for (int64_t j = 0; j <= i; ++j) {
+      double products = 0.0, p = l(i, j);
+      for (int64_t c = 0; c < k; ++c)
+        products += weights.alpha[i * k + c] * weights.alpha[j * k + c];
+      for (int64_t c = 0; c < q; ++c) p -= reduced[i * q + c] * reduced[j * q + c];
+      l(i, j) = products - static_cast<double>(k) * p;
+    }
   }
 }
 
@@ -44,12 +37,11 @@ void WeightsInPlaceOfFactor(const std::vector<double>& alpha, MatrixView<double>
 
 absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(kernels::Context& context,
                                                              const Hyperparameters& hyperparameters,
-                                                             ConstMatrixView<double> x,
-                                                             absl::Span<const double> targets,
+                                                             const Observations& data,
                                                              LikelihoodOrder order) {
   EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
-  EGOSIEVE_RETURN_IF_ERROR(CheckSizes(x, targets));
-  const int64_t n = x.rows;
+  EGOSIEVE_RETURN_IF_ERROR(data.Validate(hyperparameters.covariance.input_dimension()));
+  const int64_t n = data.size();
   const double noise_variance = hyperparameters.noise_variance();
   MarginalLikelihood result;
   const bool with_gradient = order == LikelihoodOrder::kValueAndGradient;
@@ -60,27 +52,34 @@ absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(kernels::Context& c
 
   AlignedMatrix storage(n, n);
   const MatrixView<double> k = storage.view();
-  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(
-      context, hyperparameters.covariance, x, noise_variance, kernels::Triangle::kLower, k));
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(context, hyperparameters.covariance,
+                                                             data.inputs, noise_variance,
+                                                             kernels::Triangle::kLower, k));
+  for (int64_t i = 0; i < n; ++i) k(i, i) += data.noise_variance(i);
   if (const int64_t bad = FactorizeInParallel(k, PivotFloors(k, n, 1.0)); bad >= 0) {
     return absl::FailedPreconditionError(absl::StrFormat(
         "row %d: covariances plus noise variance %g are not positive definite to working precision",
         bad, noise_variance));
   }
-  std::vector<double> alpha(targets.begin(), targets.end());
-  SolveLower(k, MatrixView<double>(alpha.data(), n, 1));
-  SolveLowerTransposed(k, MatrixView<double>(alpha.data(), n, 1));
-  double half_determinant = 0.0, fit = 0.0;
+  const RegressionWeights weights =
+      SolveWeights(k, hyperparameters.mean, data.inputs, data.targets);
+  EGOSIEVE_RETURN_IF_ERROR(weights.CheckDetermined());
+  double half_determinant = weights.HalfLogDeterminant(), fit = 0.0;
   for (int64_t i = 0; i < n; ++i) {
     half_determinant += std::log(k(i, i));
-    fit += targets[i] * alpha[i];
+    for (int64_t c = 0; c < data.outputs(); ++c) {
+      fit += data.targets(i, c) * weights.alpha[i * data.outputs() + c];
+    }
   }
-  result.value = -0.5 * fit - half_determinant - 0.5 * n * std::log(2.0 * M_PI);  // (1)
+  const double count = static_cast<double>(n - weights.basis);
+  result.value = -0.5 * fit - static_cast<double>(data.outputs()) *
+                                  (half_determinant + 0.5 * count * std::log(2.0 * M_PI));  // (1)
   if (!with_gradient) return result;
 
-  WeightsInPlaceOfFactor(alpha, k);
-  EGOSIEVE_ASSIGN_OR_RETURN(result.gradient,
-                            kernels::CovarianceGradient(context, hyperparameters.covariance, x, k));
+  WeightsInPlaceOfFactor(weights, k);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      result.gradient,
+      kernels::CovarianceGradient(context, hyperparameters.covariance, data.inputs, k));
   for (double& component : result.gradient) component *= 0.5;  // (2)
   double trace = 0.0;
   for (int64_t i = 0; i < n; ++i) trace += k(i, i);

@@ -3,7 +3,11 @@
 //
 //   log p(y | X) = -1/2 y.alpha - sum_i log L_ii - n/2 log 2 pi,   L L^T = K_y           (1)
 //   d/d theta_t  = 1/2 tr( (alpha alpha^T - K_y^-1) dK_y/d theta_t ),   alpha = K_y^-1 y (2)
-//   K_y = K + sigma_n^2 I;  dK_y/d log sigma_n = 2 sigma_n^2 I                           (3)
+//   K_y = K + diag(sigma_n^2 + v_i);  dK_y/d log sigma_n = 2 sigma_n^2 I                 (3)
+//
+// With a mean function (1) is the restricted likelihood (W5) of gp/model/regression_weights.h, and
+// P stands for K_y^-1 in (2): d (log|K_y| + log|A|) = tr(P dK_y). Of k outputs the values and
+// gradients add.
 //
 // Cost: n^3 / 3 flops for the value, n^3 with the gradient, plus one pass over the pairs for all of
 // theta. Memory: two n x n arrays of float64.
@@ -13,9 +17,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "absl/types/span.h"
 #include "gp/covariance/hyperparameters.h"
-#include "kernels/base/matrix_view.h"
+#include "gp/model/point_set.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::gp {
@@ -27,12 +30,11 @@ struct MarginalLikelihood {
 
 enum class LikelihoodOrder { kValue, kValueAndGradient };
 
-// x: n x D; targets: n. n = 0: value 0 and a gradient of zeros. FailedPrecondition where K_y is not
-// positive definite to working precision.
+// n = 0: value 0 and a gradient of zeros. FailedPrecondition where K_y is not positive definite to
+// working precision, or the points do not determine the mean function.
 absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(kernels::Context& context,
                                                              const Hyperparameters& hyperparameters,
-                                                             kernels::ConstMatrixView<double> x,
-                                                             absl::Span<const double> targets,
+                                                             const Observations& data,
                                                              LikelihoodOrder order);
 
 }  // namespace egosieve::gp

@@ -1,9 +1,10 @@
-// Partial sums of sum_ij W_ij dk_ij / dlog theta / sigma_f^2 over the lower triangle, off-diagonal pairs twice: a
-// work-item sums ROWS rows and writes its SCALES + 1 values. `points` holds x prepared, POINT values a point; `columns` the
-// same transposed, padded to whole vectors. The formulas stand with the functions in kernels/covariance.
+// Partial sums of sum_ij W_ij dk(x_i, z_j) / dlog theta / sigma_f^2: a work-item sums ROWS rows and writes its SCALES + 1
+// values. `points` holds x prepared, POINT values a point; `columns` z transposed, padded to whole vectors. With
+// `lower_only` z is x, W symmetric, and pairs below the diagonal count twice in place of those above. The formulas stand
+// with the functions in kernels/covariance.
 __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void covariance_gradient(
     __global const REAL* restrict points, __global const REAL* restrict columns, const long count,
-    const long column_stride, __global const REAL* restrict weights, const long weight_stride,
+    const long column_count, const long column_stride, const int lower_only, __global const REAL* restrict weights, const long weight_stride,
     __global REAL* restrict partial_sums) {
   const long first = (long)get_global_id(0) * ROWS;
   const long last = min(first + ROWS, count);
@@ -11,19 +12,22 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void covariance_gradient
   UNROLL for (int t = 0; t <= SCALES; ++t) sums[t] = (REALV)0;
   for (long i = first; i < last; ++i) {
     __global const REAL* x = points + i * POINT;
-    for (long j = 0; j <= i; j += VEC) {
+    const long end = lower_only ? i + 1 : column_count;
+    const REAL below = lower_only ? 2 : 1;
+    for (long j = 0; j < end; j += VEC) {
       REALV z[POINT];
       UNROLL for (int c = 0; c < POINT; ++c) {
         z[c] = LOADV(columns + c * column_stride + j);
       }
       REALV weight;
-      if (j + VEC <= i) {
-        weight = LOADV(weights + i * weight_stride + j) * (REALV)2;
+      if (j + VEC <= (lower_only ? i : end)) {
+        weight = LOADV(weights + i * weight_stride + j) * (REALV)below;
       } else {
         REAL lanes[VEC];
         for (int lane = 0; lane < VEC; ++lane) {
           const long column = j + lane;
-          lanes[lane] = column > i ? (REAL)0 : weights[i * weight_stride + column] * (column == i ? 1 : 2);
+          const REAL times = lower_only && column == i ? 1 : below;
+          lanes[lane] = column >= end ? (REAL)0 : weights[i * weight_stride + column] * times;
         }
         weight = LOADV(lanes);
       }

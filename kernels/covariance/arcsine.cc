@@ -153,6 +153,18 @@ class Arcsine : public CovarianceDescription {
     }
   }
 
+  // With a^ = 2 a, b^ = 2 b and z = a^.b^: dz / dx_d = sqrt(2 e_a) w_d (b^_d - z a^_d), and
+  // dasin z = dz / sqrt(1 - z^2), 1 - z^2 = 4 h (1 - h).
+  void AddInputGradient(const double* w, int64_t dimension, const double* a, const double* b,
+                        double weight, double* gradient) const override {
+    const auto [sign, h] = TermsOf(dimension + 1, a, b);
+    const double z = sign * (1.0 - 2.0 * h), e = 4.0 * a[dimension + 1];
+    const double factor = weight * std::sqrt(2.0 * e) / (2.0 * std::sqrt(h * (1.0 - h)));
+    for (int64_t d = 1; d <= dimension; ++d) {
+      gradient[d - 1] += factor * w[d] * 2.0 * (b[d] - z * a[d]);
+    }
+  }
+
   double Variance(const double* w, int64_t dimension, const double* x) const override {
     double sum = w[0] * w[0];
     for (int64_t d = 1; d <= dimension; ++d) sum += w[d] * w[d] * x[d - 1] * x[d - 1];

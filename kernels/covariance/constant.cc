@@ -26,6 +26,9 @@ class Constant : public CovarianceDescription {
   }
   void AddGradient(int64_t /*dimension*/, const double* /*a*/, const double* /*b*/,
                    double /*weight*/, double* /*gradient*/) const override {}
+  void AddInputGradient(const double* /*scales*/, int64_t /*dimension*/, const double* /*a*/,
+                        const double* /*b*/, double /*weight*/,
+                        double* /*gradient*/) const override {}
   double Variance(const double* /*scales*/, int64_t /*dimension*/,
                   const double* /*x*/) const override {
     return 1.0;

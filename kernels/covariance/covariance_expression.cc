@@ -87,6 +87,24 @@ class Composition : public CovarianceDescription {
     }
   }
 
+  void AddInputGradient(const double* scales, int64_t dimension, const double* a, const double* b,
+                        double weight, double* gradient) const override {
+    const double* first_a = a;
+    const double* first_b = b;
+    for (size_t i = 0; i < parts_.size(); ++i) {
+      double factor = weight;
+      if (HasAmplitude(i)) {
+        factor *= *a++ * *b++;
+        ++scales;
+      }
+      if (!is_sum_) factor *= ProductWithout(i, dimension, first_a, first_b);
+      parts_[i]->AddInputGradient(scales, dimension, a, b, factor, gradient);
+      scales += parts_[i]->ScaleCount(dimension);
+      a += parts_[i]->PointWidth(dimension);
+      b += parts_[i]->PointWidth(dimension);
+    }
+  }
+
   double Variance(const double* scales, int64_t dimension, const double* x) const override {
     double value = is_sum_ ? 0.0 : 1.0;
     for (size_t i = 0; i < parts_.size(); ++i) {
@@ -206,6 +224,11 @@ class Isotropic : public CovarianceDescription {
       for (int64_t d = 0; d < (group.per_input ? dimension : 1); ++d) *gradient += *next++;
       ++gradient;
     }
+  }
+
+  void AddInputGradient(const double* scales, int64_t dimension, const double* a, const double* b,
+                        double weight, double* gradient) const override {
+    part_->AddInputGradient(Expanded(scales, dimension).data(), dimension, a, b, weight, gradient);
   }
 
   double Variance(const double* scales, int64_t dimension, const double* x) const override {

@@ -88,6 +88,10 @@ class CovarianceDescription {
   // gradient[t] += weight dv / d log s_t.
   virtual void AddGradient(int64_t dimension, const double* a, const double* b, double weight,
                            double* gradient) const = 0;
+  // gradient[d] += weight df(x, x') / dx_d, where a = p(x), b = p(x'); 0 where f has a cusp or a
+  // step. f being symmetric, f(x, x) has twice that gradient at x' = x.
+  virtual void AddInputGradient(const double* scales, int64_t dimension, const double* a,
+                                const double* b, double weight, double* gradient) const = 0;
   // f(x, x).
   virtual double Variance(const double* scales, int64_t dimension, const double* x) const = 0;
   virtual std::string DeviceCode(const DeviceCodeRequest& request) const = 0;

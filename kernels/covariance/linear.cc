@@ -57,6 +57,11 @@ class Linear : public CovarianceDescription {
     for (int64_t d = 0; d < dimension; ++d) gradient[d] += 2.0 * weight * a[d] * b[d];
   }
 
+  void AddInputGradient(const double* weights, int64_t dimension, const double* /*a*/,
+                        const double* b, double weight, double* gradient) const override {
+    for (int64_t d = 0; d < dimension; ++d) gradient[d] += weight * weights[d] * b[d];
+  }
+
   double Variance(const double* weights, int64_t dimension, const double* x) const override {
     double sum = 0.0;
     for (int64_t d = 0; d < dimension; ++d) sum += weights[d] * x[d] * weights[d] * x[d];

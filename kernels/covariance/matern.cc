@@ -69,18 +69,18 @@ class Matern : public ScaledDifference {
     return factor * std::exp(-r);
   }
 
-  void AddGradient(int64_t dimension, const double* a, const double* b, double weight,
-                   double* gradient) const override {
-    const double r = std::sqrt(SquaredDistance(dimension, a, b));
-    if (r == 0.0) return;
-    const double factor = twice_nu_ == 1 ? 1.0 / r : twice_nu_ == 3 ? 1.0 : (1.0 + r) / 3.0;
-    AddSquares(dimension, a, b, weight * factor * std::exp(-r), gradient);
-  }
-
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
     return WithSuffix(
         absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode, device_code_),
         request);
+  }
+
+ protected:
+  double Slope(int64_t dimension, const double* a, const double* b) const override {
+    const double r = std::sqrt(SquaredDistance(dimension, a, b));
+    if (r == 0.0) return 0.0;
+    const double factor = twice_nu_ == 1 ? 1.0 / r : twice_nu_ == 3 ? 1.0 : (1.0 + r) / 3.0;
+    return factor * std::exp(-r);
   }
 
  private:

@@ -76,6 +76,15 @@ class Periodic : public CovarianceDescription {
     }
   }
 
+  void AddInputGradient(const double* scales, int64_t dimension, const double* a, const double* b,
+                        double weight, double* gradient) const override {
+    const double factor = 2.0 * M_PI * weight * Value(dimension, a, b);
+    for (int64_t d = 0; d < dimension; ++d) {
+      const double sine = a[dimension + d] * b[d] - a[d] * b[dimension + d];
+      gradient[d] -= factor * sine / scales[dimension + d];
+    }
+  }
+
   double Variance(const double* /*scales*/, int64_t /*dimension*/,
                   const double* /*x*/) const override {
     return 1.0;

@@ -56,13 +56,25 @@ class RationalQuadratic : public ScaledDifference {
     const double square = SquaredDistance(dimension, a, b);
     const double part = weight * a[dimension] * Value(dimension, a, b);
     gradient[0] += part * (square / (1.0 + square) - std::log1p(square));
-    AddSquares(dimension, a, b, 2.0 * part / (1.0 + square), gradient + 1);
+    ScaledDifference::AddGradient(dimension, a, b, weight, gradient + 1);
+  }
+
+  void AddInputGradient(const double* scales, int64_t dimension, const double* a, const double* b,
+                        double weight, double* gradient) const override {
+    // p_d = x_d / (l_d sqrt(2 alpha)).
+    ScaledDifference::AddInputGradient(scales + 1, dimension, a, b,
+                                       weight / std::sqrt(2.0 * scales[0]), gradient);
   }
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
     return WithSuffix(
         absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode, kDeviceCode),
         request);
+  }
+
+ protected:
+  double Slope(int64_t dimension, const double* a, const double* b) const override {
+    return 2.0 * a[dimension] * Value(dimension, a, b) / (1.0 + SquaredDistance(dimension, a, b));
   }
 };
 

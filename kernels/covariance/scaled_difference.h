@@ -49,13 +49,20 @@ inline double SquaredDistance(int64_t components, const double* a, const double*
   return sum;
 }
 
+// gradient[d] -= factor (p_d - p'_d) / l_d.
+inline void AddDifferences(int64_t dimension, const double* a, const double* b, double factor,
+                           const double* lengths, double* gradient) {
+  for (int64_t d = 0; d < dimension; ++d) gradient[d] -= factor * (a[d] - b[d]) / lengths[d];
+}
+
 // gradient[d] += factor q_d.
 inline void AddSquares(int64_t components, const double* a, const double* b, double factor,
                        double* gradient) {
   for (int64_t c = 0; c < components; ++c) gradient[c] += factor * (a[c] - b[c]) * (a[c] - b[c]);
 }
 
-// Functions of s whose first D values of a point are p.
+// Functions of s whose first D values of a point are p. With a = p(x), b = p(x') and the factor g
+// of dv / dlog l_d = g q_d, df(x, x') / dx_d = -g m (p_d - p'_d) / l_d.
 class ScaledDifference : public CovarianceDescription {
  public:
   int64_t PointWidth(int64_t dimension) const override { return dimension; }
@@ -67,12 +74,26 @@ class ScaledDifference : public CovarianceDescription {
     }
   }
 
+  // Of functions whose scales are the lengths alone.
+  void AddGradient(int64_t dimension, const double* a, const double* b, double weight,
+                   double* gradient) const override {
+    AddSquares(dimension, a, b, weight * Slope(dimension, a, b), gradient);
+  }
+  void AddInputGradient(const double* lengths, int64_t dimension, const double* a, const double* b,
+                        double weight, double* gradient) const override {
+    AddDifferences(dimension, a, b, weight * Slope(dimension, a, b) * multiplier_, lengths,
+                   gradient);
+  }
+
   double Variance(const double* /*scales*/, int64_t /*dimension*/,
                   const double* /*x*/) const override {
     return 1.0;
   }
 
  protected:
+  // g.
+  virtual double Slope(int64_t dimension, const double* a, const double* b) const = 0;
+
   explicit ScaledDifference(double multiplier, std::vector<ScaleGroup> groups = {LengthScales()})
       : CovarianceDescription(std::move(groups)), multiplier_(multiplier) {}
 

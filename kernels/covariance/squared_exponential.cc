@@ -33,15 +33,15 @@ class SquaredExponential : public ScaledDifference {
     return std::exp(-0.5 * SquaredDistance(dimension, a, b));
   }
 
-  void AddGradient(int64_t dimension, const double* a, const double* b, double weight,
-                   double* gradient) const override {
-    AddSquares(dimension, a, b, weight * Value(dimension, a, b), gradient);
-  }
-
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
     return WithSuffix(
         absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode, kDeviceCode),
         request);
+  }
+
+ protected:
+  double Slope(int64_t dimension, const double* a, const double* b) const override {
+    return Value(dimension, a, b);
   }
 };
 

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "absl/strings/str_format.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/opencl_covariance.h"
@@ -29,7 +30,38 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
   if (context.is_reference() || !context.info().float64) {
     return reference::CovarianceGradient(parameters, x, w);
   }
-  return opencl::CovarianceGradient(context, parameters, x, w);
+  return opencl::CovarianceGradient(context, parameters, x, x, w, true);
+}
+
+absl::StatusOr<std::vector<double>> CrossCovarianceGradient(Context& context,
+                                                            const CovarianceParameters& parameters,
+                                                            ConstMatrixView<double> x,
+                                                            ConstMatrixView<double> z,
+                                                            ConstMatrixView<double> w) {
+  EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape("x", x, x.rows, parameters.input_dimension()));
+  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("x", x));
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape("z", z, z.rows, parameters.input_dimension()));
+  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("z", z));
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape("w", w, x.rows, z.rows));
+  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("w", w));
+  if (context.is_reference() || !context.info().float64) {
+    return reference::CrossCovarianceGradient(parameters, x, z, w);
+  }
+  return opencl::CovarianceGradient(context, parameters, x, z, w, false);
+}
+
+absl::StatusOr<std::vector<double>> VarianceGradient(const CovarianceParameters& parameters,
+                                                     ConstMatrixView<double> x,
+                                                     absl::Span<const double> weights) {
+  EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape("x", x, x.rows, parameters.input_dimension()));
+  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("x", x));
+  if (static_cast<int64_t>(weights.size()) != x.rows) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%d weights for %d points", weights.size(), x.rows));
+  }
+  return reference::VarianceGradient(parameters, x, weights.data());
 }
 
 }  // namespace egosieve::kernels

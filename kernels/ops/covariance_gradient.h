@@ -5,12 +5,17 @@
 //
 // With W = alpha alpha^T - K^-1, g / 2 is the gradient of the log marginal likelihood (Rasmussen &
 // Williams, eq. 5.9). The noise variance is not part of k: its term is the caller's.
+//
+// CrossCovarianceGradient is the same between two sets, and VarianceGradient of variances alone:
+//
+//   g_t = sum_ij W_ij dk(x_i, z_j) / d log theta_t,   g_t = sum_i w_i dk(x_i, x_i) / d log theta_t
 #ifndef EGOSIEVE_KERNELS_OPS_COVARIANCE_GRADIENT_H_
 #define EGOSIEVE_KERNELS_OPS_COVARIANCE_GRADIENT_H_
 
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/types/span.h"
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
@@ -23,6 +28,18 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
                                                        const CovarianceParameters& parameters,
                                                        ConstMatrixView<double> x,
                                                        ConstMatrixView<double> w);
+
+// x: n x D; z: m x D; w: n x m, all of it read.
+absl::StatusOr<std::vector<double>> CrossCovarianceGradient(Context& context,
+                                                            const CovarianceParameters& parameters,
+                                                            ConstMatrixView<double> x,
+                                                            ConstMatrixView<double> z,
+                                                            ConstMatrixView<double> w);
+
+// x: n x D; weights: n values. On the host.
+absl::StatusOr<std::vector<double>> VarianceGradient(const CovarianceParameters& parameters,
+                                                     ConstMatrixView<double> x,
+                                                     absl::Span<const double> weights);
 
 }  // namespace egosieve::kernels
 

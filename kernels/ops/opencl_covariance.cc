@@ -58,10 +58,11 @@ template absl::Status CovarianceBlock(Context&, const CovarianceParameters&,
 absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
                                                        const CovarianceParameters& parameters,
                                                        ConstMatrixView<double> x,
-                                                       ConstMatrixView<double> w) {
+                                                       ConstMatrixView<double> z,
+                                                       ConstMatrixView<double> w, bool lower_only) {
   const int64_t count = static_cast<int64_t>(parameters.scales.size()) + 1;
   std::vector<double> gradient(count, 0.0);
-  if (x.rows == 0) return gradient;
+  if (x.rows == 0 || z.rows == 0) return gradient;
   const std::string options = BuildOptions<double>(context) + " -DROWS=" + std::to_string(kRows);
   EGOSIEVE_ASSIGN_OR_RETURN(cl::Kernel kernel,
                             context.Kernel("covariance_gradient.cl", options, "covariance_gradient",
@@ -71,14 +72,15 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
     const PointPreparation preparation(parameters);
     const std::vector<double> rows = PrepareRows<double, double>(preparation, x);
     const PreparedColumns<double> columns =
-        PrepareColumns<double, double>(preparation, x, Lanes<double>(context));
+        PrepareColumns<double, double>(preparation, z, Lanes<double>(context));
     const cl::Buffer row_buffer = InputBuffer(context, rows);
     const cl::Buffer column_buffer = InputBuffer(context, columns.values);
     const cl::Buffer weight_buffer = InputBuffer(context, w);
     OutputBuffer<double> result(context,
                                 MatrixView<double>(partial_sums.data(), WorkItems(x.rows), count));
-    SetArguments(kernel, row_buffer, column_buffer, cl_long{x.rows}, cl_long{columns.stride},
-                 weight_buffer, cl_long{w.stride}, result.buffer());
+    SetArguments(kernel, row_buffer, column_buffer, cl_long{x.rows}, cl_long{z.rows},
+                 cl_long{columns.stride}, cl_int{lower_only}, weight_buffer, cl_long{w.stride},
+                 result.buffer());
     const cl::CommandQueue queue = context.NewQueue();
     const CommandsEnd end(queue);
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(WorkItems(x.rows)),

@@ -17,11 +17,13 @@ absl::Status CovarianceBlock(Context& context, const CovarianceParameters& param
                              ConstMatrixView<double> x, ConstMatrixView<double> z, bool lower_only,
                              MatrixView<T> out);
 
-// As kernels/ops/covariance_gradient.h; needs float64.
+// As kernels/ops/covariance_gradient.h; needs float64. With `lower_only` z is x and w symmetric,
+// its lower triangle read.
 absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
                                                        const CovarianceParameters& parameters,
                                                        ConstMatrixView<double> x,
-                                                       ConstMatrixView<double> w);
+                                                       ConstMatrixView<double> z,
+                                                       ConstMatrixView<double> w, bool lower_only);
 
 }  // namespace egosieve::kernels::opencl
 

@@ -54,23 +54,51 @@ template void CovarianceBlock(const CovarianceParameters&, ConstMatrixView<doubl
 template void CovarianceBlock(const CovarianceParameters&, ConstMatrixView<double>,
                               ConstMatrixView<double>, bool, MatrixView<double>);
 
-std::vector<double> CovarianceGradient(const CovarianceParameters& parameters,
-                                       ConstMatrixView<double> x, ConstMatrixView<double> w) {
+namespace {
+
+// Sums weight_ij dk(x_i, z_j) / d log theta over what `visit(add)` adds as add(i, j, weight).
+template <typename Visit>
+std::vector<double> SumOfGradients(const CovarianceParameters& parameters,
+                                   ConstMatrixView<double> x, ConstMatrixView<double> z,
+                                   const Visit& visit) {
   const CovarianceDescription& function = parameters.function.description();
   const int64_t dimension = parameters.input_dimension();
-  const PreparedRows a(parameters, x);
+  const PreparedRows a(parameters, x), b(parameters, z);
   std::vector<double> gradient(parameters.scales.size() + 1, 0.0);
-  for (int64_t i = 0; i < x.rows; ++i) {
-    for (int64_t j = 0; j <= i; ++j) {
-      const double weight = i == j ? w(i, j) : 2.0 * w(i, j);
-      function.AddGradient(dimension, a.row(i), a.row(j), weight, gradient.data());
-      gradient.back() += 2.0 * weight * function.Value(dimension, a.row(i), a.row(j));
-    }
-  }
-  for (double& value : gradient) {
-    value *= parameters.signal_stddev * parameters.signal_stddev;
-  }
+  visit([&](int64_t i, int64_t j, double weight) {
+    function.AddGradient(dimension, a.row(i), b.row(j), weight, gradient.data());
+    gradient.back() += 2.0 * weight * function.Value(dimension, a.row(i), b.row(j));
+  });
+  for (double& value : gradient) value *= parameters.signal_stddev * parameters.signal_stddev;
   return gradient;
+}
+
+}  // namespace
+
+std::vector<double> CovarianceGradient(const CovarianceParameters& parameters,
+                                       ConstMatrixView<double> x, ConstMatrixView<double> w) {
+  return SumOfGradients(parameters, x, x, [&](const auto& add) {
+    for (int64_t i = 0; i < x.rows; ++i) {
+      for (int64_t j = 0; j <= i; ++j) add(i, j, i == j ? w(i, j) : 2.0 * w(i, j));
+    }
+  });
+}
+
+std::vector<double> CrossCovarianceGradient(const CovarianceParameters& parameters,
+                                            ConstMatrixView<double> x, ConstMatrixView<double> z,
+                                            ConstMatrixView<double> w) {
+  return SumOfGradients(parameters, x, z, [&](const auto& add) {
+    for (int64_t i = 0; i < x.rows; ++i) {
+      for (int64_t j = 0; j < z.rows; ++j) add(i, j, w(i, j));
+    }
+  });
+}
+
+std::vector<double> VarianceGradient(const CovarianceParameters& parameters,
+                                     ConstMatrixView<double> x, const double* w) {
+  return SumOfGradients(parameters, x, x, [&](const auto& add) {
+    for (int64_t i = 0; i < x.rows; ++i) add(i, i, w[i]);
+  });
 }
 
 }  // namespace egosieve::kernels::reference

@@ -28,6 +28,15 @@ void CovarianceBlock(const CovarianceParameters& parameters, ConstMatrixView<dou
 std::vector<double> CovarianceGradient(const CovarianceParameters& parameters,
                                        ConstMatrixView<double> x, ConstMatrixView<double> w);
 
+// g_t = sum_ij W_ij dk(x_i, z_j) / d log theta_t; w: x.rows x z.rows.
+std::vector<double> CrossCovarianceGradient(const CovarianceParameters& parameters,
+                                            ConstMatrixView<double> x, ConstMatrixView<double> z,
+                                            ConstMatrixView<double> w);
+
+// g_t = sum_i w_i dk(x_i, x_i) / d log theta_t; w: x.rows values.
+std::vector<double> VarianceGradient(const CovarianceParameters& parameters,
+                                     ConstMatrixView<double> x, const double* w);
+
 }  // namespace egosieve::kernels::reference
 
 #endif  // EGOSIEVE_KERNELS_REFERENCE_COVARIANCE_H_

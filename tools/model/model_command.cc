@@ -46,7 +46,7 @@ std::string Describe(const std::string& path, const gp::ModelFile& file) {
   const gp::ExactModelState& model = file.model;
   const auto& covariance = model.hyperparameters.covariance;
   const int64_t dynamic = DynamicPoints(model);
-  const int64_t size = static_cast<int64_t>(model.points.targets.size());
+  const int64_t size = model.points.size();
   std::string text = absl::StrFormat("%s\n", path);
   absl::StrAppendFormat(&text, "points       %d: %d dynamic, %d static\n", size, dynamic,
                         size - dynamic);

@@ -48,7 +48,7 @@ void BM_OnlineFrame(benchmark::State& state) {
     const auto fit = FitSquash(left_out->mean, left_out->LatentVariance(theta.noise_variance()),
                                labels, {1.0, 0.0});
     mark(fit.ok());
-    mark(ComputeMarginalLikelihood(*BenchContext(), theta, subset.view(), subset_targets,
+    mark(ComputeMarginalLikelihood(*BenchContext(), theta, {subset.view(), subset_targets},
                                    LikelihoodOrder::kValueAndGradient)
              .ok());
     mark(model->MakePosterior(fit->parameters).ok());

@@ -15,7 +15,7 @@ void BM_LikelihoodAndGradient(benchmark::State& state) {
   const std::vector<double> targets = points.targets();
   const Hyperparameters theta = DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, 6);
   for (auto _ : state) {
-    const auto result = ComputeMarginalLikelihood(*BenchContext(), theta, points.view(), targets,
+    const auto result = ComputeMarginalLikelihood(*BenchContext(), theta, {points.view(), targets},
                                                   LikelihoodOrder::kValueAndGradient);
     if (!result.ok()) std::abort();
     benchmark::DoNotOptimize(result->value);

@@ -54,6 +54,59 @@ Learner MakeLearner() {
               theta, HyperparameterBounds::Default(CovarianceFunction::kArcsine, 6), options)};
 }
 
+ModelFile NoisyFile() {
+  ModelFile file;
+  file.model.hyperparameters = DefaultHyperparameters(CovarianceFunction::kArcsine, 2);
+  file.model.hyperparameters.mean = MeanFunction::kLinear;
+  const std::vector<double> x = {0.1, 0.2, 0.3, 0.4, 0.5, 0.9}, y = {1, 2, 3, 4, 5, 6};
+  file.model.points.Append({{x.data(), 3, 2}, {y.data(), 3, 2}, {0.5, 0.0, 0.25}}, 4);
+  return file;
+}
+
+TEST(ModelFile, HoldsNoiseByPointOutputsAndTheMean) {
+  const ModelFile file = NoisyFile();
+  const auto bytes = SerializeModel(file);
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  const auto back = ParseModel(*bytes);
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->model.points.outputs, 2);
+  EXPECT_EQ(back->model.points.targets, file.model.points.targets);
+  EXPECT_EQ(back->model.points.noise_variances, file.model.points.noise_variances);
+  EXPECT_EQ(back->model.hyperparameters.mean, MeanFunction::kLinear);
+  EXPECT_EQ(*SerializeModel(*back), *bytes);
+}
+
+// Older programs read what they can: a file without any of these is of version 1.
+TEST(ModelFile, IsOfTheEarliestVersionThatHoldsIt) {
+  const auto version = [](const ModelFile& file) {
+    auto arrays = ParseArrays(*SerializeModel(file));
+    return std::get<std::vector<int64_t>>((*arrays)["format_version"].elements)[0];
+  };
+  ModelFile file = NoisyFile();
+  EXPECT_EQ(version(file), 2);
+  file.model.hyperparameters.mean = MeanFunction::kZero;
+  file.model.points.noise_variances.clear();
+  EXPECT_EQ(version(file), 2);
+  file.model.points.targets.resize(3);
+  file.model.points.outputs = 1;
+  EXPECT_EQ(version(file), 1);
+}
+
+TEST(ModelFile, RefusesBadOutputsNoiseAndMeans) {
+  const auto with = [](const char* name, NamedArray array) {
+    auto arrays = ParseArrays(*SerializeModel(NoisyFile()));
+    (*arrays)[name] = std::move(array);
+    return ParseModel(*SerializeArrays(*arrays)).status().code();
+  };
+  EXPECT_EQ(with("mean_function", {{1}, std::vector<int64_t>{3}}), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(with("noise_variances", {{3}, std::vector<double>{0.1, -1.0, 0.1}}),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(with("noise_variances", {{1}, std::vector<double>{0.1}}),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(with("targets", {{3, 0}, std::vector<double>{}}), absl::StatusCode::kOk);
+  EXPECT_NE(with("targets", {{2, 4}, std::vector<double>(8, 1.0)}), absl::StatusCode::kOk);
+}
+
 // A frame of learning: points in, points out, a training step, a rebuild, calibration.
 void Learn(int64_t frame, Learner& learner) {
   std::mt19937_64 generator(frame);
@@ -157,7 +210,7 @@ TEST(ModelFile, OtherVersionsAndInvalidModelsAreErrors) {
     return std::get<std::vector<int64_t>>(arrays[name].elements);
   };
   EXPECT_TRUE(altered([](ArrayMap&) {}).ok());
-  const absl::Status newer = altered([&](ArrayMap& a) { integers(a, "format_version")[0] = 2; });
+  const absl::Status newer = altered([&](ArrayMap& a) { integers(a, "format_version")[0] = 3; });
   EXPECT_EQ(newer.code(), absl::StatusCode::kUnimplemented);
   EXPECT_THAT(std::string(newer.message()), HasSubstr("newer"));
   for (const char* name : {"scales", "inputs", "targets", "identities", "squash", "annotations",

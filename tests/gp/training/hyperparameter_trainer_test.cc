@@ -36,8 +36,8 @@ TrainerOptions QuickOptions() {
 }
 
 double MeanLikelihood(const Hyperparameters& theta, const LabelledPoints& points) {
-  const auto value = ComputeMarginalLikelihood(*TestContext(), theta, ViewOf(points.inputs),
-                                               points.targets(), LikelihoodOrder::kValue);
+  const auto value = ComputeMarginalLikelihood(
+      *TestContext(), theta, {ViewOf(points.inputs), points.targets()}, LikelihoodOrder::kValue);
   EXPECT_TRUE(value.ok()) << value.status();
   return value->value / static_cast<double>(points.labels.size());
 }

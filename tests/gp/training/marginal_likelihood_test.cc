@@ -18,7 +18,7 @@ using kernels::CovarianceFunction;
 absl::StatusOr<MarginalLikelihood> Likelihood(
     const Hyperparameters& theta, const RowMatrix& x, const std::vector<double>& y,
     LikelihoodOrder order = LikelihoodOrder::kValueAndGradient) {
-  return ComputeMarginalLikelihood(*TestContext(), theta, ViewOf(x), y, order);
+  return ComputeMarginalLikelihood(*TestContext(), theta, {ViewOf(x), y}, order);
 }
 
 class GradientLaw : public testing::TestWithParam<std::tuple<CovarianceFunction, int, int>> {};
@@ -67,9 +67,8 @@ TEST(MarginalLikelihood, EqualsTheModelsOwn) {
       ExactModel::Create(TestContext(), UnevenHyperparameters(CovarianceFunction::kArcsine, 6));
   ASSERT_TRUE(model.ok());
   ASSERT_TRUE(model->Add(ViewOf(points.inputs), points.labels, 0).ok());
-  const auto value =
-      ComputeMarginalLikelihood(*TestContext(), model->hyperparameters(), model->inputs(),
-                                model->targets(), LikelihoodOrder::kValue);
+  const auto value = ComputeMarginalLikelihood(*TestContext(), model->hyperparameters(),
+                                               model->observations(), LikelihoodOrder::kValue);
   ASSERT_TRUE(value.ok());
   EXPECT_NEAR(value->value, model->LogMarginalLikelihood(), 1e-9);
   EXPECT_TRUE(value->gradient.empty());

@@ -10,6 +10,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "kernels/base/prepared_points.h"
+#include "kernels/ops/input_gradient.h"
 #include "kernels/reference/covariance.h"
 #include "tests/kernels/covariance/expressions.h"
 #include "tests/kernels/test_data.h"
@@ -92,6 +93,51 @@ TEST_P(EveryFunction, DerivativesAreFiniteDifferences) {
         (values[0] - 8.0 * values[1] + 8.0 * values[2] - values[3]) / (12.0 * h);
     EXPECT_NEAR(gradient[t], difference, (1e-12 / 30.0 * 1e5 + 4.4e-16 / h * 4.0) * size)
         << "parameter " << t;
+  }
+}
+
+TEST_P(EveryFunction, InputDerivativesAreFiniteDifferences) {
+  RowMajor w(kCount, kCount), gradient(kCount, dimension_);
+  std::mt19937_64 random = TestRandom();
+  for (int64_t i = 0; i < w.size(); ++i) w.data()[i] = Uniform(random, -1.0, 1.0);
+  // Beside the other points, for some functions have a cusp or a step where two are equal.
+  std::vector<double> others = RandomPoints(random, kCount, dimension_);
+  for (double& value : others) value += 2.2;
+  ASSERT_TRUE(CovarianceInputGradient(parameters_, {others.data(), kCount, dimension_}, x_,
+                                      {w.data(), kCount, kCount},
+                                      {gradient.data(), kCount, dimension_})
+                  .ok());
+  const auto sums = [&](int64_t d, double offset) {
+    std::vector<double> moved = others;
+    for (int64_t i = 0; i < kCount; ++i) moved[i * dimension_ + d] += offset;
+    RowMajor k(kCount, kCount);
+    reference::CovarianceBlock<double>(parameters_, {moved.data(), kCount, dimension_}, x_, false,
+                                       {k.data(), kCount, kCount});
+    return Eigen::VectorXd(k.cwiseProduct(w).rowwise().sum());
+  };
+  for (int64_t d = 0; d < dimension_; ++d) {
+    // Five-point rule, as above: h^4 / 30 times fifth derivatives of up to (2 pi / 0.8)^5 = 3e4,
+    // those of the periodic function.
+    const double h = 1e-3;
+    const Eigen::VectorXd difference =
+        (sums(d, -2.0 * h) - 8.0 * sums(d, -h) + 8.0 * sums(d, h) - sums(d, 2.0 * h)) / (12.0 * h);
+    EXPECT_LE((gradient.col(d) - difference).cwiseAbs().maxCoeff(), 1e-6) << "input " << d;
+  }
+  // f is symmetric: the variance's gradient is twice that of k(x, x') by x at x' = x.
+  std::vector<double> of_variance(dimension_);
+  PriorVarianceGradient(parameters_, others.data(), of_variance.data());
+  const CovarianceDescription& function = parameters_.function.description();
+  for (int64_t d = 0; d < dimension_; ++d) {
+    const double h = 1e-4, signal = parameters_.signal_stddev * parameters_.signal_stddev;
+    std::vector<double> ahead(others.begin(), others.begin() + dimension_), behind = ahead;
+    ahead[d] += h;
+    behind[d] -= h;
+    const double difference =
+        signal *
+        (function.Variance(parameters_.scales.data(), dimension_, ahead.data()) -
+         function.Variance(parameters_.scales.data(), dimension_, behind.data())) /
+        (2.0 * h);
+    EXPECT_NEAR(of_variance[d], difference, 1e-6) << "input " << d;
   }
 }
 

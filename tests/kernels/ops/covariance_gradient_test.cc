@@ -95,6 +95,55 @@ TEST(CovarianceGradient, AgreesWithTheReferenceAtSizesAroundEveryBlock) {
   }
 }
 
+// Between two sets that are one, with a symmetric matrix, it is the gradient of one.
+TEST(CrossCovarianceGradient, IsTheGradientOfOneSetAndAgreesWithTheReference) {
+  std::mt19937_64 random = TestRandom();
+  for (const CovarianceParameters& parameters : Covariances()) {
+    for (const auto& [n, m] :
+         {std::pair<int64_t, int64_t>{0, 3}, {5, 0}, {1, 1}, {7, 9}, {8, 16}, {63, 17}, {4, 130}}) {
+      const std::vector<double> a = RandomPoints(random, n, 3), b = RandomPoints(random, m, 3);
+      GuardedMatrix<double> w(n, m, 3);
+      for (int64_t i = 0; i < n; ++i) {
+        for (int64_t j = 0; j < m; ++j) w.view()(i, j) = Uniform(random, -1.0, 1.0);
+      }
+      const ConstMatrixView<double> x(a.data(), n, 3), z(b.data(), m, 3);
+      const auto gradient = CrossCovarianceGradient(*TestContext(), parameters, x, z, w.view());
+      ASSERT_TRUE(gradient.ok()) << gradient.status();
+      const std::vector<double> expected =
+          reference::CrossCovarianceGradient(parameters, x, z, w.view());
+      const double tolerance = 1e-300 + 32 * std::ldexp(1.0, -53) * n * m * 3.2 *
+                                            parameters.signal_stddev * parameters.signal_stddev;
+      for (size_t t = 0; t < expected.size(); ++t) {
+        EXPECT_NEAR((*gradient)[t], expected[t], tolerance) << t << " of " << n << " x " << m;
+      }
+    }
+    const std::vector<double> points = RandomPoints(random, 30, 3);
+    const ConstMatrixView<double> x(points.data(), 30, 3);
+    GuardedMatrix<double> w = LowerWeights(random, 30);
+    const auto expected = CovarianceGradient(*TestContext(), parameters, x, w.view());
+    std::vector<double> diagonal;
+    for (int64_t i = 0; i < 30; ++i) {
+      for (int64_t j = 0; j < i; ++j) w.view()(j, i) = w.view()(i, j);
+      diagonal.push_back(w.view()(i, i));
+    }
+    const auto whole = CrossCovarianceGradient(*TestContext(), parameters, x, x, w.view());
+    for (int64_t i = 0; i < 30; ++i) w.view()(i, i) = 0.0;
+    const auto beside = CrossCovarianceGradient(*TestContext(), parameters, x, x, w.view());
+    const auto variances = VarianceGradient(parameters, x, diagonal);
+    ASSERT_TRUE(whole.ok() && beside.ok() && variances.ok());
+    for (size_t t = 0; t < expected->size(); ++t) {
+      EXPECT_NEAR((*whole)[t], (*expected)[t], 1e-11);
+      EXPECT_NEAR((*beside)[t] + (*variances)[t], (*expected)[t], 1e-11);
+    }
+    EXPECT_EQ(CrossCovarianceGradient(*TestContext(), parameters, x, x.rows_between(0, 9), w.view())
+                  .status()
+                  .code(),
+              absl::StatusCode::kInvalidArgument);
+    EXPECT_EQ(VarianceGradient(parameters, x, {1.0}).status().code(),
+              absl::StatusCode::kInvalidArgument);
+  }
+}
+
 TEST(CovarianceGradient, DevicesWithoutFloat64LeaveItToTheHost) {
   std::mt19937_64 random = TestRandom();
   ContextOptions options;

@@ -1,12 +1,15 @@
 #include "tools/embed/include/egosieve/gaussian_process.h"
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "tools/embed/c/array_access.h"
+#include "tools/embed/c/byte_output.h"
 #include "tools/embed/c/device_contexts.h"
 #include "tools/embed/c/last_error.h"
 #include "tools/embed/c/learning_model.h"
@@ -16,21 +19,40 @@
 namespace egosieve::embed {
 namespace {
 
+static_assert(EGOSIEVE_MAX_DIMENSION == kernels::kMaxInputDimension);
+static_assert(EGOSIEVE_ZERO_MEAN == static_cast<int>(gp::MeanFunction::kZero) &&
+              EGOSIEVE_CONSTANT_MEAN == static_cast<int>(gp::MeanFunction::kConstant) &&
+              EGOSIEVE_LINEAR_MEAN == static_cast<int>(gp::MeanFunction::kLinear));
+
+absl::StatusOr<kernels::CovarianceFunction> CovarianceOf(const egosieve_gp_options& options) {
+  switch (options.covariance) {
+    case EGOSIEVE_ARCSINE:
+      return kernels::CovarianceFunction::kArcsine;
+    case EGOSIEVE_SQUARED_EXPONENTIAL:
+      return kernels::CovarianceFunction::kSquaredExponential;
+    case EGOSIEVE_NAMED_COVARIANCE:
+      EGOSIEVE_RETURN_IF_ERROR(CheckPointer("options.covariance_text", options.covariance_text));
+      return kernels::CovarianceFunction::Parse(options.covariance_text);
+    default:
+      return absl::InvalidArgumentError(
+          absl::StrFormat("options.covariance = %d; it must be EGOSIEVE_ARCSINE, "
+                          "EGOSIEVE_SQUARED_EXPONENTIAL or EGOSIEVE_NAMED_COVARIANCE",
+                          options.covariance));
+  }
+}
+
 absl::StatusOr<gp::Hyperparameters> HyperparametersOf(const egosieve_gp_options& options) {
-  if (options.covariance != EGOSIEVE_ARCSINE &&
-      options.covariance != EGOSIEVE_SQUARED_EXPONENTIAL) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const kernels::CovarianceFunction function, CovarianceOf(options));
+  if (options.mean < EGOSIEVE_ZERO_MEAN || options.mean > EGOSIEVE_LINEAR_MEAN) {
     return absl::InvalidArgumentError(
-        absl::StrFormat("options.covariance = %d; it must be EGOSIEVE_ARCSINE or "
-                        "EGOSIEVE_SQUARED_EXPONENTIAL",
-                        options.covariance));
+        absl::StrFormat("options.mean = %d; it must be EGOSIEVE_ZERO_MEAN, EGOSIEVE_CONSTANT_MEAN "
+                        "or EGOSIEVE_LINEAR_MEAN",
+                        options.mean));
   }
   if (options.dimension < 1 || options.dimension > EGOSIEVE_MAX_DIMENSION) {
     return absl::InvalidArgumentError(absl::StrFormat("options.dimension = %d; it must be 1 to %d",
                                                       options.dimension, EGOSIEVE_MAX_DIMENSION));
   }
-  const auto function = options.covariance == EGOSIEVE_ARCSINE
-                            ? kernels::CovarianceFunction::kArcsine
-                            : kernels::CovarianceFunction::kSquaredExponential;
   gp::Hyperparameters hyperparameters = gp::DefaultHyperparameters(function, options.dimension);
   std::vector<double>& scales = hyperparameters.covariance.scales;
   const int64_t expected = options.scales == nullptr ? 0 : static_cast<int64_t>(scales.size());
@@ -41,14 +63,23 @@ absl::StatusOr<gp::Hyperparameters> HyperparametersOf(const egosieve_gp_options&
   if (options.scales != nullptr) scales.assign(options.scales, options.scales + expected);
   hyperparameters.covariance.signal_stddev = options.signal_stddev;
   hyperparameters.noise_stddev = options.noise_stddev;
+  hyperparameters.mean = static_cast<gp::MeanFunction>(options.mean);
   EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
   return hyperparameters;
 }
 
+// y: N x k, or the N values of one output in a row.
+absl::StatusOr<InputArray> TargetsOf(const egosieve_const_array* y, int64_t count) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const InputArray targets, InputArray::Matrix("y", y));
+  if (targets.rows() == 1 && count != 1) return InputArray::Vector("y", y);
+  return targets;
+}
+
+// v null: no noise of the points' own.
 absl::Status ConditionOn(LearningModel& model, const egosieve_const_array* x,
-                         const egosieve_const_array* y) {
+                         const egosieve_const_array* y, const egosieve_const_array* v) {
   EGOSIEVE_ASSIGN_OR_RETURN(const InputArray inputs, InputArray::Matrix("x", x));
-  EGOSIEVE_ASSIGN_OR_RETURN(const InputArray targets, InputArray::Vector("y", y));
+  EGOSIEVE_ASSIGN_OR_RETURN(const InputArray targets, TargetsOf(y, inputs.rows()));
   if (inputs.columns() != model.dimension()) {
     return absl::InvalidArgumentError(absl::StrFormat("x: %d columns; the model has %d inputs",
                                                       inputs.columns(), model.dimension()));
@@ -57,22 +88,57 @@ absl::Status ConditionOn(LearningModel& model, const egosieve_const_array* x,
     return absl::InvalidArgumentError(
         absl::StrFormat("y: %d values; x has %d rows", targets.rows(), inputs.rows()));
   }
+  if (targets.rows() > 0 && targets.columns() < 1) {
+    return absl::InvalidArgumentError("y: no columns");
+  }
   // Queries are float32, so that a point beyond it could never be asked for.
   EGOSIEVE_RETURN_IF_ERROR(inputs.CheckFinite<float>());
   EGOSIEVE_RETURN_IF_ERROR(targets.CheckFinite<double>());
-  const std::vector<double> points = inputs.Values();
-  return model.Condition({points.data(), inputs.rows(), inputs.columns()}, targets.Values());
+  std::vector<double> noise;
+  if (v != nullptr) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray variances, InputArray::Vector("v", v));
+    if (variances.rows() != inputs.rows()) {
+      return absl::InvalidArgumentError(
+          absl::StrFormat("v: %d values; x has %d rows", variances.rows(), inputs.rows()));
+    }
+    noise = variances.Values();
+    for (size_t i = 0; i < noise.size(); ++i) {
+      if (!(noise[i] >= 0.0 && std::isfinite(noise[i]))) {
+        return absl::InvalidArgumentError(
+            absl::StrFormat("v(%d) = %g; it must be finite and not negative", i, noise[i]));
+      }
+    }
+  }
+  if (inputs.rows() == 0) return absl::OkStatus();
+  const std::vector<double> points = inputs.Values(), values = targets.Values();
+  return model.Condition({{points.data(), inputs.rows(), inputs.columns()},
+                          {values.data(), targets.rows(), targets.columns()},
+                          noise});
+}
+
+gp::PointSet PointsOf(const LearningModel& model) {
+  return model.WithExactModel([](const gp::ExactModel& exact) { return exact.State().points; });
+}
+
+absl::Status CopyNoiseVariances(const LearningModel& model, const egosieve_array* v) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckPointer("v", v));
+  gp::PointSet points = PointsOf(model);
+  points.noise_variances.resize(points.size(), 0.0);
+  EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray variances,
+                            OutputArray::Create("v", *v, points.size(), 1));
+  if (variances.wanted()) variances.Write(0, variances.size(), points.noise_variances.data());
+  return absl::OkStatus();
 }
 
 absl::Status CopyPoints(const LearningModel& model, const egosieve_array* x,
                         const egosieve_array* y) {
   EGOSIEVE_RETURN_IF_ERROR(CheckPointer("x", x));
   EGOSIEVE_RETURN_IF_ERROR(CheckPointer("y", y));
-  const gp::PointSet points = model.Points();
+  const gp::PointSet points = PointsOf(model);
   EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray inputs,
                             OutputArray::Create("x", *x, points.size(), model.dimension()));
   EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray targets,
-                            OutputArray::Create("y", *y, points.size(), 1));
+                            OutputArray::Create("y", *y, points.size(), points.outputs));
   if (inputs.wanted()) inputs.Write(0, inputs.size(), points.inputs.data());
   if (targets.wanted()) targets.Write(0, targets.size(), points.targets.data());
   return absl::OkStatus();
@@ -107,22 +173,31 @@ egosieve_gp_info InfoOf(const LearningModel::Description& description) {
   const kernels::CovarianceParameters& covariance = description.hyperparameters.covariance;
   info.size = description.size;
   info.dimension = static_cast<int32_t>(covariance.input_dimension());
-  info.covariance = covariance.function == kernels::CovarianceFunction::kArcsine
-                        ? EGOSIEVE_ARCSINE
-                        : EGOSIEVE_SQUARED_EXPONENTIAL;
+  info.covariance = covariance.function == kernels::CovarianceFunction::kArcsine ? EGOSIEVE_ARCSINE
+                    : covariance.function == kernels::CovarianceFunction::kSquaredExponential
+                        ? EGOSIEVE_SQUARED_EXPONENTIAL
+                        : EGOSIEVE_NAMED_COVARIANCE;
   info.scale_count = static_cast<int64_t>(covariance.scales.size());
-  std::copy(covariance.scales.begin(), covariance.scales.end(), info.scales);
+  std::copy_n(covariance.scales.begin(), std::min<int64_t>(info.scale_count, EGOSIEVE_INFO_SCALES),
+              info.scales);
   info.signal_stddev = covariance.signal_stddev;
   info.noise_stddev = description.hyperparameters.noise_stddev;
   info.jitter = description.jitter;
   info.squash_a = description.squash.a;
   info.squash_b = description.squash.b;
   info.has_labels = description.has_labels;
+  info.outputs = description.outputs;
+  info.mean = static_cast<egosieve_mean>(description.hyperparameters.mean);
+  info.coefficients =
+      gp::CoefficientCount(description.hyperparameters.mean, covariance.input_dimension());
   return info;
 }
 
 }  // namespace
 }  // namespace egosieve::embed
+
+// No covariance has more; a count beyond it is no count.
+constexpr int64_t kMostScales = int64_t{1} << 20;
 
 using egosieve::embed::AllModels;
 using egosieve::embed::CheckPointer;
@@ -191,8 +266,17 @@ egosieve_status egosieve_gp_free(egosieve_gp* gp) {
 
 egosieve_status egosieve_gp_condition(egosieve_gp* gp, const egosieve_const_array* x,
                                       const egosieve_const_array* y) {
-  return WithModel(__func__, gp,
-                   [&](LearningModel& model) { return egosieve::embed::ConditionOn(model, x, y); });
+  return WithModel(__func__, gp, [&](LearningModel& model) {
+    return egosieve::embed::ConditionOn(model, x, y, nullptr);
+  });
+}
+
+egosieve_status egosieve_gp_condition_noisy(egosieve_gp* gp, const egosieve_const_array* x,
+                                            const egosieve_const_array* y,
+                                            const egosieve_const_array* v) {
+  return WithModel(__func__, gp, [&](LearningModel& model) {
+    return egosieve::embed::ConditionOn(model, x, y, v);
+  });
 }
 
 egosieve_status egosieve_gp_remove(egosieve_gp* gp, const int64_t* rows, int64_t count) {
@@ -222,15 +306,42 @@ egosieve_status egosieve_gp_points(egosieve_gp* gp, const egosieve_array* x,
                    [&](LearningModel& model) { return egosieve::embed::CopyPoints(model, x, y); });
 }
 
+egosieve_status egosieve_gp_noise_variances(egosieve_gp* gp, const egosieve_array* v) {
+  return WithModel(__func__, gp, [&](LearningModel& model) {
+    return egosieve::embed::CopyNoiseVariances(model, v);
+  });
+}
+
+egosieve_status egosieve_gp_scales(egosieve_gp* gp, double* scales, int64_t count) {
+  return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
+    const std::vector<double> all = model.Describe().hyperparameters.covariance.scales;
+    if (count != static_cast<int64_t>(all.size())) {
+      return absl::InvalidArgumentError(
+          absl::StrFormat("count = %d; there are %d scales", count, all.size()));
+    }
+    if (count > 0) EGOSIEVE_RETURN_IF_ERROR(CheckPointer("scales", scales));
+    std::copy(all.begin(), all.end(), scales);
+    return absl::OkStatus();
+  });
+}
+
+egosieve_status egosieve_gp_covariance_text(egosieve_gp* gp, void* text, int64_t capacity,
+                                            int64_t* size) {
+  return WithModel(__func__, gp, [&](LearningModel& model) {
+    const std::string name(model.Describe().hyperparameters.covariance.function.text());
+    return egosieve::embed::GiveBytes(name, text, capacity, size);
+  });
+}
+
 egosieve_status egosieve_gp_set_hyperparameters(egosieve_gp* gp, const double* scales,
                                                 int64_t scale_count, double signal_stddev,
                                                 double noise_stddev) {
   return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
-    EGOSIEVE_RETURN_IF_ERROR(CheckPointer("scales", scales));
-    if (scale_count < 1 || scale_count > EGOSIEVE_MAX_DIMENSION + 1) {
-      return absl::InvalidArgumentError(absl::StrFormat("scale_count = %d; it must be 1 to %d",
-                                                        scale_count, EGOSIEVE_MAX_DIMENSION + 1));
+    if (scale_count < 0 || scale_count > kMostScales) {
+      return absl::InvalidArgumentError(
+          absl::StrFormat("scale_count = %d; it must be 0 to %d", scale_count, kMostScales));
     }
+    if (scale_count > 0) EGOSIEVE_RETURN_IF_ERROR(CheckPointer("scales", scales));
     return model.SetHyperparameters(std::vector<double>(scales, scales + scale_count),
                                     signal_stddev, noise_stddev);
   });
@@ -239,7 +350,8 @@ egosieve_status egosieve_gp_set_hyperparameters(egosieve_gp* gp, const double* s
 egosieve_status egosieve_gp_log_marginal_likelihood(egosieve_gp* gp, double* value) {
   return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
     EGOSIEVE_RETURN_IF_ERROR(CheckPointer("value", value));
-    *value = model.LogMarginalLikelihood();
+    *value = model.WithExactModel(
+        [](const egosieve::gp::ExactModel& exact) { return exact.LogMarginalLikelihood(); });
     return absl::OkStatus();
   });
 }

@@ -20,18 +20,15 @@ namespace {
 constexpr double kMinusInfinity = -std::numeric_limits<double>::infinity();
 
 struct Subset {
-  std::vector<double> inputs, targets;
+  gp::PointSet points;
   int64_t dimension = 0;
 
-  kernels::ConstMatrixView<double> view() const {
-    return {inputs.data(), static_cast<int64_t>(targets.size()), dimension};
-  }
+  gp::Observations view() const { return points.observations(dimension); }
 };
 
 // `size` of the points (all where 0 or more than there are), in their order.
-Subset DrawSubset(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
-                  int64_t size, uint64_t seed) {
-  const int64_t n = inputs.rows;
+Subset DrawSubset(const gp::Observations& data, int64_t size, uint64_t seed) {
+  const int64_t n = data.size();
   std::vector<int64_t> rows(n);
   std::iota(rows.begin(), rows.end(), 0);
   if (size > 0 && size < n) {
@@ -41,10 +38,13 @@ Subset DrawSubset(kernels::ConstMatrixView<double> inputs, absl::Span<const doub
     std::sort(rows.begin(), rows.end());
   }
   Subset subset;
-  subset.dimension = inputs.cols;
+  subset.dimension = data.inputs.cols;
   for (const int64_t row : rows) {
-    subset.inputs.insert(subset.inputs.end(), inputs.row(row), inputs.row(row) + inputs.cols);
-    subset.targets.push_back(targets[row]);
+    subset.points.Append(
+        {data.inputs.rows_between(row, row + 1), data.targets.rows_between(row, row + 1),
+         data.noise_variances.empty() ? data.noise_variances
+                                      : data.noise_variances.subspan(row, 1)},
+        0);
   }
   return subset;
 }
@@ -52,20 +52,20 @@ Subset DrawSubset(kernels::ConstMatrixView<double> inputs, absl::Span<const doub
 // J with its count of evaluations; -infinity where K is not positive definite.
 class Objective {
  public:
-  Objective(kernels::Context& context, kernels::CovarianceFunction function, const Subset& subset)
-      : context_(context), function_(function), subset_(subset) {}
+  Objective(kernels::Context& context, const gp::Hyperparameters& kind, const Subset& subset)
+      : context_(context), kind_(kind), subset_(subset) {}
 
   absl::StatusOr<double> operator()(const std::vector<double>& theta,
                                     std::vector<double>* gradient) {
     ++evaluations_;
     EGOSIEVE_ASSIGN_OR_RETURN(const gp::Hyperparameters hyperparameters,
-                              gp::FromLogarithms(function_, theta, subset_.dimension));
+                              gp::FromLogarithms(kind_, theta));
     absl::StatusOr<gp::MarginalLikelihood> likelihood = gp::ComputeMarginalLikelihood(
-        context_, hyperparameters, subset_.view(), subset_.targets,
+        context_, hyperparameters, subset_.view(),
         gradient == nullptr ? gp::LikelihoodOrder::kValue : gp::LikelihoodOrder::kValueAndGradient);
     if (absl::IsFailedPrecondition(likelihood.status())) return kMinusInfinity;
     EGOSIEVE_RETURN_IF_ERROR(likelihood.status());
-    const double share = 1.0 / static_cast<double>(subset_.targets.size());
+    const double share = 1.0 / static_cast<double>(subset_.points.size());
     if (gradient != nullptr) {
       *gradient = std::move(likelihood->gradient);
       for (double& slope : *gradient) slope *= share;
@@ -77,7 +77,7 @@ class Objective {
 
  private:
   kernels::Context& context_;
-  const kernels::CovarianceFunction function_;
+  const gp::Hyperparameters& kind_;
   const Subset& subset_;
   int64_t evaluations_ = 0;
 };
@@ -144,6 +144,17 @@ double SpreadOf(kernels::ConstMatrixView<double> inputs, int64_t d) {
   return RootMeanSquare(column);
 }
 
+// Root mean square of the targets; around the mean of each output where `centred`.
+double SizeOf(kernels::ConstMatrixView<double> targets, bool centred) {
+  std::vector<double> values;
+  for (int64_t c = 0; c < targets.cols; ++c) {
+    double mean = 0.0;
+    for (int64_t i = 0; centred && i < targets.rows; ++i) mean += targets(i, c) / targets.rows;
+    for (int64_t i = 0; i < targets.rows; ++i) values.push_back(targets(i, c) - mean);
+  }
+  return RootMeanSquare(values);
+}
+
 }  // namespace
 
 absl::Status SearchOptions::Validate() const {
@@ -163,9 +174,9 @@ absl::Status SearchOptions::Validate() const {
   return absl::OkStatus();
 }
 
-gp::HyperparameterBounds BoundsForData(kernels::CovarianceFunction function,
-                                       kernels::ConstMatrixView<double> inputs,
-                                       absl::Span<const double> targets) {
+gp::HyperparameterBounds BoundsForData(const gp::Hyperparameters& kind,
+                                       const gp::Observations& data) {
+  const kernels::ConstMatrixView<double>& inputs = data.inputs;
   gp::HyperparameterBounds bounds;
   const auto bound = [&](double lower, double upper) {
     bounds.lower.push_back(std::log(lower));
@@ -175,7 +186,7 @@ gp::HyperparameterBounds BoundsForData(kernels::CovarianceFunction function,
   for (int64_t d = 0; d < inputs.cols; ++d) spreads.push_back(SpreadOf(inputs, d));
   const double largest = *std::max_element(spreads.begin(), spreads.end());
   using Unit = kernels::ScaleGroup::Unit;
-  for (const kernels::ScaleGroup& group : function.description().scale_groups()) {
+  for (const kernels::ScaleGroup& group : kind.covariance.function.description().scale_groups()) {
     for (int64_t d = 0; d < (group.per_input ? inputs.cols : 1); ++d) {
       const double spread = group.per_input ? spreads[d] : largest;
       switch (group.unit) {
@@ -191,7 +202,7 @@ gp::HyperparameterBounds BoundsForData(kernels::CovarianceFunction function,
       }
     }
   }
-  const double size = RootMeanSquare(targets);
+  const double size = SizeOf(data.targets, kind.mean != gp::MeanFunction::kZero);
   bound(0.1 * size, 10.0 * size);
   bound(0.01 * size, 2.0 * size);
   return bounds;
@@ -199,23 +210,21 @@ gp::HyperparameterBounds BoundsForData(kernels::CovarianceFunction function,
 
 absl::StatusOr<SearchResult> SearchHyperparameters(kernels::Context& context,
                                                    const gp::Hyperparameters& start,
-                                                   kernels::ConstMatrixView<double> inputs,
-                                                   absl::Span<const double> targets,
+                                                   const gp::Observations& data,
                                                    const SearchOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  if (inputs.rows < 2) {
+  if (data.size() < 2) {
     return absl::FailedPreconditionError(absl::StrFormat(
-        "hyperparameters need at least 2 points to be optimised on; there are %d", inputs.rows));
+        "hyperparameters need at least 2 points to be optimised on; there are %d", data.size()));
   }
-  const kernels::CovarianceFunction function = start.covariance.function;
-  const Subset subset = DrawSubset(inputs, targets, options.subset_size, options.seed);
-  gp::HyperparameterBounds bounds = BoundsForData(function, subset.view(), subset.targets);
+  const Subset subset = DrawSubset(data, options.subset_size, options.seed);
+  gp::HyperparameterBounds bounds = BoundsForData(start, subset.view());
   std::vector<double> theta = gp::ToLogarithms(start);
   for (size_t t = 0; t < theta.size(); ++t) {
     bounds.lower[t] = std::min(bounds.lower[t], theta[t]);
     bounds.upper[t] = std::max(bounds.upper[t], theta[t]);
   }
-  Objective objective(context, function, subset);
+  Objective objective(context, start, subset);
   EGOSIEVE_ASSIGN_OR_RETURN(const double at_start, objective(theta, nullptr));
   if (options.annealing_evaluations > 0) {
     gp::AnnealingOptions annealing;
@@ -233,9 +242,8 @@ absl::StatusOr<SearchResult> SearchHyperparameters(kernels::Context& context,
     climb.objective = at_start;
   }
   SearchResult result;
-  EGOSIEVE_ASSIGN_OR_RETURN(result.hyperparameters,
-                            gp::FromLogarithms(function, climb.theta, inputs.cols));
-  result.points = static_cast<int64_t>(subset.targets.size());
+  EGOSIEVE_ASSIGN_OR_RETURN(result.hyperparameters, gp::FromLogarithms(start, climb.theta));
+  result.points = subset.points.size();
   result.log_likelihood_at_start = at_start * static_cast<double>(result.points);
   result.log_likelihood = climb.objective * static_cast<double>(result.points);
   result.evaluations = objective.evaluations();

@@ -10,6 +10,8 @@
 // Bounds follow the data, s_d the standard deviation of input d (1 where it is 0), s_y the root
 // mean square of y, and are widened to hold the start:
 //
+//   (with a mean function, around the mean of each output):
+//
 //   arcsine w_0 in [0.01, 100], w_d in [0.01, 1000] / s_d;   l_d in [0.01, 100] s_d
 //   sigma_f in [0.1, 10] s_y;   sigma_n in [0.01, 2] s_y
 //
@@ -26,9 +28,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/types/span.h"
 #include "gp/covariance/hyperparameters.h"
-#include "kernels/base/matrix_view.h"
+#include "gp/model/point_set.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::embed {
@@ -52,15 +53,13 @@ struct SearchResult {
   bool converged = false;
 };
 
-gp::HyperparameterBounds BoundsForData(kernels::CovarianceFunction function,
-                                       kernels::ConstMatrixView<double> inputs,
-                                       absl::Span<const double> targets);
+gp::HyperparameterBounds BoundsForData(const gp::Hyperparameters& kind,
+                                       const gp::Observations& data);
 
 // FailedPrecondition with fewer than 2 points.
 absl::StatusOr<SearchResult> SearchHyperparameters(kernels::Context& context,
                                                    const gp::Hyperparameters& start,
-                                                   kernels::ConstMatrixView<double> inputs,
-                                                   absl::Span<const double> targets,
+                                                   const gp::Observations& data,
                                                    const SearchOptions& options);
 
 }  // namespace egosieve::embed

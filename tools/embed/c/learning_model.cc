@@ -12,7 +12,12 @@ namespace {
 
 // Labels are -1 and 1, or between. Values that are all 0 or 1 fit that, too, but are labels of
 // another convention nearly always, and their probabilities would be wrong.
-absl::Status CheckLabels(absl::Span<const double> targets) {
+absl::Status CheckLabels(const gp::ExactModel& model) {
+  const absl::Span<const double> targets = model.targets();
+  if (model.outputs() > 1) {
+    return absl::FailedPreconditionError(
+        absl::StrFormat("probabilities are of one output; there are %d", model.outputs()));
+  }
   int64_t zeros = 0, ones = 0;
   for (const double target : targets) {
     if (!(target >= -1.0 && target <= 1.0)) {
@@ -61,10 +66,9 @@ void LearningModel::Changed() {
   calibrated_ = false;
 }
 
-absl::Status LearningModel::Condition(kernels::ConstMatrixView<double> inputs,
-                                      absl::Span<const double> targets) {
+absl::Status LearningModel::Condition(const gp::Observations& added) {
   std::lock_guard lock(mutex_);
-  EGOSIEVE_RETURN_IF_ERROR(model_.AddTargets(inputs, targets, 0));
+  EGOSIEVE_RETURN_IF_ERROR(model_.AddObservations(added, 0));
   Changed();
   return absl::OkStatus();
 }
@@ -105,9 +109,9 @@ absl::Status LearningModel::SetHyperparameters(const std::vector<double>& scales
 
 absl::StatusOr<SearchResult> LearningModel::Optimize(const SearchOptions& options) {
   std::lock_guard lock(mutex_);
-  EGOSIEVE_ASSIGN_OR_RETURN(SearchResult result,
-                            SearchHyperparameters(*context_, model_.hyperparameters(),
-                                                  model_.inputs(), model_.targets(), options));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      SearchResult result,
+      SearchHyperparameters(*context_, model_.hyperparameters(), model_.observations(), options));
   EGOSIEVE_RETURN_IF_ERROR(model_.SetHyperparameters(result.hyperparameters));
   Changed();
   return result;
@@ -119,7 +123,7 @@ absl::Status LearningModel::Calibrate() {
     return absl::FailedPreconditionError(
         absl::StrFormat("calibration needs at least 2 points; there are %d", model_.size()));
   }
-  EGOSIEVE_RETURN_IF_ERROR(CheckLabels(model_.targets()));
+  EGOSIEVE_RETURN_IF_ERROR(CheckLabels(model_));
   if (calibrated_) return absl::OkStatus();
   std::vector<double> labels;
   for (const double target : model_.targets()) labels.push_back(0.5 * (target + 1.0));
@@ -153,18 +157,8 @@ absl::StatusOr<gp::ModelFile> LearningModel::ToFile() {
 
 LearningModel::Description LearningModel::Describe() const {
   std::lock_guard lock(mutex_);
-  return {model_.hyperparameters(), squash_, model_.size(), model_.jitter(),
-          CheckLabels(model_.targets()).ok()};
-}
-
-gp::PointSet LearningModel::Points() const {
-  std::lock_guard lock(mutex_);
-  return model_.State().points;
-}
-
-double LearningModel::LogMarginalLikelihood() const {
-  std::lock_guard lock(mutex_);
-  return model_.LogMarginalLikelihood();
+  return {model_.hyperparameters(), squash_,         model_.size(), model_.jitter(),
+          CheckLabels(model_).ok(), model_.outputs()};
 }
 
 std::string LearningModel::annotation() const {
@@ -177,7 +171,7 @@ absl::StatusOr<DevicePosterior> LearningModel::Posterior() {
   if (posterior_ == nullptr) {
     EGOSIEVE_ASSIGN_OR_RETURN(posterior_, model_.MakePosterior(squash_, options_));
   }
-  return DevicePosterior{context_, posterior_, CheckLabels(model_.targets())};
+  return DevicePosterior{context_, posterior_, CheckLabels(model_)};
 }
 
 }  // namespace egosieve::embed

@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -19,7 +20,6 @@
 #include "gp/covariance/hyperparameters.h"
 #include "gp/io/model_file.h"
 #include "gp/model/exact_model.h"
-#include "kernels/base/matrix_view.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/runtime/context.h"
 #include "tools/embed/c/hyperparameter_search.h"
@@ -42,9 +42,10 @@ class LearningModel {
     int64_t size = 0;
     double jitter = 0.0;
     bool has_labels = false;
+    int64_t outputs = 1;
   };
 
-  absl::Status Condition(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets);
+  absl::Status Condition(const gp::Observations& added);
   // rows: each once, in any order.
   absl::Status Remove(std::vector<int64_t> rows);
   absl::Status SetHyperparameters(const std::vector<double>& scales, double signal_stddev,
@@ -59,8 +60,12 @@ class LearningModel {
   int64_t dimension() const { return dimension_; }  // D, never changes
   const std::shared_ptr<kernels::Context>& context() const { return context_; }
   Description Describe() const;
-  gp::PointSet Points() const;
-  double LogMarginalLikelihood() const;
+  // What `ask` returns for the exact model, under the lock.
+  template <typename Ask>
+  auto WithExactModel(Ask&& ask) const {
+    std::lock_guard lock(mutex_);
+    return std::forward<Ask>(ask)(model_);
+  }
   std::string annotation() const;
   absl::StatusOr<DevicePosterior> Posterior();
 

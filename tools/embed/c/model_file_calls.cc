@@ -17,17 +17,6 @@ namespace egosieve::embed {
 namespace {
 
 absl::StatusOr<std::shared_ptr<LearningModel>> ModelOfFile(gp::ModelFile file, const char* device) {
-  const kernels::CovarianceParameters& covariance = file.model.hyperparameters.covariance;
-  const bool has_number = covariance.function == kernels::CovarianceFunction::kArcsine ||
-                          covariance.function == kernels::CovarianceFunction::kSquaredExponential;
-  if (!has_number || covariance.input_dimension() > EGOSIEVE_MAX_DIMENSION) {
-    return absl::UnimplementedError(
-        absl::StrFormat("a model of %d inputs with the covariance %s; this interface has the "
-                        "arcsine and the squared "
-                        "exponential of up to %d inputs",
-                        covariance.input_dimension(), std::string(covariance.function.text()),
-                        EGOSIEVE_MAX_DIMENSION));
-  }
   EGOSIEVE_ASSIGN_OR_RETURN(std::shared_ptr<kernels::Context> context, ContextOf(device));
   return LearningModel::FromFile(std::move(context), std::move(file));
 }

@@ -23,14 +23,15 @@ struct Outputs {
   OutputArray mean, variance, probability;
   bool of_observation = false;
 
+  // outputs: columns of the mean for each of the others'.
   static absl::StatusOr<Outputs> Create(const egosieve_prediction* prediction, int64_t rows,
-                                        int64_t columns) {
+                                        int64_t columns, int64_t outputs_of_model = 1) {
     egosieve_prediction wishes;
     egosieve_prediction_init(&wishes);
     EGOSIEVE_RETURN_IF_ERROR(ReadStruct("prediction", prediction, wishes));
     Outputs outputs;
-    EGOSIEVE_ASSIGN_OR_RETURN(outputs.mean,
-                              OutputArray::Create("prediction.mean", wishes.mean, rows, columns));
+    EGOSIEVE_ASSIGN_OR_RETURN(outputs.mean, OutputArray::Create("prediction.mean", wishes.mean,
+                                                                rows, columns * outputs_of_model));
     EGOSIEVE_ASSIGN_OR_RETURN(
         outputs.variance,
         OutputArray::Create("prediction.variance", wishes.variance, rows, columns));
@@ -38,6 +39,10 @@ struct Outputs {
         outputs.probability,
         OutputArray::Create("prediction.probability", wishes.probability, rows, columns));
     outputs.of_observation = wishes.of_observation != 0;
+    if (wishes.in_float64 != 0) {
+      return absl::InvalidArgumentError(
+          "prediction.in_float64: only egosieve_gp_predict() computes in float64");
+    }
     return outputs;
   }
 };
@@ -53,13 +58,14 @@ absl::Status Evaluate(const DevicePosterior& at, int64_t count, bool in_place,
   if (outputs.probability.wanted()) EGOSIEVE_RETURN_IF_ERROR(at.labels);
   // Nothing reaches the caller's arrays before everything is there.
   const auto room = [&](const OutputArray& output) {
-    return std::vector<float>(output.wanted() ? count : 0);
+    return std::vector<float>(output.wanted() ? output.size() : 0);
   };
   std::vector<float> mean = room(outputs.mean), variance = room(outputs.variance),
                      probability = room(outputs.probability);
   const auto from = [](std::vector<float>& values, int64_t begin) {
     return values.empty() ? nullptr : values.data() + begin;
   };
+  const int64_t columns = at.outputs();
   const int64_t piece = in_place ? std::max<int64_t>(count, 1) : kPiece;
   std::vector<float> scratch;
   int64_t clamped = 0;
@@ -67,21 +73,26 @@ absl::Status Evaluate(const DevicePosterior& at, int64_t count, bool in_place,
     const int64_t end = std::min(begin + piece, count);
     EGOSIEVE_ASSIGN_OR_RETURN(
         const kernels::PosteriorCounts counts,
-        posterior.Evaluate(queries(begin, end, scratch),
-                           {from(mean, begin), from(variance, begin), from(probability, begin)}));
+        posterior.Evaluate(
+            queries(begin, end, scratch),
+            {from(mean, begin * columns), from(variance, begin), from(probability, begin)}));
     clamped += counts.clamped_variances;
   }
   if (outputs.of_observation) posterior.AddNoiseVariance(absl::MakeSpan(variance));
   for (const auto& [output, values] :
        {std::pair(&outputs.mean, &mean), std::pair(&outputs.variance, &variance),
         std::pair(&outputs.probability, &probability)}) {
-    if (output->wanted()) output->Write(0, count, values->data());
+    if (output->wanted()) output->Write(0, output->size(), values->data());
   }
   WriteField(&egosieve_prediction::clamped_variances, clamped, prediction);
   return absl::OkStatus();
 }
 
 absl::Status CheckDimension(const DevicePosterior& at, int64_t needed, const char* what) {
+  if (at.outputs() > 1) {
+    return absl::FailedPreconditionError(
+        absl::StrFormat("%s needs a model of one output; this one has %d", what, at.outputs()));
+  }
   if (at.dimension() == needed) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrFormat(
       "%s needs a model of %d inputs; this one has %d", what, needed, at.dimension()));
@@ -96,7 +107,8 @@ absl::Status PredictPoints(const DevicePosterior& at, const egosieve_const_array
     return absl::InvalidArgumentError(absl::StrFormat("x: %d columns; the model has %d inputs",
                                                       points.columns(), at.dimension()));
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(const Outputs outputs, Outputs::Create(prediction, points.rows(), 1));
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outputs outputs,
+                            Outputs::Create(prediction, points.rows(), 1, at.outputs()));
   EGOSIEVE_RETURN_IF_ERROR(points.CheckFinite<float>());
   int64_t stride = 0;
   const float* place = points.InPlace(stride);

@@ -21,6 +21,7 @@ struct DevicePosterior {
   std::shared_ptr<const gp::Posterior> posterior;
   absl::Status labels;  // why there are no probabilities, where its targets are no labels
 
+  int64_t outputs() const { return posterior->outputs(); }
   int64_t dimension() const { return posterior->hyperparameters().covariance.input_dimension(); }
 };
 

@@ -10,10 +10,20 @@
 #include <vector>
 
 #include "egosieve/gaussian_process.h"
+#include "egosieve/joint_posterior.h"
 #include "tools/embed/python/array_arguments.h"
 
 namespace egosieve::python {
 namespace {
+
+constexpr const char* kMeans[] = {"zero", "constant", "linear"};
+
+egosieve_mean MeanOf(const std::string& name) {
+  for (int i = 0; i < 3; ++i) {
+    if (name == kMeans[i]) return i;
+  }
+  throw py::value_error("mean = '" + name + "'; it must be 'zero', 'constant' or 'linear'");
+}
 
 // The three results of a prediction, numpy arrays or None.
 egosieve_prediction PredictionOf(const py::object& mean, const py::object& variance,
@@ -88,14 +98,13 @@ class Model : public Predictor<ModelCalls> {
   static std::unique_ptr<Model> Create(const std::string& kernel, int dimension,
                                        const std::optional<std::vector<double>>& scales,
                                        double signal_stddev, double noise_stddev,
+                                       const std::string& mean,
                                        const std::optional<std::string>& device) {
     egosieve_gp_options options;
     egosieve_gp_options_init(&options);
-    if (kernel != "arcsine" && kernel != "squared_exponential") {
-      throw py::value_error("kernel = '" + kernel +
-                            "'; it must be 'arcsine' or 'squared_exponential'");
-    }
-    options.covariance = kernel == "arcsine" ? EGOSIEVE_ARCSINE : EGOSIEVE_SQUARED_EXPONENTIAL;
+    options.covariance = EGOSIEVE_NAMED_COVARIANCE;
+    options.covariance_text = kernel.c_str();
+    options.mean = MeanOf(mean);
     options.dimension = dimension;
     options.scales = scales ? scales->data() : nullptr;
     options.scale_count = scales ? static_cast<int64_t>(scales->size()) : 0;
@@ -130,9 +139,17 @@ class Model : public Predictor<ModelCalls> {
     return std::make_unique<Model>(handle);
   }
 
-  void Condition(const py::array& x, const py::array& y) {
+  // noise_variances: a NumPy array or None.
+  void Condition(const py::array& x, const py::array& y, const py::object& noise_variances) {
     const egosieve_const_array inputs = Input("x", x), targets = Input("y", y);
-    CheckUnlocked([&] { return egosieve_gp_condition(handle_, &inputs, &targets); });
+    if (noise_variances.is_none()) {
+      CheckUnlocked([&] { return egosieve_gp_condition(handle_, &inputs, &targets); });
+      return;
+    }
+    const egosieve_const_array variances =
+        Input("alpha", py::reinterpret_borrow<py::array>(noise_variances));
+    CheckUnlocked(
+        [&] { return egosieve_gp_condition_noisy(handle_, &inputs, &targets, &variances); });
   }
   void Remove(const std::vector<int64_t>& rows) {
     CheckUnlocked([&] {
@@ -174,8 +191,16 @@ class Model : public Predictor<ModelCalls> {
     py::dict account;
     account["size"] = info.size;
     account["dimension"] = info.dimension;
-    account["kernel"] = info.covariance == EGOSIEVE_ARCSINE ? "arcsine" : "squared_exponential";
-    account["scales"] = std::vector<double>(info.scales, info.scales + info.scale_count);
+    account["kernel"] =
+        py::str(Bytes([&](void* bytes, int64_t capacity, int64_t* size) {
+                  return egosieve_gp_covariance_text(handle_, bytes, capacity, size);
+                }).attr("decode")());
+    std::vector<double> scales(info.scale_count);
+    CheckUnlocked([&] { return egosieve_gp_scales(handle_, scales.data(), info.scale_count); });
+    account["scales"] = scales;
+    account["mean"] = kMeans[info.mean];
+    account["outputs"] = info.outputs;
+    account["coefficients"] = info.coefficients;
     account["signal_stddev"] = info.signal_stddev;
     account["noise_stddev"] = info.noise_stddev;
     account["jitter"] = info.jitter;
@@ -186,6 +211,60 @@ class Model : public Predictor<ModelCalls> {
   void Points(const py::object& x, const py::object& y) const {
     const egosieve_array inputs = Output("x", x), targets = Output("y", y);
     CheckUnlocked([&] { return egosieve_gp_points(handle_, &inputs, &targets); });
+  }
+  void NoiseVariances(const py::object& v) const {
+    const egosieve_array variances = Output("v", v);
+    CheckUnlocked([&] { return egosieve_gp_noise_variances(handle_, &variances); });
+  }
+  int64_t PredictInFloat64(const py::array& x, const py::object& mean, const py::object& variance,
+                           bool of_observation) const {
+    const egosieve_const_array points = Input("x", x);
+    egosieve_prediction prediction = PredictionOf(mean, variance, py::none(), of_observation);
+    prediction.in_float64 = 1;
+    CheckUnlocked([&] { return egosieve_gp_predict(handle_, &points, &prediction); });
+    return prediction.clamped_variances;
+  }
+  void PredictJoint(const py::array& x, const py::object& mean, const py::object& covariance,
+                    bool of_observation) const {
+    const egosieve_const_array points = Input("x", x);
+    const egosieve_array means = Output("mean", mean), joint = Output("covariance", covariance);
+    CheckUnlocked([&] {
+      return egosieve_gp_predict_joint(handle_, &points, of_observation, &means, &joint);
+    });
+  }
+  double Sample(const py::array& x, uint64_t seed, const py::object& samples,
+                bool of_observation) const {
+    const egosieve_const_array points = Input("x", x);
+    const egosieve_array out = Output("samples", samples);
+    double jitter = 0.0;
+    CheckUnlocked(
+        [&] { return egosieve_gp_sample(handle_, &points, seed, of_observation, &out, &jitter); });
+    return jitter;
+  }
+  void Gradients(const py::array& x, const py::object& mean, const py::object& variance) const {
+    const egosieve_const_array points = Input("x", x);
+    const egosieve_array of_mean = Output("mean", mean), of_variance = Output("variance", variance);
+    CheckUnlocked([&] { return egosieve_gp_gradients(handle_, &points, &of_mean, &of_variance); });
+  }
+  void LeaveOneOut(const py::object& mean, const py::object& variance,
+                   const py::object& log_density) const {
+    const egosieve_array means = Output("mean", mean), variances = Output("variance", variance),
+                         densities = Output("log_density", log_density);
+    CheckUnlocked(
+        [&] { return egosieve_gp_leave_one_out(handle_, &means, &variances, &densities); });
+  }
+  void MeanCoefficients(const py::object& coefficients) const {
+    const egosieve_array out = Output("coefficients", coefficients);
+    CheckUnlocked([&] { return egosieve_gp_mean_coefficients(handle_, &out); });
+  }
+  py::tuple LikelihoodAt(const std::vector<double>& theta, bool with_gradient) const {
+    double value = 0.0;
+    std::vector<double> gradient(with_gradient ? theta.size() : 0);
+    CheckUnlocked([&] {
+      return egosieve_gp_likelihood_at(handle_, theta.data(), static_cast<int64_t>(theta.size()),
+                                       &value, with_gradient ? gradient.data() : nullptr);
+    });
+    return py::make_tuple(value, gradient);
   }
   void DescribePixels(py::array image, const std::string& order, const py::array& places,
                       const py::object& out) const {
@@ -280,10 +359,10 @@ PYBIND11_MODULE(_gaussian_process, module) {
   BindPredictions<Model>(model);
   model
       .def(py::init(&Model::Create), py::arg("kernel"), py::arg("dimension"), py::arg("scales"),
-           py::arg("signal_stddev"), py::arg("noise_stddev"), py::arg("device"))
+           py::arg("signal_stddev"), py::arg("noise_stddev"), py::arg("mean"), py::arg("device"))
       .def_static("load", &Model::Load, py::arg("path"), py::arg("device"))
       .def_static("deserialize", &Model::Deserialize, py::arg("bytes"), py::arg("device"))
-      .def("condition", &Model::Condition, py::arg("x"), py::arg("y"))
+      .def("condition", &Model::Condition, py::arg("x"), py::arg("y"), py::arg("noise_variances"))
       .def("remove", &Model::Remove, py::arg("rows"))
       .def("optimize", &Model::Optimize, py::arg("subset_size"), py::arg("annealing_evaluations"),
            py::arg("gradient_steps"), py::arg("tolerance"), py::arg("seed"))
@@ -291,6 +370,18 @@ PYBIND11_MODULE(_gaussian_process, module) {
       .def("log_marginal_likelihood", &Model::LogMarginalLikelihood)
       .def("describe", &Model::Describe)
       .def("points", &Model::Points, py::arg("x"), py::arg("y"))
+      .def("noise_variances", &Model::NoiseVariances, py::arg("v"))
+      .def("predict_in_float64", &Model::PredictInFloat64, py::arg("x"), py::arg("mean"),
+           py::arg("variance"), py::arg("of_observation"))
+      .def("predict_joint", &Model::PredictJoint, py::arg("x"), py::arg("mean"),
+           py::arg("covariance"), py::arg("of_observation"))
+      .def("sample", &Model::Sample, py::arg("x"), py::arg("seed"), py::arg("samples"),
+           py::arg("of_observation"))
+      .def("gradients", &Model::Gradients, py::arg("x"), py::arg("mean"), py::arg("variance"))
+      .def("leave_one_out", &Model::LeaveOneOut, py::arg("mean"), py::arg("variance"),
+           py::arg("log_density"))
+      .def("mean_coefficients", &Model::MeanCoefficients, py::arg("coefficients"))
+      .def("likelihood_at", &Model::LikelihoodAt, py::arg("theta"), py::arg("with_gradient"))
       .def("describe_pixels", &Model::DescribePixels, py::arg("image"), py::arg("order"),
            py::arg("places"), py::arg("out"))
       .def("posterior", &Model::MakePosterior)

@@ -122,5 +122,51 @@ TEST(GaussianProcess, BytesAndPosteriorKeepTheModel) {
   EXPECT_EQ(x(1, 0), static_cast<float>(data.x(2, 0)));
 }
 
+TEST(GaussianProcess, JointPredictionsAreTheCInterfaces) {
+  const Data data;
+  GaussianProcessOptions options;
+  options.dimension = kDimension;
+  options.covariance = Covariance::kNamed;
+  options.covariance_text = "matern52";
+  options.mean = Mean::kConstant;
+  GaussianProcess gp = GaussianProcess::Create(options).value();
+  const Eigen::VectorXd noise = Eigen::VectorXd::LinSpaced(kPoints, 0.0, 0.1);
+  Eigen::MatrixXd both(kPoints, 2);
+  both << data.y, 3.0 * data.y;
+  gp.Condition(View(data.x), View(both), View(noise)).ThrowIfError();
+  const GaussianProcessInfo info = gp.Describe().value();
+  EXPECT_EQ(info.covariance_text, "matern52");
+  EXPECT_EQ(info.mean, Mean::kConstant);
+  EXPECT_EQ(info.outputs, 2);
+  Eigen::MatrixXd mean(kQueries, 2), covariance(kQueries, kQueries), samples(2 * kQueries, 5);
+  gp.PredictJoint(View(data.queries), MutableView(mean), MutableView(covariance)).ThrowIfError();
+  // Three times the targets, three times the mean.
+  EXPECT_LE((mean.col(1) - 3.0 * mean.col(0)).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_EQ(covariance, Eigen::MatrixXd(covariance.transpose()));
+  EXPECT_GE(gp.Sample(View(data.queries), 1, MutableView(samples)).value(), 0.0);
+  Eigen::MatrixXd wide(kQueries, 2), variance(kQueries, 1);
+  Prediction prediction{MutableView(wide), MutableView(variance)};
+  prediction.in_float64 = true;
+  ASSERT_TRUE(gp.Predict(View(data.queries), prediction).ok());
+  EXPECT_EQ(wide, mean);
+  EXPECT_NEAR(variance(3, 0), covariance(3, 3), 1e-12);
+  Eigen::MatrixXd gradient(2 * kQueries, kDimension), of_variance(kQueries, kDimension);
+  gp.Gradients(View(data.queries), MutableView(gradient), MutableView(of_variance)).ThrowIfError();
+  EXPECT_NEAR(gradient(1, 0), 3.0 * gradient(0, 0), 1e-9);
+  Eigen::MatrixXd left(kPoints, 2), coefficients(1, 2);
+  gp.LeaveOneOut({MutableView(left)}).ThrowIfError();
+  gp.MeanCoefficients(MutableView(coefficients)).ThrowIfError();
+  EXPECT_NEAR(coefficients(0, 1), 3.0 * coefficients(0, 0), 1e-9);
+  const std::vector<double> theta = {std::log(info.scales[0]), std::log(info.scales[1]),
+                                     std::log(info.signal_stddev), std::log(info.noise_stddev)};
+  const Likelihood likelihood = gp.LikelihoodAt(theta, true).value();
+  EXPECT_NEAR(likelihood.value, gp.LogMarginalLikelihood().value(),
+              1e-9 * std::abs(likelihood.value));
+  EXPECT_EQ(likelihood.gradient.size(), 4u);
+  Eigen::VectorXd back(kPoints);
+  gp.NoiseVariances(MutableView(back)).ThrowIfError();
+  EXPECT_EQ(back, noise);
+}
+
 }  // namespace
 }  // namespace egosieve

@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "egosieve/gaussian_process.h"
+#include "egosieve/joint_posterior.h"
 #include "gp/io/array_file.h"
 
 namespace egosieve::embed {
@@ -250,9 +251,26 @@ void Ask(egosieve_gp* gp, Draw& draw) {
   (draw.OneIn(2) ? prediction.mean : prediction.probability) = out;
   if (draw.OneIn(20)) prediction.struct_size = draw.Below(300);
   egosieve_status status = EGOSIEVE_OK;
-  switch (draw.Below(6)) {
+  egosieve_array none{};
+  switch (draw.Below(11)) {
     case 0:
       status = egosieve_gp_condition(gp, x_pointer, &y);
+      break;
+    case 5:
+      status = egosieve_gp_condition_noisy(gp, x_pointer, &y, draw.OneIn(8) ? nullptr : &y);
+      break;
+    case 6:
+      if (draw.OneIn(2)) std::swap(out.rows, out.columns);
+      status = egosieve_gp_predict_joint(gp, x_pointer, 0, &none, draw.OneIn(9) ? nullptr : &out);
+      break;
+    case 7:
+      status = egosieve_gp_sample(gp, x_pointer, draw.Below(9), 1, &out, nullptr);
+      break;
+    case 8:
+      status = egosieve_gp_gradients(gp, x_pointer, &none, &out);
+      break;
+    case 9:
+      status = egosieve_gp_leave_one_out(gp, &out, &none, &none);
       break;
     case 1: {
       const int64_t rows[3] = {draw.Integer(), draw.Integer(), draw.Integer()};

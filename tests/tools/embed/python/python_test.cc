@@ -14,7 +14,8 @@ class PythonTest : public testing::TestWithParam<const char*> {};
 TEST_P(PythonTest, Passes) {
   if (IsInstrumented()) GTEST_SKIP() << "python3 cannot load libraries with a sanitizer";
   const std::string name = GetParam();
-  const std::string needed = name == "check_estimator_test" ? "sklearn" : "numpy";
+  const bool with_sklearn = name == "check_estimator_test" || name == "scikit_learn_test";
+  const std::string needed = with_sklearn ? "sklearn" : "numpy";
   if (RunClean("/", "python3 -c 'import " + needed + "'").code != 0) {
     GTEST_SKIP() << "there is no python3 with " << needed;
   }
@@ -26,8 +27,9 @@ TEST_P(PythonTest, Passes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, PythonTest,
-                         testing::Values("gaussian_process_test", "segmenter_test",
-                                         "check_estimator_test"),
+                         testing::Values("gaussian_process_test", "joint_posterior_test",
+                                         "segmenter_test", "check_estimator_test",
+                                         "scikit_learn_test"),
                          [](const auto& info) { return std::string(info.param); });
 
 }  // namespace

@@ -6,6 +6,7 @@
 #define EGOSIEVE_EGOSIEVE_H_
 
 #include "gaussian_process.h"
+#include "joint_posterior.h"
 #include "segmenter.h"
 
 #endif /* EGOSIEVE_EGOSIEVE_H_ */

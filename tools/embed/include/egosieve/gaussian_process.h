@@ -2,12 +2,16 @@
  * @file gaussian_process.h
  * Exact Gaussian process regression and classification by least squares, on an OpenCL device.
  *
- * A model holds n points (x_i, y_i), x in D dimensions, prior mean 0:
+ * A model holds n points (x_i, y_i), x in D dimensions, y of k outputs, and noise v_i of their own:
  *
- *     L L^T = K + sigma_n^2 I,   alpha = (L L^T)^-1 y                                      (1)
+ *     L L^T = K + diag(sigma_n^2 + v_i),   alpha = (L L^T)^-1 y                            (1)
  *     mean(x)        = k*.alpha                                                            (2)
  *     variance(x)    = k** - |L^-1 k*|^2     of f; of an observation: + sigma_n^2          (3)
  *     probability(x) = Phi( (a mean + b) / sqrt(1 + a^2 variance) )   of y = +1 against -1 (4)
+ *
+ * The outputs share covariance, noise and factor, and so their variances. The prior mean is zero or
+ * h(x).b, h = (1) or (1, x), whose coefficients b have no prior knowledge: they are estimated by
+ * generalised least squares, and (2), (3) carry them and their uncertainty (universal kriging).
  *
  * The covariance k is the arcsine (neural network) function
  *
@@ -18,6 +22,11 @@
  *
  *     k(x, x') = sigma_f^2 exp( -1/2 sum_d ((x_d - x'_d) / l_d)^2 )   scales = (l_1, ..., l_D)
  *
+ * or any other that a text names: arcsine, constant, linear, matern12, matern32, matern52,
+ * periodic, rational_quadratic, squared_exponential and white, their sums and products, and
+ * isotropic(...), where all inputs share a scale: "matern52 + linear * isotropic(periodic)". Each
+ * has its scales in its order, the terms of a sum but the first an amplitude before theirs.
+ *
  * Cost: conditioning on k points k n^2 flops, removing k of them 2 k n^2, a query n (D + 10) for
  * the mean and n^2 / 2 more for the variance. Memory: 8 n^2 bytes, and 2 n^2 on the device.
  *
@@ -26,7 +35,8 @@
  * n / 64) 2^-24 pi / 2). A query's result depends neither on the other queries nor on the number of
  * threads, to the last bit.
  *
- * References: Rasmussen & Williams (2006), 2.2 and 6.5, eq. 4.29 (with 2/pi in front), eq. 6.41.
+ * References: Rasmussen & Williams (2006), 2.2, 2.7 and 6.5, eq. 4.29 (with 2/pi in front), eq.
+ * 6.41. Joint predictions, samples, gradients and leave-one-out: joint_posterior.h.
  */
 #ifndef EGOSIEVE_GAUSSIAN_PROCESS_H_
 #define EGOSIEVE_GAUSSIAN_PROCESS_H_
@@ -48,26 +58,42 @@ typedef int32_t egosieve_covariance;
 
 /** The values of #egosieve_covariance. */
 enum {
-  EGOSIEVE_ARCSINE = 0,            /**< Neural network covariance, D + 1 weights, bias first. */
-  EGOSIEVE_SQUARED_EXPONENTIAL = 1 /**< Gaussian covariance, D length-scales. */
+  EGOSIEVE_ARCSINE = 0,             /**< Neural network covariance, D + 1 weights, bias first. */
+  EGOSIEVE_SQUARED_EXPONENTIAL = 1, /**< Gaussian covariance, D length-scales. */
+  EGOSIEVE_NAMED_COVARIANCE = 2     /**< The one that a text names. */
+};
+
+/** Mean function: one of the constants below. */
+typedef int32_t egosieve_mean;
+
+/** The values of #egosieve_mean. */
+enum {
+  EGOSIEVE_ZERO_MEAN = 0,     /**< No coefficients. */
+  EGOSIEVE_CONSTANT_MEAN = 1, /**< One coefficient. */
+  EGOSIEVE_LINEAR_MEAN = 2    /**< D + 1 coefficients, the constant first. */
 };
 
 /** The largest D. */
-#define EGOSIEVE_MAX_DIMENSION 32
+#define EGOSIEVE_MAX_DIMENSION 256
+
+/** Scales that #egosieve_gp_info has room for; egosieve_gp_scales() gives all. */
+#define EGOSIEVE_INFO_SCALES 33
 
 /** What a model is made from. */
 typedef struct egosieve_gp_options {
   uint64_t struct_size;           /**< Set by egosieve_gp_options_init(). */
   egosieve_covariance covariance; /**< Default: #EGOSIEVE_ARCSINE. */
   int32_t dimension;              /**< D, 1 to #EGOSIEVE_MAX_DIMENSION. No default. */
-  const double* scales;           /**< Positive; null: w = exp(0.7), l = 0.5. */
-  int64_t scale_count;            /**< D + 1 for the arcsine, else D; 0 where scales is null. */
-  double signal_stddev;           /**< sigma_f, positive. Default: 1. */
-  double noise_stddev;            /**< sigma_n, positive. Default: 0.1. */
-  const char* device;       /**< A device's index, part of its name, "cpu", "gpu" or "reference".
-                                 Null or empty: the variable EGOSIEVE_DEVICE, else a GPU, else a
-                                 CPU. */
-  int64_t memory_cap_bytes; /**< Device memory for tiles. Default: 256 MiB. */
+  const double* scales;        /**< Positive; null: the function's own (w = exp(0.7), l = 0.5). */
+  int64_t scale_count;         /**< As many as the covariance has; 0 where scales is null. */
+  double signal_stddev;        /**< sigma_f, positive. Default: 1. */
+  double noise_stddev;         /**< sigma_n, positive. Default: 0.1. */
+  const char* device;          /**< A device's index, part of its name, "cpu", "gpu" or "reference".
+                                    Null or empty: the variable EGOSIEVE_DEVICE, else a GPU, else a
+                                    CPU. */
+  int64_t memory_cap_bytes;    /**< Device memory for tiles. Default: 256 MiB. */
+  const char* covariance_text; /**< Of #EGOSIEVE_NAMED_COVARIANCE. Default: null. */
+  egosieve_mean mean;          /**< Default: #EGOSIEVE_ZERO_MEAN. */
 } egosieve_gp_options;
 
 /** Sets every field to its default. Null does nothing. */
@@ -87,12 +113,18 @@ EGOSIEVE_API egosieve_status egosieve_gp_free(egosieve_gp* gp);
  * Adds points at the end.
  * @param gp  The model.
  * @param x   N x D, finite.
- * @param y   N values, finite; -1 and 1 (or between, for soft labels) where probabilities are
- * wanted. Where every y is 0 or 1, with a 0 among them, probabilities are refused: 2 y - 1 are
- * labels.
+ * @param y   N x k, finite, or N values in a row; k is that of the points there are. -1 and 1 (or
+ * between, for soft labels) of one output where probabilities are wanted. Where every y is 0 or 1,
+ * with a 0 among them, probabilities are refused: 2 y - 1 are labels.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_condition(egosieve_gp* gp, const egosieve_const_array* x,
                                                    const egosieve_const_array* y);
+
+/** The same with noise by point: v, N variances on top of sigma_n^2, not negative; null: all 0. */
+EGOSIEVE_API egosieve_status egosieve_gp_condition_noisy(egosieve_gp* gp,
+                                                         const egosieve_const_array* x,
+                                                         const egosieve_const_array* y,
+                                                         const egosieve_const_array* v);
 
 /**
  * Removes points; those behind them move up.
@@ -105,18 +137,21 @@ EGOSIEVE_API egosieve_status egosieve_gp_remove(egosieve_gp* gp, const int64_t* 
 
 /** What a model is at the moment. */
 typedef struct egosieve_gp_info {
-  uint64_t struct_size;                      /**< Set by egosieve_gp_info_init(). */
-  int64_t size;                              /**< n, points. */
-  int32_t dimension;                         /**< D. */
-  egosieve_covariance covariance;            /**< Its function. */
-  int64_t scale_count;                       /**< Of scales. */
-  double scales[EGOSIEVE_MAX_DIMENSION + 1]; /**< Weights or length-scales. */
-  double signal_stddev;                      /**< sigma_f. */
-  double noise_stddev;                       /**< sigma_n. */
-  double jitter;                             /**< Added to sigma_n^2 where (1) was near singular. */
-  double squash_a;                           /**< a of (4). */
-  double squash_b;                           /**< b of (4). */
-  int64_t has_labels; /**< Nonzero: every y is a label, as egosieve_gp_condition() says. */
+  uint64_t struct_size;                /**< Set by egosieve_gp_info_init(). */
+  int64_t size;                        /**< n, points. */
+  int32_t dimension;                   /**< D. */
+  egosieve_covariance covariance;      /**< Its function. */
+  int64_t scale_count;                 /**< Of all scales. */
+  double scales[EGOSIEVE_INFO_SCALES]; /**< The first of them. */
+  double signal_stddev;                /**< sigma_f. */
+  double noise_stddev;                 /**< sigma_n. */
+  double jitter;                       /**< Added to sigma_n^2 where (1) was near singular. */
+  double squash_a;                     /**< a of (4). */
+  double squash_b;                     /**< b of (4). */
+  int64_t has_labels;   /**< Nonzero: every y is a label, as egosieve_gp_condition() says. */
+  int64_t outputs;      /**< k. */
+  int64_t coefficients; /**< Of the mean function, for each output. */
+  egosieve_mean mean;   /**< Its function. */
 } egosieve_gp_info;
 
 /** Sets struct_size, and every other field to 0. Null does nothing. */
@@ -125,9 +160,19 @@ EGOSIEVE_API void egosieve_gp_info_init(egosieve_gp_info* info);
 /** Fills `info`. */
 EGOSIEVE_API egosieve_status egosieve_gp_describe(egosieve_gp* gp, egosieve_gp_info* info);
 
-/** Copies the model's points out: x is n x D, y is n values; null data: not wanted. */
+/** Copies all scales out, `count` of egosieve_gp_info.scale_count; fewer are refused. */
+EGOSIEVE_API egosieve_status egosieve_gp_scales(egosieve_gp* gp, double* scales, int64_t count);
+
+/** The covariance as text, without an ending zero; arguments as in egosieve_gp_annotation(). */
+EGOSIEVE_API egosieve_status egosieve_gp_covariance_text(egosieve_gp* gp, void* text,
+                                                         int64_t capacity, int64_t* size);
+
+/** Copies the model's points out: x is n x D, y is n x k; null data: not wanted. */
 EGOSIEVE_API egosieve_status egosieve_gp_points(egosieve_gp* gp, const egosieve_array* x,
                                                 const egosieve_array* y);
+
+/** Copies the noise variances of the points out: v is n values. */
+EGOSIEVE_API egosieve_status egosieve_gp_noise_variances(egosieve_gp* gp, const egosieve_array* v);
 
 /** Sets the hyperparameters and rebuilds the factor. */
 EGOSIEVE_API egosieve_status egosieve_gp_set_hyperparameters(egosieve_gp* gp, const double* scales,
@@ -135,7 +180,10 @@ EGOSIEVE_API egosieve_status egosieve_gp_set_hyperparameters(egosieve_gp* gp, co
                                                              double signal_stddev,
                                                              double noise_stddev);
 
-/** log p(y | X) = -1/2 y.alpha - sum_i log L_ii - n/2 log 2 pi; 0 without points. */
+/**
+ * log p(y | X) = -1/2 y.alpha - sum_i log L_ii - n/2 log 2 pi, the sum over outputs; 0 without
+ * points. With a mean function the restricted likelihood, of what its coefficients leave.
+ */
 EGOSIEVE_API egosieve_status egosieve_gp_log_marginal_likelihood(egosieve_gp* gp, double* value);
 
 /** How hyperparameters are optimised. */
@@ -184,7 +232,11 @@ EGOSIEVE_API egosieve_status egosieve_gp_optimize(egosieve_gp* gp,
  */
 EGOSIEVE_API egosieve_status egosieve_gp_calibrate(egosieve_gp* gp);
 
-/** Results of a prediction, each where its array says, in the shape that the call names. */
+/**
+ * Results of a prediction, each where its array says, in the shape that the call names; the mean of
+ * k > 1 outputs has k columns for each of its places, and is for egosieve_gp_predict() and
+ * egosieve_posterior_predict() alone.
+ */
 typedef struct egosieve_prediction {
   uint64_t struct_size;       /**< Set by egosieve_prediction_init(). */
   egosieve_array mean;        /**< (2); data null: not wanted. */
@@ -192,6 +244,8 @@ typedef struct egosieve_prediction {
   egosieve_array probability; /**< (4), of labels only; data null: not wanted. */
   int32_t of_observation;     /**< Nonzero: variance is that of an observation. Default: 0. */
   int64_t clamped_variances;  /**< Out: how many were negative from rounding and set to 0. */
+  int64_t in_float64;         /**< Nonzero: in float64 throughout; egosieve_gp_predict() alone, and
+                                   without probabilities. Default: 0. */
 } egosieve_prediction;
 
 /** No result wanted, the variance that of f. Null does nothing. */
@@ -201,7 +255,7 @@ EGOSIEVE_API void egosieve_prediction_init(egosieve_prediction* prediction);
  * Predicts at points.
  * @param gp          The model.
  * @param x           M x D, finite in float32. Packed rows of float32 are read in place.
- * @param prediction  Arrays of M values.
+ * @param prediction  Arrays of M values; the mean M x k.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_predict(egosieve_gp* gp, const egosieve_const_array* x,
                                                  egosieve_prediction* prediction);

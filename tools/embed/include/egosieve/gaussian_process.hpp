@@ -1,7 +1,7 @@
 /**
  * @file gaussian_process.hpp
  * Exact Gaussian process regression and classification, in C++17: owners of the handles of
- * gaussian_process.h, where equations, costs and errors stand.
+ * gaussian_process.h and joint_posterior.h, where equations, costs and errors stand.
  *
  *     auto gp = egosieve::GaussianProcess::Create(options).value();
  *     gp.Condition({x, n, d}, {y, n}).ThrowIfError();
@@ -17,6 +17,7 @@
 
 #include "arrays.hpp"
 #include "gaussian_process.h"
+#include "joint_posterior.h"
 #include "result.hpp"
 
 namespace egosieve {
@@ -25,13 +26,23 @@ namespace egosieve {
 enum class Covariance : int32_t {
   kArcsine = EGOSIEVE_ARCSINE,                        /**< Neural network, D + 1 weights. */
   kSquaredExponential = EGOSIEVE_SQUARED_EXPONENTIAL, /**< Gaussian, D length-scales. */
+  kNamed = EGOSIEVE_NAMED_COVARIANCE,                 /**< The one that a text names. */
+};
+
+/** Mean function, whose coefficients follow from the data. */
+enum class Mean : int32_t {
+  kZero = EGOSIEVE_ZERO_MEAN,         /**< No coefficients. */
+  kConstant = EGOSIEVE_CONSTANT_MEAN, /**< One. */
+  kLinear = EGOSIEVE_LINEAR_MEAN,     /**< D + 1, the constant first. */
 };
 
 /** What a model is made from. */
 struct GaussianProcessOptions {
   Covariance covariance = Covariance::kArcsine;  /**< Function. */
-  int32_t dimension = 0;                         /**< D, 1 to 32; must be set. */
-  std::vector<double> scales;                    /**< Positive; empty: w = exp(0.7), l = 0.5. */
+  std::string covariance_text;                   /**< Of Covariance::kNamed. */
+  Mean mean = Mean::kZero;                       /**< Mean function. */
+  int32_t dimension = 0;                         /**< D, 1 to 256; must be set. */
+  std::vector<double> scales;                    /**< Positive; empty: the function's own. */
   double signal_stddev = 1.0;                    /**< sigma_f, positive. */
   double noise_stddev = 0.1;                     /**< sigma_n, positive. */
   std::string device;                            /**< As in #egosieve_gp_options. */
@@ -43,7 +54,10 @@ struct GaussianProcessInfo {
   int64_t size = 0;                             /**< n, points. */
   int32_t dimension = 0;                        /**< D. */
   Covariance covariance = Covariance::kArcsine; /**< Function. */
-  std::vector<double> scales;                   /**< Weights or length-scales. */
+  std::string covariance_text;                  /**< The function as text. */
+  Mean mean = Mean::kZero;                      /**< Mean function. */
+  int64_t outputs = 1;                          /**< k. */
+  std::vector<double> scales;                   /**< Weights, length-scales and so on. */
   double signal_stddev = 0.0;                   /**< sigma_f. */
   double noise_stddev = 0.0;                    /**< sigma_n. */
   double jitter = 0.0;                          /**< Added to sigma_n^2 to factor K. */
@@ -75,6 +89,20 @@ struct Prediction {
   Array variance{};            /**< Of f, or of an observation. */
   Array probability{};         /**< Of y = +1 against -1. */
   bool of_observation = false; /**< The variance is that of an observation. */
+  bool in_float64 = false;     /**< In float64 throughout; GaussianProcess::Predict() alone. */
+};
+
+/** Where left-out predictions go; a default Array is not wanted. */
+struct LeftOut {
+  Array mean{};        /**< Of y, n x k. */
+  Array variance{};    /**< Of y, n. */
+  Array log_density{}; /**< log p(y_i | others), n x k. */
+};
+
+/** The likelihood at some hyperparameters. */
+struct Likelihood {
+  double value = 0.0;           /**< log p(y | X). */
+  std::vector<double> gradient; /**< By the logarithms; empty where not asked for. */
 };
 
 /** Points on a regular grid; see #egosieve_grid. */
@@ -91,6 +119,7 @@ Result<int64_t> Predict(const Prediction& prediction, Call call) {
   c.variance = prediction.variance.c();
   c.probability = prediction.probability.c();
   c.of_observation = prediction.of_observation ? 1 : 0;
+  c.in_float64 = prediction.in_float64 ? 1 : 0;
   Status status = Status::FromC(call(&c));
   if (!status.ok()) return status;
   return c.clamped_variances;
@@ -151,6 +180,8 @@ class GaussianProcess {
     egosieve_gp_options c;
     egosieve_gp_options_init(&c);
     c.covariance = static_cast<egosieve_covariance>(options.covariance);
+    c.covariance_text = options.covariance_text.c_str();
+    c.mean = static_cast<egosieve_mean>(options.mean);
     c.dimension = options.dimension;
     c.scales = options.scales.empty() ? nullptr : options.scales.data();
     c.scale_count = static_cast<int64_t>(options.scales.size());
@@ -186,9 +217,13 @@ class GaussianProcess {
   }
   ~GaussianProcess() { egosieve_gp_free(handle_); }
 
-  /** Adds N points: x is N x D, y has N values. */
+  /** Adds N points: x is N x D, y is N x k. */
   Status Condition(const ConstArray& x, const ConstArray& y) {
     return Status::FromC(egosieve_gp_condition(handle_, x.c(), y.c()));
+  }
+  /** The same with a noise variance for each point, on top of sigma_n^2. */
+  Status Condition(const ConstArray& x, const ConstArray& y, const ConstArray& noise_variances) {
+    return Status::FromC(egosieve_gp_condition_noisy(handle_, x.c(), y.c(), noise_variances.c()));
   }
   /** Removes points by index, each once, in any order; those behind them move up. */
   Status Remove(const std::vector<int64_t>& rows) {
@@ -230,7 +265,16 @@ class GaussianProcess {
     info.size = c.size;
     info.dimension = c.dimension;
     info.covariance = static_cast<Covariance>(c.covariance);
-    info.scales.assign(c.scales, c.scales + c.scale_count);
+    info.mean = static_cast<Mean>(c.mean);
+    info.outputs = c.outputs;
+    info.scales.resize(static_cast<size_t>(c.scale_count));
+    status = Status::FromC(egosieve_gp_scales(handle_, info.scales.data(), c.scale_count));
+    if (!status.ok()) return status;
+    Result<std::string> text = Bytes([this](void* bytes, int64_t capacity, int64_t* size) {
+      return egosieve_gp_covariance_text(handle_, bytes, capacity, size);
+    });
+    if (!text.ok()) return text.status();
+    info.covariance_text = *std::move(text);
     info.signal_stddev = c.signal_stddev;
     info.noise_stddev = c.noise_stddev;
     info.jitter = c.jitter;
@@ -238,7 +282,11 @@ class GaussianProcess {
     info.squash_b = c.squash_b;
     return info;
   }
-  /** Copies the points out: x is n x D, y has n values; a default Array is not wanted. */
+  /** Copies the noise variances of the points out, n values. */
+  Status NoiseVariances(const Array& v) const {
+    return Status::FromC(egosieve_gp_noise_variances(handle_, &v.c()));
+  }
+  /** Copies the points out: x is n x D, y is n x k; a default Array is not wanted. */
   Status Points(const Array& x, const Array& y) const {
     return Status::FromC(egosieve_gp_points(handle_, &x.c(), &y.c()));
   }
@@ -273,6 +321,44 @@ class GaussianProcess {
   Status DescribePixels(const Image& image, const ConstArray& places, const Array& out) const {
     const egosieve_image c_image = image.c();
     return Status::FromC(egosieve_gp_describe_pixels(handle_, &c_image, places.c(), &out.c()));
+  }
+  /** Mean (M x k) and joint covariance (M x M) at M x D points; a default Array is not wanted. */
+  Status PredictJoint(const ConstArray& x, const Array& mean, const Array& covariance,
+                      bool of_observation = false) const {
+    return Status::FromC(
+        egosieve_gp_predict_joint(handle_, x.c(), of_observation, &mean.c(), &covariance.c()));
+  }
+  /** Samples, (M k) x S, from the joint distribution at M x D points. The value: the jitter. */
+  Result<double> Sample(const ConstArray& x, uint64_t seed, const Array& samples,
+                        bool of_observation = false) const {
+    double jitter = 0.0;
+    Status status = Status::FromC(
+        egosieve_gp_sample(handle_, x.c(), seed, of_observation, &samples.c(), &jitter));
+    if (!status.ok()) return status;
+    return jitter;
+  }
+  /** Gradients by the inputs: of the mean (M k) x D, of the variance M x D. */
+  Status Gradients(const ConstArray& x, const Array& mean, const Array& variance = {}) const {
+    return Status::FromC(egosieve_gp_gradients(handle_, x.c(), &mean.c(), &variance.c()));
+  }
+  /** Predicts each point's y from all the others. */
+  Status LeaveOneOut(const LeftOut& out) const {
+    return Status::FromC(
+        egosieve_gp_leave_one_out(handle_, &out.mean.c(), &out.variance.c(), &out.log_density.c()));
+  }
+  /** The mean function's coefficients, q x k. */
+  Status MeanCoefficients(const Array& coefficients) const {
+    return Status::FromC(egosieve_gp_mean_coefficients(handle_, &coefficients.c()));
+  }
+  /** The likelihood at theta, the logarithms of scales, sigma_f and sigma_n. */
+  Result<Likelihood> LikelihoodAt(const std::vector<double>& theta, bool with_gradient) const {
+    Likelihood likelihood;
+    likelihood.gradient.resize(with_gradient ? theta.size() : 0);
+    Status status = Status::FromC(egosieve_gp_likelihood_at(
+        handle_, theta.data(), static_cast<int64_t>(theta.size()), &likelihood.value,
+        with_gradient ? likelihood.gradient.data() : nullptr));
+    if (!status.ok()) return status;
+    return likelihood;
   }
   /** A posterior that stays as the model is now, for threads that predict while this one learns. */
   Result<Posterior> MakePosterior() const {

@@ -93,8 +93,32 @@ def matrix(name, values):
     return array
 
 
+def variances(name, values, count):
+    """Noise variances of `count` points from a number or an array; None where all are 0."""
+    array = _floating(name, values)
+    if array.ndim == 0:
+        array = np.full(count, float(array))
+    if array.shape != (count,):
+        raise ValueError(f"{name} must be a scalar or an array with same number of entries as y ({count}); "
+                         f"its shape is {array.shape}")  # fmt: skip
+    if not (np.isfinite(array).all() and (array >= 0).all()):
+        raise ValueError(f"{name} holds {array[~((array >= 0) & np.isfinite(array))][0]}; variances are finite and not negative")
+    return array if array.any() else None
+
+
+def seed(random_state):
+    """A seed from None (0), an integer, or NumPy's generators, which it advances."""
+    if random_state is None:
+        return 0
+    if isinstance(random_state, np.random.RandomState):
+        return int(random_state.randint(2**31))
+    if isinstance(random_state, np.random.Generator):
+        return int(random_state.integers(2**63))
+    return int(random_state)
+
+
 def targets(name, values, count):
-    """`count` finite numbers; a column is taken with a warning, as scikit-learn does."""
+    """`count` finite numbers, or a row for each of them; a column is taken with a warning, as scikit-learn does."""
     if values is None:
         raise ValueError(f"GaussianProcess requires {name} to be passed, but the target {name} is None")
     array = _floating(name, values)
@@ -106,8 +130,8 @@ def targets(name, values, count):
             stacklevel=3,
         )
         array = array[:, 0]
-    if array.ndim != 1:
-        raise ValueError(f"{name} should be a 1d array, got an array of shape {array.shape} instead.")
+    if array.ndim not in (1, 2) or array.ndim == 2 and array.shape[1] == 0:
+        raise ValueError(f"{name} should be a 1d or 2d array, got an array of shape {array.shape} instead.")
     if len(array) != count:
         raise ValueError(f"Found input variables with inconsistent numbers of samples: X {count}, {name} {len(array)}")
     _check_finite(name, array)

@@ -5,9 +5,10 @@ import json
 
 import numpy as np
 
-from . import arguments
+from . import arguments, kernels
 from ._gaussian_process import Model
-from .predictor import FrozenPosterior, Predictor
+from .exact_predictor import ExactPredictor
+from .predictor import FrozenPosterior
 
 _PARAMETERS_KEY = "egosieve.GaussianProcess"
 
@@ -19,30 +20,41 @@ def _plain(value):
     raise TypeError(f"a parameter of type {type(value).__name__} cannot be saved")
 
 
-class GaussianProcess(Predictor):
+class GaussianProcess(ExactPredictor):
     """Exact Gaussian process with a model that grows and shrinks, computed on an OpenCL device.
 
-    The prior mean is 0 (see normalize_y). With n points, L L^T = K + sigma_n^2 I and alpha = (L L^T)^-1 y,
+    With n points of one target or several, L L^T = K + diag(sigma_n^2 + alpha_i) and a = (L L^T)^-1 y,
 
-        mean(x) = k* . alpha          variance(x) = k(x, x) - |L^-1 k*|^2
+        mean(x) = k* . a              variance(x) = k(x, x) - |L^-1 k*|^2
 
     The factor is float64; queries, means and variances are float32 on a device. The mean's error is at most
-    sigma_f^2 |alpha|_1 (1e-6 + (66 + n / 64) 2^-24 pi / 2); device="reference" is float64 throughout.
+    sigma_f^2 |a|_1 (1e-6 + (66 + n / 64) 2^-24 pi / 2); device="reference" is float64 throughout.
 
     Parameters
     ----------
-    kernel : "arcsine" or "squared_exponential"
-        The neural network covariance sigma_f^2 asin(u.u' / sqrt((1 + u.u)(1 + u'.u'))) with
-        u = sqrt(2) diag(w) (1, x), or the Gaussian one sigma_f^2 exp(-1/2 sum_d ((x_d - x'_d) / l_d)^2).
+    kernel : str, or a kernel of scikit-learn's
+        "arcsine", the neural network covariance sigma_f^2 asin(u.u' / sqrt((1 + u.u)(1 + u'.u'))) with
+        u = sqrt(2) diag(w) (1, x); "squared_exponential", sigma_f^2 exp(-1/2 sum_d ((x_d - x'_d) / l_d)^2);
+        "matern12", "matern32", "matern52", "rational_quadratic", "periodic", "linear", "constant", "white";
+        sums, products and isotropic(...) of these, where all features share a scale:
+        "matern52 + linear * isotropic(periodic)". Objects of sklearn.gaussian_process.kernels are translated:
+        their values are the start, their bounds and fixed values are not taken over, and a WhiteKernel added
+        to the whole is noise_stddev.
     scales : sequence of float, optional
-        Weights w_0 (of the bias), ..., w_D, or length-scales l_1, ..., l_D. Default: 2.01 for weights, 0.5 for
-        length-scales.
+        Weights w_0 (of the bias), ..., w_D, or length-scales l_1, ..., l_D, or those of the parts in their
+        order, with an amplitude before those of each term of a sum but the first. Default: 2.01 for weights of
+        the arcsine, 0.5 for length-scales, 1 for others.
     signal_stddev, noise_stddev : float
         sigma_f and sigma_n, positive; where `optimize` is true, the start.
+    alpha : float or array of shape (n_samples,)
+        Noise variances of the points of fit on top of sigma_n^2, in units of the normalised y. Default: 0.
+    mean : "zero", "constant" or "linear"
+        The prior mean's function; its coefficients (coef_) are estimated by generalised least squares, and
+        predictions carry their uncertainty.
     optimize : bool
         fit maximises the log marginal likelihood over scales, sigma_f and sigma_n.
     normalize_y : bool
-        fit subtracts y's mean and divides by its deviation; results are in the units of y.
+        fit subtracts the mean of each target and divides by its deviation; results are in the units of y.
     subset_size : int
         Points that the optimisation uses at most, drawn at random; 0: all.
     annealing_evaluations : int
@@ -57,8 +69,10 @@ class GaussianProcess(Predictor):
     n_features_in_ : int
     hyperparameters_ : dict
         scales, signal_stddev, noise_stddev and more, as they are now.
-    X_train_, y_train_ : arrays
-        The points in the model, copied out.
+    X_train_, y_train_, alpha_train_ : arrays
+        The points in the model and their noise variances, copied out.
+    coef_ : array of shape (n_coefficients,) or (n_coefficients, n_targets)
+        Of the mean's function, the constant first; of normalised y.
     optimization_ : dict or None
         What the last fit's optimisation did.
 
@@ -79,6 +93,8 @@ class GaussianProcess(Predictor):
         scales=None,
         signal_stddev=1.0,
         noise_stddev=0.1,
+        alpha=0.0,
+        mean="zero",
         optimize=True,
         normalize_y=False,
         subset_size=800,
@@ -90,6 +106,8 @@ class GaussianProcess(Predictor):
         self.scales = scales
         self.signal_stddev = signal_stddev
         self.noise_stddev = noise_stddev
+        self.alpha = alpha
+        self.mean = mean
         self.optimize = optimize
         self.normalize_y = normalize_y
         self.subset_size = subset_size
@@ -102,19 +120,17 @@ class GaussianProcess(Predictor):
 
         Parameters
         ----------
-        X : array of shape (n_samples, n_features), at most 32 features
-        y : array of shape (n_samples,)
+        X : array of shape (n_samples, n_features), at most 256 features
+        y : array of shape (n_samples,) or (n_samples, n_targets)
             Any finite numbers; -1 and +1, or between, where predict_proba is wanted. Where every y is 0 or 1,
             predict_proba is refused: 2 * y - 1 are labels.
         """
         X = arguments.matrix("X", X)
         y = arguments.targets("y", y, len(X))
-        offset, scale = 0.0, 1.0
-        if self.normalize_y:
-            offset = float(y.mean(dtype=np.float64))
-            scale = float(y.std(dtype=np.float64)) or 1.0
+        alpha = arguments.variances("alpha", self.alpha, len(X))
+        offset, scale = self._normalization(y)
         model = self._new_model(X.shape[1])
-        model.condition(X, self._normalized(y, offset, scale))
+        model.condition(X, self._normalized(y, offset, scale), alpha)
         optimization = None
         if self.optimize and len(X) > 1:
             optimization = model.optimize(
@@ -122,27 +138,33 @@ class GaussianProcess(Predictor):
                 annealing_evaluations=self.annealing_evaluations,
                 gradient_steps=100,
                 tolerance=1e-3,
-                seed=0 if self.random_state is None else int(self.random_state),
+                seed=arguments.seed(self.random_state),
             )
         self._adopt(model, X.shape[1], offset, scale)
         self.optimization_ = optimization
         return self
 
-    def partial_fit(self, X, y):
+    def partial_fit(self, X, y, alpha=0.0):
         """Conditions the model on more points, at the hyperparameters that it has.
 
-        A model that was not fitted starts from the given ones. Cost: k n^2 flops for k points.
+        `alpha` is the noise of these points, as that of the constructor is of fit's. A model that was not
+        fitted starts from the given hyperparameters. Cost: k n^2 flops for k points.
         """
         X = arguments.matrix("X", X)
         y = arguments.targets("y", y, len(X))
+        alpha = arguments.variances("alpha", alpha, len(X))
         if not self._is_fitted():
             model = self._new_model(X.shape[1])
-            model.condition(X, y)
-            self._adopt(model, X.shape[1], 0.0, 1.0)
+            model.condition(X, y, alpha)
+            several = y.ndim == 2
+            self._adopt(model, X.shape[1], np.zeros(y.shape[1]) if several else 0.0,
+                        np.ones(y.shape[1]) if several else 1.0)  # fmt: skip
             self.optimization_ = None
             return self
         arguments.features(self, X, self.n_features_in_)
-        self._core.condition(X, self._normalized(y, self._offset, self._scale))
+        if np.shape(y)[1:] != np.shape(self._scale):
+            raise ValueError(f"y has shape {y.shape}; the model has {np.size(self._scale)} target(s)")
+        self._core.condition(X, self._normalized(y, self._offset, self._scale), alpha)
         return self
 
     def remove(self, rows):
@@ -156,10 +178,6 @@ class GaussianProcess(Predictor):
         if len(rows):
             core.remove(rows)
         return self
-
-    def log_marginal_likelihood(self):
-        """log p(y | X) of the points in the model; of normalised y where normalize_y is true."""
-        return self._fitted()[0].log_marginal_likelihood()
 
     def freeze(self):
         """The posterior as it is now, for threads that predict while this model learns.
@@ -191,12 +209,13 @@ class GaussianProcess(Predictor):
         return out
 
     def score(self, X, y):
-        """Coefficient of determination, 1 - sum (y - mean)^2 / sum (y - average y)^2."""
+        """Coefficient of determination, 1 - sum (y - mean)^2 / sum (y - average y)^2, the mean over targets."""
         mean = self.predict(X)
         y = arguments.targets("y", y, len(mean))
-        residual = float(((y - mean) ** 2).sum(dtype=np.float64))
-        total = float(((y - y.mean(dtype=np.float64)) ** 2).sum(dtype=np.float64))
-        return 1.0 - residual / total if total > 0.0 else float(residual == 0.0)
+        residual = np.atleast_1d(((y - mean) ** 2).sum(axis=0, dtype=np.float64))
+        total = np.atleast_1d(((y - y.mean(axis=0, dtype=np.float64)) ** 2).sum(axis=0, dtype=np.float64))
+        explained = 1.0 - residual / np.where(total > 0.0, total, 1.0)
+        return float(np.where(total > 0.0, explained, residual == 0.0).mean())
 
     def save(self, path):
         """Writes the model and these parameters into a file, whole or not at all; numpy.load reads it.
@@ -242,6 +261,22 @@ class GaussianProcess(Predictor):
         """A copy of the targets of the points in the model, float64, in the units of y."""
         return self._points()[1] * self._scale + self._offset
 
+    @property
+    def alpha_train_(self):
+        """A copy of the noise variances of the points in the model, float64."""
+        core, _ = self._fitted()
+        variances = np.empty(core.describe()["size"])
+        core.noise_variances(variances)
+        return variances
+
+    @property
+    def coef_(self):
+        """The coefficients of the mean's function, the constant first; of normalised y."""
+        core, _ = self._fitted()
+        coefficients = np.empty(self._shape(core.describe()["coefficients"]))
+        core.mean_coefficients(coefficients)
+        return coefficients
+
     def __sklearn_is_fitted__(self):
         return self._is_fitted()
 
@@ -267,6 +302,7 @@ class GaussianProcess(Predictor):
         """What scikit-learn's check_estimator should know."""
         return {
             "requires_y": True,
+            "multioutput": True,
             "preserves_dtype": [np.float64, np.float32],
             "_xfail_checks": {
                 "check_dtype_object": "arrays of objects are refused, whatever they hold",
@@ -285,13 +321,17 @@ class GaussianProcess(Predictor):
             scales=info["scales"],
             signal_stddev=info["signal_stddev"],
             noise_stddev=info["noise_stddev"],
+            mean=info["mean"],
             optimize=False,
             device=device,
         )
-        offset, scale = 0.0, 1.0
+        several = info["outputs"] > 1
+        offset = np.zeros(info["outputs"]) if several else 0.0
+        scale = np.ones(info["outputs"]) if several else 1.0
         try:
             kept = json.loads(model.annotation())[_PARAMETERS_KEY]
-            offset, scale = float(kept["offset"]), float(kept["scale"])
+            kind = np.array if several else float
+            offset, scale = kind(kept["offset"]), kind(kept["scale"])
             gp.set_params(**kept["parameters"])
         except (ValueError, KeyError, TypeError):
             pass  # a file of another program's
@@ -300,20 +340,33 @@ class GaussianProcess(Predictor):
         return gp
 
     def _annotation(self):
-        parameters = {name: value for name, value in self.get_params().items() if name not in ("scales", "device")}
+        # The model's own kernel is in the file; alpha belongs to the points, which are there as well.
+        parameters = {
+            name: value for name, value in self.get_params().items() if name not in ("kernel", "scales", "alpha", "device")
+        }
         kept = {"offset": self._offset, "scale": self._scale, "parameters": parameters}
         return json.dumps({_PARAMETERS_KEY: kept}, default=_plain)
 
     def _new_model(self, n_features):
-        scales = None if self.scales is None else [float(scale) for scale in np.ravel(self.scales)]
-        return Model(
-            str(self.kernel),
-            n_features,
-            scales,
-            arguments.number("signal_stddev", self.signal_stddev),
-            arguments.number("noise_stddev", self.noise_stddev),
-            self.device,
-        )
+        kernel, scales = self.kernel, self.scales
+        signal_stddev = arguments.number("signal_stddev", self.signal_stddev)
+        noise_stddev = arguments.number("noise_stddev", self.noise_stddev)
+        if not isinstance(kernel, str):
+            found = kernels.translate(kernel, n_features)
+            kernel, signal_stddev = found.text, found.signal_stddev
+            scales = found.scales if scales is None else scales
+            noise_stddev = found.noise_stddev or noise_stddev
+        scales = None if scales is None else [float(scale) for scale in np.ravel(scales)]
+        return Model(kernel, n_features, scales, signal_stddev, noise_stddev, str(self.mean), self.device)
+
+    def _normalization(self, y):
+        """Offset and scale of the targets: numbers, or arrays with those of each."""
+        several = y.ndim == 2
+        if not self.normalize_y:
+            return (np.zeros(y.shape[1]), np.ones(y.shape[1])) if several else (0.0, 1.0)
+        offset, scale = y.mean(axis=0, dtype=np.float64), y.std(axis=0, dtype=np.float64)
+        scale = np.where(scale > 0.0, scale, 1.0)
+        return (offset, scale) if several else (float(offset), float(scale))
 
     def _adopt(self, model, n_features, offset, scale):
         self._core, self._offset, self._scale = model, offset, scale
@@ -321,7 +374,10 @@ class GaussianProcess(Predictor):
 
     @staticmethod
     def _normalized(y, offset, scale):
-        return y if offset == 0.0 and scale == 1.0 else (y - offset) / scale
+        return y if not np.any(offset) and np.all(scale == 1.0) else (y - offset) / scale
+
+    def _exact(self, what):
+        return self._fitted()[0]
 
     def _is_fitted(self):
         return getattr(self, "_core", None) is not None
@@ -340,6 +396,6 @@ class GaussianProcess(Predictor):
     def _points(self):
         core, count = self._fitted()
         size = core.describe()["size"]
-        x, y = np.empty((size, count)), np.empty(size)
+        x, y = np.empty((size, count)), np.empty(self._shape(size))
         core.points(x, y)
         return x, y

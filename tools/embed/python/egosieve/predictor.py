@@ -26,11 +26,11 @@ class _OnlyWithLabels:
 
 
 class Predictor:
-    """Predictions of a model or of a frozen posterior; `_core` computes, `_offset` and `_scale` undo the
-    normalisation of y."""
+    """Predictions of a model or of a frozen posterior; `_core` computes, `_offset` and `_scale` (numbers, or
+    an array of each output's) undo the normalisation of y."""
 
-    def predict(self, X, return_std=False, return_var=False, of_observation=False):
-        """Mean of f at the rows of X, and on request its deviation or variance.
+    def predict(self, X, return_std=False, return_cov=False, return_var=False, of_observation=False, float64=False):
+        """Mean of f at the rows of X, and on request its deviation, variance or joint covariance.
 
         Parameters
         ----------
@@ -39,20 +39,32 @@ class Predictor:
             in pieces.
         return_std, return_var : bool
             Also return the standard deviation, or the variance, of f.
+        return_cov : bool
+            Also return the covariance of all queries, computed in float64; not together with the others.
         of_observation : bool
             Those of an observation y instead of f: the noise is added.
+        float64 : bool
+            Compute in float64 throughout, n^2 flops a query with variances; not of frozen posteriors.
 
         Returns
         -------
-        mean : array of shape (n_queries,), float32 where X is, else float64
+        mean : array of shape (n_queries,) or (n_queries, n_targets), float32 where X is, else float64
             Values are computed in float32 on a device; see GaussianProcess for the error.
-        std or variance : array of shape (n_queries,), only if asked for
+        std or variance : array of the mean's shape, only if asked for
+        covariance : array of shape (n_queries, n_queries) or (n_queries, n_queries, n_targets), only if asked for
         """
         core, count = self._fitted()
         X = arguments.features(self, arguments.matrix("X", X), count)
-        mean = np.empty(len(X), dtype=X.dtype)
+        if return_cov:
+            if return_std or return_var:
+                raise RuntimeError("At most one of return_std or return_cov can be requested.")
+            return self._predict_joint(X, of_observation)
+        mean = np.empty(self._shape(len(X)), dtype=X.dtype)
         variance = np.empty(len(X), dtype=X.dtype) if return_std or return_var else None
-        core.predict(X, mean=mean, variance=variance, of_observation=of_observation)
+        if float64:
+            self._exact("float64=True").predict_in_float64(X, mean, variance, of_observation)
+        else:
+            core.predict(X, mean=mean, variance=variance, of_observation=of_observation)
         return self._denormalized(mean, variance, return_std, return_var)
 
     def predict_grid(
@@ -135,13 +147,30 @@ class Predictor:
         np.subtract(1, probabilities[:, 1], out=probabilities[:, 0])
         return probabilities
 
+    def _exact(self, what):
+        """The core with its factor."""
+        raise RuntimeError(f"{what} needs the model; this is a posterior that was frozen from one")
+
+    def _shape(self, count):
+        """Of the means at `count` places."""
+        return count if np.ndim(self._scale) == 0 else (count, len(self._scale))
+
+    def _predict_joint(self, X, of_observation):
+        mean, covariance = np.empty(self._shape(len(X))), np.empty((len(X), len(X)))
+        self._exact("return_cov").predict_joint(X, mean, covariance, of_observation)
+        if np.ndim(self._scale):
+            covariance = covariance[:, :, None]
+        return mean * self._scale + self._offset, covariance * self._scale**2
+
     def _denormalized(self, mean, variance, return_std, return_var):
-        if self._scale != 1.0 or self._offset != 0.0:
+        if np.any(self._scale != 1.0) or np.any(self._offset != 0.0):
             mean *= self._scale
             mean += self._offset
         if variance is None:
             return mean
-        if self._scale != 1.0:
+        if np.ndim(self._scale):
+            variance = (variance[:, None] * self._scale**2).astype(variance.dtype)
+        elif self._scale != 1.0:
             variance *= self._scale**2
         if return_std and return_var:
             return mean, np.sqrt(variance), variance

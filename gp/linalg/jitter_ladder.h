@@ -1,0 +1,22 @@
+// What is added to a diagonal whose factorisation refuses a pivot: 1e-10 of the matrix's unit (a
+// prior variance), then by tens up to 1e-4 of it.
+#ifndef EGOSIEVE_GP_LINALG_JITTER_LADDER_H_
+#define EGOSIEVE_GP_LINALG_JITTER_LADDER_H_
+
+#include <algorithm>
+#include <optional>
+
+namespace egosieve::gp {
+
+inline constexpr double kFirstJitter = 1e-10;  // of the unit
+inline constexpr double kLastJitter = 1e-4;
+
+// The rung above `jitter`; nothing where that was the last.
+inline std::optional<double> NextJitter(double jitter, double unit) {
+  if (!(jitter < kLastJitter * unit)) return std::nullopt;
+  return std::max(10.0 * jitter, kFirstJitter * unit);
+}
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_LINALG_JITTER_LADDER_H_

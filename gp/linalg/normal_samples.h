@@ -1,0 +1,44 @@
+// Samples of joint normal distributions that share a covariance.
+//
+//   y_cs = mean_c + C z_cs,   C C^T = Sigma + jitter I,   z_cs ~ N(0, I)                        (1)
+//
+// for columns c of `mean` and samples s. z comes from splitmix64, counted from the seed, by Box and
+// Muller's transform: sample s depends on seed, M and k, not on how many samples are drawn or on
+// how many threads draw them.
+//
+// A covariance of many places is singular to working precision where these lie close together. It
+// is factored as it is; where a pivot is refused, the jitter climbs the ladder of
+// gp/linalg/jitter_ladder.h, whose unit is the largest of `prior_variances`. A pivot i counts as
+// positive above M eps prior_variances[i]: Sigma_ii may be what is left of them after cancellation.
+//
+// Cost: M^3 / 3 flops for C and M^2 k S for the samples.
+//
+// References: Rasmussen & Williams (2006), A.2; Box & Muller (1958); Steele, Lea & Flood (2014).
+#ifndef EGOSIEVE_GP_LINALG_NORMAL_SAMPLES_H_
+#define EGOSIEVE_GP_LINALG_NORMAL_SAMPLES_H_
+
+#include <cstdint>
+
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "gp/linalg/aligned_matrix.h"
+#include "kernels/base/matrix_view.h"
+
+namespace egosieve::gp {
+
+struct NormalSamples {
+  AlignedMatrix values;  // M x (k S): sample s of column c lies in column c S + s
+  double jitter = 0.0;   // on Sigma's diagonal
+};
+
+// mean: M x k; covariance: M x M, of which the lower triangle is read; prior_variances: M.
+// InvalidArgument where count is negative or a shape differs; FailedPrecondition where the ladder's
+// last rung does not make Sigma positive definite.
+absl::StatusOr<NormalSamples> SampleNormal(kernels::ConstMatrixView<double> mean,
+                                           kernels::ConstMatrixView<double> covariance,
+                                           absl::Span<const double> prior_variances, int64_t count,
+                                           uint64_t seed);
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_LINALG_NORMAL_SAMPLES_H_

@@ -1,0 +1,143 @@
+#include "gp/model/regression_weights.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/container/fixed_array.h"
+#include "absl/strings/str_format.h"
+#include "gp/linalg/cholesky.h"
+
+namespace egosieve::gp {
+namespace {
+
+using kernels::ConstMatrixView;
+using kernels::MatrixView;
+
+// B := (L L^T)^-1 B.
+void SolveBoth(ConstMatrixView<double> factor, MatrixView<double> b) {
+  SolveLower(factor, b);
+  SolveLowerTransposed(factor, b);
+}
+
+std::vector<double> Copy(ConstMatrixView<double> m) {
+  std::vector<double> values(m.rows * m.cols);
+  for (int64_t i = 0; i < m.rows; ++i) std::copy_n(m.row(i), m.cols, values.begin() + i * m.cols);
+  return values;
+}
+
+// a^T b, the rows of a and b being points.
+std::vector<double> TransposedProduct(const std::vector<double>& a, int64_t columns,
+                                      ConstMatrixView<double> b) {
+  std::vector<double> out(columns * b.cols, 0.0);
+  for (int64_t i = 0; i < b.rows; ++i) {
+    for (int64_t p = 0; p < columns; ++p) {
+      for (int64_t c = 0; c < b.cols; ++c) out[p * b.cols + c] += a[i * columns + p] * b(i, c);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+absl::Status RegressionWeights::CheckDetermined() const {
+  if (determined) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrFormat(
+      "%d points do not determine the %d coefficients of the mean function; add points that differ "
+      "in every input",
+      points, basis));
+}
+
+template <typename Input>
+void RegressionWeights::AddMeanFunction(int64_t dimension, const Input* x, double* means) const {
+  if (basis == 0) return;
+  absl::FixedArray<double, 64> h(basis);
+  EvaluateBasis(mean, dimension, x, h.data());
+  for (int64_t p = 0; p < basis; ++p) {
+    for (int64_t c = 0; c < outputs; ++c) means[c] += coefficients[p * outputs + c] * h[p];
+  }
+}
+
+template <typename Input>
+double RegressionWeights::ReducedBasis(int64_t dimension, const Input* x, const double* sums,
+                                       double* r) const {
+  if (basis == 0) return 0.0;
+  EvaluateBasis(mean, dimension, x, r);
+  for (int64_t p = 0; p < basis; ++p) r[p] -= sums[p];
+  return SolveInformation(r);
+}
+
+double RegressionWeights::SolveInformation(double* r) const {
+  double square = 0.0;
+  for (int64_t p = 0; p < basis; ++p) {
+    for (int64_t o = 0; o < p; ++o) r[p] -= information[p * basis + o] * r[o];
+    r[p] /= information[p * basis + p];
+    square += r[p] * r[p];
+  }
+  return square;
+}
+
+std::vector<double> RegressionWeights::ReducedRows() const {
+  std::vector<double> rows(basis_weights);
+  for (int64_t i = 0; basis > 0 && i < points; ++i) SolveInformation(&rows[i * basis]);
+  return rows;
+}
+
+template void RegressionWeights::AddMeanFunction(int64_t, const float*, double*) const;
+template void RegressionWeights::AddMeanFunction(int64_t, const double*, double*) const;
+template double RegressionWeights::ReducedBasis(int64_t, const float*, const double*,
+                                                double*) const;
+template double RegressionWeights::ReducedBasis(int64_t, const double*, const double*,
+                                                double*) const;
+
+double RegressionWeights::HalfLogDeterminant() const {
+  double sum = 0.0;
+  for (int64_t p = 0; p < basis; ++p) sum += std::log(information[p * basis + p]);
+  return sum;
+}
+
+RegressionWeights SolveWeights(ConstMatrixView<double> factor, MeanFunction mean,
+                               ConstMatrixView<double> inputs, ConstMatrixView<double> targets) {
+  RegressionWeights weights;
+  weights.mean = mean;
+  const int64_t n = weights.points = targets.rows;
+  const int64_t k = weights.outputs = targets.cols;
+  const int64_t q = weights.basis = CoefficientCount(mean, inputs.cols);
+  weights.alpha = Copy(targets);
+  if (q > 0) {
+    std::vector<double> basis(n * q);
+    for (int64_t i = 0; i < n; ++i) EvaluateBasis(mean, inputs.cols, inputs.row(i), &basis[i * q]);
+    weights.basis_weights = basis;
+    SolveBoth(factor, {weights.basis_weights.data(), n, q});
+    weights.information =
+        TransposedProduct(weights.basis_weights, q, {basis.data(), n, q});  // (W1)
+    const MatrixView<double> m(weights.information.data(), q, q);
+    // Columns of K_y^-1 H that depend on each other leave rounding of the size of n eps in a pivot.
+    weights.determined = FactorizeInParallel(m, PivotFloors(m, n, 10.0)) < 0;
+    if (!weights.determined) {
+      weights.alpha.clear();
+      return weights;
+    }
+    weights.coefficients = TransposedProduct(weights.basis_weights, q, targets);
+    SolveBoth(m, {weights.coefficients.data(), q, k});
+    for (int64_t i = 0; i < n; ++i) {
+      for (int64_t c = 0; c < k; ++c) {
+        for (int64_t p = 0; p < q; ++p) {
+          weights.alpha[i * k + c] -= basis[i * q + p] * weights.coefficients[p * k + c];
+        }
+      }
+    }
+  }
+  SolveBoth(factor, {weights.alpha.data(), n, k});  // (W2)
+  return weights;
+}
+
+void WeightedSums(const double* k, const std::vector<double>& weights, int64_t points,
+                  int64_t columns, double* out) {
+  std::fill_n(out, columns, 0.0);
+  const double* row = weights.data();
+  for (int64_t j = 0; j < points; ++j, row += columns) {
+    for (int64_t c = 0; c < columns; ++c) out[c] += k[j] * row[c];
+  }
+}
+
+}  // namespace egosieve::gp

@@ -1,0 +1,72 @@
+// What a factor of K_y makes of targets: the weights that every prediction starts from.
+//
+//   H (n x q): rows h(x_i) of the mean function;  Y (n x k): the targets of k outputs
+//   W = K_y^-1 H,   A = H^T W = M M^T                                                        (W1)
+//   B = A^-1 W^T Y,   alpha = K_y^-1 (Y - H B) = P Y,   P = K_y^-1 - W A^-1 W^T              (W2)
+//   mean(x) = alpha^T k* + B^T h(x)                                                          (W3)
+//   variance(x) = k** - |L^-1 k*|^2 + |M^-1 r|^2,   r = h(x) - W^T k*                        (W4)
+//   log p(y) = -1/2 y.alpha - sum_i log L_ii - sum_j log M_jj - (n - q) / 2 log 2 pi         (W5)
+//
+// With the zero mean (q = 0) these are R & W's 2.25 to 2.30. (W5) is of one output; k outputs have
+// the sum of theirs, for they are independent given the hyperparameters. With a mean function it is
+// the likelihood of what the data say apart from its coefficients (restricted likelihood).
+//
+// Cost: 2 (k + q) n^2 flops, twice the first for q > 0. Reference: Rasmussen & Williams (2006), 2.7
+// (eqs. 2.41, 2.42, 2.45 where B^-1 and b go to 0).
+#ifndef EGOSIEVE_GP_MODEL_REGRESSION_WEIGHTS_H_
+#define EGOSIEVE_GP_MODEL_REGRESSION_WEIGHTS_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "gp/covariance/mean_function.h"
+#include "kernels/base/matrix_view.h"
+
+namespace egosieve::gp {
+
+struct RegressionWeights {
+  MeanFunction mean = MeanFunction::kZero;
+  int64_t points = 0;                 // n
+  int64_t outputs = 1;                // k
+  int64_t basis = 0;                  // q
+  std::vector<double> alpha;          // n x k
+  std::vector<double> coefficients;   // B, q x k
+  std::vector<double> basis_weights;  // W, n x q
+  std::vector<double> information;    // M, q x q, lower
+  // False where the points do not determine B: fewer than q, or on a line or plane. Only W and the
+  // sizes are there then.
+  bool determined = true;
+
+  // FailedPrecondition where B is not determined.
+  absl::Status CheckDetermined() const;
+
+  // B^T h(x), added to `means` (k values).
+  template <typename Input>
+  void AddMeanFunction(int64_t dimension, const Input* x, double* means) const;
+
+  // r := M^-1 r (q values); returns its square, 0 for q = 0.
+  double SolveInformation(double* r) const;
+  // M^-1 r(x) in `r`, where `sums` holds W^T k*; returns its square.
+  template <typename Input>
+  double ReducedBasis(int64_t dimension, const Input* x, const double* sums, double* r) const;
+
+  // Rows M^-1 w_i, n x q: W A^-1 W^T is their product with its transpose.
+  std::vector<double> ReducedRows() const;
+
+  // sum_j log M_jj.
+  double HalfLogDeterminant() const;
+};
+
+// factor: L, n x n; inputs: n x D; targets: n x k.
+RegressionWeights SolveWeights(kernels::ConstMatrixView<double> factor, MeanFunction mean,
+                               kernels::ConstMatrixView<double> inputs,
+                               kernels::ConstMatrixView<double> targets);
+
+// out (k values) := sums over j of k_j weights(j, .), in the order of j.
+void WeightedSums(const double* k, const std::vector<double>& weights, int64_t points,
+                  int64_t columns, double* out);
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_MODEL_REGRESSION_WEIGHTS_H_

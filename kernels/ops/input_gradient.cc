@@ -1,0 +1,69 @@
+#include "kernels/ops/input_gradient.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "kernels/base/argument_checks.h"
+#include "kernels/base/parallel_for.h"
+#include "kernels/base/prepared_points.h"
+#include "kernels/base/status_macros.h"
+
+namespace egosieve::kernels {
+namespace {
+
+constexpr double kFlopsPerInput = 10.0;  // roughly, of a derivative
+
+// Prepared points, one a row.
+std::vector<double> PrepareAll(const PointPreparation& preparation, ConstMatrixView<double> x) {
+  std::vector<double> rows(x.rows * preparation.width());
+  for (int64_t i = 0; i < x.rows; ++i) {
+    preparation.Prepare(x.row(i), &rows[i * preparation.width()], 1);
+  }
+  return rows;
+}
+
+}  // namespace
+
+absl::Status CovarianceInputGradient(const CovarianceParameters& parameters,
+                                     ConstMatrixView<double> x, ConstMatrixView<double> z,
+                                     ConstMatrixView<double> w, MatrixView<double> out) {
+  EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
+  const int64_t dimension = parameters.input_dimension();
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape("x", x, x.rows, dimension));
+  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("x", x));
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape("z", z, z.rows, dimension));
+  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("z", z));
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape("out", out, x.rows, dimension));
+  if (w.rows != x.rows || w.cols != z.rows) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("w is %d x %d; it must be %d x %d", w.rows, w.cols, x.rows, z.rows));
+  }
+  const PointPreparation preparation(parameters);
+  const int64_t width = preparation.width();
+  const std::vector<double> a = PrepareAll(preparation, x), b = PrepareAll(preparation, z);
+  const CovarianceDescription& function = parameters.function.description();
+  const double signal_variance = parameters.signal_stddev * parameters.signal_stddev;
+  ParallelFor(x.rows, kFlopsPerInput * x.rows * z.rows * dimension, [&](int64_t i) {
+    double* gradient = out.row(i);
+    std::fill_n(gradient, dimension, 0.0);
+    for (int64_t j = 0; j < z.rows; ++j) {
+      function.AddInputGradient(parameters.scales.data(), dimension, &a[i * width], &b[j * width],
+                                w(i, j), gradient);
+    }
+    for (int64_t d = 0; d < dimension; ++d) gradient[d] *= signal_variance;
+  });
+  return absl::OkStatus();
+}
+
+void PriorVarianceGradient(const CovarianceParameters& parameters, const double* x, double* out) {
+  const PointPreparation preparation(parameters);
+  std::vector<double> point(preparation.width());
+  preparation.Prepare(x, point.data(), 1);
+  std::fill_n(out, parameters.input_dimension(), 0.0);
+  parameters.function.description().AddInputGradient(
+      parameters.scales.data(), parameters.input_dimension(), point.data(), point.data(),
+      2.0 * parameters.signal_stddev * parameters.signal_stddev, out);
+}
+
+}  // namespace egosieve::kernels

@@ -1,0 +1,108 @@
+#include "gp/linalg/normal_samples.h"
+
+#include <cmath>
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "kernels/base/parallel_for.h"
+#include "tests/gp/linalg/random_matrices.h"
+
+namespace egosieve::gp {
+namespace {
+
+constexpr int64_t kPlaces = 5;
+
+// Variances 1 to 5, and neighbours correlated by a half.
+RowMatrix SomeCovariance() {
+  RowMatrix sigma = RowMatrix::Zero(kPlaces, kPlaces);
+  for (int64_t i = 0; i < kPlaces; ++i) {
+    sigma(i, i) = i + 1.0;
+    if (i > 0) sigma(i, i - 1) = sigma(i - 1, i) = 0.5 * std::sqrt(i * (i + 1.0));
+  }
+  return sigma;
+}
+
+NormalSamples Draw(const RowMatrix& mean, const RowMatrix& sigma, int64_t count, uint64_t seed) {
+  std::vector<double> prior(sigma.rows());
+  for (int64_t i = 0; i < sigma.rows(); ++i) prior[i] = std::max(sigma(i, i), 1e-3);
+  auto samples = SampleNormal(ViewOf(mean), ViewOf(sigma), prior, count, seed);
+  EXPECT_TRUE(samples.ok()) << samples.status();
+  return samples.ok() ? *std::move(samples) : NormalSamples{};
+}
+
+TEST(SampleNormal, HasTheMomentsOfTheDistribution) {
+  constexpr int64_t kCount = 20000;
+  RowMatrix mean(kPlaces, 2);
+  for (int64_t i = 0; i < kPlaces; ++i) mean.row(i) << 10.0 * i, -3.0;
+  const RowMatrix sigma = SomeCovariance();
+  const NormalSamples samples = Draw(mean, sigma, kCount, 7);
+  EXPECT_EQ(samples.jitter, 0.0);
+  ASSERT_EQ(samples.values.cols(), 2 * kCount);
+  const RowMatrix values = CopyOf(samples.values.view());
+  for (int64_t c = 0; c < 2; ++c) {
+    const RowMatrix y = values.block(0, c * kCount, kPlaces, kCount).colwise() - mean.col(c);
+    for (int64_t i = 0; i < kPlaces; ++i) {
+      // Six deviations of the estimates: sqrt(variance / S), sqrt((s_ii s_jj + s_ij^2) / S).
+      EXPECT_NEAR(y.row(i).mean(), 0.0, 6.0 * std::sqrt(sigma(i, i) / kCount));
+      for (int64_t j = 0; j <= i; ++j) {
+        const double deviation =
+            std::sqrt((sigma(i, i) * sigma(j, j) + sigma(i, j) * sigma(i, j)) / kCount);
+        EXPECT_NEAR(y.row(i).dot(y.row(j)) / kCount, sigma(i, j), 6.0 * deviation);
+      }
+    }
+    // The fourth moment of a normal value is 3; its estimate's deviation sqrt(96 / S).
+    const double kurtosis = (y.row(0).array() / std::sqrt(sigma(0, 0))).pow(4).mean();
+    EXPECT_NEAR(kurtosis, 3.0, 6.0 * std::sqrt(96.0 / kCount));
+  }
+  const RowMatrix first = values.leftCols(kCount).colwise() - mean.col(0);
+  const RowMatrix second = values.rightCols(kCount).colwise() - mean.col(1);
+  EXPECT_NEAR(first.row(2).dot(second.row(2)) / kCount, 0.0, 6.0 * 3.0 / std::sqrt(kCount));
+}
+
+TEST(SampleNormal, FollowsFromTheSeedAlone) {
+  auto generator = TestGenerator();
+  const RowMatrix sigma = RandomGram(200, 0.01, generator), mean = RowMatrix::Ones(200, 1);
+  const RowMatrix whole = CopyOf(Draw(mean, sigma, 9, 3).values.view());
+  const RowMatrix fewer = CopyOf(Draw(mean, sigma, 4, 3).values.view());
+  EXPECT_EQ(whole.leftCols(4), fewer);
+  EXPECT_NE(CopyOf(Draw(mean, sigma, 4, 4).values.view()), fewer);
+  const RowMatrix many =
+      CopyOf(Draw(mean.topRows(3), sigma.topLeftCorner(3, 3), 300, 3).values.view());
+  for (const int64_t count : {1, 2, 3, 7, 129}) {
+    EXPECT_EQ(CopyOf(Draw(mean.topRows(3), sigma.topLeftCorner(3, 3), count, 3).values.view()),
+              many.leftCols(count));
+  }
+  kernels::SetMaximumThreads(1);
+  EXPECT_EQ(CopyOf(Draw(mean, sigma, 9, 3).values.view()), whole);
+  kernels::SetMaximumThreads(0);
+}
+
+TEST(SampleNormal, ClimbsTheLadderWhereThereIsNoFactor) {
+  RowMatrix sigma = RowMatrix::Ones(3, 3);  // one value, three times
+  const NormalSamples samples = Draw(RowMatrix::Zero(3, 1), sigma, 50, 1);
+  EXPECT_EQ(samples.jitter, 1e-10);
+  for (int64_t s = 0; s < 50; ++s) {
+    // Two values differ by sqrt(2 jitter) z.
+    EXPECT_NEAR(samples.values.row(0)[s], samples.values.row(2)[s], 6.0 * std::sqrt(2e-10));
+  }
+  sigma(2, 2) = -1.0;
+  EXPECT_EQ(
+      SampleNormal(ViewOf(RowMatrix(RowMatrix::Zero(3, 1))), ViewOf(sigma), {1.0, 1.0, 1.0}, 1, 1)
+          .status()
+          .code(),
+      absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(SampleNormal, RefusesWhatDoesNotFit) {
+  const RowMatrix mean = RowMatrix::Zero(3, 1), sigma = RowMatrix::Identity(3, 3);
+  const auto code = [](const auto& samples) { return samples.status().code(); };
+  EXPECT_EQ(code(SampleNormal(ViewOf(mean), ViewOf(sigma), {1.0, 1.0, 1.0}, -1, 1)),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(code(SampleNormal(ViewOf(mean), ViewOf(sigma), {1.0, 1.0}, 1, 1)),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Draw(mean, sigma, 0, 1).values.cols(), 0);
+  EXPECT_EQ(Draw(RowMatrix(0, 1), RowMatrix(0, 0), 2, 1).values.rows(), 0);
+}
+
+}  // namespace
+}  // namespace egosieve::gp

@@ -1,0 +1,80 @@
+// Gradients of mean and variance by the inputs, against finite differences.
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gp/model/exact_model.h"
+#include "gtest/gtest.h"
+#include "tests/gp/learning_problems.h"
+
+namespace egosieve::gp {
+namespace {
+
+using kernels::CovarianceFunction;
+
+constexpr int64_t kDimension = 3;
+
+class InputGradient : public testing::TestWithParam<MeanFunction> {};
+
+TEST_P(InputGradient, EqualsFiniteDifferences) {
+  auto generator = TestGenerator();
+  for (const char* text : {"arcsine", "matern52 + linear", "isotropic(rational_quadratic)"}) {
+    Hyperparameters theta = DefaultHyperparameters(*CovarianceFunction::Parse(text), kDimension);
+    theta.mean = GetParam();
+    auto model = ExactModel::Create(TestContext(), theta);
+    ASSERT_TRUE(model.ok());
+    const RowMatrix x = RandomPoints(70, kDimension, generator);
+    RowMatrix y(70, 2);
+    for (int64_t i = 0; i < 70; ++i) y.row(i) << std::sin(3.0 * x(i, 0)), x(i, 1) * x(i, 2);
+    ASSERT_TRUE(model->AddObservations({ViewOf(x), ViewOf(y)}, 0).ok());
+    RowMatrix queries = RandomPoints(9, kDimension, generator);
+    queries.row(0) = x.row(0);
+    const auto at = model->PredictGradients(ViewOf(queries), PredictWhat::kMeanAndVariance);
+    ASSERT_TRUE(at.ok()) << at.status();
+    for (int64_t d = 0; d < kDimension; ++d) {
+      constexpr double kStep = 1e-4;
+      RowMatrix ahead = queries, behind = queries;
+      ahead.col(d).array() += kStep;
+      behind.col(d).array() -= kStep;
+      const auto right = model->Predict(ViewOf(ahead), PredictWhat::kMeanAndVariance);
+      const auto left = model->Predict(ViewOf(behind), PredictWhat::kMeanAndVariance);
+      ASSERT_TRUE(right.ok() && left.ok());
+      for (int64_t i = 0; i < queries.rows(); ++i) {
+        // Central differences: h^2 / 6 times third derivatives of up to 1e2, and rounding 1e-12 /
+        // h.
+        EXPECT_NEAR(at->variance[i * kDimension + d],
+                    (right->variance[i] - left->variance[i]) / (2.0 * kStep), 2e-6)
+            << text << " query " << i << " input " << d;
+        for (int64_t c = 0; c < 2; ++c) {
+          EXPECT_NEAR(at->mean[(i * 2 + c) * kDimension + d],
+                      (right->mean[2 * i + c] - left->mean[2 * i + c]) / (2.0 * kStep), 2e-6)
+              << text << " query " << i << " input " << d;
+        }
+      }
+    }
+    const auto of_mean = model->PredictGradients(ViewOf(queries), PredictWhat::kMean);
+    ASSERT_TRUE(of_mean.ok());
+    EXPECT_EQ(of_mean->mean, at->mean);
+    EXPECT_TRUE(of_mean->variance.empty());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(MeanFunctions, InputGradient,
+                         testing::Values(MeanFunction::kZero, MeanFunction::kConstant,
+                                         MeanFunction::kLinear));
+
+TEST(InputGradient, OfThePriorAndOfBadPoints) {
+  const Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kSquaredExponential, 1);
+  const auto model = ExactModel::Create(TestContext(), theta);
+  const double query = 0.3, nan = std::nan("");
+  const auto prior = model->PredictGradients({&query, 1, 1}, PredictWhat::kMeanAndVariance);
+  ASSERT_TRUE(prior.ok()) << prior.status();
+  EXPECT_EQ(prior->mean, std::vector<double>{0.0});
+  EXPECT_EQ(prior->variance, std::vector<double>{0.0});
+  EXPECT_EQ(model->PredictGradients({&nan, 1, 1}, PredictWhat::kMean).status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace egosieve::gp

@@ -1,0 +1,234 @@
+/* The C interface's joint predictions, samples, gradients and left-out points, from C99. */
+#include "egosieve/joint_posterior.h"
+
+#include <math.h>
+
+#include "tests/tools/embed/c/check.h"
+#include "tests/tools/embed/c/small_model.h"
+
+static egosieve_array doubles_out(double* data, int64_t rows, int64_t columns) {
+  egosieve_array array = {NULL, 0, 0, 0, 0, EGOSIEVE_FLOAT64};
+  array.data = data;
+  array.rows = rows;
+  array.columns = columns;
+  return array;
+}
+
+static egosieve_gp* new_named_model(const char* covariance, int32_t dimension, int32_t mean) {
+  egosieve_gp_options options;
+  egosieve_gp* gp = NULL;
+  egosieve_gp_options_init(&options);
+  options.covariance = EGOSIEVE_NAMED_COVARIANCE;
+  options.covariance_text = covariance;
+  options.dimension = dimension;
+  options.mean = mean;
+  CHECK_OK(egosieve_gp_create(&options, &gp));
+  return gp;
+}
+
+/* One point at 0.3, y = 2, k = 2.25, K_y = 2.25 + 0.25 + 0.5; queries there and a length beside it.
+ */
+static void test_one_point_by_hand(void) {
+  egosieve_gp* gp = new_named_model("squared_exponential", 1, EGOSIEVE_ZERO_MEAN);
+  const double length = 0.7, at = 0.3, target = 2.0, noise = 0.5, places[2] = {0.3, 1.0};
+  const egosieve_const_array point = doubles(&at, 1, 1), value = doubles(&target, 1, 1);
+  const egosieve_const_array v = doubles(&noise, 1, 1), both = doubles(places, 2, 1);
+  const double k = 2.25, beside = 2.25 * exp(-0.5), k_y = 3.0, pi = 3.14159265358979323846;
+  const double theta[3] = {log(0.7), log(1.5), log(0.5)};
+  double mean[2], covariance[4], gradient[2], slope[2], left_mean, left_variance, left_density;
+  double likelihood, likelihood_slope[3];
+  egosieve_array means = doubles_out(mean, 2, 1), joint = doubles_out(covariance, 2, 2);
+  egosieve_array of_mean = doubles_out(gradient, 2, 1), of_variance = doubles_out(slope, 2, 1);
+  egosieve_array out[3];
+  egosieve_prediction prediction;
+  CHECK_OK(egosieve_gp_set_hyperparameters(gp, &length, 1, 1.5, 0.5));
+  CHECK_OK(egosieve_gp_condition_noisy(gp, &point, &value, &v));
+  CHECK_OK(egosieve_gp_predict_joint(gp, &both, 0, &means, &joint));
+  CHECK(fabs(mean[0] - k * 2.0 / k_y) < 1e-14 && fabs(mean[1] - beside * 2.0 / k_y) < 1e-14);
+  CHECK(fabs(covariance[0] - (k - k * k / k_y)) < 1e-14);
+  CHECK(fabs(covariance[1] - (beside - k * beside / k_y)) < 1e-14);
+  CHECK(covariance[1] == covariance[2]);
+  CHECK(fabs(covariance[3] - (k - beside * beside / k_y)) < 1e-14);
+  CHECK_OK(egosieve_gp_predict_joint(gp, &both, 1, &means, &joint));
+  CHECK(fabs(covariance[0] - (k - k * k / k_y + 0.25)) < 1e-14);
+  egosieve_prediction_init(&prediction);
+  prediction.mean = means;
+  prediction.variance = of_variance;
+  prediction.in_float64 = 1;
+  CHECK_OK(egosieve_gp_predict(gp, &both, &prediction));
+  CHECK(fabs(mean[1] - beside * 2.0 / k_y) < 1e-14);
+  CHECK(fabs(slope[1] - (k - beside * beside / k_y)) < 1e-14);
+  CHECK_OK(egosieve_gp_gradients(gp, &both, &of_mean, &of_variance));
+  CHECK(fabs(gradient[0]) < 1e-14 && fabs(slope[0]) < 1e-14);
+  CHECK(fabs(gradient[1] + 2.0 / k_y * beside / 0.7) < 1e-14);
+  CHECK(fabs(slope[1] - 2.0 * beside * beside / k_y / 0.7) < 1e-14);
+  out[0] = doubles_out(&left_mean, 1, 1);
+  out[1] = doubles_out(&left_variance, 1, 1);
+  out[2] = doubles_out(&left_density, 1, 1);
+  CHECK_OK(egosieve_gp_leave_one_out(gp, &out[0], &out[1], &out[2]));
+  CHECK(fabs(left_mean) < 1e-14 && fabs(left_variance - k_y) < 1e-14);
+  CHECK(fabs(left_density + 0.5 * (log(2.0 * pi * k_y) + 4.0 / k_y)) < 1e-14);
+  CHECK_OK(egosieve_gp_likelihood_at(gp, theta, 3, &likelihood, likelihood_slope));
+  CHECK(fabs(likelihood - left_density) < 1e-13); /* one point has no others */
+  /* d/dlog sigma_f: (y^2 / K_y^2 - 1 / K_y) k; d/dlog sigma_n the same of sigma_n^2. */
+  CHECK(fabs(likelihood_slope[0]) < 1e-14);
+  CHECK(fabs(likelihood_slope[1] - (4.0 / 9.0 - 1.0 / 3.0) * 2.25) < 1e-13);
+  CHECK(fabs(likelihood_slope[2] - (4.0 / 9.0 - 1.0 / 3.0) * 0.25) < 1e-13);
+  out[0] = doubles_out(&left_mean, 1, 1);
+  CHECK_OK(egosieve_gp_noise_variances(gp, &out[0]));
+  CHECK(left_mean == 0.5);
+  CHECK_OK(egosieve_gp_free(gp));
+}
+
+/* Samples follow from the seed, and of a model without points come from the prior. */
+static void test_samples(void) {
+  egosieve_gp* gp = new_conditioned_model(EGOSIEVE_ARCSINE);
+  egosieve_gp* prior = new_model(EGOSIEVE_ARCSINE);
+  const egosieve_const_array points = doubles(&queries[0][0], M, D);
+  static double first[M][4], second[M][2];
+  double jitter = -1.0;
+  egosieve_array four = doubles_out(&first[0][0], M, 4), two = doubles_out(&second[0][0], M, 2);
+  CHECK_OK(egosieve_gp_sample(gp, &points, 5, 0, &four, &jitter));
+  CHECK(jitter >= 0.0);
+  CHECK_OK(egosieve_gp_sample(gp, &points, 5, 0, &two, NULL));
+  for (int i = 0; i < M; ++i) CHECK(first[i][0] == second[i][0] && first[i][1] == second[i][1]);
+  CHECK(first[0][0] != first[0][1]);
+  CHECK_OK(egosieve_gp_sample(gp, &points, 6, 0, &two, NULL));
+  CHECK(first[0][0] != second[0][0]);
+  CHECK_OK(egosieve_gp_sample(prior, &points, 5, 1, &two, NULL));
+  two.rows = M - 1;
+  CHECK_CALL(egosieve_gp_sample(gp, &points, 5, 0, &two, NULL), EGOSIEVE_INVALID_ARGUMENT,
+             "samples: 29 x 2");
+  CHECK_CALL(egosieve_gp_sample(gp, &points, 5, 0, NULL, NULL), EGOSIEVE_INVALID_ARGUMENT,
+             "samples is null");
+  CHECK_OK(egosieve_gp_free(gp));
+  CHECK_OK(egosieve_gp_free(prior));
+}
+
+/* Two outputs with a linear mean: y is a plane for the second, which the mean takes whole. */
+static void test_outputs_and_mean(void) {
+  egosieve_gp* gp = new_named_model("matern52", D, EGOSIEVE_LINEAR_MEAN);
+  const egosieve_const_array inputs = doubles(&x[0][0], N, D);
+  const egosieve_const_array points = doubles(&queries[0][0], M, D);
+  static double both[N][2], mean[M][2], coefficients[D + 1][2];
+  float narrow[M][2];
+  egosieve_array out = doubles_out(&mean[0][0], M, 2), one = doubles_out(&mean[0][0], M, 1);
+  egosieve_array none = {NULL, 0, 0, 0, 0, EGOSIEVE_FLOAT64};
+  egosieve_const_array targets = doubles(&both[0][0], N, 2);
+  egosieve_prediction prediction;
+  egosieve_gp_info info;
+  char text[16];
+  int64_t size = 0;
+  for (int i = 0; i < N; ++i) {
+    both[i][0] = y[i];
+    both[i][1] = 50.0 + 3.0 * x[i][0] - x[i][2];
+  }
+  CHECK_CALL(egosieve_gp_predict_joint(gp, &points, 0, &one, &none), EGOSIEVE_FAILED_PRECONDITION,
+             "do not determine");
+  CHECK_OK(egosieve_gp_condition(gp, &inputs, &targets));
+  CHECK_OK(egosieve_gp_predict_joint(gp, &points, 0, &out, &none));
+  for (int i = 0; i < M; ++i) {
+    CHECK(fabs(mean[i][1] - (50.0 + 3.0 * queries[i][0] - queries[i][2])) < 1e-9);
+  }
+  egosieve_prediction_init(&prediction);
+  prediction.mean = floats_out(&narrow[0][0], M, 2);
+  CHECK_OK(egosieve_gp_predict(gp, &points, &prediction));
+  for (int i = 0; i < M; ++i) CHECK(fabs(narrow[i][1] - mean[i][1]) < 1e-4);
+  out = doubles_out(&coefficients[0][0], D + 1, 2);
+  CHECK_OK(egosieve_gp_mean_coefficients(gp, &out));
+  CHECK(fabs(coefficients[0][1] - 50.0) < 1e-9 && fabs(coefficients[1][1] - 3.0) < 1e-9);
+  egosieve_gp_info_init(&info);
+  CHECK_OK(egosieve_gp_describe(gp, &info));
+  CHECK(info.outputs == 2 && info.coefficients == D + 1 && info.mean == EGOSIEVE_LINEAR_MEAN);
+  CHECK(info.covariance == EGOSIEVE_NAMED_COVARIANCE && !info.has_labels);
+  CHECK_OK(egosieve_gp_covariance_text(gp, text, sizeof text, &size));
+  CHECK(size == 8 && memcmp(text, "matern52", 8) == 0);
+  targets = doubles(y, N, 1);
+  CHECK_CALL(egosieve_gp_condition(gp, &inputs, &targets), EGOSIEVE_INVALID_ARGUMENT,
+             "1 outputs; the model's points have 2");
+  prediction.mean.data = NULL;
+  prediction.probability = floats_out(&narrow[0][0], M, 1);
+  CHECK_CALL(egosieve_gp_predict(gp, &points, &prediction), EGOSIEVE_FAILED_PRECONDITION,
+             "one output");
+  CHECK_OK(egosieve_gp_free(gp));
+}
+
+/* Noise by point, outputs and mean function are in the file. */
+static void test_file(void) {
+  egosieve_gp* gp = new_named_model("matern52 + linear", D, EGOSIEVE_CONSTANT_MEAN);
+  egosieve_gp* again = NULL;
+  const egosieve_const_array inputs = doubles(&x[0][0], N, D), targets = doubles(y, N, 1);
+  static double noise[N], back[N], scales[7];
+  static char bytes[1 << 16];
+  egosieve_const_array v = doubles(noise, N, 1);
+  egosieve_array out = doubles_out(back, N, 1);
+  float mean[M], mean_again[M];
+  int64_t size = 0;
+  for (int i = 0; i < N; ++i) noise[i] = 0.01 * i;
+  CHECK_OK(egosieve_gp_condition_noisy(gp, &inputs, &targets, &v));
+  CHECK_OK(egosieve_gp_serialize(gp, bytes, sizeof bytes, &size));
+  CHECK_OK(egosieve_gp_deserialize(bytes, size, NULL, &again));
+  CHECK_OK(egosieve_gp_noise_variances(again, &out));
+  CHECK(memcmp(noise, back, sizeof noise) == 0);
+  CHECK_OK(predict_mean(gp, mean));
+  CHECK_OK(predict_mean(again, mean_again));
+  CHECK(memcmp(mean, mean_again, sizeof mean) == 0);
+  CHECK_OK(egosieve_gp_scales(again, scales, 7)); /* 3 lengths, an amplitude, 3 weights */
+  CHECK(scales[0] == 0.5 && scales[6] == 1.0);
+  CHECK_CALL(egosieve_gp_scales(again, scales, 6), EGOSIEVE_INVALID_ARGUMENT, "there are 7");
+  noise[3] = -1.0;
+  CHECK_CALL(egosieve_gp_condition_noisy(gp, &inputs, &targets, &v), EGOSIEVE_INVALID_ARGUMENT,
+             "v(3) = -1");
+  v.rows = N - 1;
+  CHECK_CALL(egosieve_gp_condition_noisy(gp, &inputs, &targets, &v), EGOSIEVE_INVALID_ARGUMENT,
+             "v: 39 values");
+  CHECK_OK(egosieve_gp_free(gp));
+  CHECK_OK(egosieve_gp_free(again));
+}
+
+static void test_refusals(void) {
+  egosieve_gp* gp = new_conditioned_model(EGOSIEVE_ARCSINE);
+  egosieve_gp* none = NULL;
+  egosieve_gp_options options;
+  const egosieve_const_array points = doubles(&queries[0][0], M, D);
+  double value = 0.0, theta[2] = {0.0, 0.0}, mean[M];
+  egosieve_array out = doubles_out(mean, M, 1);
+  egosieve_posterior* posterior = NULL;
+  egosieve_prediction prediction;
+  egosieve_gp_options_init(&options);
+  options.dimension = D;
+  options.covariance = EGOSIEVE_NAMED_COVARIANCE;
+  CHECK_CALL(egosieve_gp_create(&options, &none), EGOSIEVE_INVALID_ARGUMENT,
+             "options.covariance_text is null");
+  options.covariance_text = "cubic";
+  CHECK_CALL(egosieve_gp_create(&options, &none), EGOSIEVE_INVALID_ARGUMENT, "cubic");
+  options.covariance_text = "matern52";
+  options.mean = 3;
+  CHECK_CALL(egosieve_gp_create(&options, &none), EGOSIEVE_INVALID_ARGUMENT, "options.mean = 3");
+  CHECK_CALL(egosieve_gp_likelihood_at(gp, theta, 2, &value, NULL), EGOSIEVE_INVALID_ARGUMENT,
+             "theta has 6 values");
+  CHECK_CALL(egosieve_gp_predict_joint(gp, &points, 0, &out, NULL), EGOSIEVE_INVALID_ARGUMENT,
+             "covariance is null");
+  out.columns = 2;
+  CHECK_CALL(egosieve_gp_gradients(gp, &points, &out, &out), EGOSIEVE_INVALID_ARGUMENT,
+             "mean: 30 x 2");
+  CHECK_OK(egosieve_gp_posterior(gp, &posterior));
+  egosieve_prediction_init(&prediction);
+  prediction.mean = doubles_out(mean, M, 1);
+  prediction.in_float64 = 1;
+  CHECK_CALL(egosieve_posterior_predict(posterior, &points, &prediction), EGOSIEVE_INVALID_ARGUMENT,
+             "in_float64");
+  CHECK_OK(egosieve_posterior_free(posterior));
+  CHECK_OK(egosieve_gp_free(gp));
+}
+
+int main(void) {
+  make_data();
+  test_one_point_by_hand();
+  test_samples();
+  test_outputs_and_mean();
+  test_file();
+  test_refusals();
+  printf("%d checks failed\n", failures);
+  return failures == 0 ? 0 : 1;
+}

@@ -1,0 +1,194 @@
+#include "tools/embed/c/exact_prediction.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "gp/model/exact_model.h"
+#include "gp/training/marginal_likelihood.h"
+#include "kernels/base/status_macros.h"
+#include "tools/embed/c/array_access.h"
+#include "tools/embed/c/options.h"
+
+namespace egosieve::embed {
+namespace {
+
+using gp::ExactModel;
+using gp::PredictWhat;
+
+// The caller's queries in float64, packed.
+struct Queries {
+  std::vector<double> values;
+  int64_t rows = 0;
+  int64_t dimension = 0;
+
+  static absl::StatusOr<Queries> Read(const LearningModel& model, const egosieve_const_array* x) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const InputArray points, InputArray::Matrix("x", x));
+    if (points.columns() != model.dimension()) {
+      return absl::InvalidArgumentError(absl::StrFormat("x: %d columns; the model has %d inputs",
+                                                        points.columns(), model.dimension()));
+    }
+    EGOSIEVE_RETURN_IF_ERROR(points.CheckFinite<double>());
+    return Queries{points.Values(), points.rows(), points.columns()};
+  }
+  kernels::ConstMatrixView<double> view() const { return {values.data(), rows, dimension}; }
+};
+
+// An output of this shape; null pointers are refused.
+absl::StatusOr<OutputArray> OutputOf(const char* name, const egosieve_array* array, int64_t rows,
+                                     int64_t columns) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckPointer(name, array));
+  return OutputArray::Create(name, *array, rows, columns);
+}
+
+void WriteWanted(const std::vector<double>& values, const OutputArray& output) {
+  if (output.wanted()) output.Write(0, output.size(), values.data());
+}
+
+}  // namespace
+
+absl::Status PredictInFloat64(const LearningModel& model, const egosieve_const_array* x,
+                              egosieve_prediction* prediction) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const Queries queries, Queries::Read(model, x));
+  egosieve_prediction wishes;
+  egosieve_prediction_init(&wishes);
+  EGOSIEVE_RETURN_IF_ERROR(ReadStruct("prediction", prediction, wishes));
+  if (wishes.probability.data != nullptr) {
+    return absl::InvalidArgumentError("prediction.probability: there are none in float64");
+  }
+  return model.WithExactModel([&](const ExactModel& exact) -> absl::Status {
+    EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray mean, OutputOf("prediction.mean", &wishes.mean,
+                                                               queries.rows, exact.outputs()));
+    EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray variance,
+                              OutputOf("prediction.variance", &wishes.variance, queries.rows, 1));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        gp::Prediction found,
+        exact.Predict(queries.view(),
+                      variance.wanted() ? PredictWhat::kMeanAndVariance : PredictWhat::kMean));
+    if (wishes.of_observation != 0) {
+      for (double& value : found.variance) value += exact.hyperparameters().noise_variance();
+    }
+    WriteWanted(found.mean, mean);
+    WriteWanted(found.variance, variance);
+    WriteField(&egosieve_prediction::clamped_variances, found.clamped_variances, prediction);
+    return absl::OkStatus();
+  });
+}
+
+absl::Status PredictJoint(const LearningModel& model, const egosieve_const_array* x,
+                          bool of_observation, const egosieve_array* mean,
+                          const egosieve_array* covariance) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const Queries queries, Queries::Read(model, x));
+  return model.WithExactModel([&](const ExactModel& exact) -> absl::Status {
+    EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray means,
+                              OutputOf("mean", mean, queries.rows, exact.outputs()));
+    EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray covariances,
+                              OutputOf("covariance", covariance, queries.rows, queries.rows));
+    EGOSIEVE_ASSIGN_OR_RETURN(gp::JointPrediction joint, exact.PredictJoint(queries.view()));
+    for (int64_t i = 0; of_observation && i < queries.rows; ++i) {
+      joint.covariance.row(i)[i] += exact.hyperparameters().noise_variance();
+    }
+    WriteWanted(joint.mean, means);
+    for (int64_t i = 0; covariances.wanted() && i < queries.rows; ++i) {
+      covariances.Write(i * queries.rows, (i + 1) * queries.rows, joint.covariance.row(i));
+    }
+    return absl::OkStatus();
+  });
+}
+
+absl::Status DrawSamples(const LearningModel& model, const egosieve_const_array* x, uint64_t seed,
+                         bool of_observation, const egosieve_array* samples, double* jitter) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const Queries queries, Queries::Read(model, x));
+  EGOSIEVE_RETURN_IF_ERROR(CheckPointer("samples", samples));
+  return model.WithExactModel([&](const ExactModel& exact) -> absl::Status {
+    const int64_t k = exact.outputs();
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const OutputArray output,
+        OutputArray::Create("samples", *samples, queries.rows * k, samples->columns));
+    if (!output.wanted()) return absl::InvalidArgumentError("samples.data is null");
+    gp::SampleOptions options;
+    options.count = samples->columns;
+    options.seed = seed;
+    options.of_observation = of_observation;
+    EGOSIEVE_ASSIGN_OR_RETURN(const gp::NormalSamples drawn, exact.Sample(queries.view(), options));
+    for (int64_t i = 0; i < queries.rows; ++i) {  // a row of k S values is k rows of S
+      output.Write(i * k * options.count, (i + 1) * k * options.count, drawn.values.row(i));
+    }
+    if (jitter != nullptr) *jitter = drawn.jitter;
+    return absl::OkStatus();
+  });
+}
+
+absl::Status PredictGradients(const LearningModel& model, const egosieve_const_array* x,
+                              const egosieve_array* mean, const egosieve_array* variance) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const Queries queries, Queries::Read(model, x));
+  return model.WithExactModel([&](const ExactModel& exact) -> absl::Status {
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const OutputArray of_mean,
+        OutputOf("mean", mean, queries.rows * exact.outputs(), queries.dimension));
+    EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray of_variance,
+                              OutputOf("variance", variance, queries.rows, queries.dimension));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const gp::InputGradients gradients,
+        exact.PredictGradients(queries.view(), of_variance.wanted() ? PredictWhat::kMeanAndVariance
+                                                                    : PredictWhat::kMean));
+    WriteWanted(gradients.mean, of_mean);
+    WriteWanted(gradients.variance, of_variance);
+    return absl::OkStatus();
+  });
+}
+
+absl::Status LeaveOneOut(const LearningModel& model, const egosieve_array* mean,
+                         const egosieve_array* variance, const egosieve_array* log_density) {
+  return model.WithExactModel([&](const ExactModel& exact) -> absl::Status {
+    const int64_t n = exact.size(), k = exact.outputs();
+    EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray means, OutputOf("mean", mean, n, k));
+    EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray variances, OutputOf("variance", variance, n, 1));
+    EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray densities,
+                              OutputOf("log_density", log_density, n, k));
+    EGOSIEVE_ASSIGN_OR_RETURN(const gp::LeaveOneOut left_out, exact.PredictLeaveOneOut());
+    const std::vector<double> of_targets = left_out.LogDensities(exact.targets());
+    WriteWanted(left_out.mean, means);
+    WriteWanted(left_out.target_variance, variances);
+    WriteWanted(of_targets, densities);
+    return absl::OkStatus();
+  });
+}
+
+absl::Status MeanCoefficients(const LearningModel& model, const egosieve_array* coefficients) {
+  return model.WithExactModel([&](const ExactModel& exact) -> absl::Status {
+    const gp::RegressionWeights& weights = exact.weights();
+    EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray output, OutputOf("coefficients", coefficients,
+                                                                 weights.basis, weights.outputs));
+    EGOSIEVE_RETURN_IF_ERROR(weights.CheckDetermined());
+    WriteWanted(weights.coefficients, output);
+    return absl::OkStatus();
+  });
+}
+
+absl::Status LikelihoodAt(const LearningModel& model, const double* theta, int64_t count,
+                          double* value, double* gradient) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckPointer("theta", theta));
+  EGOSIEVE_RETURN_IF_ERROR(CheckPointer("value", value));
+  return model.WithExactModel([&](const ExactModel& exact) -> absl::Status {
+    if (count != exact.hyperparameters().count()) {
+      return absl::InvalidArgumentError(absl::StrFormat("count = %d; theta has %d values", count,
+                                                        exact.hyperparameters().count()));
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const gp::Hyperparameters there,
+        gp::FromLogarithms(exact.hyperparameters(), absl::MakeConstSpan(theta, count)));
+    EGOSIEVE_ASSIGN_OR_RETURN(const gp::MarginalLikelihood likelihood,
+                              gp::ComputeMarginalLikelihood(
+                                  *exact.context(), there, exact.observations(),
+                                  gradient == nullptr ? gp::LikelihoodOrder::kValue
+                                                      : gp::LikelihoodOrder::kValueAndGradient));
+    *value = likelihood.value;
+    if (gradient != nullptr) {
+      std::copy(likelihood.gradient.begin(), likelihood.gradient.end(), gradient);
+    }
+    return absl::OkStatus();
+  });
+}
+
+}  // namespace egosieve::embed

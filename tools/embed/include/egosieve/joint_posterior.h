@@ -1,0 +1,97 @@
+/**
+ * @file joint_posterior.h
+ * What a model (gaussian_process.h) believes of several places together, and of their
+ * surroundings: joint covariances, samples, gradients by the inputs, and its points left out.
+ *
+ *     cov(x, x') = k(x, x') - (L^-1 k*).(L^-1 k*')                                         (5)
+ *     f = mean + C z,   C C^T = cov + jitter I,   z ~ N(0, I)                              (6)
+ *     y_i without point i:  mean y_i - alpha_i / [K_y^-1]_ii,  variance 1 / [K_y^-1]_ii    (7)
+ *
+ * and what a mean function adds to each. All is computed in float64 from the model's factor. Where
+ * a covariance is singular to working precision, the jitter of (6) climbs from 1e-10 of the largest
+ * prior variance by tens to 1e-4 of it.
+ *
+ * References: Rasmussen & Williams (2006), eqs. 2.24, 2.42, 5.10 to 5.12, and A.2.
+ */
+#ifndef EGOSIEVE_JOINT_POSTERIOR_H_
+#define EGOSIEVE_JOINT_POSTERIOR_H_
+
+#include "gaussian_process.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/**
+ * Predicts jointly. Cost: M n^2 + M^2 n flops; memory: 8 (M n + 2 M^2) bytes.
+ * @param gp              The model.
+ * @param x               M x D, finite.
+ * @param of_observation  Nonzero: sigma_n^2 is added to the diagonal.
+ * @param mean            M x k; data null: not wanted.
+ * @param covariance      M x M, (5), the same for every output; data null: not wanted.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_predict_joint(egosieve_gp* gp,
+                                                       const egosieve_const_array* x,
+                                                       int32_t of_observation,
+                                                       const egosieve_array* mean,
+                                                       const egosieve_array* covariance);
+
+/**
+ * Draws samples (6) from the joint distribution at M places; of a model without points, from the
+ * prior. Sample s depends on seed, M and k, not on how many samples are drawn.
+ * @param gp              The model.
+ * @param x               M x D, finite.
+ * @param seed            The same seed gives the same samples.
+ * @param of_observation  Nonzero: samples of y; of f otherwise.
+ * @param samples         (M k) x S: sample s of output c at place i lies in row i k + c, column s.
+ * @param jitter          Out: that of (6); null: not wanted.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_sample(egosieve_gp* gp, const egosieve_const_array* x,
+                                                uint64_t seed, int32_t of_observation,
+                                                const egosieve_array* samples, double* jitter);
+
+/**
+ * Gradients of mean and variance of f by the inputs. Where a covariance has a cusp (matern12 at a
+ * point of the model) its derivative counts as 0. Cost: M n D k, and 2 M n^2 for the variance.
+ * @param gp        The model.
+ * @param x         M x D, finite.
+ * @param mean      (M k) x D, row i k + c being that of output c at place i; data null: not wanted.
+ * @param variance  M x D; data null: not wanted.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_gradients(egosieve_gp* gp, const egosieve_const_array* x,
+                                                   const egosieve_array* mean,
+                                                   const egosieve_array* variance);
+
+/**
+ * Predicts each point's y from all the others (7). Cost: n^3 / 3 flops.
+ * @param gp           The model.
+ * @param mean         n x k; data null: not wanted.
+ * @param variance     Of y, n values; data null: not wanted.
+ * @param log_density  log p(y_i | others), n x k; data null: not wanted.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_leave_one_out(egosieve_gp* gp, const egosieve_array* mean,
+                                                       const egosieve_array* variance,
+                                                       const egosieve_array* log_density);
+
+/** The mean function's coefficients, egosieve_gp_info.coefficients x k, the constant first. */
+EGOSIEVE_API egosieve_status egosieve_gp_mean_coefficients(egosieve_gp* gp,
+                                                           const egosieve_array* coefficients);
+
+/**
+ * The log marginal likelihood of the model's points at other hyperparameters; the model stays as it
+ * is. Cost: n^3 / 3 flops, n^3 with the gradient.
+ * @param gp        The model.
+ * @param theta     Logarithms of the scales, sigma_f and sigma_n.
+ * @param count     Of theta: egosieve_gp_info.scale_count + 2.
+ * @param value     Out.
+ * @param gradient  Out: `count` derivatives by theta; null: not wanted.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_likelihood_at(egosieve_gp* gp, const double* theta,
+                                                       int64_t count, double* value,
+                                                       double* gradient);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* EGOSIEVE_JOINT_POSTERIOR_H_ */

@@ -1,0 +1,97 @@
+"""What a model with its factor can tell beyond the predictions of predictor.py, all in float64."""
+
+import numpy as np
+
+from . import arguments
+from .predictor import Predictor
+
+
+class ExactPredictor(Predictor):
+    """Samples, gradients, left-out points and likelihoods of a model; `_new_model` gives one of the prior."""
+
+    def sample_y(self, X, n_samples=1, random_state=0, of_observation=False):
+        """Samples from the joint posterior of f at the rows of X; before fit, from the prior.
+
+        Parameters
+        ----------
+        X : array of shape (n_queries, n_features)
+        n_samples : int
+        random_state : int, numpy.random.Generator or RandomState, or None
+            The seed. The same gives the same samples, the first ones whatever their number.
+        of_observation : bool
+            Samples of y: the noise sigma_n^2 is added.
+
+        Returns
+        -------
+        samples : float64 array of shape (n_queries, n_samples) or (n_queries, n_targets, n_samples)
+        """
+        X = arguments.matrix("X", X)
+        if n_samples < 0:
+            raise ValueError(f"n_samples = {n_samples}; it must not be negative")
+        if self._is_fitted():
+            core, offset, scale = self._core, self._offset, self._scale
+            arguments.features(self, X, self.n_features_in_)
+        else:
+            core, offset, scale = self._new_model(X.shape[1]), 0.0, 1.0
+        samples = np.empty((len(X) * np.size(scale), n_samples))
+        core.sample(X, arguments.seed(random_state) % 2**64, samples, of_observation)
+        if np.ndim(scale):
+            samples = samples.reshape(len(X), len(scale), n_samples)
+            scale, offset = scale[:, None], offset[:, None]
+        return samples * scale + offset
+
+    def predict_gradient(self, X, return_var=False):
+        """Gradients of mean and variance of f by the features, at the rows of X, in float64.
+
+        Returns
+        -------
+        gradient : array of shape (n_queries, n_features) or (n_queries, n_targets, n_features), of the mean
+        variance_gradient : array of shape (n_queries, n_features), only if return_var; with several targets
+            (n_queries, n_targets, n_features)
+        """
+        core, count = self._fitted()
+        X = arguments.features(self, arguments.matrix("X", X), count)
+        mean = np.empty((len(X) * np.size(self._scale), count))
+        variance = np.empty((len(X), count)) if return_var else None
+        core.gradients(X, mean, variance)
+        scale = self._scale
+        if np.ndim(scale):
+            mean, scale = mean.reshape(len(X), len(scale), count), scale[:, None]
+            variance = None if variance is None else variance[:, None, :]
+        mean = mean * scale
+        return mean if variance is None else (mean, variance * scale**2)
+
+    def leave_one_out(self):
+        """Each point's y predicted from all the other points, at the hyperparameters that there are.
+
+        Returns
+        -------
+        mean : array of y's shape
+        std : array of y's shape, of the observation y
+        log_density : array of y's shape, log p(y_i | all others)
+        """
+        core, _ = self._fitted()
+        n = core.describe()["size"]
+        mean, variance, log_density = np.empty(self._shape(n)), np.empty(n), np.empty(self._shape(n))
+        core.leave_one_out(mean, variance, log_density)
+        mean, std = self._denormalized(mean, variance, True, False)
+        return mean, std, log_density - np.log(self._scale)
+
+    def log_marginal_likelihood(self, theta=None, eval_gradient=False):
+        """log p(y | X) of the points in the model; of normalised y where normalize_y is true.
+
+        Parameters
+        ----------
+        theta : array, optional
+            Logarithms of scales, sigma_f and sigma_n to take in place of the model's, which stay.
+        eval_gradient : bool
+            Also return the gradient by theta.
+        """
+        core, _ = self._fitted()
+        if theta is None and not eval_gradient:
+            return core.log_marginal_likelihood()
+        if theta is None:
+            found = core.describe()
+            theta = np.log([*found["scales"], found["signal_stddev"], found["noise_stddev"]])
+        value, gradient = core.likelihood_at(np.ravel(theta).tolist(), eval_gradient)
+        return (value, np.array(gradient)) if eval_gradient else value
