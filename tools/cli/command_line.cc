@@ -122,6 +122,20 @@ std::string Indented(const std::string& lines) {
   return absl::StrCat("  ", absl::StrReplaceAll(lines, {{"\n", "\n  "}}));
 }
 
+// The command's flags, and those that every command has.
+void AddAllFlags(Command& command, CLI::App& app, bool& print_config) {
+  app.option_defaults()->always_capture_default();
+  command.AddFlags(app);
+  app.set_help_flag("-h,--help", "Print this text and exit");
+  app.set_config("--config", "", "Read flags from a TOML file; the command line goes before it")
+      ->type_name("FILE")
+      ->check(NoPipe());
+  app.allow_config_extras(CLI::config_extras_mode::error);
+  app.add_flag("--print_config", print_config, "Print all flags as a file for --config and exit")
+      ->configurable(false);
+  app.footer(absl::StrCat("Example:\n", Indented(command.example())));
+}
+
 }  // namespace
 
 std::string NearestName(const std::string& word, const std::vector<std::string>& candidates) {
@@ -154,11 +168,40 @@ std::string CommandLine::Help() const {
     absl::StrAppendFormat(&help, "  %-*s  %s\n", static_cast<int>(width), command->name(),
                           command->summary());
   }
-  absl::StrAppend(
-      &help, "\n", program_, " COMMAND --help tells a command's flags, with an example.\n",
-      "\nExit codes: 0 done, 1 the machine is in the way (device, disk), 2 usage,\n"
-      "3 the input cannot be read, 4 finished with some frames failed, 130 interrupted.\n");
+  absl::StrAppend(&help, "\n", program_,
+                  " COMMAND --help tells a command's flags, with an example.\n", program_,
+                  " --man prints the manual page, ", program_,
+                  " completion bash what bash sources for completion.\n\nExit codes:\n");
+  for (const auto& [code, text] : ExitCodeTexts()) {
+    absl::StrAppendFormat(&help, "  %-3d  %s\n", code, text);
+  }
   return help;
+}
+
+std::string CommandLine::WriteManual(std::string (*write)(const ManualProgram&)) {
+  ManualProgram manual{program_, description_, version_, {}};
+  std::vector<std::unique_ptr<CLI::App>> apps;
+  bool print_config = false;
+  for (const auto& command : commands_) {
+    apps.push_back(std::make_unique<CLI::App>(command->summary(), command->name()));
+    AddAllFlags(*command, *apps.back(), print_config);
+    manual.commands.push_back(
+        {command->name(), command->summary(), command->example(), apps.back().get()});
+  }
+  return write(manual);
+}
+
+int CommandLine::TellCompletion(const std::vector<std::string>& arguments, std::ostream& out,
+                                std::ostream& err) {
+  if (arguments != std::vector<std::string>{"completion", "bash"}) {
+    err << ErrorLine(absl::StrCat("completion takes the name of the shell, and bash is the one it "
+                                  "knows; source <(",
+                                  program_, " completion bash)"))
+        << "\n";
+    return static_cast<int>(ExitCode::kUsage);
+  }
+  out << WriteManual(BashCompletion);
+  return static_cast<int>(ExitCode::kDone);
 }
 
 int CommandLine::Run(std::vector<std::string> arguments, std::ostream& out, std::ostream& err) {
@@ -188,6 +231,11 @@ int CommandLine::Dispatch(std::vector<std::string> arguments, std::ostream& out,
     out << program_ << " " << version_ << "\n";
     return static_cast<int>(ExitCode::kDone);
   }
+  if (first == "--man") {
+    out << WriteManual(ManualPage);
+    return static_cast<int>(ExitCode::kDone);
+  }
+  if (first == "completion") return TellCompletion(arguments, out, err);
   std::vector<std::string> names;
   for (const auto& command : commands_) {
     names.push_back(command->name());
@@ -206,17 +254,8 @@ int CommandLine::RunCommand(Command& command, std::vector<std::string> arguments
                             std::ostream& err) {
   const std::string name = absl::StrCat(program_, " ", command.name());
   CLI::App app(command.summary(), name);
-  app.option_defaults()->always_capture_default();
-  command.AddFlags(app);
-  app.set_help_flag("-h,--help", "Print this text and exit");
-  app.set_config("--config", "", "Read flags from a TOML file; the command line goes before it")
-      ->type_name("FILE")
-      ->check(NoPipe());
-  app.allow_config_extras(CLI::config_extras_mode::error);
   bool print_config = false;
-  app.add_flag("--print_config", print_config, "Print all flags as a file for --config and exit")
-      ->configurable(false);
-  app.footer(absl::StrCat("Example:\n", Indented(command.example())));
+  AddAllFlags(command, app, print_config);
 
   if (std::find(arguments.begin(), arguments.end(), "--print_config") != arguments.end()) {
     for (CLI::Option* option : app.get_options()) {

@@ -1,7 +1,8 @@
 // The program's command line: finds the command, reads its flags, runs it, says what went wrong.
 //
 // Every command has --help, --config=FILE (TOML with the names of the flags; unknown keys are
-// errors) and --print_config. Errors are one line on stderr, and the exit code is ExitCode's.
+// errors) and --print_config; the program has --man and `completion bash` (manual.h). Errors are
+// one line on stderr, and the exit code is ExitCode's.
 #ifndef EGOSIEVE_TOOLS_CLI_COMMAND_LINE_H_
 #define EGOSIEVE_TOOLS_CLI_COMMAND_LINE_H_
 
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "tools/cli/command.h"
+#include "tools/cli/manual.h"
 
 namespace egosieve::tools {
 
@@ -29,6 +31,10 @@ class CommandLine {
   int RunCommand(Command& command, std::vector<std::string> arguments, std::ostream& out,
                  std::ostream& err);
   std::string Help() const;
+  // `write` gets what a manual tells, whose apps live as long as the call.
+  std::string WriteManual(std::string (*write)(const ManualProgram&));
+  int TellCompletion(const std::vector<std::string>& arguments, std::ostream& out,
+                     std::ostream& err);
 
   std::string program_;
   std::string description_;

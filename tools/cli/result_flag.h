@@ -1,5 +1,6 @@
 // The flag --json: what a command prints at its end, as one line of JSON with its name in the field
-// "command" instead of text for people. Errors and warnings stay on stderr.
+// "command" instead of text for people. tools/schema/result.schema.json tells the fields. Errors
+// and warnings stay on stderr.
 #ifndef EGOSIEVE_TOOLS_CLI_RESULT_FLAG_H_
 #define EGOSIEVE_TOOLS_CLI_RESULT_FLAG_H_
 
@@ -9,6 +10,9 @@
 #include <string>
 
 namespace egosieve::tools {
+
+// Of result.schema.json; grows where a reader of the old form would be wrong.
+inline constexpr int kResultSchemaVersion = 1;
 
 struct ResultFlag {
   bool json = false;
@@ -24,7 +28,8 @@ struct ResultFlag {
       std::cout << text;
       return;
     }
-    nlohmann::ordered_json result = {{"command", command}};
+    nlohmann::ordered_json result = {{"command", command},
+                                     {"schema_version", kResultSchemaVersion}};
     result.update(fields);
     // A file's name may hold bytes that are not UTF-8.
     std::cout << result.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)

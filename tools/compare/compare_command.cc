@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <iostream>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -18,6 +17,7 @@
 #include "tools/cli/device_flag.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
 #include "tools/compare/comparison_figures.h"
 #include "tools/compare/comparison_table.h"
 #include "tools/compare/drive_comparison.h"
@@ -112,6 +112,7 @@ class CompareCommand : public Command {
     device_.AddFlag(app);
     plots_.AddFlag(app);
     progress_.AddFlag(app);
+    result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
@@ -263,10 +264,10 @@ class CompareCommand : public Command {
     const std::string base = absl::StrCat(out_, "/compare");
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".csv", ToCsv(comparisons)));
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".json", json.dump(2) + "\n"));
-    std::cout << ToTable(comparisons) << "\n";
+    std::string text = absl::StrCat(ToTable(comparisons), "\n");
     for (const ProfileComparison& comparison : comparisons) {
       for (const std::string& line : CompareWithPaper(comparison.summary)) {
-        std::cout << comparison.profile << ": " << line << "\n";
+        absl::StrAppend(&text, comparison.profile, ": ", line, "\n");
       }
     }
     int scored = 0, failed = 0;
@@ -274,6 +275,8 @@ class CompareCommand : public Command {
       scored += comparison.summary.drives;
       failed += comparison.summary.failed;
     }
+    result_.Tell(name(), {{"drives", scored}, {"failed", failed}, {"scores", base + ".json"}},
+                 text);
     if (scored > 0) {
       EGOSIEVE_RETURN_IF_ERROR(
           plots_.Write(absl::StrCat(out_, "/plots"), MakeComparisonPage(comparisons)));
@@ -294,6 +297,7 @@ class CompareCommand : public Command {
   SegmentFlags segment_;
   DeviceFlag device_;
   ProgressFlag progress_;
+  ResultFlag result_;
   PlotsFlag plots_;
 };
 

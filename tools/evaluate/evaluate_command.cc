@@ -1,7 +1,7 @@
 #include "tools/evaluate/evaluate_command.h"
 
 #include <algorithm>
-#include <iostream>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -13,6 +13,7 @@
 #include "tools/cli/interruption.h"
 #include "tools/cli/object_flags.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
 #include "tools/evaluate/evaluate_run.h"
 #include "tools/evaluate/evaluation_page.h"
 #include "tools/evaluate/further_truth.h"
@@ -59,6 +60,7 @@ class EvaluateCommand : public Command {
     AddSuiteFlags(app);
     plots_.AddFlag(app);
     progress_.AddFlag(app);
+    result_.AddFlag(app);
     features_.AddFlags(app);
   }
 
@@ -176,12 +178,17 @@ class EvaluateCommand : public Command {
     if (!further.empty()) {
       EGOSIEVE_RETURN_IF_ERROR(
           WriteFileAtomically(folder.File("further.json"), ToJson(further).dump(2) + "\n"));
-      std::cout << ToTable(further);
     }
-    return truth_.empty() ? ExitCode::kDone : EvaluateMaps(folder);
+    nlohmann::ordered_json fields = {{"run", folder.path()}, {"further", nullptr}};
+    if (!further.empty()) fields["further"] = ToJson(further);
+    std::string text = further.empty() ? "" : ToTable(further);
+    if (!truth_.empty()) EGOSIEVE_RETURN_IF_ERROR(EvaluateMaps(folder, fields, text));
+    result_.Tell(name(), fields, text);
+    return ExitCode::kDone;
   }
 
-  absl::StatusOr<ExitCode> EvaluateMaps(const RunFolder& folder) {
+  absl::Status EvaluateMaps(const RunFolder& folder, nlohmann::ordered_json& fields,
+                            std::string& text) {
     Progress progress("evaluate", progress_, -1);
     EGOSIEVE_ASSIGN_OR_RETURN(const RunEvaluation run, EvaluateRun(folder, truth_, options_, [&] {
                                 progress.Advance();
@@ -191,9 +198,16 @@ class EvaluateCommand : public Command {
     progress.Finish();
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.csv"), ToCsv(evaluation)));
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.json"), ToText(evaluation)));
-    std::cout << ToTable(evaluation);
-    EGOSIEVE_RETURN_IF_ERROR(plots_.Write(folder.File("plots"), MakeEvaluationPage(run)));
-    return ExitCode::kDone;
+    const auto or_null = [](const std::optional<double>& value) {
+      return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
+    };
+    fields["truth"] = evaluation.truth;
+    fields["pooled_auc"] = or_null(evaluation.pooled_auc);
+    fields["mean_auc"] = or_null(evaluation.mean_auc);
+    fields["frames_scored"] = evaluation.frames.size();
+    fields["scores"] = folder.File("eval.json");
+    absl::StrAppend(&text, ToTable(evaluation));
+    return plots_.Write(folder.File("plots"), MakeEvaluationPage(run));
   }
 
   FurtherOptions FurtherOptionsOf() const {
@@ -244,9 +258,12 @@ class EvaluateCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(
         WriteFileAtomically(base + ".json", ToJson(list, results, summary).dump(2) + "\n"));
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(base + ".md", ToMarkdown(results)));
-    std::cout << ToTable(list, results, summary) << ObjectTable(results) << FurtherTable(results)
-              << "\n"
-              << ToMarkdown(results);
+    result_.Tell(name(),
+                 {{"sequences", list.sequences.size()},
+                  {"failed", summary.failed},
+                  {"scores", base + ".json"}},
+                 absl::StrCat(ToTable(list, results, summary), ObjectTable(results),
+                              FurtherTable(results), "\n", ToMarkdown(results)));
     EGOSIEVE_RETURN_IF_ERROR(plots_.Write(absl::StrCat(suite_options_.out, "/plots"),
                                           MakeSuitePage(list, results, summary)));
     return summary.failed > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
@@ -264,6 +281,7 @@ class EvaluateCommand : public Command {
   SuiteOptions suite_options_;
   ProgressFlag progress_;
   PlotsFlag plots_;
+  ResultFlag result_;
   FeatureFlags features_;
 };
 

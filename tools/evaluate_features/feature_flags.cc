@@ -41,7 +41,7 @@ void FeatureFlags::AddFlags(CLI::App& app) {
                "Score the features' distances and labels, before anything is learnt from them, "
                "beside plain OpenCV's; the input is frames")
       ->group(kGroup);
-  app.add_option("--json", json_path_, "Where the scores of every frame are written")
+  app.add_option("--features_json", json_path_, "Where the scores of every frame are written")
       ->type_name("FILE")
       ->configurable(false)
       ->group(kGroup);

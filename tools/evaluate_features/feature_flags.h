@@ -15,7 +15,7 @@ namespace egosieve::tools {
 
 class FeatureFlags {
  public:
-  // --features, --every, --json and the labeller's flags.
+  // --features, --every, --features_json and the labeller's flags.
   void AddFlags(CLI::App& app);
 
   bool wanted() const { return wanted_; }

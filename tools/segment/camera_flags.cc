@@ -8,6 +8,7 @@
 #include "kernels/files/atomic_file.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/run_folder.h"
+#include "tools/segment/interruptible_source.h"
 #include "tools/segment/lens_file.h"
 
 namespace egosieve::tools {
@@ -59,8 +60,9 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
     options.focal_ratio = labeller.focal_ratio;
     options.ignored = ignored_;
     options.finds_own_vehicle = finds_own_vehicle_;
+    InterruptibleSource frames(*input.frames);
     EGOSIEVE_ASSIGN_OR_RETURN(
-        camera_, LearnRunCamera(*input.frames, {input.width_pixels, input.height_pixels}, options));
+        camera_, LearnRunCamera(frames, {input.width_pixels, input.height_pixels}, options));
   }
   labeller.focal_ratio = camera_->focal_ratio;
   labeller.travel = camera_->travel;

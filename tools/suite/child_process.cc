@@ -69,7 +69,7 @@ absl::StatusOr<int> RunChild(const ChildCommand& command,
     }
     if (!stopping && stop_requested()) {
       stopping = true;
-      kill(process, SIGINT);
+      kill(process, SIGTERM);  // a terminal's SIGINT reaches the child itself: two would end it
     }
     std::this_thread::sleep_for(kPoll);
   }

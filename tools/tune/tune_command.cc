@@ -3,12 +3,14 @@
 #include <iostream>
 #include <string>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/tuning.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/device_flag.h"
 #include "tools/cli/interruption.h"
+#include "tools/cli/result_flag.h"
 #include "tools/tune/tuner.h"
 
 namespace egosieve::tools {
@@ -32,6 +34,7 @@ class TuneCommand : public Command {
         ->type_name("NUMBER");
     app.add_flag("--dry_run", dry_run_, "Search, but keep nothing");
     app.add_flag("--quiet", quiet_, "Do not tell the shapes that are timed");
+    result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
@@ -42,19 +45,32 @@ class TuneCommand : public Command {
       options_.progress = [](const std::string& line) { std::cerr << line << std::endl; };
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const tune::TuneResult result, tune::Tune(options_));
-    std::cout << absl::StrFormat(
+    std::string text = absl::StrFormat(
         "%s: %d shapes timed, %d dropped\n"
         "mean      %.2f ms before, %.2f ms now\n"
         "variance  %.2f ms before, %.2f ms now\n",
         result.device, result.shapes_timed, result.shapes_dropped, 1e3 * result.mean_seconds_before,
         1e3 * result.mean_seconds_after, 1e3 * result.variance_seconds_before,
         1e3 * result.variance_seconds_after);
+    nlohmann::ordered_json kept;
     if (dry_run_) {
-      std::cout << kernels::FormatTuning(result.after);
-      return ExitCode::kDone;
+      absl::StrAppend(&text, kernels::FormatTuning(result.after));
+    } else {
+      EGOSIEVE_RETURN_IF_ERROR(kernels::SaveTuning(device.info, result.after));
+      kept = kernels::TuningPath(device.info);
+      absl::StrAppend(&text, "kept in ", kernels::TuningPath(device.info), "\n");
     }
-    EGOSIEVE_RETURN_IF_ERROR(kernels::SaveTuning(device.info, result.after));
-    std::cout << "kept in " << kernels::TuningPath(device.info) << "\n";
+    result_.Tell(name(),
+                 {{"device", result.device},
+                  {"shapes_timed", result.shapes_timed},
+                  {"shapes_dropped", result.shapes_dropped},
+                  {"mean_seconds_before", result.mean_seconds_before},
+                  {"mean_seconds_after", result.mean_seconds_after},
+                  {"variance_seconds_before", result.variance_seconds_before},
+                  {"variance_seconds_after", result.variance_seconds_after},
+                  {"table", kernels::FormatTuning(result.after)},
+                  {"kept_in", kept}},
+                 text);
     return ExitCode::kDone;
   }
 
@@ -62,6 +78,7 @@ class TuneCommand : public Command {
   DeviceFlag device_;
   tune::TuneOptions options_;
   bool dry_run_ = false, quiet_ = false;
+  ResultFlag result_;
 };
 
 }  // namespace

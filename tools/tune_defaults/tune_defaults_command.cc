@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <iostream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "tools/cli/checks.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/suite/child_process.h"
 #include "tools/suite/suite_run.h"
@@ -60,6 +60,7 @@ class TuneDefaultsCommand : public Command {
         ->check(Between(1, 256))
         ->capture_default_str();
     progress_.AddFlag(app);
+    result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
@@ -83,8 +84,9 @@ class TuneDefaultsCommand : public Command {
     }
     progress.Finish();
     const std::string table = RankTable(scores, noise_);
-    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically((fs::path(out) / "tuning.txt").string(), table));
-    std::cout << table;
+    const std::string path = (fs::path(out) / "tuning.txt").string();
+    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(path, table));
+    result_.Tell(name(), {{"settings", scores.size()}, {"table", path}}, table);
     return ExitCode::kDone;
   }
 
@@ -113,6 +115,7 @@ class TuneDefaultsCommand : public Command {
   double noise_ = 0.01;
   SuiteOptions options_;
   ProgressFlag progress_;
+  ResultFlag result_;
 };
 
 }  // namespace

@@ -115,7 +115,16 @@ class Stages {
 
   absl::Status Sink(const InFlight& item) const { return sink_(item.result); }
 
-  PipelineSummary TakeSummary() { return std::move(summary_); }
+  // Whether what has not been learnt from is to be left out.
+  bool IsStopping() {
+    if (!stopped_learning_) stopped_learning_ = stop_requested_ && stop_requested_();
+    return stopped_learning_;
+  }
+
+  PipelineSummary TakeSummary() {
+    summary_.stopped |= stopped_learning_;
+    return std::move(summary_);
+  }
 
  private:
   // Recorded steps need no labels.
@@ -184,7 +193,8 @@ class Stages {
   const SegmentedFrameSink& sink_;
   // Written by Read (stopped, warning) and Learn (counts): different members, read after the join.
   PipelineSummary summary_;
-  std::deque<InFlight> waiting_;  // used by the stage that extracts
+  bool stopped_learning_ = false;  // used by the stage that learns
+  std::deque<InFlight> waiting_;   // used by the stage that extracts
 };
 
 absl::Status RunInTurn(Stages& stages) {
@@ -242,6 +252,14 @@ class OverlappedRun {
       std::lock_guard lock(mutex_);
       status_.Update(status);
     }
+    Cancel(queues_before);
+  }
+
+  void Cancel(int queues_before) {
+    {
+      std::lock_guard lock(mutex_);
+      goes_on_ = false;
+    }
     for (int i = 0; i < queues_before; ++i) {
       queues_[i]->Cancel();
     }
@@ -275,7 +293,7 @@ class OverlappedRun {
       if (goes_on) {
         EGOSIEVE_RETURN_IF_ERROR(stages_.Extract(*item));
         ready = stages_.LookAhead(std::move(*item));
-      } else if (IsFine()) {
+      } else if (GoesOn()) {
         ready = stages_.EndLookAhead();
       }
       for (InFlight& frame : ready) goes_on &= queues_[1]->Push(std::move(frame));
@@ -283,13 +301,17 @@ class OverlappedRun {
     return absl::OkStatus();
   }
 
-  bool IsFine() {
+  bool GoesOn() {
     std::lock_guard lock(mutex_);
-    return status_.ok();
+    return goes_on_;
   }
 
   absl::Status TransformAll(int stage) {
     while (std::optional<InFlight> item = queues_[stage]->Pop()) {
+      if (stage == 1 && stages_.IsStopping()) {
+        Cancel(stage + 1);
+        break;
+      }
       EGOSIEVE_RETURN_IF_ERROR(stage == 1   ? stages_.Learn(*item)
                                : stage == 2 ? stages_.Infer(*item)
                                             : stages_.Sink(*item));
@@ -302,6 +324,7 @@ class OverlappedRun {
   std::vector<std::unique_ptr<BoundedQueue<InFlight>>> queues_;
   std::mutex mutex_;
   absl::Status status_;
+  bool goes_on_ = true;
 };
 
 }  // namespace

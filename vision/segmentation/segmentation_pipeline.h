@@ -79,8 +79,9 @@ struct PipelineSummary {
 using SegmentedFrameSink = std::function<absl::Status(const SegmentedFrame&)>;
 
 // Runs to the end of the source, to `end_frame`, or until `stop_requested` (asked before every
-// read, from another thread) returns true; frames that were read by then are finished. Returns the
-// first error of source, segmenter or sink; the sink has then seen every frame before the error's,
+// read and, where stages overlap, before a frame is learnt from, on the stages' threads) returns
+// true; frames that were learnt from by then are finished, others are left out. Returns the first
+// error of source, segmenter or sink; the sink has then seen every frame before the error's,
 // but those that waited for frames ahead of them.
 absl::StatusOr<PipelineSummary> RunPipeline(FrameSource& source, OnlineSegmenter& segmenter,
                                             const PipelineOptions& options,

@@ -199,7 +199,7 @@ TEST(EvaluateCommand, WritesScoresOfASuite) {
   const std::string json = Root() + "/scores.json";
   const CommandOutcome outcome = RunCommandForTest(
       MakeEvaluateCommand(),
-      {"--features", "--suite=" + Root() + "/suite", "--json=" + json, "--progress=none"});
+      {"--features", "--suite=" + Root() + "/suite", "--features_json=" + json, "--progress=none"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto text = ReadFile(json);
   ASSERT_TRUE(text.ok()) << text.status();

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <memory>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -260,14 +261,29 @@ TEST(SegmentationPipelineTest, FinishesWhatIsCompleteWhenAskedToStop) {
     MovingSquareSource source(50, {});
     const int ahead = MakeSegmenter()->options().ahead_frames;
     ASSERT_GT(ahead, 0);
-    std::atomic<int> reads = 0;
+    const std::thread::id reader = std::this_thread::get_id();
     PipelineOptions options;
     options.overlap = overlap;
-    const DriveRun run = RunDrive(source, options, [&] { return ++reads > 3 + ahead; });
+    const DriveRun run = RunDrive(source, options, [&] {
+      return std::this_thread::get_id() == reader && source.next_index() >= 3 + ahead;
+    });
     ASSERT_TRUE(run.summary.ok());
     EXPECT_TRUE(run.summary->stopped);
     EXPECT_EQ(run.frames.size(), 3u);
   }
+}
+
+TEST(SegmentationPipelineTest, LeavesOutWhatWaitsToBeLearntWhenAskedToStop) {
+  MovingSquareSource source(30, {});
+  const std::thread::id reader = std::this_thread::get_id();
+  PipelineOptions options;
+  options.queue_capacity = 30;  // everything can be read before the third frame is learnt
+  int learnt = 0;
+  const DriveRun run = RunDrive(
+      source, options, [&] { return std::this_thread::get_id() != reader && ++learnt > 3; });
+  ASSERT_TRUE(run.summary.ok());
+  EXPECT_TRUE(run.summary->stopped);
+  EXPECT_EQ(run.frames.size(), 3u);
 }
 
 // What --max_frames cuts off is looked at all the same, so that a longer run has the same bytes.

@@ -12,7 +12,7 @@ for file in "$@"; do
     */debian_python/name) python=$tree/lib/$(<"$file")/site-packages/egosieve ;;
   esac
 done
-mkdir -p "$tree"/{bin,include/egosieve,lib/{cmake/egosieve,pkgconfig},share/doc/egosieve,share/egosieve/examples} "$python"
+mkdir -p "$tree"/{bin,include/egosieve,lib/{cmake/egosieve,pkgconfig},share/{bash-completion/completions,doc/egosieve,egosieve/{examples,schema},man/man1}} "$python"
 
 templates=()
 version= abi= gp_libs= vision_libs=
@@ -27,6 +27,9 @@ for file in "$@"; do
       folder=$tree/share/egosieve/examples/$(dirname "${file#*tools/examples/}")
       mkdir -p "$folder" && cp "$file" "$folder/" ;;
     *tools/embed/python/*.py | */_*.so) cp "$file" "$python/" ;;
+    *.schema.json) cp "$file" "$tree/share/egosieve/schema/" ;;
+    */egosieve.1) cp "$file" "$tree/share/man/man1/" ;;
+    */egosieve.bash) cp "$file" "$tree/share/bash-completion/completions/egosieve" ;;
     *.md) cp "$file" "$tree/share/doc/egosieve/" ;;
     */libegosieve*.so.* | */libegosieve*.a) cp "$file" "$tree/lib/" ;;
     */debian_python/name) ;;

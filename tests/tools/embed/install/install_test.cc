@@ -119,6 +119,18 @@ TEST(Program, Runs) {
   ExpectOwnLibraries(InstalledTree() + "/bin/egosieve");
 }
 
+TEST(Program, HasItsManualPageCompletionAndSchemas) {
+  const std::string share = InstalledTree() + "/share";
+  EXPECT_EQ(Bytes(share + "/man/man1/egosieve.1").rfind(".TH EGOSIEVE 1", 0), 0u);
+  const CommandOutcome completed = RunClean(
+      "/", "bash -c '. \"" + share +
+               "/bash-completion/completions/egosieve\"; COMP_WORDS=(egosieve seg); COMP_CWORD=1; "
+               "_egosieve; echo $COMPREPLY'");
+  EXPECT_EQ(completed.output, "segment\n");
+  EXPECT_NE(Bytes(share + "/egosieve/schema/run.schema.json").find("\"$schema\""),
+            std::string::npos);
+}
+
 TEST(Examples, OfThreeLanguagesGiveTheSameBits) {
   SKIP_WITHOUT("cmake");
   SKIP_WITHOUT("pkg-config");

@@ -1,0 +1,148 @@
+// The manual page and bash's completion of the program itself, read by troff and by bash.
+#include <cstdio>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+#include "absl/strings/str_split.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/program.h"
+#include "tools/run_folder/atomic_file.h"
+
+namespace egosieve::tools {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::IsSupersetOf;
+
+std::string Output(const std::string& command) {
+  std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+  std::string output;
+  char buffer[4096];
+  while (pipe != nullptr && fgets(buffer, sizeof buffer, pipe.get()) != nullptr) output += buffer;
+  return output;
+}
+
+std::vector<std::string> Words(const std::string& text) {
+  return absl::StrSplit(text, absl::ByAnyChar(" \n"), absl::SkipEmpty());
+}
+
+std::vector<std::string> Lines(const std::string& text) { return absl::StrSplit(text, '\n'); }
+
+// Flags of a command's --help, "--no_noise" and the like included.
+std::vector<std::string> FlagsInHelp(const std::string& command) {
+  std::vector<std::string> flags;
+  for (const std::string& line : Lines(RunProgram({command, "--help"}).out)) {
+    if (line.rfind("  -", 0) != 0) continue;
+    const std::vector<std::string> names = absl::StrSplit(Words(line).front(), ',');
+    for (const std::string& name : names) {
+      if (name.rfind("--", 0) == 0) flags.push_back(name.substr(0, name.find('{')));
+    }
+  }
+  return flags;
+}
+
+std::vector<std::string> Commands() {
+  std::vector<std::string> commands;
+  bool within = false;
+  for (const std::string& line : Lines(RunProgram({"--help"}).out)) {
+    if (line == "Commands:") {
+      within = true;
+    } else if (within && line.empty()) {
+      break;
+    } else if (within) {
+      commands.push_back(Words(line).front());
+    }
+  }
+  return commands;
+}
+
+class Completion : public testing::Test {
+ protected:
+  Completion() : script_(FreshFolder() + "/completion.bash") {
+    const ProgramOutcome outcome = RunProgram({"completion", "bash"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_TRUE(WriteFileAtomically(script_, outcome.out).ok());
+  }
+
+  // What bash offers for the last of the words, as it splits the line. compopt works only while a
+  // line is being edited.
+  std::vector<std::string> Of(const std::string& words) const {
+    return Words(Output(absl::StrCat("bash -c 'compopt() { :; }; . ", script_,
+                                     "; COMP_WORDS=(egosieve ", words,
+                                     "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _egosieve; printf "
+                                     "\"%s\\n\" \"${COMPREPLY[@]}\"' 2>&1")));
+  }
+
+  std::string script_;
+};
+
+TEST_F(Completion, OfCommands) {
+  EXPECT_THAT(Of("\"\""), IsSupersetOf(Commands()));
+  EXPECT_THAT(Of("reco"), ElementsAre("reconstruct"));
+}
+
+TEST_F(Completion, OfEveryFlagInHelp) {
+  for (const std::string& command : Commands()) {
+    std::set<std::string> offered;
+    for (const std::string& flag : Of(command + " --")) {
+      offered.insert(flag.substr(0, flag.find('=')));
+    }
+    EXPECT_THAT(offered, IsSupersetOf(FlagsInHelp(command))) << command;
+  }
+  EXPECT_THAT(Of("segment --out"), ElementsAre("--out="));
+  EXPECT_THAT(Of("segment --resu"), ElementsAre("--resume"));
+}
+
+TEST_F(Completion, OfAFlagsWords) {
+  EXPECT_THAT(Of("segment --model ="), ElementsAre("exact", "sparse"));
+  EXPECT_THAT(Of("segment --model = sp"), ElementsAre("sparse"));
+  EXPECT_THAT(Of("segment --model sp"), ElementsAre("sparse"));
+  EXPECT_THAT(Of("segment --frame_gap = \"\""), ElementsAre("auto"));
+  EXPECT_THAT(Of("masks --for = co"), ElementsAre("colmap", "coco"));
+}
+
+// bash goes on with files.
+TEST_F(Completion, LeavesFilesToBash) {
+  EXPECT_THAT(Of("segment --out = x"), IsEmpty());
+  EXPECT_THAT(Of("segment dri"), IsEmpty());
+  EXPECT_THAT(Of("segment --resume dri"), IsEmpty());
+}
+
+TEST(CompletionCommand, NamesTheShellsItKnows) {
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"completion"}, {"completion", "zsh"}}) {
+    const ProgramOutcome outcome = RunProgram(arguments);
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("bash is the one it knows"));
+    EXPECT_EQ(CountLines(outcome.err), 1);
+  }
+}
+
+TEST(Manual, TellsEveryCommandAndFlagWithoutTroffsWarnings) {
+  const std::string path = FreshFolder() + "/egosieve.1";
+  const ProgramOutcome outcome = RunProgram({"--man"});
+  ASSERT_EQ(outcome.code, 0);
+  ASSERT_TRUE(WriteFileAtomically(path, outcome.out).ok());
+  if (Output("command -v groff").empty()) GTEST_SKIP() << "there is no groff";
+  EXPECT_EQ(Output("groff -man -ww -z " + path + " 2>&1"), "");
+  const std::string page = Output("groff -man -Tascii -P-cbou -rLL=200n " + path);
+  const std::vector<std::string> words = Words(absl::StrReplaceAll(page, {{",", " "}, {"=", " "}}));
+  const std::set<std::string> told(words.begin(), words.end());
+  for (const std::string& command : Commands()) {
+    EXPECT_THAT(page, HasSubstr("egosieve " + command));
+    EXPECT_THAT(told, IsSupersetOf(FlagsInHelp(command))) << command;
+  }
+  EXPECT_THAT(page, HasSubstr("finished with some frames failed"));
+}
+
+}  // namespace
+}  // namespace egosieve::tools

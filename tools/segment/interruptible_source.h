@@ -1,0 +1,35 @@
+// Another source's frames until the program is asked to stop: then an error, Cancelled. For passes
+// over a drive that write nothing.
+#ifndef EGOSIEVE_TOOLS_SEGMENT_INTERRUPTIBLE_SOURCE_H_
+#define EGOSIEVE_TOOLS_SEGMENT_INTERRUPTIBLE_SOURCE_H_
+
+#include <cstdint>
+#include <string>
+
+#include "tools/cli/interruption.h"
+#include "vision/frame/frame_source.h"
+
+namespace egosieve::tools {
+
+class InterruptibleSource : public vision::FrameSource {
+ public:
+  explicit InterruptibleSource(vision::FrameSource& source) : source_(source) {}
+
+  absl::StatusOr<vision::FrameRead> Next() override {
+    if (InterruptionRequested()) {
+      return absl::CancelledError("interrupted before the first frame; nothing was written");
+    }
+    return source_.Next();
+  }
+  absl::Status SeekTo(int64_t index) override { return source_.SeekTo(index); }
+  int64_t next_index() const override { return source_.next_index(); }
+  int64_t expected_frame_count() const override { return source_.expected_frame_count(); }
+  std::string description() const override { return source_.description(); }
+
+ private:
+  vision::FrameSource& source_;
+};
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_SEGMENT_INTERRUPTIBLE_SOURCE_H_
