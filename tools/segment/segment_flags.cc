@@ -63,13 +63,6 @@ const Words<vision::Equalization>& EqualizationWords() {
   return words;
 }
 
-const Words<kernels::CovarianceFunction>& CovarianceWords() {
-  static const auto& words = *new Words<kernels::CovarianceFunction>{
-      {"arcsine", kernels::CovarianceFunction::kArcsine},
-      {"squared_exponential", kernels::CovarianceFunction::kSquaredExponential}};
-  return words;
-}
-
 const Words<vision::ModelKind>& ModelWords() {
   static const auto& words = *new Words<vision::ModelKind>{{"exact", vision::ModelKind::kExact},
                                                            {"sparse", vision::ModelKind::kSparse}};
@@ -95,6 +88,17 @@ const Words<OnlineSegmenterOptions (*)()>& Profiles() {
                                                {"paper", &OnlineSegmenterOptions::Paper},
                                                {"fast", &OnlineSegmenterOptions::Fast}};
   return words;
+}
+
+constexpr int64_t kInputs = 6;  // of a descriptor: place, mean and colours
+
+// Empty for a covariance function that the model can have.
+std::string CovarianceError(const std::string& text) {
+  const auto function = kernels::CovarianceFunction::Parse(text);
+  if (!function.ok()) return std::string(function.status().message());
+  const kernels::CovarianceDescription& description = function->description();
+  if (description.DimensionOf(description.ScaleCount(kInputs)) == kInputs) return "";
+  return absl::StrCat(text, " does not depend on the inputs; add a function that does");
 }
 
 // The gap that the labeller chooses by itself.
@@ -230,8 +234,13 @@ void SegmentFlags::AddFlags(CLI::App& app) {
       ->type_name("TERMS");
   AddWordFlag(app, "--equalize", equalize_, EqualizationWords(),
               "Luminance equalisation of each frame");
-  AddWordFlag(app, "--covariance", covariance_, CovarianceWords(),
-              "Covariance function of the Gaussian process");
+  app.add_option("--covariance", covariance_,
+                 absl::StrCat("Covariance function of the Gaussian process: one of ",
+                              absl::StrJoin(kernels::CovarianceFunction::Names(), ", "),
+                              "; or of these sums, products and isotropic(...), for example "
+                              "\"matern52 + linear * isotropic(periodic)\""))
+      ->check(CLI::Validator([](std::string& text) { return CovarianceError(text); }, ""))
+      ->type_name("FUNCTION");
   AddWordFlag(
       app, "--novelty_filter", novelty_filter_, SwitchWords(),
       "Of new points only those are taken that the model gets wrong (the paper's filter 2)");
@@ -279,7 +288,7 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
     options.labeller.evidence = vision::EvidenceTerms::EpipolarAlone();
   }
   Override(equalize_, EqualizationWords(), options.labeller.equalization.method);
-  Override(covariance_, CovarianceWords(), options.learner.covariance);
+  if (covariance_) options.learner.covariance = *kernels::CovarianceFunction::Parse(*covariance_);
   Override(novelty_filter_, SwitchWords(), options.learner.novelty_filter);
   Override(consistency_filter_, SwitchWords(), options.learner.consistency_filter);
   Override(zero_label_, options.learner.zero_label);
@@ -315,7 +324,7 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       {"evidence", vision::Describe(labeller.evidence)},
       {"labels", NameOf(LabelWords(), labeller.label_rule)},
       {"equalize", NameOf(EqualizationWords(), labeller.equalization.method)},
-      {"covariance", NameOf(CovarianceWords(), learner.covariance)},
+      {"covariance", std::string(learner.covariance.text())},
       {"novelty_filter", yes_or_no(learner.novelty_filter)},
       {"consistency_filter", yes_or_no(learner.consistency_filter)},
       {"zero_label", absl::StrCat(learner.zero_label)},
@@ -359,7 +368,13 @@ absl::StatusOr<OnlineSegmenterOptions> ReadInferenceOptions(
     }
   };
   read_word("model", ModelWords(), options.learner.model.kind);
-  read_word("covariance", CovarianceWords(), options.learner.covariance);
+  if (const auto covariance = kernels::CovarianceFunction::Parse(find("covariance"));
+      covariance.ok()) {
+    options.learner.covariance = *covariance;
+  } else {
+    status.Update(absl::DataLossError(
+        absl::StrCat("run.json's flag 'covariance': ", covariance.status().message())));
+  }
   read_word("equalize", EqualizationWords(), options.labeller.equalization.method);
   read_number("stride", options.stride_pixels);
   read_number("window", options.descriptor.window_pixels);

@@ -266,6 +266,9 @@ TEST_F(BadInput, FlagsThatAreNone) {
   ExpectRefused(Segment(input_, {"--to=-5"}), 2, "--to: -5 is less than -1");
   ExpectRefused(Segment(input_, {"--seed=-3"}), 2, "--seed: -3 is less than 0");
   ExpectRefused(Segment(input_, {"--device=abacus"}), 2, "abacus");
+  ExpectRefused(Segment(input_, {"--covariance=matern5"}), 2, "functions are arcsine, constant");
+  ExpectRefused(Segment(input_, {"--covariance=white + constant"}), 2,
+                "does not depend on the inputs");
   const ProgramOutcome no_out = RunProgram({"segment", input_});
   EXPECT_EQ(no_out.code, 2);
   EXPECT_THAT(no_out.err, HasSubstr("--out is required"));

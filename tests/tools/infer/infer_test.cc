@@ -258,6 +258,14 @@ INSTANTIATE_TEST_SUITE_P(Models, InferExact, testing::Values("exact"),
 // 150). alpha_i is the residual at point i over the noise's variance: 150 residuals of 0.3 over
 // 0.4^2 come to 280. The probability's slope is at most 0.4 a, and a about 2: 1.6e-3. Measured: one
 // of the 65,535 levels.
+TEST_P(InferExact, WithACovarianceFunctionThatIsASum) {
+  const std::string covariance = "--covariance=matern52 + isotropic(linear)";
+  ASSERT_EQ(Segment(whole_, {covariance, "--overwrite"}), 4);
+  ASSERT_EQ(Segment(run_, {covariance, "--learn_only"}), 4);
+  EXPECT_EQ(InferMaps().code, 4);
+  EXPECT_EQ(CheckedMaps(run_), Range(0, kFrames));
+}
+
 TEST_P(InferExact, AnotherDeviceGivesTheMapsWithinRoundingAndIsNamed) {
   const std::string own = RunFolder::Open(whole_)->ReadDescription()->device;
   ASSERT_EQ(Segment(run_, {"--learn_only"}), 4);
