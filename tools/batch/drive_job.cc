@@ -6,12 +6,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 #include "kernels/base/status_macros.h"
@@ -21,13 +23,18 @@
 namespace egosieve::tools {
 namespace {
 
+namespace fs = std::filesystem;
+using State = DriveOutcome::State;
+
 constexpr int kCannotStart = 126;  // as shells have it
 
 // In a folder of this name beside the run folder, so that no file of somebody else's is in the way.
-std::string LogPath(const BatchEntry& entry) {
-  const std::filesystem::path out = AbsolutePath(entry.out);
-  return (out.parent_path() / "egosieve_logs" / out.filename()).string() + ".log";
+std::string OwnFile(const BatchEntry& entry, const std::string& suffix) {
+  const fs::path out = AbsolutePath(entry.out);
+  return (out.parent_path() / "egosieve_logs" / out.filename()).string() + suffix;
 }
+
+std::string NotesPath(const BatchEntry& entry) { return OwnFile(entry, ".then"); }
 
 // The last line that the program says about an error; what comes before may be warnings.
 std::string LastComplaint(const std::string& path) {
@@ -45,6 +52,26 @@ absl::StatusOr<RunDescription> DescriptionIn(const std::string& out) {
   return folder.ReadDescription();
 }
 
+// What a step leaves; empty where it is many files, whose lines tell.
+std::string ProductOf(const BatchEntry& entry, const std::string& command) {
+  if (command == "masks") return MasksPath(entry);
+  const fs::path out = entry.out;
+  if (command == "reconstruct") return (out / "reconstruct.json").string();
+  if (command == "render") return (out / "render").string();
+  if (command == "report") return (out / "report.html").string();
+  return "";
+}
+
+std::vector<std::string> Arguments(const std::string& program, const BatchEntry& entry,
+                                   const BatchStep& step) {
+  std::vector<std::string> words = {program, step.command, entry.out, "--progress=none"};
+  if (step.command == "masks") {
+    words.insert(words.end(), {absl::StrCat("--out=", MasksPath(entry)), "--overwrite"});
+  }
+  words.insert(words.end(), step.flags.begin(), step.flags.end());
+  return words;
+}
+
 // In the child: only calls that are safe after a fork.
 [[noreturn]] void Become(const char* program, char* const* arguments, int log) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);  // a batch that is killed takes its drives along
@@ -58,50 +85,69 @@ absl::StatusOr<RunDescription> DescriptionIn(const std::string& out) {
 
 }  // namespace
 
-const char* StateName(DriveOutcome::State state) {
+const char* StateName(State state) {
   switch (state) {
-    case DriveOutcome::State::kDone:
+    case State::kDone:
       return "done";
-    case DriveOutcome::State::kWasDone:
+    case State::kWasDone:
       return "was done";
-    case DriveOutcome::State::kFramesFailed:
+    case State::kFramesFailed:
       return "frames failed";
-    case DriveOutcome::State::kFailed:
+    case State::kFailed:
       return "failed";
-    case DriveOutcome::State::kInterrupted:
+    case State::kInterrupted:
       return "interrupted";
-    case DriveOutcome::State::kNotStarted:
+    case State::kNotStarted:
       return "not started";
+    case State::kRunning:
+      return "running";
   }
   return "";
 }
 
+std::string LogPath(const BatchEntry& entry) { return OwnFile(entry, ".log"); }
+
+std::string MasksPath(const BatchEntry& entry) { return absl::StrCat(entry.out, ".masks"); }
+
 absl::StatusOr<DriveJob> DriveJob::Start(const std::string& program, const BatchEntry& entry) {
   const std::string log_path = LogPath(entry);
-  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(std::filesystem::path(log_path).parent_path().string()));
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(fs::path(log_path).parent_path().string()));
+  std::error_code error;
+  fs::remove(log_path, error);  // opened for appending, so one that cannot be removed is told there
+  DriveJob job(program, entry);
+  const absl::StatusOr<RunDescription> before = DescriptionIn(entry.out);
+  if (before.ok() && before->ended == "done") job.finished_before_ = before->finished_utc;
   std::vector<std::string> words = {program,    "segment",
                                     entry.path, absl::StrCat("--out=", entry.out),
                                     "--resume", "--progress=none"};
   words.insert(words.end(), entry.flags.begin(), entry.flags.end());
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  const absl::StatusOr<RunDescription> before = DescriptionIn(entry.out);
-  const int log =
-      open(log_path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
-  if (log < 0) return kernels::WriteError(log_path, errno);
-  const pid_t process = fork();
-  if (process == 0) Become(program.c_str(), arguments.data(), log);
-  const int error = errno;
-  close(log);
-  if (process < 0) {
-    return absl::UnavailableError(absl::StrCat("cannot start a process: ", std::strerror(error)));
-  }
-  return DriveJob(entry, process,
-                  before.ok() && before->ended == "done" ? before->finished_utc : "");
+  EGOSIEVE_RETURN_IF_ERROR(job.StartProcess(words));
+  job.outcome_.state = State::kRunning;
+  job.outcome_.command = "segment";
+  return job;
 }
 
-void DriveJob::Interrupt() const {
+absl::Status DriveJob::StartProcess(const std::vector<std::string>& arguments) {
+  std::vector<std::string> words = arguments;
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  const std::string log_path = LogPath(entry_);
+  const int log =
+      open(log_path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
+  if (log < 0) return kernels::WriteError(log_path, errno);
+  process_ = fork();
+  if (process_ == 0) Become(program_.c_str(), pointers.data(), log);
+  const int error = errno;
+  close(log);
+  if (process_ < 0) {
+    return absl::UnavailableError(absl::StrCat("cannot start a process: ", std::strerror(error)));
+  }
+  return absl::OkStatus();
+}
+
+void DriveJob::Interrupt() {
+  interrupted_ = true;
   if (process_ > 0) kill(process_, SIGTERM);
 }
 
@@ -111,36 +157,106 @@ bool DriveJob::HasEnded() {
   const pid_t ended = waitpid(process_, &status, WNOHANG);
   if (ended == 0 || (ended < 0 && errno == EINTR)) return false;
   process_ = -1;
+  const int exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  if (runs_segment_) {
+    JudgeSegment(exit_code);
+  } else {
+    JudgeStep(exit_code);
+  }
+  if (outcome_.state == State::kRunning) {
+    const absl::StatusOr<bool> goes_on = StartNext();
+    if (!goes_on.ok()) {
+      End(State::kFailed, std::string(goes_on.status().message()));
+    } else if (*goes_on) {
+      return false;
+    }
+  }
   outcome_.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  Judge(WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status));
   return true;
 }
 
-void DriveJob::Judge(int exit_code) {
-  using State = DriveOutcome::State;
+absl::StatusOr<bool> DriveJob::StartNext() {
+  for (; next_step_ < entry_.then.size(); ++next_step_) {
+    const BatchStep& step = entry_.then[next_step_];
+    if (!did_something_ && IsDone(step)) continue;  // later ones rest on earlier ones
+    if (interrupted_) {
+      End(State::kInterrupted, "");
+      return false;
+    }
+    runs_segment_ = false;
+    did_something_ = true;
+    outcome_.command = step.command;
+    EGOSIEVE_RETURN_IF_ERROR(StartProcess(Arguments(program_, entry_, step)));
+    return true;
+  }
+  const bool is_whole = outcome_.frames_failed == 0 && outcome_.exit_code == 0;
+  outcome_.state = !is_whole        ? State::kFramesFailed
+                   : did_something_ ? State::kDone
+                                    : State::kWasDone;
+  outcome_.command.clear();
+  return false;
+}
+
+void DriveJob::End(State state, const std::string& reason) {
+  outcome_.state = state;
+  outcome_.reason = reason;
+}
+
+void DriveJob::JudgeSegment(int exit_code) {
   const absl::StatusOr<RunDescription> after = DescriptionIn(entry_.out);
   if (after.ok()) {
     outcome_.frames_answered = after->frames_answered;
     outcome_.frames_failed = after->frames_failed;
+    finished_ = after->finished_utc;
   }
+  outcome_.exit_code = exit_code;
   const bool ended = after.ok() && after->ended == "done";
   if (exit_code == static_cast<int>(ExitCode::kInterrupted)) {
-    outcome_.state = State::kInterrupted;
-  } else if (ended && (exit_code == static_cast<int>(ExitCode::kFramesFailed) ||
-                       (exit_code == 0 && after->frames_failed > 0))) {
-    outcome_.state = State::kFramesFailed;
+    End(State::kInterrupted, "");
+  } else if (ended && exit_code == static_cast<int>(ExitCode::kFramesFailed)) {
     outcome_.reason = LastComplaint(LogPath(entry_));
-  } else if (ended && exit_code == 0) {
-    outcome_.state = after->finished_utc == finished_before_ ? State::kWasDone : State::kDone;
-  } else {
-    outcome_.state = State::kFailed;
-    outcome_.reason = LastComplaint(LogPath(entry_));
-    if (outcome_.reason.empty()) {
-      outcome_.reason = exit_code > 128 ? absl::StrCat("ended by signal ", exit_code - 128)
-                                        : absl::StrCat("ended with exit code ", exit_code);
-    }
+  } else if (!ended || exit_code != 0) {
+    const std::string complaint = LastComplaint(LogPath(entry_));
+    End(State::kFailed, !complaint.empty() ? complaint
+                        : exit_code > 128  ? absl::StrCat("ended by signal ", exit_code - 128)
+                                           : absl::StrCat("ended with exit code ", exit_code));
   }
+  did_something_ = finished_ != finished_before_;
+}
+
+void DriveJob::JudgeStep(int exit_code) {
+  const BatchStep& step = entry_.then[next_step_++];
+  if (exit_code == static_cast<int>(ExitCode::kInterrupted)) {
+    outcome_.exit_code = exit_code;
+    End(State::kInterrupted, "");
+    return;
+  }
+  if (exit_code != 0 && exit_code != static_cast<int>(ExitCode::kFramesFailed)) {
+    outcome_.exit_code = exit_code;
+    const std::string complaint = LastComplaint(LogPath(entry_));
+    End(State::kFailed,
+        absl::StrCat(step.command, ": ",
+                     complaint.empty() ? absl::StrCat("ended with ", exit_code) : complaint));
+    return;
+  }
+  const std::string path = NotesPath(entry_);
+  const std::string notes = ReadFile(path).value_or("");
+  const absl::Status noted = WriteFileAtomically(path, absl::StrCat(notes, Note(step), "\n"));
+  if (!noted.ok()) End(State::kFailed, std::string(noted.message()));
+}
+
+std::string DriveJob::Note(const BatchStep& step) const {
+  return absl::StrCat(finished_, " ", step.command, " ", absl::StrJoin(step.flags, " "));
+}
+
+bool DriveJob::IsDone(const BatchStep& step) const {
+  const std::string product = ProductOf(entry_, step.command);
+  std::error_code error;
+  if (!product.empty() && !fs::exists(product, error)) return false;
+  const std::vector<std::string> notes =
+      absl::StrSplit(ReadFile(NotesPath(entry_)).value_or(""), '\n');
+  return std::find(notes.begin(), notes.end(), Note(step)) != notes.end();
 }
 
 }  // namespace egosieve::tools

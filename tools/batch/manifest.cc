@@ -1,19 +1,19 @@
 #include "tools/batch/manifest.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
-#include <utility>
+#include <optional>
 
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/strip.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/toml_entries.h"
 #include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
@@ -21,106 +21,251 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+using Flags = BatchSettings::Flags;
 
+constexpr char kSegment[] = "segment";
+constexpr char kDefaults[] = "defaults";
 // Flags that belong to the batch itself.
 constexpr const char* kReserved[] = {"out", "resume", "overwrite", "config", "print_config"};
 
-template <typename... Args>
-absl::Status Refused(size_t number, const absl::FormatSpec<Args...>& format, const Args&... args) {
-  return absl::InvalidArgumentError(
-      absl::StrCat("entry ", number, ": ", absl::StrFormat(format, args...)));
+struct Drive {
+  std::string name;   // of its table; empty in a list
+  std::string where;  // "entry 2", for errors
+  std::string path;
+  BatchSettings settings;
+};
+
+struct Manifest {
+  BatchSettings defaults;
+  std::vector<Drive> drives;
+};
+
+absl::Status Refused(const std::string& where, const std::string& what) {
+  return absl::InvalidArgumentError(where.empty() ? what : absl::StrCat(where, ": ", what));
 }
 
-absl::Status AddFlag(size_t number, const std::string& name, const std::string& value,
-                     BatchEntry& entry) {
+// A flag that is there already gets the later value.
+void SetFlag(const std::string& name, const std::string& value, Flags& flags) {
+  const auto found = std::find_if(flags.begin(), flags.end(),
+                                  [&](const auto& flag) { return flag.first == name; });
+  if (found == flags.end()) {
+    flags.emplace_back(name, value);
+  } else {
+    found->second = value;
+  }
+}
+
+absl::Status AddFlag(const std::string& where, const std::string& name, const std::string& value,
+                     Flags& flags) {
   for (const char* reserved : kReserved) {
     if (name == reserved) {
-      return Refused(number, "the flag '%s' is the batch's own; leave it out", name);
+      return Refused(where, absl::StrCat("the flag '", name, "' is the batch's own; leave it out"));
     }
   }
-  if (value == "false") return absl::OkStatus();
-  entry.flags.push_back(value == "true" ? absl::StrCat("--", name)
-                                        : absl::StrCat("--", name, "=", value));
+  SetFlag(name, value, flags);
   return absl::OkStatus();
 }
 
-absl::StatusOr<BatchEntry> FromJson(size_t number, const Json& json) {
-  if (!json.is_object()) {
-    return Refused(number, "%s is not an object with 'path' and 'out'", json.dump().substr(0, 60));
+bool IsFollowing(const std::string& word) {
+  const std::vector<std::string>& all = FollowingCommands();
+  return std::find(all.begin(), all.end(), word) != all.end();
+}
+
+absl::Status SetThen(const std::string& where, const std::vector<std::string>& words,
+                     BatchSettings& settings) {
+  const auto then = ParseThen(absl::StrJoin(words, ","));
+  if (!then.ok()) return Refused(where, std::string(then.status().message()));
+  settings.then = *then;
+  settings.says_then = true;
+  return absl::OkStatus();
+}
+
+std::vector<std::string> Words(const Flags& flags) {
+  std::vector<std::string> words;
+  for (const auto& [name, value] : flags) {
+    if (value == "false") continue;
+    words.push_back(value == "true" ? absl::StrCat("--", name)
+                                    : absl::StrCat("--", name, "=", value));
   }
-  BatchEntry entry;
-  for (const auto& [key, value] : json.items()) {
-    if (key == "path" || key == "out") {
-      if (!value.is_string()) return Refused(number, "'%s' is not a text", key);
-      (key == "path" ? entry.path : entry.out) = value.get<std::string>();
-    } else if (key != "flags") {
-      return Refused(number, "unknown key '%s'; an entry has 'path', 'out' and 'flags'", key);
-    } else if (!value.is_object()) {
-      return Refused(number, "'flags' is not an object; write it as {\"stride\": 2}");
-    } else {
-      for (const auto& [flag, given] : value.items()) {
-        if (given.is_structured() || given.is_null()) {
-          return Refused(number, "the flag '%s' has no single value", flag);
-        }
-        EGOSIEVE_RETURN_IF_ERROR(AddFlag(
-            number, flag, given.is_string() ? given.get<std::string>() : given.dump(), entry));
-      }
-    }
+  return words;
+}
+
+void PutBefore(const BatchSettings& later, BatchSettings& settings) {
+  if (!later.out.empty()) settings.out = later.out;
+  if (later.says_then) {
+    settings.then = later.then;
+    settings.says_then = true;
   }
+  for (const auto& [command, flags] : later.flags) {
+    for (const auto& [name, value] : flags) SetFlag(name, value, settings.flags[command]);
+  }
+}
+
+BatchEntry Entry(const std::string& path, const std::string& out, const BatchSettings& settings) {
+  const auto words = [&](const std::string& command) {
+    const auto flags = settings.flags.find(command);
+    return flags == settings.flags.end() ? std::vector<std::string>() : Words(flags->second);
+  };
+  BatchEntry entry{path, out, words(kSegment), {}};
+  for (const std::string& command : settings.then) entry.then.push_back({command, words(command)});
   return entry;
 }
 
-absl::StatusOr<std::vector<BatchEntry>> ParseJson(absl::string_view text) {
+// One value of a flag, as text.
+std::optional<std::string> Text(const Json& value) {
+  if (value.is_structured() || value.is_null()) return std::nullopt;
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+absl::Status FlagsFromJson(const std::string& where, const std::string& key, const Json& json,
+                           Flags& flags) {
+  if (!json.is_object()) {
+    return Refused(where,
+                   absl::StrCat("'", key, "' is not an object; write it as {\"stride\": 2}"));
+  }
+  for (const auto& [flag, given] : json.items()) {
+    const std::optional<std::string> value = Text(given);
+    if (!value) return Refused(where, absl::StrCat("the flag '", flag, "' has no single value"));
+    EGOSIEVE_RETURN_IF_ERROR(AddFlag(where, flag, *value, flags));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SettingFromJson(const std::string& where, const std::string& key, const Json& value,
+                             BatchSettings& settings) {
+  if (key == "out") {
+    if (!value.is_string()) return Refused(where, "'out' is not a text");
+    settings.out = value.get<std::string>();
+    return absl::OkStatus();
+  }
+  if (key == "then") {
+    std::vector<std::string> words;
+    for (const Json& word : value.is_array() ? value : Json::array({value})) {
+      if (!word.is_string()) return Refused(where, "'then' is not a list of commands");
+      words.push_back(word.get<std::string>());
+    }
+    return SetThen(where, words, settings);
+  }
+  if (key == "flags") return FlagsFromJson(where, key, value, settings.flags[kSegment]);
+  if (IsFollowing(key)) return FlagsFromJson(where, key, value, settings.flags[key]);
+  return Refused(where, absl::StrCat("unknown key '", key,
+                                     "'; an entry has 'path', 'out', 'flags', 'then' and ",
+                                     absl::StrJoin(FollowingCommands(), ", ")));
+}
+
+absl::StatusOr<Drive> DriveFromJson(const std::string& where, const Json& json) {
+  if (!json.is_object()) {
+    return Refused(
+        where, absl::StrCat(json.dump().substr(0, 60), " is not an object with 'path' and 'out'"));
+  }
+  Drive drive;
+  drive.where = where;
+  for (const auto& [key, value] : json.items()) {
+    if (key != "path") {
+      EGOSIEVE_RETURN_IF_ERROR(SettingFromJson(where, key, value, drive.settings));
+    } else if (!value.is_string()) {
+      return Refused(where, "'path' is not a text");
+    } else {
+      drive.path = value.get<std::string>();
+    }
+  }
+  return drive;
+}
+
+absl::StatusOr<Manifest> ParseJson(absl::string_view text) {
   Json json;
   try {
     json = Json::parse(text.begin(), text.end());
   } catch (const Json::parse_error& error) {
     return absl::InvalidArgumentError(absl::StrCat("it is not JSON: ", error.what()));
   }
+  Manifest manifest;
+  if (json.is_object() && json.contains("drives")) {
+    for (const auto& [key, value] : json.items()) {
+      if (key == "drives") continue;
+      if (key != kDefaults || !value.is_object()) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("'", key, "' is neither 'drives' nor an object of 'defaults'"));
+      }
+      for (const auto& [name, given] : value.items()) {
+        EGOSIEVE_RETURN_IF_ERROR(SettingFromJson(kDefaults, name, given, manifest.defaults));
+      }
+    }
+    json = Json(json["drives"]);
+  }
   if (!json.is_array()) {
     return absl::InvalidArgumentError("it is not a list of drives; write it as [{...}, {...}]");
   }
-  std::vector<BatchEntry> entries;
   for (const Json& element : json) {
-    EGOSIEVE_ASSIGN_OR_RETURN(BatchEntry entry, FromJson(entries.size() + 1, element));
-    entries.push_back(std::move(entry));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        Drive drive, DriveFromJson(absl::StrCat("entry ", manifest.drives.size() + 1), element));
+    manifest.drives.push_back(std::move(drive));
   }
-  return entries;
+  return manifest;
 }
 
-absl::StatusOr<std::vector<BatchEntry>> ParseToml(absl::string_view text) {
-  std::vector<CLI::ConfigItem> items;
-  try {
-    std::istringstream stream{std::string(text)};
-    items = CLI::ConfigTOML().from_config(stream);
-  } catch (const CLI::Error& error) {
-    return absl::InvalidArgumentError(absl::StrCat("it is neither JSON nor TOML: ", error.what()));
+// `keys`: what stands below the table's name.
+absl::Status SettingFromToml(const std::string& where, const std::vector<std::string>& keys,
+                             const TomlEntry& entry, BatchSettings& settings) {
+  const std::string& key = keys.front();
+  if (keys.size() == 1 && key == "then") return SetThen(where, entry.values, settings);
+  if (entry.is_array)
+    return Refused(where, absl::StrCat("'", keys.back(), "' has no single value"));
+  const std::string& value = entry.values.front();
+  if (keys.size() == 2 && IsFollowing(key)) {
+    return AddFlag(where, keys.back(), value, settings.flags[key]);
   }
-  std::vector<BatchEntry> entries;
+  if (keys.size() != 1) {
+    return Refused(where, absl::StrCat("'", key, "' has flags, and is none of ",
+                                       absl::StrJoin(FollowingCommands(), ", ")));
+  }
+  if (key == "out") {
+    settings.out = value;
+    return absl::OkStatus();
+  }
+  return AddFlag(where, key, value, settings.flags[kSegment]);
+}
+
+absl::StatusOr<Manifest> ParseToml(absl::string_view text) {
+  auto entries = ReadTomlEntries(text);
+  if (!entries.ok()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("it is neither JSON nor TOML: ", entries.status().message()));
+  }
+  Manifest manifest;
   std::map<std::string, size_t> numbers;  // of the tables, from 1
-  for (const CLI::ConfigItem& item : items) {
-    if (item.name == "++" || item.name == "--") continue;  // a table begins or ends
-    if (item.parents.size() != 1) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "'", item.fullname(), "' stands outside the tables of the drives; write [name] above"));
+  for (const TomlEntry& entry : *entries) {
+    std::string table = entry.path.front();
+    size_t depth = 1;
+    const bool is_listed = table == "drives" && entry.path.size() > 2 && entry.path[1] != "path";
+    if (is_listed) table = absl::StrCat(table, "/", entry.path[depth++]);
+    const std::vector<std::string> keys(entry.path.begin() + static_cast<int64_t>(depth),
+                                        entry.path.end());
+    if (keys.empty()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("line ", entry.line, ": '", table,
+                       "' stands outside the tables of the drives; write [name] above"));
     }
-    size_t& number = numbers[item.parents.front()];
+    if (table == kDefaults) {
+      EGOSIEVE_RETURN_IF_ERROR(SettingFromToml(kDefaults, keys, entry, manifest.defaults));
+      continue;
+    }
+    size_t& number = numbers[table];
     if (number == 0) {
-      entries.emplace_back();
-      number = entries.size();
+      Drive drive;
+      drive.name = is_listed ? "" : table;
+      number = manifest.drives.size() + 1;
+      drive.where = absl::StrCat("entry ", number);
+      manifest.drives.push_back(std::move(drive));
     }
-    if (item.inputs.size() != 1) {
-      return Refused(number, "'%s' has no single value", item.name);
-    }
-    BatchEntry& entry = entries[number - 1];
-    const std::string& value = item.inputs.front();
-    if (item.name == "path" || item.name == "out") {
-      (item.name == "path" ? entry.path : entry.out) = value;
+    Drive& drive = manifest.drives[number - 1];
+    if (keys.size() == 1 && keys.front() == "path" && !entry.is_array) {
+      drive.path = entry.values.front();
     } else {
-      EGOSIEVE_RETURN_IF_ERROR(AddFlag(number, item.name, value, entry));
+      EGOSIEVE_RETURN_IF_ERROR(SettingFromToml(drive.where, keys, entry, drive.settings));
     }
   }
-  return entries;
+  return manifest;
 }
 
 // "runs/a/" and "runs/a" are one folder.
@@ -129,40 +274,102 @@ std::string From(const std::string& folder, const std::string& path) {
   return (normal.has_filename() ? normal : normal.parent_path()).string();
 }
 
-}  // namespace
-
-absl::StatusOr<std::vector<BatchEntry>> ParseManifest(absl::string_view text,
-                                                      const std::string& folder) {
+bool IsJson(absl::string_view text) {
   const absl::string_view start = absl::StripLeadingAsciiWhitespace(text);
   // "[{" and "[]" begin a list, "[name]" a table.
   const absl::string_view second =
       absl::StripLeadingAsciiWhitespace(start.substr(std::min<size_t>(1, start.size())));
-  const bool is_json = absl::StartsWith(start, "{") ||
-                       (absl::StartsWith(start, "[") && (second.empty() || second[0] == '{' ||
-                                                         second[0] == ']' || second[0] == '"'));
-  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<BatchEntry> entries,
-                            is_json ? ParseJson(text) : ParseToml(text));
-  if (entries.empty()) {
-    return absl::InvalidArgumentError("it lists no drive");
-  }
-  std::map<std::string, size_t> folders;
-  for (size_t i = 0; i < entries.size(); ++i) {
-    BatchEntry& entry = entries[i];
-    if (entry.path.empty()) return Refused(i + 1, "no 'path', the drive's input");
-    if (entry.out.empty()) return Refused(i + 1, "no 'out', the run folder to write");
-    entry.path = From(folder, entry.path);
-    entry.out = From(folder, entry.out);
-    if (const auto [other, is_new] = folders.emplace(entry.out, i + 1); !is_new) {
-      return Refused(i + 1, "its 'out', %s, is that of entry %d", entry.out, other->second);
+  return absl::StartsWith(start, "{") ||
+         (absl::StartsWith(start, "[") &&
+          (second.empty() || second[0] == '{' || second[0] == ']' || second[0] == '"'));
+}
+
+// The folder of a drive: what it says itself, else of `given`, else of the defaults; empty where
+// nobody says.
+std::string OutOf(const Drive& drive, const std::string& folder, const BatchSettings& given,
+                  const BatchSettings& defaults) {
+  if (!drive.settings.out.empty()) return From(folder, drive.settings.out);
+  const std::string name =
+      drive.name.empty() ? fs::path(From("", drive.path)).stem().string() : drive.name;
+  if (!given.out.empty()) return From(given.out, name);
+  return defaults.out.empty() ? "" : From(folder, (fs::path(defaults.out) / name).string());
+}
+
+}  // namespace
+
+const std::vector<std::string>& FollowingCommands() {
+  static const auto& commands =
+      *new std::vector<std::string>{"infer", "reconstruct", "masks", "render", "report"};
+  return commands;
+}
+
+absl::StatusOr<std::vector<std::string>> ParseThen(absl::string_view text) {
+  std::vector<std::string> words = absl::StrSplit(text, ',', absl::SkipWhitespace());
+  for (std::string& word : words) {
+    word = std::string(absl::StripAsciiWhitespace(word));
+    if (!IsFollowing(word)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("then: '", word, "' is none of ", absl::StrJoin(FollowingCommands(), ", ")));
     }
   }
+  return words;
+}
+
+absl::StatusOr<Flags> ParseFlags(absl::string_view text) {
+  Flags flags;
+  for (absl::string_view word : absl::StrSplit(text, ' ', absl::SkipEmpty())) {
+    if (!absl::ConsumePrefix(&word, "--")) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("'", word, "' is no flag; write flags as --name=value"));
+    }
+    const std::vector<std::string> parts = absl::StrSplit(word, absl::MaxSplits('=', 1));
+    EGOSIEVE_RETURN_IF_ERROR(
+        AddFlag("", parts.front(), parts.size() == 2 ? parts.back() : "true", flags));
+  }
+  return flags;
+}
+
+BatchEntry MakeEntry(const std::string& name, const std::string& path, const BatchSettings& given) {
+  return Entry(path, From(given.out, name), given);
+}
+
+absl::StatusOr<std::vector<BatchEntry>> ParseManifest(absl::string_view text,
+                                                      const std::string& folder,
+                                                      const BatchSettings& given) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const Manifest manifest,
+                            IsJson(text) ? ParseJson(text) : ParseToml(text));
+  if (manifest.drives.empty()) return absl::InvalidArgumentError("it lists no drive");
+  std::vector<BatchEntry> entries;
+  for (const Drive& drive : manifest.drives) {
+    if (drive.path.empty()) return Refused(drive.where, "no 'path', the drive's input");
+    const std::string out = OutOf(drive, folder, given, manifest.defaults);
+    if (out.empty()) return Refused(drive.where, "no 'out', the run folder to write");
+    BatchSettings settings = manifest.defaults;
+    PutBefore(drive.settings, settings);
+    PutBefore(given, settings);
+    entries.push_back(Entry(From(folder, drive.path), out, settings));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckFolders(entries));
   return entries;
 }
 
-absl::StatusOr<std::vector<BatchEntry>> ReadManifest(const std::string& path) {
+absl::Status CheckFolders(const std::vector<BatchEntry>& entries) {
+  std::map<std::string, size_t> folders;
+  for (size_t i = 0; i < entries.size(); ++i) {
+    if (const auto [other, is_new] = folders.emplace(entries[i].out, i + 1); !is_new) {
+      return Refused(absl::StrCat("entry ", i + 1),
+                     absl::StrCat("its 'out', ", entries[i].out, ", is that of entry ",
+                                  other->second, ", ", entries[other->second - 1].path));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<BatchEntry>> ReadManifest(const std::string& path,
+                                                     const BatchSettings& given) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
   absl::StatusOr<std::vector<BatchEntry>> entries =
-      ParseManifest(text, fs::path(path).parent_path().string());
+      ParseManifest(text, fs::path(path).parent_path().string(), given);
   if (entries.ok()) return entries;
   return absl::Status(
       entries.status().code(),

@@ -1,22 +1,33 @@
-// The drives of a batch, from a file.
+// The drives of a batch, and what is done with each.
 //
-// JSON: a list of objects, of which `flags` may be missing:
+// A manifest in TOML: a table a drive, in the file's order, whose keys are its input, its run
+// folder and flags of `segment`; tables below it hold flags of what comes behind. The table
+// `defaults` holds what all drives share, and what a drive says goes before it:
 //
-//   [{"path": "a.mp4", "out": "out/a", "flags": {"profile": "fast", "stride": 2}}, ...]
-//
-// TOML: a table a drive, in the file's order, whose other keys are the flags:
+//   [defaults]
+//   out = "out"                        # run folders are out/NAME where a drive names none
+//   then = ["reconstruct", "masks"]
+//   profile = "fast"
+//   [defaults.masks]
+//   for = "colmap"
 //
 //   [a]
 //   path = "a.mp4"
-//   out = "out/a"
-//   profile = "fast"
+//   stride = 3
 //
-// Flags are those of `segment`, by the names that its --config takes; true stands for a flag
-// without a value, false for none. Paths are relative to the manifest's folder.
+// [[drives]] with path and out does for tables that are to have no name. In JSON: a list of
+// objects, of which all but path and out may be missing, or {"defaults": {...}, "drives": [...]}:
+//
+//   [{"path": "a.mp4", "out": "out/a", "flags": {"stride": 3}, "masks": {"for": "colmap"}}, ...]
+//
+// true stands for a flag without a value, false for none. Paths are relative to the manifest's
+// folder.
 #ifndef EGOSIEVE_TOOLS_BATCH_MANIFEST_H_
 #define EGOSIEVE_TOOLS_BATCH_MANIFEST_H_
 
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -24,19 +35,52 @@
 
 namespace egosieve::tools {
 
-struct BatchEntry {
-  std::string path;                // of the drive's input
-  std::string out;                 // its run folder
-  std::vector<std::string> flags;  // "--stride=2", as segment takes them
+struct BatchStep {
+  std::string command;
+  std::vector<std::string> flags;  // "--stride=2"
 };
 
-// InvalidArgument, naming the entry's number, from 1, and what is wrong with it; also where two
-// entries have the same run folder, or there is none. `folder`: the manifest's.
+struct BatchEntry {
+  std::string path;                  // of the drive's input
+  std::string out;                   // its run folder
+  std::vector<std::string> flags;    // of segment
+  std::vector<BatchStep> then = {};  // commands that follow, in this order
+};
+
+// What is said of drives, one or all; what is not said is empty.
+struct BatchSettings {
+  using Flags = std::vector<std::pair<std::string, std::string>>;  // name, value
+
+  std::string out;
+  std::vector<std::string> then;
+  bool says_then = false;
+  std::map<std::string, Flags> flags;  // by command
+};
+
+// The commands that may follow segment.
+const std::vector<std::string>& FollowingCommands();
+
+// Words by commas. InvalidArgument for one that is none of FollowingCommands().
+absl::StatusOr<std::vector<std::string>> ParseThen(absl::string_view text);
+// "--stride=2 --learn_only". InvalidArgument for words that are no flags, and for flags that the
+// batch sets itself.
+absl::StatusOr<BatchSettings::Flags> ParseFlags(absl::string_view text);
+
+// A drive of that name, which becomes its run folder in `given.out`.
+BatchEntry MakeEntry(const std::string& name, const std::string& path, const BatchSettings& given);
+
+// InvalidArgument, naming the entry's number, from 1, and what is wrong with it; also where there
+// is none. `folder`: the manifest's. `given` goes before what the manifest says, but for its out.
 absl::StatusOr<std::vector<BatchEntry>> ParseManifest(absl::string_view text,
-                                                      const std::string& folder);
+                                                      const std::string& folder,
+                                                      const BatchSettings& given = {});
 
 // The file at `path`; errors name it.
-absl::StatusOr<std::vector<BatchEntry>> ReadManifest(const std::string& path);
+absl::StatusOr<std::vector<BatchEntry>> ReadManifest(const std::string& path,
+                                                     const BatchSettings& given = {});
+
+// InvalidArgument where two entries have the same run folder.
+absl::Status CheckFolders(const std::vector<BatchEntry>& entries);
 
 }  // namespace egosieve::tools
 

@@ -13,6 +13,7 @@
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 #include "kernels/base/exception_status.h"
+#include "tools/cli/config_file.h"
 
 namespace egosieve::tools {
 namespace {
@@ -74,6 +75,7 @@ std::string DescribeParseError(const CLI::App& app, const CLI::ParseError& error
                         DidYouMean("--" + key, LongFlags(app)));
   }
   if (dynamic_cast<const CLI::FileError*>(&error) != nullptr) {
+    if (absl::StartsWith(message, "the file of --config")) return absl::StrCat(message, "; ");
     return absl::StrCat("cannot read ", message.substr(0, message.find(" was not readable")),
                         ", the file of --config; ");
   }
@@ -127,6 +129,7 @@ void AddAllFlags(Command& command, CLI::App& app, bool& print_config) {
   app.option_defaults()->always_capture_default();
   command.AddFlags(app);
   app.set_help_flag("-h,--help", "Print this text and exit");
+  app.config_formatter(std::make_shared<ConfigFile>());
   app.set_config("--config", "", "Read flags from a TOML file; the command line goes before it")
       ->type_name("FILE")
       ->check(NoPipe());

@@ -15,6 +15,7 @@
 #include "tools/cli/progress.h"
 #include "tools/report/chart.h"
 #include "tools/report/embedded_files.h"
+#include "tools/report/html.h"
 #include "tools/report/timeline.h"
 
 namespace egosieve::tools {
@@ -311,11 +312,6 @@ std::string Flags(const RunDescription& description) {
 
 }  // namespace
 
-std::string EscapeHtml(absl::string_view text) {
-  return absl::StrReplaceAll(
-      text, {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}, {"'", "&#39;"}});
-}
-
 std::string DescribeRanges(absl::Span<const int64_t> indices, size_t max_ranges) {
   struct Range {
     int64_t first, last;
@@ -353,7 +349,7 @@ std::string MakeReportPage(const ReportContent& content) {
   std::string html = absl::StrCat(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta "
       "name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>Egosieve: ",
-      EscapeHtml(Title(description)), "</title>\n<style>\n", kDygraphsCss, kPageCss,
+      EscapeHtml(Title(description)), "</title>\n<style>\n", kDygraphsCss, PageStyle(),
       "</style>\n</head>\n<body>\n<main>\n");
   absl::StrAppend(&html, Header(content), Tiles(content));
   if (!content.pictures.empty() || !content.picture_notes.empty() || !content.tracks.empty()) {

@@ -37,9 +37,6 @@ struct ReportContent {
 
 std::string MakeReportPage(const ReportContent& content);
 
-// Text as it must stand between tags or in an attribute.
-std::string EscapeHtml(absl::string_view text);
-
 // "0-3, 7, 9-12" for increasing indices; of more than `max_ranges` the longest, and how many
 // indices are left: "0-3, 9-12, and 1 more".
 std::string DescribeRanges(absl::Span<const int64_t> indices, size_t max_ranges = SIZE_MAX);

@@ -75,9 +75,9 @@ TEST_F(Batch, DoesWhatIsMissingAndToldWhatFailed) {
   ASSERT_TRUE(WriteFileAtomically(root_ + "/out/a.log", "mine").ok());
   const ProgramOutcome first = RunBatch(2);
   EXPECT_EQ(first.code, 4) << first.err;
-  EXPECT_THAT(first.out, ContainsRegex("/out/a +done +8 +0"));
-  EXPECT_THAT(first.out, ContainsRegex("/out/gone +failed +0 +0 .*nowhere"));
-  EXPECT_THAT(first.out, ContainsRegex("/out/b +done +8 +0"));
+  EXPECT_THAT(first.out, ContainsRegex("/out/a +done +[0-9]+ +8 +0"));
+  EXPECT_THAT(first.out, ContainsRegex("/out/gone +failed +[0-9]+ +0 +0 .*nowhere"));
+  EXPECT_THAT(first.out, ContainsRegex("/out/b +done +[0-9]+ +8 +0"));
   EXPECT_TRUE(fs::exists(root_ + "/out/egosieve_logs/gone.log"));
   EXPECT_EQ(*ReadFile(root_ + "/out/a.log"), "mine");
 
@@ -90,9 +90,83 @@ TEST_F(Batch, DoesWhatIsMissingAndToldWhatFailed) {
   WriteManifest({Entry("a", "a"), Entry("b", "b")});
   const ProgramOutcome second = RunBatch();
   EXPECT_EQ(second.code, 0) << second.err << second.out;
-  EXPECT_THAT(second.out, ContainsRegex("/out/a +was done +8 +0"));
-  EXPECT_THAT(second.out, ContainsRegex("/out/b +done +8 +0"));
+  EXPECT_THAT(second.out, ContainsRegex("/out/a +was done +[0-9]+ +8 +0"));
+  EXPECT_THAT(second.out, ContainsRegex("/out/b +done +[0-9]+ +8 +0"));
   EXPECT_EQ(CompareRuns(root_ + "/whole", root_ + "/out/b"), "");
+}
+
+// Drives of a folder, what follows segment, and the page of all; what was done stays.
+TEST_F(Batch, DoesWhatFollowsForAFolderOfDrivesAndLinksItAll) {
+  fs::create_directories(root_ + "/c & <d>");
+  ASSERT_TRUE(WriteFileAtomically(root_ + "/c & <d>/1.png", "no picture").ok());
+  ASSERT_TRUE(WriteFileAtomically(root_ + "/notes.txt", "mine").ok());
+  const std::vector<std::string> arguments = {"batch",
+                                              root_,
+                                              "--out=" + root_ + "/out",
+                                              "--then=reconstruct,masks,render,report",
+                                              "--segment_flags=--budget=100 --stride=8",
+                                              "--masks_flags=--for=colmap --dilate=2"};
+  const ProgramOutcome first = RunProgram(arguments);
+  EXPECT_EQ(first.code, 4) << first.err;
+  EXPECT_THAT(first.err, HasSubstr("left out: notes.txt"));
+  EXPECT_THAT(first.out, ContainsRegex("/out/a +done +0 +8 +0"));
+  EXPECT_THAT(first.out, ContainsRegex("/out/c & <d> +failed +3 +0 +0"));
+  for (const char* file : {"a/report.html", "a/overlay.mp4", "a/masks/000003.png",
+                           "a.masks/000003.png.png", "b/report.html"}) {
+    EXPECT_TRUE(fs::exists(root_ + "/out/" + file)) << file;
+  }
+  const std::string page = *ReadFile(root_ + "/out/batch.html");
+  for (const char* part :
+       {"<a href=\"a/report.html\">report</a>", "<a href=\"b/overlay.mp4\">overlay</a>",
+        "<a href=\"a.masks\">masks</a>", "<a href=\"egosieve_logs/a.log\">log</a>",
+        "<a href=\"egosieve_logs/c%20%26%20%3Cd%3E.log\">log</a>", "c &amp; &lt;d&gt;",
+        "3 drives, 2 done, 1 failed", "<td class=\"number\">3</td>"}) {
+    EXPECT_THAT(page, HasSubstr(part));
+  }
+  EXPECT_THAT(page, testing::Not(HasSubstr("http-equiv=\"refresh\"")));
+
+  fs::remove_all(root_ + "/c & <d>");
+  fs::remove(root_ + "/out/b/report.html");
+  const auto before = fs::last_write_time(root_ + "/out/a/overlay.mp4");
+  const ProgramOutcome second = RunProgram(arguments);
+  EXPECT_EQ(second.code, 0) << second.err;
+  EXPECT_THAT(second.out, ContainsRegex("/out/a +was done +0 +8 +0"));
+  EXPECT_THAT(second.out, ContainsRegex("/out/b +done +0 +8 +0"));
+  EXPECT_EQ(fs::last_write_time(root_ + "/out/a/overlay.mp4"), before);
+  EXPECT_TRUE(fs::exists(root_ + "/out/b/report.html"));
+}
+
+TEST_F(Batch, WhatFailsBehindSegmentIsNamed) {
+  ASSERT_TRUE(WriteFileAtomically(root_ + "/drives.toml",
+                                  "[defaults]\nbudget = 100\nstride = 8\nthen = \"render\"\n"
+                                  "render.loud = true\n"
+                                  "[a]\npath = \"a/frames\"\nout = \"out/a\"\n")
+                  .ok());
+  const ProgramOutcome outcome = RunProgram({"batch", root_ + "/drives.toml"});
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_THAT(outcome.out, ContainsRegex("/out/a +failed +2 +8 +0 .*render: unknown flag --loud"));
+}
+
+TEST_F(Batch, BadInputsAreOneLineAndStartNothing) {
+  const auto expect = [&](std::vector<std::string> arguments, int code, const std::string& part) {
+    arguments.insert(arguments.begin(), "batch");
+    const ProgramOutcome outcome = RunProgram(arguments);
+    EXPECT_EQ(outcome.code, code) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(part));
+    EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+    EXPECT_FALSE(fs::exists(root_ + "/out"));
+  };
+  const std::string out = "--out=" + root_ + "/out";
+  expect({root_}, 2, "--out is missing");
+  expect({root_ + "/a/frames", out}, 2, "holds the pictures of one drive");
+  expect({root_ + "/no*", out}, 3, "no file matches");
+  expect({root_ + "/a/frames/*.png", out}, 2, "has no drive");
+  expect({root_, out, "--then=sing"}, 2, "'sing' is none of");
+  expect({root_, out, "--segment_flags=stride=3"}, 2, "is no flag");
+  expect({root_, root_, out}, 2, "is that of entry");
+  ASSERT_TRUE(WriteFileAtomically(root_ + "/mine.html", "mine").ok());
+  expect({root_, out, "--index=" + root_ + "/mine.html"}, 2, "is no page of a batch");
+  EXPECT_EQ(*ReadFile(root_ + "/mine.html"), "mine");
 }
 
 TEST_F(Batch, FramesThatFailMakeItsExitCodeEachTime) {
@@ -102,7 +176,7 @@ TEST_F(Batch, FramesThatFailMakeItsExitCodeEachTime) {
   for (int repetition = 0; repetition < 2; ++repetition) {
     const ProgramOutcome outcome = RunBatch();
     EXPECT_EQ(outcome.code, 4);
-    EXPECT_THAT(outcome.out, ContainsRegex("/out/a +frames failed +7 +1"));
+    EXPECT_THAT(outcome.out, ContainsRegex("/out/a +frames failed +[0-9]+ +7 +1"));
   }
 }
 
@@ -123,7 +197,7 @@ TEST_F(Batch, AnInterruptedOneGoesOn) {
   ASSERT_TRUE(code == 130 || code == 0) << code << table;
   const ProgramOutcome again = RunBatch();
   EXPECT_EQ(again.code, 0) << again.out;
-  EXPECT_THAT(again.out, ContainsRegex("/out/b +(was )?done +8 +0"));
+  EXPECT_THAT(again.out, ContainsRegex("/out/b +(was )?done +[0-9]+ +8 +0"));
 }
 
 TEST_F(Batch, AKilledOneGoesOn) {
@@ -133,8 +207,8 @@ TEST_F(Batch, AKilledOneGoesOn) {
   ASSERT_TRUE(FolderLock::TakeWhenFree(root_ + "/out/a").ok());
   const ProgramOutcome again = RunBatch();
   EXPECT_EQ(again.code, 0) << again.out;
-  EXPECT_THAT(again.out, ContainsRegex("/out/a +(was )?done +8 +0"));
-  EXPECT_THAT(again.out, ContainsRegex("/out/b +(was )?done +8 +0"));
+  EXPECT_THAT(again.out, ContainsRegex("/out/a +(was )?done +[0-9]+ +8 +0"));
+  EXPECT_THAT(again.out, ContainsRegex("/out/b +(was )?done +[0-9]+ +8 +0"));
 }
 
 // Otherwise a drive would go on writing where the next batch begins. Its program is one that would
@@ -148,7 +222,8 @@ TEST_F(Batch, AKilledOneEndsItsDrives) {
   fs::permissions(program, fs::perms::owner_all);
   const pid_t batch = fork();
   if (batch == 0) {
-    const absl::StatusOr<DriveJob> job = DriveJob::Start(program, {"input", root_ + "/run", {}});
+    const absl::StatusOr<DriveJob> job =
+        DriveJob::Start(program, {"input", root_ + "/run", {}, {}});
     while (job.ok()) pause();
     _exit(1);
   }

@@ -40,6 +40,86 @@ learn_only = false
   }
 }
 
+TEST(ManifestTest, DefaultsAreSharedAndADriveGoesBeforeThem) {
+  const char* toml = R"([defaults]
+out = "runs"
+then = ["reconstruct", "masks"]
+profile = "fast"
+learn_only = true
+masks.for = "colmap"
+
+[a]
+path = "a.mp4"
+
+[b]
+path = "b.mp4"
+out = "elsewhere/b"
+profile = "paper"
+learn_only = false
+stride = 0.5
+then = "report"
+)";
+  const char* json = R"({"defaults": {"out": "runs", "then": ["reconstruct", "masks"],
+      "flags": {"profile": "fast", "learn_only": true}, "masks": {"for": "colmap"}},
+    "drives": [{"path": "a.mp4"}, {"path": "b.mp4", "out": "elsewhere/b", "then": "report",
+      "flags": {"profile": "paper", "learn_only": false, "stride": 0.5}}]})";
+  for (const char* text : {toml, json}) {
+    const auto entries = ParseManifest(text, "/drives");
+    ASSERT_TRUE(entries.ok()) << entries.status();
+    ASSERT_EQ(entries->size(), 2u);
+    const BatchEntry& a = (*entries)[0];
+    EXPECT_EQ(a.out, "/drives/runs/a");
+    EXPECT_THAT(a.flags, ElementsAre("--profile=fast", "--learn_only"));
+    ASSERT_EQ(a.then.size(), 2u);
+    EXPECT_EQ(a.then[0].command, "reconstruct");
+    EXPECT_THAT(a.then[0].flags, ElementsAre());
+    EXPECT_EQ(a.then[1].command, "masks");
+    EXPECT_THAT(a.then[1].flags, ElementsAre("--for=colmap"));
+    const BatchEntry& b = (*entries)[1];
+    EXPECT_EQ(b.out, "/drives/elsewhere/b");
+    EXPECT_THAT(b.flags, ElementsAre("--profile=paper", "--stride=0.5"));
+    ASSERT_EQ(b.then.size(), 1u);
+    EXPECT_EQ(b.then[0].command, "report");
+  }
+}
+
+TEST(ManifestTest, WhatIsGivenGoesBeforeAll) {
+  BatchSettings given;
+  given.out = "/given";
+  given.then = {"report"};
+  given.says_then = true;
+  given.flags["segment"] = {{"profile", "default"}};
+  const auto entries = ParseManifest(
+      "[defaults]\nout = \"runs\"\n[a]\npath = \"a\"\nprofile = \"fast\"\nthen = "
+      "\"render\"\n[b]\npath = \"b\"\nout = \"own\"\n",
+      "/drives", given);
+  ASSERT_TRUE(entries.ok()) << entries.status();
+  EXPECT_EQ((*entries)[0].out, "/given/a");
+  EXPECT_EQ((*entries)[1].out, "/drives/own");
+  EXPECT_THAT((*entries)[0].flags, ElementsAre("--profile=default"));
+  EXPECT_EQ((*entries)[0].then[0].command, "report");
+}
+
+// An array of tables, strings with marks in them, comments and nested keys are TOML, too.
+TEST(ManifestTest, TomlIsReadAsItsStandardSays) {
+  const auto entries = ParseManifest(R"(
+[[drives]]
+path = 'C:\a # b.mp4'  # the first
+out = """
+o"""
+[[drives]]
+path = "b.mp4"
+out = "p"
+masks = { for = "coco" }
+then = [ "masks", ]
+)",
+                                     "");
+  ASSERT_TRUE(entries.ok()) << entries.status();
+  EXPECT_EQ((*entries)[0].path, "C:\\a # b.mp4");
+  EXPECT_EQ((*entries)[0].out, "o");
+  EXPECT_THAT((*entries)[1].then[0].flags, ElementsAre("--for=coco"));
+}
+
 TEST(ManifestTest, WhatIsWrongIsSaidWithTheEntrysNumber) {
   const auto error = [](const char* text) {
     const auto entries = ParseManifest(text, "");
@@ -69,6 +149,15 @@ TEST(ManifestTest, WhatIsWrongIsSaidWithTheEntrysNumber) {
   EXPECT_THAT(error("[a]\npath = \"a\"\n"), HasSubstr("entry 1: no 'out'"));
   EXPECT_THAT(error("[a]\npath = \"a\"\nout = \"x\"\nstride = [1, 2]\n"),
               HasSubstr("entry 1: 'stride' has no single value"));
+  EXPECT_THAT(error("[a]\npath = a.mp4\n"), HasSubstr("neither JSON nor TOML: line 2"));
+  EXPECT_THAT(error("[a]\npath = \"a\"\npath = \"b\"\n"), HasSubstr("line 3"));
+  EXPECT_THAT(error("[a]\npath = \"a\"\nout = \"x\"\nthen = \"sing\"\n"),
+              HasSubstr("entry 1: then: 'sing' is none of infer, reconstruct"));
+  EXPECT_THAT(error("[a]\npath = \"a\"\nout = \"x\"\nsing.loud = true\n"),
+              HasSubstr("entry 1: 'sing' has flags"));
+  EXPECT_THAT(error("[defaults]\nresume = true\n[a]\npath = \"a\"\nout = \"x\"\n"),
+              HasSubstr("defaults: the flag 'resume' is the batch's own"));
+  EXPECT_THAT(error("[defaults]\nstride = 2\n"), HasSubstr("lists no drive"));
 }
 
 }  // namespace

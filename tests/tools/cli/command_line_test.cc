@@ -2,6 +2,7 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 
@@ -165,6 +166,15 @@ TEST(CommandLine, ConfigFilesHoldFlagsAndUnknownKeysAreErrors) {
   const Outcome unknown = Invoke({"sift", "--config", path});
   EXPECT_EQ(unknown.code, 2);
   EXPECT_THAT(unknown.err, HasSubstr("unknown key 'strode'"));
+
+  std::ofstream(path) << "stride = 3 # how far\nname = 'a # b'\n";
+  EXPECT_EQ(Invoke({"sift", "--config", path}).code, 0);
+  EXPECT_EQ(FakeCommand::last_stride, 3);
+  std::ofstream(path) << "stride = 3\nname = a b\n";
+  const Outcome wrong = Invoke({"sift", "--config", path});
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, StartsWith("egosieve: the file of --config is no TOML: line 2"));
+  EXPECT_EQ(std::count(wrong.err.begin(), wrong.err.end(), '\n'), 1);
 
   const Outcome missing = Invoke({"sift", "--config=/nowhere/sift.toml"});
   EXPECT_EQ(missing.code, 2);

@@ -127,6 +127,16 @@ TEST(CompletionCommand, NamesTheShellsItKnows) {
   }
 }
 
+TEST(Config, OfEveryCommandIsReadAgain) {
+  const std::string path = FreshFolder() + "/config.toml";
+  for (const std::string& command : Commands()) {
+    const ProgramOutcome printed = RunProgram({command, "--print_config"});
+    ASSERT_EQ(printed.code, 0) << command;
+    ASSERT_TRUE(WriteFileAtomically(path, printed.out).ok());
+    EXPECT_EQ(RunProgram({command, "--config=" + path, "--print_config"}).out, printed.out);
+  }
+}
+
 TEST(Manual, TellsEveryCommandAndFlagWithoutTroffsWarnings) {
   const std::string path = FreshFolder() + "/egosieve.1";
   const ProgramOutcome outcome = RunProgram({"--man"});

@@ -126,6 +126,8 @@ TEST_F(Schema, OfWhatCommandsPrint) {
   ASSERT_TRUE(
       WriteFileAtomically(root_ + "/drives.json", "[{\"path\": \"frames\", \"out\": \"of_batch\"}]")
           .ok());
+  Run({"batch", root_ + "/drives.json", "--plan"});
+  Run({"batch", root_ + "/drives.json", "--status"});
   Run({"batch", root_ + "/drives.json"});
   ASSERT_TRUE(WriteFileAtomically(root_ + "/results.jsonl", results_).ok());
   EXPECT_EQ(Check("result", root_ + "/results.jsonl"),

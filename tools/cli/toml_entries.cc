@@ -1,0 +1,110 @@
+#include "tools/cli/toml_entries.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <charconv>
+#include <tuple>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+
+namespace egosieve::tools {
+namespace {
+
+// The fewest digits that read back as the same number.
+std::string Shortest(double number) {
+  char digits[32];
+  return std::string(digits, std::to_chars(digits, digits + sizeof(digits), number).ptr);
+}
+
+struct Placed {
+  TomlEntry entry;
+  toml::source_position place;
+};
+
+absl::Status Refused(const toml::node& node, const std::string& name) {
+  return absl::InvalidArgumentError(absl::StrCat("line ", node.source().begin.line, ": '", name,
+                                                 "' is neither a text, a number, true or false, "
+                                                 "nor a list of these"));
+}
+
+bool AddValue(const toml::node& node, TomlEntry& entry) {
+  if (const auto* text = node.as_string()) {
+    entry.values.push_back(text->get());
+  } else if (const auto* whole = node.as_integer()) {
+    entry.values.push_back(absl::StrCat(whole->get()));
+  } else if (const auto* number = node.as_floating_point()) {
+    entry.values.push_back(Shortest(number->get()));
+  } else if (const auto* yes = node.as_boolean()) {
+    entry.values.push_back(yes->get() ? "true" : "false");
+  } else {
+    return false;
+  }
+  return true;
+}
+
+absl::Status AddTable(const toml::table& table, const std::vector<std::string>& path,
+                      std::vector<Placed>& entries);
+
+absl::Status AddNode(const toml::node& node, const std::vector<std::string>& path,
+                     std::vector<Placed>& entries) {
+  if (const auto* table = node.as_table()) return AddTable(*table, path, entries);
+  Placed placed{{path, {}, node.is_array(), static_cast<int>(node.source().begin.line)},
+                node.source().begin};
+  const auto* array = node.as_array();
+  if (array == nullptr) {
+    if (!AddValue(node, placed.entry)) return Refused(node, path.back());
+    entries.push_back(std::move(placed));
+    return absl::OkStatus();
+  }
+  const bool of_tables = !array->empty() && array->front().is_table();
+  std::vector<std::string> below = path;
+  below.emplace_back();
+  for (size_t i = 0; i < array->size(); ++i) {
+    const toml::node& element = *array->get(i);
+    if (of_tables && element.is_table()) {
+      below.back() = absl::StrCat(i);
+      EGOSIEVE_RETURN_IF_ERROR(AddTable(*element.as_table(), below, entries));
+    } else if (of_tables || !AddValue(element, placed.entry)) {
+      return Refused(element, path.back());
+    }
+  }
+  if (!of_tables) entries.push_back(std::move(placed));
+  return absl::OkStatus();
+}
+
+absl::Status AddTable(const toml::table& table, const std::vector<std::string>& path,
+                      std::vector<Placed>& entries) {
+  std::vector<std::string> below = path;
+  below.emplace_back();
+  for (const auto& [key, node] : table) {
+    below.back() = std::string(key.str());
+    EGOSIEVE_RETURN_IF_ERROR(AddNode(node, below, entries));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<TomlEntry>> ReadTomlEntries(absl::string_view text) {
+  toml::table table;
+  try {
+    table = toml::parse(std::string_view(text.data(), text.size()));
+  } catch (const toml::parse_error& error) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("line ", error.source().begin.line, ": ", std::string(error.description())));
+  }
+  std::vector<Placed> placed;
+  EGOSIEVE_RETURN_IF_ERROR(AddTable(table, {}, placed));
+  std::stable_sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) {
+    return std::tie(a.place.line, a.place.column) < std::tie(b.place.line, b.place.column);
+  });
+  std::vector<TomlEntry> entries;
+  for (Placed& one : placed) entries.push_back(std::move(one.entry));
+  return entries;
+}
+
+}  // namespace egosieve::tools

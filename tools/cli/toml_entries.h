@@ -1,0 +1,28 @@
+// A TOML text as a flat list of its entries, in the order in which they stand.
+#ifndef EGOSIEVE_TOOLS_CLI_TOML_ENTRIES_H_
+#define EGOSIEVE_TOOLS_CLI_TOML_ENTRIES_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+
+namespace egosieve::tools {
+
+struct TomlEntry {
+  // The names of its tables and its own. A table of an array goes by its rank: [[a]] and its second
+  // table's b are "a", "1", "b".
+  std::vector<std::string> path;
+  std::vector<std::string> values;  // as text; one but for arrays
+  bool is_array = false;
+  int line = 0;
+};
+
+// InvalidArgument, naming the line, for what is no TOML, and for dates and arrays within arrays,
+// which no flag takes.
+absl::StatusOr<std::vector<TomlEntry>> ReadTomlEntries(absl::string_view text);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_CLI_TOML_ENTRIES_H_
