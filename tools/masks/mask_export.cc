@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <opencv2/imgproc.hpp>
 #include <system_error>
 #include <variant>
 
@@ -9,6 +10,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
 #include "tools/masks/stored_picture.h"
+#include "tools/masks/video_frames.h"
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
 #include "vision/frame/image_decoding.h"
@@ -50,6 +52,15 @@ absl::Status CheckFolder(const std::string& flag, const std::string& path, const
   return absl::OkStatus();
 }
 
+// Classes and numbers stay what they are.
+template <typename Mask>
+void Resize(cv::Size size, Mask& mask) {
+  if (mask.empty() || mask.size() == size) return;
+  cv::Mat resized;
+  cv::resize(mask, resized, size, 0, 0, cv::INTER_NEAREST);
+  mask = resized;
+}
+
 }  // namespace
 
 std::string MaskExport::SequenceName() const {
@@ -80,6 +91,10 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
   result.files_ = source.files();
   if (result.files_.empty() || !vision::HasImageExtension(result.files_.front())) {
     result.files_.clear();
+  }
+  if (!options.video.empty() && result.files_.empty()) {
+    return absl::InvalidArgumentError(
+        "--from_video takes the video, and INPUT the pictures that were taken from it");
   }
   std::vector<std::string> images;
   for (int64_t i = 0; i < source.expected_frame_count(); ++i) {
@@ -123,8 +138,9 @@ absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLin
                              const std::function<bool()>& after_frame) {
   EGOSIEVE_ASSIGN_OR_RETURN(options_.mask.ignored, folder.ReadIgnoredArea());
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(options_.out));
-  for (const FrameLine& line : lines) {
-    EGOSIEVE_RETURN_IF_ERROR(WriteFrame(folder, line));
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto chosen, Chosen(lines));
+  for (const auto& [index, line] : chosen) {
+    EGOSIEVE_RETURN_IF_ERROR(WriteFrame(folder, line, index));
     if (!after_frame()) {
       return absl::CancelledError(
           absl::StrCat("interrupted; ", images(), " masks are in ", options_.out));
@@ -147,30 +163,59 @@ absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLin
   return absl::OkStatus();
 }
 
-absl::Status MaskExport::WriteFrame(const RunFolder& folder, const FrameLine& line) {
+absl::Status MaskExport::FindPictures(vision::FrameSource& video,
+                                      const std::function<bool()>& after_frame) {
+  EGOSIEVE_ASSIGN_OR_RETURN(frames_, FindInVideo(*input_.frames, video, after_frame));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<std::pair<int64_t, FrameLine>>> MaskExport::Chosen(
+    const std::vector<FrameLine>& lines) const {
+  std::vector<std::pair<int64_t, FrameLine>> chosen;
+  if (frames_.empty()) {
+    for (const FrameLine& line : lines) chosen.emplace_back(line.index, line);
+    return chosen;
+  }
+  for (size_t i = 0; i < frames_.size(); ++i) {
+    const auto line = std::find_if(lines.begin(), lines.end(), [&](const FrameLine& candidate) {
+      return candidate.index == frames_[i];
+    });
+    if (line != lines.end()) chosen.emplace_back(static_cast<int64_t>(i), *line);
+  }
+  return chosen;
+}
+
+absl::Status MaskExport::WriteFrame(const RunFolder& folder, const FrameLine& line, int64_t index) {
   EGOSIEVE_ASSIGN_OR_RETURN(FrameMask mask, ReadFrameMask(folder, line, options_.mask));
-  EGOSIEVE_RETURN_IF_ERROR(coverage_.Add(line.index, mask.masked));
   MaskedFrame frame;
-  frame.index = line.index;
-  frame.image = input_.frames->image_name(line.index);
-  frame.masked = mask.masked;
-  frame.numbers = mask.numbers;
+  frame.index = index;
+  frame.image = input_.frames->image_name(index);
   std::string file;
-  if (line.index < static_cast<int64_t>(files_.size())) {
-    file = files_[line.index];
+  int orientation = 1;
+  if (index < static_cast<int64_t>(files_.size())) {
+    file = files_[index];
     EGOSIEVE_ASSIGN_OR_RETURN(const StoredPicture picture, ReadStoredPicture(file));
     frame.picture = picture.pixels;
-    frame.masked = TurnBack(mask.masked, picture.orientation);
-    if (!mask.numbers.empty()) frame.numbers = TurnBack(mask.numbers, picture.orientation);
+    orientation = picture.orientation;
   } else if (!options_.frames.empty() || options_.format == MaskFormat::kGaussianSplatting) {
-    EGOSIEVE_ASSIGN_OR_RETURN(frame.picture, ReadVideoFrame(line));
+    EGOSIEVE_ASSIGN_OR_RETURN(frame.picture, ReadVideoFrame(index));
   }
+  if (!frames_.empty()) {
+    const bool lies = orientation > 4;  // turned by a quarter
+    const cv::Size stored = frame.picture.size();
+    const cv::Size size = lies ? cv::Size(stored.height, stored.width) : stored;
+    Resize(size, mask.masked);
+    Resize(size, mask.numbers);
+  }
+  EGOSIEVE_RETURN_IF_ERROR(coverage_.Add(index, mask.masked));
+  frame.masked = TurnBack(mask.masked, orientation);
+  if (!mask.numbers.empty()) frame.numbers = TurnBack(mask.numbers, orientation);
   if (!frame.picture.empty() && frame.picture.size() != frame.masked.size()) {
     return absl::DataLossError(
-        absl::StrCat("frame ", line.index, " of ", input_.frames->description(),
+        absl::StrCat("frame ", index, " of ", input_.frames->description(),
                      " is not what was segmented; give the same input with --input="));
   }
-  EGOSIEVE_RETURN_IF_ERROR(also_.AddTo(line.index, frame.masked));
+  EGOSIEVE_RETURN_IF_ERROR(also_.AddTo(index, frame.masked));
   if (options_.invert) frame.masked = frame.masked == 0;
   EGOSIEVE_RETURN_IF_ERROR(writer_.Write(frame));
   if (!options_.frames.empty()) {
@@ -180,10 +225,10 @@ absl::Status MaskExport::WriteFrame(const RunFolder& folder, const FrameLine& li
   return absl::OkStatus();
 }
 
-absl::StatusOr<cv::Mat3b> MaskExport::ReadVideoFrame(const FrameLine& line) {
+absl::StatusOr<cv::Mat3b> MaskExport::ReadVideoFrame(int64_t index) {
   vision::FrameSource& source = *input_.frames;
-  if (source.next_index() != line.index) {
-    EGOSIEVE_RETURN_IF_ERROR(AsInputError(source.SeekTo(line.index)));
+  if (source.next_index() != index) {
+    EGOSIEVE_RETURN_IF_ERROR(AsInputError(source.SeekTo(index)));
   }
   EGOSIEVE_ASSIGN_OR_RETURN(const vision::FrameRead read, source.Next());
   const vision::Frame* frame = std::get_if<vision::Frame>(&read);

@@ -32,6 +32,9 @@ struct MaskExportOptions {
   std::string also;        // the user's own masks (user_masks.h)
   std::string transforms;  // of kNerfstudio (transforms_file.h)
   std::string truth;       // true masks to compare with (coverage.h)
+  // The video that the pictures were taken from, of which the run is (video_frames.h); empty: the
+  // run is of the pictures.
+  std::string video;
 };
 
 class MaskExport {
@@ -40,6 +43,9 @@ class MaskExport {
   // folder that holds the run, or is to.
   static absl::StatusOr<MaskExport> Prepare(DriveInput input, const std::string& run,
                                             const MaskExportOptions& options);
+
+  // Finds the pictures in the video. after_frame: as in video_frames.h.
+  absl::Status FindPictures(vision::FrameSource& video, const std::function<bool()>& after_frame);
 
   // after_frame: as in reconstruct_run.h.
   absl::Status Run(const RunFolder& folder, const std::vector<FrameLine>& lines,
@@ -59,14 +65,19 @@ class MaskExport {
 
   std::string SequenceName() const;
   absl::Status CheckNames(const std::vector<std::string>& images) const;
-  absl::Status WriteFrame(const RunFolder& folder, const FrameLine& line);
+  // The mask of the run's frame `line` for picture `index` of the input.
+  absl::Status WriteFrame(const RunFolder& folder, const FrameLine& line, int64_t index);
+  // Pictures in the order of their masks, each with the line of its frame.
+  absl::StatusOr<std::vector<std::pair<int64_t, FrameLine>>> Chosen(
+      const std::vector<FrameLine>& lines) const;
   absl::Status WritePicture(const std::string& image, const std::string& path,
                             const cv::Mat& frame);
-  absl::StatusOr<cv::Mat3b> ReadVideoFrame(const FrameLine& line);
+  absl::StatusOr<cv::Mat3b> ReadVideoFrame(int64_t index);
 
   DriveInput input_;
   MaskExportOptions options_;
   std::vector<std::string> files_;  // of the pictures; empty for a video
+  std::vector<int64_t> frames_;     // of the video, for each picture; empty without one
   UserMasks also_;
   std::optional<TransformsFile> transforms_;
   Coverage coverage_;

@@ -60,6 +60,7 @@ class MasksCommand : public Command {
     return "egosieve masks images --for=colmap --dilate=10 --out=out/masks\n"
            "egosieve masks data/images --for=nerfstudio --dilate=10 --out=out/data\n"
            "egosieve masks my.mp4 --for=colmap --out=out/masks --frames=out/images\n"
+           "egosieve masks images --from_video=my.mp4 --for=colmap --out=out/masks\n"
            "egosieve masks out/masks.run --for=coco --out=out/coco";
   }
 
@@ -97,6 +98,10 @@ class MasksCommand : public Command {
                    "Write the pictures, too, under the names that the masks go by; those of a "
                    "video are 000000.png and so on")
         ->type_name("DIR");
+    app.add_option("--from_video", options_.video,
+                   "The video that the pictures of INPUT were taken from: it is segmented instead "
+                   "of them, and they are found in it by comparing thumbnails, whatever their size")
+        ->type_name("FILE");
     app.add_option("--transforms", options_.transforms,
                    "nerfstudio's transforms.json; default: in the images' folder or above it")
         ->type_name("FILE");
@@ -138,9 +143,13 @@ class MasksCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(pictures, 0));
     EGOSIEVE_ASSIGN_OR_RETURN(MaskExport output,
                               MaskExport::Prepare(std::move(input), run_, options_));
+    if (!options_.video.empty()) {
+      EGOSIEVE_RETURN_IF_ERROR(FindPictures(output));
+      pictures = options_.video;
+    }
     ExitCode code = ExitCode::kDone;
     if (!is_run) {
-      code = Step({"segment", input_, absl::StrCat("--out=", run_), "--resume"}, true);
+      code = Step({"segment", pictures, absl::StrCat("--out=", run_), "--resume"}, true);
       if (code != ExitCode::kDone && code != ExitCode::kFramesFailed) return code;
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(run_));
@@ -191,6 +200,11 @@ class MasksCommand : public Command {
       return absl::InvalidArgumentError(
           absl::StrCat(input_, " is a run folder already; leave --run out"));
     }
+    if (!options_.video.empty()) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          input_,
+          " is a run folder; --from_video takes the pictures as INPUT, and --run=", input_));
+    }
     for (const auto& [flag, value] : passed_) {
       if (value) {
         return absl::InvalidArgumentError(
@@ -198,6 +212,15 @@ class MasksCommand : public Command {
       }
     }
     return absl::OkStatus();
+  }
+
+  absl::Status FindPictures(MaskExport& output) const {
+    EGOSIEVE_ASSIGN_OR_RETURN(DriveInput video, OpenDriveInput(options_.video, 0));
+    Progress progress("find pictures", progress_, video.frames->expected_frame_count());
+    return output.FindPictures(*video.frames, [&] {
+      progress.Advance();
+      return !InterruptionRequested();
+    });
   }
 
   // Another command of the program, which says itself what goes wrong.

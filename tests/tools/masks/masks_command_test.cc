@@ -299,6 +299,47 @@ TEST_F(MasksTest, WritesAVideosPictures) {
   EXPECT_TRUE(fs::exists(root_ + "/r/run.json"));
 }
 
+// Pictures that were taken from a video, scaled and compressed once more: the masks are those of
+// their frames.
+TEST_F(MasksTest, FindsPicturesInTheirVideo) {
+  const PatchDriveOptions drive = SmallPatchDrive(8);
+  cv::VideoWriter video(root_ + "/drive.avi", cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 10.0,
+                        cv::Size(160, 96));
+  for (int i = 0; i < 8; ++i) video << PatchFrame(drive, i);
+  video.release();
+  fs::create_directories(root_ + "/images/cam0");
+  const std::vector<int> taken = {1, 3, 6};
+  for (size_t i = 0; i < taken.size(); ++i) {
+    cv::Mat picture;
+    cv::resize(PatchFrame(drive, taken[i]), picture, cv::Size(80, 48), 0, 0, cv::INTER_AREA);
+    cv::imwrite(absl::StrFormat("%s/images/cam0/%c.jpg", root_, 'a' + static_cast<int>(i)),
+                picture);
+  }
+  ASSERT_EQ(Masks({root_ + "/images", "--from_video=" + root_ + "/drive.avi", "--for=colmap"}).code,
+            0);
+  for (size_t i = 0; i < taken.size(); ++i) {
+    const cv::Mat1b mask = Read(absl::StrFormat("cam0/%c.jpg.png", 'a' + static_cast<int>(i)));
+    cv::Mat expected;
+    cv::resize(cv::imread(absl::StrFormat("%s/out.run/masks/%06d.png", root_, taken[i]),
+                          cv::IMREAD_GRAYSCALE),
+               expected, mask.size(), 0, 0, cv::INTER_NEAREST);
+    ASSERT_EQ(mask.size(), cv::Size(80, 48));
+    EXPECT_EQ(cv::countNonZero((mask == 0) != (expected != 0)), 0) << i;
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(out_ + "/cam0"), fs::directory_iterator()), 3);
+
+  PatchDriveOptions other = drive;
+  other.frames = 20;
+  cv::imwrite(root_ + "/images/cam0/d.jpg", PatchFrame(other, 15));
+  out_ = root_ + "/refused";
+  const CommandOutcome refused =
+      Masks({root_ + "/images", "--from_video=" + root_ + "/drive.avi", "--for=colmap"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("cam0/d.jpg: no frame of"));
+  EXPECT_FALSE(fs::exists(out_));
+  EXPECT_FALSE(fs::exists(out_ + ".run"));
+}
+
 // One clear line, and nothing is written.
 TEST_F(MasksTest, SaysWhatIsWrong) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
