@@ -19,9 +19,9 @@
 
 namespace egosieve::tools {
 
-// On davis-train's ten clips as MPEG-4 videos, of which pictures are taken at half the size as JPEG of
-// quality 75: 0.9997 at least for the same frame, none of 766 mistaken; 0.971 in the median for the
-// next frame, 0.977 at the ninth decile for the one behind that.
+// On davis-train's ten clips as MPEG-4 videos, of which pictures are taken at half the size as JPEG
+// of quality 75: 0.9997 at least for the same frame, none of 766 mistaken; 0.971 in the median for
+// the next frame, 0.977 at the ninth decile for the one behind that.
 inline constexpr double kLeastAgreement = 0.995;
 
 // The frame of each picture. Reads both sources to their end; pictures that cannot be read get -1.
