@@ -7,7 +7,7 @@
 
 namespace egosieve::tools {
 
-// egosieve batch MANIFEST: many drives.
+// egosieve batch INPUT: many drives.
 std::unique_ptr<Command> MakeBatchCommand();
 
 }  // namespace egosieve::tools
