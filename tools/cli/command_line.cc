@@ -100,7 +100,8 @@ std::string ConfigText(const CLI::App& app) {
   std::string text;
   for (const absl::string_view entry : absl::StrSplit(
            app.config_to_str(/*default_also=*/true, /*write_description=*/true), "\n\n")) {
-    if (!absl::EndsWith(absl::StripAsciiWhitespace(entry), "=\"\"")) {
+    const absl::string_view line = absl::StripAsciiWhitespace(entry);
+    if (!absl::EndsWith(line, "=\"\"") && !absl::EndsWith(line, "=\"[]\"")) {
       absl::StrAppend(&text, absl::StripAsciiWhitespace(entry), "\n\n");
     }
   }

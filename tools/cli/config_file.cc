@@ -18,7 +18,7 @@ std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& input) const 
   }
   std::vector<CLI::ConfigItem> items;
   for (const TomlEntry& entry : *entries) {
-    if (entry.values.empty()) continue;  // [], as --print_config writes a flag that was not given
+    if (entry.values.empty()) continue;  // []: not given
     CLI::ConfigItem item;
     item.parents.assign(entry.path.begin(), entry.path.end() - 1);
     item.name = entry.path.back();
