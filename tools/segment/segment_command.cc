@@ -117,9 +117,10 @@ class SegmentCommand : public Command {
       return absl::CancelledError("interrupted; nothing was written");
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<FolderLock> lock, LockFolder());
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<RunFolder> created, CreateUnlessResumed());
+    // Before the folder is made anew: who stops the first pass keeps the run that was there.
     EGOSIEVE_RETURN_IF_ERROR(
         camera_.Find(input, range_.from, resume_, directory_, options.labeller));
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<RunFolder> created, CreateUnlessResumed());
     if (method_.is_rival()) return SegmentByRival(input, device, options, *created);
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<vision::OnlineSegmenter> segmenter,
                               vision::OnlineSegmenter::Create(device.context, options));
