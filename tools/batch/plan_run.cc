@@ -64,7 +64,8 @@ void PlanRun::AddFlags(CLI::App& app) {
       ->type_name("NUMBER");
   app.add_option("--task", task_, "Runs one task of the plan, from 0, and nothing else")
       ->check(AtLeast<int64_t>(0))
-      ->type_name("K");
+      ->type_name("K")
+      ->configurable(false);
   app.add_flag("--plan", plan_, "Print the tasks with their numbers, and run nothing");
   app.add_flag("--status", status_, "Print how far each drive is, and run nothing");
   app.add_option("--sbatch", sbatch_,
