@@ -102,7 +102,7 @@ class Faults : public testing::TestWithParam<std::string> {
       const std::string path = entry.path().string();
       if (!entry.is_regular_file() || path.rfind(run_ + "/", 0) == 0 ||
           path.rfind(world_ + "/egosieve_logs/", 0) == 0 ||
-          path.rfind(world_ + "/masks/", 0) == 0) {
+          path.rfind(world_ + "/masks/", 0) == 0 || path == world_ + "/batch.html") {
         continue;
       }
       files[path] = *ReadFile(path);
