@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "gp/linalg/aligned_matrix.h"
+#include "gp/linalg/lower_tiles.h"
 #include "gp/linalg/tile_operations.h"
 #include "kernels/base/parallel_for.h"
 
@@ -165,30 +166,17 @@ void InvertLower(ConstView l, View r) {
 
 void MultiplyInverse(ConstView r, View out) {
   const int64_t n = r.rows;
-  const int64_t tiles = Tiles(n, kProductTile);
-  kernels::ParallelFor(tiles * (tiles + 1) / 2, 1.0 * n * n * n / 3.0, [&](int64_t t) {
-    int64_t i = 0;
-    while ((i + 1) * (i + 2) / 2 <= t) ++i;
-    const int64_t j = t - i * (i + 1) / 2;
-    const int64_t row = i * kProductTile;
-    const int64_t column = j * kProductTile;
-    const int64_t rows = std::min(kProductTile, n - row);
-    const int64_t columns = std::min(kProductTile, n - column);
+  const auto multiply = [&](int64_t row, int64_t column, int64_t rows, int64_t columns) {
     const View target = Block(out, row, column, rows, columns);
     for (int64_t p = 0; p < rows; ++p) std::fill(target.row(p), target.row(p) + columns, 0.0);
     tile::AddTransposedProduct(Block(r, row, row, n - row, rows),
                                Block(r, row, column, n - row, columns), target);
-  });
+  };
+  ForEachLowerTile(n, kProductTile, 1.0 * n * n * n / 3.0, multiply);
 }
 
 void AddRowProducts(ConstView x, int sign, View c) {
-  const int64_t tiles = Tiles(x.rows, kRows);
-  kernels::ParallelFor(tiles * (tiles + 1) / 2, 1.0 * x.rows * x.rows * x.cols, [&](int64_t t) {
-    int64_t i = 0;
-    while ((i + 1) * (i + 2) / 2 <= t) ++i;
-    const int64_t row = i * kRows, column = (t - i * (i + 1) / 2) * kRows;
-    const int64_t rows = std::min(kRows, x.rows - row);
-    const int64_t columns = std::min(kRows, x.rows - column);
+  const auto add = [&](int64_t row, int64_t column, int64_t rows, int64_t columns) {
     const ConstView left = Block(x, row, 0, rows, x.cols);
     const ConstView right = Block(x, column, 0, columns, x.cols);
     const View target = Block(c, row, column, rows, columns);
@@ -197,7 +185,8 @@ void AddRowProducts(ConstView x, int sign, View c) {
     } else {
       tile::SubtractProductTransposed(left, right, target);
     }
-  });
+  };
+  ForEachLowerTile(x.rows, kRows, 1.0 * x.rows * x.rows * x.cols, add);
 }
 
 void MirrorLower(View c) {

@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/str_format.h"
 #include "gp/linalg/cholesky.h"
+#include "gp/linalg/lower_tiles.h"
 #include "gp/linalg/row_removal.h"
 #include "gp/linalg/tile_operations.h"
 #include "kernels/base/parallel_for.h"
@@ -52,18 +53,12 @@ absl::StatusOr<AlignedMatrix> ZeroMatrix(int64_t size) {
 
 // S := K22 - X X^T, lower triangle (and what lies above it within tiles of the diagonal).
 void SubtractGram(ConstMatrixView<double> x, MatrixView<double> s) {
-  const int64_t tiles = (x.rows + kCornerTile - 1) / kCornerTile;
-  kernels::ParallelFor(tiles * (tiles + 1) / 2, 1.0 * x.rows * x.rows * x.cols, [&](int64_t t) {
-    int64_t i = 0;
-    while ((i + 1) * (i + 2) / 2 <= t) ++i;
-    const int64_t row = i * kCornerTile;
-    const int64_t column = (t - i * (i + 1) / 2) * kCornerTile;
-    const int64_t rows = std::min(kCornerTile, x.rows - row);
-    const int64_t columns = std::min(kCornerTile, x.rows - column);
+  const auto subtract = [&](int64_t row, int64_t column, int64_t rows, int64_t columns) {
     tile::SubtractProductTransposed(tile::Block(x, row, 0, rows, x.cols),
                                     tile::Block(x, column, 0, columns, x.cols),
                                     tile::Block(s, row, column, rows, columns));
-  });
+  };
+  ForEachLowerTile(x.rows, kCornerTile, 1.0 * x.rows * x.rows * x.cols, subtract);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "gp/linalg/jitter_ladder.h"
 #include "gp/linalg/tile_operations.h"
 #include "kernels/base/parallel_for.h"
+#include "kernels/base/splitmix.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
@@ -20,18 +21,11 @@ using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
 constexpr int64_t kTile = 128;
-constexpr uint64_t kGolden = 0x9E3779B97F4A7C15u;
-
-// splitmix64's finaliser.
-uint64_t Mix(uint64_t z) {
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-  return z ^ (z >> 31);
-}
 
 // In (0, 1).
 double Uniform(uint64_t key, uint64_t place) {
-  return (static_cast<double>(Mix(key + kGolden * place) >> 11) + 0.5) * 0x1p-53;
+  const uint64_t bits = kernels::SplitMix(key + kernels::kSplitMixStep * place);
+  return (static_cast<double>(bits >> 11) + 0.5) * 0x1p-53;
 }
 
 // Two independent normal values, the pair of this number.
@@ -47,7 +41,7 @@ AlignedMatrix NormalValues(int64_t size, int64_t columns, int64_t count, uint64_
   const int64_t width = columns * count;
   AlignedMatrix z(size, (width + kTile - 1) / kTile * kTile);
   for (int64_t i = 0; i < size; ++i) std::fill(z.row(i) + width, z.row(i) + z.cols(), 0.0);
-  const uint64_t key = Mix(seed + kGolden);
+  const uint64_t key = kernels::SplitMix(seed + kernels::kSplitMixStep);
   const int64_t pairs = (size + 1) / 2;
   kernels::ParallelFor(count, 50.0 * size * columns * count, [&](int64_t s) {
     for (int64_t c = 0; c < columns; ++c) {

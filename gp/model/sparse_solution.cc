@@ -9,6 +9,7 @@
 #include "gp/covariance/prior_variance.h"
 #include "gp/linalg/cholesky.h"
 #include "gp/linalg/jitter_ladder.h"
+#include "gp/linalg/lower_tiles.h"
 #include "gp/linalg/tile_operations.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
@@ -86,17 +87,13 @@ void AddTerms(ConstMatrixView<double> v, const double* lambda, double sign, Matr
   for (int64_t i = 0; i < v.rows; ++i) {
     for (int64_t j = 0; j < m; ++j) scaled.row(i)[j] = sign * v(i, j) / lambda[i];
   }
-  const int64_t tiles = (m + kTile - 1) / kTile;
-  kernels::ParallelFor(tiles * (tiles + 1) / 2, 1.0 * m * m * v.rows, [&](int64_t t) {
-    int64_t i = 0;
-    while ((i + 1) * (i + 2) / 2 <= t) ++i;
-    const int64_t row = i * kTile, column = (t - i * (i + 1) / 2) * kTile;
-    const int64_t rows = std::min(kTile, m - row), columns = std::min(kTile, m - column);
+  const auto add = [&](int64_t row, int64_t column, int64_t rows, int64_t columns) {
     tile::AddTransposedProduct(
         tile::Block(v, 0, row, v.rows, rows),
         tile::Block(ConstMatrixView<double>(scaled.view()), 0, column, v.rows, columns),
         tile::Block(a, row, column, rows, columns));
-  });
+  };
+  ForEachLowerTile(m, kTile, 1.0 * m * m * v.rows, add);
 }
 
 void AddTargetTerms(const double* v, const double* lambda, const double* targets, int64_t count,

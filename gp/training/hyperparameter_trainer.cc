@@ -10,6 +10,7 @@
 #include "gp/calibration/leave_one_out.h"
 #include "gp/training/marginal_likelihood.h"
 #include "gp/training/simulated_annealing.h"
+#include "kernels/base/splitmix.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
@@ -19,12 +20,9 @@ using kernels::ConstMatrixView;
 
 constexpr double kSmoothing = 0.2;  // weight of the newest value in smoothed ones
 
-// Independent seeds for every frame and purpose (splitmix64's finaliser).
+// Independent seeds for every frame and purpose.
 uint64_t Mix(uint64_t seed, uint64_t frame, uint64_t purpose) {
-  uint64_t z = seed + 0x9E3779B97F4A7C15u * (2 * frame + purpose + 1);
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-  return z ^ (z >> 31);
+  return kernels::SplitMix(seed + kernels::kSplitMixStep * (2 * frame + purpose + 1));
 }
 
 double LargestChange(const std::vector<double>& a, const std::vector<double>& b) {

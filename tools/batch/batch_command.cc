@@ -47,8 +47,7 @@ class BatchCommand : public Command {
   std::string name() const override { return "batch"; }
   std::string summary() const override {
     return "Segments many drives, and what else is asked for, here or as jobs of Slurm; does what "
-           "is "
-           "missing, ends with a table and a page.";
+           "is missing, ends with a table and a page.";
   }
   std::string example() const override {
     return "egosieve batch videos --out=out --jobs=2 --then=reconstruct,masks,render,report\n"
@@ -67,6 +66,7 @@ class BatchCommand : public Command {
                    "A folder or a glob of drives (videos, and folders of pictures or videos), or a "
                    "manifest, as JSON or TOML")
         ->required()
+        ->default_str("")
         ->type_name("")
         ->configurable(false);
     app.add_option("--out", given_.out,

@@ -64,8 +64,7 @@ void PlanRun::AddFlags(CLI::App& app) {
       ->type_name("NUMBER");
   app.add_option("--task", task_, "Runs one task of the plan, from 0, and nothing else")
       ->check(AtLeast<int64_t>(0))
-      ->type_name("K")
-      ->configurable(false);
+      ->type_name("K");
   app.add_flag("--plan", plan_, "Print the tasks with their numbers, and run nothing");
   app.add_flag("--status", status_, "Print how far each drive is, and run nothing");
   app.add_option("--sbatch", sbatch_,
@@ -79,15 +78,17 @@ void PlanRun::AddFlags(CLI::App& app) {
   app.add_flag("--dry_run", dry_run_, "With --engine=slurm: measure, write the scripts, no more");
 }
 
-bool PlanRun::IsAskedFor() const { return engine_ != "local" || task_ >= 0 || plan_ || status_; }
+bool PlanRun::IsAskedFor() const {
+  return engine_ != "local" || task_.has_value() || plan_ || status_;
+}
 
 absl::StatusOr<ExitCode> PlanRun::Run(const std::string& manifest, std::vector<BatchEntry> entries,
                                       const ResultFlag& result) const {
-  if ((engine_ != "local") + (task_ >= 0) + plan_ + status_ > 1) {
+  if ((engine_ != "local") + (task_.has_value()) + plan_ + status_ > 1) {
     return absl::InvalidArgumentError("--engine, --task, --plan and --status exclude each other");
   }
   const BatchPlan plan(WithAbsolutePaths(std::move(entries)), shards_, cpus_);
-  if (task_ >= 0) return RunTask(plan);
+  if (task_.has_value()) return RunTask(plan);
   if (plan_) return TellPlan(plan, result);
   if (status_) return TellStatus(plan, JobsFolder(manifest), result);
   return SubmitPlan(plan, JobsFolder(manifest), result);
@@ -96,7 +97,7 @@ absl::StatusOr<ExitCode> PlanRun::Run(const std::string& manifest, std::vector<B
 absl::StatusOr<ExitCode> PlanRun::RunTask(const BatchPlan& plan) const {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string program, OwnProgram());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<std::string> arguments,
-                            plan.ArgumentsOfReadyTask(task_));
+                            plan.ArgumentsOfReadyTask(*task_));
   return BecomeProgram(program, arguments);
 }
 

@@ -9,6 +9,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,7 +42,7 @@ class PlanRun {
   std::string engine_ = "local";
   int shards_ = 2;
   int cpus_ = 0;
-  int64_t task_ = -1;
+  std::optional<int64_t> task_;
   bool plan_ = false;
   bool status_ = false;
   bool dry_run_ = false;

@@ -177,10 +177,11 @@ absl::StatusOr<std::vector<std::pair<int64_t, FrameLine>>> MaskExport::Chosen(
     return chosen;
   }
   for (size_t i = 0; i < frames_.size(); ++i) {
-    const auto line = std::find_if(lines.begin(), lines.end(), [&](const FrameLine& candidate) {
-      return candidate.index == frames_[i];
-    });
-    if (line != lines.end()) chosen.emplace_back(static_cast<int64_t>(i), *line);
+    const auto line = std::lower_bound(
+        lines.begin(), lines.end(), frames_[i],
+        [](const FrameLine& candidate, int64_t index) { return candidate.index < index; });
+    if (line != lines.end() && line->index == frames_[i])
+      chosen.emplace_back(static_cast<int64_t>(i), *line);
   }
   return chosen;
 }

@@ -77,27 +77,10 @@ std::optional<double> PhotometricSupport::LogRatio(cv::Point2f before, cv::Point
   return ratio ? std::max(0.0, *ratio) : ratio;
 }
 
-std::optional<double> PhotometricSupport::LogRatioOnSegment(cv::Point2f before, cv::Point2f now,
-                                                            cv::Point2f first,
-                                                            cv::Point2f last) const {
-  Patch p, q, s;
-  if (!Sample(before_, before, p) || !Sample(now_, now, q)) return std::nullopt;
-  const double found = SquaredDifference(p, q);
-  const double of_place = place_pixels_ * place_pixels_ * SquaredGradient(p);
-  const cv::Point2f way = last - first;
-  const int steps = std::clamp(
-      static_cast<int>(std::ceil(kStepsPerPixel * std::hypot(way.x, way.y))), 1, kMostSteps);
-  std::optional<double> least;
-  for (int k = 0; k <= steps && !(least && *least <= 0.0); ++k) {
-    const float share = static_cast<float>(k) / static_cast<float>(steps);
-    if (!Sample(now_, first + share * way, s)) continue;
-    const double still = SquaredDifference(p, s);
-    const double variance =
-        std::max(noise_levels_ * noise_levels_, std::min(found, still) / kPatchPixels) + of_place;
-    const double ratio = kIndependentShare * (still - found) / (2.0 * variance);
-    least = std::min(ratio, least.value_or(ratio));
-  }
-  return least ? std::max(0.0, *least) : least;
+double PhotometricSupport::RatioOf(double still, double found, double place_variance) const {
+  const double variance =
+      std::max(noise_levels_ * noise_levels_, std::min(found, still) / kPatchPixels);
+  return kIndependentShare * (still - found) / (2.0 * (variance + place_variance));
 }
 
 std::optional<double> PhotometricSupport::SignedLogRatio(cv::Point2f before, cv::Point2f now,
@@ -106,10 +89,27 @@ std::optional<double> PhotometricSupport::SignedLogRatio(cv::Point2f before, cv:
   if (!Sample(before_, before, p) || !Sample(now_, now, q) || !Sample(now_, standing, s)) {
     return std::nullopt;
   }
-  const double found = SquaredDifference(p, q), still = SquaredDifference(p, s);
-  const double variance =
-      std::max(noise_levels_ * noise_levels_, std::min(found, still) / kPatchPixels);
-  return kIndependentShare * (still - found) / (2.0 * variance);
+  return RatioOf(SquaredDifference(p, s), SquaredDifference(p, q), 0.0);
+}
+
+std::optional<double> PhotometricSupport::LogRatioOnSegment(cv::Point2f before, cv::Point2f now,
+                                                            cv::Point2f first,
+                                                            cv::Point2f last) const {
+  Patch p, q, s;
+  if (!Sample(before_, before, p) || !Sample(now_, now, q)) return std::nullopt;
+  const double found = SquaredDifference(p, q);
+  const double place_variance = place_pixels_ * place_pixels_ * SquaredGradient(p);
+  const cv::Point2f way = last - first;
+  const int steps = std::clamp(
+      static_cast<int>(std::ceil(kStepsPerPixel * std::hypot(way.x, way.y))), 1, kMostSteps);
+  std::optional<double> least;
+  for (int k = 0; k <= steps && !(least && *least <= 0.0); ++k) {
+    const float share = static_cast<float>(k) / static_cast<float>(steps);
+    if (!Sample(now_, first + share * way, s)) continue;
+    const double ratio = RatioOf(SquaredDifference(p, s), found, place_variance);
+    least = std::min(ratio, least.value_or(ratio));
+  }
+  return least ? std::max(0.0, *least) : least;
 }
 
 }  // namespace egosieve::vision

@@ -42,13 +42,13 @@ class PhotometricSupport {
 
   // (S1); nothing where a patch does not lie in its picture: then nothing was seen, either.
   std::optional<double> LogRatio(cv::Point2f before, cv::Point2f now, cv::Point2f standing) const;
-  // (S2), for S from `first` to `last` in steps of half a pixel, of the segment's part that lies in
-  // the picture.
-  std::optional<double> LogRatioOnSegment(cv::Point2f before, cv::Point2f now, cv::Point2f first,
-                                          cv::Point2f last) const;
   // The same without the bound at 0: below it the pictures prefer the place of standing still.
   std::optional<double> SignedLogRatio(cv::Point2f before, cv::Point2f now,
                                        cv::Point2f standing) const;
+  // (S2), for S from `first` to `last` in steps of half a pixel, longer ones where that would be
+  // more than 400, where S lies in the picture; nothing where it never does.
+  std::optional<double> LogRatioOnSegment(cv::Point2f before, cv::Point2f now, cv::Point2f first,
+                                          cv::Point2f last) const;
 
   // The two pictures exchanged.
   PhotometricSupport Reversed() const {
@@ -63,6 +63,9 @@ class PhotometricSupport {
         now_(std::move(now)),
         noise_levels_(noise_levels),
         place_pixels_(place_pixels) {}
+
+  // kappa (E_0 - E_1) / (2 (v + place_variance)).
+  double RatioOf(double still, double found, double place_variance) const;
 
   cv::Mat before_, now_;
   double noise_levels_ = 0.0, place_pixels_ = 0.0;

@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+#include "kernels/base/splitmix.h"
+
 namespace egosieve::vision {
 
 class Sampler {
@@ -39,14 +41,11 @@ class Sampler {
   std::mt19937_64 engine_;
 };
 
-// A seed for one step of one frame, from the run's seed (splitmix64 over the three).
+// A seed for one step of one frame, from the run's seed.
 inline uint64_t MixSeed(uint64_t seed, uint64_t frame_index, uint64_t step) {
   uint64_t z = seed;
   for (const uint64_t value : {frame_index, step}) {
-    z += 0x9e3779b97f4a7c15ULL + value;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-    z ^= z >> 31;
+    z = kernels::SplitMix(z + kernels::kSplitMixStep + value);
   }
   return z;
 }

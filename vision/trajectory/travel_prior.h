@@ -29,7 +29,7 @@ struct TravelPrior {
   double Membership(const Eigen::Vector3d& x) const;
 };
 
-// directions: unit vectors, one a pair. Says nothing for fewer than kFewestDirections.
+// directions: unit vectors, one a pair. Says nothing for fewer than six.
 TravelPrior FitTravelPrior(const std::vector<Eigen::Vector3d>& directions);
 
 }  // namespace egosieve::vision

@@ -1,0 +1,21 @@
+// The finaliser of splitmix64 (Steele, Lea & Flood 2014): numbers that differ in one bit become
+// 64 bits that have nothing in common. Seeds made with it need no generator's state.
+#ifndef EGOSIEVE_KERNELS_BASE_SPLITMIX_H_
+#define EGOSIEVE_KERNELS_BASE_SPLITMIX_H_
+
+#include <cstdint>
+
+namespace egosieve::kernels {
+
+// What the generator adds to its state between two numbers.
+inline constexpr uint64_t kSplitMixStep = 0x9E3779B97F4A7C15u;
+
+inline uint64_t SplitMix(uint64_t z) {
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+  return z ^ (z >> 31);
+}
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_BASE_SPLITMIX_H_
