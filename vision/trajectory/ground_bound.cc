@@ -13,8 +13,17 @@ constexpr double kHorizonError = 0.01;  // rays
 constexpr double kPeak = 0.15;          // of log(r / below), to both sides of the mode
 constexpr double kLeastShare = 0.2;     // of the places agree with the mode
 constexpr size_t kFewestPlaces = 40;
+constexpr double kGreatest = 1e3;  // of inverse depth and parallax: the camera's own place
 
 }  // namespace
+
+double InverseDepthOf(double parallax, const Eigen::Vector3d& tau) {
+  return parallax / std::max(1.0 - tau(2) * parallax, parallax / kGreatest);
+}
+
+double ParallaxOf(double inverse_depth, const Eigen::Vector3d& tau) {
+  return inverse_depth / std::max(1.0 + tau(2) * inverse_depth, inverse_depth / kGreatest);
+}
 
 double GroundSlopeOf(const std::vector<BelowHorizon>& places) {
   std::vector<double> logs;

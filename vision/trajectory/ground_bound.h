@@ -6,6 +6,9 @@
 //
 //   r_ground(p) = g (p_y - tau_y / tau_z),   g = |t| / (height of the camera)              (GB1)
 //
+// It is exact, where the r of two_view_motion.h is |d| / |e| = r / (1 + tau_z r): of the road near a
+// camera that moves on, the two differ by half.
+//
 // What stands on the ground hides it, so for everything static r >= r_ground. g is the mode of
 // r / (p_y - tau_y / tau_z) over places with parallax: the ground's all agree, a wall's do not.
 // Ground falls and cameras roll, so the bound is only `kGroundShare` of that.
@@ -22,6 +25,10 @@ struct BelowHorizon {
   double inverse_depth = 0.0;  // r
   double below = 0.0;          // p_y - tau_y / tau_z, rays
 };
+
+// The exact inverse depth of a point with |d| / |e| = `parallax`, and the other way; at most 1e3.
+double InverseDepthOf(double parallax, const Eigen::Vector3d& tau);
+double ParallaxOf(double inverse_depth, const Eigen::Vector3d& tau);
 
 // kGroundShare g; 0 where too few places agree. No inverse depth may be below 0.
 double GroundSlopeOf(const std::vector<BelowHorizon>& places);

@@ -442,7 +442,7 @@ double GroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& mot
     if (!(below > 0.0)) continue;
     const Terms terms = TermsOf(rays, state);
     if (terms.log_static < terms.log_moving || terms.s < kShowing * state.noise) continue;
-    places.push_back({terms.s / terms.length, below});
+    places.push_back({InverseDepthOf(terms.s / terms.length, state.tau), below});
   }
   return GroundSlopeOf(places);
 }
@@ -452,7 +452,8 @@ PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,
   const RayPair rays = {camera.Ray(pair.x1, pair.y1).head<2>(),
                         camera.Ray(pair.x2, pair.y2).head<2>()};
   const State state = StateOf(motion);
-  const double least = LeastInverseDepth(motion.ground_slope, rays.p, state.tau);
+  const double least =
+      ParallaxOf(LeastInverseDepth(motion.ground_slope, rays.p, state.tau), state.tau);
   const Terms terms = TermsOf(rays, state, least);
   PairLikelihood likelihood;
   likelihood.log_static = terms.log_static;

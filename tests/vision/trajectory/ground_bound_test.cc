@@ -52,6 +52,37 @@ TEST(GroundBound, OnlyBelowTheHorizonAndOnTheWayForward) {
               0.2 * kSlope, 0.01);
 }
 
+// The road from 5 to 20 m before a camera 1.5 m above it that moves on by 2 m.
+TEST(GroundBound, TheSlopeOfANearRoadIsThatOfItsInverseDepths) {
+  const Pinhole camera = Pinhole::Of({640, 360}, 600.0);
+  const double height = 1.5, step = 2.0;
+  std::vector<PointPair> pairs;
+  for (double depth = 5.0; depth < 20.0; depth *= 1.01) {
+    const double x = std::fmod(137.0 * depth, 4.0) - 2.0;
+    const Eigen::Vector2d first = camera.Project({x, height, depth});
+    const Eigen::Vector2d second = camera.Project({x, height, depth - step});
+    pairs.push_back({first(0), first(1), second(0), second(1)});
+  }
+  TwoViewMotion motion;
+  motion.found = true;
+  motion.translation = kForward;
+  motion.mean_parallax = 0.2;
+  motion.noise = 0.3 / 600.0;
+  motion.noise_pixels = 0.3;
+  motion.parallax_pixels = 20.0;
+  motion.static_share = 0.9;
+  motion.moving_scale = 50.0 / 600.0;
+  motion.ground_slope = GroundSlope(pairs, motion, camera);
+  // The share of the bound, and the horizon's error at 45 rows below it.
+  EXPECT_NEAR(motion.ground_slope, 0.6 * step / height, 0.15 * step / height);
+  // No place of the road is farther than its bound, and the nearest is not far above it.
+  for (const PointPair& pair : pairs) {
+    EXPECT_LT(LikelihoodOf(motion, camera, pair).farthest(1), pair.y2);
+  }
+  const PairLikelihood near = LikelihoodOf(motion, camera, pairs.front());
+  EXPECT_GT(near.farthest(1) - pairs.front().y1, 0.4 * (pairs.front().y2 - pairs.front().y1));
+}
+
 TEST(GroundBound, WhatKeepsItsDistanceAheadMoves) {
   // A place on the road ahead that does not move in the image, while the camera does.
   const Pinhole camera = Pinhole::Of({640, 360}, 600.0);
