@@ -6,8 +6,8 @@
 //
 //   r_ground(p) = g (p_y - tau_y / tau_z),   g = |t| / (height of the camera)              (GB1)
 //
-// It is exact, where the r of two_view_motion.h is |d| / |e| = r / (1 + tau_z r): of the road near a
-// camera that moves on, the two differ by half.
+// It is exact, where the r of two_view_motion.h is |d| / |e| = r / (1 + tau_z r): of the road near
+// a camera that moves on, the two differ by half.
 //
 // What stands on the ground hides it, so for everything static r >= r_ground. g is the mode of
 // r / (p_y - tau_y / tau_z) over places with parallax: the ground's all agree, a wall's do not.
