@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "vision/evidence/calibrated_pairs.h"
 #include "vision/evidence/for_each_point.h"
 #include "vision/evidence/negative_depth.h"
 #include "vision/evidence/photometric_support.h"
@@ -20,8 +21,7 @@ namespace egosieve::vision {
 namespace {
 
 constexpr size_t kFewestResiduals = 20;
-constexpr double kMostLogRatio = 12.0;  // of a pair of pictures
-constexpr double kPoseExplains = 1.1;   // greatest scale of the pose's distances over the given F's
+constexpr double kPoseExplains = 1.1;  // greatest scale of the pose's distances over the given F's
 
 bool IsKnown(cv::Point2f p) { return std::isfinite(p.x) && std::isfinite(p.y); }
 
@@ -56,25 +56,6 @@ cv::Point2f Back(cv::Point2f place, double pixels, const Eigen::Vector2d& direct
           static_cast<float>(place.y - pixels * direction(1))};
 }
 
-cv::Point2f PlaceOf(const Eigen::Vector2d& place) {
-  return {static_cast<float>(place(0)), static_cast<float>(place(1))};
-}
-
-// log_moving - log_static of a pair under a calibrated motion; where both pictures are there, no
-// more than they say themselves.
-double CalibratedLogRatio(const TwoViewMotion& motion, const Pinhole& camera, const PointPair& pair,
-                          const PhotometricSupport* pictures) {
-  const PairLikelihood likelihood = LikelihoodOf(motion, camera, pair);
-  const double ratio =
-      std::clamp(likelihood.log_moving - likelihood.log_static, -kMostLogRatio, kMostLogRatio);
-  if (pictures == nullptr || ratio <= 0.0) return ratio;
-  const std::optional<double> seen =
-      pictures->LogRatioOnSegment({static_cast<float>(pair.x1), static_cast<float>(pair.y1)},
-                                  {static_cast<float>(pair.x2), static_cast<float>(pair.y2)},
-                                  PlaceOf(likelihood.farthest), PlaceOf(likelihood.nearest));
-  return std::min(ratio, seen.value_or(0.0));
-}
-
 // Nothing without both pictures.
 std::optional<PhotometricSupport> PicturesOf(const EvidenceFrame& frame) {
   if (frame.grey.empty() || frame.grey_before.empty()) return std::nullopt;
@@ -86,6 +67,24 @@ std::optional<PhotometricSupport> PicturesOf(const EvidenceFrame& frame) {
   }
   return PhotometricSupport(frame.grey_before, frame.grey, befores, nows,
                             frame.world ? frame.world->LineDeviationPixels() : 0.0);
+}
+
+CalibratedPair PairOf(const EvidenceFrame& frame, const EvidenceView& view) {
+  CalibratedPair pair;
+  pair.motion = view.motion;
+  pair.pictures = view.pictures;
+  std::vector<cv::Point2f> nows, theres;
+  for (size_t i = 0; i < frame.points.size(); ++i) {
+    const cv::Point2f now = frame.points[i].now, there = view.places[i];
+    pair.places.push_back({now.x, now.y, there.x, there.y});
+    if (!frame.points[i].estimates || !IsKnown(there)) continue;
+    nows.push_back(now);
+    theres.push_back(there);
+  }
+  if (!frame.grey.empty() && !view.grey.empty()) {
+    pair.support.emplace(frame.grey, view.grey, nows, theres, view.motion.LineDeviationPixels());
+  }
+  return pair;
 }
 
 absl::Status CheckFrame(const EvidenceFrame& frame, int64_t last_index) {
@@ -222,34 +221,39 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
   return motion;
 }
 
-void EvidenceAccumulator::MeasureView(const EvidenceFrame& frame, const EvidenceView& view,
-                                      EvidenceResult& result) const {
-  std::optional<PhotometricSupport> pictures;
-  if (!frame.grey.empty() && !view.grey.empty()) {
-    std::vector<cv::Point2f> nows, theres;
-    for (size_t i = 0; i < frame.points.size(); ++i) {
-      if (!frame.points[i].estimates || !IsKnown(view.places[i])) continue;
-      nows.push_back(frame.points[i].now);
-      theres.push_back(view.places[i]);
-    }
-    pictures.emplace(frame.grey, view.grey, nows, theres, view.motion.LineDeviationPixels());
+void EvidenceAccumulator::MeasureCalibrated(const EvidenceFrame& frame,
+                                            const PhotometricSupport* pictures, bool has_motion,
+                                            EvidenceResult& result) const {
+  const bool has_world = frame.world && has_motion;
+  std::vector<CalibratedPair> pairs;
+  if (has_world) {
+    CalibratedPair& pair = pairs.emplace_back();
+    pair.motion = *frame.world;
+    pair.pictures = frame.pictures;
+    for (const EvidencePoint& point : frame.points) pair.places.push_back(PairOf(point));
+    if (pictures != nullptr) pair.support = *pictures;
   }
-  ForEachPoint(frame.points.size(), [&](size_t i) {
-    const cv::Point2f now = frame.points[i].now, there = view.places[i];
-    if (!IsKnown(there)) return;
-    const double ratio =
-        CalibratedLogRatio(view.motion, frame.camera, {now.x, now.y, there.x, there.y},
-                           pictures ? &*pictures : nullptr);
-    std::optional<double>& sum = result.points[i].views_log_ratio;
-    sum = sum.value_or(0.0) + ratio;
-  });
+  for (const EvidenceView& view : frame.views) pairs.push_back(PairOf(frame, view));
+  const auto ratios = CalibratedLogRatios(pairs, frame.camera);
+  for (size_t k = 0; k < pairs.size(); ++k) {
+    for (size_t i = 0; i < frame.points.size(); ++i) {
+      if (!ratios[k][i]) continue;
+      PointEvidence& point = result.points[i];
+      if (k == 0 && has_world) {
+        point.log_ratio[static_cast<int>(EvidenceTerm::kEpipolar)] = *ratios[k][i];
+        point.present[static_cast<int>(EvidenceTerm::kEpipolar)] = true;
+      } else {
+        point.views_log_ratio = point.views_log_ratio.value_or(0.0) + *ratios[k][i];
+      }
+    }
+  }
 }
 
 void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& motion,
                                   const PhotometricSupport* pictures,
                                   EvidenceResult& result) const {
-  for (const EvidenceView& view : frame.views) {
-    if (options_.epipolar) MeasureView(frame, view, result);
+  if (options_.epipolar) {
+    MeasureCalibrated(frame, pictures, motion.kind != MotionModelKind::kNone, result);
   }
   if (motion.kind == MotionModelKind::kNone) return;
   const auto measure = [&](size_t i) {
@@ -268,9 +272,7 @@ void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& moti
       }
       set(term, ratio);
     };
-    if (options_.epipolar && frame.world) {
-      set(EvidenceTerm::kEpipolar, CalibratedLogRatio(*frame.world, motion.camera, pair, pictures));
-    } else if (options_.epipolar) {
+    if (options_.epipolar && !frame.world) {
       const double residual =
           Residuals(motion.kind, motion.matrix, {pair}, EpipolarDistance::kSampson)[0];
       set_supported(EvidenceTerm::kEpipolar, DistanceLogRatio(residual / motion.noise_pixels),

@@ -68,11 +68,13 @@ struct EvidenceView {
   TwoViewMotion motion;             // from t to the picture
   cv::Mat grey;                     // CV_8UC1 of the frame's size
   std::vector<cv::Point2f> places;  // of the points in it, one a point; NaN where not known
+  int pictures = 1;                 // from t to it; negative: it is before t; not 0
 };
 
 struct EvidenceFrame {
   int64_t index = 0;  // t
   int gap = 1;        // g, frames
+  int pictures = 1;   // of the input from t - g to t, those left out included; as in `views`
   cv::Size size;      // of the image
   MotionModelKind motion_model = MotionModelKind::kNone;
   Eigen::Matrix3d motion_matrix = Eigen::Matrix3d::Identity();  // t - g to t, pixels
@@ -153,9 +155,10 @@ class EvidenceAccumulator {
 
   struct Motion;
   Motion MotionOf(const EvidenceFrame& frame, EvidenceState& next) const;
-  void MeasureView(const EvidenceFrame& frame, const EvidenceView& view,
-                   EvidenceResult& result) const;
-  // pictures: null where there are not both.
+  // The epipolar term by calibrated_pairs.h; pictures: null where there are not both.
+  void MeasureCalibrated(const EvidenceFrame& frame, const PhotometricSupport* pictures,
+                         bool has_motion, EvidenceResult& result) const;
+  // The other terms of two and three views.
   void Measure(const EvidenceFrame& frame, const Motion& motion, const PhotometricSupport* pictures,
                EvidenceResult& result) const;
   // The road term of `result`; the plane need not be found.

@@ -221,6 +221,7 @@ absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(
     EvidenceView& other = evidence.views.emplace_back();
     other.motion = *view.motion;
     other.grey = view.frame->grey;
+    other.pictures = static_cast<int>(view.frame->frame.index - frame.frame.index);
     other.places.reserve(points.size());
     for (const TrackedPoint& point : points) other.places.push_back(point.*view.place);
   }
@@ -229,6 +230,7 @@ absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(
   for (const TrackedPoint& point : points) evidence.points.push_back(point.evidence);
   if (draws_own_car_ || before != nullptr || !evidence.views.empty()) evidence.grey = frame.grey;
   if (before != nullptr) {
+    evidence.pictures = static_cast<int>(frame.frame.index - before->frame.index);
     evidence.grey_before = before->grey;
     evidence.unfollowed = UnfollowedPlaces(gap, frame.grey.size());
   }

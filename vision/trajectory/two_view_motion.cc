@@ -460,6 +460,7 @@ PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,
   likelihood.log_moving = terms.log_moving;
   likelihood.along = terms.s;
   likelihood.across = terms.c;
+  likelihood.normal = Perpendicular(terms.u);
   const auto turned = [&](double parallax) {
     const Vector2d there = rays.p + parallax * terms.u;
     return camera.Project(motion.rotation * Vector3d(there(0), there(1), 1.0));

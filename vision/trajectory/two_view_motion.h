@@ -109,8 +109,9 @@ double GroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& mot
 // One pair under a motion. Where the ground is known, (TV4) is that of inverse depths from
 // LeastInverseDepth on.
 struct PairLikelihood {
-  double log_static = 0.0, log_moving = 0.0;  // (TV4), (TV5)
-  double along = 0.0, across = 0.0;           // s and c, rays
+  double log_static = 0.0, log_moving = 0.0;          // (TV4), (TV5)
+  double along = 0.0, across = 0.0;                   // s and c, rays
+  Eigen::Vector2d normal = Eigen::Vector2d::UnitX();  // v
   // Static points of the same ray are between these, pixels: on the epipolar line, from the
   // farthest to where the prior of the inverse depth ends for any practical purpose.
   Eigen::Vector2d farthest = Eigen::Vector2d::Zero(), nearest = Eigen::Vector2d::Zero();

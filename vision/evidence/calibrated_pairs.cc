@@ -1,0 +1,85 @@
+#include "vision/evidence/calibrated_pairs.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+
+#include "vision/evidence/for_each_point.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr double kMostLogRatio = 12.0;
+constexpr double kSpeedChange = 0.5;  // of a mover between two pairs, a share of its speed
+
+// Of a place off its epipolar line, for one picture; pixels.
+struct Drift {
+  bool known = false;
+  Eigen::Vector2d pixels = Eigen::Vector2d::Zero();
+  double deviation = 0.0;
+};
+
+cv::Point2f PlaceOf(double x, double y) { return {static_cast<float>(x), static_cast<float>(y)}; }
+
+// log(exp(a) / 2 + exp(b) / 2)
+double LogMean(double a, double b) {
+  const double top = std::max(a, b);
+  return top + std::log(0.5 * (std::exp(a - top) + std::exp(b - top)));
+}
+
+// The second part of (CP2).
+double LogRatioOfDrift(const Drift& drift, const PairLikelihood& likelihood, double across,
+                       double noise, int pictures) {
+  const double mean = pictures * drift.pixels.dot(likelihood.normal);
+  const double spread = pictures * std::hypot(drift.deviation, kSpeedChange * drift.pixels.norm());
+  const double deviation = std::hypot(noise, spread);
+  const double z = (across - mean) / deviation, z_static = across / noise;
+  return 0.5 * (z_static * z_static - z * z) + std::log(noise / deviation);
+}
+
+// Sets the drift where it was not known.
+double LogRatio(const CalibratedPair& pair, const PointPair& place, const Pinhole& camera,
+                Drift& drift) {
+  const PairLikelihood likelihood = LikelihoodOf(pair.motion, camera, place);
+  const double across = camera.focal_pixels * likelihood.across;
+  const double noise = pair.motion.noise_pixels;
+  double ratio = likelihood.log_moving - likelihood.log_static;
+  if (drift.known) {
+    ratio = LogMean(ratio, LogRatioOfDrift(drift, likelihood, across, noise, pair.pictures));
+  } else {
+    drift = {true, across / pair.pictures * likelihood.normal, noise / std::abs(pair.pictures)};
+  }
+  ratio = std::clamp(ratio, -kMostLogRatio, kMostLogRatio);
+  if (!pair.support || ratio <= 0.0) return ratio;
+  const std::optional<double> seen =
+      pair.support->LogRatioOnSegment(PlaceOf(place.x1, place.y1), PlaceOf(place.x2, place.y2),
+                                      PlaceOf(likelihood.farthest(0), likelihood.farthest(1)),
+                                      PlaceOf(likelihood.nearest(0), likelihood.nearest(1)));
+  return std::min(ratio, seen.value_or(0.0));
+}
+
+}  // namespace
+
+std::vector<std::vector<std::optional<double>>> CalibratedLogRatios(
+    const std::vector<CalibratedPair>& pairs, const Pinhole& camera) {
+  std::vector<size_t> longest_first(pairs.size());
+  std::iota(longest_first.begin(), longest_first.end(), size_t{0});
+  std::stable_sort(longest_first.begin(), longest_first.end(), [&](size_t a, size_t b) {
+    return std::abs(pairs[a].pictures) > std::abs(pairs[b].pictures);
+  });
+  std::vector<std::vector<std::optional<double>>> ratios(pairs.size());
+  std::vector<Drift> drifts(pairs.empty() ? 0 : pairs[0].places.size());
+  for (const size_t k : longest_first) {
+    ratios[k].resize(drifts.size());
+    ForEachPoint(drifts.size(), [&](size_t i) {
+      const PointPair& place = pairs[k].places[i];
+      if (!std::isfinite(place.x1) || !std::isfinite(place.x2)) return;
+      ratios[k][i] = LogRatio(pairs[k], place, camera, drifts[i]);
+    });
+  }
+  return ratios;
+}
+
+}  // namespace egosieve::vision
