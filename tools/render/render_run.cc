@@ -11,6 +11,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
 #include "tools/reconstruct/full_maps.h"
+#include "tools/run_folder/doubtful_frames.h"
 
 namespace egosieve::tools {
 
@@ -44,9 +45,8 @@ absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
   }
   OverlayOptions with_ignored = options;
   with_ignored.ignored = IgnoredIn(line, ignored_);
-  const std::string caption =
-      absl::StrFormat("frame %d  %.2f s%s", line.index, line.time_seconds,
-                      line.outcome == FrameLine::Outcome::kLearnt ? "" : "  not learnt from");
+  const std::string caption = absl::StrFormat("frame %d  %.2f s%s", line.index, line.time_seconds,
+                                              DoubtOf(line).empty() ? "" : "  unreliable");
   const std::string ids_path = folder_.FrameFile("ids", line.index, ".png");
   if (shows_movers_ && std::filesystem::exists(ids_path)) {
     const cv::Mat ids = cv::imread(ids_path, cv::IMREAD_UNCHANGED);

@@ -17,6 +17,7 @@
 #include "tools/report/embedded_files.h"
 #include "tools/report/html.h"
 #include "tools/report/timeline.h"
+#include "tools/run_folder/doubtful_frames.h"
 
 namespace egosieve::tools {
 namespace {
@@ -88,6 +89,11 @@ std::string Header(const ReportContent& content) {
   if (!description.ended_message.empty()) {
     absl::StrAppend(&html, "<p><b>", EscapeHtml(description.ended_message), "</b></p>\n");
   }
+  DoubtfulFrames doubtful;
+  for (const FrameLine& line : content.lines) doubtful.Add(line);
+  if (doubtful.count() > 0) {
+    absl::StrAppend(&html, "<p class=\"warning\">", EscapeHtml(doubtful.Sentence()), "</p>\n");
+  }
   return absl::StrCat(html, "</header>\n");
 }
 
@@ -131,8 +137,8 @@ std::string Pictures(const ReportContent& content) {
   const std::string timeline = MoverTimeline(content.tracks, content.lines);
   if (!timeline.empty()) {
     absl::StrAppend(&html, timeline,
-                    "<p class=\"note\">When each mover was there, by its number. Grey: frames that "
-                    "were not learnt from; trust them less.</p>\n");
+                    "<p class=\"note\">When each mover was there, by its number. Grey: unreliable "
+                    "frames.</p>\n");
   }
   if (!content.video.empty()) {
     absl::StrAppend(&html, "<p><a href=\"", EscapeHtml(content.video), "\">",

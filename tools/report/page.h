@@ -21,7 +21,7 @@ namespace egosieve::tools {
 struct ReportPicture {
   std::string jpeg;  // the file's bytes
   std::string caption;
-  bool is_unreliable = false;  // of a frame that was not learnt from
+  bool is_unreliable = false;  // DoubtOf is not empty
 };
 
 struct ReportContent {

@@ -22,6 +22,7 @@
 #include "tools/report/page.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/run_folder/chosen_lines.h"
+#include "tools/run_folder/doubtful_frames.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -145,12 +146,13 @@ class ReportCommand : public Command {
         tell(absl::StrCat("pictures are missing: ", picture.status().message()));
         return absl::OkStatus();
       }
-      const bool is_learnt = line.outcome == FrameLine::Outcome::kLearnt;
+      const std::string doubt = DoubtOf(line);
       content.pictures.push_back(
           {Jpeg(*picture),
            absl::StrFormat("frame %d, %.2f s: %.1f %% moves%s", line.index, line.time_seconds,
-                           100.0 * line.dynamic_share, is_learnt ? "" : "; not learnt from"),
-           !is_learnt});
+                           100.0 * line.dynamic_share,
+                           doubt.empty() ? "" : absl::StrCat("; unreliable: ", doubt)),
+           !doubt.empty()});
       progress.Advance();
     }
     return absl::OkStatus();

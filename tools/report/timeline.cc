@@ -10,6 +10,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 #include "tools/render/overlay.h"
+#include "tools/run_folder/doubtful_frames.h"
 
 namespace egosieve::tools {
 namespace {
@@ -66,7 +67,7 @@ std::string MoverTimeline(absl::string_view tracks, absl::Span<const FrameLine> 
       "there\">\n",
       kWidth, height + 18.0);
   for (const FrameLine& line : lines) {
-    if (line.outcome == FrameLine::Outcome::kLearnt) continue;
+    if (DoubtOf(line).empty()) continue;
     absl::StrAppendFormat(
         &svg, "<rect x=\"%.2f\" y=\"0\" width=\"%.2f\" height=\"%g\" fill=\"#e3e6ea\"/>\n",
         place(line.index), scale, height);

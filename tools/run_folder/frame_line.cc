@@ -1,5 +1,8 @@
 #include "tools/run_folder/frame_line.h"
 
+#include <Eigen/Core>
+#include <array>
+
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "tools/run_folder/json_fields.h"
@@ -31,6 +34,30 @@ absl::Status ReadPoints(const Json& json, FrameLine::PointCounts& points) {
   fields.Read("dropped_by_model_density", points.dropped_by_model_density);
   fields.Read("dropped_by_age", points.dropped_by_age);
   fields.Read("dropped_by_budget", points.dropped_by_budget);
+  return fields.status();
+}
+
+// null where it is not known.
+Json StepToJson(const vision::CameraStep& step) {
+  if (!step.known) return Json();
+  const auto list = [](const Eigen::Vector3d& v) { return Json{v(0), v(1), v(2)}; };
+  return Json{{"rotation", list(step.rotation)},
+              {"direction", list(step.direction)},
+              {"onward", step.onward},
+              {"heights", step.heights}};
+}
+
+absl::Status ReadStep(const Json& json, vision::CameraStep& step) {
+  if (json.is_null()) return absl::OkStatus();
+  JsonFields fields(json, "step");
+  std::array<double, 3> rotation{}, direction{};
+  fields.Read("rotation", rotation);
+  fields.Read("direction", direction);
+  fields.Read("onward", step.onward);
+  fields.Read("heights", step.heights);
+  step.known = true;
+  step.rotation = Eigen::Vector3d(rotation.data());
+  step.direction = Eigen::Vector3d(direction.data());
   return fields.status();
 }
 
@@ -83,6 +110,7 @@ Json ToJson(const FrameLine& line) {
             {"time_seconds", line.time_seconds},
             {"outcome", OutcomeName(line.outcome)},
             {"reason", line.reason.empty() ? Json() : Json(line.reason)},
+            {"doubt", line.doubt.empty() ? Json() : Json(line.doubt)},
             {"width_pixels", line.width_pixels},
             {"height_pixels", line.height_pixels},
             {"features", line.features},
@@ -95,6 +123,7 @@ Json ToJson(const FrameLine& line) {
             {"frame_gap", line.frame_gap},
             {"decided_by", decided_by},
             {"own_car", line.own_car},
+            {"step", StepToJson(line.step)},
             {"points", PointsToJson(line.points)},
             {"model_size", line.model_size},
             {"theta", line.theta},
@@ -115,13 +144,14 @@ absl::StatusOr<FrameLine> FrameLineFromJson(const Json& json) {
   FrameLine line;
   JsonFields fields(json, "the frame's line");
   std::string outcome;
-  Json reason;
+  Json reason, doubt, step;
   fields.Read("index", line.index);
   fields.ReadIfThere("image", line.image);
   fields.Read("time_seconds", line.time_seconds);
   fields.Read("outcome", outcome);
   fields.Keep(ReadOutcome(outcome, line.outcome));
   fields.Read("reason", reason);
+  fields.ReadIfThere("doubt", doubt);
   fields.Read("width_pixels", line.width_pixels);
   fields.Read("height_pixels", line.height_pixels);
   fields.Read("features", line.features);
@@ -134,6 +164,8 @@ absl::StatusOr<FrameLine> FrameLineFromJson(const Json& json) {
   fields.Read("frame_gap", line.frame_gap);
   fields.Keep(ReadNumbers(fields.Object("decided_by"), "decided_by", line.decided_by));
   fields.Read("own_car", line.own_car);
+  fields.ReadIfThere("step", step);
+  fields.Keep(ReadStep(step, line.step));
   fields.Keep(ReadPoints(fields.Object("points"), line.points));
   fields.Read("model_size", line.model_size);
   fields.Read("theta", line.theta);
@@ -150,6 +182,7 @@ absl::StatusOr<FrameLine> FrameLineFromJson(const Json& json) {
   if (reason.is_string()) {
     line.reason = reason.get<std::string>();
   }
+  if (doubt.is_string()) line.doubt = doubt.get<std::string>();
   if (!fields.status().ok()) {
     return fields.status();
   }

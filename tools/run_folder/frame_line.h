@@ -14,6 +14,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "vision/trajectory/camera_step.h"
 
 namespace egosieve::tools {
 
@@ -42,6 +43,7 @@ struct FrameLine {
   double time_seconds = 0.0;
   Outcome outcome = Outcome::kAnswered;
   std::string reason;    // empty where learnt
+  std::string doubt;     // why the frame is not to be relied on; empty where it is
   int width_pixels = 0;  // of the frame, which may differ from its neighbours'; 0: it has no map
   int height_pixels = 0;
 
@@ -57,6 +59,8 @@ struct FrameLine {
   std::vector<std::pair<std::string, double>> decided_by;  // shares
   // Areas (x, y, width, height; pixels of the frame) found to belong to the own car.
   std::vector<std::array<int, 4>> own_car;
+
+  vision::CameraStep step;  // of the camera, from the frame before
 
   PointCounts points;
   int64_t model_size = 0;     // points, after this frame; 0: the map is the prior

@@ -9,6 +9,7 @@
 
 #include "kernels/base/status_macros.h"
 #include "tools/segment/resume.h"
+#include "tools/segment/trajectory_file.h"
 
 namespace egosieve::tools {
 namespace {
@@ -114,6 +115,8 @@ FrameLine MakeLine(const vision::SegmentedFrame& frame) {
   for (const cv::Rect& area : record.own_car) {
     line.own_car.push_back({area.x, area.y, area.width, area.height});
   }
+  line.doubt = record.doubt;
+  line.step = record.step;
   line.points = MakePoints(record.selection);
   line.model_size = record.model_size;
   line.theta = record.theta;
@@ -163,6 +166,7 @@ absl::Status DriveWriter::AnswerFromBefore(FrameLine& line) const {
 }
 
 void DriveWriter::Counts::Add(const FrameLine& line, const kernels::ImageGrid& grid) {
+  doubtful.Add(line);
   if (line.outcome == FrameLine::Outcome::kFailed) {
     if (failed++ == 0) first_failure = line.reason;
     return;
@@ -215,6 +219,7 @@ absl::Status DriveWriter::Finish(const std::string& ended, const std::string& me
   description_.frames_failed = counts_.failed;
   description_.seconds += seconds;
   description_.finished_utc = UtcNow();
+  EGOSIEVE_RETURN_IF_ERROR(WriteTrajectory(folder_));
   return folder_.WriteDescription(description_);
 }
 

@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "tools/run_folder/doubtful_frames.h"
 #include "tools/run_folder/run_folder.h"
 #include "vision/segmentation/segmentation_pipeline.h"
 
@@ -36,9 +37,10 @@ class DriveWriter {
   struct Counts {
     int64_t answered = 0;  // could be read and have their map
     int64_t learnt = 0;
-    int64_t failed = 0;           // could not be read
-    int64_t other_sizes = 0;      // answered, of another size than the run's first frame
-    std::string first_failure;    // its reason
+    int64_t failed = 0;         // could not be read
+    int64_t other_sizes = 0;    // answered, of another size than the run's first frame
+    std::string first_failure;  // its reason
+    DoubtfulFrames doubtful;
     std::string last_not_learnt;  // reason of the last that has a map and was not learnt from
 
     void Add(const FrameLine& line, const kernels::ImageGrid& grid);

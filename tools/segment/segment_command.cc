@@ -345,6 +345,7 @@ class SegmentCommand : public Command {
     if (LeavesMaps()) {
       absl::StrAppend(&text, "egosieve infer ", directory_, " makes the maps that were left out\n");
     }
+    if (counts.doubtful.count() > 0) absl::StrAppend(&text, counts.doubtful.Sentence(), "\n");
     Tell(counts, seconds, text);
     if (summary->stopped) {
       return absl::CancelledError(absl::StrCat("interrupted; the ", counts.answered + counts.failed,
@@ -360,6 +361,7 @@ class SegmentCommand : public Command {
                   {"frames_answered", counts.answered},
                   {"frames_learnt", counts.learnt},
                   {"frames_failed", counts.failed},
+                  {"frames_unreliable", counts.doubtful.count()},
                   {"seconds", seconds}},
                  text);
   }

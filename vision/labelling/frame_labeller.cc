@@ -12,6 +12,7 @@
 #include "vision/geometry/sampling.h"
 #include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/frame_step.h"
 #include "vision/labelling/gap_choice.h"
 #include "vision/labelling/label_rule.h"
 #include "vision/labelling/labeller_state.h"
@@ -218,6 +219,7 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
       result.outcome != LabelOutcome::kUntrustedMotion) {
     EGOSIEVE_RETURN_IF_ERROR(LabelFromAhead(*frame, ahead, result));
   }
+  if (result.outcome != LabelOutcome::kLabelled) result.doubt = DoubtOf(result, nullptr);
   pair_motions_.Forget(frame->frame.index);
   EGOSIEVE_RETURN_IF_ERROR(Push(std::move(frame)));
   return result;
@@ -322,6 +324,7 @@ absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame&
   RecordMotion(ModelOf(view.motion, Camera(frame.grey.size()), 0), result);
   result.reason.clear();
   LabelByEvidence(frame, points, MotionModel(), evidence, options_, result);
+  result.doubt = DoubtOf(result, &view.motion);
   result.times.labelling_milliseconds += watch.LapMilliseconds();
   return absl::OkStatus();
 }
@@ -382,10 +385,23 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
                        {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead},
                        {behind.frame, &behind.motion, &TrackedPoint::near_behind}}));
   result.own_car = OwnCarAreas(evidence_.own_car(), frame.grey.size());
+  if (options_.IsCalibrated()) {
+    const FrameViews views{before.frame.index,
+                           frame.frame.index,
+                           gap,
+                           model.trusted ? &world : nullptr,
+                           &behind,
+                           &outlook};
+    result.step = StepOf(views, points, camera);
+  }
   if (model.trusted || !outlook.empty()) {
     result.reason.clear();
     LabelByEvidence(frame, points, model, evidence, options_, result);
   }
+  const View& view = outlook.far.frame != nullptr ? outlook.far : outlook.near;
+  result.doubt = DoubtOf(result, view.frame != nullptr ? &view.motion
+                                 : world.found         ? &world
+                                                       : nullptr);
   result.times.labelling_milliseconds = watch.LapMilliseconds();
   return absl::OkStatus();
 }

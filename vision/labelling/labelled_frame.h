@@ -12,6 +12,7 @@
 #include "vision/evidence/fusion.h"
 #include "vision/frame/frame.h"
 #include "vision/geometry/motion_model_kind.h"
+#include "vision/trajectory/camera_step.h"
 
 namespace egosieve::vision {
 
@@ -68,6 +69,10 @@ struct LabelledFrame {
   int64_t discarded_count = 0;  // matches given no label
   int64_t guided_count = 0;     // of the places, last in their order: no matches; guided_match.h
   double noise_pixels = 0.0;    // scale of static points' residuals, one standard deviation
+  // Why the labels are not to be relied on: nothing says where the camera moved, or most of the
+  // image does not agree. Empty: they are.
+  std::string doubt;
+  CameraStep step;  // from the frame before; known where the motion is calibrated
   LabellingTimes times;
 
   int64_t size() const { return static_cast<int64_t>(probability.size()); }

@@ -61,6 +61,8 @@ void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
     record.frame_gap = static_cast<int>(labels.second_index - labels.first_index);
   }
   record.own_car = labels.own_car;
+  record.doubt = labels.doubt;
+  record.step = labels.step;
   record.static_label_count = labels.size() - record.dynamic_label_count;
   record.milliseconds.equalization = labels.times.equalization_milliseconds;
   record.milliseconds.features = labels.times.features_milliseconds;

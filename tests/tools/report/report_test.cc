@@ -88,7 +88,7 @@ TEST(MoverTimeline, HasABarForEveryStay) {
   std::vector<FrameLine> lines(5);
   for (int i = 0; i < 5; ++i) {
     lines[i].index = i;
-    lines[i].outcome = i == 0 ? FrameLine::Outcome::kAnswered : FrameLine::Outcome::kLearnt;
+    if (i == 0) lines[i].doubt = "no frame before this one";
   }
   const std::string svg = MoverTimeline(
       "frame,time_seconds,id,left\n1,0.1,7,3\n2,0.2,7,3\n4,0.4,7,3\n4,0.4,12,3\n", lines);

@@ -1,0 +1,34 @@
+#include "tools/run_folder/doubtful_frames.h"
+
+#include <algorithm>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+
+namespace egosieve::tools {
+
+std::string DoubtOf(const FrameLine& line) {
+  return line.outcome == FrameLine::Outcome::kFailed ? line.reason : line.doubt;
+}
+
+void DoubtfulFrames::Add(const FrameLine& line) {
+  ++frames_;
+  const std::string doubt = DoubtOf(line);
+  if (doubt.empty()) return;
+  ++count_;
+  std::string words = doubt;
+  words.erase(std::remove_if(words.begin(), words.end(), absl::ascii_isdigit), words.end());
+  Kind& kind = kinds_[words];
+  if (kind.count++ == 0) kind.first = doubt;
+}
+
+std::string DoubtfulFrames::Sentence() const {
+  if (count_ == 0) return "";
+  const auto most = std::max_element(
+      kinds_.begin(), kinds_.end(),
+      [](const auto& a, const auto& b) { return a.second.count < b.second.count; });
+  return absl::StrCat(count_, " of ", frames_,
+                      " frames are unreliable, most often: ", most->second.first);
+}
+
+}  // namespace egosieve::tools

@@ -1,0 +1,35 @@
+// Which frames of a run are not to be relied on, and why.
+#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_DOUBTFUL_FRAMES_H_
+#define EGOSIEVE_TOOLS_RUN_FOLDER_DOUBTFUL_FRAMES_H_
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "tools/run_folder/frame_line.h"
+
+namespace egosieve::tools {
+
+// Why the frame is not to be relied on; empty where it is.
+std::string DoubtOf(const FrameLine& line);
+
+class DoubtfulFrames {
+ public:
+  void Add(const FrameLine& line);
+
+  int64_t count() const { return count_; }
+  // "12 of 62 frames are unreliable, most often: ..."; empty where none is.
+  std::string Sentence() const;
+
+ private:
+  struct Kind {
+    int64_t count = 0;
+    std::string first;
+  };
+  int64_t frames_ = 0, count_ = 0;
+  std::map<std::string, Kind> kinds_;  // by the doubt without its numbers
+};
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_DOUBTFUL_FRAMES_H_

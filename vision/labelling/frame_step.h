@@ -1,0 +1,36 @@
+// What a frame says of the camera: its step from the frame before, and whether to rely on it.
+#ifndef EGOSIEVE_VISION_LABELLING_FRAME_STEP_H_
+#define EGOSIEVE_VISION_LABELLING_FRAME_STEP_H_
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "vision/evidence/pinhole.h"
+#include "vision/labelling/evidence_labeller.h"
+#include "vision/labelling/labelled_frame.h"
+#include "vision/labelling/outlook.h"
+#include "vision/trajectory/camera_step.h"
+#include "vision/trajectory/two_view_motion.h"
+
+namespace egosieve::vision {
+
+// What LabelTracks knows of a frame.
+struct FrameViews {
+  int64_t index_before = 0, index = 0;   // in the input: of the frame before and of this one
+  int gap = 1;                           // frames between the two of `world`
+  const TwoViewMotion* world = nullptr;  // from the frame `gap` before; null: not to be trusted
+  const View* behind = nullptr;          // to the frame before; read where `gap` is more than 1
+  const Outlook* outlook = nullptr;
+};
+
+// Not known without `world`, or where `behind` is needed and was not found.
+CameraStep StepOf(const FrameViews& views, const std::vector<TrackedPoint>& points,
+                  const Pinhole& camera);
+
+// labelled_frame.h; `motion`: what the labels rest on, null where it is not calibrated.
+std::string DoubtOf(const LabelledFrame& labels, const TwoViewMotion* motion);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_FRAME_STEP_H_

@@ -1,0 +1,65 @@
+// The camera's motion from one picture to the next, as one frame tells it, and the trajectory that
+// such steps make.
+//
+// Frame k sees a pair that ends in it, over g pictures, and one that begins in it, over n. A static
+// place has the inverse depths r_b and r_a in units of their translations' lengths, so
+//
+//   lambda = |t_b| / |t_a| = sum w r_b r_a / sum w r_a^2,  w the precision of r_b           (CS1)
+//
+// The camera's speed behind and ahead is lambda |t_a| / g and |t_a| / n, (g + n) / 2 pictures
+// apart, so the next step is longer than this one by the factor
+//
+//   onward = (g / (lambda n))^(2 / (g + n))                                                 (CS2)
+//
+// Where the ground is known (ground_bound.h), its slope is the length in heights of the camera,
+// the same unit all drive long; else only ratios are known, and they drift. The logarithms of the
+// lengths are smoothed over the drive, forwards and backwards (Rauch, Tung & Striebel, 1965): they
+// change by log(onward), a random walk where that is not known, and the ground observes them. (CS3)
+#ifndef EGOSIEVE_VISION_TRAJECTORY_CAMERA_STEP_H_
+#define EGOSIEVE_VISION_TRAJECTORY_CAMERA_STEP_H_
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "vision/evidence/pinhole.h"
+#include "vision/geometry/point_pair.h"
+#include "vision/trajectory/two_view_motion.h"
+
+namespace egosieve::vision {
+
+// X_k = R X_(k-1) + t, from the picture before to this one.
+struct CameraStep {
+  bool known = false;
+  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();   // of R, as a vector, radians
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // t / |t|; 0: the camera does not travel
+  double onward = 0.0;                                  // (CS2); 0: not known
+  double heights = 0.0;  // |t| in heights of the camera; 0: not known
+};
+
+// A place in the labelled frame k and in the two pictures, pixels.
+struct PlaceOnBothSides {
+  PointPair behind;  // from the earlier picture to frame k
+  PointPair ahead;   // from frame k to the later one
+};
+
+// The pairs that end and begin in frame k.
+struct StepViews {
+  const TwoViewMotion* behind = nullptr;  // earlier picture to frame k; may be null
+  const TwoViewMotion* ahead = nullptr;   // frame k to later picture; may be null
+  int pictures_behind = 1, pictures_ahead = 1;
+  std::vector<PlaceOnBothSides> places;
+};
+
+// rotation: R. The rest of the step follows from the views; `known` is set.
+CameraStep MeasureStep(const Eigen::Matrix3d& rotation, const StepViews& views,
+                       const Pinhole& camera);
+
+// Camera to world; the first pose is the identity. One a step; the first step is not read. Steps
+// that are not known are those before them again. Lengths are in heights of the camera where the
+// ground is known somewhere, else in lengths of the first step that is travelled.
+std::vector<Eigen::Isometry3d> ChainSteps(const std::vector<CameraStep>& steps);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_TRAJECTORY_CAMERA_STEP_H_
