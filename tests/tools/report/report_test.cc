@@ -150,10 +150,12 @@ TEST(MakeReportPage, EscapesWhatComesFromOutside) {
   content.lines = Lines(3);
   content.lines[1].outcome = FrameLine::Outcome::kAnswered;
   content.lines[1].reason = "<b>7 & 8</b>";
+  content.lines[2].doubt = "<i>9 & 10</i>";
   content.lines[2].milliseconds = {{"</script><b>", 1.0}};
   const std::string page = MakeReportPage(content);
   EXPECT_THAT(page, Not(HasSubstr("<script>alert")));
   EXPECT_THAT(page, HasSubstr("&lt;b&gt;7 &amp; 8&lt;/b&gt;"));
+  EXPECT_THAT(page, HasSubstr("1 of 3 frames are unreliable, most often: &lt;i&gt;9 &amp; 10"));
   EXPECT_THAT(page, Not(HasSubstr("</script><b>")));
   EXPECT_THAT(page, HasSubstr("Dygraph"));
 }
