@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """COLMAP as the judge: what masks are worth to it, on drives whose poses are known.
 
-    ./run bench_colmap [--scenarios NAME,NAME] [--frames N] [--width PIXELS] [--seeds N] [--out DIR]
+    ./run bench_colmap [--drives NAME:SEED,NAME:SEED] [--frames N] [--width PIXELS] [--seeds N] [--out DIR]
 
 Synthesises the drives, masks them by `egosieve masks --for=colmap --dilate=10`, and reconstructs each without masks,
 with these and with the true ones, dilated alike, once for each of COLMAP's seeds. The lens is given, all else is COLMAP's
@@ -56,11 +56,12 @@ def egosieve(*arguments):
 class Drive:
     """A scenario's files below --out, made where they are missing."""
 
-    def __init__(self, interpreter, scenario, options):
+    def __init__(self, interpreter, name, options):
         self._interpreter = interpreter
         self._options = options
-        self.name = scenario
-        self.root = Path(options.out) / f"{scenario}_{options.synthesis_seed}_{options.frames}_{options.width}"
+        self.name = name
+        self._scenario, self._seed = name.split(":")
+        self.root = Path(options.out) / f"{self._scenario}_{self._seed}_{options.frames}_{options.width}"
         self.drive = self.root / "drive"
 
     def _work(self, *arguments):
@@ -74,7 +75,7 @@ class Drive:
         """Frames, truth and masks; tells what our masks cover."""
         if not (self.drive / "scene.json").exists():
             say(f"{self.name}: synthesising")
-            egosieve("synthesize", f"--scenario={self.name}", f"--seed={self._options.synthesis_seed}",
+            egosieve("synthesize", f"--scenario={self._scenario}", f"--seed={self._seed}",
                      f"--frames={self._options.frames}", f"--width={self._options.width}",
                      f"--height={self._options.width * 9 // 16}", f"--out={self.drive}", "--overwrite")  # fmt: skip
         done = self.root / "masked"
@@ -114,8 +115,7 @@ def cell(values, form):
 def table(rows, options, version):
     """The results as Markdown."""
     text = (
-        f"`./run bench_colmap --scenarios={','.join(options.scenarios)} --frames={options.frames} --width={options.width} --seeds={options.seeds} "
-        f"--synthesis_seed={options.synthesis_seed}`, pycolmap {version}. Each cell: the median over COLMAP's seeds and, "
+        f"`./run bench_colmap --drives={','.join(options.drives)} --frames={options.frames} --width={options.width} --seeds={options.seeds}`, pycolmap {version}. Each cell: the median over COLMAP's seeds and, "
         "where they differ, the least and the greatest.\n\n"
         "| drive | masks | images registered | trajectory error, m | 3-D points | of these on movers |\n"
         "|---|---|---:|---:|---:|---:|\n"
@@ -131,14 +131,13 @@ def table(rows, options, version):
 def parse_arguments():
     """The flags."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scenarios", default="junction,crossing,street,oncoming", help="of egosieve synthesize")
+    parser.add_argument("--drives", default="buses:100,junction:102,crossing:100,street:100", help="scenario and seed of egosieve synthesize")
     parser.add_argument("--frames", type=int, default=80, help="of each drive")
     parser.add_argument("--width", type=int, default=640, help="of the pictures, pixels")
     parser.add_argument("--seeds", type=int, default=2, help="of COLMAP's, from 1 on")
-    parser.add_argument("--synthesis_seed", type=int, default=100, help="of the drives")
     parser.add_argument("--out", default=str(ROOT / "out" / "colmap"), help="folder for drives, masks and models")
     options = parser.parse_args()
-    options.scenarios = options.scenarios.split(",")
+    options.drives = options.drives.split(",")
     return options
 
 
@@ -147,7 +146,7 @@ def main():
     options = parse_arguments()
     interpreter = make_environment()
     version = subprocess.run([interpreter, "-c", "import pycolmap; print(pycolmap.__version__)"], capture_output=True, text=True, check=True).stdout.strip()  # fmt: skip
-    drives = [Drive(interpreter, scenario, options) for scenario in options.scenarios]
+    drives = [Drive(interpreter, name, options) for name in options.drives]
     for drive in drives:
         drive.prepare()
     rows = [{"drive": drive.name, "masks": masks, "runs": []} for drive in drives for masks in MASKS]
@@ -155,7 +154,7 @@ def main():
         for row, drive in zip(rows, [drive for drive in drives for _ in MASKS]):
             row["runs"].append(drive.reconstruct(row["masks"], seed))
     RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "colmap.json").write_text(json.dumps({"pycolmap": version, "frames": options.frames, "width": options.width, "synthesis_seed": options.synthesis_seed, "rows": rows}, indent=1) + "\n")  # fmt: skip
+    (RESULTS / "colmap.json").write_text(json.dumps({"pycolmap": version, "frames": options.frames, "width": options.width, "rows": rows}, indent=1) + "\n")  # fmt: skip
     text = table(rows, options, version)
     (RESULTS / "colmap.md").write_text(text)
     print(text)

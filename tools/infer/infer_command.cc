@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
-#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -25,13 +23,12 @@
 #include "tools/cli/result_flag.h"
 #include "tools/cli/threads_flag.h"
 #include "tools/infer/map_book.h"
+#include "tools/infer/map_target.h"
 #include "tools/infer/model_replay.h"
 #include "tools/infer/shard.h"
 #include "tools/run_folder/chosen_lines.h"
 #include "tools/run_folder/folder_lock.h"
-#include "tools/run_folder/former_run.h"
 #include "tools/segment/drive_input.h"
-#include "tools/segment/drive_writer.h"
 #include "tools/segment/segment_flags.h"
 #include "vision/segmentation/segmentation_pipeline.h"
 
@@ -66,15 +63,15 @@ class InferCommand : public Command {
   }
 
   void AddFlags(CLI::App& app) override {
-    app.add_option("DIR", directory_, "The run folder, which keeps the model of every frame")
+    app.add_option("DIR", target_.run, "The run folder, which keeps the model of every frame")
         ->required()
         ->type_name("")
         ->configurable(false);
-    app.add_option("--out", out_,
+    app.add_option("--out", target_.out,
                    "The run folder to write; none: DIR itself, in which several programs may work "
                    "on different frames at the same time")
         ->type_name("DIR");
-    app.add_flag("--overwrite", overwrite_,
+    app.add_flag("--overwrite", target_.overwrite,
                  "Replace the run that --out holds; without --out, make maps again that are there");
     app.add_option("--input", input_, "Where the run's input is now, if it was moved")
         ->type_name("PATH");
@@ -100,16 +97,17 @@ class InferCommand : public Command {
     EGOSIEVE_RETURN_IF_ERROR(range_.Validate());
     EGOSIEVE_ASSIGN_OR_RETURN(Work work, OpenRun());
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenInput(work));
-    EGOSIEVE_RETURN_IF_ERROR(CheckFolders(*input.frames));
+    EGOSIEVE_RETURN_IF_ERROR(target_.CheckApartFrom(*input.frames));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     work.device = DescribeDevice(device.info);
     if (InterruptionRequested()) {
       return absl::CancelledError("interrupted; nothing was written");
     }
     // Neither the models nor the maps are to be removed meanwhile.
-    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock reading, FolderLock::Use(directory_));
-    EGOSIEVE_ASSIGN_OR_RETURN(MapBook book, OpenBook(work));
-    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock writing, FolderLock::Use(work.target));
+    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock reading, FolderLock::Use(target_.run));
+    EGOSIEVE_ASSIGN_OR_RETURN(MapBook book, target_.Open(*work.run, work.description,
+                                                         work.options.stride_pixels, work.device));
+    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock writing, FolderLock::Use(target_.path()));
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<vision::OnlineSegmenter> segmenter,
                               vision::OnlineSegmenter::Create(device.context, work.options));
     work.models.emplace(*work.run, work.checkpoint_every, std::move(segmenter));
@@ -123,7 +121,6 @@ class InferCommand : public Command {
     vision::OnlineSegmenterOptions options;
     int64_t run_from = 0;
     int64_t checkpoint_every = 0;
-    std::string target;      // folder that gets the maps
     std::string device;      // that makes them
     std::set<int64_t> done;  // frames that this program has worked on
     std::optional<ModelReplay> models;
@@ -132,33 +129,32 @@ class InferCommand : public Command {
 
   absl::StatusOr<Work> OpenRun() const {
     Work work;
-    EGOSIEVE_ASSIGN_OR_RETURN(work.run, RunFolder::Open(directory_));
+    EGOSIEVE_ASSIGN_OR_RETURN(work.run, RunFolder::Open(target_.run));
     EGOSIEVE_ASSIGN_OR_RETURN(work.description, work.run->ReadDescription());
     if (!work.description.maps_from.empty()) {
       return absl::FailedPreconditionError(
-          absl::StrCat(directory_, " holds maps alone; make more: egosieve infer ",
-                       work.description.maps_from, " --out=", directory_));
+          absl::StrCat(target_.run, " holds maps alone; make more: egosieve infer ",
+                       work.description.maps_from, " --out=", target_.run));
     }
     EGOSIEVE_ASSIGN_OR_RETURN(work.run_from, NumberOf(work.description, "from"));
     EGOSIEVE_ASSIGN_OR_RETURN(work.checkpoint_every,
                               NumberOf(work.description, "checkpoint_every"));
     if (!KeepsModels(work.description)) {
       return absl::FailedPreconditionError(
-          absl::StrCat("the run in ", directory_,
+          absl::StrCat("the run in ", target_.run,
                        " has all its maps and kept no models to make others from; segment the "
                        "drive with --learn_only for that"));
     }
     EGOSIEVE_ASSIGN_OR_RETURN(work.shard, ParseShard(shard_, work.checkpoint_every));
     EGOSIEVE_ASSIGN_OR_RETURN(work.options, ReadInferenceOptions(work.description.flags));
-    if (stride_ > 0 && stride_ != work.options.stride_pixels && out_.empty()) {
+    if (stride_ > 0 && stride_ != work.options.stride_pixels && target_.is_run()) {
       return absl::InvalidArgumentError(absl::StrCat("--stride=", stride_, " is not the run's ",
                                                      work.options.stride_pixels,
                                                      "; give the maps a folder with --out"));
     }
     if (stride_ > 0) work.options.stride_pixels = stride_;
-    EGOSIEVE_ASSIGN_OR_RETURN(const bool is_growing, FolderLock::IsTaken(directory_));
+    EGOSIEVE_ASSIGN_OR_RETURN(const bool is_growing, FolderLock::IsTaken(target_.run));
     if (!is_growing) EGOSIEVE_RETURN_IF_ERROR(ChooseLines(*work.run, range_).status());
-    work.target = out_.empty() ? directory_ : out_;
     return work;
   }
 
@@ -167,63 +163,9 @@ class InferCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(path, work.run_from));
     if (input.description.fingerprint != work.description.input.fingerprint) {
       return absl::FailedPreconditionError(absl::StrCat(path, " is not the input of the run in ",
-                                                        directory_, "; give that with --input"));
+                                                        target_.run, "; give that with --input"));
     }
     return input;
-  }
-
-  // What is read is not what is replaced, whatever names and links lead there.
-  absl::Status CheckFolders(const vision::FrameSource& frames) const {
-    if (out_.empty()) return absl::OkStatus();
-    std::error_code error;
-    if (std::filesystem::equivalent(out_, directory_, error)) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "--out=", out_, " is the run itself; leave --out away to make its maps there"));
-    }
-    EGOSIEVE_RETURN_IF_ERROR(CheckApart(out_, {directory_}));
-    EGOSIEVE_RETURN_IF_ERROR(CheckApart(out_, frames.files()));
-    if (CheckApart(directory_, {out_}).ok()) return absl::OkStatus();
-    return absl::InvalidArgumentError(
-        absl::StrCat("--out=", out_, " lies in the run; choose a folder outside of it"));
-  }
-
-  // With --out, a folder for maps alone; or the one that an earlier call has begun.
-  absl::StatusOr<MapBook> OpenBook(const Work& work) const {
-    if (out_.empty()) return MapBook::Open(*work.run, work.description, work.device);
-    RunDescription description = work.description;
-    description.device = work.device;
-    description.maps_from = AbsolutePath(directory_);
-    description.grid.stride = work.options.stride_pixels;
-    description.flags["stride"] = absl::StrCat(work.options.stride_pixels);
-    description.flags["learn_only"] = "no";
-    description.flags["every"] = "1";
-    description.ended = "running";
-    description.ended_message.clear();
-    description.seconds = 0.0;
-    description.started_utc = UtcNow();
-    description.finished_utc.clear();
-    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, OpenTarget(description));
-    return MapBook::Open(folder, description, work.device);
-  }
-
-  // The folder of --out, which holds nothing or maps of the same making.
-  absl::StatusOr<RunFolder> OpenTarget(const RunDescription& description) const {
-    absl::StatusOr<RunFolder> folder = RunFolder::Open(out_);
-    if (folder.ok() && !overwrite_) {
-      EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription before, folder->ReadDescription());
-      const std::string difference = DescribeDifference(before, description);
-      if (difference.empty()) return folder;
-      return absl::AlreadyExistsError(
-          absl::StrCat("the folder ", out_, " holds another run: ", difference,
-                       "; choose another for --out, or add --overwrite"));
-    }
-    // Of several programs that begin at the same time one makes the folder.
-    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(out_));
-    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::TakeWhenFree(out_));
-    if (!overwrite_ && RunFolder::Open(out_).ok()) return OpenTarget(description);
-    EGOSIEVE_ASSIGN_OR_RETURN(folder, RunFolder::Create(out_, overwrite_));
-    EGOSIEVE_RETURN_IF_ERROR(folder->WriteDescription(description));
-    return folder;
   }
 
   bool IsDue(const Work& work, int64_t index) const {
@@ -238,7 +180,7 @@ class InferCommand : public Command {
     const FrameLine* before = nullptr;
     for (const FrameLine& line : work.models->lines()) {
       const bool failed = line.outcome == FrameLine::Outcome::kFailed;
-      const bool again = overwrite_ && out_.empty();
+      const bool again = target_.overwrite && target_.is_run();
       if (IsDue(work, line.index) && work.done.count(line.index) == 0 &&
           (again || !book.Holds(line.index))) {
         const bool needs_it = failed && before != nullptr && !book.Holds(before->index) &&
@@ -254,7 +196,7 @@ class InferCommand : public Command {
   // Enters, into a folder of --out, the lines of this shard and of what is wanted beside it.
   absl::Status EnterLines(const Work& work, const std::vector<int64_t>& wanted,
                           MapBook& book) const {
-    if (out_.empty()) return absl::OkStatus();
+    if (target_.is_run()) return absl::OkStatus();
     for (FrameLine line : work.models->lines()) {
       if (!(range_.Contains(line.index) && work.shard.Contains(line.index)) &&
           !std::binary_search(wanted.begin(), wanted.end(), line.index)) {
@@ -318,7 +260,7 @@ class InferCommand : public Command {
                                       MapBook& book) const {
     while (true) {
       // Asked for first: when it is no longer so, the lines that are read then are all.
-      EGOSIEVE_ASSIGN_OR_RETURN(const bool is_growing, FolderLock::IsTaken(directory_));
+      EGOSIEVE_ASSIGN_OR_RETURN(const bool is_growing, FolderLock::IsTaken(target_.run));
       EGOSIEVE_RETURN_IF_ERROR(work.models->ReadLines());
       EGOSIEVE_RETURN_IF_ERROR(book.Refresh());
       const std::vector<int64_t> wanted = WantedFrames(work, book);
@@ -352,18 +294,19 @@ class InferCommand : public Command {
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const bool had_nothing_to_do = work.done.empty() && finished.ok() && *finished;
-    const absl::Status told = had_nothing_to_do ? absl::OkStatus() : TellEnd(finished, seconds);
+    const absl::Status told =
+        had_nothing_to_do ? absl::OkStatus() : target_.TellEnd(finished, seconds);
     EGOSIEVE_RETURN_IF_ERROR(finished.status());
     EGOSIEVE_RETURN_IF_ERROR(told);
     result_.Tell(name(),
-                 {{"run", work.target},
+                 {{"run", target_.path()},
                   {"maps", work.done.size()},
                   {"seconds", seconds},
                   {"device", work.device}},
                  had_nothing_to_do
-                     ? absl::StrCat(work.target, " holds these maps already\n")
+                     ? absl::StrCat(target_.path(), " holds these maps already\n")
                      : absl::StrFormat("%d maps in %s on %s: %s\n", work.done.size(),
-                                       DescribeDuration(seconds), work.device, work.target));
+                                       DescribeDuration(seconds), work.device, target_.path()));
     if (!*finished) {
       return absl::CancelledError(absl::StrCat("interrupted; the ", work.done.size(),
                                                " maps made are whole, the same command goes on"));
@@ -375,29 +318,8 @@ class InferCommand : public Command {
     return failed ? ExitCode::kFramesFailed : ExitCode::kDone;
   }
 
-  // run.json of --out, by what all programs have made so far; that of a run is the run's.
-  absl::Status TellEnd(const absl::StatusOr<bool>& finished, double seconds) const {
-    if (out_.empty()) return absl::OkStatus();
-    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(out_));
-    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::TakeWhenFree(out_));
-    EGOSIEVE_ASSIGN_OR_RETURN(RunDescription description, folder.ReadDescription());
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder.ReadLines());
-    description.ended = !finished.ok() ? "failed" : *finished ? "done" : "interrupted";
-    description.ended_message = std::string(finished.status().message());
-    description.frames_answered = description.frames_learnt = description.frames_failed = 0;
-    for (const FrameLine& line : lines) {
-      const bool failed = line.outcome == FrameLine::Outcome::kFailed;
-      description.frames_failed += failed;
-      description.frames_answered += !failed && line.has_map();
-      description.frames_learnt += line.outcome == FrameLine::Outcome::kLearnt;
-    }
-    description.seconds += seconds;
-    description.finished_utc = UtcNow();
-    return folder.WriteDescription(description);
-  }
-
-  std::string directory_, out_, input_, shard_;
-  bool overwrite_ = false;
+  MapTarget target_;
+  std::string input_, shard_;
   FrameRange range_;
   int64_t every_ = 1;
   int stride_ = 0;

@@ -2,7 +2,8 @@
 //
 //   frame i belongs to share (i / checkpoint_every) mod N
 //
-// So each piece begins at a checkpoint, and shares are known before the drive's length is.
+// So each piece begins at a checkpoint, and shares are known before the drive's length is. Commands
+// that need no model deal out pieces of kPieceFrames.
 #ifndef EGOSIEVE_TOOLS_INFER_SHARD_H_
 #define EGOSIEVE_TOOLS_INFER_SHARD_H_
 
@@ -17,6 +18,8 @@
 #include "absl/strings/str_split.h"
 
 namespace egosieve::tools {
+
+inline constexpr int64_t kPieceFrames = 32;
 
 struct Shard {
   int64_t index = 0;  // of 0 .. count - 1

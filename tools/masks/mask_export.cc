@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
+#include <set>
 #include <system_error>
 #include <variant>
 
@@ -81,10 +82,15 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
         "--threshold, "
         "--unsure, --own_vehicle, --also and --invert, or use --for=plain");
   }
-  EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--out", options.out, input, run, options.overwrite));
+  const bool is_shared = options.shard.count > 1;
+  if (is_shared && (options.format == MaskFormat::kCoco || options.format == MaskFormat::kMots)) {
+    return absl::InvalidArgumentError(
+        "coco and mots keep the movers of all frames in one file; leave --shard out");
+  }
+  const bool may_hold = options.overwrite || is_shared;
+  EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--out", options.out, input, run, may_hold));
   if (!options.frames.empty()) {
-    EGOSIEVE_RETURN_IF_ERROR(
-        CheckFolder("--frames", options.frames, input, run, options.overwrite));
+    EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--frames", options.frames, input, run, may_hold));
   }
   MaskExport result(std::move(input), options);
   const vision::FrameSource& source = *result.input_.frames;
@@ -139,7 +145,10 @@ absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLin
   EGOSIEVE_ASSIGN_OR_RETURN(options_.mask.ignored, folder.ReadIgnoredArea());
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(options_.out));
   EGOSIEVE_ASSIGN_OR_RETURN(const auto chosen, Chosen(lines));
+  std::set<std::string> named;
   for (const auto& [index, line] : chosen) {
+    named.insert(input_.frames->image_name(index));
+    if (!options_.shard.Contains(line.index)) continue;
     EGOSIEVE_RETURN_IF_ERROR(WriteFrame(folder, line, index));
     if (!after_frame()) {
       return absl::CancelledError(
@@ -148,13 +157,13 @@ absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLin
   }
   EGOSIEVE_RETURN_IF_ERROR(writer_.Finish());
   if (transforms_) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const int left_out, transforms_->Write(options_.out, masked_));
+    EGOSIEVE_ASSIGN_OR_RETURN(const int left_out, transforms_->Write(options_.out, named));
     if (left_out > 0) {
       warnings_.push_back(absl::StrCat(
           left_out, " frames of transforms.json have no mask and are not in its copy"));
     }
   }
-  const int64_t lacking = static_cast<int64_t>(files_.size()) - images();
+  const int64_t lacking = static_cast<int64_t>(files_.size()) - static_cast<int64_t>(named.size());
   if (lacking > 0) {
     warnings_.push_back(absl::StrCat(lacking, " of ", files_.size(),
                                      " pictures have no mask: the run does not hold them, or they "
@@ -222,7 +231,7 @@ absl::Status MaskExport::WriteFrame(const RunFolder& folder, const FrameLine& li
   if (!options_.frames.empty()) {
     EGOSIEVE_RETURN_IF_ERROR(WritePicture(frame.image, file, frame.picture));
   }
-  masked_.insert(frame.image);
+  ++written_;
   return absl::OkStatus();
 }
 

@@ -4,13 +4,13 @@
 
 #include <functional>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "tools/infer/shard.h"
 #include "tools/masks/coverage.h"
 #include "tools/masks/frame_masks.h"
 #include "tools/masks/mask_format.h"
@@ -35,6 +35,9 @@ struct MaskExportOptions {
   // The video that the pictures were taken from, of which the run is (video_frames.h); empty: the
   // run is of the pictures.
   std::string video;
+  // Of the run's frames; more than one share: of a run that has its masks, for formats with a file
+  // for each frame. Shares are written into one folder, in any order, also twice.
+  Shard shard;
 };
 
 class MaskExport {
@@ -52,7 +55,7 @@ class MaskExport {
                    const std::function<bool()>& after_frame);
 
   bool is_video() const { return files_.empty(); }
-  int64_t images() const { return static_cast<int64_t>(masked_.size()); }
+  int64_t images() const { return written_; }
   // What is left to say, a warning each.
   const std::vector<std::string>& warnings() const { return warnings_; }
   const Coverage& coverage() const { return coverage_; }
@@ -82,7 +85,7 @@ class MaskExport {
   std::optional<TransformsFile> transforms_;
   Coverage coverage_;
   MaskWriter writer_;
-  std::set<std::string> masked_;  // names of the images
+  int64_t written_ = 0;
   std::vector<std::string> warnings_;
 };
 

@@ -116,6 +116,11 @@ class MasksCommand : public Command {
         ->type_name("DIR");
     app.add_option("--input", moved_, "Where the run's input is now, if it was moved")
         ->type_name("PATH");
+    app.add_option(
+           "--shard", shard_,
+           "Writes the K-th of N shares, from 1 on, of a run that has its masks; what other "
+           "shares wrote stays")
+        ->type_name("K/N");
     for (const char* flag :
          {"--profile", "--fps", "--times", "--camera", "--ignore", "--max_frames"}) {
       app.add_option(flag, passed_[flag], "As for segment")->type_name("");
@@ -130,6 +135,10 @@ class MasksCommand : public Command {
   absl::StatusOr<ExitCode> Run() override {
     EGOSIEVE_RETURN_IF_ERROR(ResolveFlags());
     const bool is_run = RunFolder::Open(input_).ok();
+    if (options_.shard.count > 1 && !is_run) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(input_, " is no run folder; --shard takes one that has its masks"));
+    }
     std::string pictures = input_;
     if (is_run) {
       EGOSIEVE_RETURN_IF_ERROR(CheckFlagsForRun());
@@ -159,6 +168,12 @@ class MasksCommand : public Command {
     const std::vector<FrameLine> lines = LinesWithMaps(all);
     if (lines.size() < all.size()) code = ExitCode::kFramesFailed;
     if (!HasMasks(folder, lines)) {
+      if (options_.shard.count > 1) {
+        return absl::FailedPreconditionError(absl::StrCat(
+            run_,
+            " does not hold what the masks are made from; write them once without --shard, "
+            "or run egosieve reconstruct first"));
+      }
       std::vector<std::string> words = {"reconstruct", run_, absl::StrCat("--input=", pictures)};
       // What is there already by reconstruct's own thresholds stays as it is.
       if (options_.mask.threshold) words.push_back("--what=probability");
@@ -188,6 +203,7 @@ class MasksCommand : public Command {
       }
       options_.mask.threshold = ClassThresholds().static_below;
     }
+    EGOSIEVE_ASSIGN_OR_RETURN(options_.shard, ParseShard(shard_, kPieceFrames));
     options_.mask.numbers = HasNumbers(options_.format);
     options_.mask.own_vehicle =
         own_vehicle_ == Treatment::kMask ||
@@ -283,7 +299,7 @@ class MasksCommand : public Command {
     for (const std::string& warning : output.warnings()) Warn(warning);
   }
 
-  std::string input_, run_, moved_;
+  std::string input_, run_, moved_, shard_;
   MaskExportOptions options_;
   Treatment unsure_ = Treatment::kDefault, own_vehicle_ = Treatment::kDefault;
   std::map<std::string, std::optional<std::string>> passed_, passed_to_both_;

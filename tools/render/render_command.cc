@@ -1,5 +1,6 @@
 #include "tools/render/render_command.h"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
@@ -17,6 +18,7 @@
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
 #include "tools/cli/warning.h"
+#include "tools/infer/shard.h"
 #include "tools/render/overlay_video.h"
 #include "tools/render/render_run.h"
 #include "tools/run_folder/chosen_lines.h"
@@ -51,21 +53,30 @@ class RenderCommand : public Command {
         ->check(Between(0.0, 240.0))
         ->type_name("HZ");
     range_.AddFlags(app);
+    app.add_option("--shard", shard_,
+                   "Draws the images of the K-th of N shares, from 1 on, and no video, which takes "
+                   "all of them")
+        ->type_name("K/N");
     device_.AddFlag(app);
     progress_.AddFlag(app);
     result_.AddFlag(app);
   }
 
   absl::StatusOr<ExitCode> Run() override {
+    EGOSIEVE_ASSIGN_OR_RETURN(const Shard shard, ParseShard(shard_, kPieceFrames));
+    if (shard.count > 1) video_ = false;
     if (!images_ && !video_) {
       return absl::InvalidArgumentError(
-          "--no_images and --no_video leave nothing to do; leave one of them out");
+          "--no_images and --no_video, or --shard, leave nothing to do; leave one of them out");
     }
     EGOSIEVE_RETURN_IF_ERROR(overlay_.objects.Validate());
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, ChooseLines(folder, range_));
+    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, ChooseLines(folder, range_));
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
     EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, description, lines));
+    lines.erase(std::remove_if(lines.begin(), lines.end(),
+                               [&](const FrameLine& line) { return !shard.Contains(line.index); }),
+                lines.end());
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     EGOSIEVE_ASSIGN_OR_RETURN(OverlaySource overlays,
                               OverlaySource::Open(device.context, folder, input_));
@@ -143,7 +154,7 @@ class RenderCommand : public Command {
     return path;
   }
 
-  std::string directory_, input_;
+  std::string directory_, input_, shard_;
   OverlayOptions overlay_;
   bool images_ = true, video_ = true, movers_ = true;
   double rate_hz_ = 0.0;

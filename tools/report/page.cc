@@ -17,6 +17,7 @@
 #include "tools/report/embedded_files.h"
 #include "tools/report/html.h"
 #include "tools/report/timeline.h"
+#include "tools/run_folder/baselines.h"
 #include "tools/run_folder/doubtful_frames.h"
 
 namespace egosieve::tools {
@@ -66,6 +67,13 @@ std::string OtherDevices(absl::Span<const FrameLine> lines) {
   return html;
 }
 
+std::string FarApart(const ReportContent& content) {
+  Baselines baselines(content.description);
+  for (const FrameLine& line : content.lines) baselines.Add(line);
+  const std::string text = baselines.Describe();
+  return text.empty() ? "" : absl::StrCat("<p><b>", EscapeHtml(text), "</b></p>\n");
+}
+
 std::string Header(const ReportContent& content) {
   const RunDescription& description = content.description;
   const std::string name = Title(description);
@@ -81,7 +89,7 @@ std::string Header(const ReportContent& content) {
   if (!description.finished_utc.empty()) {
     absl::StrAppend(&html, ", ended ", EscapeHtml(description.finished_utc));
   }
-  absl::StrAppend(&html, "</p>\n", OtherDevices(content.lines));
+  absl::StrAppend(&html, "</p>\n", OtherDevices(content.lines), FarApart(content));
   if (!description.maps_from.empty()) {
     absl::StrAppend(&html, "<p>maps from the models of ", EscapeHtml(description.maps_from),
                     "</p>\n");

@@ -165,7 +165,7 @@ absl::Status DriveWriter::AnswerFromBefore(FrameLine& line) const {
                                             : absl::OkStatus();
 }
 
-void DriveWriter::Counts::Add(const FrameLine& line, const kernels::ImageGrid& grid) {
+void DriveWriter::Counts::Add(const FrameLine& line) {
   doubtful.Add(line);
   if (line.outcome == FrameLine::Outcome::kFailed) {
     if (failed++ == 0) first_failure = line.reason;
@@ -173,13 +173,14 @@ void DriveWriter::Counts::Add(const FrameLine& line, const kernels::ImageGrid& g
   }
   ++answered;
   learnt += line.outcome == FrameLine::Outcome::kLearnt;
+  baselines.Add(line);
   other_sizes +=
       line.has_map() && (line.width_pixels != grid.width || line.height_pixels != grid.height);
   if (line.outcome == FrameLine::Outcome::kAnswered) last_not_learnt = line.reason;
 }
 
 void DriveWriter::Remember(FrameLine line) {
-  counts_.Add(line, description_.grid);
+  counts_.Add(line);
   if (line.has_map()) last_with_map_ = line;
   last_line_ = std::move(line);
 }
@@ -188,6 +189,7 @@ absl::Status DriveWriter::Write(const vision::SegmentedFrame& frame, const std::
   const auto start = std::chrono::steady_clock::now();
   FrameLine line = MakeLine(frame);
   line.image = image;
+  if (options_.device != description_.device) line.map_device = options_.device;
   if (line.outcome == FrameLine::Outcome::kFailed) {
     EGOSIEVE_RETURN_IF_ERROR(AnswerFromBefore(line));
   } else if (line.has_map()) {

@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "tools/run_folder/baselines.h"
 #include "tools/run_folder/doubtful_frames.h"
 #include "tools/run_folder/run_folder.h"
 #include "vision/segmentation/segmentation_pipeline.h"
@@ -30,11 +31,17 @@ struct DriveWriterOptions {
   std::function<bool(int64_t index)> wants_map;
   // Of a run whose maps are made later: every checkpoint is a place to begin.
   bool keep_checkpoints = false;
+  std::string device;  // that computes; lines name it where it is not the run's
 };
 
 class DriveWriter {
  public:
   struct Counts {
+    explicit Counts(const RunDescription& description)
+        : grid(description.grid), baselines(description) {}
+
+    kernels::ImageGrid grid;  // the run's
+    Baselines baselines;
     int64_t answered = 0;  // could be read and have their map
     int64_t learnt = 0;
     int64_t failed = 0;         // could not be read
@@ -43,7 +50,7 @@ class DriveWriter {
     DoubtfulFrames doubtful;
     std::string last_not_learnt;  // reason of the last that has a map and was not learnt from
 
-    void Add(const FrameLine& line, const kernels::ImageGrid& grid);
+    void Add(const FrameLine& line);
   };
 
   // `folder` was made for a new run; `description` is written as it is.
@@ -73,7 +80,8 @@ class DriveWriter {
       : folder_(folder),
         description_(description),
         log_(std::move(log)),
-        options_(std::move(options)) {}
+        options_(std::move(options)),
+        counts_(description) {}
 
   // A frame that could not be read gets the last map before it, where there is one.
   absl::Status AnswerFromBefore(FrameLine& line) const;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,9 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
-#include "tools/cli/checks.h"
 #include "tools/cli/device_flag.h"
-#include "tools/cli/frame_range.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
@@ -33,6 +30,8 @@
 #include "tools/segment/method_flag.h"
 #include "tools/segment/method_run.h"
 #include "tools/segment/resume.h"
+#include "tools/segment/run_verdict.h"
+#include "tools/segment/schedule_flags.h"
 #include "tools/segment/segment_flags.h"
 #include "vision/segmentation/segmentation_pipeline.h"
 
@@ -40,9 +39,6 @@ namespace egosieve::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-// A header's count may be a guess: only a video that lacks more than this share was cut short.
-constexpr double kMissingShare = 0.1;
 
 class SegmentCommand : public Command {
  public:
@@ -67,31 +63,13 @@ class SegmentCommand : public Command {
     app.add_flag("--resume", resume_,
                  "Go on with the run that the folder holds, as if it had never been interrupted; "
                  "start it where there is none");
+    app.add_flag("--allow_other_device", allow_other_device_,
+                 "With --resume: go on although the run began on another device; the lines of the "
+                 "frames from here on name it");
     flags_.AddFlags(app);
     camera_.AddFlags(app);
     method_.AddFlag(app);
-    app.add_option("--checkpoint_every", checkpoint_every_,
-                   "Frames between checkpoints, from which --resume goes on; 0: none")
-        ->check(AtLeast<int64_t>(0))
-        ->type_name("FRAMES");
-    range_.AddFlags(app);
-    app.add_option("--every", every_,
-                   "Makes the map of each N-th frame only, from the first on; those between are "
-                   "learnt from all the same, and infer can make their maps later")
-        ->check(AtLeast<int64_t>(1))
-        ->type_name("N");
-    app.add_flag("--learn_only", learn_only_,
-                 "Makes no maps but keeps the model of every frame, for infer to make them later");
-    app.add_option("--fps", source_.nominal_rate_hz,
-                   "Frames a second of a folder of images, which has no clock")
-        ->check(AtLeast(1e-3))
-        ->capture_default_str();
-    app.add_option("--times", source_.times,
-                   "The times of the images of a folder or a glob, one a line")
-        ->type_name("FILE");
-    app.add_option("--max_frames", max_frames_, "Frames to segment at most; 0: no limit")
-        ->check(AtLeast<int64_t>(0))
-        ->type_name("FRAMES");
+    schedule_.AddFlags(app);
     threads_.AddFlag(app);
     device_.AddFlag(app);
     progress_.AddFlag(app);
@@ -99,17 +77,21 @@ class SegmentCommand : public Command {
   }
 
   absl::StatusOr<ExitCode> Run() override {
-    EGOSIEVE_RETURN_IF_ERROR(range_.Validate());
+    EGOSIEVE_RETURN_IF_ERROR(schedule_.Validate());
     if (overwrite_ && resume_) {
       return absl::InvalidArgumentError(
           "--overwrite and --resume exclude each other; leave one of them out");
+    }
+    if (allow_other_device_ && !resume_) {
+      return absl::InvalidArgumentError("--allow_other_device belongs to --resume; add that");
     }
     const int threads = threads_.Apply();
     vision::OnlineSegmenterOptions options = flags_.MakeOptions(threads);
     method_.Apply(options);
     EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-    EGOSIEVE_RETURN_IF_ERROR(method_.CheckWith(resume_, every_ > 1 || learn_only_));
-    EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(input_, range_.from, source_));
+    EGOSIEVE_RETURN_IF_ERROR(method_.CheckWith(resume_, schedule_.LeavesMaps()));
+    EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input,
+                              OpenDriveInput(input_, schedule_.first_frame(), schedule_.source()));
     EGOSIEVE_RETURN_IF_ERROR(camera_.Read(input));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     if (overwrite_) EGOSIEVE_RETURN_IF_ERROR(CheckApart(directory_, input.frames->files()));
@@ -119,7 +101,7 @@ class SegmentCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<FolderLock> lock, LockFolder());
     // Before the folder is made anew: who stops the first pass keeps the run that was there.
     EGOSIEVE_RETURN_IF_ERROR(
-        camera_.Find(input, range_.from, resume_, directory_, options.labeller));
+        camera_.Find(input, schedule_.first_frame(), resume_, directory_, options.labeller));
     EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<RunFolder> created, CreateUnlessResumed());
     if (method_.is_rival()) return SegmentByRival(input, device, options, *created);
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<vision::OnlineSegmenter> segmenter,
@@ -127,10 +109,10 @@ class SegmentCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(Beginning beginning, Begin(Describe(input, device.info, options),
                                                          created, input, *segmenter));
     if (!beginning.writer) {
-      Tell(beginning.counts, 0.0, absl::StrCat(directory_, " holds the whole run already\n"));
-      return Judge(beginning.counts, beginning.warning, input);
+      Tell(*beginning.counts, 0.0, absl::StrCat(directory_, " holds the whole run already\n"));
+      return Judge(*beginning.counts, beginning.warning, input);
     }
-    return Segment(input, MakePipeline(threads, beginning.first_frame), *segmenter,
+    return Segment(input, schedule_.MakePipeline(threads, beginning.first_frame), *segmenter,
                    *beginning.writer);
   }
 
@@ -138,8 +120,8 @@ class SegmentCommand : public Command {
   struct Beginning {
     std::optional<DriveWriter> writer;  // absent: the run is done, as follows
     int64_t first_frame = 0;
-    DriveWriter::Counts counts;
-    std::string warning;  // of the input's end
+    std::optional<DriveWriter::Counts> counts;  // of a run that is done
+    std::string warning;                        // of the input's end
   };
 
   // None where --out is no folder, which is an error of RunFolder's.
@@ -163,38 +145,45 @@ class SegmentCommand : public Command {
                                   const std::optional<RunFolder>& created, DriveInput& input,
                                   vision::OnlineSegmenter& segmenter) const {
     Beginning beginning;
-    beginning.first_frame = range_.from;
+    beginning.first_frame = schedule_.first_frame();
     if (created) {
       EGOSIEVE_ASSIGN_OR_RETURN(beginning.writer, Start(*created, description));
       return beginning;
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription before, folder.ReadDescription());
+    const std::string device = description.device;
+    if (allow_other_device_) description.device = before.device;
     if (const std::string difference = DescribeDifference(before, description);
         !difference.empty()) {
-      return absl::FailedPreconditionError(
-          absl::StrCat("the run in ", directory_, " is another: ", difference,
-                       "; give it the same, or choose another folder for --out"));
+      return absl::FailedPreconditionError(absl::StrCat(
+          "the run in ", directory_, " is another: ", difference,
+          before.device == device ? "; give it the same, or choose another folder for --out"
+                                  : "; give it the same, choose another folder for --out, or add "
+                                    "--allow_other_device"));
     }
     RemoveAbandoned(folder);
     EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, ReadWholeLines(folder, before));
     if (before.ended == "done" && IsComplete(lines, *input.frames, beginning.warning)) {
-      for (const FrameLine& line : lines) beginning.counts.Add(line, before.grid);
+      beginning.counts.emplace(before);
+      for (const FrameLine& line : lines) beginning.counts->Add(line);
       return beginning;
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const ResumePoint point,
-                              FindResumePoint(folder, range_.from, std::move(lines)));
+                              FindResumePoint(folder, schedule_.first_frame(), std::move(lines)));
     if (!point.checkpoint.empty()) {
-      EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<vision::Frame> recent,
-                                ReadRecentFrames(*input.frames, range_.from, point.next_frame - 1,
-                                                 segmenter.options().labeller.HistoryFrames()));
+      EGOSIEVE_ASSIGN_OR_RETURN(
+          const std::vector<vision::Frame> recent,
+          ReadRecentFrames(*input.frames, schedule_.first_frame(), point.next_frame - 1,
+                           segmenter.options().labeller.HistoryFrames()));
       EGOSIEVE_RETURN_IF_ERROR(segmenter.Restore(point.checkpoint, recent));
     }
     description.started_utc = before.started_utc;
     description.seconds = before.seconds;
     beginning.first_frame = point.next_frame;
     EGOSIEVE_ASSIGN_OR_RETURN(
-        beginning.writer, DriveWriter::Continue(folder, description, point.lines, WriterOptions()));
+        beginning.writer,
+        DriveWriter::Continue(folder, description, point.lines, WriterOptions(device)));
     // A kill may have come before it was written.
     EGOSIEVE_RETURN_IF_ERROR(camera_.Write(directory_));
     return beginning;
@@ -202,8 +191,9 @@ class SegmentCommand : public Command {
 
   absl::StatusOr<DriveWriter> Start(const RunFolder& folder,
                                     const RunDescription& description) const {
-    EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer,
-                              DriveWriter::Start(folder, description, WriterOptions()));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        DriveWriter writer,
+        DriveWriter::Start(folder, description, WriterOptions(description.device)));
     EGOSIEVE_RETURN_IF_ERROR(camera_.Write(directory_));
     return writer;
   }
@@ -218,8 +208,8 @@ class SegmentCommand : public Command {
   // Whether no frame is behind those of `lines`; then `warning` is that of the input's end.
   bool IsComplete(const std::vector<FrameLine>& lines, vision::FrameSource& source,
                   std::string& warning) const {
-    const int64_t behind = lines.empty() ? range_.from : lines.back().index + 1;
-    const int64_t end = MakePipeline(1, range_.from).end_frame;
+    const int64_t behind = lines.empty() ? schedule_.first_frame() : lines.back().index + 1;
+    const int64_t end = schedule_.MakePipeline(1, schedule_.first_frame()).end_frame;
     if (end >= 0 && behind >= end) return true;
     if (!source.SeekTo(behind).ok()) return false;
     const absl::StatusOr<vision::FrameRead> read = source.Next();
@@ -244,7 +234,7 @@ class SegmentCommand : public Command {
     RunDescription description = Describe(input, device.info, options);
     description.flags["method"] = method_.name();
     EGOSIEVE_ASSIGN_OR_RETURN(DriveWriter writer, Start(folder, description));
-    vision::PipelineOptions pipeline = MakePipeline(1, range_.from);
+    vision::PipelineOptions pipeline = schedule_.MakePipeline(1, schedule_.first_frame());
     pipeline.checkpoint_interval = 0;
     return WriteAll(input, pipeline, writer, [&](const vision::SegmentedFrameSink& sink) {
       return RunMethod(*input.frames, *segmenter, pipeline, InterruptionRequested, sink);
@@ -278,14 +268,7 @@ class SegmentCommand : public Command {
     description.version = kVersion;
     description.flags = DescribeOptions(options);
     camera_.Describe(description.flags);
-    description.flags["from"] = absl::StrCat(range_.from);
-    description.flags["checkpoint_every"] = absl::StrCat(checkpoint_every_);
-    description.flags["every"] = absl::StrCat(every_);
-    if (source_.nominal_rate_hz != vision::FrameSourceOptions().nominal_rate_hz) {
-      description.flags["fps"] = absl::StrCat(source_.nominal_rate_hz);
-    }
-    if (!source_.times.empty()) description.flags["times"] = AbsolutePath(source_.times);
-    description.flags["learn_only"] = learn_only_ ? "yes" : "no";
+    schedule_.Describe(description.flags);
     description.device = DescribeDevice(device);
     description.seed = flags_.seed();
     description.input = input.description;
@@ -294,40 +277,8 @@ class SegmentCommand : public Command {
     return description;
   }
 
-  vision::PipelineOptions MakePipeline(int threads, int64_t first_frame) const {
-    vision::PipelineOptions pipeline;
-    pipeline.overlap = threads > 1;
-    pipeline.first_frame = first_frame;
-    pipeline.checkpoint_interval = checkpoint_every_;
-    pipeline.wants_map = WantedMaps();
-    pipeline.record_steps = LeavesMaps();
-    pipeline.end_frame = range_.to >= 0 ? range_.to + 1 : -1;
-    if (max_frames_ > 0) {
-      const int64_t end = range_.from + max_frames_;
-      pipeline.end_frame = pipeline.end_frame < 0 ? end : std::min(pipeline.end_frame, end);
-    }
-    return pipeline;
-  }
-
-  // Maps are left for later.
-  bool LeavesMaps() const { return learn_only_ || every_ > 1; }
-
-  std::function<bool(int64_t)> WantedMaps() const {
-    if (learn_only_) return [](int64_t) { return false; };
-    if (every_ == 1) return nullptr;
-    return
-        [from = range_.from, every = every_](int64_t index) { return (index - from) % every == 0; };
-  }
-
-  DriveWriterOptions WriterOptions() const { return {WantedMaps(), LeavesMaps()}; }
-
-  static int64_t ExpectedFrames(const vision::FrameSource& source,
-                                const vision::PipelineOptions& pipeline) {
-    int64_t end = source.expected_frame_count();
-    if (pipeline.end_frame >= 0) {
-      end = end < 0 ? pipeline.end_frame : std::min(end, pipeline.end_frame);
-    }
-    return end < 0 ? -1 : std::max<int64_t>(end - pipeline.first_frame, 0);
+  DriveWriterOptions WriterOptions(const std::string& device) const {
+    return {schedule_.WantedMaps(), schedule_.LeavesMaps(), device};
   }
 
   absl::StatusOr<ExitCode> End(const absl::StatusOr<vision::PipelineSummary>& summary,
@@ -342,7 +293,7 @@ class SegmentCommand : public Command {
     std::string text =
         absl::StrFormat("%d frames answered, %d learnt from, in %s: %s\n", counts.answered,
                         counts.learnt, DescribeDuration(seconds), directory_);
-    if (LeavesMaps()) {
+    if (schedule_.LeavesMaps()) {
       absl::StrAppend(&text, "egosieve infer ", directory_, " makes the maps that were left out\n");
     }
     if (counts.doubtful.count() > 0) absl::StrAppend(&text, counts.doubtful.Sentence(), "\n");
@@ -361,6 +312,7 @@ class SegmentCommand : public Command {
                   {"frames_answered", counts.answered},
                   {"frames_learnt", counts.learnt},
                   {"frames_failed", counts.failed},
+                  {"pairs_far_apart", counts.baselines.far_apart()},
                   {"frames_unreliable", counts.doubtful.count()},
                   {"seconds", seconds}},
                  text);
@@ -369,40 +321,19 @@ class SegmentCommand : public Command {
   // The same for a run that has just ended and for one that was there.
   static ExitCode Judge(const DriveWriter::Counts& counts, const std::string& warning,
                         const DriveInput& input) {
-    if (counts.other_sizes > 0) {
-      Warn(absl::StrCat(counts.other_sizes,
-                        " frames are of another size than the first; their maps have their size"));
-    }
-    if (counts.answered > 0 && counts.learnt == 0) {
-      Warn(absl::StrCat("nothing was learnt, so every map is the prior: ", counts.last_not_learnt,
-                        "; give frames of a moving camera, two at least"));
-    }
-    bool failed = counts.failed > 0;
-    if (counts.failed > 0) {
-      Warn(absl::StrCat(counts.failed,
-                        " frames could not be read and have the map of the frame before: ",
-                        counts.first_failure));
-    }
-    if (!warning.empty()) {
-      Warn(warning);
-      const double expected = static_cast<double>(input.frames->expected_frame_count());
-      failed |= static_cast<double>(input.frames->next_index()) < (1.0 - kMissingShare) * expected;
-    }
-    return failed ? ExitCode::kFramesFailed : ExitCode::kDone;
+    const RunVerdict verdict = JudgeRun(counts, warning, *input.frames);
+    for (const std::string& text : verdict.warnings) Warn(text);
+    return verdict.code;
   }
 
   std::string input_, directory_;
   bool overwrite_ = false;
   bool resume_ = false;
-  int64_t checkpoint_every_ = 25;
+  bool allow_other_device_ = false;
   SegmentFlags flags_;
   CameraFlags camera_;
   MethodFlag method_;
-  FrameRange range_;
-  int64_t every_ = 1;
-  bool learn_only_ = false;
-  int64_t max_frames_ = 0;
-  vision::FrameSourceOptions source_;
+  ScheduleFlags schedule_;
   ThreadsFlag threads_;
   DeviceFlag device_;
   ProgressFlag progress_;

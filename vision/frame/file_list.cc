@@ -117,7 +117,8 @@ absl::StatusOr<FileList> ReadFileList(const std::string& path) {
     const std::optional<Entry> entry = EntryOf(line.text);
     if (!entry) {
       if (&line == &lines.front()) continue;
-      return LineError(path, line, "neither a picture's name nor a time and a name");
+      return LineError(path, line,
+                       "neither a picture's name nor a time and a name; give one of them");
     }
     if (list.paths.empty()) folder = FolderOf(path, entry->name);
     list.paths.push_back((folder / entry->name).string());
@@ -127,7 +128,8 @@ absl::StatusOr<FileList> ReadFileList(const std::string& path) {
       return LineError(path, line,
                        is_time ? "a time without a picture; give the folder of pictures, and this "
                                  "file to --times"
-                               : absl::StrCat("no such file: ", list.paths.back()));
+                               : absl::StrCat("no such file: ", list.paths.back(),
+                                              "; names are relative to the list's folder"));
     }
     if (list.paths.size() > 1 && entry->time.has_value() == list.times_seconds.empty()) {
       return LineError(path, line, "some lines have a time and some have none; give all or none");
@@ -147,7 +149,12 @@ absl::StatusOr<std::vector<double>> ReadTimes(const std::string& path, size_t co
   std::vector<double> times;
   for (const Line& line : lines) {
     const std::optional<double> time = TimeOf(line.text);
-    if (!time) return LineError(path, line, absl::StrCat("'", line.text, "' is no time"));
+    if (!time) {
+      return LineError(path, line,
+                       absl::StrCat("'", line.text,
+                                    "' is no time; give seconds, nanoseconds or "
+                                    "2011-09-26 13:02:25.59"));
+    }
     EGOSIEVE_RETURN_IF_ERROR(CheckAscending(path, line, *time, times));
     times.push_back(*time);
   }

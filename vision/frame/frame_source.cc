@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
@@ -35,6 +36,19 @@ std::string_view DigitRun(std::string_view text, size_t begin, size_t* end) {
 absl::Status TimesOfNoPictures(const std::string& input) {
   return absl::InvalidArgumentError(absl::StrCat(
       "times are given for ", input, ", which is no folder or glob of pictures; leave them out"));
+}
+
+// What the program does not read, and how it becomes something that it does; empty for all else.
+std::string HowToConvert(const std::string& input) {
+  if (input.find("://") != std::string::npos) {
+    return "a stream is not read; record it, ffmpeg -i URL -c copy drive.mp4, and give the file";
+  }
+  const std::string extension = absl::AsciiStrToLower(fs::path(input).extension().string());
+  if (extension == ".bag" || extension == ".mcap" || extension == ".db3") {
+    return "recordings of ROS are not read; write their pictures into a folder and their times "
+           "into a file for --times, or list both in a .csv";
+  }
+  return "";
 }
 
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenFiles(InputFiles files, const std::string& input,
@@ -87,6 +101,9 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrameSource(const std::string& 
   if (input.empty()) {
     return absl::InvalidArgumentError(
         "the input is empty; give a video file, a folder of pictures or a glob");
+  }
+  if (const std::string how = HowToConvert(input); !how.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(input, ": ", how));
   }
   std::error_code error;
   const fs::file_status status = fs::status(input, error);

@@ -56,8 +56,9 @@ class FrameSource {
   // EndOfFrames. An error means that the source as a whole cannot go on.
   virtual absl::StatusOr<FrameRead> Next() = 0;
 
-  // Makes `index` the next frame. Videos decode and drop on the way forward, so that frame k is the
-  // same picture however it was reached, and start anew to go backward. Beyond the end: Next()
+  // Makes `index` the next frame. Videos decode from a key frame near it where their packets tell
+  // the frames' numbers, else from the beginning, and drop what comes before: frame k is the same
+  // picture however it was reached. Beyond the end: Next()
   // returns EndOfFrames. InvalidArgument for a negative index.
   virtual absl::Status SeekTo(int64_t index) = 0;
 

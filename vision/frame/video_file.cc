@@ -1,9 +1,17 @@
 #include "vision/frame/video_file.h"
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 #include <opencv2/videoio.hpp>
 #include <optional>
 #include <utility>
+#include <vector>
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+}
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
@@ -38,6 +46,116 @@ cv::Mat Turned(const cv::Mat& picture, int degrees) {
       return picture.clone();
   }
 }
+
+// Where the frames of a video lie, read from its packets; nothing is decoded.
+//
+//   frame k     that of the k-th smallest presentation time                               (I1)
+//   key of k    the last key frame that is not behind frame k: decoding from there gives frame k
+//               as decoding from the beginning does                                       (I2)
+//
+// (I1) is what a decoder delivers only where each packet has a presentation time of its own and is
+// to be shown and whole, and where the first one is a key frame and the first to be shown. Other
+// videos have no index. Cost: the file is read once.
+class VideoIndex {
+ public:
+  // Of the stream that a player would show; nothing where there is none that can be relied on.
+  static std::optional<VideoIndex> Read(const std::string& path);
+
+  int64_t size() const { return static_cast<int64_t>(seconds_.size()); }
+  // From the stream's start.
+  double seconds(int64_t frame) const { return seconds_[frame]; }
+  int64_t KeyOf(int64_t frame) const;
+  // The frame with this time; nothing where there is none within a quarter of the distance to its
+  // neighbours.
+  std::optional<int64_t> FrameAt(double seconds) const;
+
+ private:
+  std::vector<double> seconds_;  // of each frame, ascending
+  std::vector<int64_t> keys_;    // frames, ascending; the first is 0
+};
+
+struct CloseInput {
+  void operator()(AVFormatContext* context) const { avformat_close_input(&context); }
+};
+struct FreePacket {
+  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+};
+
+struct Entry {
+  int64_t time;  // in units of the stream's time base
+  bool is_key;
+};
+
+// In the order of the file; empty where one of them is not to be relied on.
+std::vector<Entry> ReadEntries(AVFormatContext* context, int stream) {
+  const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
+  std::vector<Entry> entries;
+  int code = 0;
+  while (packet != nullptr && (code = av_read_frame(context, packet.get())) >= 0) {
+    if (packet->stream_index == stream) {
+      if (packet->pts == AV_NOPTS_VALUE ||
+          (packet->flags & (AV_PKT_FLAG_CORRUPT | AV_PKT_FLAG_DISCARD)) != 0) {
+        return {};
+      }
+      entries.push_back({packet->pts, (packet->flags & AV_PKT_FLAG_KEY) != 0});
+    }
+    av_packet_unref(packet.get());
+  }
+  if (code != AVERROR_EOF) entries.clear();
+  return entries;
+}
+
+std::optional<VideoIndex> VideoIndex::Read(const std::string& path) {
+  AVFormatContext* opened = nullptr;
+  if (avformat_open_input(&opened, path.c_str(), nullptr, nullptr) < 0) return std::nullopt;
+  const std::unique_ptr<AVFormatContext, CloseInput> context(opened);
+  if (avformat_find_stream_info(opened, nullptr) < 0) return std::nullopt;
+  const int stream = av_find_best_stream(opened, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
+  if (stream < 0) return std::nullopt;
+  for (unsigned i = 0; i < opened->nb_streams; ++i) {
+    if (static_cast<int>(i) != stream) opened->streams[i]->discard = AVDISCARD_ALL;
+  }
+  std::vector<Entry> entries = ReadEntries(opened, stream);
+  if (entries.empty() || !entries.front().is_key) return std::nullopt;
+  const int64_t first_time = entries.front().time;
+  std::sort(entries.begin(), entries.end(),
+            [](const Entry& a, const Entry& b) { return a.time < b.time; });
+  if (entries.front().time != first_time) return std::nullopt;
+  const auto twice =
+      std::adjacent_find(entries.begin(), entries.end(),
+                         [](const Entry& a, const Entry& b) { return a.time == b.time; });
+  if (twice != entries.end()) return std::nullopt;
+  const AVStream& of = *opened->streams[stream];
+  const int64_t start = of.start_time == AV_NOPTS_VALUE ? first_time : of.start_time;
+  VideoIndex index;
+  for (const Entry& entry : entries) {
+    if (entry.is_key) index.keys_.push_back(index.size());
+    index.seconds_.push_back(static_cast<double>(entry.time - start) * av_q2d(of.time_base));
+  }
+  return index;
+}
+
+int64_t VideoIndex::KeyOf(int64_t frame) const {
+  return *(std::upper_bound(keys_.begin(), keys_.end(), frame) - 1);
+}
+
+std::optional<int64_t> VideoIndex::FrameAt(double seconds) const {
+  const auto behind = std::lower_bound(seconds_.begin(), seconds_.end(), seconds);
+  int64_t nearest = std::min<int64_t>(behind - seconds_.begin(), size() - 1);
+  if (nearest > 0 && seconds - seconds_[nearest - 1] < std::abs(seconds_[nearest] - seconds)) {
+    --nearest;
+  }
+  constexpr double kShare = 0.25;
+  const double distance = std::abs(seconds_[nearest] - seconds);
+  for (const int64_t neighbour : {nearest - 1, nearest + 1}) {
+    if (neighbour < 0 || neighbour >= size()) continue;
+    if (distance > kShare * std::abs(seconds_[neighbour] - seconds_[nearest])) return std::nullopt;
+  }
+  return nearest;
+}
+
+// Frames that are decoded and dropped rather than jumped over.
+constexpr int64_t kFar = 64;
 
 class VideoFile : public FrameSource {
  public:
@@ -75,9 +193,16 @@ class VideoFile : public FrameSource {
   }
 
   absl::StatusOr<FrameRead> Next() override {
+    if (next_index_ - position_ > kFar) EGOSIEVE_RETURN_IF_ERROR(Approach(next_index_));
     while (position_ < next_index_ && Grab()) {
     }
-    if (position_ < next_index_ || !Grab()) return FrameRead(End());
+    const bool is_there = position_ >= next_index_ && Grab();
+    if (std::exchange(has_jumped_, false) && !(is_there && FrameGrabbed() == next_index_)) {
+      index_.reset();  // the decoder delivers other frames than the packets tell
+      EGOSIEVE_RETURN_IF_ERROR(Open());
+      return Next();
+    }
+    if (!is_there) return FrameRead(End());
     const int64_t index = next_index_++;
     absl::StatusOr<Frame> frame = Retrieve(index);
     if (!frame.ok()) return FrameRead(DamagedFrame{index, std::string(frame.status().message())});
@@ -86,6 +211,7 @@ class VideoFile : public FrameSource {
 
   absl::Status SeekTo(int64_t index) override {
     if (index < 0) return absl::InvalidArgumentError(absl::StrCat("frame index ", index, " < 0"));
+    // What lies far from the beginning is approached by Next.
     if (index < position_) EGOSIEVE_RETURN_IF_ERROR(Open());
     next_index_ = index;
     return absl::OkStatus();
@@ -97,6 +223,42 @@ class VideoFile : public FrameSource {
   std::string description() const override { return path_; }
 
  private:
+  // From a key frame towards a frame far ahead, where the video has an index; else nothing.
+  absl::Status Approach(int64_t index) {
+    if (!has_looked_for_index_) index_ = VideoIndex::Read(path_);
+    has_looked_for_index_ = true;
+    if (!index_ || index >= index_->size()) return absl::OkStatus();
+    const int64_t key = index_->KeyOf(index);
+    if (key <= position_ + kFar) return absl::OkStatus();
+    has_jumped_ = JumpBefore(key);
+    if (has_jumped_) return absl::OkStatus();
+    index_.reset();  // the decoder has other times than the packets
+    return Open();
+  }
+
+  // Grabs one of the kFar frames before `key`; false where none of them is there. OpenCV seeks by
+  // time, to a key frame at least 16 frames before what it is asked for: frames that lie before
+  // their key frame in the file, and refer to what is before that, are not among those delivered.
+  bool JumpBefore(int64_t key) {
+    const double wanted = std::floor(index_->seconds(key) * nominal_rate_hz_) - 2.0;
+    try {
+      if (!(wanted > 0.0) || !capture_.set(cv::CAP_PROP_POS_FRAMES, wanted)) return false;
+    } catch (const cv::Exception&) {
+      return false;
+    }
+    ended_ = false;
+    if (!Grab()) return false;
+    const int64_t frame = FrameGrabbed();
+    if (frame >= key || frame < key - kFar) return false;
+    position_ = frame + 1;
+    return true;
+  }
+
+  // By the index; -1 where it has none of that time.
+  int64_t FrameGrabbed() {
+    return index_->FrameAt(capture_.get(cv::CAP_PROP_POS_MSEC) / 1000.0).value_or(-1);
+  }
+
   bool Grab() {
     if (ended_) return false;
     try {
@@ -156,6 +318,9 @@ class VideoFile : public FrameSource {
   int64_t position_ = 0;    // frames grabbed so far: the stream's own next index
   int64_t next_index_ = 0;  // that Next() returns; ahead of position_ after a seek
   bool ended_ = false;
+  bool has_looked_for_index_ = false;
+  bool has_jumped_ = false;  // and not yet seen where to
+  std::optional<VideoIndex> index_;
 };
 
 }  // namespace

@@ -32,6 +32,18 @@ void Junction(SceneBuilder& s) {
   s.Walkers(5.0);
 }
 
+// Twelve metres of bus, five to ten metres away.
+void Buses(SceneBuilder& s) {
+  s.DriveCamera(-15.0, {{0.0, 1.0}});
+  for (double t = -6.0; t < s.duration() + 6.0; t += s.Uniform(3.6, 4.4)) {
+    s.Crossing(kBus, 0, -1, t, 4.0);
+  }
+  for (double t = -5.0; t < s.duration() + 5.0; t += s.Uniform(3.2, 5.0)) {
+    s.Crossing(s.Uniform(0.0, 1.0) < 0.6 ? kBus : kVan, 0, 1, t, 5.0);
+  }
+  s.Walkers(5.0);
+}
+
 void Crossing(SceneBuilder& s) {
   s.DriveCamera(-40.0, {{0.0, 4.5}});
   s.Crossing(kBus, 0, 1, 3.0, 7.0);
@@ -197,6 +209,7 @@ const std::vector<SceneRecipe>& Recipes() {
       {"street", "a town drive: cars ahead, oncoming and crossing, a cyclist, people", Street},
       {"junction", "slowly up to a junction that cars and people cross", Junction},
       {"crossing", "towards a junction that cars and a bus cross", Crossing},
+      {"buses", "slowly up to a junction where buses fill the picture", Buses},
       {"oncoming", "a stream of oncoming cars and a bus", Oncoming},
       {"ahead", "a car ahead in the lane: same speed, slower, faster", Ahead},
       {"overtaking", "cars overtake the camera, the camera overtakes cyclists", Overtaking},

@@ -104,6 +104,22 @@ TEST_F(BadInput, AGlobWithoutMatch) {
   ExpectRefused(Segment(input_ + "/*.jpg"), 3, "frames/*.jpg");
 }
 
+TEST_F(BadInput, AListThatDoesNotHoldWhatItMust) {
+  WriteFrames(3);
+  const std::string list = root_ + "/list.txt", times = root_ + "/times.txt";
+  const auto expect = [&](const char* text, const char* what) {
+    std::ofstream(list) << text;
+    ExpectRefused(Segment(list), 3, what);
+    EXPECT_FALSE(fs::exists(out_)) << what;
+  };
+  expect("# nothing\n", "names no picture");
+  expect("frames/000000.png\nframes/000009.png\n", "line 2: no such file");
+  expect("0.2 frames/000000.png\n0.1 frames/000001.png\n", "line 2: the time 0.1 does not come");
+  std::ofstream(times) << "0.0\n0.1\n";
+  ExpectRefused(Segment(input_, {"--times=" + times}), 3, "has 2 times for 3 pictures");
+  EXPECT_FALSE(fs::exists(out_));
+}
+
 TEST_F(BadInput, AFolderOfBrokenImages) {
   for (int i = 0; i < 3; ++i) std::ofstream(Frame(i)) << "not a picture";
   ExpectRefused(Segment(input_), 3, "frames");

@@ -276,6 +276,30 @@ TEST_F(Resume, ADoneRunStaysAndALongerOneGoesOn) {
   EXPECT_EQ(CompareRuns(whole_, run_), "");
 }
 
+// The lines say which device made a frame, where it is not the run's.
+TEST_F(Resume, OnAnotherDeviceWhereThatIsAllowed) {
+  if (RunFolder::Open(whole_)->ReadDescription()->device.find("reference") != std::string::npos) {
+    GTEST_SKIP() << "the program runs on the reference device already";
+  }
+  ASSERT_EQ(RunProgram(Arguments(run_, {"--max_frames=10"})).code, 4);
+  const std::vector<std::string> other = {"--resume", "--device=reference"};
+  const ProgramOutcome refused = RunProgram(Arguments(run_, other));
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_EQ(CountLines(refused.err), 1) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("or add --allow_other_device"));
+  std::vector<std::string> allowed = other;
+  allowed.push_back("--allow_other_device");
+  EXPECT_EQ(RunProgram(Arguments(run_, allowed)).code, 4);
+  const RunFolder folder = *RunFolder::Open(run_);
+  EXPECT_EQ(folder.ReadDescription()->device, RunFolder::Open(whole_)->ReadDescription()->device);
+  const std::vector<FrameLine> lines = *folder.ReadLines();
+  ASSERT_EQ(lines.size(), static_cast<size_t>(kFrames));
+  for (const FrameLine& line : lines) {  // the last checkpoint is that after frame 7
+    EXPECT_EQ(line.map_device.find("reference") != std::string::npos, line.index > 7) << line.index;
+  }
+  EXPECT_EQ(RunProgram(Arguments(run_, {"--allow_other_device"})).code, 2);
+}
+
 // Two programs that write into one folder would mix their lines.
 TEST_F(Resume, OneProgramAtATime) {
   const absl::StatusOr<FolderLock> lock = FolderLock::Take(whole_);

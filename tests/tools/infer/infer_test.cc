@@ -253,11 +253,6 @@ class InferExact : public Infer {};
 INSTANTIATE_TEST_SUITE_P(Models, InferExact, testing::Values("exact"),
                          [](const auto& model) { return std::string(model.param); });
 
-// Maps by another device are those maps but for float32's rounding, and the log tells whose they
-// are. The mean is off by at most 7e-6 sigma_f^2 |alpha|_1 (kernels/ops/dense_posterior.h, n =
-// 150). alpha_i is the residual at point i over the noise's variance: 150 residuals of 0.3 over
-// 0.4^2 come to 280. The probability's slope is at most 0.4 a, and a about 2: 1.6e-3. Measured: one
-// of the 65,535 levels.
 TEST_P(InferExact, WithACovarianceFunctionThatIsASum) {
   const std::string covariance = "--covariance=matern52 + isotropic(linear)";
   ASSERT_EQ(Segment(whole_, {covariance, "--overwrite"}), 4);
@@ -266,6 +261,11 @@ TEST_P(InferExact, WithACovarianceFunctionThatIsASum) {
   EXPECT_EQ(CheckedMaps(run_), Range(0, kFrames));
 }
 
+// Maps by another device are those maps but for float32's rounding, and the log tells whose they
+// are. The mean is off by at most 7e-6 sigma_f^2 |alpha|_1 (kernels/ops/dense_posterior.h, n =
+// 150). alpha_i is the residual at point i over the noise's variance: 150 residuals of 0.3 over
+// 0.4^2 come to 280. The probability's slope is at most 0.4 a, and a about 2: 1.6e-3. Measured: one
+// of the 65,535 levels.
 TEST_P(InferExact, AnotherDeviceGivesTheMapsWithinRoundingAndIsNamed) {
   const std::string own = RunFolder::Open(whole_)->ReadDescription()->device;
   ASSERT_EQ(Segment(run_, {"--learn_only"}), 4);

@@ -1,10 +1,20 @@
-// What other programs' own readers make of the masks: pycocotools and Pillow, where Python has them
-// (pip install pycocotools pillow); skipped where not.
+// What other programs' own readers make of the masks: pycocotools, pycolmap and Pillow, in the
+// Python that EGOSIEVE_READERS names, else python3:
+//
+//   python3 -m venv readers && readers/bin/pip install numpy pillow pycocotools pycolmap
+//   export EGOSIEVE_READERS=$PWD/readers/bin/python
+//   bazel test --test_env=EGOSIEVE_READERS //tests/tools/masks:readers_test
+//
+// Skipped where they are not installed.
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_replace.h"
 #include "gtest/gtest.h"
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/fresh_folder.h"
@@ -15,19 +25,21 @@
 namespace egosieve::tools {
 namespace {
 
-constexpr char kScript[] = R"(
+constexpr char kHead[] = R"(
 import sys
 try:
     import numpy as np
-    import pycocotools.mask as masks
     from PIL import Image
-    from pycocotools.coco import COCO
-except ImportError:
-    print("missing")
+    %s
+except ImportError as error:
+    print("missing", error)
     sys.exit(0)
 root = sys.argv[1]
 ids = lambda i: np.array(Image.open(f"{root}/drive/run/ids/{i:06d}.png"))
+moving = lambda i: np.array(Image.open(f"{root}/drive/run/masks/{i:06d}.png")) > 0
+)";
 
+constexpr char kNumbered[] = R"(
 coco = COCO(root + "/coco/annotations.json")
 for image in coco.getImgIds():
     drawn = np.zeros_like(ids(image - 1))
@@ -52,6 +64,47 @@ for frame, number, category, height, width, text in rows:
 print("ok", len(coco.getImgIds()), len(rows) > 3)
 )";
 
+// COLMAP takes every image, and no feature of a masked pixel.
+constexpr char kColmap[] = R"(
+pycolmap.logging.minloglevel = pycolmap.logging.ERROR
+def features(masks):
+    path = f"{root}/{masks or 'all'}.db"
+    reader = pycolmap.ImageReaderOptions()
+    if masks:
+        reader.mask_path = f"{root}/{masks}"
+    pycolmap.extract_features(path, f"{root}/drive/frames", reader_options=reader, device=pycolmap.Device.cpu)
+    database = pycolmap.Database.open(path)
+    images = database.read_all_images()
+    masked = 0
+    for image in images:
+        mask = pycolmap.Bitmap.read(f"{root}/colmap/{image.name}.png", False).to_array().squeeze()
+        assert ((mask == 0) == moving(int(image.name[:6]))).all()
+        points = database.read_keypoints(image.image_id)[:, :2].astype(int)
+        masked += int((mask[points[:, 1], points[:, 0]] == 0).sum())
+    return len(images), masked
+with_masks, without = features("colmap"), features(None)
+print("ok", with_masks, without[0], without[1] > 0)
+)";
+
+// The others by the rules that they document. nerfstudio: a mask for each frame or for none, of one
+// channel, of the picture's size, 0 left out. instant-ngp: dynamic_mask_NAME.png beside the
+// picture, not 0 left out. gaussian-splatting: the alpha of the picture.
+constexpr char kScenes[] = R"(
+frames = json.load(open(f"{root}/nerfstudio/transforms.json"))["frames"]
+for frame in frames:
+    picture = Image.open(f"{root}/nerfstudio/" + frame["file_path"])
+    mask = np.array(Image.open(f"{root}/nerfstudio/" + frame["mask_path"]))
+    assert mask.ndim == 2 and mask.shape == (picture.height, picture.width)
+    assert (~mask.astype(bool) == moving(int(frame["file_path"][-10:-4]))).all()
+for i in range(6):
+    mask = np.array(Image.open(f"{root}/instant-ngp/dynamic_mask_{i:06d}.png").convert("RGBA"))
+    assert ((mask[:, :, 0] != 0) == moving(i)).all()
+    picture = np.array(Image.open(f"{root}/gaussian-splatting/{i:06d}.png"))
+    assert picture.shape[2] == 4 and ((picture[:, :, 3] == 0) == moving(i)).all()
+    assert (picture[:, :, :3] == np.array(Image.open(f"{root}/drive/frames/{i:06d}.png").convert("RGB"))).all()
+print("ok", len(frames))
+)";
+
 std::string Output(const std::string& command) {
   std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
   std::string output;
@@ -60,23 +113,60 @@ std::string Output(const std::string& command) {
   return output;
 }
 
-TEST(Readers, SeeTheRunsMovers) {
-  const std::string root = FreshFolder();
-  const FakeRun run = WriteFakeRun(root + "/drive");
-  for (const char* format : {"coco", "davis", "mots"}) {
+class Readers : public testing::Test {
+ protected:
+  Readers() : root_(FreshFolder()), run_(WriteFakeRun(root_ + "/drive")) {
+    nlohmann::json transforms;
+    for (int i = 0; i < 6; ++i) {
+      transforms["frames"].push_back({{"file_path", absl::StrFormat("frames/%06d.png", i)}});
+    }
+    EXPECT_TRUE(WriteFileAtomically(root_ + "/drive/transforms.json", transforms.dump()).ok());
+  }
+
+  void Write(const std::string& format) const {
     ASSERT_EQ(RunCommandForTest(MakeMasksCommand(),
-                                {run.folder.path(), absl::StrCat("--for=", format),
-                                 absl::StrCat("--out=", root, "/", format), "--progress=none"})
+                                {run_.folder.path(), absl::StrCat("--for=", format),
+                                 absl::StrCat("--out=", root_, "/", format), "--progress=none"})
                   .code,
-              0);
+              0)
+        << format;
   }
-  const std::string script = root + "/read.py";
-  ASSERT_TRUE(WriteFileAtomically(script, kScript).ok());
-  const std::string output = Output("python3 " + script + " " + root + " 2>&1");
-  if (output == "missing\n" || output.find("not found") != std::string::npos) {
-    GTEST_SKIP() << "Python has no pycocotools or no Pillow";
+
+  // What the script prints; it begins with "missing" where Python lacks one of the imports.
+  std::string Run(const std::string& imports, const std::string& script) const {
+    const std::string path = root_ + "/read.py";
+    const std::string text = absl::StrReplaceAll(kHead, {{"%s", imports}}) + script;
+    EXPECT_TRUE(WriteFileAtomically(path, text).ok());
+    const char* python = std::getenv("EGOSIEVE_READERS");
+    const std::string output = Output(
+        absl::StrCat(python == nullptr ? "python3" : python, " ", path, " ", root_, " 2>&1"));
+    return output.find("not found") == std::string::npos ? output : "missing python3";
   }
+
+  std::string root_;
+  FakeRun run_;
+};
+
+TEST_F(Readers, OfNumbersSeeTheRunsMovers) {
+  for (const char* format : {"coco", "davis", "mots"}) Write(format);
+  const std::string output =
+      Run("import pycocotools.mask as masks; from pycocotools.coco import COCO", kNumbered);
+  if (output.starts_with("missing")) GTEST_SKIP() << output;
   EXPECT_TRUE(output.ends_with("ok 6 True\n")) << output;
+}
+
+TEST_F(Readers, ColmapTakesAllImagesAndNothingThatMoves) {
+  Write("colmap");
+  const std::string output = Run("import pycolmap", kColmap);
+  if (output.starts_with("missing")) GTEST_SKIP() << output;
+  EXPECT_TRUE(output.ends_with("ok (6, 0) 6 True\n")) << output;
+}
+
+TEST_F(Readers, OfScenesLeaveOutWhatMoves) {
+  for (const char* format : {"nerfstudio", "instant-ngp", "gaussian-splatting"}) Write(format);
+  const std::string output = Run("import json", kScenes);
+  if (output.starts_with("missing")) GTEST_SKIP() << output;
+  EXPECT_TRUE(output.ends_with("ok 6\n")) << output;
 }
 
 }  // namespace

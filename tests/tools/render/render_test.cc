@@ -96,6 +96,25 @@ TEST(RenderCommand, WritesImagesAndAVideoThatPlays) {
   EXPECT_FALSE(std::filesystem::exists(run.folder.File("overlay.tmp.mp4")));
 }
 
+TEST(RenderCommand, DrawsAShareOfTheImages) {
+  FakeRunOptions options;
+  options.frames = 34;
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/render_shares", options);
+  const auto has = [&](int index) {
+    return std::filesystem::exists(run.folder.FrameFile("render", index, ".png"));
+  };
+  ASSERT_EQ(RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--shard=2/2"}).code, 0);
+  EXPECT_FALSE(has(31));
+  EXPECT_TRUE(has(32) && has(33));
+  EXPECT_FALSE(std::filesystem::exists(run.folder.File("overlay.mp4")));
+  ASSERT_EQ(RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--shard=1/2"}).code, 0);
+  EXPECT_TRUE(has(0) && has(31));
+  EXPECT_EQ(
+      RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--shard=1/2", "--no_images"})
+          .code,
+      2);
+}
+
 TEST(RenderCommand, SaysWhenTheInputIsGoneOrAnother) {
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/render_bad");
   const std::string moved = run.frames + "_moved";

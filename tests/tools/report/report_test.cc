@@ -74,6 +74,16 @@ TEST(MakeCharts, TellWhereInTheDriveNothingWasLearnt) {
   EXPECT_EQ(at(101), (std::vector<double>{40.0, 50.0, 10.0}));
 }
 
+TEST(MakeReportPage, TellsThatPicturesLieFarApart) {
+  ReportContent content;
+  content.description.flags["features"] = "auto";
+  content.lines = Lines(5);
+  for (FrameLine& line : content.lines) line.features = line.matches = 100;
+  EXPECT_THAT(MakeReportPage(content), Not(HasSubstr("too far apart")));
+  for (int i = 1; i < 5; ++i) content.lines[i].matches = 10;
+  EXPECT_THAT(MakeReportPage(content), HasSubstr("4 of 5 pairs of pictures lie too far apart"));
+}
+
 TEST(MakeReportPage, NamesOtherDevicesAndTheRunWithTheModels) {
   ReportContent content;
   content.lines = Lines(5);

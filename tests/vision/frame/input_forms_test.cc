@@ -166,6 +166,68 @@ TEST_F(InputFormsTest, ListsSayWhatIsWrongWithThem) {
   EXPECT_THAT(error("0.1,a.png\nx,y\n"), HasSubstr("line 2: neither"));
 }
 
+TEST_F(InputFormsTest, WhatIsNotReadSaysWhatWouldBe) {
+  EXPECT_THAT(std::string(OpenFrameSource("rtsp://camera/1").status().message()),
+              HasSubstr("rtsp://camera/1: a stream is not read; record it"));
+  for (const char* name : {"drive.bag", "drive.MCAP", "drive.db3"}) {
+    WriteText(name, "a recording");
+    EXPECT_THAT(ErrorOf(name), HasSubstr("recordings of ROS are not read; write their pictures"));
+  }
+}
+
+TEST_F(InputFormsTest, TheRateOfAFolderIsTheUsers) {
+  for (const char* name : {"9.png", "10.png", "8.png"}) WritePicture(name, 10);
+  FrameSourceOptions options;
+  options.nominal_rate_hz = 4.0;
+  const Seen seen = ReadAllOf(folder_.string(), options);
+  EXPECT_THAT(seen.names, ElementsAre("8.png", "9.png", "10.png"));
+  EXPECT_THAT(seen.times, ElementsAre(0.0, 0.25, 0.5));
+}
+
+// Phones write frames at the times when there was light enough: the table of their durations has
+// several entries. It is the last thing in the file but for the boxes around it, whose sizes grow.
+TEST_F(InputFormsTest, TimesOfAVideoOfVariableRateAreTheStreams) {
+  cv::VideoWriter video(Path("even.mp4"), cv::VideoWriter::fourcc('m', 'p', '4', 'v'), 10.0,
+                        cv::Size(64, 32));
+  for (int i = 1; i <= 4; ++i) video << cv::Mat3b(32, 64, cv::Vec3b::all(40 * i));
+  video.release();
+  std::ifstream in(Path("even.mp4"), std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const auto number = [&](size_t at) {
+    uint32_t value = 0;
+    for (int i = 0; i < 4; ++i) value = value << 8 | static_cast<uint8_t>(bytes[at + i]);
+    return value;
+  };
+  const auto text = [](uint32_t value) {
+    std::string four(4, '\0');
+    for (int i = 0; i < 4; ++i) four[i] = static_cast<char>(value >> (24 - 8 * i));
+    return four;
+  };
+  const size_t table = bytes.find("stts");
+  ASSERT_NE(table, std::string::npos);
+  ASSERT_GT(bytes.find("moov"), bytes.find("mdat")) << "sizes that grow would move the pictures";
+  ASSERT_EQ(number(table + 8), 1u);  // entry
+  const uint32_t duration = number(table + 16);
+  // Three entries: 1 frame, 2 frames of three times that, 1 frame.
+  bytes.replace(
+      table + 8, 12,
+      text(3) + text(1) + text(duration) + text(2) + text(3 * duration) + text(1) + text(duration));
+  for (const char* box : {"moov", "trak", "mdia", "minf", "stbl", "stts"}) {
+    const size_t at = bytes.find(box) - 4;
+    bytes.replace(at, 4, text(number(at) + 16));
+  }
+  // The edit list ends the video where it ended before.
+  if (const size_t edits = bytes.find("edts"); edits != std::string::npos) {
+    bytes.replace(edits, 4, "free");
+  }
+  std::ofstream(Path("uneven.mp4"), std::ios::binary) << bytes;
+  const Seen seen = ReadAllOf(Path("uneven.mp4"));
+  ASSERT_EQ(seen.times.size(), 4u);
+  EXPECT_NEAR(seen.times[1], 0.1, 1e-6);
+  EXPECT_NEAR(seen.times[2], 0.4, 1e-6);
+  EXPECT_NEAR(seen.times[3], 0.7, 1e-6);
+}
+
 TEST_F(InputFormsTest, VideosOfAFolderAreChaptersOfOneDrive) {
   WriteVideo("day/clip_10.avi", 6, 3, 10.0);
   WriteVideo("day/clip_9.avi", 1, 5, 10.0);

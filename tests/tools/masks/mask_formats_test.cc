@@ -1,0 +1,172 @@
+// The bytes of each format, by its reader's rules.
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
+#include "gmock/gmock.h"
+#include "tests/tools/masks/masks_test.h"
+#include "tools/run_folder/atomic_file.h"
+
+namespace egosieve::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+
+// The pixels of COCO's text for a mask, as maskApi.c reads it.
+cv::Mat1b Decoded(const std::string& text, int rows, int columns) {
+  std::vector<int64_t> runs;
+  for (size_t p = 0; p < text.size();) {
+    int64_t x = 0;
+    int k = 0;
+    bool more = true;
+    while (more) {
+      const int64_t c = text[p++] - 48;
+      x |= (c & 31) << (5 * k++);
+      more = (c & 32) != 0;
+      if (!more && (c & 16) != 0) x -= int64_t{1} << (5 * k);
+    }
+    runs.push_back(runs.size() > 2 ? x + runs[runs.size() - 2] : x);
+  }
+  cv::Mat1b mask(columns, rows, uint8_t{0});  // transposed: runs go down the columns
+  int64_t at = 0;
+  for (size_t i = 0; i < runs.size(); ++i) {
+    for (int64_t j = 0; j < runs[i]; ++j, ++at) mask.data[at] = i % 2 == 1 ? 255 : 0;
+  }
+  EXPECT_EQ(at, rows * columns);
+  return mask.t();
+}
+
+// Every image has a mask of its name with .png behind it; COLMAP leaves out where it is 0.
+TEST_F(MasksTest, OfColmap) {
+  const FakeRun run = WriteFakeRun(root_ + "/drive");
+  ASSERT_EQ(Masks({run.folder.path(), "--for=colmap"}).code, 0);
+  for (int i = 0; i < 6; ++i) {
+    const cv::Mat mask = Read(absl::StrFormat("%06d.png.png", i));
+    EXPECT_EQ(Differences(mask, Made(run, "masks", i) == 0), 0) << i;
+  }
+  EXPECT_GT(cv::countNonZero(Read("000003.png.png") == 0), 100);
+  EXPECT_EQ(std::distance(fs::directory_iterator(out_), fs::directory_iterator()), 6);
+
+  out_ = root_ + "/grown";
+  ASSERT_EQ(Masks({run.folder.path(), "--for=colmap", "--dilate=4", "--invert"}).code, 0);
+  cv::Mat1f distance;
+  cv::distanceTransform(Made(run, "masks", 3) == 0, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  EXPECT_EQ(Differences(Read("000003.png.png"), distance <= 4.0), 0);
+}
+
+// nerfstudio's rules: a mask_path for every frame, one channel, 0 is left out, relative to the
+// file.
+TEST_F(MasksTest, OfNerfstudio) {
+  const FakeRun run = WriteFakeRun(root_ + "/drive");
+  nlohmann::json transforms = {{"fl_x", 80.0}, {"ply_file_path", "sparse_pc.ply"}};
+  for (int i = 5; i >= 0; --i) {
+    transforms["frames"].push_back({{"file_path", absl::StrFormat("./frames/%06d.png", i)},
+                                    {"transform_matrix", {{1, 0}, {0, 1}}}});
+  }
+  ASSERT_TRUE(WriteFileAtomically(root_ + "/drive/transforms.json", transforms.dump()).ok());
+  ASSERT_EQ(Masks({run.folder.path(), "--for=nerfstudio"}).code, 0);
+  const nlohmann::json copy = nlohmann::json::parse(*ReadFile(out_ + "/transforms.json"));
+  EXPECT_EQ(copy.at("fl_x"), 80.0);
+  EXPECT_EQ(copy.at("ply_file_path"), "../drive/sparse_pc.ply");
+  ASSERT_EQ(copy.at("frames").size(), 6u);
+  for (const nlohmann::json& frame : copy.at("frames")) {
+    const fs::path image = fs::path(out_) / frame.at("file_path").get<std::string>();
+    ASSERT_TRUE(fs::exists(image)) << image;
+    const int index = std::stoi(image.stem());
+    EXPECT_EQ(Differences(Read(frame.at("mask_path")), Made(run, "masks", index) == 0), 0);
+    EXPECT_EQ(frame.at("transform_matrix"), transforms["frames"][0]["transform_matrix"]);
+  }
+}
+
+TEST_F(MasksTest, OfInstantNgpWithPictures) {
+  const FakeRun run = WriteFakeRun(root_ + "/drive");
+  ASSERT_EQ(Masks({run.folder.path(), "--for=instant-ngp", "--frames=" + out_}).code, 0);
+  EXPECT_EQ(Differences(Read("dynamic_mask_000003.png"), Made(run, "masks", 3)), 0);
+  EXPECT_EQ(*ReadFile(out_ + "/000003.png"), *ReadFile(run.frames + "/000003.png"));
+}
+
+TEST_F(MasksTest, OfGaussianSplatting) {
+  const FakeRun run = WriteFakeRun(root_ + "/drive");
+  ASSERT_EQ(Masks({run.folder.path(), "--for=gaussian-splatting"}).code, 0);
+  const cv::Mat picture = Read("000003.png");
+  ASSERT_EQ(picture.type(), CV_8UC4);
+  cv::Mat alpha, colours;
+  cv::extractChannel(picture, alpha, 3);
+  cv::cvtColor(picture, colours, cv::COLOR_BGRA2BGR);
+  EXPECT_EQ(Differences(alpha, Made(run, "masks", 3) == 0), 0);
+  EXPECT_EQ(cv::norm(colours, cv::imread(run.frames + "/000003.png"), cv::NORM_INF), 0.0);
+}
+
+// An indexed PNG whose pixels are the movers' numbers; the colours are VOC's.
+TEST_F(MasksTest, OfDavis) {
+  const FakeRun run = WriteFakeRun(root_ + "/drive");
+  ASSERT_EQ(Masks({run.folder.path(), "--for=davis"}).code, 0);
+  const std::string png = *ReadFile(out_ + "/000003.png");
+  EXPECT_EQ(png[24], 8);  // bits of a pixel
+  EXPECT_EQ(png[25], 3);  // colour type: palette
+  const size_t palette = png.find("PLTE");
+  ASSERT_NE(palette, std::string::npos);
+  const auto colour_of = [&](int label) {
+    const auto* rgb = reinterpret_cast<const uint8_t*>(png.data() + palette + 4 + 3 * label);
+    return cv::Vec3b(rgb[2], rgb[1], rgb[0]);
+  };
+  EXPECT_EQ(colour_of(0), cv::Vec3b(0, 0, 0));
+  EXPECT_EQ(colour_of(1), cv::Vec3b(0, 0, 128));
+  EXPECT_EQ(colour_of(14), cv::Vec3b(128, 128, 64));
+  const cv::Mat1w ids = Made(run, "ids", 3);
+  const cv::Mat3b shown = cv::imread(out_ + "/000003.png", cv::IMREAD_COLOR);
+  for (int y = 0; y < ids.rows; ++y) {
+    for (int x = 0; x < ids.cols; ++x) ASSERT_EQ(shown(y, x), colour_of(ids(y, x)));
+  }
+}
+
+TEST_F(MasksTest, OfCoco) {
+  const FakeRun run = WriteFakeRun(root_ + "/drive");
+  ASSERT_EQ(Masks({run.folder.path(), "--for=coco"}).code, 0);
+  const nlohmann::json json = nlohmann::json::parse(*ReadFile(out_ + "/annotations.json"));
+  ASSERT_EQ(json.at("images").size(), 6u);
+  EXPECT_EQ(json.at("images")[3].at("file_name"), "000003.png");
+  std::vector<cv::Mat1b> drawn(6);
+  for (int i = 0; i < 6; ++i) drawn[i] = cv::Mat1b(64, 96, uint8_t{0});
+  for (const nlohmann::json& annotation : json.at("annotations")) {
+    EXPECT_THAT(annotation.at("segmentation").at("size").get<std::vector<int>>(),
+                ElementsAre(64, 96));
+    const cv::Mat1b mask = Decoded(annotation.at("segmentation").at("counts"), 64, 96);
+    const int index = annotation.at("image_id").get<int>() - 1;
+    EXPECT_EQ(Differences(
+                  mask, cv::Mat1w(Made(run, "ids", index)) == annotation.at("track_id").get<int>()),
+              0);
+    EXPECT_EQ(annotation.at("area"), cv::countNonZero(mask));
+    const auto box = annotation.at("bbox").get<std::vector<int>>();
+    EXPECT_EQ(cv::Rect(box[0], box[1], box[2], box[3]), cv::boundingRect(mask));
+    drawn[index] |= mask;
+  }
+  EXPECT_EQ(Differences(drawn[3], Made(run, "masks", 3)), 0);
+}
+
+// time_frame id class height width text; the image holds 1000 class + number.
+TEST_F(MasksTest, OfMots) {
+  const FakeRun run = WriteFakeRun(root_ + "/drive");
+  ASSERT_EQ(Masks({run.folder.path(), "--for=mots"}).code, 0);
+  const std::vector<std::string> rows =
+      absl::StrSplit(*ReadFile(out_ + "/drive.txt"), '\n', absl::SkipEmpty());
+  ASSERT_GE(rows.size(), 4u);
+  for (const std::string& row : rows) {
+    const std::vector<std::string> fields = absl::StrSplit(row, ' ');
+    ASSERT_EQ(fields.size(), 6u);
+    EXPECT_EQ(fields[2], "1");
+    const int index = std::stoi(fields[0]), object = std::stoi(fields[1]);
+    const cv::Mat image = Read(absl::StrFormat("drive/%06d.png", index));
+    ASSERT_EQ(image.type(), CV_16UC1);
+    const cv::Mat1b mask = Decoded(fields[5], std::stoi(fields[3]), std::stoi(fields[4]));
+    EXPECT_EQ(Differences(mask, image == object), 0);
+    EXPECT_EQ(Differences(mask, cv::Mat1w(Made(run, "ids", index)) == object - 1000), 0);
+  }
+  EXPECT_EQ(cv::countNonZero(Read("drive/000000.png")), 0);
+}
+
+}  // namespace
+}  // namespace egosieve::tools

@@ -1,0 +1,91 @@
+// A frame is the same picture, at the same time, however it was reached.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <string>
+#include <vector>
+
+#include "vision/frame/frame_source.h"
+#include "vision/frame/quiet_libraries.h"
+
+namespace egosieve::vision {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kFrames = 300;
+
+// A textured picture that slides, so that frames refer to each other.
+std::string WriteVideo(const std::string& name, const char* codec) {
+  const std::string path = (fs::path(::testing::TempDir()) / name).string();
+  cv::VideoWriter video(path, cv::CAP_FFMPEG,
+                        cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]), 12.5,
+                        cv::Size(64, 48));
+  if (!video.isOpened()) return "";
+  cv::Mat texture(48, 64 + kFrames, CV_8UC3);
+  cv::theRNG().state = 3;
+  cv::randu(texture, 0, 255);
+  cv::GaussianBlur(texture, texture, cv::Size(), 1.5);
+  for (int i = 0; i < kFrames; ++i) video << texture(cv::Rect(i, 0, 64, 48)).clone();
+  return path;
+}
+
+std::vector<Frame> ReadAll(const std::string& path) {
+  const auto source = OpenFrameSource(path);
+  std::vector<Frame> frames;
+  while (source.ok()) {
+    const absl::StatusOr<FrameRead> read = (*source)->Next();
+    if (!read.ok() || !std::holds_alternative<Frame>(*read)) break;
+    frames.push_back(std::get<Frame>(*read));
+  }
+  return frames;
+}
+
+void ExpectSameFrames(const std::string& path, const std::vector<int64_t>& indices) {
+  const std::vector<Frame> frames = ReadAll(path);
+  const auto count = static_cast<int64_t>(frames.size());
+  ASSERT_GT(count, 200) << path;
+  const auto source = OpenFrameSource(path);
+  for (const int64_t at : indices) {
+    ASSERT_TRUE((*source)->SeekTo(at).ok());
+    for (int64_t i = at; i < std::min<int64_t>(at + 3, count); ++i) {
+      const absl::StatusOr<FrameRead> read = (*source)->Next();
+      ASSERT_TRUE(read.ok() && std::holds_alternative<Frame>(*read)) << path << " " << i;
+      const Frame& frame = std::get<Frame>(*read);
+      EXPECT_EQ(frame.index, i);
+      EXPECT_EQ(frame.time_seconds, frames[i].time_seconds) << path << " " << i;
+      EXPECT_EQ(cv::norm(frame.image, frames[i].image, cv::NORM_INF), 0.0) << path << " " << i;
+    }
+  }
+  ASSERT_TRUE((*source)->SeekTo(count + 100).ok());
+  const absl::StatusOr<FrameRead> end = (*source)->Next();
+  ASSERT_TRUE(end.ok() && std::holds_alternative<EndOfFrames>(*end));
+  EXPECT_EQ(std::get<EndOfFrames>(*end).frame_count, count);
+}
+
+TEST(VideoSeek, GivesTheFramesOfSequentialDecoding) {
+  QuietLibraries();
+  for (const auto& [name, codec] :
+       {std::pair("key_frames.avi", "MJPG"), std::pair("groups.mp4", "mp4v"),
+        std::pair("groups.mkv", "mp4v")}) {
+    const std::string path = WriteVideo(name, codec);
+    if (path.empty()) continue;
+    ExpectSameFrames(path, {250, 100, 299, 0, 180, 143, 144, 145, 297});
+  }
+}
+
+// H.264 with frames that refer to later ones.
+TEST(VideoSeek, OfRealVideos) {
+  const char* data = std::getenv("EGOSIEVE_DATA");
+  if (data == nullptr) GTEST_SKIP() << "EGOSIEVE_DATA is not set";
+  for (const char* name : {"/highway/solidWhiteRight.mp4", "/highway/dashcam_reflections.mp4"}) {
+    if (!fs::exists(std::string(data) + name)) GTEST_SKIP() << "there is no " << data << name;
+    ExpectSameFrames(std::string(data) + name, {200, 90, 217, 130});
+  }
+}
+
+}  // namespace
+}  // namespace egosieve::vision

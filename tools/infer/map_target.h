@@ -1,0 +1,42 @@
+// The folder that infer fills: the run itself, or a folder of --out that holds maps alone. Several
+// programs may fill one folder at the same time.
+#ifndef EGOSIEVE_TOOLS_INFER_MAP_TARGET_H_
+#define EGOSIEVE_TOOLS_INFER_MAP_TARGET_H_
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "tools/infer/map_book.h"
+#include "tools/run_folder/run_folder.h"
+#include "vision/frame/frame_source.h"
+
+namespace egosieve::tools {
+
+struct MapTarget {
+  std::string run;         // folder with the models
+  std::string out;         // empty: the run itself
+  bool overwrite = false;  // replace the run that `out` holds
+
+  bool is_run() const { return out.empty(); }
+  const std::string& path() const { return is_run() ? run : out; }
+
+  // What is read is not what is replaced, whatever names and links lead there.
+  absl::Status CheckApartFrom(const vision::FrameSource& frames) const;
+
+  // `description` is the run's. A folder of --out is made anew, or is one that an earlier call has
+  // begun: AlreadyExists where it holds other maps. Another device may go on with it.
+  absl::StatusOr<MapBook> Open(const RunFolder& folder, const RunDescription& description,
+                               int stride_pixels, const std::string& device) const;
+
+  // Writes how it ended into run.json of --out, with what all programs have made so far; that of a
+  // run stays the run's. finished: false where it was interrupted.
+  absl::Status TellEnd(const absl::StatusOr<bool>& finished, double seconds) const;
+
+ private:
+  absl::StatusOr<RunFolder> OpenOut(const RunDescription& description) const;
+};
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_INFER_MAP_TARGET_H_

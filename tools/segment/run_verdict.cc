@@ -1,0 +1,45 @@
+#include "tools/segment/run_verdict.h"
+
+#include "absl/strings/str_cat.h"
+
+namespace egosieve::tools {
+namespace {
+
+// A header's count may be a guess: only a video that lacks more than this share was cut short.
+constexpr double kMissingShare = 0.1;
+
+}  // namespace
+
+RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_warning,
+                    const vision::FrameSource& source) {
+  RunVerdict verdict;
+  if (counts.other_sizes > 0) {
+    verdict.warnings.push_back(
+        absl::StrCat(counts.other_sizes,
+                     " frames are of another size than the first; their maps have their size"));
+  }
+  if (counts.answered > 0 && counts.learnt == 0) {
+    verdict.warnings.push_back(
+        absl::StrCat("nothing was learnt, so every map is the prior: ", counts.last_not_learnt,
+                     "; give frames of a moving camera, two at least"));
+  } else if (const std::string sparse = counts.baselines.Describe(); !sparse.empty()) {
+    verdict.warnings.push_back(sparse);
+  }
+  bool failed = counts.failed > 0;
+  if (failed) {
+    verdict.warnings.push_back(
+        absl::StrCat(counts.failed,
+                     " frames could not be read and have the map of the frame "
+                     "before: ",
+                     counts.first_failure));
+  }
+  if (!end_warning.empty()) {
+    verdict.warnings.push_back(end_warning);
+    const double expected = static_cast<double>(source.expected_frame_count());
+    failed |= static_cast<double>(source.next_index()) < (1.0 - kMissingShare) * expected;
+  }
+  if (failed) verdict.code = ExitCode::kFramesFailed;
+  return verdict;
+}
+
+}  // namespace egosieve::tools

@@ -1,0 +1,25 @@
+// What is to be said of a run that came to its end, and its exit code.
+#ifndef EGOSIEVE_TOOLS_SEGMENT_RUN_VERDICT_H_
+#define EGOSIEVE_TOOLS_SEGMENT_RUN_VERDICT_H_
+
+#include <string>
+#include <vector>
+
+#include "tools/cli/exit_code.h"
+#include "tools/segment/drive_writer.h"
+#include "vision/frame/frame_source.h"
+
+namespace egosieve::tools {
+
+struct RunVerdict {
+  ExitCode code = ExitCode::kDone;
+  std::vector<std::string> warnings;  // one line each
+};
+
+// end_warning: EndOfFrames::warning, empty where there is none. source: of the run, at its end.
+RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_warning,
+                    const vision::FrameSource& source);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_SEGMENT_RUN_VERDICT_H_
