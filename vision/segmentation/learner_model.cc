@@ -9,17 +9,10 @@ namespace egosieve::vision {
 namespace {
 
 using gp::ExactModel;
-using gp::SparseModel;
 
-// This model decides when inducing inputs are chosen anew.
-gp::SparseModelOptions NeverRefreshing(gp::SparseModelOptions options) {
-  options.refresh_share = std::numeric_limits<double>::max();
-  return options;
-}
-
-const gp::PointSet* SparsePoints(const std::variant<ExactModel, SparseModel>& model) {
-  const auto* sparse = std::get_if<SparseModel>(&model);
-  return sparse == nullptr ? nullptr : &sparse->points();
+const gp::PointSet* SparsePoints(const std::variant<ExactModel, DeferredSparseModel>& model) {
+  const auto* sparse = std::get_if<DeferredSparseModel>(&model);
+  return sparse == nullptr ? nullptr : &sparse->State().points;
 }
 
 }  // namespace
@@ -52,8 +45,8 @@ absl::StatusOr<LearnerModel::Model> LearnerModel::MakeModel(
     const std::shared_ptr<kernels::Context>& context, const gp::ExactModelState& state,
     const LearnerModelOptions& options) {
   if (options.kind == ModelKind::kSparse) {
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        SparseModel sparse, SparseModel::Restore(context, state, NeverRefreshing(options.sparse)));
+    EGOSIEVE_ASSIGN_OR_RETURN(DeferredSparseModel sparse,
+                              DeferredSparseModel::Restore(context, state, options.sparse));
     return Model(std::move(sparse));
   }
   EGOSIEVE_ASSIGN_OR_RETURN(ExactModel exact, ExactModel::Restore(context, state));
@@ -65,13 +58,6 @@ absl::Status LearnerModel::Add(kernels::ConstMatrixView<float> inputs,
   if (inputs.rows == 0 && labels.empty()) return absl::OkStatus();
   EGOSIEVE_RETURN_IF_ERROR(
       std::visit([&](auto& model) { return model.Add(inputs, labels, frame); }, model_));
-  changes_ += inputs.rows;
-  if (auto* sparse = std::get_if<SparseModel>(&model_);
-      sparse != nullptr &&
-      static_cast<double>(changes_) > options_.sparse.refresh_share * sparse->size() &&
-      sparse->Refresh().ok()) {  // the old inducing inputs serve on where new ones cannot be had
-    changes_ = 0;
-  }
   if (recording_) {
     ModelOperation operation;
     operation.kind = ModelOperation::Kind::kAdd;
@@ -88,7 +74,6 @@ absl::Status LearnerModel::Add(kernels::ConstMatrixView<float> inputs,
 absl::Status LearnerModel::Remove(absl::Span<const int64_t> rows) {
   if (rows.empty()) return absl::OkStatus();
   EGOSIEVE_RETURN_IF_ERROR(std::visit([&](auto& model) { return model.Remove(rows); }, model_));
-  changes_ += static_cast<int64_t>(rows.size());
   if (recording_) {
     ModelOperation operation;
     operation.kind = ModelOperation::Kind::kRemove;
@@ -101,7 +86,6 @@ absl::Status LearnerModel::Remove(absl::Span<const int64_t> rows) {
 absl::Status LearnerModel::SetHyperparameters(const gp::Hyperparameters& hyperparameters) {
   EGOSIEVE_RETURN_IF_ERROR(
       std::visit([&](auto& model) { return model.SetHyperparameters(hyperparameters); }, model_));
-  changes_ = 0;
   if (recording_) {
     ModelOperation operation;
     operation.kind = ModelOperation::Kind::kSetHyperparameters;
@@ -127,12 +111,8 @@ absl::Status LearnerModel::Apply(const ModelOperation& operation) {
 }
 
 absl::Status LearnerModel::Rebuild() {
-  if (auto* sparse = std::get_if<SparseModel>(&model_)) {
-    EGOSIEVE_RETURN_IF_ERROR(sparse->Refresh());
-    changes_ = 0;
-    return absl::OkStatus();
-  }
-  return std::get<ExactModel>(model_).Refactorize();
+  auto* exact = std::get_if<ExactModel>(&model_);
+  return exact == nullptr ? absl::OkStatus() : exact->Refactorize();
 }
 
 gp::ExactModelState LearnerModel::State() const {
@@ -141,7 +121,6 @@ gp::ExactModelState LearnerModel::State() const {
 
 absl::Status LearnerModel::Restore(const gp::ExactModelState& state) {
   EGOSIEVE_ASSIGN_OR_RETURN(model_, MakeModel(context_, state, options_));
-  changes_ = 0;
   operations_.clear();
   return absl::OkStatus();
 }
@@ -152,11 +131,6 @@ std::vector<ModelOperation> LearnerModel::TakeOperations() {
 
 int64_t LearnerModel::size() const {
   return std::visit([](const auto& model) { return model.size(); }, model_);
-}
-
-int64_t LearnerModel::inducing_size() const {
-  const auto* sparse = std::get_if<SparseModel>(&model_);
-  return sparse == nullptr ? size() : sparse->inducing_size();
 }
 
 const gp::Hyperparameters& LearnerModel::hyperparameters() const {
@@ -188,9 +162,10 @@ absl::Span<const int64_t> LearnerModel::birth_frames() const {
 
 absl::StatusOr<std::vector<float>> LearnerModel::PredictMean(
     kernels::ConstMatrixView<float> points) const {
-  const auto* sparse = std::get_if<SparseModel>(&model_);
-  if (sparse == nullptr) return std::get<ExactModel>(model_).PredictMean(points);
+  if (const auto* exact = std::get_if<ExactModel>(&model_)) return exact->PredictMean(points);
   const std::vector<double> wide = gp::Widen(points);
+  EGOSIEVE_ASSIGN_OR_RETURN(const gp::SparseModel* sparse,
+                            std::get<DeferredSparseModel>(model_).Solved());
   EGOSIEVE_ASSIGN_OR_RETURN(
       const gp::Prediction prediction,
       sparse->Predict(kernels::ConstMatrixView<double>(wide.data(), points.rows, points.cols),
@@ -198,19 +173,27 @@ absl::StatusOr<std::vector<float>> LearnerModel::PredictMean(
   return std::vector<float>(prediction.mean.begin(), prediction.mean.end());
 }
 
-std::vector<double> LearnerModel::PredictOwnMean() const {
-  return std::visit([](const auto& model) { return model.PredictOwnMean(); }, model_);
+absl::StatusOr<std::vector<double>> LearnerModel::PredictOwnMean() const {
+  if (const auto* exact = std::get_if<ExactModel>(&model_)) return exact->PredictOwnMean();
+  EGOSIEVE_ASSIGN_OR_RETURN(const gp::SparseModel* sparse,
+                            std::get<DeferredSparseModel>(model_).Solved());
+  return sparse->PredictOwnMean();
 }
 
 double LearnerModel::LogMarginalLikelihood() const {
-  return std::visit([](const auto& model) { return model.LogMarginalLikelihood(); }, model_);
+  if (const auto* exact = std::get_if<ExactModel>(&model_)) return exact->LogMarginalLikelihood();
+  const absl::StatusOr<const gp::SparseModel*> sparse =
+      std::get<DeferredSparseModel>(model_).Solved();
+  return sparse.ok() ? (*sparse)->LogMarginalLikelihood()
+                     : std::numeric_limits<double>::quiet_NaN();
 }
 
 absl::StatusOr<gp::LeaveOneOut> LearnerModel::PredictLeaveOneOut(
     absl::Span<const int64_t> rows) const {
-  const auto* sparse = std::get_if<SparseModel>(&model_);
-  if (sparse == nullptr) return std::get<ExactModel>(model_).PredictLeaveOneOut(rows);
+  if (const auto* exact = std::get_if<ExactModel>(&model_)) return exact->PredictLeaveOneOut(rows);
   EGOSIEVE_RETURN_IF_ERROR(gp::CheckRows(rows, size()));
+  EGOSIEVE_ASSIGN_OR_RETURN(const gp::SparseModel* sparse,
+                            std::get<DeferredSparseModel>(model_).Solved());
   const gp::LeaveOneOut all = sparse->PredictLeaveOneOut();
   gp::LeaveOneOut chosen;
   for (const int64_t row : rows) {
@@ -223,15 +206,10 @@ absl::StatusOr<gp::LeaveOneOut> LearnerModel::PredictLeaveOneOut(
 
 absl::StatusOr<std::shared_ptr<const gp::Posterior>> LearnerModel::MakePosterior(
     const gp::SquashParameters& squash) const {
-  const auto* sparse = std::get_if<SparseModel>(&model_);
-  if (sparse == nullptr) return std::get<ExactModel>(model_).MakePosterior(squash);
-  absl::StatusOr<std::shared_ptr<const gp::Posterior>> posterior = sparse->MakePosterior(squash);
-  if (posterior.ok()) return posterior;
-  // Removals leave rounding in the sums: an inducing input whose data are gone may look as if it
-  // had learnt less than nothing. Summed afresh, it has not.
-  EGOSIEVE_ASSIGN_OR_RETURN(const SparseModel fresh,
-                            SparseModel::Restore(context_, sparse->State(), sparse->options()));
-  return fresh.MakePosterior(squash);
+  if (const auto* exact = std::get_if<ExactModel>(&model_)) return exact->MakePosterior(squash);
+  EGOSIEVE_ASSIGN_OR_RETURN(const gp::SparseModel* sparse,
+                            std::get<DeferredSparseModel>(model_).Solved());
+  return sparse->MakePosterior(squash);
 }
 
 }  // namespace egosieve::vision

@@ -4,9 +4,7 @@
 //   kExact    gp/model/exact_model.h     n^2 a query: the paper's
 //   kSparse   gp/model/sparse_model.h    m^2 a query: every pixel is affordable
 //
-// The sparse model's inducing inputs are chosen anew at the end of an Add once the points added or
-// removed since the last choice exceed `refresh_share` of the points: once a frame at most, where a
-// frame removes first and adds then.
+// The sparse model is solved when it is asked for after a change (deferred_sparse_model.h).
 //
 // Every change is a deterministic function of the model and the operation: two models that are
 // alike to the last bit, Rebuild included, stay so under the same operations.
@@ -25,9 +23,9 @@
 #include "gp/covariance/hyperparameters.h"
 #include "gp/model/exact_model.h"
 #include "gp/model/posterior.h"
-#include "gp/model/sparse_model.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
+#include "vision/segmentation/deferred_sparse_model.h"
 
 namespace egosieve::vision {
 
@@ -35,7 +33,7 @@ enum class ModelKind { kExact, kSparse };
 
 struct LearnerModelOptions {
   ModelKind kind = ModelKind::kExact;
-  gp::SparseModelOptions sparse;  // of kSparse; DTC or FITC
+  gp::SparseModelOptions sparse;  // of kSparse; DTC or FITC; refresh_share is without effect
 
   absl::Status Validate() const;
 };
@@ -76,7 +74,6 @@ class LearnerModel {
 
   ModelKind kind() const { return options_.kind; }
   int64_t size() const;
-  int64_t inducing_size() const;  // size() of an exact model
   int64_t input_dimension() const { return hyperparameters().covariance.input_dimension(); }
   const gp::Hyperparameters& hyperparameters() const;
   const std::shared_ptr<kernels::Context>& context() const { return context_; }
@@ -88,15 +85,15 @@ class LearnerModel {
   absl::Span<const int64_t> birth_frames() const;
 
   absl::StatusOr<std::vector<float>> PredictMean(kernels::ConstMatrixView<float> points) const;
-  std::vector<double> PredictOwnMean() const;
-  double LogMarginalLikelihood() const;
+  absl::StatusOr<std::vector<double>> PredictOwnMean() const;
+  double LogMarginalLikelihood() const;  // NaN where a sparse model cannot be solved
   // Of these rows.
   absl::StatusOr<gp::LeaveOneOut> PredictLeaveOneOut(absl::Span<const int64_t> rows) const;
   absl::StatusOr<std::shared_ptr<const gp::Posterior>> MakePosterior(
       const gp::SquashParameters& squash) const;
 
  private:
-  using Model = std::variant<gp::ExactModel, gp::SparseModel>;
+  using Model = std::variant<gp::ExactModel, DeferredSparseModel>;
   LearnerModel(std::shared_ptr<kernels::Context> context, const LearnerModelOptions& options,
                Model model);
 
@@ -107,7 +104,6 @@ class LearnerModel {
   std::shared_ptr<kernels::Context> context_;
   LearnerModelOptions options_;
   Model model_;
-  int64_t changes_ = 0;  // points since a sparse model's inducing inputs were chosen
   bool recording_ = false;
   std::vector<ModelOperation> operations_;
 };

@@ -136,9 +136,9 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
   if (options_.consistency_filter && trainer_.state().frames_trained > 0) {
     EGOSIEVE_RETURN_IF_ERROR(Add(arriving, frame_index));
     arriving = Points();
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> means, model_.PredictOwnMean());
     EGOSIEVE_ASSIGN_OR_RETURN(
-        alive, gp::FilterByConsistency(LabelsOf(model_.targets()),
-                                       PredictionsFromMeans(model_.PredictOwnMean())));
+        alive, gp::FilterByConsistency(LabelsOf(model_.targets()), PredictionsFromMeans(means)));
     counts.dropped_by_consistency = model_.size() - static_cast<int64_t>(alive.size());
   } else {
     EGOSIEVE_ASSIGN_OR_RETURN(

@@ -133,6 +133,33 @@ TEST_P(LearnerModelTest, RestoredFromItsStateItIsAsAfterRebuild) {
   EXPECT_EQ(Map(restored), Map(model));
 }
 
+// Whether it was asked in between or not.
+TEST(SparseLearnerModelTest, DependsOnItsPointsAndNotOnItsHistory) {
+  LearnerModelOptions options;
+  options.kind = ModelKind::kSparse;
+  options.sparse.inducing_points = 40;
+  auto context = kernels::OpenContext();
+  ASSERT_TRUE(context.ok()) << context.status();
+  const auto make = [&] {
+    auto model = LearnerModel::Create(
+        *context, gp::DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, kDimension),
+        options);
+    EXPECT_TRUE(model.ok()) << model.status();
+    return *std::move(model);
+  };
+  const Points first = MakePoints(120, 1), second = MakePoints(5, 2);
+  LearnerModel model = make();
+  ASSERT_TRUE(model.Add(first.view(), first.labels, 0).ok());
+  const double before = model.LogMarginalLikelihood();
+  ASSERT_TRUE(model.Remove({3, 17}).ok());
+  EXPECT_NE(model.LogMarginalLikelihood(), before);
+  ASSERT_TRUE(model.Add(second.view(), second.labels, 1).ok());
+  LearnerModel fresh = make();
+  ASSERT_TRUE(fresh.Restore(model.State()).ok());
+  EXPECT_EQ(fresh.LogMarginalLikelihood(), model.LogMarginalLikelihood());
+  EXPECT_EQ(*fresh.PredictOwnMean(), *model.PredictOwnMean());
+}
+
 TEST(LearnerModelOptionsTest, TheSubsetOfRegressorsIsRefused) {
   LearnerModelOptions options;
   EXPECT_TRUE(options.Validate().ok());

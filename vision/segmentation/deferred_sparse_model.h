@@ -1,0 +1,60 @@
+// Points and hyperparameters whose sparse model (gp/model/sparse_model.h) is solved when something
+// is asked of it, and kept until they change.
+//
+// An online learner changes about half of its points a frame, and then the hyperparameters: to
+// solve once, n m^2, costs less than to add and remove terms and to solve after each change. What
+// is answered depends on points and hyperparameters alone, not on their history.
+//
+// Not thread-safe, queries included; a posterior is.
+#ifndef EGOSIEVE_VISION_SEGMENTATION_DEFERRED_SPARSE_MODEL_H_
+#define EGOSIEVE_VISION_SEGMENTATION_DEFERRED_SPARSE_MODEL_H_
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "gp/covariance/hyperparameters.h"
+#include "gp/model/exact_model.h"
+#include "gp/model/point_set.h"
+#include "gp/model/sparse_model.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/runtime/context.h"
+
+namespace egosieve::vision {
+
+class DeferredSparseModel {
+ public:
+  // InvalidArgument on a state or options that SparseModel::Restore would not take.
+  static absl::StatusOr<DeferredSparseModel> Restore(std::shared_ptr<kernels::Context> context,
+                                                     gp::ExactModelState state,
+                                                     const gp::SparseModelOptions& options);
+
+  // Checked as SparseModel's; after an error nothing has changed.
+  absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
+                   int64_t frame);
+  absl::Status Remove(absl::Span<const int64_t> rows);
+  absl::Status SetHyperparameters(const gp::Hyperparameters& hyperparameters);
+
+  const gp::ExactModelState& State() const { return state_; }
+  int64_t size() const { return state_.points.size(); }
+  int64_t input_dimension() const { return hyperparameters().covariance.input_dimension(); }
+  const gp::Hyperparameters& hyperparameters() const { return state_.hyperparameters; }
+
+  // Valid until the next change. The errors are those of SparseModel::Refresh.
+  absl::StatusOr<const gp::SparseModel*> Solved() const;
+
+ private:
+  DeferredSparseModel() = default;
+
+  std::shared_ptr<kernels::Context> context_;
+  gp::SparseModelOptions options_;
+  gp::ExactModelState state_;
+  mutable std::optional<gp::SparseModel> solved_;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SEGMENTATION_DEFERRED_SPARSE_MODEL_H_
