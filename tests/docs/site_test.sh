@@ -1,10 +1,8 @@
 #!/usr/bin/env bash
 # The documents become a site without a warning, and a broken link would be one.
 set -euo pipefail
-if ! command -v mkdocs >/dev/null; then
-  echo "skipped: there is no mkdocs"
-  exit 0
-fi
+. tests/shell/skip.sh
+command -v mkdocs >/dev/null || skip site_test "there is no mkdocs"
 cd "$(dirname "$(readlink -f run)")"
 docs/build_site "$TEST_TMPDIR/site"
 [ -s "$TEST_TMPDIR/site/index.html" ] && [ -s "$TEST_TMPDIR/site/docs/concepts.html" ]

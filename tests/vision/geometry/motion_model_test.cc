@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_format.h"
 #include "tests/vision/geometry/synthetic_pairs.h"
 #include "vision/geometry/residual.h"
 
@@ -121,7 +122,9 @@ TEST(EstimateMotionModel, NoMajorityIsNotTrusted) {
   const auto model = EstimateMotionModel(MakeSyntheticPairs(scene).pairs, {});
   ASSERT_TRUE(model.ok());
   EXPECT_FALSE(model->trusted);
-  EXPECT_FALSE(model->reason.empty());
+  EXPECT_EQ(model->reason,
+            absl::StrFormat("only %.0f %% of the matches agree on one motion of the camera",
+                            100.0 * model->inlier_count / model->pair_count));
 }
 
 TEST(EstimateMotionModel, FewAndDegeneratePairsGiveADefinedResult) {
