@@ -106,7 +106,7 @@ TEST(EstimateMotionModel, CameraAmongParallelMoversStandsStill) {
   EXPECT_EQ(model->kind, MotionModelKind::kStatic);
   EXPECT_EQ(model->rejected_kind, MotionModelKind::kFundamental);
   EXPECT_TRUE(model->trusted);
-  // It takes (G2) to see it.
+  // It takes (GR2) to see it.
   MotionModelOptions without;
   without.still_share = 1.0;
   EXPECT_EQ(EstimateMotionModel(StillAmongParallelMovers(0.0), without)->kind,
