@@ -5,6 +5,7 @@
 
 #include "kernels/runtime/pocl_cache.h"
 #include "tools/batch/batch_command.h"
+#include "tools/build_description/build_description.h"
 #include "tools/cli/command_line.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/standard_streams.h"
@@ -36,7 +37,7 @@ int RunCommandLine(int argc, char** argv) {
   CommandLine line(
       "egosieve",
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
-      kVersion);
+      kVersion, BuildDescription());
   line.Add(MakeSegmentCommand());
   line.Add(MakeInferCommand());
   line.Add(MakeMergeCommand());

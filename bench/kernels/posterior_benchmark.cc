@@ -60,10 +60,12 @@ double OperationsAnEvaluation(const PosteriorModel& model, const std::vector<flo
              static_cast<double>(vectors);
 }
 
-// The largest difference from the reference over a sample of queries, in units of each output.
+// What is wrong with a sample of queries beside the reference, in units of each output; "" if
+// nothing is.
 std::string CheckSample(const PosteriorModel& model, const std::vector<float>& queries,
-                        const float* mean, const float* variance, const float* probability,
-                        double tolerance) {
+                        const float* mean, const float* variance, const float* probability) {
+  // Fifteen times the error of the mean in bench/results/peers.md, for weights that cancel more.
+  constexpr double kTolerance = 1e-3;
   constexpr int64_t kSample = 64;
   const int64_t dimension = model.covariance.input_dimension();
   const int64_t count = static_cast<int64_t>(queries.size()) / dimension;
@@ -89,7 +91,7 @@ std::string CheckSample(const PosteriorModel& model, const std::vector<float>& q
       worst = std::max(worst, std::abs(probability[rows[s]] - probabilities[s]));
     }
   }
-  return worst <= tolerance ? "" : "off by " + std::to_string(worst);
+  return worst <= kTolerance ? "" : "off by " + std::to_string(worst);
 }
 
 void BM_DensePosteriorMean(benchmark::State& state, bool plain) {
@@ -112,7 +114,7 @@ void BM_DensePosteriorMean(benchmark::State& state, bool plain) {
     if (!counts.ok()) return state.SkipWithError(counts.status().ToString().c_str());
   }
   const double seconds = timer.SecondsAnIteration(state.iterations());
-  const std::string wrong = CheckSample(model, queries, mean.data(), nullptr, nullptr, 2e-2);
+  const std::string wrong = CheckSample(model, queries, mean.data(), nullptr, nullptr);
   if (!wrong.empty()) return state.SkipWithError(wrong.c_str());
   state.SetLabel((*posterior)->description());
   const double evaluations = static_cast<double>(m) * n;
@@ -157,7 +159,7 @@ void EvaluateAll(benchmark::State& state, const PosteriorModel& model, int strid
   }
   const double seconds = timer.SecondsAnIteration(state.iterations());
   const std::string wrong =
-      CheckSample(model, queries, mean.data(), variance.data(), probability.data(), 2e-2);
+      CheckSample(model, queries, mean.data(), variance.data(), probability.data());
   if (!wrong.empty()) return state.SkipWithError(wrong.c_str());
   state.SetLabel((*posterior)->description());
   state.counters["queries_per_second"] =

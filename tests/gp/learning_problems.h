@@ -3,8 +3,7 @@
 #define EGOSIEVE_TESTS_GP_LEARNING_PROBLEMS_H_
 
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <random>
@@ -15,6 +14,7 @@
 #include "gtest/gtest.h"
 #include "kernels/runtime/context.h"
 #include "tests/gp/linalg/random_matrices.h"
+#include "tests/kernels/gpml_demo.h"
 
 namespace egosieve::gp {
 
@@ -65,23 +65,14 @@ struct RegressionData {
   std::vector<double> targets;
 };
 
-// The 20 points of GPML's regression demonstration; nothing where the data folder is not at hand.
-inline std::optional<RegressionData> GpmlDemo() {
-  const char* folder = std::getenv("EGOSIEVE_DATA");
-  if (folder == nullptr) return std::nullopt;
-  std::ifstream file(std::string(folder) + "/gpml_demo.csv");
-  std::string header;
-  if (!std::getline(file, header)) return std::nullopt;
-  std::vector<double> x, y;
-  double a, b;
-  char comma;
-  while (file >> a >> comma >> b) {
-    x.push_back(a);
-    y.push_back(b);
-  }
+// The 20 points of GPML's regression demonstration.
+inline RegressionData GpmlDemo() {
   RegressionData data;
-  data.inputs = Eigen::Map<RowMatrix>(x.data(), static_cast<int64_t>(x.size()), 1);
-  data.targets = y;
+  data.inputs.resize(std::size(kernels::kGpmlDemo), 1);
+  for (const auto& [x, y] : kernels::kGpmlDemo) {
+    data.inputs(static_cast<int64_t>(data.targets.size()), 0) = x;
+    data.targets.push_back(y);
+  }
   return data;
 }
 

@@ -154,10 +154,12 @@ std::string NearestName(const std::string& word, const std::vector<std::string>&
   return nearest;
 }
 
-CommandLine::CommandLine(std::string program, std::string description, std::string version)
+CommandLine::CommandLine(std::string program, std::string description, std::string version,
+                         std::string build)
     : program_(std::move(program)),
       description_(std::move(description)),
-      version_(std::move(version)) {}
+      version_(std::move(version)),
+      build_(std::move(build)) {}
 
 void CommandLine::Add(std::unique_ptr<Command> command) { commands_.push_back(std::move(command)); }
 
@@ -232,7 +234,7 @@ int CommandLine::Dispatch(std::vector<std::string> arguments, std::ostream& out,
     return static_cast<int>(ExitCode::kDone);
   }
   if (first == "--version" || first == "version") {
-    out << program_ << " " << version_ << "\n";
+    out << program_ << " " << version_ << (build_.empty() ? "" : ", ") << build_ << "\n";
     return static_cast<int>(ExitCode::kDone);
   }
   if (first == "--man") {

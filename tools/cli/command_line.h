@@ -18,7 +18,9 @@ namespace egosieve::tools {
 
 class CommandLine {
  public:
-  CommandLine(std::string program, std::string description, std::string version);
+  // `build`, if there is one, stands behind the version in what --version prints.
+  CommandLine(std::string program, std::string description, std::string version,
+              std::string build = "");
 
   void Add(std::unique_ptr<Command> command);
 
@@ -39,6 +41,7 @@ class CommandLine {
   std::string program_;
   std::string description_;
   std::string version_;
+  std::string build_;
   std::vector<std::unique_ptr<Command>> commands_;
 };
 

@@ -3,14 +3,14 @@
 //   s(i, j)   IoU of object i of the truth and object j of the prediction in one frame
 //   IDF1      the one-to-one assignment of whole tracks with the most frames in which s >= 1/2;
 //             IDTP of these, IDF1 = 2 IDTP / (truth's objects + predicted objects), summed over
-//             frames                                                                          (I1)
+//             frames                                                                         (ID1)
 //   HOTA      per frame, the assignment with the largest sum of A(i, j) s(i, j), where
 //             m(i, j) = sum over frames of s(i, j) / (sum_k s(i, k) + sum_k s(k, j) - s(i, j)),
 //             A = m / (frames of i + frames of j - m); at each a of 0.05, 0.10, ..., 0.95 the pairs
 //             with s >= a are true positives TP, the others missed FN or false FP
 //             DetA = TP / (TP + FN + FP),  AssA = mean over TP of
 //             c / (frames of i + frames of j - c), c the frames in which i and j are a pair
-//             HOTA = mean over a of sqrt(DetA AssA)                                           (I2)
+//             HOTA = mean over a of sqrt(DetA AssA)                                          (ID2)
 //
 // Objects of the truth below `min_area` pixels are left out; so are predicted ones that lie for
 // more than half on those or on void pixels.

@@ -1,7 +1,7 @@
 // Dense flow seen from the second picture's grid, and what a homography leaves of it.
 //
-//   pair of grid pixel x2: x1 = x2 + b(x2), b the flow from the second picture to the first  (D1)
-//   distance |x2 - H x1|, H the homography that most textured, agreeing grid points follow   (D2)
+//   pair of grid pixel x2: x1 = x2 + b(x2), b the flow from the second picture to the first (DF1)
+//   distance |x2 - H x1|, H the homography that most textured, agreeing grid points follow  (DF2)
 //
 // Every grid pixel has a pair: nothing is discarded, whatever the flow is worth there.
 #ifndef EGOSIEVE_VISION_BASELINES_DENSE_FLOW_H_
@@ -19,7 +19,7 @@
 namespace egosieve::vision {
 
 struct DenseFlow {
-  std::vector<PointPair> pairs;     // (D1), one a grid pixel, row-major
+  std::vector<PointPair> pairs;     // (DF1), one a grid pixel, row-major
   std::vector<PointPair> reliable;  // of a 5-pixel grid: textured, and alike both ways
 };
 
@@ -27,7 +27,7 @@ struct DenseFlow {
 absl::StatusOr<DenseFlow> FlowAtGrid(const cv::Mat& first, const cv::Mat& second,
                                      const kernels::ImageGrid& grid);
 
-// (D2), one a grid pixel; empty, with no error, where no homography could be found.
+// (DF2), one a grid pixel; empty, with no error, where no homography could be found.
 absl::StatusOr<std::vector<double>> HomographyDistances(const DenseFlow& flow, uint64_t seed);
 
 // A fundamental matrix from the reliable pairs; kind kNone where there is none.

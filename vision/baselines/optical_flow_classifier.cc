@@ -25,7 +25,7 @@ struct CameraMotion {
 struct AlongLine {
   double across = 0.0;           // distance to the line, pixels
   double beyond_infinity = 0.0;  // from x2(0) in the direction of growing s, pixels
-  double inverse_depth = 0.0;    // s of (O1)
+  double inverse_depth = 0.0;    // s of (OF1)
   bool valid = false;
 };
 
@@ -45,7 +45,7 @@ AlongLine Locate(const CameraMotion& motion, const Eigen::Matrix3d& f, const Poi
   const Eigen::Vector2d offset = Eigen::Vector2d(pair.x2, pair.y2) - start;
   result.across = std::abs(line.dot(Eigen::Vector3d(pair.x2, pair.y2, 1.0))) / normal;
   result.beyond_infinity = direction.dot(offset);
-  // (O1) along the line: q = s speed / (1 + s e_z / far_z), solved for s.
+  // (OF1) along the line: q = s speed / (1 + s e_z / far_z), solved for s.
   const double bend = motion.epipole(2) / far(2);
   const double denominator = speed - result.beyond_infinity * bend;
   result.inverse_depth = denominator > 0.0 ? result.beyond_infinity / denominator

@@ -5,7 +5,7 @@
 // With rotation R and translation t between the frames, a static point seen at x1 is seen in the
 // second frame on a segment of its epipolar line, by its inverse depth s (in units of 1 / |t|):
 //
-//   x2(s) ~ K R K^-1 x1 + s K t,     0 <= s <= s_road(x1)                                      (O1)
+//   x2(s) ~ K R K^-1 x1 + s K t,     0 <= s <= s_road(x1)                                     (OF1)
 //
 //   epipolar constraint    x2 lies on the line: distance to it
 //   positive depth         s >= 0: else the distance to x2(0), the place of a point at infinity

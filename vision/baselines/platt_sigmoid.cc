@@ -14,7 +14,7 @@ constexpr double kMinimumStep = 1e-10;
 constexpr double kRidge = 1e-12;  // keeps the Hessian invertible
 constexpr double kGradientBound = 1e-5;
 
-// -t log p - (1 - t) log(1 - p) of (P1) at z = A f + B.
+// -t log p - (1 - t) log(1 - p) of (PS1) at z = A f + B.
 double Loss(double target, double z) {
   return z >= 0.0 ? target * z + std::log1p(std::exp(-z))
                   : (target - 1.0) * z + std::log1p(std::exp(z));

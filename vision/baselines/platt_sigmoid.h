@@ -1,9 +1,9 @@
 // Probabilities from a classifier's decision values (Platt, 1999): a sigmoid fitted by maximum
 // likelihood.
 //
-//   p(f) = 1 / (1 + exp(A f + B))                                                     (P1)
+//   p(f) = 1 / (1 + exp(A f + B))                                                    (PS1)
 //   minimise -sum_i t_i log p_i + (1 - t_i) log(1 - p_i),
-//   t_i = (N+ + 1) / (N+ + 2) for positives, 1 / (N- + 2) for negatives               (P2)
+//   t_i = (N+ + 1) / (N+ + 2) for positives, 1 / (N- + 2) for negatives              (PS2)
 //
 // by Newton's method with backtracking on a convex function, in the form that neither overflows nor
 // cancels (Lin, Lin and Weng, A note on Platt's probabilistic outputs for support vector machines,
@@ -22,11 +22,11 @@ struct PlattSigmoid {
   double a = -1.0;  // A; negative where larger values speak for the positive class
   double b = 0.0;
 
-  double Probability(double decision) const;  // (P1)
+  double Probability(double decision) const;  // (PS1)
 };
 
-// One class only, or no points, is fitted as well: (P2)'s targets bound the answer. InvalidArgument
-// where sizes differ or a value is not finite.
+// One class only, or no points, is fitted as well: (PS2)'s targets bound the answer.
+// InvalidArgument where sizes differ or a value is not finite.
 absl::StatusOr<PlattSigmoid> FitPlattSigmoid(const std::vector<double>& decisions,
                                              const std::vector<uint8_t>& positive);
 

@@ -1,6 +1,6 @@
 // A support vector machine with a Gaussian kernel (OpenCV's), as a decision function.
 //
-//   f(x) = sum_i alpha_i exp(-gamma |x - x_i|^2) - rho,   f > 0: positive               (V1)
+//   f(x) = sum_i alpha_i exp(-gamma |x - x_i|^2) - rho,   f > 0: positive              (SV1)
 //
 // ChooseSvmParameters takes gamma and C from a small grid by cross-validation: the pair with the
 // least sum of the two classes' error rates, the smaller gamma and C where that is equal. Points
@@ -33,7 +33,7 @@ class SvmClassifier {
                                              const std::vector<uint8_t>& positive,
                                              const SvmParameters& parameters);
 
-  // f of (V1) at M x D points.
+  // f of (SV1) at M x D points.
   std::vector<double> Decide(kernels::ConstMatrixView<float> queries) const;
   int64_t support_vector_count() const { return machine_->getSupportVectors().rows; }
 

@@ -18,7 +18,7 @@ struct Candidate {
   std::vector<double> residuals;
 };
 
-// w_i of (G1): their mean is 1.
+// w_i of (GR1): their mean is 1.
 std::vector<double> EvenWeights(const std::vector<PointPair>& pairs) {
   constexpr int kColumns = 12, kRows = 6;
   constexpr double kFewest = 5.0;  // a cell with fewer pairs than this weighs less than the others
@@ -45,7 +45,7 @@ std::vector<double> EvenWeights(const std::vector<PointPair>& pairs) {
   return weights;
 }
 
-// (G1) divided by n.
+// (GR1) divided by n.
 double MeanGric(const Candidate& candidate, const std::vector<double>& weights, double sigma) {
   const bool is_fundamental = candidate.kind == MotionModelKind::kFundamental;
   const int dimension = is_fundamental ? 3 : 2;
@@ -73,7 +73,7 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-// sigma of (G1).
+// sigma of (GR1).
 double NoiseForGric(const std::vector<Candidate>& candidates, double least) {
   constexpr double kStandardDeviationsPerMedian = 1.4826;
   for (const Candidate& candidate : candidates) {
@@ -83,7 +83,7 @@ double NoiseForGric(const std::vector<Candidate>& candidates, double least) {
   return least;
 }
 
-// (G2).
+// (GR2).
 bool StandsStill(const Candidate& candidate, const std::vector<double>& weights,
                  const MotionModelOptions& options) {
   if (candidate.kind != MotionModelKind::kStatic) return false;

@@ -4,7 +4,7 @@
 // bends to explain the moving objects too. So models are weighed by Torr's criterion (GRIC; Torr,
 // 1998), which charges for the dimension d of what a model leaves free and for its k parameters:
 //
-//   GRIC = sum_i min(e_i^2 / sigma^2, 4 - (d - 2) log 4) + n d log 4 + k log 4 n (G1)
+//   GRIC = sum_i min(e_i^2 / sigma^2, 4 - (d - 2) log 4) + n d log 4 + k log 4 n (GR1)
 //
 //   static        d = 2, k = 0        e = |x2 - x1| / sqrt 2
 //   homography    d = 2, k = 8        e = transfer error / sqrt 2
@@ -20,11 +20,11 @@
 // distance, which a homography explains, is where most pairs survive at speed.
 //
 // The least is chosen; of the static model and the homography the simpler where they are equal.
-// There is one case that (G1) cannot tell: a camera that stands among things that all move along
+// There is one case that (GR1) cannot tell: a camera that stands among things that all move along
 // parallel lines sees what a camera that moves along these lines past things of different depth
 // sees, but for this: with a camera that moves, hardly anything stays where it was. So
 //
-//   sum_i w_i [ |x2 - x1| < still_pixels ] >= still_share n  =>  static                     (G2)
+//   sum_i w_i [ |x2 - x1| < still_pixels ] >= still_share n  =>  static                    (GR2)
 //
 // From a moving car or hand a quarter of the image stays within 1/4 pixel at most.
 //
@@ -57,9 +57,9 @@ struct MotionModelOptions {
   MotionModelChoice choice = MotionModelChoice::kAuto;
   double fundamental_threshold_pixels = 0.25;  // RANSAC's T for F; positive
   double homography_threshold_pixels = 1.0;    // RANSAC's T for H; positive
-  double gric_sigma_pixels = 1.0;              // sigma in (G1); positive
-  double still_pixels = 0.25;                  // in (G2); positive
-  double still_share = 0.4;                    // in (G2); [0, 1]
+  double gric_sigma_pixels = 1.0;              // sigma in (GR1); positive
+  double still_pixels = 0.25;                  // in (GR2); positive
+  double still_share = 0.4;                    // in (GR2); [0, 1]
   double support_pixels = 2.0;                 // positive
   double minimum_support = 0.3;                // share of pairs, [0, 1]
   uint64_t seed = 1;

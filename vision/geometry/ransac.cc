@@ -16,7 +16,7 @@ constexpr int64_t kTrialPairs = 400;   // that a model is tried on first
 constexpr double kTrialMargin = 1.15;  // a model this much worse than the best there is given up
 constexpr int kMaxRefusedPerSample = 20;
 
-// Iterations that (R2) asks for.
+// Iterations that (RS2) asks for.
 int RequiredIterations(double inlier_share, int sample_size, double confidence, int maximum) {
   const double all_inliers = std::pow(inlier_share, sample_size);
   if (!(all_inliers > 0.0)) return maximum;

@@ -2,12 +2,12 @@
 // matches and independently moving objects among them: RANSAC with truncated squares (MSAC; Torr &
 // Zisserman, 2000), local optimisation (Chum et al., 2003) and early stop.
 //
-//   cost(model) = sum_i min(d_i^2 / T^2, 1)                                                 (R1)
-//   iterations until  (1 - w^m)^k <= 1 - confidence,   w = share of inliers, m = sample size  (R2)
+//   cost(model) = sum_i min(d_i^2 / T^2, 1)                                                (RS1)
+//   iterations until  (1 - w^m)^k <= 1 - confidence,   w = share of inliers, m = sample size (RS2)
 //
 // d is Sampson's distance for F, the transfer error for H, T the threshold. Each new best model is
 // refined by a few reweighted least-squares steps with Tukey's weights and a shrinking radius, each
-// kept only where it lowers (R1). Samples are refused that are degenerate, that hold two points
+// kept only where it lowers (RS1). Samples are refused that are degenerate, that hold two points
 // closer than `minimum_spacing_pixels`, or (F) whose orientations disagree. Models are tried on a
 // first random part of the pairs and, unless they are clearly worse there than the best so far, on
 // all.
@@ -41,7 +41,7 @@ struct RansacResult {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();  // pixels, first image to second
   int64_t inlier_count = 0;                              // of the pairs used
   int64_t used_count = 0;
-  double mean_cost = 1.0;  // (R1) over used_count
+  double mean_cost = 1.0;  // (RS1) over used_count
   int iterations = 0;
 };
 

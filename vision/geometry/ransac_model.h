@@ -11,7 +11,7 @@
 namespace egosieve::vision {
 
 struct Score {
-  double cost = 0.0;         // (R1)
+  double cost = 0.0;         // (RS1)
   int64_t inlier_count = 0;  // pairs with d < T
 };
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "absl/strings/str_format.h"
@@ -28,7 +29,11 @@ MotionModelKind KindOf(const TwoViewMotion& motion, const Pinhole& camera) {
 }  // namespace
 
 bool SamePixels(const cv::Mat& a, const cv::Mat& b) {
-  return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
+  if (a.size() != b.size() || a.type() != b.type()) return false;
+  for (int row = 0; row < a.rows; ++row) {
+    if (std::memcmp(a.ptr(row), b.ptr(row), a.cols * a.elemSize()) != 0) return false;
+  }
+  return true;
 }
 
 absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,

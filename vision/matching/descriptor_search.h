@@ -1,10 +1,10 @@
 // Exact nearest neighbours among SIFT descriptors of 128 bytes, by squared Euclidean distance in
 // whole numbers: the same on every machine.
 //
-//   |a - b|^2 = (|a|^2 - 256 sum a) + |b|^2 - 2 a.(b - 128)                          (D1)
+//   |a - b|^2 = (|a|^2 - 256 sum a) + |b|^2 - 2 a.(b - 128)                         (DS1)
 //
 // a.(b - 128) is a product of unsigned and signed bytes, which AVX-512 VNNI sums four at a time;
-// (D1) is exact in 32 bits. Without VNNI a plain loop gives the same answers. One pass yields the
+// (DS1) is exact in 32 bits. Without VNNI a plain loop gives the same answers. One pass yields the
 // two nearest of every row and the nearest of every column. Cost: n m 128 multiply-adds.
 #ifndef EGOSIEVE_VISION_MATCHING_DESCRIPTOR_SEARCH_H_
 #define EGOSIEVE_VISION_MATCHING_DESCRIPTOR_SEARCH_H_

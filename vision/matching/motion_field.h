@@ -1,7 +1,7 @@
 // Where things are expected next: they go on as they moved last.
 //
 //   v_c = median of (x2 - x1) / g   over the last pair's matches with x1 + (x2 - x1) / g in cell c
-//   place of x after h pictures = x + h v(x)                                                 (P1)
+//   place of x after h pictures = x + h v(x)                                                (MF1)
 //
 // g pictures lay between the pair; cells are squares of 32 pixels, v is linear between their
 // centres. A cell with fewer than three matches takes the mean of its neighbours, ring by ring. A
@@ -33,7 +33,7 @@ struct MotionField {
 // positive.
 MotionField MakeMotionField(const std::vector<PointPair>& pairs, int gap, cv::Size size);
 
-// (P1); the field must not be empty.
+// (MF1); the field must not be empty.
 std::vector<cv::Point2f> PredictPlaces(const MotionField& field,
                                        const std::vector<cv::Point2f>& places, int pictures);
 

@@ -3,8 +3,8 @@
 //   areas     8 x 4 of them, judged where they hold at least 12 points of a source; the whole
 //             picture is one where fewer than 6 can be judged
 //   holds     a quarter of the textured points of dense flow agree, or 0.08 of the features (0.03
-//             in the whole picture) match as their neighbours do                         (A1)
-//   a scene   areas that hold >= 0.35 of those judged                                    (A2)
+//             in the whole picture) match as their neighbours do                        (SA1)
+//   a scene   areas that hold >= 0.35 of those judged                                   (SA2)
 //
 // Chance agrees, too: between unrelated pictures flow does for up to 0.17 of the texture, the
 // smoother the more, and matches for 0.002 of the features. And what is fixed to the camera, a
@@ -33,8 +33,8 @@ class SceneAgreement {
   struct Areas {
     int judged = 0, holding = 0;
   };
-  Areas CountAreas() const;  // (A1)
-  bool IsOneScene() const;   // (A2)
+  Areas CountAreas() const;  // (SA1)
+  bool IsOneScene() const;   // (SA2)
 
  private:
   static constexpr int kColumns = 8, kRows = 4;

@@ -1,6 +1,6 @@
 // The objects of a probability map: regions that are likely to move, and somewhere surely do.
 //
-//   object = region of 8-connected pixels with p >= low that holds a pixel with p >= high     (O1)
+//   object = region of 8-connected pixels with p >= low that holds a pixel with p >= high    (OB1)
 //
 // One threshold either breaks up what moves or finds objects in the noise: a patch that is only
 // likely is mostly a mislabelled place of the static world, while the rim and the blank parts of
@@ -27,7 +27,7 @@ struct ObjectThresholds {
   absl::Status Validate() const;
 };
 
-// (O1) of masks, CV_8UC1 of one size, non-zero where p >= low and p >= high. 0: no object; objects
+// (OB1) of masks, CV_8UC1 of one size, non-zero where p >= low and p >= high. 0: no object; objects
 // are numbered from 1 in the order of their first pixels, row by row.
 cv::Mat1i NumberObjects(const cv::Mat1b& above_low, const cv::Mat1b& above_high);
 

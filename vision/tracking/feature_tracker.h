@@ -7,7 +7,7 @@
 // or the one after which `reference_frames` have passed (a scene point's look changes as it comes
 // nearer):
 //
-//   |a - a_ref| > max_descriptor_distance:  the track ends, a new one begins                   (T1)
+//   |a - a_ref| > max_descriptor_distance:  the track ends, a new one begins                  (FT1)
 //
 // Matches must be one to one (mutual). A frame index that is not `frame_step` beyond the last one,
 // a dropped frame for instance, ends all tracks. Memory is bounded by the features of one frame,

@@ -3,7 +3,7 @@
 // from.
 //
 //   x_(t-1) = x_t + b(x_t)                 a link: checked flow from t to t - 1; flow_grid.h
-//   x_(t-k) = x_(t-1) + o_(k-1)(x_(t-1)),  o_k = places[k] - places[0] of frame t - 1         (G1)
+//   x_(t-k) = x_(t-1) + o_(k-1)(x_(t-1)),  o_k = places[k] - places[0] of frame t - 1        (GT1)
 //
 // o is read between the four nodes around x_(t-1), bilinearly, as long as they moved alike: back to
 // the first k where their steps places[k] - places[k - 1] differ by more than `agreement_floor +
@@ -71,7 +71,7 @@ class GridTracker {
   // Gives the nodes of `next` that links end in their past, and ids to the heirs.
   absl::Status Link(cv::Size image_size, const std::vector<PointPair>& links,
                     GridTrackerState& next) const;
-  // (G1) for a node that came from `before`; a track without an id.
+  // (GT1) for a node that came from `before`; a track without an id.
   Track Inherit(cv::Point2f node, cv::Point2f before, cv::Size image_size) const;
   // The node that a link ends in, or -1.
   int64_t NodeOf(const PointPair& link, cv::Size nodes) const;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gp/model/exact_model.h"
 #include "gp/model/sparse_model.h"
@@ -193,11 +194,15 @@ TEST(NoiseByPoint, IsInSparseModels) {
 TEST(NoiseByPoint, RefusesWhatIsNoVariance) {
   auto generator = TestGenerator();
   NoisyPoints points(5, generator);
-  points.noise[3] = -0.1;
   auto model = ExactModel::Create(TestContext(), points.theta);
-  const absl::Status status = model->AddObservations(points.Between(0, 5), 0);
-  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("noise_variances[3] = -0.1"));
+  for (const auto& [value, text] :
+       {std::pair(-0.1, "-0.1"), std::pair(HUGE_VAL, "inf"), std::pair(std::nan(""), "nan")}) {
+    points.noise[3] = value;
+    const absl::Status status = model->AddObservations(points.Between(0, 5), 0);
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(status.message()),
+                HasSubstr(absl::StrCat("noise_variances[3] = ", text)));
+  }
   const std::vector<double> two = {0.1, 0.1};
   EXPECT_THAT(std::string(model->AddObservations({ViewOf(points.x), points.y, two}, 0).message()),
               HasSubstr("5 inputs and 2 noise variances"));

@@ -199,6 +199,25 @@ TEST(SparseModel, EmptyAndEmptiedModelsAnswerWithThePrior) {
   EXPECT_EQ(model.inducing_size(), 1);
 }
 
+// Far from all points the subset of regressors knows nothing and says so with a variance of zero;
+// the other approximations go back to the prior's.
+TEST(SparseModel, VarianceFarFromAllPoints) {
+  const Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kSquaredExponential, 2);
+  const RowMatrix points = RowMatrix::Identity(2, 2), far = RowMatrix::Constant(1, 2, 1e4);
+  for (const SparseApproximation approximation :
+       {SparseApproximation::kSubsetOfRegressors, SparseApproximation::kFitc}) {
+    SparseModelOptions options;
+    options.approximation = approximation;
+    SparseModel model = MakeModel(theta, options);
+    ASSERT_TRUE(model.Add(ViewOf(points), {1.0, 0.0}, 0).ok());
+    const auto found = model.Predict(ViewOf(far), PredictWhat::kMeanAndVariance);
+    ASSERT_TRUE(found.ok()) << found.status();
+    const double prior = theta.covariance.signal_stddev * theta.covariance.signal_stddev;
+    EXPECT_DOUBLE_EQ(found->variance[0],
+                     approximation == SparseApproximation::kSubsetOfRegressors ? 0.0 : prior);
+  }
+}
+
 TEST(SparseModel, GoesOnFromItsStateBitForBit) {
   auto generator = TestGenerator();
   const LabelledPoints points = NoisyBlobs(400, 3, generator);
@@ -274,8 +293,7 @@ TEST(SparseModel, RefusesBadArguments) {
 }
 
 TEST(SparseModel, GpmlsFitc) {
-  const auto data = GpmlDemo();
-  if (!data) GTEST_SKIP() << "EGOSIEVE_DATA does not hold gpml_demo.csv";
+  const RegressionData data = GpmlDemo();
   Hyperparameters theta;
   theta.covariance.function = CovarianceFunction::kSquaredExponential;
   theta.covariance.scales = {1.0};
@@ -287,7 +305,7 @@ TEST(SparseModel, GpmlsFitc) {
   RowMatrix inducing(10, 1);
   for (int i = 0; i < 10; ++i) inducing(i, 0) = -1.3 + 2.6 * i / 9.0;
   ASSERT_TRUE(model.SetInducingInputs(ViewOf(inducing)).ok());
-  ASSERT_TRUE(model.AddTargets(ViewOf(data->inputs), data->targets, 0).ok());
+  ASSERT_TRUE(model.AddTargets(ViewOf(data.inputs), data.targets, 0).ok());
   EXPECT_NEAR(model.LogMarginalLikelihood(), -153.9846295202831, 154.0 * 1e-10);
   RowMatrix queries(2, 1);
   queries << 0.0, 1.0;

@@ -215,5 +215,23 @@ TEST(PointPreparation, CentresWhatLiesFarFromZero) {
   EXPECT_NEAR(b - a, 0.7, 1e-6);
 }
 
+// What depends on differences alone does so wherever the inputs lie: 2^40 and 2^40 + 3/4 are exact,
+// but a period of 1 seen from zero would leave an angle's digits behind the point.
+TEST(PointPreparation, PeriodsFarFromZeroKeepTheirPhase) {
+  CovarianceParameters parameters = ParametersOf("periodic", 1);
+  parameters.scales = {1.0, 1.3};
+  const auto value = [&](double origin) {
+    const double x[2] = {origin, origin + 0.75};
+    const PointPreparation preparation(parameters, CentreOf({x, 2, 1}));
+    double a[3], b[3];
+    preparation.Prepare(&x[0], a, 1);
+    preparation.Prepare(&x[1], b, 1);
+    double square = 0.0;
+    for (int i = 0; i < 2; ++i) square += (a[i] - b[i]) * (a[i] - b[i]);
+    return square;
+  };
+  EXPECT_NEAR(value(0x1p40), value(0.0), 1e-12);
+}
+
 }  // namespace
 }  // namespace egosieve::kernels

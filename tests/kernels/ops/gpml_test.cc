@@ -3,14 +3,12 @@
 // with P = I / ell^2 is the arcsine covariance with w^2 = 1 / (2 ell^2) for the bias and for x.
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
-#include <string>
 
 #include "gtest/gtest.h"
 #include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/reference/dense_posterior.h"
+#include "tests/kernels/gpml_demo.h"
 #include "tests/kernels/test_data.h"
 
 namespace egosieve::kernels {
@@ -21,19 +19,12 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 class GpmlTest : public testing::Test {
  protected:
   void SetUp() override {
-    const char* folder = std::getenv("EGOSIEVE_DATA");
-    if (folder == nullptr) GTEST_SKIP() << "EGOSIEVE_DATA is not set";
-    std::ifstream file(std::string(folder) + "/gpml_demo.csv");
-    std::string header;
-    std::getline(file, header);
     std::vector<double> y;
-    char comma;
-    for (double x, value; file >> x >> comma >> value;) {
+    for (const auto& [x, value] : kGpmlDemo) {
       x_.push_back(x);
       y.push_back(value);
     }
     n_ = static_cast<int64_t>(x_.size());
-    ASSERT_EQ(n_, 20);
     y_ = Eigen::Map<Eigen::VectorXd>(y.data(), n_);
     parameters_ = ArcsineParameters({std::sqrt(0.5), std::sqrt(0.5)});
     RowMajor k(n_, n_);

@@ -91,6 +91,13 @@ TEST(CommandLine, HelpListsCommandsAndEndsWithTheExample) {
   EXPECT_EQ(Invoke({"--version"}).out, "egosieve 1.2.3\n");
 }
 
+TEST(CommandLine, VersionEndsWithTheBuild) {
+  CommandLine line("egosieve", "", "1.2.3", "commit 1a2b3c");
+  std::ostringstream out, err;
+  EXPECT_EQ(line.Run({"--version"}, out, err), 0);
+  EXPECT_EQ(out.str(), "egosieve 1.2.3, commit 1a2b3c\n");
+}
+
 TEST(CommandLine, UsageErrorsNameTheFlagAndPointToHelp) {
   const Outcome none = Invoke({});
   EXPECT_EQ(none.code, 2);

@@ -9,8 +9,8 @@
 namespace egosieve::vision {
 namespace {
 
-// With decisions -1 and 1 only, (P2) has a closed form: each value's probability is the mean target
-// of its points. Of 10 points at 1, 8 are positive; of 10 at -1, 3 are: N+ = 11, N- = 9.
+// With decisions -1 and 1 only, (PS2) has a closed form: each value's probability is the mean
+// target of its points. Of 10 points at 1, 8 are positive; of 10 at -1, 3 are: N+ = 11, N- = 9.
 TEST(FitPlattSigmoid, TwoValuesGetTheirMeanTargets) {
   std::vector<double> decisions;
   std::vector<uint8_t> positive;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_format.h"
 #include "tests/vision/geometry/synthetic_pairs.h"
 #include "vision/geometry/residual.h"
 
@@ -105,7 +106,7 @@ TEST(EstimateMotionModel, CameraAmongParallelMoversStandsStill) {
   EXPECT_EQ(model->kind, MotionModelKind::kStatic);
   EXPECT_EQ(model->rejected_kind, MotionModelKind::kFundamental);
   EXPECT_TRUE(model->trusted);
-  // It takes (G2) to see it.
+  // It takes (GR2) to see it.
   MotionModelOptions without;
   without.still_share = 1.0;
   EXPECT_EQ(EstimateMotionModel(StillAmongParallelMovers(0.0), without)->kind,
@@ -121,7 +122,9 @@ TEST(EstimateMotionModel, NoMajorityIsNotTrusted) {
   const auto model = EstimateMotionModel(MakeSyntheticPairs(scene).pairs, {});
   ASSERT_TRUE(model.ok());
   EXPECT_FALSE(model->trusted);
-  EXPECT_FALSE(model->reason.empty());
+  EXPECT_EQ(model->reason,
+            absl::StrFormat("only %.0f %% of the matches agree on one motion of the camera",
+                            100.0 * model->inlier_count / model->pair_count));
 }
 
 TEST(EstimateMotionModel, FewAndDegeneratePairsGiveADefinedResult) {

@@ -3,14 +3,12 @@
 // computed is absent and not wrong: no more false alarms than a smooth drive has, and movers are
 // found where they can be.
 //
-// Bounds are 2 b + 0.005 with b the share of false alarms on a smooth drive of the same test: twice
-// as much is what one street has more than another, and half a percent is a dozen grid nodes, the
-// outline of one thing; but 0.02 at least, the outlines of four, for a smooth drive may have hardly
-// any.
+// On a smooth drive of the same street 0.0036 of the places are false alarms. A hard road may have
+// 0.02, the outlines of four things; the bounds are numbers, so that what is wrong everywhere does
+// not loosen them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -59,7 +57,7 @@ LabelCounts Sum(const std::vector<Labelled>& frames, int64_t first = 0, int64_t 
   return sum;
 }
 
-double Bound(const LabelCounts& smooth) { return std::max(0.02, 2 * smooth.FalseShare() + 0.005); }
+constexpr double kMostFalse = 0.02, kMostFalseOnASmoothDrive = 0.006;
 
 // By the frames from one to the other of the pair: fixed at 1, or chosen by parallax.
 class HardRoad : public testing::TestWithParam<int> {
@@ -90,13 +88,6 @@ class HardRoad : public testing::TestWithParam<int> {
     return frames;
   }
 
-  double SmoothBound() const {
-    static std::map<int, double> bounds;
-    const auto known = bounds.find(GetParam());
-    if (known != bounds.end()) return known->second;
-    return bounds[GetParam()] = Bound(Sum(Label(Smooth())));
-  }
-
   static void ExpectAllLabelled(const std::vector<Labelled>& frames) {
     for (size_t t = 1; t < frames.size(); ++t) {
       EXPECT_EQ(frames[t].labels.outcome, LabelOutcome::kLabelled)
@@ -116,6 +107,13 @@ class HardRoad : public testing::TestWithParam<int> {
   }
 };
 
+TEST_P(HardRoad, SmoothDrive) {
+  const std::vector<Labelled> frames = Label(Smooth());
+  ExpectAllLabelled(frames);
+  EXPECT_LT(Sum(frames).FalseShare(), kMostFalseOnASmoothDrive);
+  EXPECT_GT(Sum(frames).FoundShare(), 0.5);
+}
+
 // 62 degrees a second, at 23 km/h. The guessed focal length is 1.4 times the true one.
 TEST_P(HardRoad, SharpTurn) {
   static const auto* const pictures = new Pictures(
@@ -128,7 +126,7 @@ TEST_P(HardRoad, SharpTurn) {
                  57, 16));
   const std::vector<Labelled> frames = Label(*pictures);
   ExpectAllLabelled(frames);
-  EXPECT_LT(Sum(frames, 60).FalseShare(), SmoothBound());
+  EXPECT_LT(Sum(frames, 60).FalseShare(), kMostFalse);
   // Travel is still seen: it is not by silence that nothing is wrong.
   const auto poses = std::count_if(frames.begin(), frames.end(), [](const Labelled& frame) {
     return !frame.state.evidence.evidence.poses.empty();
@@ -155,7 +153,7 @@ TEST_P(HardRoad, TurningWithoutTravel) {
       const std::vector<Labelled> frames = Label(*pictures, options);
       ExpectAllLabelled(frames);
       for (const Labelled& frame : frames) ExpectNoDepth(frame);
-      EXPECT_LT(Sum(frames).FalseShare(), SmoothBound());
+      EXPECT_LT(Sum(frames).FalseShare(), kMostFalse);
       if (!fundamental) {
         EXPECT_GT(Sum(frames).FoundShare(), 0.5);
       }
@@ -174,7 +172,7 @@ TEST_P(HardRoad, Reversing) {
                               20, 12));
   const std::vector<Labelled> frames = Label(*pictures);
   ExpectAllLabelled(frames);
-  EXPECT_LT(Sum(frames).FalseShare(), SmoothBound());
+  EXPECT_LT(Sum(frames).FalseShare(), kMostFalse);
   EXPECT_GT(Sum(frames).FoundShare(), 0.5);
 }
 
@@ -186,8 +184,8 @@ TEST_P(HardRoad, StopAmongMovingCars) {
       new Pictures(PicturesOf(EditedScenario("stop_and_go", 4, Unchanged), 26, kEnd - 26));
   const std::vector<Labelled> frames = Label(*pictures);
   ExpectAllLabelled(frames);
-  EXPECT_LT(Sum(frames, kBrakes).FalseShare(), Bound(Sum(frames, 0, kBrakes)));
-  EXPECT_LT(Sum(frames, kStands).FalseShare(), SmoothBound());
+  EXPECT_LT(Sum(frames, kBrakes).FalseShare(), kMostFalse);
+  EXPECT_LT(Sum(frames, kStands).FalseShare(), kMostFalse);
   EXPECT_GT(Sum(frames, kStands).FoundShare(), 0.5);
   for (const Labelled& frame : frames) {
     if (frame.labels.frame_index < kStands) continue;
@@ -215,7 +213,7 @@ TEST_P(HardRoad, RollingShutter) {
   for (const Shutters& road : *roads) {
     const std::vector<Labelled> at_once = Label(road.at_once), by_row = Label(road.by_row);
     ExpectAllLabelled(by_row);
-    EXPECT_LT(Sum(by_row).FalseShare(), Bound(Sum(at_once)));
+    EXPECT_LT(Sum(by_row).FalseShare(), kMostFalse);
     found_at_once.Add(Sum(at_once));
     found_by_row.Add(Sum(by_row));
   }
@@ -236,7 +234,7 @@ TEST_P(HardRoad, Cut) {
   for (size_t t = kCut + 1; t < frames.size(); ++t) {
     EXPECT_EQ(frames[t].labels.outcome, LabelOutcome::kLabelled) << t << frames[t].labels.reason;
   }
-  EXPECT_LT(Sum(frames, kCut).FalseShare(), Bound(Sum(alone)));
+  EXPECT_LT(Sum(frames, kCut).FalseShare(), kMostFalse);
   EXPECT_GT(Sum(frames, kCut).FoundShare(), Sum(alone).FoundShare() - 0.15);
 }
 
@@ -251,11 +249,11 @@ TEST_P(HardRoad, MissingPictures) {
     SCOPED_TRACE(numbered);
     const std::vector<Labelled> frames = Label(numbered ? kept : Renumbered(kept));
     ExpectAllLabelled(frames);
-    EXPECT_LT(Sum(frames).FalseShare(), SmoothBound());
+    EXPECT_LT(Sum(frames).FalseShare(), kMostFalse);
     // Behind each gap one step is longer than the other for two pictures.
     LabelCounts behind;
     for (const size_t t : {4, 5, 6, 7, 8, 9}) behind.Add(frames[t].counts);
-    EXPECT_LT(behind.FalseShare(), SmoothBound());
+    EXPECT_LT(behind.FalseShare(), kMostFalse);
   }
 }
 

@@ -18,7 +18,7 @@ std::vector<PointPair> Pairs(int gap, const Velocity& of) {
   for (int y = 0; y < kSize.height; y += 8) {
     for (int x = 0; x < kSize.width; x += 8) {
       const cv::Point2d v = of(x, y);
-      // (P1) has the velocity where the thing is one picture later.
+      // (MF1) has the velocity where the thing is one picture later.
       pairs.push_back({x - v.x, y - v.y, x + (gap - 1) * v.x, y + (gap - 1) * v.y});
     }
   }

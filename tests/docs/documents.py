@@ -1,0 +1,48 @@
+"""The repository's documents and the commands that they show."""
+
+import os
+import re
+import shlex
+
+
+def repository():
+    """The root of the working tree, which the test reads as it is: documents name any of its files."""
+    return os.path.dirname(os.path.realpath('run'))
+
+
+def documents(root):
+    """Paths of all documents, from the root."""
+    found = [name for name in sorted(os.listdir(root)) if name.endswith('.md')]
+    for folder in ('bench', 'docs', 'tests', 'tools'):
+        for path, _, names in os.walk(os.path.join(root, folder)):
+            found += [os.path.relpath(os.path.join(path, name), root) for name in names if name.endswith('.md')]
+    return sorted(found)
+
+
+def read(root, name):
+    with open(os.path.join(root, name)) as text:
+        return text.read()
+
+
+def code_lines(text):
+    """Indented lines, which Markdown shows as code."""
+    return [line.strip() for line in text.split('\n') if line.startswith('    ') and line.strip()]
+
+
+def inline_code(text):
+    return re.findall(r'`([^`\n]+)`', '\n'.join(line for line in text.split('\n') if not line.startswith('    ')))
+
+
+def commands(line):
+    """The commands of a line of shell, as lists of words."""
+    line = re.sub(r'\$\(\((.*?)\)\)', '1', line)
+    line = re.sub(r'<\((.*?)\)', '', line)
+    words = shlex.shlex(line.replace('{}', '1'), posix=True, punctuation_chars='&|;')
+    words.whitespace_split = True
+    split = [[]]
+    for word in words:
+        if word in ('&&', '||', '|', '&', ';'):
+            split.append([])
+        else:
+            split[-1].append(word)
+    return [command for command in split if command]
