@@ -10,25 +10,17 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "vision/trajectory/ground_bound.h"
-#include "vision/trajectory/parallax_prior.h"
+#include "vision/trajectory/two_view_terms.h"
 
 namespace egosieve::vision {
 namespace {
 
-using Eigen::Matrix3d;
-using Eigen::Vector2d;
-using Eigen::Vector3d;
+using namespace two_view;  // NOLINT(google-build-using-namespace): its other half
+
 using Vector5d = Eigen::Matrix<double, 5, 1>;
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
 
-constexpr double kRangeMeans = 12.0;  // of `nearest`: beyond it are 6 of a million static places
-constexpr double kShowing = 3.0;      // deviations of a parallax that shows
 constexpr size_t kFewestPairs = 20;
-// The exponential prior is no narrower than this share of sigma: a Gaussian then, in effect.
-constexpr double kLeastParallax = 0.02;
-constexpr double kLeastShare = 0.2, kMostShare = 0.97;  // of pi
-constexpr double kStartShare = 0.7;
 constexpr double kLeastMovingScale = 8.0;  // of S, in sigma
 constexpr double kLongestTurn = 0.2;       // of one step, radians
 constexpr double kMadToDeviation = 1.4826;
@@ -36,64 +28,6 @@ constexpr double kMadToDeviation = 1.4826;
 constexpr int kSearchIterations = 6;
 constexpr size_t kSearchEvery = 3;
 constexpr double kApart = 0.97;  // cosine between translations that count as different
-
-struct RayPair {
-  Vector2d p, q;  // third component 1
-};
-
-// What is estimated; tau as in (TV3).
-struct State {
-  Matrix3d rotation = Matrix3d::Identity();
-  Vector3d tau = Vector3d::UnitZ();
-  double mean = 0.0, noise = 0.0, share = kStartShare, moving_scale = 0.0;
-  double score = 0.0;
-};
-
-// (TV2) to (TV5) for one pair.
-struct Terms {
-  Vector2d d, u;
-  double length = 0.0;  // |e|
-  double s = 0.0, c = 0.0;
-  double log_static = 0.0, log_moving = 0.0;
-  ParallaxDensity parallax;
-};
-
-Vector2d Perpendicular(const Vector2d& u) { return {-u(1), u(0)}; }
-
-Vector2d Derotated(const Matrix3d& rotation, const Vector2d& q) {
-  const Vector3d ray = rotation.transpose() * Vector3d(q(0), q(1), 1.0);
-  return ray.head<2>() / ray(2);
-}
-
-// least: of the inverse depths.
-Terms TermsOf(const RayPair& pair, const State& state, double least = 0.0) {
-  Terms terms;
-  terms.d = Derotated(state.rotation, pair.q) - pair.p;
-  const Vector2d e = state.tau.head<2>() - state.tau(2) * pair.p;
-  terms.length = std::max(e.norm(), 1e-6);
-  terms.u = e / terms.length;
-  terms.s = terms.d.dot(terms.u);
-  terms.c = terms.d.dot(Perpendicular(terms.u));
-  const double sigma = state.noise;
-  terms.parallax =
-      EvaluateParallax(terms.s - least * terms.length,
-                       std::max(state.mean * terms.length, kLeastParallax * sigma), sigma);
-  terms.log_static = terms.parallax.log_density - 0.5 * (terms.c / sigma) * (terms.c / sigma) -
-                     std::log(sigma * std::sqrt(2.0 * std::numbers::pi));
-  const double scale = state.moving_scale;
-  terms.log_moving = -std::log(2.0 * std::numbers::pi * scale * scale) -
-                     1.5 * std::log1p(terms.d.squaredNorm() / (scale * scale));
-  return terms;
-}
-
-// Log of the mixture, and the share of it that is static.
-std::pair<double, double> Mix(const Terms& terms, double share) {
-  const double a = terms.log_static + std::log(share);
-  const double b = terms.log_moving + std::log1p(-share);
-  const double top = std::max(a, b);
-  const double sum = std::exp(a - top) + std::exp(b - top);
-  return {top + std::log(sum), std::exp(a - top) / sum};
-}
 
 // d (TV2) = -B dw for R <- R exp(w).
 Eigen::Matrix<double, 2, 3> RotationFlow(const Vector2d& p) {
@@ -347,17 +281,6 @@ TwoViewMotion MotionOf(const std::vector<RayPair>& pairs, const Pinhole& camera,
   return motion;
 }
 
-State StateOf(const TwoViewMotion& motion) {
-  State state;
-  state.rotation = motion.rotation;
-  state.tau = motion.rotation.transpose() * motion.translation;
-  state.mean = motion.mean_parallax;
-  state.noise = motion.noise;
-  state.share = std::clamp(motion.static_share, kLeastShare, kMostShare);
-  state.moving_scale = motion.moving_scale;
-  return state;
-}
-
 }  // namespace
 
 absl::Status TwoViewMotionOptions::Validate() const {
@@ -400,74 +323,6 @@ TwoViewMotion RefineTwoViewMotion(const std::vector<PointPair>& pairs, const Pin
   State state = StateOf(start);
   Converge(rays, camera, options, state);
   return MotionOf(rays, camera, state);
-}
-
-TwoViewMotion Inverse(const TwoViewMotion& motion) {
-  TwoViewMotion inverse = motion;
-  inverse.rotation = motion.rotation.transpose();
-  inverse.translation = -(inverse.rotation * motion.translation);
-  inverse.rotation_covariance = inverse.rotation * motion.rotation_covariance * motion.rotation;
-  return inverse;
-}
-
-RelativePose PoseOf(const TwoViewMotion& motion) {
-  RelativePose pose;
-  pose.outcome = motion.HasParallax() ? PoseOutcome::kFound : PoseOutcome::kNoTranslation;
-  pose.rotation = motion.rotation;
-  pose.translation = motion.translation;
-  pose.rotation_covariance = motion.rotation_covariance;
-  pose.noise_pixels = motion.noise_pixels;
-  pose.parallax_pixels = motion.parallax_pixels;
-  return pose;
-}
-
-Matrix3d FundamentalOf(const TwoViewMotion& motion, const Pinhole& camera) {
-  return FundamentalOfPose(PoseOf(motion), camera);
-}
-
-Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& camera) {
-  const Matrix3d k = camera.Matrix();
-  return k * motion.rotation * k.inverse();
-}
-
-double GroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
-                   const Pinhole& camera) {
-  if (!motion.HasParallax()) return 0.0;
-  const State state = StateOf(motion);
-  std::vector<BelowHorizon> places;
-  for (const PointPair& pair : pairs) {
-    const RayPair rays = {camera.Ray(pair.x1, pair.y1).head<2>(),
-                          camera.Ray(pair.x2, pair.y2).head<2>()};
-    const double below = Below(rays.p, state.tau);
-    if (!(below > 0.0)) continue;
-    const Terms terms = TermsOf(rays, state);
-    if (terms.log_static < terms.log_moving || terms.s < kShowing * state.noise) continue;
-    places.push_back({InverseDepthOf(terms.s / terms.length, state.tau), below});
-  }
-  return GroundSlopeOf(places);
-}
-
-PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,
-                            const PointPair& pair) {
-  const RayPair rays = {camera.Ray(pair.x1, pair.y1).head<2>(),
-                        camera.Ray(pair.x2, pair.y2).head<2>()};
-  const State state = StateOf(motion);
-  const double least =
-      ParallaxOf(LeastInverseDepth(motion.ground_slope, rays.p, state.tau), state.tau);
-  const Terms terms = TermsOf(rays, state, least);
-  PairLikelihood likelihood;
-  likelihood.log_static = terms.log_static;
-  likelihood.log_moving = terms.log_moving;
-  likelihood.along = terms.s;
-  likelihood.across = terms.c;
-  likelihood.normal = Perpendicular(terms.u);
-  const auto turned = [&](double parallax) {
-    const Vector2d there = rays.p + parallax * terms.u;
-    return camera.Project(motion.rotation * Vector3d(there(0), there(1), 1.0));
-  };
-  likelihood.farthest = turned(least * terms.length);
-  likelihood.nearest = turned((least + kRangeMeans * state.mean) * terms.length);
-  return likelihood;
 }
 
 }  // namespace egosieve::vision

@@ -1,0 +1,25 @@
+// Steps 1 and 2 of a frame's evidence, kept for the others. Internal to evidence_accumulator.h.
+#ifndef EGOSIEVE_VISION_EVIDENCE_EVIDENCE_MOTION_H_
+#define EGOSIEVE_VISION_EVIDENCE_EVIDENCE_MOTION_H_
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "vision/evidence/evidence_accumulator.h"
+
+namespace egosieve::vision {
+
+struct EvidenceAccumulator::Motion {
+  MotionModelKind kind = MotionModelKind::kNone;
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
+  std::vector<PointPair> pairs;  // of the points that take part
+  Pinhole camera;
+  RelativePose pose;
+  ThreeViewMotion three_views;
+  bool pose_line = false;
+  double noise_pixels = 0.0;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_EVIDENCE_EVIDENCE_MOTION_H_

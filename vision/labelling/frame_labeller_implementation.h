@@ -1,0 +1,107 @@
+// The state and the steps of frame_labeller.h. Internal to it.
+#ifndef EGOSIEVE_VISION_LABELLING_FRAME_LABELLER_IMPLEMENTATION_H_
+#define EGOSIEVE_VISION_LABELLING_FRAME_LABELLER_IMPLEMENTATION_H_
+
+#include <algorithm>
+#include <deque>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "vision/labelling/evidence_labeller.h"
+#include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/frame_labeller.h"
+#include "vision/labelling/gap_choice.h"
+#include "vision/labelling/label_rule.h"
+#include "vision/labelling/outlook.h"
+#include "vision/labelling/pair_builder.h"
+#include "vision/labelling/pair_motions.h"
+#include "vision/matching/motion_field.h"
+#include "vision/trajectory/two_view_motion.h"
+
+namespace egosieve::vision {
+
+inline void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& result) {
+  result.outcome = outcome;
+  result.reason = std::move(reason);
+}
+
+inline TwoViewMotionOptions MotionOptionsOf(const FrameLabellerOptions& options) {
+  TwoViewMotionOptions motion;
+  motion.travel = options.travel;
+  return motion;
+}
+
+class FrameLabeller::Implementation {
+ public:
+  using Pictures = std::vector<std::shared_ptr<const ExtractedFrame>>;
+
+  Implementation(const FrameLabellerOptions& options, EvidenceLabeller evidence)
+      : options_(options),
+        gathers_(!options.evidence.IsEpipolarAlone()),
+        pair_motions_(GridOptionsOf(options), MotionOptionsOf(options)),
+        evidence_(std::move(evidence)) {}
+
+  absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
+  absl::StatusOr<LabelledFrame> Label(std::shared_ptr<const ExtractedFrame> frame,
+                                      const Pictures& ahead);
+  absl::Status Push(std::shared_ptr<const ExtractedFrame> frame);
+
+  std::string state() const;
+  absl::Status Restore(absl::string_view state);
+  const FrameLabellerOptions& options() const { return options_; }
+
+ private:
+  absl::Status CheckOrder(const ExtractedFrame& frame) const;
+  // Frames between the two of the pair that ends in the current one; `before`: how many there are.
+  int Gap(int before) const {
+    return options_.frame_gap > 0 ? options_.frame_gap : std::min(gap_.gap, before);
+  }
+  const ExtractedFrame* InHistory(int64_t index) const {
+    for (const auto& frame : history_) {
+      if (frame->frame.index == index) return frame.get();
+    }
+    return nullptr;
+  }
+  absl::Status LabelPair(const ExtractedFrame& first, const ExtractedFrame& second,
+                         LabelledFrame& result);
+  // The same with evidence along tracks; `before` is the frame before.
+  absl::Status LabelTracks(const ExtractedFrame& before, const ExtractedFrame& frame,
+                           const Pictures& ahead, LabelledFrame& result);
+  // From the pictures ahead alone; the outcome stays as it is where they say nothing.
+  absl::Status LabelFromAhead(const ExtractedFrame& frame, const Pictures& ahead,
+                              LabelledFrame& result);
+  // Whether there is enough to go on; else the outcome is set.
+  bool IsEnough(const FramePairs& pairs, LabelledFrame& result) const;
+  absl::StatusOr<MotionModel> FindMotion(const std::vector<PointPair>& pairs, int64_t frame_index,
+                                         LabelledFrame& result) const;
+  // Between the two of the pair; `world` is set where it is calibrated.
+  absl::StatusOr<MotionModel> MotionOfTracks(const std::vector<TrackedPoint>& points,
+                                             const ExtractedFrame& frame, TwoViewMotion& world,
+                                             LabelledFrame& result) const;
+  // Empty where the motion is not calibrated, or the grid of flow not used.
+  absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead);
+  Pinhole Camera(cv::Size size) const;
+  void ObserveGap(const MotionModel& model, int gap);
+  // What the next pair is predicted from: nothing, where the motion is not to be believed.
+  void KeepMotion(const FramePairs& pairs, int pictures, cv::Size size, bool trusted);
+
+  const FrameLabellerOptions options_;
+  const bool gathers_;  // evidence beyond the epipolar distance
+  std::deque<std::shared_ptr<const ExtractedFrame>> history_;  // at most frame_gap, oldest first
+  MixtureState mixture_;
+  GapState gap_;
+  MotionField motion_;        // of the last pair
+  PairMotions pair_motions_;  // no state: what it holds can be computed again
+  // Its last picture is that of the history's last frame. Not used where !gathers_.
+  EvidenceLabeller evidence_;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_FRAME_LABELLER_IMPLEMENTATION_H_

@@ -1,0 +1,228 @@
+// From a pair of frames, or tracks and the pictures ahead, to labels: the steps of
+// frame_labeller.h behind the extraction.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "vision/geometry/sampling.h"
+#include "vision/labelling/frame_labeller_implementation.h"
+#include "vision/labelling/frame_step.h"
+#include "vision/labelling/place_labels.h"
+#include "vision/labelling/stopwatch.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr uint64_t kGeometryStep = 1;
+constexpr int kNoGap = 1 << 20;  // pictures that no track reaches back
+
+cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
+  cv::Matx33d result;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) result(i, j) = m(i, j);
+  }
+  return result;
+}
+
+void RecordMotion(const MotionModel& model, LabelledFrame& result) {
+  result.motion_model = model.kind;
+  result.motion_matrix = ToMatx(model.matrix);
+  result.rejected_model = model.rejected_kind;
+  result.rejected_matrix = ToMatx(model.rejected_matrix);
+  result.motion_trusted = model.trusted;
+  result.parallax_pixels = model.parallax_pixels;
+  result.inlier_count = model.inlier_count;
+  if (!model.trusted) SetOutcome(LabelOutcome::kUntrustedMotion, model.reason, result);
+}
+
+}  // namespace
+
+bool FrameLabeller::Implementation::IsEnough(const FramePairs& pairs, LabelledFrame& result) const {
+  result.feature_count = pairs.feature_count;
+  result.match_count = static_cast<int64_t>(pairs.labelled.size());
+  result.times.features_milliseconds = pairs.features_milliseconds;
+  result.times.matching_milliseconds = pairs.matching_milliseconds;
+  if (result.feature_count < options_.minimum_matches) {
+    SetOutcome(LabelOutcome::kTooFewFeatures,
+               absl::StrCat("only ", result.feature_count, " features: no texture"), result);
+    return false;
+  }
+  const bool enough = pairs.match_count >= options_.minimum_matches;
+  if (enough && pairs.scene.IsOneScene()) return true;
+  const SceneAgreement::Areas areas = pairs.scene.CountAreas();
+  SetOutcome(LabelOutcome::kTooFewMatches,
+             enough ? absl::StrFormat("another scene: %d of %d areas agree with the frame before",
+                                      areas.holding, areas.judged)
+                    : absl::StrFormat("only %d of %d features have a match", pairs.match_count,
+                                      pairs.feature_count),
+             result);
+  return false;
+}
+
+absl::StatusOr<MotionModel> FrameLabeller::Implementation::FindMotion(
+    const std::vector<PointPair>& pairs, int64_t frame_index, LabelledFrame& result) const {
+  Stopwatch watch;
+  MotionModelOptions motion;
+  motion.choice = options_.motion_model;
+  motion.seed = MixSeed(options_.seed, static_cast<uint64_t>(frame_index), kGeometryStep);
+  EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, EstimateMotionModel(pairs, motion));
+  result.times.geometry_milliseconds = watch.LapMilliseconds();
+  RecordMotion(model, result);
+  return model;
+}
+
+Pinhole FrameLabeller::Implementation::Camera(cv::Size size) const {
+  return Pinhole::Of(size, options_.focal_ratio * std::max(size.width, size.height));
+}
+
+void FrameLabeller::Implementation::ObserveGap(const MotionModel& model, int gap) {
+  if (options_.frame_gap > 0 || !model.trusted) return;
+  ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap,
+                  options_.IsCalibrated() ? kCalibratedGap : kSelectedModelGap, gap_);
+}
+
+void FrameLabeller::Implementation::KeepMotion(const FramePairs& pairs, int pictures, cv::Size size,
+                                               bool trusted) {
+  const bool is_used = options_.windowed_search && options_.features != FeatureSource::kFlow;
+  motion_ = is_used && trusted ? MakeMotionField(pairs.geometry, pictures, size) : MotionField();
+}
+
+absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& first,
+                                                      const ExtractedFrame& second,
+                                                      LabelledFrame& result) {
+  result.first_index = first.frame.index;
+  result.second_index = second.frame.index;
+  const int gap = Gap(static_cast<int>(history_.size()));
+  EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs, BuildPairs(first, second, motion_, gap,
+                                                               options_, pair_motions_.flows()));
+  motion_ = MotionField();
+  if (!IsEnough(pairs, result)) return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(const MotionModel model,
+                            FindMotion(pairs.geometry, second.frame.index, result));
+  ObserveGap(model, gap);
+  KeepMotion(pairs, gap, second.grey.size(), model.trusted);
+  if (!model.trusted) return absl::OkStatus();
+  Stopwatch watch;
+  const bool on_first = options_.labelled_side == LabelledSide::kFirstFrame;
+  LabelByDistance(on_first ? first : second, pairs.labelled, model, options_, mixture_, result);
+  result.times.labelling_milliseconds = watch.LapMilliseconds();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Outlook> FrameLabeller::Implementation::OutlookOf(const ExtractedFrame& frame,
+                                                                 const Pictures& ahead) {
+  if (!options_.IsCalibrated() || options_.features == FeatureSource::kSiftCorners) {
+    return Outlook();
+  }
+  return LookAhead(frame, ahead, Camera(frame.grey.size()), pair_motions_);
+}
+
+absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame& frame,
+                                                           const Pictures& ahead,
+                                                           LabelledFrame& result) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead));
+  if (outlook.empty()) return absl::OkStatus();
+  Stopwatch watch;
+  if (evidence_.last_frame_index() != frame.frame.index) evidence_.Begin(frame.frame.index);
+  const std::vector<TrackedPoint> points = evidence_.Points(kNoGap, outlook.links);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const EvidenceResult evidence,
+      evidence_.Judge(nullptr, frame, 1, MotionModel(), points, nullptr, Camera(frame.grey.size()),
+                      {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
+                       {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead}}));
+  const View& view = outlook.far.frame != nullptr ? outlook.far : outlook.near;
+  result.first_index = frame.frame.index;
+  result.second_index = view.frame->frame.index;
+  RecordMotion(ModelOf(view.motion, Camera(frame.grey.size()), 0), result);
+  result.reason.clear();
+  LabelByEvidence(frame, points, MotionModel(), evidence, options_, result);
+  result.doubt = DoubtOf(result, &view.motion);
+  result.times.labelling_milliseconds += watch.LapMilliseconds();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<MotionModel> FrameLabeller::Implementation::MotionOfTracks(
+    const std::vector<TrackedPoint>& points, const ExtractedFrame& frame, TwoViewMotion& world,
+    LabelledFrame& result) const {
+  std::vector<PointPair> geometry;
+  for (const TrackedPoint& point : points) {
+    const cv::Point2f a = point.evidence.before, b = point.evidence.now;
+    if (point.is_textured && point.evidence.HasBefore()) geometry.push_back({a.x, a.y, b.x, b.y});
+  }
+  if (!options_.IsCalibrated()) return FindMotion(geometry, frame.frame.index, result);
+  Stopwatch watch;
+  const Pinhole camera = Camera(frame.grey.size());
+  world = EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_));
+  world.ground_slope = GroundSlope(geometry, world, camera);
+  MotionModel model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
+  RecordMotion(model, result);
+  result.times.geometry_milliseconds = watch.LapMilliseconds();
+  return model;
+}
+
+absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& before,
+                                                        const ExtractedFrame& frame,
+                                                        const Pictures& ahead,
+                                                        LabelledFrame& result) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const FramePairs pairs,
+                            BuildPairs(before, frame, motion_, 1, options_, pair_motions_.flows()));
+  motion_ = MotionField();
+  if (!IsEnough(pairs, result)) {
+    evidence_.Begin(frame.frame.index);
+    return absl::OkStatus();
+  }
+  EGOSIEVE_RETURN_IF_ERROR(evidence_.Advance(before, frame, pairs));
+  const int gap = Gap(evidence_.PicturesBefore());
+  if (evidence_.PicturesBefore() < gap) {
+    SetOutcome(LabelOutcome::kNoPair, absl::StrCat("fewer than ", gap, " frames before this one"),
+               result);
+    return absl::OkStatus();
+  }
+  result.first_index = evidence_.FrameIndexBefore(gap);
+  result.second_index = frame.frame.index;
+  const Pinhole camera = Camera(frame.grey.size());
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead));
+  View behind;
+  if (gap > 1 && options_.IsCalibrated() && options_.features != FeatureSource::kSiftCorners) {
+    EGOSIEVE_ASSIGN_OR_RETURN(behind, LookBack(before, frame, camera, pair_motions_));
+  }
+  const std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);
+  TwoViewMotion world;
+  EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, MotionOfTracks(points, frame, world, result));
+  ObserveGap(model, gap);
+  KeepMotion(pairs, 1, frame.grey.size(), model.trusted);
+  Stopwatch watch;
+  if (!model.trusted) model.kind = MotionModelKind::kNone;
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const EvidenceResult evidence,
+      evidence_.Judge(InHistory(result.first_index), frame, gap, model, points,
+                      world.found ? &world : nullptr, camera,
+                      {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
+                       {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead},
+                       {behind.frame, &behind.motion, &TrackedPoint::near_behind}}));
+  result.own_car = OwnCarAreas(evidence_.own_car(), frame.grey.size());
+  if (options_.IsCalibrated()) {
+    const FrameViews views{before.frame.index,
+                           frame.frame.index,
+                           gap,
+                           model.trusted ? &world : nullptr,
+                           &behind,
+                           &outlook};
+    result.step = StepOf(views, points, camera);
+  }
+  if (model.trusted || !outlook.empty()) {
+    result.reason.clear();
+    LabelByEvidence(frame, points, model, evidence, options_, result);
+  }
+  const View& view = outlook.far.frame != nullptr ? outlook.far : outlook.near;
+  result.doubt = DoubtOf(result, view.frame != nullptr ? &view.motion
+                                 : world.found         ? &world
+                                                       : nullptr);
+  result.times.labelling_milliseconds = watch.LapMilliseconds();
+  return absl::OkStatus();
+}
+
+}  // namespace egosieve::vision
