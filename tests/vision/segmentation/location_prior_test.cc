@@ -95,7 +95,9 @@ TEST(LocationPriorTest, CertaintyStaysAndNothingLeavesTheUnitInterval) {
     prior.Apply(map);
     for (const float value : map.probability) {
       ASSERT_TRUE(value >= 0.0f && value <= 1.0f) << p;
-      if (p == 0.0f || p == 1.0f) ASSERT_EQ(value, p);
+      if (p == 0.0f || p == 1.0f) {
+        ASSERT_EQ(value, p);
+      }
     }
   }
 }
