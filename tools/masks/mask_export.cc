@@ -189,8 +189,9 @@ absl::StatusOr<std::vector<std::pair<int64_t, FrameLine>>> MaskExport::Chosen(
     const auto line = std::lower_bound(
         lines.begin(), lines.end(), frames_[i],
         [](const FrameLine& candidate, int64_t index) { return candidate.index < index; });
-    if (line != lines.end() && line->index == frames_[i])
+    if (line != lines.end() && line->index == frames_[i]) {
       chosen.emplace_back(static_cast<int64_t>(i), *line);
+    }
   }
   return chosen;
 }

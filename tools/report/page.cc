@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -241,19 +240,6 @@ std::string StageTable(absl::Span<const FrameLine> lines) {
                           total > 0.0 ? 100.0 * sum / total : 0.0);
   }
   return absl::StrCat(html, "</table>\n");
-}
-
-// "only 17 of 300 features" and "only 9 of 280 features" are one reason.
-std::string WithoutNumbers(absl::string_view reason) {
-  std::string text;
-  for (size_t i = 0; i < reason.size(); ++i) {
-    if (!absl::ascii_isdigit(reason[i])) {
-      text.push_back(reason[i]);
-    } else if (i == 0 || !absl::ascii_isdigit(reason[i - 1])) {
-      text.push_back('#');
-    }
-  }
-  return text;
 }
 
 // Frames by reason, numbers aside: the most frequent first, each told by its first frame's.

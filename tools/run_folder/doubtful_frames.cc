@@ -7,6 +7,18 @@
 
 namespace egosieve::tools {
 
+std::string WithoutNumbers(absl::string_view reason) {
+  std::string text;
+  for (size_t i = 0; i < reason.size(); ++i) {
+    if (!absl::ascii_isdigit(reason[i])) {
+      text.push_back(reason[i]);
+    } else if (i == 0 || !absl::ascii_isdigit(reason[i - 1])) {
+      text.push_back('#');
+    }
+  }
+  return text;
+}
+
 std::string DoubtOf(const FrameLine& line) {
   return line.outcome == FrameLine::Outcome::kFailed ? line.reason : line.doubt;
 }
@@ -16,9 +28,7 @@ void DoubtfulFrames::Add(const FrameLine& line) {
   const std::string doubt = DoubtOf(line);
   if (doubt.empty()) return;
   ++count_;
-  std::string words = doubt;
-  words.erase(std::remove_if(words.begin(), words.end(), absl::ascii_isdigit), words.end());
-  Kind& kind = kinds_[words];
+  Kind& kind = kinds_[WithoutNumbers(doubt)];
   if (kind.count++ == 0) kind.first = doubt;
 }
 

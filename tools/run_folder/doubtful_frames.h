@@ -6,12 +6,16 @@
 #include <map>
 #include <string>
 
+#include "absl/strings/string_view.h"
 #include "tools/run_folder/frame_line.h"
 
 namespace egosieve::tools {
 
 // Why the frame is not to be relied on; empty where it is.
 std::string DoubtOf(const FrameLine& line);
+
+// "only # of # features" of "only 17 of 300 features": reasons of one kind.
+std::string WithoutNumbers(absl::string_view reason);
 
 class DoubtfulFrames {
  public:
@@ -27,7 +31,7 @@ class DoubtfulFrames {
     std::string first;
   };
   int64_t frames_ = 0, count_ = 0;
-  std::map<std::string, Kind> kinds_;  // by the doubt without its numbers
+  std::map<std::string, Kind> kinds_;  // by WithoutNumbers of the doubt
 };
 
 }  // namespace egosieve::tools

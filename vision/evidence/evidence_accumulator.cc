@@ -14,8 +14,6 @@
 namespace egosieve::vision {
 namespace {
 
-bool IsKnown(cv::Point2f p) { return std::isfinite(p.x) && std::isfinite(p.y); }
-
 // Nothing without both pictures.
 std::optional<PhotometricSupport> PicturesOf(const EvidenceFrame& frame) {
   if (frame.grey.empty() || frame.grey_before.empty()) return std::nullopt;

@@ -21,8 +21,6 @@ namespace {
 constexpr size_t kFewestResiduals = 20;
 constexpr double kPoseExplains = 1.1;  // greatest scale of the pose's distances over the given F's
 
-bool IsKnown(cv::Point2f p) { return std::isfinite(p.x) && std::isfinite(p.y); }
-
 PointPair PairOf(const EvidencePoint& point) {
   return {point.before.x, point.before.y, point.now.x, point.now.y};
 }

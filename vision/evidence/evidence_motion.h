@@ -3,11 +3,15 @@
 #define EGOSIEVE_VISION_EVIDENCE_EVIDENCE_MOTION_H_
 
 #include <Eigen/Core>
+#include <cmath>
+#include <opencv2/core.hpp>
 #include <vector>
 
 #include "vision/evidence/evidence_accumulator.h"
 
 namespace egosieve::vision {
+
+inline bool IsKnown(cv::Point2f p) { return std::isfinite(p.x) && std::isfinite(p.y); }
 
 struct EvidenceAccumulator::Motion {
   MotionModelKind kind = MotionModelKind::kNone;

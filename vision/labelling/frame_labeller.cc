@@ -109,7 +109,7 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
       result.outcome != LabelOutcome::kUntrustedMotion) {
     EGOSIEVE_RETURN_IF_ERROR(LabelFromAhead(*frame, ahead, result));
   }
-  if (result.outcome != LabelOutcome::kLabelled) result.doubt = DoubtOf(result, nullptr);
+  result.doubt = DoubtOf(result);
   pair_motions_.Forget(frame->frame.index);
   EGOSIEVE_RETURN_IF_ERROR(Push(std::move(frame)));
   return result;

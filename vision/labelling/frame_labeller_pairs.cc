@@ -133,13 +133,13 @@ absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame&
       evidence_.Judge(nullptr, frame, 1, MotionModel(), points, nullptr, Camera(frame.grey.size()),
                       {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
                        {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead}}));
-  const View& view = outlook.far.frame != nullptr ? outlook.far : outlook.near;
+  const View& view = outlook.longest();
   result.first_index = frame.frame.index;
   result.second_index = view.frame->frame.index;
   RecordMotion(ModelOf(view.motion, Camera(frame.grey.size()), 0), result);
   result.reason.clear();
   LabelByEvidence(frame, points, MotionModel(), evidence, options_, result);
-  result.doubt = DoubtOf(result, &view.motion);
+  result.static_share = view.motion.static_share;
   result.times.labelling_milliseconds += watch.LapMilliseconds();
   return absl::OkStatus();
 }
@@ -217,10 +217,9 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
     result.reason.clear();
     LabelByEvidence(frame, points, model, evidence, options_, result);
   }
-  const View& view = outlook.far.frame != nullptr ? outlook.far : outlook.near;
-  result.doubt = DoubtOf(result, view.frame != nullptr ? &view.motion
-                                 : world.found         ? &world
-                                                       : nullptr);
+  if (const View& view = outlook.longest(); view.frame != nullptr || world.found) {
+    result.static_share = (view.frame != nullptr ? view.motion : world).static_share;
+  }
   result.times.labelling_milliseconds = watch.LapMilliseconds();
   return absl::OkStatus();
 }

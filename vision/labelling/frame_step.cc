@@ -21,7 +21,7 @@ CameraStep StepOf(const FrameViews& views, const std::vector<TrackedPoint>& poin
                                        : views.world->rotation;
   const Outlook& outlook = *views.outlook;
   const bool is_far = outlook.far.frame != nullptr;
-  const View& ahead = is_far ? outlook.far : outlook.near;
+  const View& ahead = outlook.longest();
   StepViews step;
   step.behind = views.world;
   step.pictures_behind = views.gap;
@@ -40,12 +40,12 @@ CameraStep StepOf(const FrameViews& views, const std::vector<TrackedPoint>& poin
   return MeasureStep(rotation, step, camera);
 }
 
-std::string DoubtOf(const LabelledFrame& labels, const TwoViewMotion* motion) {
+std::string DoubtOf(const LabelledFrame& labels) {
   if (labels.outcome == LabelOutcome::kDuplicateFrame) return "";
   if (labels.outcome != LabelOutcome::kLabelled) return labels.reason;
-  if (motion != nullptr && motion->static_share < kMajority) {
+  if (labels.static_share < kMajority) {
     return absl::StrFormat("only %.0f %% of the places agree on how the camera moved",
-                           100.0 * motion->static_share);
+                           100.0 * labels.static_share);
   }
   const auto moving =
       static_cast<double>(std::count_if(labels.probability.begin(), labels.probability.end(),

@@ -28,8 +28,8 @@ struct FrameViews {
 CameraStep StepOf(const FrameViews& views, const std::vector<TrackedPoint>& points,
                   const Pinhole& camera);
 
-// labelled_frame.h; `motion`: what the labels rest on, null where it is not calibrated.
-std::string DoubtOf(const LabelledFrame& labels, const TwoViewMotion* motion);
+// `doubt` of labelled_frame.h, from the rest of it.
+std::string DoubtOf(const LabelledFrame& labels);
 
 }  // namespace egosieve::vision
 

@@ -72,7 +72,8 @@ struct LabelledFrame {
   // Why the labels are not to be relied on: nothing says where the camera moved, or most of the
   // image does not agree. Empty: they are.
   std::string doubt;
-  CameraStep step;  // from the frame before; known where the motion is calibrated
+  double static_share = 1.0;  // of the places that a calibrated motion was estimated from
+  CameraStep step;            // from the frame before; known where the motion is calibrated
   LabellingTimes times;
 
   int64_t size() const { return static_cast<int64_t>(probability.size()); }

@@ -25,6 +25,7 @@ struct Outlook {
   GridLinks links;
   View near, far;
 
+  const View& longest() const { return far.frame != nullptr ? far : near; }
   bool empty() const { return near.frame == nullptr && far.frame == nullptr; }
 };
 

@@ -13,6 +13,19 @@ namespace {
 
 constexpr double kSlope = 0.3;
 const Eigen::Vector3d kForward(0.0, 0.0, -1.0);
+const Pinhole kCamera = Pinhole::Of({640, 360}, 600.0);
+
+TwoViewMotion Forward(double mean_parallax, double moving_pixels) {
+  TwoViewMotion motion;
+  motion.found = true;
+  motion.translation = kForward;
+  motion.mean_parallax = mean_parallax;
+  motion.noise_pixels = 0.3;
+  motion.noise = 0.3 / 600.0;
+  motion.static_share = 0.9;
+  motion.moving_scale = moving_pixels / 600.0;
+  return motion;
+}
 
 // Ground places with a little noise, and as many of a wall at one depth.
 std::vector<BelowHorizon> Places(int ground, int wall) {
@@ -54,57 +67,41 @@ TEST(GroundBound, OnlyBelowTheHorizonAndOnTheWayForward) {
 
 // The road from 5 to 20 m before a camera 1.5 m above it that moves on by 2 m.
 TEST(GroundBound, TheSlopeOfANearRoadIsThatOfItsInverseDepths) {
-  const Pinhole camera = Pinhole::Of({640, 360}, 600.0);
   const double height = 1.5, step = 2.0;
   std::vector<PointPair> pairs;
   for (double depth = 5.0; depth < 20.0; depth *= 1.01) {
     const double x = std::fmod(137.0 * depth, 4.0) - 2.0;
-    const Eigen::Vector2d first = camera.Project({x, height, depth});
-    const Eigen::Vector2d second = camera.Project({x, height, depth - step});
+    const Eigen::Vector2d first = kCamera.Project({x, height, depth});
+    const Eigen::Vector2d second = kCamera.Project({x, height, depth - step});
     pairs.push_back({first(0), first(1), second(0), second(1)});
   }
-  TwoViewMotion motion;
-  motion.found = true;
-  motion.translation = kForward;
-  motion.mean_parallax = 0.2;
-  motion.noise = 0.3 / 600.0;
-  motion.noise_pixels = 0.3;
+  TwoViewMotion motion = Forward(0.2, 50.0);
   motion.parallax_pixels = 20.0;
-  motion.static_share = 0.9;
-  motion.moving_scale = 50.0 / 600.0;
-  motion.ground_slope = GroundSlope(pairs, motion, camera);
+  motion.ground_slope = GroundSlope(pairs, motion, kCamera);
   // The share of the bound, and the horizon's error at 45 rows below it.
   EXPECT_NEAR(motion.ground_slope, 0.6 * step / height, 0.15 * step / height);
   // No place of the road is farther than its bound, and the nearest is not far above it.
   for (const PointPair& pair : pairs) {
-    EXPECT_LT(LikelihoodOf(motion, camera, pair).farthest(1), pair.y2);
+    EXPECT_LT(LikelihoodOf(motion, kCamera, pair).farthest(1), pair.y2);
   }
-  const PairLikelihood near = LikelihoodOf(motion, camera, pairs.front());
+  const PairLikelihood near = LikelihoodOf(motion, kCamera, pairs.front());
   EXPECT_GT(near.farthest(1) - pairs.front().y1, 0.4 * (pairs.front().y2 - pairs.front().y1));
 }
 
 TEST(GroundBound, WhatKeepsItsDistanceAheadMoves) {
   // A place on the road ahead that does not move in the image, while the camera does.
-  const Pinhole camera = Pinhole::Of({640, 360}, 600.0);
-  TwoViewMotion motion;
-  motion.found = true;
-  motion.translation = kForward;
-  motion.mean_parallax = 0.05;
-  motion.noise = 0.3 / 600.0;
-  motion.static_share = 0.9;
-  motion.moving_scale = 20.0 / 600.0;
-  motion.noise_pixels = 0.3;
+  TwoViewMotion motion = Forward(0.05, 20.0);
   const PointPair ahead{380.0, 260.0, 380.0, 260.0};
-  const PairLikelihood unbound = LikelihoodOf(motion, camera, ahead);
+  const PairLikelihood unbound = LikelihoodOf(motion, kCamera, ahead);
   EXPECT_GT(unbound.log_static, unbound.log_moving);
   motion.ground_slope = kSlope;
-  const PairLikelihood bound = LikelihoodOf(motion, camera, ahead);
+  const PairLikelihood bound = LikelihoodOf(motion, kCamera, ahead);
   EXPECT_LT(bound.log_static, bound.log_moving - 5.0);
   EXPECT_GT(bound.farthest(1), ahead.y2 + 1.0);  // a static place would have come nearer
   // Above the horizon nothing changes.
   const PointPair sky{380.0, 60.0, 380.0, 60.0};
-  EXPECT_GT(LikelihoodOf(motion, camera, sky).log_static,
-            LikelihoodOf(motion, camera, sky).log_moving);
+  EXPECT_GT(LikelihoodOf(motion, kCamera, sky).log_static,
+            LikelihoodOf(motion, kCamera, sky).log_moving);
 }
 
 }  // namespace
