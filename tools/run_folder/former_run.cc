@@ -21,10 +21,10 @@ using kernels::NameOfTemporary;
 
 constexpr char kDescription[] = "run.json";
 
-constexpr std::array<std::string_view, 13> kFiles = {
-    "camera.json",      "own_vehicle.png", "ignored.png",   "report.html",  "overlay.mp4",
-    "overlay.avi",      "eval.json",       "eval.csv",      "further.json", "tracks.csv",
-    "reconstruct.json", "frames.jsonl",    "trajectory.txt"};
+constexpr std::array<std::string_view, 14> kFiles = {
+    "camera.json",      "own_vehicle.png", "ignored.png",    "report.html",      "overlay.mp4",
+    "overlay.avi",      "eval.json",       "eval.csv",       "further.json",     "tracks.csv",
+    "reconstruct.json", "frames.jsonl",    "trajectory.txt", "fixed_pattern.png"};
 
 // Files NNNNNN with one of the endings.
 struct FrameFolder {

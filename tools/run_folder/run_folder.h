@@ -7,10 +7,9 @@
 //   grid/NNNNNN.{prob,std}.png     maps at grid resolution (map_image.h)
 //   masks/, ids/, tracks.csv, full/    what reconstruct makes (tools/reconstruct/frame_products.h);
 //   reconstruct.json                   how far it is
-//   camera.json, own_vehicle.png   what a first pass learnt (tools/segment/run_camera.h)
-//   ignored.png                    the user's own mask of what is not the world
-//   render/NNNNNN.png              overlays
-//   model/                         checkpoints
+//   camera.json, own_vehicle.png, fixed_pattern.png   what a first pass learnt
+//   (tools/segment/run_camera.h) ignored.png                    the user's own mask of what is not
+//   the world render/NNNNNN.png              overlays model/                         checkpoints
 //   steps/NNNNNN.npz               what the frame did to the model, where maps are made later
 //   report.html, overlay.mp4, eval.json, eval.csv, further.json, plots/
 //
@@ -50,7 +49,8 @@ cv::Mat1b IgnoredIn(const FrameLine& line, const cv::Mat1b& ignored);
 
 class RunFolder {
  public:
-  static constexpr char kOwnVehicle[] = "own_vehicle.png", kIgnored[] = "ignored.png";
+  static constexpr char kOwnVehicle[] = "own_vehicle.png", kIgnored[] = "ignored.png",
+                        kFixedPattern[] = "fixed_pattern.png";
 
   // Makes the folder and its parents. A folder that holds something is refused (AlreadyExists)
   // unless `overwrite` is set and it is a run folder that no other program works with

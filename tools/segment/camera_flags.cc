@@ -66,6 +66,7 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
   }
   labeller.focal_ratio = camera_->focal_ratio;
   labeller.travel = camera_->travel;
+  labeller.fixed_pattern = camera_->fixed_pattern;
   if (!camera_->own_vehicle.empty()) {
     labeller.ignored =
         ignored_.empty() ? camera_->own_vehicle : cv::Mat1b(ignored_ | camera_->own_vehicle);

@@ -20,11 +20,22 @@ constexpr char kOwnVehicleShare[] = "own_vehicle_share";
 constexpr char kTravelDirection[] = "travel_direction";
 constexpr char kTravelConcentration[] = "travel_concentration";
 constexpr char kTravelShare[] = "travel_share";
+constexpr char kHasFixedPattern[] = "fixed_pattern";
 
 std::string PathIn(const std::string& directory) { return absl::StrCat(directory, "/camera.json"); }
 
 std::string OwnVehicleIn(const std::string& directory) {
   return absl::StrCat(directory, "/", RunFolder::kOwnVehicle);
+}
+
+std::string FixedPatternIn(const std::string& directory) {
+  return absl::StrCat(directory, "/", RunFolder::kFixedPattern);
+}
+
+absl::Status WriteImage(const std::string& path, const cv::Mat1b& image) {
+  if (image.empty()) return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePng(image));
+  return kernels::WriteFileAtomically(path, png);
 }
 
 // Absent, wrong or of another kind: says nothing.
@@ -71,9 +82,11 @@ absl::StatusOr<RunCamera> LearnRunCamera(vision::FrameSource& source, cv::Size s
       {kTravelDirection,
        {camera.travel.direction(0), camera.travel.direction(1), camera.travel.direction(2)}},
       {kTravelConcentration, camera.travel.concentration},
-      {kTravelShare, camera.travel.share}};
+      {kTravelShare, camera.travel.share},
+      {kHasFixedPattern, !camera.fixed_pattern.empty()}};
   EGOSIEVE_ASSIGN_OR_RETURN(RunCamera run, Parse(json.dump(2) + "\n"));
   if (fits) run.own_vehicle = camera.own_vehicle;
+  run.fixed_pattern = camera.fixed_pattern;
   return run;
 }
 
@@ -91,14 +104,16 @@ absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& direct
     EGOSIEVE_ASSIGN_OR_RETURN(camera->own_vehicle,
                               ReadImage(OwnVehicleIn(directory), cv::IMREAD_GRAYSCALE));
   }
+  if (parsed.value(kHasFixedPattern, false)) {
+    EGOSIEVE_ASSIGN_OR_RETURN(camera->fixed_pattern,
+                              ReadImage(FixedPatternIn(directory), cv::IMREAD_GRAYSCALE));
+  }
   return std::make_optional(*std::move(camera));
 }
 
 absl::Status WriteRunCamera(const std::string& directory, const RunCamera& camera) {
-  if (!camera.own_vehicle.empty()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePng(camera.own_vehicle));
-    EGOSIEVE_RETURN_IF_ERROR(kernels::WriteFileAtomically(OwnVehicleIn(directory), png));
-  }
+  EGOSIEVE_RETURN_IF_ERROR(WriteImage(OwnVehicleIn(directory), camera.own_vehicle));
+  EGOSIEVE_RETURN_IF_ERROR(WriteImage(FixedPatternIn(directory), camera.fixed_pattern));
   return kernels::WriteFileAtomically(PathIn(directory), camera.text);
 }
 

@@ -23,6 +23,12 @@ struct Drift {
 
 cv::Point2f PlaceOf(double x, double y) { return {static_cast<float>(x), static_cast<float>(y)}; }
 
+StaticSegment SegmentOf(const PairLikelihood& likelihood) {
+  const PairLikelihood::End &far = likelihood.farthest, &near = likelihood.nearest;
+  return {PlaceOf(far.place(0), far.place(1)), PlaceOf(near.place(0), near.place(1)), far.scale,
+          near.scale};
+}
+
 // log(exp(a) / 2 + exp(b) / 2)
 double LogMean(double a, double b) {
   const double top = std::max(a, b);
@@ -40,9 +46,9 @@ double LogRatioOfDrift(const Drift& drift, const PairLikelihood& likelihood, dou
 }
 
 // Sets the drift where it was not known.
-double LogRatio(const CalibratedPair& pair, const PointPair& place, const Pinhole& camera,
-                Drift& drift) {
-  const PairLikelihood likelihood = LikelihoodOf(pair.motion, camera, place);
+double LogRatio(const CalibratedPair& pair, const PointPair& place, bool is_unbounded,
+                const Pinhole& camera, Drift& drift) {
+  const PairLikelihood likelihood = LikelihoodOf(pair.motion, camera, place, !is_unbounded);
   const double across = camera.focal_pixels * likelihood.across;
   const double noise = pair.motion.noise_pixels;
   double ratio = likelihood.log_moving - likelihood.log_static;
@@ -53,17 +59,16 @@ double LogRatio(const CalibratedPair& pair, const PointPair& place, const Pinhol
   }
   ratio = std::clamp(ratio, -kMostLogRatio, kMostLogRatio);
   if (!pair.support || ratio <= 0.0) return ratio;
-  const std::optional<double> seen =
-      pair.support->LogRatioOnSegment(PlaceOf(place.x1, place.y1), PlaceOf(place.x2, place.y2),
-                                      PlaceOf(likelihood.farthest(0), likelihood.farthest(1)),
-                                      PlaceOf(likelihood.nearest(0), likelihood.nearest(1)));
+  const std::optional<double> seen = pair.support->LogRatioOnSegment(
+      PlaceOf(place.x1, place.y1), PlaceOf(place.x2, place.y2), SegmentOf(likelihood));
   return std::min(ratio, seen.value_or(0.0));
 }
 
 }  // namespace
 
 std::vector<std::vector<std::optional<double>>> CalibratedLogRatios(
-    const std::vector<CalibratedPair>& pairs, const Pinhole& camera) {
+    const std::vector<CalibratedPair>& pairs, const Pinhole& camera,
+    const std::vector<bool>& is_unbounded) {
   std::vector<size_t> longest_first(pairs.size());
   std::iota(longest_first.begin(), longest_first.end(), size_t{0});
   std::stable_sort(longest_first.begin(), longest_first.end(), [&](size_t a, size_t b) {
@@ -76,7 +81,8 @@ std::vector<std::vector<std::optional<double>>> CalibratedLogRatios(
     ForEachPoint(drifts.size(), [&](size_t i) {
       const PointPair& place = pairs[k].places[i];
       if (!std::isfinite(place.x1) || !std::isfinite(place.x2)) return;
-      ratios[k][i] = LogRatio(pairs[k], place, camera, drifts[i]);
+      ratios[k][i] =
+          LogRatio(pairs[k], place, !is_unbounded.empty() && is_unbounded[i], camera, drifts[i]);
     });
   }
   return ratios;

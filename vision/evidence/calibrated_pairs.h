@@ -37,9 +37,11 @@ struct CalibratedPair {
 };
 
 // l of each pair for each place, within +-12; nothing where the pair does not know the place. All
-// pairs must have the same number of places.
+// pairs must have the same number of places. is_unbounded: one a place, true without the ground's
+// bound; empty: all are bounded.
 std::vector<std::vector<std::optional<double>>> CalibratedLogRatios(
-    const std::vector<CalibratedPair>& pairs, const Pinhole& camera);
+    const std::vector<CalibratedPair>& pairs, const Pinhole& camera,
+    const std::vector<bool>& is_unbounded = {});
 
 }  // namespace egosieve::vision
 

@@ -56,6 +56,7 @@ struct EvidencePoint {
   cv::Point2f before{kUnknown, kUnknown};   // in frame t - g
   cv::Point2f earlier{kUnknown, kUnknown};  // in frame t - 2 g
   bool estimates = true;                    // takes part in estimating motion, scales and shares
+  bool is_fixed = false;  // may be fixed in the image: the ground's bound is no evidence
 
   bool HasBefore() const { return std::isfinite(before.x) && std::isfinite(before.y); }
 };

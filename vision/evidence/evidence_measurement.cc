@@ -145,7 +145,9 @@ void EvidenceAccumulator::MeasureCalibrated(const EvidenceFrame& frame,
     if (pictures != nullptr) pair.support = *pictures;
   }
   for (const EvidenceView& view : frame.views) pairs.push_back(PairOf(frame, view));
-  const auto ratios = CalibratedLogRatios(pairs, frame.camera);
+  std::vector<bool> is_fixed;
+  for (const EvidencePoint& point : frame.points) is_fixed.push_back(point.is_fixed);
+  const auto ratios = CalibratedLogRatios(pairs, frame.camera, is_fixed);
   for (size_t k = 0; k < pairs.size(); ++k) {
     for (size_t i = 0; i < frame.points.size(); ++i) {
       if (!ratios[k][i]) continue;

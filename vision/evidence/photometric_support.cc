@@ -14,6 +14,7 @@ constexpr double kNoiseFloorLevels = 1.5;
 constexpr double kIndependentShare = 0.25;  // kappa
 constexpr double kStepsPerPixel = 2.0;
 constexpr int kMostSteps = 400;
+constexpr double kLeastScaling = 0.05;  // a sixth of a pixel at the patch's edge
 
 // The patch around a place, sampled bilinearly, less its mean. False where it leaves the picture.
 bool Sample(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
@@ -35,6 +36,16 @@ bool Sample(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
   }
   SubtractMean(patch);
   return true;
+}
+
+// The same of a patch that is `scale` times as large.
+bool SampleScaled(const cv::Mat& picture, cv::Point2f place, double scale, Patch& patch) {
+  if (std::abs(scale - 1.0) < kLeastScaling) return Sample(picture, place, patch);
+  patch = TakeMoved<kPatchRadius, kPatchRadius>(
+      picture, 0.0, 0.0, [&](const Eigen::Vector2d& offset) -> Eigen::Vector2d {
+        return Eigen::Vector2d(place.x, place.y) + scale * offset;
+      });
+  return std::isfinite(SubtractMean(patch));
 }
 
 // Mean square of the gradient, central differences inside the patch; per pixel^2.
@@ -93,19 +104,19 @@ std::optional<double> PhotometricSupport::SignedLogRatio(cv::Point2f before, cv:
 }
 
 std::optional<double> PhotometricSupport::LogRatioOnSegment(cv::Point2f before, cv::Point2f now,
-                                                            cv::Point2f first,
-                                                            cv::Point2f last) const {
+                                                            const StaticSegment& segment) const {
   Patch p, q, s;
   if (!Sample(before_, before, p) || !Sample(now_, now, q)) return std::nullopt;
   const double found = SquaredDifference(p, q);
   const double place_variance = place_pixels_ * place_pixels_ * SquaredGradient(p);
-  const cv::Point2f way = last - first;
+  const cv::Point2f way = segment.last - segment.first;
   const int steps = std::clamp(
       static_cast<int>(std::ceil(kStepsPerPixel * std::hypot(way.x, way.y))), 1, kMostSteps);
   std::optional<double> least;
   for (int k = 0; k <= steps && !(least && *least <= 0.0); ++k) {
     const float share = static_cast<float>(k) / static_cast<float>(steps);
-    if (!Sample(now_, first + share * way, s)) continue;
+    const double scale = std::lerp(segment.scale_first, segment.scale_last, share);
+    if (!SampleScaled(now_, segment.first + share * way, scale, s)) continue;
     const double ratio = RatioOf(SquaredDifference(p, s), found, place_variance);
     least = std::min(ratio, least.value_or(ratio));
   }

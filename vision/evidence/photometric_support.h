@@ -19,9 +19,10 @@
 //   l = max(0, min over S on the segment of kappa (E_0 - E_1) / (2 (v + sigma_p^2 G)))     (S2)
 //
 // with G the mean squared gradient of P and sigma_p the deviation of static points from their line:
-// a strong edge differs much from itself half a pixel further. The inverse depth's own probability
-// is left out, as is that of the motion: both are shared by a whole surface, not paid by each
-// point. It is a plane sweep of the places that seem to move.
+// a strong edge differs much from itself half a pixel further. S is taken as large as the point's
+// nearness makes it. The inverse depth's own probability is left out, as is that of the motion:
+// both are shared by a whole surface, not paid by each point. It is a plane sweep of the places
+// that seem to move.
 #ifndef EGOSIEVE_VISION_EVIDENCE_PHOTOMETRIC_SUPPORT_H_
 #define EGOSIEVE_VISION_EVIDENCE_PHOTOMETRIC_SUPPORT_H_
 
@@ -32,6 +33,13 @@
 #include <vector>
 
 namespace egosieve::vision {
+
+// Where a static point of unknown depth can be, from the farthest to the nearest; in between the
+// rest is linear in the place.
+struct StaticSegment {
+  cv::Point2f first, last;
+  double scale_first = 1.0, scale_last = 1.0;  // size in this picture over that in the first
+};
 
 class PhotometricSupport {
  public:
@@ -45,10 +53,10 @@ class PhotometricSupport {
   // The same without the bound at 0: below it the pictures prefer the place of standing still.
   std::optional<double> SignedLogRatio(cv::Point2f before, cv::Point2f now,
                                        cv::Point2f standing) const;
-  // (S2), for S from `first` to `last` in steps of half a pixel, longer ones where that would be
-  // more than 400, where S lies in the picture; nothing where it never does.
-  std::optional<double> LogRatioOnSegment(cv::Point2f before, cv::Point2f now, cv::Point2f first,
-                                          cv::Point2f last) const;
+  // (S2), for S on the segment in steps of half a pixel, longer ones where that would be more than
+  // 400, where S lies in the picture; nothing where it never does.
+  std::optional<double> LogRatioOnSegment(cv::Point2f before, cv::Point2f now,
+                                          const StaticSegment& segment) const;
 
   // The two pictures exchanged.
   PhotometricSupport Reversed() const {

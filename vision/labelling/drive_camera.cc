@@ -131,6 +131,7 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   FixedPlaces fixed;
   if (options.finds_own_vehicle) {
     fixed = FindFixedPlaces(pictures, drive.size, options.own_vehicle);
+    camera.fixed_pattern = fixed.median;
   }
   const double longer_side = std::max(drive.size.width, drive.size.height);
   FocalPosterior posterior;

@@ -58,13 +58,19 @@ std::string FrameLabeller::Implementation::state() const {
   state.mixture = mixture_;
   state.gap = gap_;
   state.motion = motion_;
+  state.ground = ground_.probabilities();
   state.evidence = evidence_.state();
   return ToBytes(state);
 }
 
 absl::Status FrameLabeller::Implementation::Restore(absl::string_view bytes) {
   EGOSIEVE_ASSIGN_OR_RETURN(LabellerState state, FromBytes(bytes));
+  GroundSpeed ground;
+  if (!ground.Restore(state.ground)) {
+    return absl::InvalidArgumentError("the labeller's state holds no speed of the ground");
+  }
   EGOSIEVE_RETURN_IF_ERROR(evidence_.Restore(std::move(state.evidence)));
+  ground_ = ground;
   mixture_ = state.mixture;
   gap_ = state.gap;
   motion_ = std::move(state.motion);

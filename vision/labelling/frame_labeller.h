@@ -72,6 +72,9 @@ struct FrameLabellerOptions {
   EqualizationOptions equalization;
   // ignored_area.h: no motion is estimated from there, and the labels there are static.
   cv::Mat1b ignored;
+  // M of fixed_pattern.h, where it is known: what agrees with it is not taken for a mover because
+  // the ground below it moves on.
+  cv::Mat1b fixed_pattern;
 
   int frame_gap = 1;         // frames between the two of a pair; 1 to 100; 0: auto
   int feature_count = 0;     // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area

@@ -6,6 +6,7 @@
 #include <deque>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,6 +23,8 @@
 #include "vision/labelling/pair_builder.h"
 #include "vision/labelling/pair_motions.h"
 #include "vision/matching/motion_field.h"
+#include "vision/own_vehicle/fixed_pattern.h"
+#include "vision/trajectory/ground_speed.h"
 #include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
@@ -45,7 +48,13 @@ class FrameLabeller::Implementation {
       : options_(options),
         gathers_(!options.evidence.IsEpipolarAlone()),
         pair_motions_(GridOptionsOf(options), MotionOptionsOf(options)),
-        evidence_(std::move(evidence)) {}
+        evidence_(std::move(evidence)) {
+    if (!options.fixed_pattern.empty()) {
+      cv::Mat1f median;
+      options.fixed_pattern.convertTo(median, CV_32F);
+      fixed_.emplace(median, FixedPatternOptions());
+    }
+  }
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
   absl::StatusOr<LabelledFrame> Label(std::shared_ptr<const ExtractedFrame> frame,
@@ -87,16 +96,25 @@ class FrameLabeller::Implementation {
   // Empty where the motion is not calibrated, or the grid of flow not used.
   absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead);
   Pinhole Camera(cv::Size size) const;
+  // A picture later. back: the motion from `frame` to `before`; null: not known.
+  void ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
+                     const TwoViewMotion* back);
+  // Sets is_fixed of the points where the frame agrees with the drive's fixed pattern.
+  void MarkFixed(const ExtractedFrame& frame, std::vector<TrackedPoint>& points) const;
+  // Bounds the motion's ground by the speed over the drive.
+  void BoundGround(const ExtractedFrame& a, const ExtractedFrame& b, TwoViewMotion& motion) const;
   void ObserveGap(const MotionModel& model, int gap);
   // What the next pair is predicted from: nothing, where the motion is not to be believed.
   void KeepMotion(const FramePairs& pairs, int pictures, cv::Size size, bool trusted);
 
   const FrameLabellerOptions options_;
   const bool gathers_;  // evidence beyond the epipolar distance
+  std::optional<FixedPattern> fixed_;
   std::deque<std::shared_ptr<const ExtractedFrame>> history_;  // at most frame_gap, oldest first
   MixtureState mixture_;
   GapState gap_;
-  MotionField motion_;        // of the last pair
+  MotionField motion_;  // of the last pair
+  GroundSpeed ground_;
   PairMotions pair_motions_;  // no state: what it holds can be computed again
   // Its last picture is that of the history's last frame. Not used where !gathers_.
   EvidenceLabeller evidence_;

@@ -12,6 +12,8 @@
 #include "vision/labelling/frame_step.h"
 #include "vision/labelling/place_labels.h"
 #include "vision/labelling/stopwatch.h"
+#include "vision/trajectory/ground_bound.h"
+#include "vision/trajectory/ground_search.h"
 
 namespace egosieve::vision {
 namespace {
@@ -90,6 +92,50 @@ void FrameLabeller::Implementation::KeepMotion(const FramePairs& pairs, int pict
   motion_ = is_used && trusted ? MakeMotionField(pairs.geometry, pictures, size) : MotionField();
 }
 
+void FrameLabeller::Implementation::ObserveGround(const ExtractedFrame& before,
+                                                  const ExtractedFrame& frame,
+                                                  const TwoViewMotion* back) {
+  const double seconds = frame.frame.time_seconds - before.frame.time_seconds;
+  if (!options_.travel.IsKnown() || !(seconds > 0.0)) return;
+  if (back == nullptr) {
+    ground_.Advance(seconds, {});
+    return;
+  }
+  GroundSearchView view;
+  view.before = before.grey;
+  view.now = frame.grey;
+  view.seconds = seconds;
+  view.rotation = back->rotation;
+  view.direction = -options_.travel.direction;
+  view.camera = Camera(frame.grey.size());
+  view.ignored = options_.ignored;
+  ground_.Advance(seconds, LikelihoodOfSpeeds(view));
+}
+
+void FrameLabeller::Implementation::MarkFixed(const ExtractedFrame& frame,
+                                              std::vector<TrackedPoint>& points) const {
+  if (!fixed_) return;
+  const cv::Mat1b reduced = ReducedPicture(frame.grey);
+  if (reduced.size() != fixed_->size()) return;
+  const cv::Mat1b agreeing = fixed_->Agreeing(SmoothPicture(reduced));
+  const double scale = static_cast<double>(reduced.cols) / frame.grey.cols;
+  for (TrackedPoint& point : points) {
+    const cv::Point2f now = point.evidence.now;
+    const int column = std::clamp(cvRound((now.x + 0.5) * scale - 0.5), 0, reduced.cols - 1);
+    const int row = std::clamp(cvRound((now.y + 0.5) * scale - 0.5), 0, reduced.rows - 1);
+    point.evidence.is_fixed = agreeing(row, column) != 0;
+  }
+}
+
+void FrameLabeller::Implementation::BoundGround(const ExtractedFrame& a, const ExtractedFrame& b,
+                                                TwoViewMotion& motion) const {
+  const double seconds = std::abs(b.frame.time_seconds - a.frame.time_seconds);
+  const double slope = SlopeOfHeights(ground_.Low() * seconds);
+  if (slope > 0.0 && (!(motion.ground_slope > 0.0) || slope < motion.ground_slope)) {
+    motion.ground_slope = slope;
+  }
+}
+
 absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& first,
                                                       const ExtractedFrame& second,
                                                       LabelledFrame& result) {
@@ -127,7 +173,8 @@ absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame&
   if (outlook.empty()) return absl::OkStatus();
   Stopwatch watch;
   if (evidence_.last_frame_index() != frame.frame.index) evidence_.Begin(frame.frame.index);
-  const std::vector<TrackedPoint> points = evidence_.Points(kNoGap, outlook.links);
+  std::vector<TrackedPoint> points = evidence_.Points(kNoGap, outlook.links);
+  MarkFixed(frame, points);
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
       evidence_.Judge(nullptr, frame, 1, MotionModel(), points, nullptr, Camera(frame.grey.size()),
@@ -172,6 +219,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   motion_ = MotionField();
   if (!IsEnough(pairs, result)) {
     evidence_.Begin(frame.frame.index);
+    ground_ = GroundSpeed();
     return absl::OkStatus();
   }
   EGOSIEVE_RETURN_IF_ERROR(evidence_.Advance(before, frame, pairs));
@@ -184,18 +232,29 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   result.first_index = evidence_.FrameIndexBefore(gap);
   result.second_index = frame.frame.index;
   const Pinhole camera = Camera(frame.grey.size());
-  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead));
+  EGOSIEVE_ASSIGN_OR_RETURN(Outlook outlook, OutlookOf(frame, ahead));
   View behind;
   if (gap > 1 && options_.IsCalibrated() && options_.features != FeatureSource::kSiftCorners) {
     EGOSIEVE_ASSIGN_OR_RETURN(behind, LookBack(before, frame, camera, pair_motions_));
   }
-  const std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);
+  std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);
+  MarkFixed(frame, points);
   TwoViewMotion world;
   EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, MotionOfTracks(points, frame, world, result));
   ObserveGap(model, gap);
   KeepMotion(pairs, 1, frame.grey.size(), model.trusted);
   Stopwatch watch;
   if (!model.trusted) model.kind = MotionModelKind::kNone;
+  if (options_.IsCalibrated()) {
+    const ExtractedFrame* first = InHistory(result.first_index);
+    const TwoViewMotion to_before = gap > 1 ? behind.motion : Inverse(world);
+    const bool is_known = gap > 1 ? behind.frame != nullptr : world.found;
+    ObserveGround(before, frame, is_known ? &to_before : nullptr);
+    if (first != nullptr) BoundGround(*first, frame, world);
+    for (View* view : {&behind, &outlook.near, &outlook.far}) {
+      if (view->frame != nullptr) BoundGround(frame, *view->frame, view->motion);
+    }
+  }
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
       evidence_.Judge(InHistory(result.first_index), frame, gap, model, points,

@@ -12,7 +12,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr uint64_t kMagic = 0x3330'6c62'616c'6765;  // "egalbl03"
+constexpr uint64_t kMagic = 0x3430'6c62'616c'6765;  // "egalbl04"
 
 // One walk over the state serves both ways: Writer appends, Reader takes.
 class Writer {
@@ -185,6 +185,7 @@ void Walk(Archive& archive, State& state) {
   archive.Flag(state.gap.has_parallax);
   archive.Plain(state.gap.log_parallax);
   WalkMotion(archive, state.motion);
+  archive.Block(state.ground.data(), state.ground.size());
   archive.Plain(state.evidence.picture);
   if (!archive.Count(state.evidence.frame_indices, sizeof(int64_t))) return;
   archive.Block(state.evidence.frame_indices.data(), state.evidence.frame_indices.size());

@@ -1,7 +1,7 @@
 // What a labeller carries from frame to frame, as bytes.
 //
-//   magic, version | mixture | frame gap | motion field | evidence_labeller.h: pictures, grid
-//   tracks, feature tracks, sums of evidence, poses, own car
+//   magic, version | mixture | frame gap | motion field | ground's speed | evidence_labeller.h:
+//   pictures, grid tracks, feature tracks, sums of evidence, poses, own car
 //
 // Numbers are little-endian as in memory, counts stand before what they count. Equal states give
 // equal bytes. About 3 MB at 1242 x 375.
@@ -16,6 +16,7 @@
 #include "vision/labelling/gap_choice.h"
 #include "vision/labelling/label_rule.h"
 #include "vision/matching/motion_field.h"
+#include "vision/trajectory/ground_speed.h"
 
 namespace egosieve::vision {
 
@@ -23,6 +24,7 @@ struct LabellerState {
   MixtureState mixture;
   GapState gap;
   MotionField motion;
+  GroundSpeed::Probabilities ground = GroundSpeed().probabilities();
   EvidenceLabellerState evidence;
 };
 

@@ -13,92 +13,14 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr int kLongestSide = 640;                  // of the reduced picture
-constexpr int kWindow = 11;                        // pixels
-constexpr int kLeastArea = 2 * kWindow * kWindow;  // pixels, of a part of the own vehicle
-constexpr double kSmoothing = 1.0;                 // deviation of the Gaussian, pixels
-constexpr float kDamping = 1.0F;                   // lambda, (grey levels per pixel)^2
-constexpr double kChangingShare = 0.2;             // of the pictures show contrast: not blank
-constexpr int kClosing = 9;                        // pixels: gaps in what is fixed, changing digits
-constexpr double kLeastBelow = 0.03;  // rays: nearer to the horizon the ground is too far
-constexpr size_t kFewestBelow = 20;   // points
-constexpr double kGroundShare = 0.3;  // of (OV3): traffic, which keeps up, and hills
-constexpr double kEnclosed = 0.6;     // share of own vehicle around what it encloses
-
-cv::Mat1f Mean(const cv::Mat1f& values) {
-  cv::Mat1f mean;
-  cv::boxFilter(values, mean, CV_32F, {kWindow, kWindow});
-  return mean;
-}
-
-cv::Mat1f Smooth(const cv::Mat1b& picture) {
-  cv::Mat1f smooth;
-  picture.convertTo(smooth, CV_32F);
-  cv::GaussianBlur(smooth, smooth, {}, kSmoothing);
-  return smooth;
-}
-
-cv::Mat1f MedianOf(const std::vector<cv::Mat1f>& pictures) {
-  cv::Mat1f median(pictures[0].size());
-  std::vector<float> values(pictures.size());
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  for (int y = 0; y < median.rows; ++y) {
-    for (int x = 0; x < median.cols; ++x) {
-      for (size_t k = 0; k < pictures.size(); ++k) values[k] = pictures[k](y, x);
-      std::nth_element(values.begin(), middle, values.end());
-      median(y, x) = *middle;
-    }
-  }
-  return median;
-}
-
-// M, its gradient and their covariances in the window.
-struct Reference {
-  explicit Reference(const cv::Mat1f& median) : values(median), mean(Mean(median)) {
-    cv::Sobel(values, gx, CV_32F, 1, 0, 3, 1.0 / 8.0);
-    cv::Sobel(values, gy, CV_32F, 0, 1, 3, 1.0 / 8.0);
-    mean_gx = Mean(gx);
-    mean_gy = Mean(gy);
-    variance = Mean(values.mul(values)) - mean.mul(mean);
-    xx = Mean(gx.mul(gx)) - mean_gx.mul(mean_gx);
-    xy = Mean(gx.mul(gy)) - mean_gx.mul(mean_gy);
-    yy = Mean(gy.mul(gy)) - mean_gy.mul(mean_gy);
-    xm = Mean(gx.mul(values)) - mean_gx.mul(mean);
-    ym = Mean(gy.mul(values)) - mean_gy.mul(mean);
-  }
-
-  cv::Mat1f values, mean, variance, gx, gy, mean_gx, mean_gy, xx, xy, yy, xm, ym;
-};
-
-struct Votes {
-  cv::Mat1i agreeing, contrasting;
-};
-
-// (OV1) for one picture.
-void Vote(const Reference& m, const cv::Mat1f& picture, const OwnVehicleOptions& options,
-          Votes& votes) {
-  const cv::Mat1f mean = Mean(picture);
-  const cv::Mat1f variance = Mean(picture.mul(picture)) - mean.mul(mean);
-  const cv::Mat1f im = Mean(picture.mul(m.values)) - mean.mul(m.mean);
-  const cv::Mat1f ix = Mean(picture.mul(m.gx)) - mean.mul(m.mean_gx);
-  const cv::Mat1f iy = Mean(picture.mul(m.gy)) - mean.mul(m.mean_gy);
-  const double least_variance = options.least_contrast * options.least_contrast;
-  for (int y = 0; y < picture.rows; ++y) {
-    for (int x = 0; x < picture.cols; ++x) {
-      votes.contrasting(y, x) += variance(y, x) >= least_variance;
-      const double vm = m.variance(y, x), vi = variance(y, x), c = im(y, x);
-      if (!(vm > 0.0 && vi > 0.0) || !(c >= options.least_correlation * std::sqrt(vm * vi))) {
-        continue;
-      }
-      const double a = c / vm;
-      const double bx = ix(y, x) / a - m.xm(y, x), by = iy(y, x) / a - m.ym(y, x);
-      const double xx = m.xx(y, x) + kDamping, yy = m.yy(y, x) + kDamping, xy = m.xy(y, x);
-      const double determinant = xx * yy - xy * xy;
-      const double shift = std::hypot(yy * bx - xy * by, xx * by - xy * bx) / determinant;
-      votes.agreeing(y, x) += shift <= options.most_shift_pixels;
-    }
-  }
-}
+// Pixels, of a part of the own vehicle.
+constexpr int kLeastArea = 2 * kFixedPatternWindow * kFixedPatternWindow;
+constexpr double kChangingShare = 0.2;  // of the pictures show contrast: not blank
+constexpr int kClosing = 9;             // pixels: gaps in what is fixed, changing digits
+constexpr double kLeastBelow = 0.03;    // rays: nearer to the horizon the ground is too far
+constexpr size_t kFewestBelow = 20;     // points
+constexpr double kGroundShare = 0.3;    // of (OV3): traffic, which keeps up, and hills
+constexpr double kEnclosed = 0.6;       // share of own vehicle around what it encloses
 
 // tau of two_view_motion.h: the translation as the first camera sees it.
 Eigen::Vector3d TauOf(const TwoViewMotion& motion) {
@@ -226,38 +148,35 @@ bool FixedPlaces::IsFixed(double x, double y) const {
          kind(row, column) == kFixed;
 }
 
-cv::Mat1b ReducedPicture(const cv::Mat1b& grey) {
-  const double scale =
-      std::min(1.0, static_cast<double>(kLongestSide) / std::max(grey.cols, grey.rows));
-  if (scale == 1.0) return grey;
-  cv::Mat1b reduced;
-  cv::resize(grey, reduced, {}, scale, scale, cv::INTER_AREA);
-  return reduced;
-}
-
 FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image,
                             const OwnVehicleOptions& options) {
   FixedPlaces places;
   places.image = image;
   if (static_cast<int>(reduced.size()) < options.fewest_pictures) return places;
   std::vector<cv::Mat1f> pictures;
-  for (const cv::Mat1b& picture : reduced) pictures.push_back(Smooth(picture));
-  const Reference median(MedianOf(pictures));
-  const cv::Size size = pictures[0].size();
-  Votes votes{cv::Mat1i::zeros(size), cv::Mat1i::zeros(size)};
-  for (const cv::Mat1f& picture : pictures) Vote(median, picture, options, votes);
+  for (const cv::Mat1b& picture : reduced) pictures.push_back(SmoothPicture(picture));
+  const cv::Mat1f median = MedianPicture(pictures);
+  median.convertTo(places.median, CV_8U);
+  const FixedPattern pattern(median, {options.least_correlation, options.most_shift_pixels});
+  const cv::Size size = median.size();
+  const double least_variance = options.least_contrast * options.least_contrast;
+  cv::Mat1i agreeing = cv::Mat1i::zeros(size), contrasting = cv::Mat1i::zeros(size);
+  for (const cv::Mat1f& picture : pictures) {
+    cv::add(agreeing, 1, agreeing, pattern.Agreeing(picture));
+    cv::add(contrasting, 1, contrasting, VarianceInWindow(picture) >= least_variance);
+  }
   const double count = static_cast<double>(pictures.size());
   places.kind = cv::Mat1b(size, FixedPlaces::kBlank);
-  const cv::Mat1f trace = median.xx + median.yy + 1e-6F;
-  places.s_xx = median.xx / trace;
-  places.s_xy = median.xy / trace;
-  places.s_yy = median.yy / trace;
+  const cv::Mat1f trace = pattern.xx() + pattern.yy() + 1e-6F;
+  places.s_xx = pattern.xx() / trace;
+  places.s_xy = pattern.xy() / trace;
+  places.s_yy = pattern.yy() / trace;
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) {
-      const bool agrees = votes.agreeing(y, x) >= options.agreeing_share * count;
-      if (agrees && median.variance(y, x) >= options.least_contrast * options.least_contrast) {
+      const bool agrees = agreeing(y, x) >= options.agreeing_share * count;
+      if (agrees && pattern.variance()(y, x) >= least_variance) {
         places.kind(y, x) = FixedPlaces::kFixed;
-      } else if (!agrees && votes.contrasting(y, x) >= kChangingShare * count) {
+      } else if (!agrees && contrasting(y, x) >= kChangingShare * count) {
         places.kind(y, x) = FixedPlaces::kChanging;
       }
     }

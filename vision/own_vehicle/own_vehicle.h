@@ -1,16 +1,8 @@
 // The own vehicle: what is fixed in the image all drive long while the world moves. Bonnet,
 // dashboard, mirror, time stamp, black borders and reflections in the windscreen.
 //
-// 1. Candidates. From N pictures spread over the drive, M is their median, pixel by pixel: what is
-//    fixed stays sharp in it, all else blurs. In a window around each pixel a picture I is fitted
-//    by a shifted M,
-//
-//      I ~ a M(x + u) + b,   a = cov(I, M) / var(M),
-//      (cov(G, G) + lambda) u = cov(G, I) / a - cov(G, M),   G the gradient of M            (OV1)
-//
-//    and agrees with it where the correlation of I and M is at least `least_correlation` and |u| at
-//    most `most_shift_pixels`. A pixel with contrast in M is a candidate where `agreeing_share` of
-//    the pictures agree. What the camera follows does not stay in place to a fraction of a pixel.
+// 1. Candidates. From pictures spread over the drive their median M (fixed_pattern.h). A pixel with
+//    contrast in M is a candidate where `agreeing_share` of the pictures agree with it.
 //
 // 2. Proof. What is far away and straight ahead is fixed as well, and so are lines that lead there.
 //    Between a picture k and the next the world at a candidate would move by w_k + n_k r e_k, r >=
@@ -28,8 +20,7 @@
 // 3. Patches of less than two windows are dropped. Blank parts that own vehicle and the image's
 //    border enclose belong to it.
 //
-// All this on pictures reduced to at most 640 pixels. Reference for the median of what is fixed:
-// Dekel, Rubinstein, Liu & Freeman (2017), on watermarks.
+// All this on pictures reduced to at most 640 pixels.
 #ifndef EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_H_
 #define EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_H_
 
@@ -40,6 +31,7 @@
 #include "absl/status/status.h"
 #include "vision/evidence/pinhole.h"
 #include "vision/geometry/point_pair.h"
+#include "vision/own_vehicle/fixed_pattern.h"
 #include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
@@ -73,13 +65,11 @@ struct FixedPlaces {
   cv::Size image;              // of the whole pictures
   cv::Mat1b kind;              // of the reduced picture; empty: too few pictures
   cv::Mat1f s_xx, s_xy, s_yy;  // S
+  cv::Mat1b median;            // M
 
   // Whether the place, in pixels of the whole picture, is a candidate.
   bool IsFixed(double x, double y) const;
 };
-
-// A grey picture as step 1 uses it.
-cv::Mat1b ReducedPicture(const cv::Mat1b& grey);
 
 // reduced: ReducedPicture() of pictures of the size `image`. `options` must be valid.
 FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image,

@@ -48,6 +48,8 @@ double GroundSlopeOf(const std::vector<BelowHorizon>& places) {
 
 double CameraHeights(double ground_slope) { return ground_slope / kGroundShare; }
 
+double SlopeOfHeights(double heights) { return kGroundShare * heights; }
+
 double Below(const Eigen::Vector2d& ray, const Eigen::Vector3d& tau) {
   if (!(std::abs(tau(2)) >= kForward)) return 0.0;
   return std::max(0.0, ray(1) - tau(1) / tau(2) - kHorizonError);

@@ -33,8 +33,9 @@ double ParallaxOf(double inverse_depth, const Eigen::Vector3d& tau);
 // kGroundShare g; 0 where too few places agree. No inverse depth may be below 0.
 double GroundSlopeOf(const std::vector<BelowHorizon>& places);
 
-// g of a slope that GroundSlopeOf gave: |t| in heights of the camera.
+// g of a slope that GroundSlopeOf gave: |t| in heights of the camera; and the other way.
 double CameraHeights(double ground_slope);
+double SlopeOfHeights(double heights);
 
 // p_y - tau_y / tau_z; 0 above the horizon, and where the camera does not move forward or back.
 double Below(const Eigen::Vector2d& ray, const Eigen::Vector3d& tau);

@@ -1,6 +1,7 @@
 // What a motion that is known says: of its epipolar geometry, the ground, and single pairs.
 #include <Eigen/Core>
 #include <Eigen/LU>
+#include <algorithm>
 
 #include "vision/trajectory/ground_bound.h"
 #include "vision/trajectory/two_view_motion.h"
@@ -13,6 +14,16 @@ using namespace two_view;  // NOLINT(google-build-using-namespace): its other ha
 
 constexpr double kRangeMeans = 12.0;  // of `nearest`: beyond it are 6 of a million static places
 constexpr double kShowing = 3.0;      // deviations of a parallax that shows
+// Farther from where a point at infinity would be, rays, neither the lens nor the look of a static
+// place is known well enough to miss it there.
+constexpr double kReach = 0.04;
+
+// Of what is static, for the ground; 0: the ground says nothing.
+double LeastParallax(const TwoViewMotion& motion, const State& state, const Vector2d& p) {
+  const double least = ParallaxOf(LeastInverseDepth(motion.ground_slope, p, state.tau), state.tau);
+  const double length = (state.tau.head<2>() - state.tau(2) * p).norm();
+  return least * length <= kReach ? least : 0.0;
+}
 
 }  // namespace
 
@@ -62,12 +73,11 @@ double GroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& mot
 }
 
 PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,
-                            const PointPair& pair) {
+                            const PointPair& pair, bool is_bounded) {
   const RayPair rays = {camera.Ray(pair.x1, pair.y1).head<2>(),
                         camera.Ray(pair.x2, pair.y2).head<2>()};
   const State state = StateOf(motion);
-  const double least =
-      ParallaxOf(LeastInverseDepth(motion.ground_slope, rays.p, state.tau), state.tau);
+  const double least = is_bounded ? LeastParallax(motion, state, rays.p) : 0.0;
   const Terms terms = TermsOf(rays, state, least);
   PairLikelihood likelihood;
   likelihood.log_static = terms.log_static;
@@ -75,12 +85,15 @@ PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,
   likelihood.along = terms.s;
   likelihood.across = terms.c;
   likelihood.normal = Perpendicular(terms.u);
-  const auto turned = [&](double parallax) {
-    const Vector2d there = rays.p + parallax * terms.u;
-    return camera.Project(motion.rotation * Vector3d(there(0), there(1), 1.0));
+  const auto end = [&](double parallax) {
+    const Vector2d there = rays.p + parallax * terms.length * terms.u;
+    PairLikelihood::End end;
+    end.place = camera.Project(motion.rotation * Vector3d(there(0), there(1), 1.0));
+    end.scale = std::max(1.0 - state.tau(2) * parallax, 0.0);
+    return end;
   };
-  likelihood.farthest = turned(least * terms.length);
-  likelihood.nearest = turned((least + kRangeMeans * state.mean) * terms.length);
+  likelihood.farthest = end(least);
+  likelihood.nearest = end(least + kRangeMeans * state.mean);
   return likelihood;
 }
 

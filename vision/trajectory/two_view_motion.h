@@ -106,18 +106,22 @@ RelativePose PoseOf(const TwoViewMotion& motion);
 double GroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
                    const Pinhole& camera);
 
-// One pair under a motion. Where the ground is known, (TV4) is that of inverse depths from
-// LeastInverseDepth on.
+// One pair under a motion. Where the ground is known and bounds it, (TV4) is that of inverse depths
+// from LeastInverseDepth on.
 struct PairLikelihood {
   double log_static = 0.0, log_moving = 0.0;          // (TV4), (TV5)
   double along = 0.0, across = 0.0;                   // s and c, rays
   Eigen::Vector2d normal = Eigen::Vector2d::UnitX();  // v
-  // Static points of the same ray are between these, pixels: on the epipolar line, from the
-  // farthest to where the prior of the inverse depth ends for any practical purpose.
-  Eigen::Vector2d farthest = Eigen::Vector2d::Zero(), nearest = Eigen::Vector2d::Zero();
+  // Where static points of the same ray are: on the epipolar line, from the farthest to where the
+  // prior of the inverse depth ends for any practical purpose.
+  struct End {
+    Eigen::Vector2d place = Eigen::Vector2d::Zero();  // pixels
+    double scale = 1.0;  // size in the second picture over that in the first
+  };
+  End farthest, nearest;
 };
 PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,
-                            const PointPair& pair);
+                            const PointPair& pair, bool is_bounded = true);
 
 }  // namespace egosieve::vision
 

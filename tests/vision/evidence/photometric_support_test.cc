@@ -91,9 +91,9 @@ TEST(PhotometricSupport, WhatSlidesAlongAnEdgeFitsSomewhereOnTheSegment) {
   const PhotometricSupport support(before, now, places, there);
   // Found 12 pixels up the edge; standing still it would be on a line that crosses the edge.
   EXPECT_GT(*support.LogRatio({30, 40}, {34, 28}, {30, 40}), 20.0);
-  EXPECT_LT(*support.LogRatioOnSegment({30, 40}, {34, 28}, {30, 40}, {38, 36}), 0.1);
+  EXPECT_LT(*support.LogRatioOnSegment({30, 40}, {34, 28}, {{30, 40}, {38, 36}}), 0.1);
   // A line that the edge does not come to.
-  EXPECT_GT(*support.LogRatioOnSegment({30, 40}, {34, 28}, {30, 40}, {26, 38}), 20.0);
+  EXPECT_GT(*support.LogRatioOnSegment({30, 40}, {34, 28}, {{30, 40}, {26, 38}}), 20.0);
 }
 
 // Half a step beside a strong edge is no evidence where the line is not known better.
@@ -103,21 +103,39 @@ TEST(PhotometricSupport, AnUncertainLineAllowsForStrongEdges) {
   const PhotometricSupport sure(before, now, places, there);
   const PhotometricSupport unsure(before, now, places, there, 0.5);
   const cv::Point2f first(15.0f, 30.6f), last(16.0f, 30.6f);
-  const double of_sure = *sure.LogRatioOnSegment({12, 30}, {15, 30}, first, last);
-  const double of_unsure = *unsure.LogRatioOnSegment({12, 30}, {15, 30}, first, last);
+  const double of_sure = *sure.LogRatioOnSegment({12, 30}, {15, 30}, {first, last});
+  const double of_unsure = *unsure.LogRatioOnSegment({12, 30}, {15, 30}, {first, last});
   EXPECT_GT(of_sure, 20.0);
   // 0.6 px off with a deviation of 0.5: kappa N / 2 (0.6 / 0.5)^2 at most, and half of it since
   // only one of the two axes is off.
   EXPECT_LT(of_unsure, 0.25 * 49.0 / 2.0 * 1.44);
 }
 
+// What comes nearer grows: a static place looks the same only at the size that its depth gives it.
+TEST(PhotometricSupport, AStaticPlaceIsComparedAtItsSize) {
+  const cv::Mat before = HalfTextured();
+  const cv::Point2f place(16.0f, 20.0f), mover(16.0f, 46.0f);
+  const double scale = 1.5;
+  cv::Mat now;
+  const cv::Mat1d grow =
+      (cv::Mat1d(2, 3) << scale, 0, place.x * (1 - scale), 0, scale, place.y * (1 - scale));
+  cv::warpAffine(before, now, grow, before.size(), cv::INTER_LINEAR, cv::BORDER_REFLECT);
+  const cv::Rect patch(11, 15, 11, 11);
+  before(patch).copyTo(now(patch + cv::Point(0, 26)));  // where flow found the place
+  const PhotometricSupport support(before, now, {place}, {mover});
+  const double as_it_was = *support.LogRatioOnSegment(place, mover, {place, place});
+  const double grown = *support.LogRatioOnSegment(place, mover, {place, place, scale, scale});
+  EXPECT_GT(as_it_was, 20.0);
+  EXPECT_LT(grown, 0.1 * as_it_was);  // what two interpolations leave
+}
+
 TEST(PhotometricSupport, ASegmentIsSearchedAsFarAsItIsInThePicture) {
   const cv::Mat before = HalfTextured(), now = Shifted(before, 3);
   const PhotometricSupport support(before, now, {{12, 30}}, {{15, 30}});
-  EXPECT_EQ(*support.LogRatioOnSegment({12, 30}, {12, 30}, {15, 30}, {-100, 30}), 0.0);
-  EXPECT_FALSE(support.LogRatioOnSegment({12, 30}, {15, 30}, {-20, 30}, {-10, 30}).has_value());
-  EXPECT_FALSE(support.LogRatioOnSegment({2, 30}, {15, 30}, {15, 30}, {16, 30}).has_value());
-  EXPECT_FALSE(support.LogRatioOnSegment({12, 30}, {15, 30}, {NAN, 30}, {NAN, 31}).has_value());
+  EXPECT_EQ(*support.LogRatioOnSegment({12, 30}, {12, 30}, {{15, 30}, {-100, 30}}), 0.0);
+  EXPECT_FALSE(support.LogRatioOnSegment({12, 30}, {15, 30}, {{-20, 30}, {-10, 30}}).has_value());
+  EXPECT_FALSE(support.LogRatioOnSegment({2, 30}, {15, 30}, {{15, 30}, {16, 30}}).has_value());
+  EXPECT_FALSE(support.LogRatioOnSegment({12, 30}, {15, 30}, {{NAN, 30}, {NAN, 31}}).has_value());
 }
 
 TEST(PhotometricSupport, NothingWhereAPatchLeavesThePicture) {

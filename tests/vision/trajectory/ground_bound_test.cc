@@ -80,12 +80,17 @@ TEST(GroundBound, TheSlopeOfANearRoadIsThatOfItsInverseDepths) {
   motion.ground_slope = GroundSlope(pairs, motion, kCamera);
   // The share of the bound, and the horizon's error at 45 rows below it.
   EXPECT_NEAR(motion.ground_slope, 0.6 * step / height, 0.15 * step / height);
-  // No place of the road is farther than its bound, and the nearest is not far above it.
+  // No place of the road is farther than its bound, and the farthest is not far above it.
   for (const PointPair& pair : pairs) {
-    EXPECT_LT(LikelihoodOf(motion, kCamera, pair).farthest(1), pair.y2);
+    EXPECT_LT(LikelihoodOf(motion, kCamera, pair).farthest.place(1), pair.y2);
   }
-  const PairLikelihood near = LikelihoodOf(motion, kCamera, pairs.front());
-  EXPECT_GT(near.farthest(1) - pairs.front().y1, 0.4 * (pairs.front().y2 - pairs.front().y1));
+  const PointPair& last = pairs.back();
+  EXPECT_GT(LikelihoodOf(motion, kCamera, last).farthest.place(1) - last.y1,
+            0.4 * (last.y2 - last.y1));
+  // Where a static place would be far away, and where it is not asked, the ground says nothing.
+  const PointPair& first = pairs.front();
+  EXPECT_NEAR(LikelihoodOf(motion, kCamera, first).farthest.place(1), first.y1, 1e-9);
+  EXPECT_NEAR(LikelihoodOf(motion, kCamera, last, false).farthest.place(1), last.y1, 1e-9);
 }
 
 TEST(GroundBound, WhatKeepsItsDistanceAheadMoves) {
@@ -97,7 +102,7 @@ TEST(GroundBound, WhatKeepsItsDistanceAheadMoves) {
   motion.ground_slope = kSlope;
   const PairLikelihood bound = LikelihoodOf(motion, kCamera, ahead);
   EXPECT_LT(bound.log_static, bound.log_moving - 5.0);
-  EXPECT_GT(bound.farthest(1), ahead.y2 + 1.0);  // a static place would have come nearer
+  EXPECT_GT(bound.farthest.place(1), ahead.y2 + 1.0);  // a static place would have come nearer
   // Above the horizon nothing changes.
   const PointPair sky{380.0, 60.0, 380.0, 60.0};
   EXPECT_GT(LikelihoodOf(motion, kCamera, sky).log_static,

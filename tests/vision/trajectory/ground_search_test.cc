@@ -1,0 +1,108 @@
+#include "vision/trajectory/ground_search.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/imgproc.hpp>
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kWidth = 480, kHeight = 300;
+constexpr double kSeconds = 0.1, kFactor = 1.2;
+const Pinhole kCamera = Pinhole::Of({kWidth, kHeight}, 400.0);
+
+// A blank road with lane marks, 3 heights long every 6, one height to both sides. The camera is one
+// height above it and has travelled `way` heights.
+uint8_t RoadAt(double across, double ahead, double way) {
+  const double along = std::fmod(ahead + way, 6.0);
+  const bool is_mark = std::abs(std::abs(across) - 1.0) < 0.08 && along < 3.0;
+  return is_mark ? 220 : 90;
+}
+
+cv::Mat1b Picture(double way) {
+  constexpr int kFiner = 4;
+  cv::Mat1b fine(kHeight * kFiner, kWidth * kFiner, uint8_t{150});
+  for (int y = 0; y < fine.rows; ++y) {
+    for (int x = 0; x < fine.cols; ++x) {
+      const Eigen::Vector3d ray = kCamera.Ray((x + 0.5) / kFiner - 0.5, (y + 0.5) / kFiner - 0.5);
+      if (ray(1) > 0.01) fine(y, x) = RoadAt(ray(0) / ray(1), 1.0 / ray(1), way);
+    }
+  }
+  cv::Mat1b picture;
+  cv::resize(fine, picture, {kWidth, kHeight}, 0, 0, cv::INTER_AREA);
+  return picture;
+}
+
+// from: heights that the camera has travelled.
+GroundSearchView ViewOf(double speed, double from = 0.0) {
+  GroundSearchView view;
+  view.before = Picture(from);
+  view.now = Picture(from + speed * kSeconds);
+  view.seconds = kSeconds;
+  view.camera = kCamera;
+  return view;
+}
+
+int Best(const SpeedLikelihood& likelihood) {
+  return static_cast<int>(std::max_element(likelihood.begin(), likelihood.end()) -
+                          likelihood.begin());
+}
+
+TEST(GroundSearch, FindsTheSpeedOfABlankRoadByItsMarks) {
+  for (const double speed : {4.0, 10.0, 20.0}) {
+    const SpeedLikelihood likelihood = LikelihoodOfSpeeds(ViewOf(speed));
+    const int best = Best(likelihood);
+    ASSERT_LT(best, kSpeeds) << speed;
+    EXPECT_LT(std::abs(std::log(SpeedAt(best) / speed)), std::log(kFactor)) << speed;
+    EXPECT_GT(likelihood[best], likelihood[kSpeeds] + 3.0) << speed;
+  }
+}
+
+// Two cars ahead that keep their distance, the larger part of what has contrast.
+void AddTraffic(cv::Mat& picture, int shift) {
+  for (const int left : {150, 260}) {
+    cv::Mat car = picture(cv::Rect(left + shift, 160, 60, 40));
+    for (int y = 0; y < car.rows; ++y) {
+      for (int x = 0; x < car.cols; ++x) car.at<uint8_t>(y, x) = (x / 6 + y / 6) % 2 ? 30 : 200;
+    }
+  }
+}
+
+TEST(GroundSearch, IsNotMisledByTrafficAtTheCamerasSpeed) {
+  SpeedLikelihood sum{};
+  for (const double from : {0.0, 2.0, 4.0}) {
+    GroundSearchView view = ViewOf(10.0, from);
+    AddTraffic(view.before, 0);
+    AddTraffic(view.now, 1);  // by a pixel: cars change as well
+    const SpeedLikelihood likelihood = LikelihoodOfSpeeds(view);
+    for (int k = 0; k <= kSpeeds; ++k) sum[k] += likelihood[k];
+  }
+  const int best = Best(sum);
+  ASSERT_LT(best, kSpeeds);
+  EXPECT_LT(std::abs(std::log(SpeedAt(best) / 10.0)), std::log(kFactor));
+}
+
+TEST(GroundSearch, SaysNothingWhereNothingChanges) {
+  const SpeedLikelihood likelihood = LikelihoodOfSpeeds(ViewOf(0.0));
+  for (const double value : likelihood) EXPECT_EQ(value, likelihood[0]);
+}
+
+TEST(GroundSearch, SaysNothingOfACameraThatMovesSideways) {
+  GroundSearchView view = ViewOf(10.0);
+  view.direction = Eigen::Vector3d::UnitX();
+  const SpeedLikelihood likelihood = LikelihoodOfSpeeds(view);
+  for (const double value : likelihood) EXPECT_EQ(value, likelihood[0]);
+}
+
+TEST(GroundSearch, DoesNotLookAtWhatIsIgnored) {
+  GroundSearchView view = ViewOf(10.0);
+  view.ignored = cv::Mat1b(kHeight, kWidth, uint8_t{255});
+  const SpeedLikelihood likelihood = LikelihoodOfSpeeds(view);
+  for (const double value : likelihood) EXPECT_EQ(value, likelihood[0]);
+}
+
+}  // namespace
+}  // namespace egosieve::vision

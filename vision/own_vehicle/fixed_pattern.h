@@ -1,0 +1,63 @@
+// What stays in place in the image over a drive: the median of its pictures, and where a picture
+// agrees with it.
+//
+// M is the median, pixel by pixel, of pictures spread over the drive: what is fixed in the image
+// stays sharp in it, all else blurs. In a window around each pixel a picture I is fitted by a
+// shifted M,
+//
+//   I ~ a M(x + u) + b,   a = cov(I, M) / var(M),
+//   (cov(G, G) + lambda) u = cov(G, I) / a - cov(G, M),   G the gradient of M              (FP1)
+//
+// and agrees with it where the correlation of I and M is at least `least_correlation` and |u| at
+// most `most_shift_pixels`. What the camera follows does not stay in place to a fraction of a
+// pixel.
+//
+// All this on pictures reduced to at most 640 pixels. Reference for the median of what is fixed:
+// Dekel, Rubinstein, Liu & Freeman (2017), on watermarks.
+#ifndef EGOSIEVE_VISION_OWN_VEHICLE_FIXED_PATTERN_H_
+#define EGOSIEVE_VISION_OWN_VEHICLE_FIXED_PATTERN_H_
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace egosieve::vision {
+
+inline constexpr int kFixedPatternWindow = 11;  // pixels
+
+struct FixedPatternOptions {
+  double least_correlation = 0.6;  // in (0, 1)
+  double most_shift_pixels = 0.3;  // of the reduced picture; positive
+};
+
+// A grey picture as the pattern uses it.
+cv::Mat1b ReducedPicture(const cv::Mat1b& grey);
+cv::Mat1f SmoothPicture(const cv::Mat1b& reduced);
+
+// Variance in the window around each pixel, grey levels^2.
+cv::Mat1f VarianceInWindow(const cv::Mat1f& picture);
+
+cv::Mat1f MedianPicture(const std::vector<cv::Mat1f>& pictures);
+
+class FixedPattern {
+ public:
+  // median: M. `options` must be valid.
+  FixedPattern(const cv::Mat1f& median, const FixedPatternOptions& options);
+
+  cv::Size size() const { return values_.size(); }
+  const cv::Mat1f& variance() const { return variance_; }
+  // cov(G, G).
+  const cv::Mat1f& xx() const { return xx_; }
+  const cv::Mat1f& xy() const { return xy_; }
+  const cv::Mat1f& yy() const { return yy_; }
+
+  // 255 where the picture, SmoothPicture() of M's size, agrees, else 0.
+  cv::Mat1b Agreeing(const cv::Mat1f& picture) const;
+
+ private:
+  FixedPatternOptions options_;
+  cv::Mat1f values_, mean_, variance_, gx_, gy_, mean_gx_, mean_gy_, xx_, xy_, yy_, xm_, ym_;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_OWN_VEHICLE_FIXED_PATTERN_H_
