@@ -17,7 +17,8 @@ from .gaussian_process import GaussianProcess as GaussianProcess
 from .predictor import FrozenPosterior as FrozenPosterior
 
 __version__ = _version()
-__all__ = ["FrozenPosterior", "FrameReport", "GaussianProcess", "SegmentationMap", "Segmenter", "devices", "set_threads", "threads"]
+__all__ = ["FrozenPosterior", "FrameReport", "GaussianProcess", "SegmentationMap", "Segmenter"]
+__all__ += ["devices", "set_threads", "threads"]
 
 
 def __getattr__(name):

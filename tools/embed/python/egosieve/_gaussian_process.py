@@ -7,13 +7,13 @@ import ctypes
 from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_uint64, c_void_p
 
 from . import _library
-from ._library import ConstArray, Grid, GpInfo, GpOptions, Image, OptimizeOptions, OptimizeResult, Prediction
+from ._library import Array, Grid, GpInfo, GpOptions, Image, OptimizeOptions, OptimizeResult, Prediction
 from ._library import encoded, fill, image, input_array, output_array
 
 _NAMED_COVARIANCE = 2
 _MEANS = ("zero", "constant", "linear")
 _APPROXIMATIONS = ("exact", "dtc", "fitc")
-_ARRAY, _PREDICTION = POINTER(ConstArray), POINTER(Prediction)
+_ARRAY, _PREDICTION = POINTER(Array), POINTER(Prediction)
 _BYTES = [c_void_p, c_void_p, c_int64, POINTER(c_int64)]
 
 _egosieve = _library.Library("egosieve", {

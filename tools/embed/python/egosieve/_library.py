@@ -12,14 +12,11 @@ import numpy as np
 _INFO_SCALES = 33  # EGOSIEVE_INFO_SCALES
 
 
-class ConstArray(ctypes.Structure):
-    """egosieve_const_array, and egosieve_array, which has the same fields."""
+class Array(ctypes.Structure):
+    """egosieve_array, and egosieve_const_array, which has the same fields."""
 
     _fields_ = [("data", c_void_p), ("rows", c_int64), ("columns", c_int64), ("row_stride", c_int64),
                 ("column_stride", c_int64), ("type", c_int32)]  # fmt: skip
-
-
-Array = ConstArray
 
 
 class Image(ctypes.Structure):
@@ -170,7 +167,7 @@ def input_array(name, array):
     if array.dtype not in _TYPES:
         raise TypeError(f"{name} has dtype {array.dtype}; it must be float32 or float64 in the machine's byte order")
     columns, column_stride = (array.shape[1], array.strides[1]) if array.ndim == 2 else (1, array.itemsize)
-    return ConstArray(array.ctypes.data, array.shape[0], columns, array.strides[0], column_stride, _TYPES[array.dtype])
+    return Array(array.ctypes.data, array.shape[0], columns, array.strides[0], column_stride, _TYPES[array.dtype])
 
 
 def output_array(name, array):
