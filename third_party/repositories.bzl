@@ -63,9 +63,8 @@ debian_abseil = repository_rule(
 
 def _debian_python(context):
     version = "python{}.{}".format(*_run(context, ["/usr/bin/python3", "-c", "import sys; print(*sys.version_info[:2])"]).split(" "))
-    context.symlink("/usr/include/" + version, "include")
     context.file("name", version + "\n", executable = False)
-    context.symlink(Label("//third_party:python.BUILD"), "BUILD")
+    context.file("BUILD", "exports_files([\"name\"])\n")
 
 def _run(context, command):
     result = context.execute(command)
@@ -73,7 +72,7 @@ def _run(context, command):
         fail("{}: {}".format(" ".join(command), result.stderr))
     return result.stdout.strip()
 
-# The system's own Python, whichever version that is: its headers, and `name`, a file that says "python3.11".
+# The system's own Python, whichever version that is: `name`, a file that says "python3.11".
 debian_python = repository_rule(
     implementation = _debian_python,
     local = True,

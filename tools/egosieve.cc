@@ -9,6 +9,7 @@
 #include "tools/cli/command_line.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/standard_streams.h"
+#include "tools/cli/threads_flag.h"
 #include "tools/cli/version.h"
 #include "tools/compare/compare_command.h"
 #include "tools/devices/devices_command.h"
@@ -63,6 +64,7 @@ int main(int argc, char** argv) {
   egosieve::kernels::LetPoclWrite();
   egosieve::tools::TakeStandardStreams();
   egosieve::tools::CatchInterruptions();
+  egosieve::tools::ThreadsFlag().Apply();  // for the commands that have no such flag, too
   const int code = egosieve::tools::RunCommandLine(argc, argv);
   // Without the libraries' handlers at exit: OpenBLAS's waits for ever for threads that wait for
   // memory.

@@ -30,7 +30,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "egosieve" / "peers"
 
-# Packages by pip of each library; numpy 1 is what Debian's pybind11 builds for.
+# Packages by pip of each library, which share one NumPy.
 PIP = {
     "base": ["numpy<2", "scipy<1.13"],
     "scikit-learn": ["scikit-learn"],

@@ -131,6 +131,20 @@ absl::Status TakeModel(ArrayMap& arrays, ExactModelState& model) {
   return model.Validate();
 }
 
+absl::Status TakeSparse(ArrayMap& arrays, std::optional<SparseModelOptions>& sparse) {
+  if (arrays.find("sparse") == arrays.end()) return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> numbers, Take<int64_t>("sparse", 2, arrays));
+  if (numbers[0] != 1 && numbers[0] != 2) {
+    return absl::DataLossError(absl::StrFormat("sparse approximation %d", numbers[0]));
+  }
+  SparseModelOptions options;
+  options.approximation = numbers[0] == 1 ? SparseApproximation::kDtc : SparseApproximation::kFitc;
+  options.inducing_points = numbers[1];
+  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  sparse = options;
+  return absl::OkStatus();
+}
+
 absl::Status TakeTrainer(ArrayMap& arrays, std::optional<TrainerState>& trainer) {
   if (arrays.find("trainer_theta") == arrays.end()) return absl::OkStatus();
   TrainerState state;
@@ -168,7 +182,9 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
   ArrayMap arrays;
   const bool plain = model.points.outputs == 1 && model.points.noise_variances.empty() &&
                      model.hyperparameters.mean == MeanFunction::kZero;
-  arrays["format_version"] = Vector<int64_t>({plain ? 1 : kModelFormatVersion});
+  arrays["format_version"] = Vector<int64_t>({file.sparse.has_value() ? kModelFormatVersion
+                                              : plain                 ? 1
+                                                                      : 2});
   const int64_t number = NumberOf(covariance.function);
   arrays["covariance_function"] = Vector<int64_t>({number});
   if (number == kNamedFunction) {
@@ -189,6 +205,12 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
   }
   if (model.hyperparameters.mean != MeanFunction::kZero) {
     arrays["mean_function"] = Vector<int64_t>({static_cast<int64_t>(model.hyperparameters.mean)});
+  }
+  if (file.sparse.has_value()) {
+    EGOSIEVE_RETURN_IF_ERROR(file.sparse->Validate());
+    arrays["sparse"] =
+        Vector<int64_t>({file.sparse->approximation == SparseApproximation::kFitc ? 2 : 1,
+                         file.sparse->inducing_points});
   }
   arrays["identities"] = Vector(model.points.identities);
   arrays["birth_frames"] = Vector(model.points.birth_frames);
@@ -220,6 +242,7 @@ absl::StatusOr<ModelFile> ParseModel(std::string_view bytes, const ModelFileLimi
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> squash, Take<double>("squash", 2, arrays));
   file.squash = {squash[0], squash[1]};
   EGOSIEVE_RETURN_IF_ERROR(CheckSquash(file.squash));
+  EGOSIEVE_RETURN_IF_ERROR(TakeSparse(arrays, file.sparse));
   EGOSIEVE_RETURN_IF_ERROR(TakeTrainer(arrays, file.trainer));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> annotations,
                             Take<uint8_t>("annotations", -1, arrays));

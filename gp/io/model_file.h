@@ -2,7 +2,7 @@
 //
 // The format is NumPy's .npz (gp/io/array_file.h): in Python, numpy.load(path) gives the arrays
 //
-//   format_version        i8 [1]     2 where an array that is marked so is there, else 1
+//   format_version        i8 [1]     the largest of the marks of the arrays that are there, else 1
 //   covariance_function   i8 [1]     0 arcsine, 1 squared exponential, 2 another
 //   covariance_name       u1 [...]   of another: its text, as CovarianceFunction::Parse takes it
 //   scales                f8 [P]     kernels/base/covariance_parameters.h
@@ -11,6 +11,7 @@
 //   targets               f8 [n]     y; of k outputs, k > 1: f8 [n, k] (2)
 //   noise_variances       f8 [n]     v, on top of sigma_n^2, where a point has any (2)
 //   mean_function         i8 [1]     1 constant, 2 linear; zero where it is not there (2)
+//   sparse                i8 [2]     of a sparse model: 1 DTC, 2 FITC; inducing inputs at most (3)
 //   identities            i8 [n]     increasing
 //   birth_frames          i8 [n]
 //   next_identity         i8 [1]
@@ -34,18 +35,21 @@
 #include "absl/status/statusor.h"
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/model/exact_model.h"
+#include "gp/model/sparse_solution.h"
 #include "gp/training/hyperparameter_trainer.h"
 
 namespace egosieve::gp {
 
 // The latest version; all are read.
-inline constexpr int64_t kModelFormatVersion = 2;
+inline constexpr int64_t kModelFormatVersion = 3;
 
 struct ModelFile {
   ExactModelState model;
   SquashParameters squash;
   std::optional<TrainerState> trainer;
   std::string annotations;
+  // Of a sparse model: approximation, DTC or FITC, and inducing_points; the others' defaults.
+  std::optional<SparseModelOptions> sparse = std::nullopt;
 };
 
 struct ModelFileLimits {

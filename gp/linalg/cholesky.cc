@@ -190,9 +190,12 @@ void AddRowProducts(ConstView x, int sign, View c) {
 }
 
 void MirrorLower(View c) {
-  for (int64_t i = 0; i < c.rows; ++i) {
-    for (int64_t j = 0; j < i; ++j) c(j, i) = c(i, j);
-  }
+  const auto mirror = [&](int64_t row, int64_t column, int64_t rows, int64_t columns) {
+    for (int64_t j = column; j < column + columns; ++j) {
+      for (int64_t i = std::max(row, j + 1); i < row + rows; ++i) c(j, i) = c(i, j);
+    }
+  };
+  ForEachLowerTile(c.rows, kRows, 1.0 * c.rows * c.rows, mirror);
 }
 
 void InverseColumnNorms(ConstView l, absl::Span<const int64_t> rows, absl::Span<double> out) {

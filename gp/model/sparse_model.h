@@ -96,7 +96,11 @@ class SparseModel {
   int64_t input_dimension() const { return hyperparameters_.covariance.input_dimension(); }
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
   const SparseModelOptions& options() const { return options_; }
+  const std::shared_ptr<kernels::Context>& context() const { return context_; }
   const PointSet& points() const { return points_; }
+  absl::Span<const double> targets() const { return points_.targets; }
+  int64_t outputs() const { return 1; }
+  Observations observations() const { return points_.observations(input_dimension()); }
   kernels::ConstMatrixView<double> inducing_inputs() const {
     return {solution_.inducing_inputs.data(), inducing_size(), input_dimension()};
   }
@@ -108,6 +112,10 @@ class SparseModel {
   absl::StatusOr<JointPrediction> PredictJoint(kernels::ConstMatrixView<double> points) const;
   absl::StatusOr<NormalSamples> Sample(kernels::ConstMatrixView<double> points,
                                        const SampleOptions& options) const;
+  // By the inputs, at M x D points in float64, as ExactModel's: M m D flops, and 4 M m^2 for the
+  // variance.
+  absl::StatusOr<InputGradients> PredictGradients(kernels::ConstMatrixView<double> points,
+                                                  PredictWhat what) const;
   // The mean at the model's own points, from what is at hand.
   std::vector<double> PredictOwnMean() const;
   // (S6); 0 for an empty model.
@@ -123,6 +131,16 @@ class SparseModel {
 
  private:
   SparseModel() = default;
+
+  // The variance is (S4)'s own, which vanishes where no inducing input is near.
+  bool IsDegenerate() const {
+    return options_.approximation == SparseApproximation::kSubsetOfRegressors && size() > 0;
+  }
+  // L^-T A^-1 c: the mean is k_u(x).of them.
+  std::vector<double> MeanCoefficients() const;
+  // points.rows x D.
+  absl::Status VarianceGradients(kernels::ConstMatrixView<double> points,
+                                 kernels::MatrixView<double> out) const;
 
   // Takes the inducing inputs anew for `points`, the model's own after `changed` of them came or
   // went, where so many have that they should be. False where not, or where that fails.

@@ -1,19 +1,30 @@
 #include "kernels/base/parallel_for.h"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdlib>
 #include <exception>
 #include <mutex>
+#include <new>
 #include <thread>
-#include <vector>
+
+#include "kernels/base/processors.h"
 
 namespace egosieve::kernels {
 namespace {
 
-// What a thread should have to do before it is started: about a tenth of a millisecond's work.
+// What a thread should have to do before it is asked for: some tenths of a millisecond's work.
 constexpr double kFlopsPerThread = 5e6;
 
-int MachineThreads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+int ThreadsAtFirst() {
+  const char* environment = std::getenv("EGOSIEVE_THREADS");
+  const int threads = environment != nullptr ? std::atoi(environment) : 0;
+  return threads > 0 ? std::min(threads, kMostThreads) : AvailableProcessors();
+}
 
 std::atomic<int> maximum_threads{0};
 
@@ -24,43 +35,146 @@ int64_t WorthwhileThreads(double flops) {
   return threads >= kMany ? kMany : threads >= 1.0 ? static_cast<int64_t>(threads) : 1;
 }
 
+// The tasks of one call, on its caller's stack.
+class Call {
+ public:
+  Call(int64_t count, const std::function<void(int64_t)>& task) : count_(count), task_(task) {}
+
+  // Takes tasks until none is left.
+  void Run() {
+    for (int64_t i = next_++; i < count_; i = next_++) {
+      try {
+        task_(i);
+      } catch (...) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (!thrown_) thrown_ = std::current_exception();
+        next_ = count_;
+      }
+    }
+  }
+
+  // After everyone's Run.
+  void RethrowWhatWasThrown() {
+    if (thrown_) std::rethrow_exception(thrown_);
+  }
+
+  // The workers' own, under their lock.
+  int64_t wanted = 0;             // workers that have not come yet
+  int64_t running = 0;            // workers that are in Run
+  Call* following = nullptr;      // in the list of calls
+  std::condition_variable ended;  // running may be 0
+
+ private:
+  const int64_t count_;
+  const std::function<void(int64_t)>& task_;
+  std::atomic<int64_t> next_{0};
+  std::mutex mutex_;
+  std::exception_ptr thrown_;  // guarded by mutex_
+};
+
+// The threads beside the callers', started when there is no idle one, then kept. Nothing here
+// allocates, so that Forget leaks nothing.
+class Workers {
+ public:
+  // Of this process; never destroyed, for the threads wait on it until the process ends.
+  static Workers& Instance() {
+    static Workers* const workers = [] {
+      pthread_atfork(nullptr, nullptr, Forget);
+      return new (storage) Workers;
+    }();
+    return *workers;
+  }
+
+  // Run by the caller and up to `helpers` workers; returns when all of them have ended.
+  void Share(Call& call, int64_t helpers) {
+    Offer(call, helpers);
+    call.Run();
+    std::unique_lock<std::mutex> lock(mutex_);
+    Withdraw(call);
+    call.ended.wait(lock, [&call] { return call.running == 0; });
+  }
+
+ private:
+  // In a forked child, which has none of the threads, and perhaps a lock that one of them held.
+  static void Forget() { new (storage) Workers; }
+
+  void Offer(Call& call, int64_t helpers) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    call.wanted = helpers;
+    call.following = calls_;
+    calls_ = &call;
+    wanted_ += helpers;
+    try {
+      for (; idle_ < wanted_; ++idle_) std::thread(&Workers::Work, this).detach();
+    } catch (const std::exception&) {
+      // Neither a thread nor memory for one: those that there are do all the work.
+    }
+    called_.notify_all();
+  }
+
+  // The lock is held.
+  void Withdraw(Call& call) {
+    if (call.wanted == 0) return;
+    wanted_ -= call.wanted;
+    call.wanted = 0;
+    Unlink(call);
+  }
+
+  void Unlink(const Call& call) {
+    Call** link = &calls_;
+    while (*link != &call) link = &(*link)->following;
+    *link = call.following;
+  }
+
+  void Work() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    while (true) {
+      called_.wait(lock, [this] { return calls_ != nullptr; });
+      Call& call = *calls_;
+      --idle_;
+      --wanted_;
+      ++call.running;
+      if (--call.wanted == 0) Unlink(call);
+      lock.unlock();
+      call.Run();
+      lock.lock();
+      ++idle_;
+      if (--call.running == 0) call.ended.notify_one();
+    }
+  }
+
+  alignas(std::max_align_t) static unsigned char storage[];
+
+  std::mutex mutex_;
+  std::condition_variable called_;
+  Call* calls_ = nullptr;  // those that want workers, the latest first
+  int64_t wanted_ = 0;     // by all of them
+  int64_t idle_ = 0;       // threads that wait for a call, or are about to
+};
+
+alignas(std::max_align_t) unsigned char Workers::storage[sizeof(Workers)];
+
 }  // namespace
 
 void SetMaximumThreads(int threads) { maximum_threads = std::max(threads, 0); }
 
 int MaximumThreads() {
+  static const int at_first = ThreadsAtFirst();
   const int threads = maximum_threads;
-  return threads > 0 ? threads : MachineThreads();
+  return threads > 0 ? threads : at_first;
 }
 
 void ParallelFor(int64_t count, const ParallelLimits& limits,
                  const std::function<void(int64_t)>& task) {
-  std::atomic<int64_t> next{0};
-  std::mutex mutex;
-  std::exception_ptr thrown;  // guarded by mutex
-  const auto work = [&] {
-    for (int64_t i = next++; i < count; i = next++) {
-      try {
-        task(i);
-      } catch (...) {
-        const std::lock_guard<std::mutex> lock(mutex);
-        if (!thrown) thrown = std::current_exception();
-        next = count;
-      }
-    }
-  };
   const int most = limits.threads > 0 ? limits.threads : MaximumThreads();
   const int64_t threads = std::min<int64_t>({most, count, WorthwhileThreads(limits.flops)});
-  std::vector<std::thread> helpers;
-  try {
-    helpers.reserve(std::max<int64_t>(threads, 1) - 1);
-    for (int64_t t = 1; t < threads; ++t) helpers.emplace_back(work);
-  } catch (const std::exception&) {
-    // Neither a thread nor memory for one: those that there are do all the work.
+  Call call(count, task);
+  if (threads > 1) {
+    Workers::Instance().Share(call, threads - 1);
+  } else {
+    call.Run();
   }
-  work();
-  for (std::thread& helper : helpers) helper.join();
-  if (thrown) std::rethrow_exception(thrown);
+  call.RethrowWhatWasThrown();
 }
 
 void ParallelFor(int64_t count, double flops, const std::function<void(int64_t)>& task) {

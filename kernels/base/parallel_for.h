@@ -1,9 +1,9 @@
 // Independent tasks of host work on several threads: the one place where the libraries start any.
 //
 // Every task does the same arithmetic whichever thread runs it and writes to places of its own, so
-// that results do not depend on the number of threads. Threads live for one call: nothing is left
-// running between calls, across fork or at exit; starting them costs some tens of microseconds, so
-// tasks should be worth that. Calls may nest.
+// that results do not depend on the number of threads. Threads are started when a call finds no
+// idle one and then kept until the process ends; handing tasks to them costs some microseconds. A
+// forked child starts its own. Calls may nest.
 #ifndef EGOSIEVE_KERNELS_BASE_PARALLEL_FOR_H_
 #define EGOSIEVE_KERNELS_BASE_PARALLEL_FOR_H_
 
@@ -32,7 +32,9 @@ void ParallelFor(int64_t count, double flops, const std::function<void(int64_t)>
 void ParallelFor(int64_t count, const std::function<void(int64_t)>& task);
 
 // The most threads of a ParallelFor that is given no number, the caller's included, for the whole
-// process; at first as many as the machine has processors. Values under 1 mean that.
+// process; at first $EGOSIEVE_THREADS, at most kMostThreads, and where that is no positive number,
+// as many as there are processors for it (processors.h). Values under 1 mean that.
+inline constexpr int kMostThreads = 256;
 void SetMaximumThreads(int threads);
 int MaximumThreads();
 

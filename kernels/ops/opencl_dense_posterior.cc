@@ -242,10 +242,13 @@ OpenClPosterior::Tiling OpenClPosterior::ChooseTiling(FactorKind kind, int64_t q
   };
   while (tiling.micro_tiles > 1 && scratch() > cap_floats / 2) tiling.micro_tiles /= 2;
   while (tiling.work_groups > 1 && scratch() > cap_floats / 2) --tiling.work_groups;
+  const int64_t tile = int64_t{tiling.micro_tiles} * MicroTileQueries(kind);
+  // Groups without a tile of their own would take scratch for nothing.
+  tiling.work_groups =
+      static_cast<int>(std::min<int64_t>(tiling.work_groups, (query_count + tile - 1) / tile));
   tiling.tiles_at_once = tiling.work_groups * tiles_a_group;
   tiling.work_items = tiling.work_groups * tuning_.work_group;
   tiling.scratch_floats = tiling.micro_tiles * micro_floats;
-  const int64_t tile = int64_t{tiling.micro_tiles} * MicroTileQueries(kind);
   tiling.tile_queries = tile;
   const int64_t most = std::min({kMaxChunkQueries, cap_floats / 2 / query_floats, query_count});
   tiling.chunk_queries = std::max<int64_t>((most + tile - 1) / tile, 1) * tile;
@@ -262,8 +265,9 @@ int64_t OpenClPosterior::EvaluateChunk(cl::Kernel& kernel, const cl::CommandQueu
   // An output that is not wanted is never written: any array serves in its place.
   float unused = 0.0f;
   const auto output = [&](float* data) {
-    return OutputBuffer<float>(*context_, data != nullptr ? MatrixView<float>(data, 1, queries.rows)
-                                                          : MatrixView<float>(&unused, 1, 1));
+    if (data == nullptr) return OutputBuffer<float>(*context_, MatrixView<float>(&unused, 1, 1));
+    return OutputBuffer<float>(*context_, MatrixView<float>(data, 1, queries.rows),
+                               Unwritten::kNone);
   };
   OutputBuffer<float> mean = output(outputs.mean);
   OutputBuffer<float> variance = output(outputs.variance);

@@ -37,18 +37,21 @@ cl::Buffer InputBuffer(const Context& context, const MatrixView<T>& view) {
 // Memory of the device alone.
 cl::Buffer ScratchBuffer(const Context& context, size_t bytes);
 
-// The caller's matrix as a kernel's output. Elements that the kernel does not write keep their
-// values.
+// What becomes of elements that a kernel does not write: they keep their values, at the cost of an
+// upload to devices with memory of their own, or the kernel writes all.
+enum class Unwritten { kKept, kNone };
+
+// The caller's matrix as a kernel's output.
 template <typename T>
 class OutputBuffer {
  public:
-  OutputBuffer(const Context& context, const MatrixView<T>& view)
+  OutputBuffer(const Context& context, const MatrixView<T>& view,
+               Unwritten unwritten = Unwritten::kKept)
       : shared_(context.shares_host_memory()),
         view_(view),
         bytes_(((view.rows - 1) * view.stride + view.cols) * sizeof(T)),
-        buffer_(context.cl_context(),
-                CL_MEM_READ_WRITE | (shared_ ? CL_MEM_USE_HOST_PTR : CL_MEM_COPY_HOST_PTR), bytes_,
-                view.data) {}
+        buffer_(context.cl_context(), CL_MEM_READ_WRITE | HostFlag(shared_, unwritten), bytes_,
+                shared_ || unwritten == Unwritten::kKept ? view.data : nullptr) {}
 
   const cl::Buffer& buffer() const { return buffer_; }
 
@@ -64,6 +67,11 @@ class OutputBuffer {
   }
 
  private:
+  static cl_mem_flags HostFlag(bool shared, Unwritten unwritten) {
+    if (shared) return CL_MEM_USE_HOST_PTR;
+    return unwritten == Unwritten::kKept ? CL_MEM_COPY_HOST_PTR : 0;
+  }
+
   bool shared_;
   MatrixView<T> view_;
   size_t bytes_;

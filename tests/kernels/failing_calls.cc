@@ -4,6 +4,7 @@
 #include <dlfcn.h>
 
 #include <mutex>
+#include <utility>
 
 namespace egosieve::kernels {
 namespace {
@@ -13,6 +14,13 @@ std::string armed;
 int countdown = 0;
 cl_int failure = 0;
 bool failed = false;
+int64_t host_bytes = 0;
+int64_t scratch_bytes = 0;
+
+void CountBytes(bool of_host, size_t bytes) {
+  const std::lock_guard<std::mutex> lock(mutex);
+  (of_host ? host_bytes : scratch_bytes) += static_cast<int64_t>(bytes);
+}
 
 // Whether this call is the one that fails, and then its code.
 bool Fails(const char* function, cl_int* code) {
@@ -44,6 +52,16 @@ void FailCall(const std::string& function, int nth, int code) {
   failed = false;
 }
 
+int64_t TakeHostBytes() {
+  const std::lock_guard<std::mutex> lock(mutex);
+  return std::exchange(host_bytes, 0);
+}
+
+int64_t TakeScratchBytes() {
+  const std::lock_guard<std::mutex> lock(mutex);
+  return std::exchange(scratch_bytes, 0);
+}
+
 bool CallHasFailed() {
   const std::lock_guard<std::mutex> lock(mutex);
   armed.clear();
@@ -52,6 +70,7 @@ bool CallHasFailed() {
 
 }  // namespace egosieve::kernels
 
+using egosieve::kernels::CountBytes;
 using egosieve::kernels::Driver;
 using egosieve::kernels::Fails;
 
@@ -83,7 +102,16 @@ cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void*
     if (error != nullptr) *error = code;
     return nullptr;
   }
+  CountBytes(host != nullptr, size);
   return Driver<decltype(clCreateBuffer)>(__func__)(context, flags, size, host, error);
+}
+
+cl_int clEnqueueWriteBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset,
+                            size_t size, const void* source, cl_uint count, const cl_event* wait,
+                            cl_event* event) {
+  CountBytes(/*of_host=*/true, size);
+  return Driver<decltype(clEnqueueWriteBuffer)>(__func__)(queue, buffer, blocking, offset, size,
+                                                          source, count, wait, event);
 }
 
 cl_int clSetKernelArg(cl_kernel kernel, cl_uint index, size_t size, const void* value) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -15,6 +16,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "tools/batch/drive_job.h"
 #include "tools/batch/found_drives.h"
@@ -73,7 +75,7 @@ class BatchCommand : public Command {
                    "The folder for the run folders, which go by the drives' names; of a manifest "
                    "for drives that name none")
         ->type_name("DIR");
-    app.add_option("--jobs", jobs_, "Drives at the same time")
+    app.add_option("--jobs", jobs_, "Drives at the same time, which share the threads")
         ->check(Between(1, 256))
         ->type_name("NUMBER");
     plan_run_.AddFlags(app);
@@ -162,6 +164,8 @@ class BatchCommand : public Command {
 
   void RunAll(const std::string& program) {
     outcomes_.assign(entries_.size(), DriveOutcome());
+    setenv("EGOSIEVE_THREADS", absl::StrCat(std::max(1, kernels::MaximumThreads() / jobs_)).c_str(),
+           /*overwrite=*/1);             // for the drives' programs
     std::map<size_t, DriveJob> running;  // by entry
     size_t next = 0;
     bool interrupted = false;

@@ -25,6 +25,7 @@ class DeviceFlag {
   void AddFlag(CLI::App& app);
 
   // A device that was named and is not there is a usage error; none at all is the environment's.
+  // One that is the processor gets no more than MaximumThreads().
   absl::StatusOr<OpenedDevice> Open() const;
 
  private:

@@ -2,30 +2,23 @@
 
 #include <algorithm>
 #include <opencv2/core/utility.hpp>
-#include <thread>
 
 #include "kernels/base/parallel_for.h"
 #include "tools/cli/checks.h"
 
 namespace egosieve::tools {
-namespace {
-
-constexpr int kMost = 256;
-
-}  // namespace
-
 void ThreadsFlag::AddFlag(CLI::App& app) {
   app.add_option("--threads", threads_,
-                 "Threads of the host, beside the device's; with 1 the stages do not overlap "
-                 "either; 0: the machine's cores. The output is the same")
-      ->check(Between(0, kMost))
+                 "Threads of the host and of a device that is the processor; with 1 the stages do "
+                 "not overlap either; 0: $EGOSIEVE_THREADS, else the processors that affinity and "
+                 "control groups allow. The output is the same")
+      ->check(Between(0, kernels::kMostThreads))
       ->type_name("NUMBER");
 }
 
 int ThreadsFlag::Apply() const {
-  const int threads =
-      threads_ > 0 ? threads_
-                   : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMost);
+  if (threads_ > 0) kernels::SetMaximumThreads(threads_);
+  const int threads = std::min(kernels::MaximumThreads(), kernels::kMostThreads);
   kernels::SetMaximumThreads(threads);
   cv::setNumThreads(threads);
   return threads;

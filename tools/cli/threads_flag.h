@@ -1,4 +1,5 @@
-// The flag --threads: how many threads of the host a command takes, beside those of the device.
+// The flag --threads: how many threads a command takes. Commands without it take what
+// kernels/base/parallel_for.h says.
 #ifndef EGOSIEVE_TOOLS_CLI_THREADS_FLAG_H_
 #define EGOSIEVE_TOOLS_CLI_THREADS_FLAG_H_
 
@@ -10,12 +11,12 @@ class ThreadsFlag {
  public:
   void AddFlag(CLI::App& app);
 
-  // Limits what this process starts from now on: the libraries' threads, and OpenCV's. Returns the
-  // limit, at least 1.
+  // Limits what this process starts from now on: the libraries' threads, OpenCV's, and those of the
+  // devices that --device opens. Returns the limit, at least 1.
   int Apply() const;
 
  private:
-  int threads_ = 0;  // 0: the machine's cores
+  int threads_ = 0;  // 0: MaximumThreads()
 };
 
 }  // namespace egosieve::tools

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -178,8 +177,7 @@ class CompareCommand : public Command {
       return absl::InvalidArgumentError(absl::StrCat(variant.name, ": ", error.what()));
     }
     ComparisonOptions options = options_;
-    options.segmenter = segment.MakeOptions(
-        std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / jobs_, 1, 256));
+    options.segmenter = segment.MakeOptions(std::clamp(kernels::MaximumThreads() / jobs_, 1, 256));
     EGOSIEVE_RETURN_IF_ERROR(options.segmenter.Validate());
     return options;
   }

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/interruption.h"
@@ -241,7 +241,7 @@ class EvaluateCommand : public Command {
     suite_options_.evaluate = options_;
     suite_options_.further = FurtherOptionsOf();
     suite_options_.true_camera = further_.camera;
-    suite_options_.cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    suite_options_.cores = kernels::MaximumThreads();
     const int runs = static_cast<int>(list.sequences.size() * suite_options_.variants.size());
     if (suite_options_.jobs == 0) {
       suite_options_.jobs = std::clamp(suite_options_.cores, 1, std::clamp(runs, 1, 256));

@@ -14,6 +14,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/device_flag.h"
@@ -98,6 +99,7 @@ class InferCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(Work work, OpenRun());
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenInput(work));
     EGOSIEVE_RETURN_IF_ERROR(target_.CheckApartFrom(*input.frames));
+    threads_.Apply();
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     work.device = DescribeDevice(device.info);
     if (InterruptionRequested()) {
@@ -230,7 +232,7 @@ class InferCommand : public Command {
       return std::binary_search(wanted.begin(), wanted.end(), index);
     };
     vision::PipelineOptions pipeline;
-    pipeline.overlap = threads_.Apply() > 1;
+    pipeline.overlap = kernels::MaximumThreads() > 1;
     pipeline.first_frame = wanted.front();
     pipeline.end_frame = wanted.back() + 1;
     pipeline.checkpoint_interval = work.checkpoint_every;

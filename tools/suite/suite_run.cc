@@ -53,7 +53,6 @@ absl::Status RunProgram(std::vector<std::string> arguments, const std::string& r
   command.arguments.insert(command.arguments.begin(), options.program);
   command.arguments.insert(command.arguments.end(),
                            {"--progress=none", absl::StrCat("--threads=", threads)});
-  command.environment["POCL_MAX_PTHREAD_COUNT"] = absl::StrCat(threads);
   const fs::path logs = fs::path(run).parent_path() / "egosieve_logs";
   const std::string log = (logs / fs::path(run).filename()).string() + suffix;
   command.log_path = log;

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <filesystem>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/interruption.h"
@@ -68,7 +68,7 @@ class TuneDefaultsCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const SequenceList list, AllSequences());
     EGOSIEVE_ASSIGN_OR_RETURN(options_.program, OwnProgram());
     options_.variants = {VariantOfProfile(profile_)};
-    options_.cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    options_.cores = kernels::MaximumThreads();
     options_.masks = false;
     const std::string out = options_.out;
     Progress progress("tune_defaults", progress_,

@@ -76,6 +76,25 @@ TEST(ModelFile, HoldsNoiseByPointOutputsAndTheMean) {
   EXPECT_EQ(*SerializeModel(*back), *bytes);
 }
 
+TEST(ModelFile, HoldsWhatASparseModelIs) {
+  ModelFile file = NoisyFile();
+  for (const SparseApproximation approximation :
+       {SparseApproximation::kDtc, SparseApproximation::kFitc}) {
+    file.sparse = SparseModelOptions{};
+    file.sparse->approximation = approximation;
+    file.sparse->inducing_points = 37;
+    const auto bytes = SerializeModel(file);
+    ASSERT_TRUE(bytes.ok()) << bytes.status();
+    const auto read = ParseModel(*bytes);
+    ASSERT_TRUE(read.ok()) << read.status();
+    ASSERT_TRUE(read->sparse.has_value());
+    EXPECT_EQ(read->sparse->approximation, approximation);
+    EXPECT_EQ(read->sparse->inducing_points, 37);
+  }
+  file.sparse->inducing_points = 0;
+  EXPECT_EQ(SerializeModel(file).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
 // Older programs read what they can: a file without any of these is of version 1.
 TEST(ModelFile, IsOfTheEarliestVersionThatHoldsIt) {
   const auto version = [](const ModelFile& file) {
@@ -90,6 +109,8 @@ TEST(ModelFile, IsOfTheEarliestVersionThatHoldsIt) {
   file.model.points.targets.resize(3);
   file.model.points.outputs = 1;
   EXPECT_EQ(version(file), 1);
+  file.sparse = SparseModelOptions{};
+  EXPECT_EQ(version(file), 3);
 }
 
 TEST(ModelFile, RefusesBadOutputsNoiseAndMeans) {
@@ -99,6 +120,8 @@ TEST(ModelFile, RefusesBadOutputsNoiseAndMeans) {
     return ParseModel(*SerializeArrays(*arrays)).status().code();
   };
   EXPECT_EQ(with("mean_function", {{1}, std::vector<int64_t>{3}}), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(with("sparse", {{2}, std::vector<int64_t>{3, 10}}), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(with("sparse", {{2}, std::vector<int64_t>{1, 0}}), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(with("noise_variances", {{3}, std::vector<double>{0.1, -1.0, 0.1}}),
             absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(with("noise_variances", {{1}, std::vector<double>{0.1}}),
@@ -210,7 +233,8 @@ TEST(ModelFile, OtherVersionsAndInvalidModelsAreErrors) {
     return std::get<std::vector<int64_t>>(arrays[name].elements);
   };
   EXPECT_TRUE(altered([](ArrayMap&) {}).ok());
-  const absl::Status newer = altered([&](ArrayMap& a) { integers(a, "format_version")[0] = 3; });
+  const absl::Status newer =
+      altered([&](ArrayMap& a) { integers(a, "format_version")[0] = kModelFormatVersion + 1; });
   EXPECT_EQ(newer.code(), absl::StatusCode::kUnimplemented);
   EXPECT_THAT(std::string(newer.message()), HasSubstr("newer"));
   for (const char* name : {"scales", "inputs", "targets", "identities", "squash", "annotations",

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gp/model/exact_model.h"
+#include "gp/model/sparse_model.h"
 #include "gtest/gtest.h"
 #include "tests/gp/learning_problems.h"
 
@@ -57,6 +58,44 @@ TEST_P(InputGradient, EqualsFiniteDifferences) {
     ASSERT_TRUE(of_mean.ok());
     EXPECT_EQ(of_mean->mean, at->mean);
     EXPECT_TRUE(of_mean->variance.empty());
+  }
+}
+
+TEST(InputGradient, OfSparseModelsEqualsFiniteDifferences) {
+  auto generator = TestGenerator();
+  for (const SparseApproximation approximation :
+       {SparseApproximation::kDtc, SparseApproximation::kFitc,
+        SparseApproximation::kSubsetOfRegressors}) {
+    SparseModelOptions options;
+    options.approximation = approximation;
+    options.inducing_points = 20;
+    auto model = SparseModel::Create(
+        TestContext(), DefaultHyperparameters(*CovarianceFunction::Parse("matern52"), kDimension),
+        options);
+    ASSERT_TRUE(model.ok()) << model.status();
+    const RowMatrix x = RandomPoints(70, kDimension, generator);
+    RowMatrix y(70, 1);
+    for (int64_t i = 0; i < 70; ++i) y(i, 0) = std::sin(3.0 * x(i, 0)) * x(i, 1);
+    ASSERT_TRUE(model->AddObservations({ViewOf(x), ViewOf(y)}, 0).ok());
+    const RowMatrix queries = RandomPoints(9, kDimension, generator);
+    const auto at = model->PredictGradients(ViewOf(queries), PredictWhat::kMeanAndVariance);
+    ASSERT_TRUE(at.ok()) << at.status();
+    for (int64_t d = 0; d < kDimension; ++d) {
+      constexpr double kStep = 1e-4;
+      RowMatrix ahead = queries, behind = queries;
+      ahead.col(d).array() += kStep;
+      behind.col(d).array() -= kStep;
+      const auto right = model->Predict(ViewOf(ahead), PredictWhat::kMeanAndVariance);
+      const auto left = model->Predict(ViewOf(behind), PredictWhat::kMeanAndVariance);
+      ASSERT_TRUE(right.ok() && left.ok());
+      for (int64_t i = 0; i < queries.rows(); ++i) {
+        // As above.
+        const int64_t entry = i * kDimension + d;
+        EXPECT_NEAR(at->variance[entry], (right->variance[i] - left->variance[i]) / (2.0 * kStep),
+                    2e-6);
+        EXPECT_NEAR(at->mean[entry], (right->mean[i] - left->mean[i]) / (2.0 * kStep), 2e-6);
+      }
+    }
   }
 }
 

@@ -1,7 +1,10 @@
 #include "kernels/base/parallel_for.h"
 
-#include <algorithm>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <atomic>
+#include <filesystem>
 #include <limits>
 #include <mutex>
 #include <new>
@@ -12,6 +15,7 @@
 #include <vector>
 
 #include "gtest/gtest.h"
+#include "kernels/base/processors.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -85,17 +89,70 @@ TEST_F(ParallelForTest, LimitsHold) {
   SetMaximumThreads(1);
   EXPECT_EQ(ThreadsOf(1000, {}), 1);
   SetMaximumThreads(-5);
-  EXPECT_EQ(MaximumThreads(), std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
+  EXPECT_EQ(MaximumThreads(), AvailableProcessors());
 }
 
 // Every thread holds its task until as many have arrived as were asked for.
-TEST_F(ParallelForTest, AsManyThreadsAsAskedForRunAtOnce) {
+void Meet(int threads) {
   std::atomic<int> arrived = 0;
-  ParallelFor(4, ParallelLimits{.threads = 4}, [&](int64_t) {
+  ParallelFor(threads, ParallelLimits{.threads = threads}, [&](int64_t) {
     ++arrived;
-    while (arrived < 4) std::this_thread::yield();
+    while (arrived < threads) std::this_thread::yield();
   });
-  EXPECT_EQ(arrived, 4);
+}
+
+TEST_F(ParallelForTest, AsManyThreadsAsAskedForRunAtOnce) { Meet(4); }
+
+// The process's threads, this one included.
+int64_t ProcessThreads() {
+  int64_t threads = 0;
+  for ([[maybe_unused]] const auto& entry :
+       std::filesystem::directory_iterator("/proc/self/task")) {
+    ++threads;
+  }
+  return threads;
+}
+
+TEST_F(ParallelForTest, ThreadsAreKeptAndUsedAgain) {
+  Meet(4);
+  const int64_t threads = ProcessThreads();
+  for (int call = 0; call < 1000; ++call) Meet(4);
+  EXPECT_EQ(ProcessThreads(), threads);
+}
+
+TEST_F(ParallelForTest, CallsFromManyThreadsDoNotMeet) {
+  std::vector<std::thread> callers;
+  std::vector<int64_t> sums(6, 0);
+  for (int64_t& sum : sums) {
+    callers.emplace_back([&sum] {
+      for (int call = 0; call < 200; ++call) {
+        std::vector<int64_t> results(37, 0);
+        ParallelFor(37, ParallelLimits{.threads = 3}, [&](int64_t i) { results[i] = i + 1; });
+        sum += std::accumulate(results.begin(), results.end(), int64_t{0});
+      }
+    });
+  }
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(sums, std::vector<int64_t>(6, 200 * 37 * 38 / 2));
+}
+
+// Would wait for ever if the child took its parent's threads for its own.
+TEST_F(ParallelForTest, AForkedChildHasItsOwnThreads) {
+#ifdef __SANITIZE_THREAD__
+  GTEST_SKIP() << "ThreadSanitizer starts no thread in a child";
+#endif
+  Meet(2);
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(30);
+    Meet(2);
+    _exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status)) << "signal " << WTERMSIG(status);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  Meet(2);
 }
 
 TEST_F(ParallelForTest, AnExceptionReachesTheCallerAndEndsTheTasks) {

@@ -186,11 +186,17 @@ template <typename T>
 void OutputArray::Write(int64_t begin, int64_t end, const T* values) const {
   const auto write = [&](auto zero) {
     using Stored = decltype(zero);
+    int64_t i = begin / std::max<int64_t>(array_.columns, 1);
+    int64_t j = begin - i * array_.columns;
     for (int64_t k = begin; k < end; ++k) {
       const Stored value = static_cast<Stored>(values[k - begin]);
-      std::memcpy(static_cast<char*>(array_.data) + k / array_.columns * array_.row_stride +
-                      k % array_.columns * array_.column_stride,
-                  &value, sizeof value);
+      std::memcpy(
+          static_cast<char*>(array_.data) + i * array_.row_stride + j * array_.column_stride,
+          &value, sizeof value);
+      if (++j == array_.columns) {
+        j = 0;
+        ++i;
+      }
     }
   };
   array_.type == EGOSIEVE_FLOAT32 ? write(0.0f) : write(0.0);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -68,6 +69,23 @@ absl::StatusOr<gp::Hyperparameters> HyperparametersOf(const egosieve_gp_options&
   return hyperparameters;
 }
 
+absl::StatusOr<std::optional<gp::SparseModelOptions>> SparseOptionsOf(
+    const egosieve_gp_options& options) {
+  if (options.approximation == EGOSIEVE_EXACT) return std::nullopt;
+  if (options.approximation != EGOSIEVE_DTC && options.approximation != EGOSIEVE_FITC) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("options.approximation = %d; it must be EGOSIEVE_EXACT, EGOSIEVE_DTC or "
+                        "EGOSIEVE_FITC",
+                        options.approximation));
+  }
+  gp::SparseModelOptions sparse;
+  sparse.approximation = options.approximation == EGOSIEVE_DTC ? gp::SparseApproximation::kDtc
+                                                               : gp::SparseApproximation::kFitc;
+  sparse.inducing_points = options.inducing_points;
+  EGOSIEVE_RETURN_IF_ERROR(sparse.Validate());
+  return sparse;
+}
+
 // y: N x k, or the N values of one output in a row.
 absl::StatusOr<InputArray> TargetsOf(const egosieve_const_array* y, int64_t count) {
   EGOSIEVE_ASSIGN_OR_RETURN(const InputArray targets, InputArray::Matrix("y", y));
@@ -117,7 +135,7 @@ absl::Status ConditionOn(LearningModel& model, const egosieve_const_array* x,
 }
 
 gp::PointSet PointsOf(const LearningModel& model) {
-  return model.WithExactModel([](const gp::ExactModel& exact) { return exact.State().points; });
+  return model.With([](const auto& regression) { return regression.State().points; });
 }
 
 absl::Status CopyNoiseVariances(const LearningModel& model, const egosieve_array* v) {
@@ -190,6 +208,13 @@ egosieve_gp_info InfoOf(const LearningModel::Description& description) {
   info.mean = static_cast<egosieve_mean>(description.hyperparameters.mean);
   info.coefficients =
       gp::CoefficientCount(description.hyperparameters.mean, covariance.input_dimension());
+  if (description.sparse.has_value()) {
+    info.approximation = description.sparse->approximation == gp::SparseApproximation::kFitc
+                             ? EGOSIEVE_FITC
+                             : EGOSIEVE_DTC;
+    info.inducing_points = description.sparse->inducing_points;
+  }
+  info.inducing_count = description.inducing_size;
   return info;
 }
 
@@ -215,6 +240,7 @@ void egosieve_gp_options_init(egosieve_gp_options* options) {
   options->signal_stddev = 1.0;
   options->noise_stddev = 0.1;
   options->memory_cap_bytes = int64_t{256} << 20;
+  options->inducing_points = egosieve::gp::SparseModelOptions().inducing_points;
 }
 
 void egosieve_gp_info_init(egosieve_gp_info* info) {
@@ -249,11 +275,12 @@ egosieve_status egosieve_gp_create(const egosieve_gp_options* options, egosieve_
     EGOSIEVE_RETURN_IF_ERROR(egosieve::embed::ReadStruct("options", options, wishes));
     EGOSIEVE_ASSIGN_OR_RETURN(const auto hyperparameters,
                               egosieve::embed::HyperparametersOf(wishes));
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto sparse, egosieve::embed::SparseOptionsOf(wishes));
     EGOSIEVE_ASSIGN_OR_RETURN(auto context, egosieve::embed::ContextOf(wishes.device));
     egosieve::kernels::DensePosteriorOptions dense;
     dense.memory_cap_bytes = wishes.memory_cap_bytes;
-    EGOSIEVE_ASSIGN_OR_RETURN(auto model,
-                              LearningModel::Create(std::move(context), hyperparameters, dense));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        auto model, LearningModel::Create(std::move(context), hyperparameters, sparse, dense));
     EGOSIEVE_ASSIGN_OR_RETURN(*gp, AllModels().Insert(std::move(model)));
     return absl::OkStatus();
   });
@@ -344,15 +371,6 @@ egosieve_status egosieve_gp_set_hyperparameters(egosieve_gp* gp, const double* s
     if (scale_count > 0) EGOSIEVE_RETURN_IF_ERROR(CheckPointer("scales", scales));
     return model.SetHyperparameters(std::vector<double>(scales, scales + scale_count),
                                     signal_stddev, noise_stddev);
-  });
-}
-
-egosieve_status egosieve_gp_log_marginal_likelihood(egosieve_gp* gp, double* value) {
-  return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
-    EGOSIEVE_RETURN_IF_ERROR(CheckPointer("value", value));
-    *value = model.WithExactModel(
-        [](const egosieve::gp::ExactModel& exact) { return exact.LogMarginalLikelihood(); });
-    return absl::OkStatus();
   });
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "gp/model/inducing_points.h"
 #include "gp/training/gradient_ascent.h"
 #include "gp/training/marginal_likelihood.h"
 #include "gp/training/simulated_annealing.h"
@@ -52,17 +53,23 @@ Subset DrawSubset(const gp::Observations& data, int64_t size, uint64_t seed) {
 // J with its count of evaluations; -infinity where K is not positive definite.
 class Objective {
  public:
-  Objective(kernels::Context& context, const gp::Hyperparameters& kind, const Subset& subset)
-      : context_(context), kind_(kind), subset_(subset) {}
+  // sparse, inducing (m x D): of a sparse model.
+  Objective(kernels::Context& context, const gp::Hyperparameters& kind, const Subset& subset,
+            const std::optional<gp::SparseModelOptions>& sparse, std::vector<double> inducing)
+      : context_(context),
+        kind_(kind),
+        subset_(subset),
+        sparse_(sparse),
+        inducing_(std::move(inducing)) {}
 
   absl::StatusOr<double> operator()(const std::vector<double>& theta,
                                     std::vector<double>* gradient) {
     ++evaluations_;
     EGOSIEVE_ASSIGN_OR_RETURN(const gp::Hyperparameters hyperparameters,
                               gp::FromLogarithms(kind_, theta));
-    absl::StatusOr<gp::MarginalLikelihood> likelihood = gp::ComputeMarginalLikelihood(
-        context_, hyperparameters, subset_.view(),
-        gradient == nullptr ? gp::LikelihoodOrder::kValue : gp::LikelihoodOrder::kValueAndGradient);
+    absl::StatusOr<gp::MarginalLikelihood> likelihood =
+        Likelihood(hyperparameters, gradient == nullptr ? gp::LikelihoodOrder::kValue
+                                                        : gp::LikelihoodOrder::kValueAndGradient);
     if (absl::IsFailedPrecondition(likelihood.status())) return kMinusInfinity;
     EGOSIEVE_RETURN_IF_ERROR(likelihood.status());
     const double share = 1.0 / static_cast<double>(subset_.points.size());
@@ -76,9 +83,23 @@ class Objective {
   int64_t evaluations() const { return evaluations_; }
 
  private:
+  absl::StatusOr<gp::MarginalLikelihood> Likelihood(const gp::Hyperparameters& hyperparameters,
+                                                    gp::LikelihoodOrder order) const {
+    const gp::Observations data = subset_.view();
+    if (!sparse_.has_value()) {
+      return gp::ComputeMarginalLikelihood(context_, hyperparameters, data, order);
+    }
+    const int64_t count = static_cast<int64_t>(inducing_.size()) / subset_.dimension;
+    return gp::ComputeSparseLikelihood(context_, hyperparameters, data,
+                                       {inducing_.data(), count, subset_.dimension}, order,
+                                       SparseObjectiveOf(*sparse_));
+  }
+
   kernels::Context& context_;
   const gp::Hyperparameters& kind_;
   const Subset& subset_;
+  const std::optional<gp::SparseModelOptions>& sparse_;
+  const std::vector<double> inducing_;
   int64_t evaluations_ = 0;
 };
 
@@ -174,6 +195,12 @@ absl::Status SearchOptions::Validate() const {
   return absl::OkStatus();
 }
 
+gp::SparseLikelihoodOptions SparseObjectiveOf(const gp::SparseModelOptions& options) {
+  return {options.approximation == gp::SparseApproximation::kFitc ? gp::SparseObjective::kFitc
+                                                                  : gp::SparseObjective::kVfe,
+          options.relative_jitter};
+}
+
 gp::HyperparameterBounds BoundsForData(const gp::Hyperparameters& kind,
                                        const gp::Observations& data) {
   const kernels::ConstMatrixView<double>& inputs = data.inputs;
@@ -208,10 +235,9 @@ gp::HyperparameterBounds BoundsForData(const gp::Hyperparameters& kind,
   return bounds;
 }
 
-absl::StatusOr<SearchResult> SearchHyperparameters(kernels::Context& context,
-                                                   const gp::Hyperparameters& start,
-                                                   const gp::Observations& data,
-                                                   const SearchOptions& options) {
+absl::StatusOr<SearchResult> SearchHyperparameters(
+    kernels::Context& context, const gp::Hyperparameters& start, const gp::Observations& data,
+    const SearchOptions& options, const std::optional<gp::SparseModelOptions>& sparse) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   if (data.size() < 2) {
     return absl::FailedPreconditionError(absl::StrFormat(
@@ -224,7 +250,13 @@ absl::StatusOr<SearchResult> SearchHyperparameters(kernels::Context& context,
     bounds.lower[t] = std::min(bounds.lower[t], theta[t]);
     bounds.upper[t] = std::max(bounds.upper[t], theta[t]);
   }
-  Objective objective(context, start, subset);
+  std::vector<double> inducing;
+  if (sparse.has_value()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        inducing, gp::ChooseInducingInputs(context, start.covariance, subset.view().inputs,
+                                           sparse->inducing_points, sparse->choice, sparse->seed));
+  }
+  Objective objective(context, start, subset, sparse, std::move(inducing));
   EGOSIEVE_ASSIGN_OR_RETURN(const double at_start, objective(theta, nullptr));
   if (options.annealing_evaluations > 0) {
     gp::AnnealingOptions annealing;

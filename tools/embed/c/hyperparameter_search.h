@@ -3,6 +3,9 @@
 //
 //   J(theta) = log p(y_S | X_S, theta) / |S|,   theta = logarithms of scales, sigma_f, sigma_n
 //
+//   of a sparse model the objective of gp/training/sparse_likelihood.h in place of log p: VFE for
+//   DTC, FITC's likelihood for FITC, inducing inputs chosen at the start
+//
 //   1. S: all points, or a random subset of `subset_size`
 //   2. annealing, where asked for                           gp/training/simulated_annealing.h
 //   3. iRprop- from the best theta                          gp/training/gradient_ascent.h
@@ -25,11 +28,14 @@
 #define EGOSIEVE_TOOLS_EMBED_C_HYPERPARAMETER_SEARCH_H_
 
 #include <cstdint>
+#include <optional>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/model/point_set.h"
+#include "gp/model/sparse_solution.h"
+#include "gp/training/sparse_likelihood.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::embed {
@@ -57,10 +63,13 @@ gp::HyperparameterBounds BoundsForData(const gp::Hyperparameters& kind,
                                        const gp::Observations& data);
 
 // FailedPrecondition with fewer than 2 points.
-absl::StatusOr<SearchResult> SearchHyperparameters(kernels::Context& context,
-                                                   const gp::Hyperparameters& start,
-                                                   const gp::Observations& data,
-                                                   const SearchOptions& options);
+absl::StatusOr<SearchResult> SearchHyperparameters(
+    kernels::Context& context, const gp::Hyperparameters& start, const gp::Observations& data,
+    const SearchOptions& options,
+    const std::optional<gp::SparseModelOptions>& sparse = std::nullopt);
+
+// What trains a sparse model of these options.
+gp::SparseLikelihoodOptions SparseObjectiveOf(const gp::SparseModelOptions& options);
 
 }  // namespace egosieve::embed
 

@@ -1,4 +1,4 @@
-#include "tools/embed/c/exact_prediction.h"
+#include "tools/embed/c/host_prediction.h"
 #include "tools/embed/c/model_handles.h"
 #include "tools/embed/include/egosieve/joint_posterior.h"
 
@@ -41,6 +41,12 @@ egosieve_status egosieve_gp_leave_one_out(egosieve_gp* gp, const egosieve_array*
 egosieve_status egosieve_gp_mean_coefficients(egosieve_gp* gp, const egosieve_array* coefficients) {
   return WithModel(__func__, gp, [&](LearningModel& model) {
     return egosieve::embed::MeanCoefficients(model, coefficients);
+  });
+}
+
+egosieve_status egosieve_gp_log_marginal_likelihood(egosieve_gp* gp, double* value) {
+  return WithModel(__func__, gp, [&](LearningModel& model) {
+    return egosieve::embed::LogLikelihood(model, value);
   });
 }
 

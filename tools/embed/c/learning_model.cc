@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
-#include "gp/calibration/leave_one_out.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::embed {
@@ -12,7 +11,8 @@ namespace {
 
 // Labels are -1 and 1, or between. Values that are all 0 or 1 fit that, too, but are labels of
 // another convention nearly always, and their probabilities would be wrong.
-absl::Status CheckLabels(const gp::ExactModel& model) {
+template <typename Model>
+absl::Status CheckLabels(const Model& model) {
   const absl::Span<const double> targets = model.targets();
   if (model.outputs() > 1) {
     return absl::FailedPreconditionError(
@@ -34,18 +34,38 @@ absl::Status CheckLabels(const gp::ExactModel& model) {
   return absl::OkStatus();
 }
 
+absl::Status Renew(gp::ExactModel& model) { return model.Refactorize(); }
+absl::Status Renew(gp::SparseModel& model) { return model.Refresh(); }
+
+std::optional<gp::SparseModelOptions> SparseOptionsOf(const gp::ExactModel&) {
+  return std::nullopt;
+}
+std::optional<gp::SparseModelOptions> SparseOptionsOf(const gp::SparseModel& model) {
+  return model.options();
+}
+
+int64_t InducingSize(const gp::ExactModel&) { return 0; }
+int64_t InducingSize(const gp::SparseModel& model) { return model.inducing_size(); }
+
 }  // namespace
 
-LearningModel::LearningModel(gp::ExactModel model, const kernels::DensePosteriorOptions& options)
-    : context_(model.context()),
-      dimension_(model.input_dimension()),
+LearningModel::LearningModel(Model model, const kernels::DensePosteriorOptions& options)
+    : context_(std::visit([](const auto& m) { return m.context(); }, model)),
+      dimension_(std::visit([](const auto& m) { return m.input_dimension(); }, model)),
       options_(options),
       model_(std::move(model)) {}
 
 absl::StatusOr<std::shared_ptr<LearningModel>> LearningModel::Create(
     std::shared_ptr<kernels::Context> context, const gp::Hyperparameters& hyperparameters,
+    const std::optional<gp::SparseModelOptions>& sparse,
     const kernels::DensePosteriorOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
+  if (sparse.has_value()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        gp::SparseModel model,
+        gp::SparseModel::Create(std::move(context), hyperparameters, *sparse));
+    return std::shared_ptr<LearningModel>(new LearningModel(std::move(model), options));
+  }
   EGOSIEVE_ASSIGN_OR_RETURN(gp::ExactModel model,
                             gp::ExactModel::Create(std::move(context), hyperparameters));
   return std::shared_ptr<LearningModel>(new LearningModel(std::move(model), options));
@@ -53,9 +73,17 @@ absl::StatusOr<std::shared_ptr<LearningModel>> LearningModel::Create(
 
 absl::StatusOr<std::shared_ptr<LearningModel>> LearningModel::FromFile(
     std::shared_ptr<kernels::Context> context, gp::ModelFile file) {
-  EGOSIEVE_ASSIGN_OR_RETURN(gp::ExactModel exact,
-                            gp::ExactModel::Restore(std::move(context), file.model));
-  std::shared_ptr<LearningModel> model(new LearningModel(std::move(exact), {}));
+  std::shared_ptr<LearningModel> model;
+  if (file.sparse.has_value()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        gp::SparseModel sparse,
+        gp::SparseModel::Restore(std::move(context), file.model, *file.sparse));
+    model.reset(new LearningModel(std::move(sparse), {}));
+  } else {
+    EGOSIEVE_ASSIGN_OR_RETURN(gp::ExactModel exact,
+                              gp::ExactModel::Restore(std::move(context), file.model));
+    model.reset(new LearningModel(std::move(exact), {}));
+  }
   model->squash_ = file.squash;
   model->annotation_ = std::move(file.annotations);
   return model;
@@ -68,7 +96,8 @@ void LearningModel::Changed() {
 
 absl::Status LearningModel::Condition(const gp::Observations& added) {
   std::lock_guard lock(mutex_);
-  EGOSIEVE_RETURN_IF_ERROR(model_.AddObservations(added, 0));
+  EGOSIEVE_RETURN_IF_ERROR(
+      std::visit([&](auto& model) { return model.AddObservations(added, 0); }, model_));
   Changed();
   return absl::OkStatus();
 }
@@ -76,16 +105,17 @@ absl::Status LearningModel::Condition(const gp::Observations& added) {
 absl::Status LearningModel::Remove(std::vector<int64_t> rows) {
   std::sort(rows.begin(), rows.end());
   std::lock_guard lock(mutex_);
+  const int64_t size = std::visit([](const auto& model) { return model.size(); }, model_);
   for (size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i] < 0 || rows[i] >= model_.size()) {
+    if (rows[i] < 0 || rows[i] >= size) {
       return absl::InvalidArgumentError(
-          absl::StrFormat("rows: %d; the model has %d points", rows[i], model_.size()));
+          absl::StrFormat("rows: %d; the model has %d points", rows[i], size));
     }
     if (i > 0 && rows[i] == rows[i - 1]) {
       return absl::InvalidArgumentError(absl::StrFormat("rows: %d stands there twice", rows[i]));
     }
   }
-  EGOSIEVE_RETURN_IF_ERROR(model_.Remove(rows));
+  EGOSIEVE_RETURN_IF_ERROR(std::visit([&](auto& model) { return model.Remove(rows); }, model_));
   Changed();
   return absl::OkStatus();
 }
@@ -93,7 +123,8 @@ absl::Status LearningModel::Remove(std::vector<int64_t> rows) {
 absl::Status LearningModel::SetHyperparameters(const std::vector<double>& scales,
                                                double signal_stddev, double noise_stddev) {
   std::lock_guard lock(mutex_);
-  gp::Hyperparameters hyperparameters = model_.hyperparameters();
+  gp::Hyperparameters hyperparameters =
+      std::visit([](const auto& model) { return model.hyperparameters(); }, model_);
   if (scales.size() != hyperparameters.covariance.scales.size()) {
     return absl::InvalidArgumentError(absl::StrFormat("scale_count = %d; this model has %d scales",
                                                       scales.size(),
@@ -102,41 +133,50 @@ absl::Status LearningModel::SetHyperparameters(const std::vector<double>& scales
   hyperparameters.covariance.scales = scales;
   hyperparameters.covariance.signal_stddev = signal_stddev;
   hyperparameters.noise_stddev = noise_stddev;
-  EGOSIEVE_RETURN_IF_ERROR(model_.SetHyperparameters(hyperparameters));
+  EGOSIEVE_RETURN_IF_ERROR(
+      std::visit([&](auto& model) { return model.SetHyperparameters(hyperparameters); }, model_));
   Changed();
   return absl::OkStatus();
 }
 
 absl::StatusOr<SearchResult> LearningModel::Optimize(const SearchOptions& options) {
   std::lock_guard lock(mutex_);
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      SearchResult result,
-      SearchHyperparameters(*context_, model_.hyperparameters(), model_.observations(), options));
-  EGOSIEVE_RETURN_IF_ERROR(model_.SetHyperparameters(result.hyperparameters));
+  const auto optimize = [&](auto& model) -> absl::StatusOr<SearchResult> {
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        SearchResult result,
+        SearchHyperparameters(*context_, model.hyperparameters(), model.observations(), options,
+                              SparseOptionsOf(model)));
+    EGOSIEVE_RETURN_IF_ERROR(model.SetHyperparameters(result.hyperparameters));
+    return result;
+  };
+  EGOSIEVE_ASSIGN_OR_RETURN(SearchResult result, std::visit(optimize, model_));
   Changed();
   return result;
 }
 
 absl::Status LearningModel::Calibrate() {
   std::lock_guard lock(mutex_);
-  if (model_.size() < 2) {
-    return absl::FailedPreconditionError(
-        absl::StrFormat("calibration needs at least 2 points; there are %d", model_.size()));
-  }
-  EGOSIEVE_RETURN_IF_ERROR(CheckLabels(model_));
-  if (calibrated_) return absl::OkStatus();
-  std::vector<double> labels;
-  for (const double target : model_.targets()) labels.push_back(0.5 * (target + 1.0));
-  EGOSIEVE_ASSIGN_OR_RETURN(const gp::LeaveOneOut held_out, model_.PredictLeaveOneOut());
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const gp::SquashFit fit,
-      gp::FitSquash(held_out.mean,
-                    held_out.LatentVariance(model_.hyperparameters().noise_variance()), labels,
-                    gp::SquashParameters{}));
-  squash_ = fit.parameters;
-  calibrated_ = true;
-  posterior_ = nullptr;
-  return absl::OkStatus();
+  const auto fit = [&](const auto& model) -> absl::Status {
+    if (model.size() < 2) {
+      return absl::FailedPreconditionError(
+          absl::StrFormat("calibration needs at least 2 points; there are %d", model.size()));
+    }
+    EGOSIEVE_RETURN_IF_ERROR(CheckLabels(model));
+    if (calibrated_) return absl::OkStatus();
+    std::vector<double> labels;
+    for (const double target : model.targets()) labels.push_back(0.5 * (target + 1.0));
+    EGOSIEVE_ASSIGN_OR_RETURN(const gp::LeaveOneOut held_out, LeaveOneOutOf(model));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const gp::SquashFit fit,
+        gp::FitSquash(held_out.mean,
+                      held_out.LatentVariance(model.hyperparameters().noise_variance()), labels,
+                      gp::SquashParameters{}));
+    squash_ = fit.parameters;
+    calibrated_ = true;
+    posterior_ = nullptr;
+    return absl::OkStatus();
+  };
+  return std::visit(fit, model_);
 }
 
 void LearningModel::SetAnnotation(std::string annotation) {
@@ -146,10 +186,15 @@ void LearningModel::SetAnnotation(std::string annotation) {
 
 absl::StatusOr<gp::ModelFile> LearningModel::ToFile() {
   std::lock_guard lock(mutex_);
-  EGOSIEVE_RETURN_IF_ERROR(model_.Refactorize());
-  Changed();
   gp::ModelFile file;
-  file.model = model_.State();
+  const auto take = [&](auto& model) -> absl::Status {
+    EGOSIEVE_RETURN_IF_ERROR(Renew(model));
+    Changed();
+    file.model = model.State();
+    file.sparse = SparseOptionsOf(model);
+    return absl::OkStatus();
+  };
+  EGOSIEVE_RETURN_IF_ERROR(std::visit(take, model_));
   file.squash = squash_;
   file.annotations = annotation_;
   return file;
@@ -157,8 +202,12 @@ absl::StatusOr<gp::ModelFile> LearningModel::ToFile() {
 
 LearningModel::Description LearningModel::Describe() const {
   std::lock_guard lock(mutex_);
-  return {model_.hyperparameters(), squash_,         model_.size(), model_.jitter(),
-          CheckLabels(model_).ok(), model_.outputs()};
+  const auto describe = [&](const auto& model) {
+    return Description{
+        model.hyperparameters(), squash_,         model.size(),           model.jitter(),
+        CheckLabels(model).ok(), model.outputs(), SparseOptionsOf(model), InducingSize(model)};
+  };
+  return std::visit(describe, model_);
 }
 
 std::string LearningModel::annotation() const {
@@ -168,10 +217,13 @@ std::string LearningModel::annotation() const {
 
 absl::StatusOr<DevicePosterior> LearningModel::Posterior() {
   std::lock_guard lock(mutex_);
-  if (posterior_ == nullptr) {
-    EGOSIEVE_ASSIGN_OR_RETURN(posterior_, model_.MakePosterior(squash_, options_));
-  }
-  return DevicePosterior{context_, posterior_, CheckLabels(model_)};
+  const auto make = [&](const auto& model) -> absl::StatusOr<DevicePosterior> {
+    if (posterior_ == nullptr) {
+      EGOSIEVE_ASSIGN_OR_RETURN(posterior_, model.MakePosterior(squash_, options_));
+    }
+    return DevicePosterior{context_, posterior_, CheckLabels(model)};
+  };
+  return std::visit(make, model_);
 }
 
 }  // namespace egosieve::embed

@@ -1,5 +1,5 @@
-// The object behind an egosieve_gp: an exact model, its calibration, the posterior that follows
-// from both, and a lock.
+// The object behind an egosieve_gp: an exact or a sparse model, its calibration, the posterior that
+// follows from both, and a lock.
 //
 // Changes wait for each other. Posterior() waits for the change under way, makes the posterior if
 // the model has changed since, and is done; evaluation needs no lock.
@@ -9,17 +9,21 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
+#include "gp/calibration/leave_one_out.h"
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/io/model_file.h"
 #include "gp/model/exact_model.h"
+#include "gp/model/sparse_model.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/runtime/context.h"
 #include "tools/embed/c/hyperparameter_search.h"
@@ -27,10 +31,18 @@
 
 namespace egosieve::embed {
 
+// Leave-one-out predictions of all points, of either kind of model.
+template <typename Model>
+absl::StatusOr<gp::LeaveOneOut> LeaveOneOutOf(const Model& model) {
+  return model.PredictLeaveOneOut();
+}
+
 class LearningModel {
  public:
+  // sparse: of a sparse model; an exact one where there is none.
   static absl::StatusOr<std::shared_ptr<LearningModel>> Create(
       std::shared_ptr<kernels::Context> context, const gp::Hyperparameters& hyperparameters,
+      const std::optional<gp::SparseModelOptions>& sparse,
       const kernels::DensePosteriorOptions& options);
   static absl::StatusOr<std::shared_ptr<LearningModel>> FromFile(
       std::shared_ptr<kernels::Context> context, gp::ModelFile file);
@@ -43,6 +55,8 @@ class LearningModel {
     double jitter = 0.0;
     bool has_labels = false;
     int64_t outputs = 1;
+    std::optional<gp::SparseModelOptions> sparse;
+    int64_t inducing_size = 0;  // m that there are
   };
 
   absl::Status Condition(const gp::Observations& added);
@@ -54,23 +68,25 @@ class LearningModel {
   // Does nothing where the model has not changed since the last time.
   absl::Status Calibrate();
   void SetAnnotation(std::string annotation);
-  // Rebuilds the factor on the way.
+  // Rebuilds the factor on the way, or chooses the inducing inputs anew.
   absl::StatusOr<gp::ModelFile> ToFile();
 
   int64_t dimension() const { return dimension_; }  // D, never changes
   const std::shared_ptr<kernels::Context>& context() const { return context_; }
   Description Describe() const;
-  // What `ask` returns for the exact model, under the lock.
+  // What `ask` returns for the model, a gp::ExactModel or gp::SparseModel, under the lock.
   template <typename Ask>
-  auto WithExactModel(Ask&& ask) const {
+  auto With(Ask&& ask) const {
     std::lock_guard lock(mutex_);
-    return std::forward<Ask>(ask)(model_);
+    return std::visit(std::forward<Ask>(ask), model_);
   }
   std::string annotation() const;
   absl::StatusOr<DevicePosterior> Posterior();
 
  private:
-  LearningModel(gp::ExactModel model, const kernels::DensePosteriorOptions& options);
+  using Model = std::variant<gp::ExactModel, gp::SparseModel>;
+
+  LearningModel(Model model, const kernels::DensePosteriorOptions& options);
   // Under the lock: what was made from the model no longer fits it.
   void Changed();
 
@@ -78,7 +94,7 @@ class LearningModel {
   const int64_t dimension_;
   const kernels::DensePosteriorOptions options_;
   mutable std::mutex mutex_;  // of all below
-  gp::ExactModel model_;
+  Model model_;
   gp::SquashParameters squash_;
   bool calibrated_ = false;  // squash_ is that of the model as it is
   std::string annotation_;

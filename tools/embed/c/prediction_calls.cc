@@ -7,7 +7,7 @@
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/descriptor_field.h"
 #include "tools/embed/c/array_access.h"
-#include "tools/embed/c/exact_prediction.h"
+#include "tools/embed/c/host_prediction.h"
 #include "tools/embed/c/last_error.h"
 #include "tools/embed/c/learning_model.h"
 #include "tools/embed/c/model_handles.h"

@@ -11,6 +11,7 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/image_grid.h"
 #include "kernels/base/matrix_view.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
 #include "kernels/ops/grid_interpolation.h"
@@ -23,6 +24,10 @@
 
 namespace egosieve::embed {
 namespace {
+
+static_assert(EGOSIEVE_PROFILE_DEFAULT == static_cast<int>(Profile::kDefault) &&
+              EGOSIEVE_PROFILE_PAPER == static_cast<int>(Profile::kPaper) &&
+              EGOSIEVE_PROFILE_FAST == static_cast<int>(Profile::kFast));
 
 constexpr int64_t kMaximumFileBytes = int64_t{1} << 30;
 
@@ -39,6 +44,8 @@ egosieve_status WithSession(const char* function, egosieve_segmenter* segmenter,
   return Guard(function, [&]() -> absl::Status {
     EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<SegmenterSession> session,
                               AllSessions().Find("segmenter", segmenter));
+    // The other library's limit: each has threads of its own.
+    kernels::SetMaximumThreads(egosieve_threads());
     return body(*session);
   });
 }
@@ -172,14 +179,14 @@ egosieve_status egosieve_segmenter_create(const egosieve_segmenter_options* opti
     if (options != nullptr) {
       EGOSIEVE_RETURN_IF_ERROR(egosieve::embed::ReadStruct("options", options, wishes));
     }
-    if (wishes.profile != EGOSIEVE_PROFILE_DEFAULT && wishes.profile != EGOSIEVE_PROFILE_PAPER) {
+    if (wishes.profile < EGOSIEVE_PROFILE_DEFAULT || wishes.profile > EGOSIEVE_PROFILE_FAST) {
       return absl::InvalidArgumentError(
-          absl::StrFormat("options.profile = %d; it must be EGOSIEVE_PROFILE_DEFAULT or "
-                          "EGOSIEVE_PROFILE_PAPER",
+          absl::StrFormat("options.profile = %d; it must be EGOSIEVE_PROFILE_DEFAULT, "
+                          "EGOSIEVE_PROFILE_PAPER or EGOSIEVE_PROFILE_FAST",
                           wishes.profile));
     }
     egosieve::embed::SessionOptions session_options;
-    session_options.paper = wishes.profile == EGOSIEVE_PROFILE_PAPER;
+    session_options.profile = static_cast<egosieve::embed::Profile>(wishes.profile);
     session_options.stride = wishes.stride;
     session_options.budget = wishes.budget;
     session_options.seed = wishes.seed;

@@ -19,8 +19,9 @@ namespace {
 constexpr int64_t kMaximumSide = 16384;
 
 vision::OnlineSegmenterOptions SegmenterOptions(const SessionOptions& options) {
-  auto segmenter = options.paper ? vision::OnlineSegmenterOptions::Paper()
-                                 : vision::OnlineSegmenterOptions::Default();
+  auto segmenter = options.profile == Profile::kPaper  ? vision::OnlineSegmenterOptions::Paper()
+                   : options.profile == Profile::kFast ? vision::OnlineSegmenterOptions::Fast()
+                                                       : vision::OnlineSegmenterOptions::Default();
   segmenter.stride_pixels = options.stride;
   if (options.budget > 0) segmenter.learner.budget.budget = options.budget;
   segmenter.SetSeed(options.seed);
@@ -103,7 +104,10 @@ absl::StatusOr<std::deque<vision::Frame>> TakeFrames(const gp::ArrayMap& arrays)
 absl::StatusOr<SessionOptions> TakeOptions(const gp::ArrayMap& arrays) {
   EGOSIEVE_ASSIGN_OR_RETURN(const auto numbers, Take<int64_t>(arrays, "options", 4));
   SessionOptions options;
-  options.paper = numbers[0] != 0;
+  if (numbers[0] < 0 || numbers[0] > static_cast<int64_t>(Profile::kFast)) {
+    return Damaged(absl::StrCat("there is no profile ", numbers[0]));
+  }
+  options.profile = static_cast<Profile>(numbers[0]);
   options.stride = static_cast<int>(std::clamp<int64_t>(numbers[1], -1, 1 << 20));
   options.budget = numbers[2];
   options.seed = static_cast<uint64_t>(numbers[3]);
@@ -167,8 +171,8 @@ absl::StatusOr<std::string> SegmenterSession::ToBytes() {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string checkpoint, segmenter_->Checkpoint());
   gp::ArrayMap arrays;
   arrays["session_version"] = Vector<int64_t>({kSessionVersion});
-  arrays["options"] = Vector<int64_t>(
-      {options_.paper, options_.stride, options_.budget, static_cast<int64_t>(options_.seed)});
+  arrays["options"] = Vector<int64_t>({static_cast<int64_t>(options_.profile), options_.stride,
+                                       options_.budget, static_cast<int64_t>(options_.seed)});
   arrays["next_frame"] = Vector<int64_t>({next_frame_});
   arrays["checkpoint"] = Vector<uint8_t>({checkpoint.begin(), checkpoint.end()});
   std::vector<int64_t> indices, grey;

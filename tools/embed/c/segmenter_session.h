@@ -34,8 +34,10 @@ namespace egosieve::embed {
 
 inline constexpr int64_t kSessionVersion = 1;
 
+enum class Profile { kDefault = 0, kPaper = 1, kFast = 2 };  // the numbers stand in files
+
 struct SessionOptions {
-  bool paper = false;  // profile
+  Profile profile = Profile::kDefault;
   int stride = 5;      // pixels, 1 to 64
   int64_t budget = 0;  // points, 10 to 20000; 0: the profile's
   uint64_t seed = 1;

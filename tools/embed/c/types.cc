@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/device.h"
 #include "tools/cli/version.h"
@@ -38,6 +39,10 @@ const char* egosieve_status_name(egosieve_status status) {
   return status >= 0 && status < static_cast<int32_t>(std::size(kNames)) ? kNames[status]
                                                                          : "unknown status";
 }
+
+void egosieve_set_threads(int32_t threads) { egosieve::kernels::SetMaximumThreads(threads); }
+
+int32_t egosieve_threads(void) { return egosieve::kernels::MaximumThreads(); }
 
 egosieve_status egosieve_device_count(int32_t* count) {
   return egosieve::embed::Guard(__func__, [&]() -> absl::Status {

@@ -2,12 +2,11 @@
 
 `installed_library` makes, from C++ targets and all that they depend on within the repository,
 
-    lib<name>.so.<abi>   with a soname; only the symbols of `exports` are visible
+    lib<name>.so.<abi>   with a soname; only the symbols of `exports` are visible; it is never unloaded, since
+                         its threads stay (kernels/base/parallel_for.h)
     lib<name>.a          one object file; all other symbols are local in it, so that it meets no other
                          library's, and COMDAT groups are dissolved for the same reason
     <name>.libs          what either needs of the system's libraries, as linker flags
-
-`installed_module` makes one shared object that is loaded by name, such as Python's extensions.
 """
 
 load("@bazel_tools//tools/cpp:toolchain_utils.bzl", "find_cpp_toolchain")
@@ -54,7 +53,7 @@ def _link_shared(ctx, toolchain, merged, flags, out, extra_inputs, extra_flags):
     ctx.actions.run_shell(
         outputs = [out],
         inputs = depset([merged] + extra_inputs, transitive = [toolchain.all_files]),
-        command = "{gcc} -shared -pthread -o {out} {merged} -Wl,-z,relro,-z,now -Wl,--gc-sections -Wl,--as-needed {extra} {flags} -lstdc++ -lm".format(
+        command = "{gcc} -shared -pthread -o {out} {merged} -Wl,-z,relro,-z,now,-z,nodelete -Wl,--gc-sections -Wl,--as-needed {extra} {flags} -lstdc++ -lm".format(
             gcc = toolchain.compiler_executable,
             out = out.path,
             merged = merged.path,
@@ -99,42 +98,17 @@ def _installed_library_impl(ctx):
         OutputGroupInfo(shared = depset([shared])),
     ]
 
-_COMMON = {
-    "deps": attr.label_list(providers = [CcInfo]),
-    # Shared libraries of ours that this one needs.
-    "links": attr.label_list(allow_files = True),
-    "_cc_toolchain": attr.label(default = Label("@bazel_tools//tools/cpp:current_cc_toolchain")),
-}
-
 installed_library = rule(
     implementation = _installed_library_impl,
-    attrs = dict(
-        _COMMON,
-        abi = attr.int(mandatory = True),
+    attrs = {
+        "deps": attr.label_list(providers = [CcInfo]),
+        "abi": attr.int(mandatory = True),
         # The symbols that stay visible; wildcards are allowed.
-        exports = attr.string_list(mandatory = True),
-    ),
-    fragments = ["cpp"],
-    toolchains = ["@bazel_tools//tools/cpp:toolchain_type"],
-)
-
-def _installed_module_impl(ctx):
-    toolchain = find_cpp_toolchain(ctx)
-    merged, flags = _merged_object(ctx, toolchain, ctx.label.name, ctx.attr.exports)
-    module = ctx.actions.declare_file(ctx.attr.file_name)
-    extra_flags = ["-Wl,-rpath,'{}'".format(ctx.attr.rpath)]
-    _link_shared(ctx, toolchain, merged, [file.path for file in ctx.files.links] + flags, module, ctx.files.links, extra_flags)
-    return [DefaultInfo(files = depset([module]))]
-
-installed_module = rule(
-    implementation = _installed_module_impl,
-    attrs = dict(
-        _COMMON,
-        exports = attr.string_list(mandatory = True),
-        file_name = attr.string(mandatory = True),
-        # Where the module finds our libraries, from $ORIGIN.
-        rpath = attr.string(mandatory = True),
-    ),
+        "exports": attr.string_list(mandatory = True),
+        # Shared libraries of ours that this one needs.
+        "links": attr.label_list(allow_files = True),
+        "_cc_toolchain": attr.label(default = Label("@bazel_tools//tools/cpp:current_cc_toolchain")),
+    },
     fragments = ["cpp"],
     toolchains = ["@bazel_tools//tools/cpp:toolchain_type"],
 )

@@ -26,7 +26,7 @@ for file in "$@"; do
     *tools/examples/*)
       folder=$tree/share/egosieve/examples/$(dirname "${file#*tools/examples/}")
       mkdir -p "$folder" && cp "$file" "$folder/" ;;
-    *tools/embed/python/*.py | */_*.so) cp "$file" "$python/" ;;
+    *tools/embed/python/*) cp "$file" "$python/" ;;
     *.schema.json) cp "$file" "$tree/share/egosieve/schema/" ;;
     */egosieve.1) cp "$file" "$tree/share/man/man1/" ;;
     */egosieve.bash) cp "$file" "$tree/share/bash-completion/completions/egosieve" ;;
@@ -52,5 +52,5 @@ for template in "${templates[@]}"; do
 done
 find "$tree" -type d -exec chmod 755 {} +
 find "$tree" -type f -exec chmod 644 {} +
-chmod 755 "$tree"/bin/* "$tree"/lib/*.so.* "$python"/*.so
+chmod 755 "$tree"/bin/* "$tree"/lib/*.so.*
 tar --create --file="$out" --directory="$tree" --sort=name --mtime=@0 --owner=0 --group=0 --numeric-owner .

@@ -229,6 +229,67 @@ static void test_save_and_load(const char* folder) {
   CHECK_OK(egosieve_gp_free(from_bytes));
 }
 
+/* A sparse model takes all calls; with every point as inducing input it is the exact one. */
+static void test_sparse_models(void) {
+  static const egosieve_approximation kinds[2] = {EGOSIEVE_DTC, EGOSIEVE_FITC};
+  egosieve_gp* exact = new_conditioned_model(EGOSIEVE_SQUARED_EXPONENTIAL);
+  egosieve_gp *gp = NULL, *again = NULL;
+  egosieve_gp_options options;
+  egosieve_gp_info info;
+  egosieve_optimize_result result;
+  const egosieve_const_array inputs = doubles(&x[0][0], N, D), targets = doubles(y, N, 1);
+  const int64_t first = 0;
+  float expected[M], actual[M];
+  char bytes[1 << 15];
+  int64_t size = 0;
+  CHECK_OK(predict_mean(exact, expected));
+  for (int k = 0; k < 2; ++k) {
+    egosieve_gp_options_init(&options);
+    CHECK(options.inducing_points == 512);
+    options.covariance = EGOSIEVE_SQUARED_EXPONENTIAL;
+    options.dimension = D;
+    options.approximation = kinds[k];
+    CHECK_OK(egosieve_gp_create(&options, &gp));
+    CHECK_OK(egosieve_gp_condition(gp, &inputs, &targets));
+    CHECK_OK(predict_mean(gp, actual));
+    /* The jitter, 1e-6 of sigma_n^2, and float32 means. */
+    for (int i = 0; i < M; ++i) CHECK(fabsf(expected[i] - actual[i]) < 1e-3f);
+    CHECK_OK(egosieve_gp_free(gp));
+    options.inducing_points = 10;
+    CHECK_OK(egosieve_gp_create(&options, &gp));
+    CHECK_OK(egosieve_gp_condition(gp, &inputs, &targets));
+    CHECK_OK(egosieve_gp_remove(gp, &first, 1));
+    egosieve_optimize_result_init(&result);
+    CHECK_OK(egosieve_gp_optimize(gp, NULL, &result));
+    CHECK(result.log_likelihood >= result.log_likelihood_at_start);
+    CHECK_OK(egosieve_gp_calibrate(gp));
+    CHECK_OK(egosieve_gp_serialize(gp, NULL, 0, &size));
+    CHECK(size <= (int64_t)sizeof bytes);
+    CHECK_OK(egosieve_gp_serialize(gp, bytes, sizeof bytes, &size));
+    CHECK_OK(egosieve_gp_deserialize(bytes, size, NULL, &again));
+    egosieve_gp_info_init(&info);
+    CHECK_OK(egosieve_gp_describe(again, &info));
+    CHECK(info.approximation == kinds[k] && info.inducing_points == 10);
+    CHECK(info.inducing_count == 10 && info.size == N - 1);
+    CHECK_OK(predict_mean(gp, expected));
+    CHECK_OK(predict_mean(again, actual));
+    CHECK(memcmp(expected, actual, sizeof expected) == 0);
+    CHECK_OK(predict_mean(exact, expected));
+    CHECK_OK(egosieve_gp_free(again));
+    CHECK_OK(egosieve_gp_free(gp));
+  }
+  options.approximation = 7;
+  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "options.approximation");
+  options.approximation = EGOSIEVE_DTC;
+  options.inducing_points = 0;
+  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "inducing_points");
+  egosieve_set_threads(3);
+  CHECK(egosieve_threads() == 3);
+  egosieve_set_threads(0);
+  CHECK(egosieve_threads() >= 1);
+  CHECK_OK(egosieve_gp_free(exact));
+}
+
 static void test_devices(void) {
   int32_t count = 0;
   char name[64], cut[4];
@@ -252,6 +313,7 @@ int main(void) {
   test_grid_and_posterior();
   test_optimize_and_calibrate();
   test_save_and_load(folder != NULL ? folder : "/tmp");
+  test_sparse_models();
   test_devices();
   printf("%d checks failed\n", failures);
   return failures == 0 ? 0 : 1;

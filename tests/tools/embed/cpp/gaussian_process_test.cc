@@ -168,5 +168,23 @@ TEST(GaussianProcess, JointPredictionsAreTheCInterfaces) {
   EXPECT_EQ(back, noise);
 }
 
+TEST(GaussianProcess, SparseModelsAreTheCInterfaces) {
+  const Data data;
+  GaussianProcessOptions options;
+  options.dimension = kDimension;
+  options.approximation = Approximation::kFitc;
+  options.inducing_points = 12;
+  GaussianProcess gp = GaussianProcess::Create(options).value();
+  gp.Condition(View(data.x), View(data.y)).ThrowIfError();
+  const GaussianProcessInfo info = gp.Describe().value();
+  EXPECT_EQ(info.approximation, Approximation::kFitc);
+  EXPECT_EQ(info.inducing_points, 12);
+  EXPECT_EQ(info.inducing_count, 12);
+  Eigen::MatrixXd mean(kQueries, 1), gradient(kQueries, kDimension);
+  gp.PredictJoint(View(data.queries), MutableView(mean), {}).ThrowIfError();
+  gp.Gradients(View(data.queries), MutableView(gradient)).ThrowIfError();
+  EXPECT_TRUE(mean.allFinite() && gradient.allFinite());
+}
+
 }  // namespace
 }  // namespace egosieve

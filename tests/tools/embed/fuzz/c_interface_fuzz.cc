@@ -75,10 +75,14 @@ class Draw {
   std::abort();
 }
 
-egosieve_gp* NewModel(int points) {
+constexpr egosieve_approximation kApproximations[] = {EGOSIEVE_EXACT, EGOSIEVE_DTC, EGOSIEVE_FITC};
+
+egosieve_gp* NewModel(int points, egosieve_approximation approximation) {
   egosieve_gp_options options;
   egosieve_gp_options_init(&options);
   options.dimension = 2;
+  options.approximation = approximation;
+  options.inducing_points = 5;
   options.device = kDevice;
   egosieve_gp* gp = nullptr;
   if (egosieve_gp_create(&options, &gp) != EGOSIEVE_OK) Fail("no model to start from");
@@ -304,8 +308,12 @@ void Ask(egosieve_gp* gp, Draw& draw) {
 }
 
 int Run(double seconds, int64_t rounds, uint64_t seed) {
-  egosieve_gp* gp = NewModel(12);
-  const std::string valid = FileOf(gp);
+  egosieve_gp* models[std::size(kApproximations)];
+  std::string files[std::size(kApproximations)];
+  for (size_t i = 0; i < std::size(models); ++i) {
+    models[i] = NewModel(12, kApproximations[i]);
+    files[i] = FileOf(models[i]);
+  }
   const auto start = std::chrono::steady_clock::now();
   int64_t round = 0;
   for (;; ++round) {
@@ -314,6 +322,9 @@ int Run(double seconds, int64_t rounds, uint64_t seed) {
     if (rounds > 0 ? round == rounds : elapsed > seconds) break;
     alarm(kLimitSeconds);
     Draw draw(seed * 1000003 + static_cast<uint64_t>(round));
+    const size_t kind = draw.Below(std::size(models));
+    egosieve_gp*& gp = models[kind];
+    const std::string& valid = files[kind];
     switch (draw.Below(3)) {
       case 0:
         Load(DamagedBytes(valid, draw));
@@ -329,10 +340,10 @@ int Run(double seconds, int64_t rounds, uint64_t seed) {
     if (egosieve_gp_describe(gp, &info) != EGOSIEVE_OK) Fail("the model is gone");
     if (info.size > 200) {  // what was conditioned on stays small
       egosieve_gp_free(gp);
-      gp = NewModel(12);
+      gp = NewModel(12, kApproximations[kind]);
     }
   }
-  egosieve_gp_free(gp);
+  for (egosieve_gp* gp : models) egosieve_gp_free(gp);
   std::printf("%lld inputs, no failure\n", static_cast<long long>(round));
   return 0;
 }

@@ -201,6 +201,42 @@ TEST(Examples, SegmentersFindTheSquare) {
   EXPECT_EQ(ran.code, 0) << ran.output;
 }
 
+// Unpacked as pip does it; `./run wheel` also copies the system's libraries in.
+TEST(Wheel, IsWholeAndServesAnyPython) {
+  SKIP_INSTRUMENTED();
+  if (RunClean("/", "python3 -c 'import numpy'").code != 0) {
+    GTEST_SKIP() << "there is no python3 with numpy";
+  }
+  const std::string script = fs::absolute("tools/embed/install/wheel.py").string();
+  const std::string archive = fs::absolute("tools/embed/install/egosieve.tar").string();
+  const std::string folder = NewFolder("wheel");
+  const CommandOutcome made = RunClean(folder, "python3 '" + script + "' '" + archive + "' .");
+  ASSERT_EQ(made.code, 0) << made.output;
+  EXPECT_NE(made.output.find("-py3-none-linux_x86_64.whl"), std::string::npos) << made.output;
+  // Every file but the record itself stands in the record with its size and digest.
+  std::ofstream(folder + "/check.py") << R"(
+import base64, csv, glob, hashlib, io, zipfile
+wheel = zipfile.ZipFile(glob.glob("*.whl")[0])
+name = [n for n in wheel.namelist() if n.endswith(".dist-info/RECORD")][0]
+rows = list(csv.reader(io.StringIO(wheel.read(name).decode())))
+assert sorted(row[0] for row in rows) == sorted(wheel.namelist()), rows
+for path, digest, size in rows:
+    if path == name: continue
+    found = base64.urlsafe_b64encode(hashlib.sha256(wheel.read(path)).digest()).decode()
+    assert digest == "sha256=" + found.rstrip("="), path
+    assert int(size) == len(wheel.read(path)), path
+assert "egosieve/py.typed" in wheel.namelist()
+wheel.extractall("site")
+)";
+  CommandOutcome ran = RunClean(folder, "python3 check.py");
+  ASSERT_EQ(ran.code, 0) << ran.output;
+  ran = RunClean(folder,
+                 "python3 -c 'import egosieve; g = egosieve.GaussianProcess(optimize=False); "
+                 "print(g.fit([[0.0]], [1.0]).predict([[0.0]])[0]); egosieve.Segmenter()'",
+                 "PYTHONPATH='" + folder + "/site'");
+  EXPECT_EQ(ran.code, 0) << ran.output;
+}
+
 TEST(CMakePackage, KnowsItsComponentsAndVersion) {
   SKIP_WITHOUT("cmake");
   SKIP_INSTRUMENTED();

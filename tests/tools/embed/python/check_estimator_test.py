@@ -9,13 +9,20 @@ from sklearn.exceptions import SkipTestWarning
 from sklearn.model_selection import cross_val_score
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
-from sklearn.utils.estimator_checks import check_estimator
+from sklearn.utils import estimator_checks
+
+
+def checks_of(estimator):
+    if hasattr(estimator_checks, "estimator_checks_generator"):  # scikit-learn 1.6 and later
+        expected = estimator._more_tags()["_xfail_checks"]
+        return estimator_checks.estimator_checks_generator(estimator, expected_failed_checks=expected, mark="skip")
+    return estimator_checks.check_estimator(estimator, generate_only=True)
 
 
 class CheckEstimator(unittest.TestCase):
     def test_every_check_that_applies(self):
         skipped, passed, failed = [], 0, []
-        for estimator, check in check_estimator(egosieve.GaussianProcess(), generate_only=True):
+        for estimator, check in checks_of(egosieve.GaussianProcess()):
             name = getattr(getattr(check, "func", check), "__name__", str(check))
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
@@ -29,8 +36,9 @@ class CheckEstimator(unittest.TestCase):
         print(f"{passed} checks passed, skipped: {skipped}")
         self.assertEqual(failed, [])
         self.assertGreater(passed, 30)
-        for name, reason in skipped:
-            self.assertTrue(name == "check_dtype_object" or "pandas is not installed" in reason, (name, reason))
+        for skip in skipped:
+            expected = ("check_dtype_object", "pandas is not installed", "SCIPY_ARRAY_API is not set")
+            self.assertTrue(any(words in " ".join(skip) for words in expected), skip)
 
     def test_works_in_pipelines_and_searches(self):
         import numpy as np

@@ -117,6 +117,58 @@ class Values(unittest.TestCase):
             alone.partial_fit(X[200:], labels[200:]).predict_proba(X[:1])
             self.assertEqual(gp.hyperparameters_["squash"], alone.hyperparameters_["squash"])
 
+    def test_axes_are_their_points(self):
+        X, y = data(dimension=2)
+        gp = egosieve.GaussianProcess(noise_stddev=0.3, optimize=False).fit(X, y)
+        for x_axis, y_axis in (
+            (np.linspace(-1, 1, 7), np.linspace(0, 1, 4)),
+            (np.array([-1.0, -0.2, 0.9]), np.array([0.5])),
+        ):
+            mean, std = gp.predict_axes(x_axis, y_axis, return_std=True)
+            self.assertEqual(mean.shape, (len(y_axis), len(x_axis)))
+            points = np.array([[a, b] for b in y_axis for a in x_axis])
+            expected = gp.predict(points.astype(np.float32), return_std=True)
+            np.testing.assert_allclose(mean.ravel(), expected[0], atol=1e-5)
+            np.testing.assert_allclose(std.ravel(), expected[1], atol=1e-5)
+        with self.assertRaisesRegex(ValueError, "x has shape"):
+            gp.predict_axes(np.zeros((2, 2)), [0.0])
+
+    def test_arrays_of_other_libraries(self):
+        class Tensor:  # what has DLPack and no NumPy
+            def __init__(self, array):
+                self.array = array
+
+            def __dlpack__(self, **options):
+                return self.array.__dlpack__(**options)
+
+            def __dlpack_device__(self):
+                return self.array.__dlpack_device__()
+
+        X, y = data()
+        gp = egosieve.GaussianProcess(noise_stddev=0.3, optimize=False)
+        expected = gp.fit(X, y).predict(X)
+        np.testing.assert_array_equal(gp.fit(Tensor(X), Tensor(y)).predict(Tensor(X)), expected)
+
+    def test_warm_up_changes_nothing(self):
+        X, y = data()
+        for mean in ("zero", "linear"):
+            gp = egosieve.GaussianProcess(mean=mean, optimize=False).warm_up(3)
+            with self.assertRaisesRegex(ValueError, "not fitted"):
+                gp.predict(X)
+            expected = gp.fit(X, y).predict(X)
+            np.testing.assert_array_equal(gp.warm_up(3).predict(X), expected)
+
+    def test_threads_change_no_result(self):
+        X, y = data(300)
+        found = []
+        for threads in (1, 3):
+            egosieve.set_threads(threads)
+            self.assertEqual(egosieve.threads(), threads)
+            found.append(egosieve.GaussianProcess().fit(X, y).predict(X, return_cov=True)[1])
+        egosieve.set_threads(0)
+        self.assertGreaterEqual(egosieve.threads(), 1)
+        np.testing.assert_array_equal(*found)
+
     def test_grid_is_its_points(self):
         X, y = data(30, 2)
         gp = egosieve.GaussianProcess(optimize=False).fit(X, y)

@@ -63,7 +63,7 @@ class SegmenterTest(unittest.TestCase):
             (ValueError, "frame must be height x width", lambda: segmenter.process(picture[..., :2])),
             (ValueError, "time_seconds = nan", lambda: segmenter.process(picture, float("nan"))),
             (ValueError, "order = 'gbr'", lambda: segmenter.process(picture, order="gbr")),
-            (ValueError, "profile = 'fast'", lambda: egosieve.Segmenter("fast")),
+            (ValueError, "profile = 'slow'", lambda: egosieve.Segmenter("slow")),
             (ValueError, "options.stride = 0", lambda: egosieve.Segmenter(stride=0)),
             (FileNotFoundError, "nowhere", lambda: egosieve.Segmenter.load("/nowhere")),
         ]

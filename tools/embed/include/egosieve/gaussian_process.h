@@ -16,7 +16,7 @@
  * The covariance k is the arcsine (neural network) function
  *
  *     k(x, x') = sigma_f^2 asin( u.u' / sqrt((1 + u.u)(1 + u'.u')) ),
- *     u = sqrt(2) diag(w) (1, x)                         scales = (w_0, w_1, ..., w_D)     (5)
+ *     u = sqrt(2) diag(w) (1, x)                         scales = (w_0, w_1, ..., w_D)
  *
  * or the squared exponential
  *
@@ -27,8 +27,21 @@
  * isotropic(...), where all inputs share a scale: "matern52 + linear * isotropic(periodic)". Each
  * has its scales in its order, the terms of a sum but the first an amplitude before theirs.
  *
+ * A sparse model stands for the points by m inducing inputs u among them, chosen by pivoted
+ * Cholesky and anew as points change, with k_u(x) = k(u, x), K_uu = k(u, u), S = sum_i k_u(x_i)
+ * k_u(x_i)^T / lambda_i:
+ *
+ *     mean(x) = k_u.(K_uu + S)^-1 sum_i k_u(x_i) y_i / lambda_i
+ *     variance(x) = k** - k_u.K_uu^-1 k_u + k_u.(K_uu + S)^-1 k_u                          (5)
+ *     lambda_i = sigma_n^2 + v_i                                    DTC
+ *     lambda_i = sigma_n^2 + v_i + k(x_i, x_i) - k_u(x_i).K_uu^-1 k_u(x_i)   FITC
+ *
+ * It has one output and the zero mean. Its likelihood, which egosieve_gp_optimize() maximises, is
+ * the variational lower bound of the exact one (Titsias) for DTC, and FITC's own for FITC.
+ *
  * Cost: conditioning on k points k n^2 flops, removing k of them 2 k n^2, a query n (D + 10) for
- * the mean and n^2 / 2 more for the variance. Memory: 8 n^2 bytes, and 2 n^2 on the device.
+ * the mean and n^2 / 2 more for the variance; of a sparse model m in place of n, and k m^2 + m^3 /
+ * 3 for k points. Memory: 8 n^2 bytes, and 2 n^2 on the device; of a sparse model 8 n m and 2 m^2.
  *
  * Errors of the results: the factor is float64; queries, means and variances are float32 on a
  * device and float64 on "reference". The mean's error is at most sigma_f^2 |alpha|_1 (1e-6 + (66 +
@@ -36,7 +49,8 @@
  * threads, to the last bit.
  *
  * References: Rasmussen & Williams (2006), 2.2, 2.7 and 6.5, eq. 4.29 (with 2/pi in front), eq.
- * 6.41. Joint predictions, samples, gradients and leave-one-out: joint_posterior.h.
+ * 6.41; Quinonero-Candela & Rasmussen (2005); Titsias (2009). Joint predictions, samples, gradients
+ * and leave-one-out: joint_posterior.h.
  */
 #ifndef EGOSIEVE_GAUSSIAN_PROCESS_H_
 #define EGOSIEVE_GAUSSIAN_PROCESS_H_
@@ -73,6 +87,16 @@ enum {
   EGOSIEVE_LINEAR_MEAN = 2    /**< D + 1 coefficients, the constant first. */
 };
 
+/** Approximation of a sparse model: one of the constants below. */
+typedef int64_t egosieve_approximation;
+
+/** The values of #egosieve_approximation. */
+enum {
+  EGOSIEVE_EXACT = 0, /**< None: the exact model. */
+  EGOSIEVE_DTC = 1,   /**< Deterministic training conditional, trained by the variational bound. */
+  EGOSIEVE_FITC = 2   /**< Fully independent training conditional. */
+};
+
 /** The largest D. */
 #define EGOSIEVE_MAX_DIMENSION 256
 
@@ -94,6 +118,8 @@ typedef struct egosieve_gp_options {
   int64_t memory_cap_bytes;    /**< Device memory for tiles. Default: 256 MiB. */
   const char* covariance_text; /**< Of #EGOSIEVE_NAMED_COVARIANCE. Default: null. */
   egosieve_mean mean;          /**< Default: #EGOSIEVE_ZERO_MEAN. */
+  egosieve_approximation approximation; /**< Default: #EGOSIEVE_EXACT. */
+  int64_t inducing_points;              /**< m at most, of a sparse model. Default: 512. */
 } egosieve_gp_options;
 
 /** Sets every field to its default. Null does nothing. */
@@ -152,6 +178,9 @@ typedef struct egosieve_gp_info {
   int64_t outputs;      /**< k. */
   int64_t coefficients; /**< Of the mean function, for each output. */
   egosieve_mean mean;   /**< Its function. */
+  egosieve_approximation approximation; /**< Of a sparse model, else #EGOSIEVE_EXACT. */
+  int64_t inducing_points;              /**< m at most; 0 of an exact model. */
+  int64_t inducing_count;               /**< m that there are at the moment. */
 } egosieve_gp_info;
 
 /** Sets struct_size, and every other field to 0. Null does nothing. */
@@ -182,7 +211,8 @@ EGOSIEVE_API egosieve_status egosieve_gp_set_hyperparameters(egosieve_gp* gp, co
 
 /**
  * log p(y | X) = -1/2 y.alpha - sum_i log L_ii - n/2 log 2 pi, the sum over outputs; 0 without
- * points. With a mean function the restricted likelihood, of what its coefficients leave.
+ * points. With a mean function the restricted likelihood, of what its coefficients leave; of a
+ * sparse model what stands there.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_log_marginal_likelihood(egosieve_gp* gp, double* value);
 

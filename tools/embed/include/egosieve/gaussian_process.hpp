@@ -1,7 +1,7 @@
 /**
  * @file gaussian_process.hpp
- * Exact Gaussian process regression and classification, in C++17: owners of the handles of
- * gaussian_process.h and joint_posterior.h, where equations, costs and errors stand.
+ * Gaussian process regression and classification, exact and sparse, in C++17: owners of the handles
+ * of gaussian_process.h and joint_posterior.h, where equations, costs and errors stand.
  *
  *     auto gp = egosieve::GaussianProcess::Create(options).value();
  *     gp.Condition({x, n, d}, {y, n}).ThrowIfError();
@@ -18,6 +18,7 @@
 #include "arrays.hpp"
 #include "gaussian_process.h"
 #include "joint_posterior.h"
+#include "posterior.hpp"
 #include "result.hpp"
 
 namespace egosieve {
@@ -36,33 +37,45 @@ enum class Mean : int32_t {
   kLinear = EGOSIEVE_LINEAR_MEAN,     /**< D + 1, the constant first. */
 };
 
+/** Exact, or the approximation of a sparse model. */
+enum class Approximation : int64_t {
+  kExact = EGOSIEVE_EXACT, /**< None. */
+  kDtc = EGOSIEVE_DTC,     /**< Deterministic training conditional. */
+  kFitc = EGOSIEVE_FITC,   /**< Fully independent training conditional. */
+};
+
 /** What a model is made from. */
 struct GaussianProcessOptions {
-  Covariance covariance = Covariance::kArcsine;  /**< Function. */
-  std::string covariance_text;                   /**< Of Covariance::kNamed. */
-  Mean mean = Mean::kZero;                       /**< Mean function. */
-  int32_t dimension = 0;                         /**< D, 1 to 256; must be set. */
-  std::vector<double> scales;                    /**< Positive; empty: the function's own. */
-  double signal_stddev = 1.0;                    /**< sigma_f, positive. */
-  double noise_stddev = 0.1;                     /**< sigma_n, positive. */
-  std::string device;                            /**< As in #egosieve_gp_options. */
-  int64_t memory_cap_bytes = int64_t{256} << 20; /**< Device memory for tiles. */
+  Covariance covariance = Covariance::kArcsine;        /**< Function. */
+  std::string covariance_text;                         /**< Of Covariance::kNamed. */
+  Mean mean = Mean::kZero;                             /**< Mean function. */
+  int32_t dimension = 0;                               /**< D, 1 to 256; must be set. */
+  std::vector<double> scales;                          /**< Positive; empty: the function's own. */
+  double signal_stddev = 1.0;                          /**< sigma_f, positive. */
+  double noise_stddev = 0.1;                           /**< sigma_n, positive. */
+  std::string device;                                  /**< As in #egosieve_gp_options. */
+  int64_t memory_cap_bytes = int64_t{256} << 20;       /**< Device memory for tiles. */
+  Approximation approximation = Approximation::kExact; /**< Of a sparse model. */
+  int64_t inducing_points = 512;                       /**< m at most, of a sparse model. */
 };
 
 /** What a model is at the moment. */
 struct GaussianProcessInfo {
-  int64_t size = 0;                             /**< n, points. */
-  int32_t dimension = 0;                        /**< D. */
-  Covariance covariance = Covariance::kArcsine; /**< Function. */
-  std::string covariance_text;                  /**< The function as text. */
-  Mean mean = Mean::kZero;                      /**< Mean function. */
-  int64_t outputs = 1;                          /**< k. */
-  std::vector<double> scales;                   /**< Weights, length-scales and so on. */
-  double signal_stddev = 0.0;                   /**< sigma_f. */
-  double noise_stddev = 0.0;                    /**< sigma_n. */
-  double jitter = 0.0;                          /**< Added to sigma_n^2 to factor K. */
-  double squash_a = 1.0;                        /**< a of the probability. */
-  double squash_b = 0.0;                        /**< b of the probability. */
+  int64_t size = 0;                                    /**< n, points. */
+  int32_t dimension = 0;                               /**< D. */
+  Covariance covariance = Covariance::kArcsine;        /**< Function. */
+  std::string covariance_text;                         /**< The function as text. */
+  Mean mean = Mean::kZero;                             /**< Mean function. */
+  int64_t outputs = 1;                                 /**< k. */
+  std::vector<double> scales;                          /**< Weights, length-scales and so on. */
+  double signal_stddev = 0.0;                          /**< sigma_f. */
+  double noise_stddev = 0.0;                           /**< sigma_n. */
+  double jitter = 0.0;                                 /**< Added to sigma_n^2 to factor K. */
+  double squash_a = 1.0;                               /**< a of the probability. */
+  double squash_b = 0.0;                               /**< b of the probability. */
+  Approximation approximation = Approximation::kExact; /**< Of a sparse model. */
+  int64_t inducing_points = 0;                         /**< m at most; 0 of an exact model. */
+  int64_t inducing_count = 0;                          /**< m that there are. */
 };
 
 /** How hyperparameters are optimised; see egosieve_gp_optimize(). */
@@ -83,15 +96,6 @@ struct OptimizeResult {
   bool converged = false;               /**< The tolerance was reached. */
 };
 
-/** Where results go; a default Array is not wanted. */
-struct Prediction {
-  Array mean{};                /**< Of f. */
-  Array variance{};            /**< Of f, or of an observation. */
-  Array probability{};         /**< Of y = +1 against -1. */
-  bool of_observation = false; /**< The variance is that of an observation. */
-  bool in_float64 = false;     /**< In float64 throughout; GaussianProcess::Predict() alone. */
-};
-
 /** Where left-out predictions go; a default Array is not wanted. */
 struct LeftOut {
   Array mean{};        /**< Of y, n x k. */
@@ -103,73 +107,6 @@ struct LeftOut {
 struct Likelihood {
   double value = 0.0;           /**< log p(y | X). */
   std::vector<double> gradient; /**< By the logarithms; empty where not asked for. */
-};
-
-/** Points on a regular grid; see #egosieve_grid. */
-using Grid = egosieve_grid;
-
-namespace internal {
-
-/** Calls `call` with the C struct of `prediction`. */
-template <typename Call>
-Result<int64_t> Predict(const Prediction& prediction, Call call) {
-  egosieve_prediction c;
-  egosieve_prediction_init(&c);
-  c.mean = prediction.mean.c();
-  c.variance = prediction.variance.c();
-  c.probability = prediction.probability.c();
-  c.of_observation = prediction.of_observation ? 1 : 0;
-  c.in_float64 = prediction.in_float64 ? 1 : 0;
-  Status status = Status::FromC(call(&c));
-  if (!status.ok()) return status;
-  return c.clamped_variances;
-}
-
-}  // namespace internal
-
-/**
- * What a model believed at one moment. Immutable: any number of threads may predict. A moved-from
- * object only takes assignment and destruction.
- */
-class Posterior {
- public:
-  /** Takes the handle over. */
-  explicit Posterior(egosieve_posterior* handle) : handle_(handle) {}
-  /** Takes the other's handle. */
-  Posterior(Posterior&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
-  /** Exchanges the handles. */
-  Posterior& operator=(Posterior&& other) noexcept {
-    std::swap(handle_, other.handle_);
-    return *this;
-  }
-  ~Posterior() { egosieve_posterior_free(handle_); }
-
-  /** At M x D points. The value: variances that were negative from rounding and set to 0. */
-  Result<int64_t> Predict(const ConstArray& x, const Prediction& prediction) const {
-    return internal::Predict(prediction, [&](egosieve_prediction* c) {
-      return egosieve_posterior_predict(handle_, x.c(), c);
-    });
-  }
-  /** On a grid in the plane; needs D = 2. */
-  Result<int64_t> PredictGrid(const Grid& grid, const Prediction& prediction) const {
-    return internal::Predict(prediction, [&](egosieve_prediction* c) {
-      return egosieve_posterior_predict_grid(handle_, &grid, c);
-    });
-  }
-  /** Over an image, every `stride` pixels; needs D = 6. See egosieve_gp_predict_image(). */
-  Result<int64_t> PredictImage(const Image& image, int32_t stride,
-                               const Prediction& prediction) const {
-    const egosieve_image c_image = image.c();
-    return internal::Predict(prediction, [&](egosieve_prediction* c) {
-      return egosieve_posterior_predict_image(handle_, &c_image, stride, c);
-    });
-  }
-
-  /** The handle, still owned by this object. */
-  egosieve_posterior* handle() const { return handle_; }
-
- private:
-  egosieve_posterior* handle_ = nullptr;
 };
 
 /** A model that learns. Calls on one model wait for each other. */
@@ -189,6 +126,8 @@ class GaussianProcess {
     c.noise_stddev = options.noise_stddev;
     c.device = options.device.c_str();
     c.memory_cap_bytes = options.memory_cap_bytes;
+    c.approximation = static_cast<egosieve_approximation>(options.approximation);
+    c.inducing_points = options.inducing_points;
     egosieve_gp* handle = nullptr;
     return Own(egosieve_gp_create(&c, &handle), handle);
   }
@@ -280,6 +219,9 @@ class GaussianProcess {
     info.jitter = c.jitter;
     info.squash_a = c.squash_a;
     info.squash_b = c.squash_b;
+    info.approximation = static_cast<Approximation>(c.approximation);
+    info.inducing_points = c.inducing_points;
+    info.inducing_count = c.inducing_count;
     return info;
   }
   /** Copies the noise variances of the points out, n values. */

@@ -3,13 +3,14 @@
  * What a model (gaussian_process.h) believes of several places together, and of their
  * surroundings: joint covariances, samples, gradients by the inputs, and its points left out.
  *
- *     cov(x, x') = k(x, x') - (L^-1 k*).(L^-1 k*')                                         (5)
- *     f = mean + C z,   C C^T = cov + jitter I,   z ~ N(0, I)                              (6)
- *     y_i without point i:  mean y_i - alpha_i / [K_y^-1]_ii,  variance 1 / [K_y^-1]_ii    (7)
+ *     cov(x, x') = k(x, x') - (L^-1 k*).(L^-1 k*')                                         (6)
+ *     f = mean + C z,   C C^T = cov + jitter I,   z ~ N(0, I)                              (7)
+ *     y_i without point i:  mean y_i - alpha_i / [K_y^-1]_ii,  variance 1 / [K_y^-1]_ii    (8)
  *
- * and what a mean function adds to each. All is computed in float64 from the model's factor. Where
- * a covariance is singular to working precision, the jitter of (6) climbs from 1e-10 of the largest
- * prior variance by tens to 1e-4 of it.
+ * and what a mean function adds to each. A sparse model has its covariance (5) of two places in
+ * place of (6), and that of its points in place of K_y. All is computed in float64 from the model's
+ * factor. Where a covariance is singular to working precision, the jitter of (7) climbs from 1e-10
+ * of the largest prior variance by tens to 1e-4 of it.
  *
  * References: Rasmussen & Williams (2006), eqs. 2.24, 2.42, 5.10 to 5.12, and A.2.
  */
@@ -28,7 +29,7 @@ extern "C" {
  * @param x               M x D, finite.
  * @param of_observation  Nonzero: sigma_n^2 is added to the diagonal.
  * @param mean            M x k; data null: not wanted.
- * @param covariance      M x M, (5), the same for every output; data null: not wanted.
+ * @param covariance      M x M, (6), the same for every output; data null: not wanted.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_predict_joint(egosieve_gp* gp,
                                                        const egosieve_const_array* x,
@@ -37,14 +38,14 @@ EGOSIEVE_API egosieve_status egosieve_gp_predict_joint(egosieve_gp* gp,
                                                        const egosieve_array* covariance);
 
 /**
- * Draws samples (6) from the joint distribution at M places; of a model without points, from the
+ * Draws samples (7) from the joint distribution at M places; of a model without points, from the
  * prior. Sample s depends on seed, M and k, not on how many samples are drawn.
  * @param gp              The model.
  * @param x               M x D, finite.
  * @param seed            The same seed gives the same samples.
  * @param of_observation  Nonzero: samples of y; of f otherwise.
  * @param samples         (M k) x S: sample s of output c at place i lies in row i k + c, column s.
- * @param jitter          Out: that of (6); null: not wanted.
+ * @param jitter          Out: that of (7); null: not wanted.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_sample(egosieve_gp* gp, const egosieve_const_array* x,
                                                 uint64_t seed, int32_t of_observation,
@@ -63,7 +64,7 @@ EGOSIEVE_API egosieve_status egosieve_gp_gradients(egosieve_gp* gp, const egosie
                                                    const egosieve_array* variance);
 
 /**
- * Predicts each point's y from all the others (7). Cost: n^3 / 3 flops.
+ * Predicts each point's y from all the others (8). Cost: n^3 / 3 flops.
  * @param gp           The model.
  * @param mean         n x k; data null: not wanted.
  * @param variance     Of y, n values; data null: not wanted.

@@ -34,7 +34,8 @@ typedef int32_t egosieve_profile;
 /** The values of #egosieve_profile. */
 enum {
   EGOSIEVE_PROFILE_DEFAULT = 0, /**< What works best on handheld and driving video. */
-  EGOSIEVE_PROFILE_PAPER = 1    /**< Faithful to the paper. */
+  EGOSIEVE_PROFILE_PAPER = 1,   /**< Faithful to the paper. */
+  EGOSIEVE_PROFILE_FAST = 2     /**< Every stage chosen for speed: a sparse model, less training. */
 };
 
 /** What a segmenter is made from. */

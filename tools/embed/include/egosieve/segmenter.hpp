@@ -23,6 +23,7 @@ namespace egosieve {
 enum class Profile : int32_t {
   kDefault = EGOSIEVE_PROFILE_DEFAULT, /**< What works best on handheld and driving video. */
   kPaper = EGOSIEVE_PROFILE_PAPER,     /**< Faithful to the paper. */
+  kFast = EGOSIEVE_PROFILE_FAST,       /**< Every stage chosen for speed. */
 };
 
 /** What a segmenter is made from. */

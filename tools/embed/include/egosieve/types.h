@@ -141,6 +141,17 @@ EGOSIEVE_API egosieve_status egosieve_device_count(int32_t* count);
  */
 EGOSIEVE_API egosieve_status egosieve_device_name(int32_t index, char* text, int64_t capacity);
 
+/**
+ * Limits the threads that the libraries start in this process, the caller's included; under 1: as
+ * at first, $EGOSIEVE_THREADS or the processors that affinity and control groups allow. Results do
+ * not depend on it. Drivers and OpenCV have threads of their own: PoCL takes its number from
+ * $POCL_MAX_PTHREAD_COUNT (since version 4 $POCL_CPU_MAX_CU_COUNT) when it is first used.
+ */
+EGOSIEVE_API void egosieve_set_threads(int32_t threads);
+
+/** The limit, at least 1. */
+EGOSIEVE_API int32_t egosieve_threads(void);
+
 #ifdef __cplusplus
 }
 #endif

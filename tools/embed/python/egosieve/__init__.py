@@ -3,6 +3,7 @@
     GaussianProcess   regression and classification, in scikit-learn's manner
     Segmenter         frames of one moving camera in, maps of what moves by itself out
     devices()         what can compute: every OpenCL device, then the float64 reference
+    set_threads()     how many threads the host's work may have; threads() tells
 
 All computing is done by the libraries libegosieve and libegosieve_vision, with the interpreter's lock
 released. Arrays of float32 and float64 are read and written where they are, whatever their strides.
@@ -10,11 +11,14 @@ released. Arrays of float32 and float64 are read and written where they are, wha
 
 from ._gaussian_process import devices as devices
 from ._gaussian_process import version as _version
+from ._library import set_threads as set_threads
+from ._library import threads as threads
 from .gaussian_process import GaussianProcess as GaussianProcess
 from .predictor import FrozenPosterior as FrozenPosterior
 
 __version__ = _version()
-__all__ = ["FrozenPosterior", "FrameReport", "GaussianProcess", "SegmentationMap", "Segmenter", "devices"]
+__all__ = ["FrozenPosterior", "FrameReport", "GaussianProcess", "SegmentationMap", "Segmenter"]
+__all__ += ["devices", "set_threads", "threads"]
 
 
 def __getattr__(name):

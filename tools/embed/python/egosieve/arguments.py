@@ -26,6 +26,8 @@ def _floating(name, values):
     """`values` as an array of float32 or float64; a copy only where the type is another."""
     if hasattr(values, "toarray") or hasattr(values, "todense"):
         raise TypeError(f"{name} is a sparse matrix, but dense data is required: pass {name}.toarray()")
+    if hasattr(values, "__dlpack__") and not hasattr(values, "__array__"):
+        values = np.from_dlpack(values)
     array = np.asarray(values)
     if array.dtype == object:
         raise TypeError(f"{name} is an array of objects; convert it first: {name}.astype(float)")
@@ -91,6 +93,24 @@ def matrix(name, values):
             )
     _check_finite(name, array)
     return array
+
+
+def axis(name, values):
+    """A vector of finite numbers, at least one."""
+    array = _floating(name, values)
+    if array.ndim != 1 or len(array) == 0:
+        raise ValueError(f"{name} has shape {array.shape}; it must be a vector with at least one number")
+    _check_finite(name, array)
+    return array
+
+
+def even_step(values):
+    """The step of an axis where all are the same to float32's precision; None where not."""
+    if len(values) == 1:
+        return 0.0
+    step = float(values[-1] - values[0]) / (len(values) - 1)
+    even = values[0] + step * np.arange(len(values))
+    return step if np.allclose(values, even, rtol=0.0, atol=6e-8 * np.abs(values).max()) else None
 
 
 def variances(name, values, count):

@@ -100,6 +100,31 @@ class Predictor:
         )  # fmt: skip
         return self._denormalized(mean, variance, return_std, return_var)
 
+    def predict_axes(self, x, y, return_std=False, return_var=False, of_observation=False):
+        """Mean of f where two axes cross, for models of two features: element (r, c) is at (x[c], y[r]).
+
+        Parameters
+        ----------
+        x, y : arrays of shape (columns,) and (rows,)
+            In steps of any size; even ones need no memory for the points.
+        return_std, return_var, of_observation : bool
+            As in predict.
+
+        Returns
+        -------
+        mean : float32 array of shape (rows, columns)
+        std or variance : array of that shape, only if asked for
+        """
+        x, y = (arguments.axis(name, values) for name, values in (("x", x), ("y", y)))
+        wishes = {"return_std": return_std, "return_var": return_var, "of_observation": of_observation}
+        steps = [arguments.even_step(values) for values in (x, y)]
+        if None not in steps:
+            return self.predict_grid(x[0], y[0], *steps, len(y), len(x), **wishes)
+        points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2).astype(np.float32)
+        found = self.predict(points, **wishes)
+        shape = (len(y), len(x))
+        return tuple(part.reshape(shape) for part in found) if isinstance(found, tuple) else found.reshape(shape)
+
     def predict_image(self, image, stride=1, order="bgr", return_std=False):
         """Mean of f over an image, for models of six features (see GaussianProcess.describe_pixels).
 

@@ -53,7 +53,7 @@ class Segmenter:
 
     Parameters
     ----------
-    profile : "default" or "paper"
+    profile : "default", "paper" or "fast"
     stride : int
         Pixels between the map's columns and rows, 1 to 64.
     budget : int

@@ -1,11 +1,13 @@
-#include "tools/embed/c/exact_prediction.h"
+#include "tools/embed/c/host_prediction.h"
 
 #include <algorithm>
 #include <vector>
 
 #include "absl/strings/str_format.h"
 #include "gp/model/exact_model.h"
+#include "gp/model/sparse_model.h"
 #include "gp/training/marginal_likelihood.h"
+#include "gp/training/sparse_likelihood.h"
 #include "kernels/base/status_macros.h"
 #include "tools/embed/c/array_access.h"
 #include "tools/embed/c/options.h"
@@ -13,7 +15,6 @@
 namespace egosieve::embed {
 namespace {
 
-using gp::ExactModel;
 using gp::PredictWhat;
 
 // The caller's queries in float64, packed.
@@ -45,6 +46,51 @@ void WriteWanted(const std::vector<double>& values, const OutputArray& output) {
   if (output.wanted()) output.Write(0, output.size(), values.data());
 }
 
+absl::Status WriteCoefficients(const gp::ExactModel& model, const egosieve_array* coefficients) {
+  const gp::RegressionWeights& weights = model.weights();
+  EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray output,
+                            OutputOf("coefficients", coefficients, weights.basis, weights.outputs));
+  EGOSIEVE_RETURN_IF_ERROR(weights.CheckDetermined());
+  WriteWanted(weights.coefficients, output);
+  return absl::OkStatus();
+}
+
+// A sparse model has the zero mean.
+absl::Status WriteCoefficients(const gp::SparseModel&, const egosieve_array* coefficients) {
+  return OutputOf("coefficients", coefficients, 0, 1).status();
+}
+
+absl::StatusOr<gp::MarginalLikelihood> LikelihoodOf(const gp::ExactModel& model,
+                                                    const gp::Hyperparameters& there,
+                                                    gp::LikelihoodOrder order) {
+  return gp::ComputeMarginalLikelihood(*model.context(), there, model.observations(), order);
+}
+
+// With the inducing inputs that the model has.
+absl::StatusOr<gp::MarginalLikelihood> LikelihoodOf(const gp::SparseModel& model,
+                                                    const gp::Hyperparameters& there,
+                                                    gp::LikelihoodOrder order) {
+  if (model.size() == 0) {
+    gp::MarginalLikelihood nothing;
+    if (order == gp::LikelihoodOrder::kValueAndGradient) nothing.gradient.resize(there.count());
+    return nothing;
+  }
+  return gp::ComputeSparseLikelihood(*model.context(), there, model.observations(),
+                                     model.inducing_inputs(), order,
+                                     SparseObjectiveOf(model.options()));
+}
+
+absl::StatusOr<double> OwnLikelihood(const gp::ExactModel& model) {
+  return model.LogMarginalLikelihood();
+}
+
+absl::StatusOr<double> OwnLikelihood(const gp::SparseModel& model) {
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const gp::MarginalLikelihood likelihood,
+      LikelihoodOf(model, model.hyperparameters(), gp::LikelihoodOrder::kValue));
+  return likelihood.value;
+}
+
 }  // namespace
 
 absl::Status PredictInFloat64(const LearningModel& model, const egosieve_const_array* x,
@@ -56,17 +102,17 @@ absl::Status PredictInFloat64(const LearningModel& model, const egosieve_const_a
   if (wishes.probability.data != nullptr) {
     return absl::InvalidArgumentError("prediction.probability: there are none in float64");
   }
-  return model.WithExactModel([&](const ExactModel& exact) -> absl::Status {
+  return model.With([&](const auto& regression) -> absl::Status {
     EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray mean, OutputOf("prediction.mean", &wishes.mean,
-                                                               queries.rows, exact.outputs()));
+                                                               queries.rows, regression.outputs()));
     EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray variance,
                               OutputOf("prediction.variance", &wishes.variance, queries.rows, 1));
     EGOSIEVE_ASSIGN_OR_RETURN(
         gp::Prediction found,
-        exact.Predict(queries.view(),
-                      variance.wanted() ? PredictWhat::kMeanAndVariance : PredictWhat::kMean));
+        regression.Predict(queries.view(),
+                           variance.wanted() ? PredictWhat::kMeanAndVariance : PredictWhat::kMean));
     if (wishes.of_observation != 0) {
-      for (double& value : found.variance) value += exact.hyperparameters().noise_variance();
+      for (double& value : found.variance) value += regression.hyperparameters().noise_variance();
     }
     WriteWanted(found.mean, mean);
     WriteWanted(found.variance, variance);
@@ -79,14 +125,14 @@ absl::Status PredictJoint(const LearningModel& model, const egosieve_const_array
                           bool of_observation, const egosieve_array* mean,
                           const egosieve_array* covariance) {
   EGOSIEVE_ASSIGN_OR_RETURN(const Queries queries, Queries::Read(model, x));
-  return model.WithExactModel([&](const ExactModel& exact) -> absl::Status {
+  return model.With([&](const auto& regression) -> absl::Status {
     EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray means,
-                              OutputOf("mean", mean, queries.rows, exact.outputs()));
+                              OutputOf("mean", mean, queries.rows, regression.outputs()));
     EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray covariances,
                               OutputOf("covariance", covariance, queries.rows, queries.rows));
-    EGOSIEVE_ASSIGN_OR_RETURN(gp::JointPrediction joint, exact.PredictJoint(queries.view()));
+    EGOSIEVE_ASSIGN_OR_RETURN(gp::JointPrediction joint, regression.PredictJoint(queries.view()));
     for (int64_t i = 0; of_observation && i < queries.rows; ++i) {
-      joint.covariance.row(i)[i] += exact.hyperparameters().noise_variance();
+      joint.covariance.row(i)[i] += regression.hyperparameters().noise_variance();
     }
     WriteWanted(joint.mean, means);
     for (int64_t i = 0; covariances.wanted() && i < queries.rows; ++i) {
@@ -100,8 +146,8 @@ absl::Status DrawSamples(const LearningModel& model, const egosieve_const_array*
                          bool of_observation, const egosieve_array* samples, double* jitter) {
   EGOSIEVE_ASSIGN_OR_RETURN(const Queries queries, Queries::Read(model, x));
   EGOSIEVE_RETURN_IF_ERROR(CheckPointer("samples", samples));
-  return model.WithExactModel([&](const ExactModel& exact) -> absl::Status {
-    const int64_t k = exact.outputs();
+  return model.With([&](const auto& regression) -> absl::Status {
+    const int64_t k = regression.outputs();
     EGOSIEVE_ASSIGN_OR_RETURN(
         const OutputArray output,
         OutputArray::Create("samples", *samples, queries.rows * k, samples->columns));
@@ -110,7 +156,8 @@ absl::Status DrawSamples(const LearningModel& model, const egosieve_const_array*
     options.count = samples->columns;
     options.seed = seed;
     options.of_observation = of_observation;
-    EGOSIEVE_ASSIGN_OR_RETURN(const gp::NormalSamples drawn, exact.Sample(queries.view(), options));
+    EGOSIEVE_ASSIGN_OR_RETURN(const gp::NormalSamples drawn,
+                              regression.Sample(queries.view(), options));
     for (int64_t i = 0; i < queries.rows; ++i) {  // a row of k S values is k rows of S
       output.Write(i * k * options.count, (i + 1) * k * options.count, drawn.values.row(i));
     }
@@ -122,16 +169,17 @@ absl::Status DrawSamples(const LearningModel& model, const egosieve_const_array*
 absl::Status PredictGradients(const LearningModel& model, const egosieve_const_array* x,
                               const egosieve_array* mean, const egosieve_array* variance) {
   EGOSIEVE_ASSIGN_OR_RETURN(const Queries queries, Queries::Read(model, x));
-  return model.WithExactModel([&](const ExactModel& exact) -> absl::Status {
+  return model.With([&](const auto& regression) -> absl::Status {
     EGOSIEVE_ASSIGN_OR_RETURN(
         const OutputArray of_mean,
-        OutputOf("mean", mean, queries.rows * exact.outputs(), queries.dimension));
+        OutputOf("mean", mean, queries.rows * regression.outputs(), queries.dimension));
     EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray of_variance,
                               OutputOf("variance", variance, queries.rows, queries.dimension));
     EGOSIEVE_ASSIGN_OR_RETURN(
         const gp::InputGradients gradients,
-        exact.PredictGradients(queries.view(), of_variance.wanted() ? PredictWhat::kMeanAndVariance
-                                                                    : PredictWhat::kMean));
+        regression.PredictGradients(queries.view(), of_variance.wanted()
+                                                        ? PredictWhat::kMeanAndVariance
+                                                        : PredictWhat::kMean));
     WriteWanted(gradients.mean, of_mean);
     WriteWanted(gradients.variance, of_variance);
     return absl::OkStatus();
@@ -140,14 +188,14 @@ absl::Status PredictGradients(const LearningModel& model, const egosieve_const_a
 
 absl::Status LeaveOneOut(const LearningModel& model, const egosieve_array* mean,
                          const egosieve_array* variance, const egosieve_array* log_density) {
-  return model.WithExactModel([&](const ExactModel& exact) -> absl::Status {
-    const int64_t n = exact.size(), k = exact.outputs();
+  return model.With([&](const auto& regression) -> absl::Status {
+    const int64_t n = regression.size(), k = regression.outputs();
     EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray means, OutputOf("mean", mean, n, k));
     EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray variances, OutputOf("variance", variance, n, 1));
     EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray densities,
                               OutputOf("log_density", log_density, n, k));
-    EGOSIEVE_ASSIGN_OR_RETURN(const gp::LeaveOneOut left_out, exact.PredictLeaveOneOut());
-    const std::vector<double> of_targets = left_out.LogDensities(exact.targets());
+    EGOSIEVE_ASSIGN_OR_RETURN(const gp::LeaveOneOut left_out, LeaveOneOutOf(regression));
+    const std::vector<double> of_targets = left_out.LogDensities(regression.targets());
     WriteWanted(left_out.mean, means);
     WriteWanted(left_out.target_variance, variances);
     WriteWanted(of_targets, densities);
@@ -156,12 +204,14 @@ absl::Status LeaveOneOut(const LearningModel& model, const egosieve_array* mean,
 }
 
 absl::Status MeanCoefficients(const LearningModel& model, const egosieve_array* coefficients) {
-  return model.WithExactModel([&](const ExactModel& exact) -> absl::Status {
-    const gp::RegressionWeights& weights = exact.weights();
-    EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray output, OutputOf("coefficients", coefficients,
-                                                                 weights.basis, weights.outputs));
-    EGOSIEVE_RETURN_IF_ERROR(weights.CheckDetermined());
-    WriteWanted(weights.coefficients, output);
+  return model.With(
+      [&](const auto& regression) { return WriteCoefficients(regression, coefficients); });
+}
+
+absl::Status LogLikelihood(const LearningModel& model, double* value) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckPointer("value", value));
+  return model.With([&](const auto& regression) -> absl::Status {
+    EGOSIEVE_ASSIGN_OR_RETURN(*value, OwnLikelihood(regression));
     return absl::OkStatus();
   });
 }
@@ -170,19 +220,19 @@ absl::Status LikelihoodAt(const LearningModel& model, const double* theta, int64
                           double* value, double* gradient) {
   EGOSIEVE_RETURN_IF_ERROR(CheckPointer("theta", theta));
   EGOSIEVE_RETURN_IF_ERROR(CheckPointer("value", value));
-  return model.WithExactModel([&](const ExactModel& exact) -> absl::Status {
-    if (count != exact.hyperparameters().count()) {
+  return model.With([&](const auto& regression) -> absl::Status {
+    if (count != regression.hyperparameters().count()) {
       return absl::InvalidArgumentError(absl::StrFormat("count = %d; theta has %d values", count,
-                                                        exact.hyperparameters().count()));
+                                                        regression.hyperparameters().count()));
     }
     EGOSIEVE_ASSIGN_OR_RETURN(
         const gp::Hyperparameters there,
-        gp::FromLogarithms(exact.hyperparameters(), absl::MakeConstSpan(theta, count)));
-    EGOSIEVE_ASSIGN_OR_RETURN(const gp::MarginalLikelihood likelihood,
-                              gp::ComputeMarginalLikelihood(
-                                  *exact.context(), there, exact.observations(),
-                                  gradient == nullptr ? gp::LikelihoodOrder::kValue
-                                                      : gp::LikelihoodOrder::kValueAndGradient));
+        gp::FromLogarithms(regression.hyperparameters(), absl::MakeConstSpan(theta, count)));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const gp::MarginalLikelihood likelihood,
+        LikelihoodOf(regression, there,
+                     gradient == nullptr ? gp::LikelihoodOrder::kValue
+                                         : gp::LikelihoodOrder::kValueAndGradient));
     *value = likelihood.value;
     if (gradient != nullptr) {
       std::copy(likelihood.gradient.begin(), likelihood.gradient.end(), gradient);

@@ -1,7 +1,7 @@
-// What the exact model itself computes, in float64, into the caller's arrays: joint predictions,
-// samples, gradients, leave-one-out. Nothing is written before all results are there.
-#ifndef EGOSIEVE_TOOLS_EMBED_C_EXACT_PREDICTION_H_
-#define EGOSIEVE_TOOLS_EMBED_C_EXACT_PREDICTION_H_
+// What the model itself computes on the host, in float64, into the caller's arrays: joint
+// predictions, samples, gradients, leave-one-out. Nothing is written before all results are there.
+#ifndef EGOSIEVE_TOOLS_EMBED_C_HOST_PREDICTION_H_
+#define EGOSIEVE_TOOLS_EMBED_C_HOST_PREDICTION_H_
 
 #include <cstdint>
 
@@ -24,9 +24,10 @@ absl::Status PredictGradients(const LearningModel& model, const egosieve_const_a
 absl::Status LeaveOneOut(const LearningModel& model, const egosieve_array* mean,
                          const egosieve_array* variance, const egosieve_array* log_density);
 absl::Status MeanCoefficients(const LearningModel& model, const egosieve_array* coefficients);
+absl::Status LogLikelihood(const LearningModel& model, double* value);
 absl::Status LikelihoodAt(const LearningModel& model, const double* theta, int64_t count,
                           double* value, double* gradient);
 
 }  // namespace egosieve::embed
 
-#endif  // EGOSIEVE_TOOLS_EMBED_C_EXACT_PREDICTION_H_
+#endif  // EGOSIEVE_TOOLS_EMBED_C_HOST_PREDICTION_H_

@@ -1,0 +1,266 @@
+// What a SparseModel tells; how it changes stands in sparse_model.cc.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "gp/covariance/prior_variance.h"
+#include "gp/linalg/aligned_matrix.h"
+#include "gp/linalg/cholesky.h"
+#include "gp/model/model_checks.h"
+#include "gp/model/sparse_model.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/ops/covariance_matrix.h"
+#include "kernels/ops/input_gradient.h"
+
+namespace egosieve::gp {
+namespace {
+
+using kernels::ConstMatrixView;
+using kernels::MatrixView;
+
+constexpr int64_t kPredictionTile = 512;
+constexpr double kReverseJitter = 1e-13;  // of I - A^-1's unit scale; see ReverseFactor
+
+double Dot(const double* a, const double* b, int64_t n) {
+  double sum = 0.0;
+  for (int64_t i = 0; i < n; ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+double Square(const double* row, int64_t n) { return Dot(row, row, n); }
+
+// C lower triangular with C^T C = S, S symmetric, lower triangle read: the Cholesky factorisation
+// of S with rows and columns reversed. S = I - A^-1 has eigenvalues in [0, 1), those of directions
+// that the data say nothing about being 0; a jitter of some hundred eps keeps the pivots positive
+// and changes a variance by as much, relative to the prior's.
+bool ReverseFactor(MatrixView<double> s) {
+  const int64_t m = s.rows;
+  AlignedMatrix reversed(m, m);
+  for (int64_t i = 0; i < m; ++i) {
+    for (int64_t j = 0; j <= i; ++j) {
+      reversed.row(i)[j] = s(m - 1 - j, m - 1 - i) + (i == j ? kReverseJitter : 0.0);
+    }
+  }
+  const std::vector<double> floors(m, 0.0);
+  if (FactorizeInParallel(reversed.view(), floors) >= 0) return false;
+  for (int64_t i = 0; i < m; ++i) {
+    for (int64_t j = 0; j < m; ++j) s(i, j) = reversed.row(m - 1 - j)[m - 1 - i];
+  }
+  return true;
+}
+
+}  // namespace
+
+absl::StatusOr<Prediction> SparseModel::Predict(ConstMatrixView<double> points,
+                                                PredictWhat what) const {
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(points, input_dimension()));
+  const int64_t m = inducing_size();
+  const bool degenerate = IsDegenerate();
+  Prediction prediction;
+  for (int64_t begin = 0; begin < points.rows; begin += kPredictionTile) {
+    const ConstMatrixView<double> tile =
+        points.rows_between(begin, std::min(begin + kPredictionTile, points.rows));
+    AlignedMatrix v(tile.rows, m);
+    std::vector<double> unused;
+    EGOSIEVE_RETURN_IF_ERROR(
+        ProjectPoints(*context_, options_, hyperparameters_, solution_, tile, {}, v, unused));
+    std::vector<double> explained;
+    for (int64_t i = 0; i < tile.rows; ++i) {
+      prediction.mean.push_back(Dot(v.row(i), solution_.weights.data(), m));  // (S4)
+      explained.push_back(Square(v.row(i), m));
+    }
+    if (what == PredictWhat::kMean) continue;
+    if (m > 0) AppendRows(solution_.sum_factor.view(), v.view());
+    for (int64_t i = 0; i < tile.rows; ++i) {  // (S5)
+      const double prior = PriorVariance(hyperparameters_.covariance, tile.row(i));
+      const double learnt = Square(v.row(i), m);
+      const double variance = degenerate ? learnt : prior - explained[i] + learnt;
+      prediction.clamped_variances += variance < 0.0;
+      prediction.variance.push_back(std::max(0.0, variance));
+    }
+  }
+  return prediction;
+}
+
+absl::StatusOr<JointPrediction> SparseModel::PredictJoint(ConstMatrixView<double> points) const {
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(points, input_dimension()));
+  const int64_t m = inducing_size();
+  const bool degenerate = IsDegenerate();
+  AlignedMatrix v(points.rows, m);
+  std::vector<double> unused;
+  EGOSIEVE_RETURN_IF_ERROR(
+      ProjectPoints(*context_, options_, hyperparameters_, solution_, points, {}, v, unused));
+  JointPrediction joint;
+  for (int64_t i = 0; i < points.rows; ++i) {
+    joint.mean.push_back(Dot(v.row(i), solution_.weights.data(), m));
+  }
+  joint.covariance = AlignedMatrix(points.rows, points.rows);
+  const MatrixView<double> covariance = joint.covariance.view();
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(
+      *context_, hyperparameters_.covariance, points, 0.0, kernels::Triangle::kLower, covariance));
+  AddRowProducts(v.view(), -1, covariance);  // (S7)
+  if (degenerate) {
+    for (int64_t i = 0; i < points.rows; ++i) std::fill_n(covariance.row(i), points.rows, 0.0);
+  }
+  if (m > 0) AppendRows(solution_.sum_factor.view(), v.view());
+  AddRowProducts(v.view(), 1, covariance);
+  for (int64_t i = 0; i < points.rows; ++i) covariance(i, i) = std::max(0.0, covariance(i, i));
+  MirrorLower(covariance);
+  return joint;
+}
+
+absl::StatusOr<NormalSamples> SparseModel::Sample(ConstMatrixView<double> points,
+                                                  const SampleOptions& options) const {
+  EGOSIEVE_ASSIGN_OR_RETURN(JointPrediction joint, PredictJoint(points));
+  return SampleJoint(hyperparameters_, points, 1, options, joint);
+}
+
+absl::StatusOr<InputGradients> SparseModel::PredictGradients(ConstMatrixView<double> points,
+                                                             PredictWhat what) const {
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(points, input_dimension()));
+  const int64_t m = inducing_size(), dimension = input_dimension();
+  InputGradients gradients;
+  gradients.mean.resize(points.rows * dimension);
+  if (what == PredictWhat::kMeanAndVariance) gradients.variance.resize(points.rows * dimension);
+  const std::vector<double> alpha = MeanCoefficients();
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceInputGradient(
+      hyperparameters_.covariance, points, inducing_inputs(), {alpha.data(), points.rows, m, 0},
+      {gradients.mean.data(), points.rows, dimension}));
+  for (int64_t begin = 0; what != PredictWhat::kMean && begin < points.rows;
+       begin += kPredictionTile) {
+    const ConstMatrixView<double> tile =
+        points.rows_between(begin, std::min(begin + kPredictionTile, points.rows));
+    EGOSIEVE_RETURN_IF_ERROR(
+        VarianceGradients(tile, {&gradients.variance[begin * dimension], tile.rows, dimension}));
+  }
+  return gradients;
+}
+
+// (S5) is k(x, x) - k_u^T S k_u with S = L^-T (I - A^-1) L^-1, and k_u^T S k_u with S = L^-T A^-1
+// L^-1 for the subset of regressors: the gradients are those of k(x, x) and 2 S k_u.
+absl::Status SparseModel::VarianceGradients(ConstMatrixView<double> points,
+                                            MatrixView<double> out) const {
+  const int64_t m = inducing_size();
+  const bool degenerate = IsDegenerate();
+  AlignedMatrix v(points.rows, m), rows(points.rows, m);
+  std::vector<double> unused;
+  EGOSIEVE_RETURN_IF_ERROR(
+      ProjectPoints(*context_, options_, hyperparameters_, solution_, points, {}, v, unused));
+  AlignedMatrix columns(m, points.rows);
+  for (int64_t i = 0; i < points.rows; ++i) {
+    for (int64_t j = 0; j < m; ++j) columns.row(j)[i] = v.row(i)[j];
+  }
+  SolveLower(solution_.sum_factor.view(), columns.view());
+  SolveLowerTransposed(solution_.sum_factor.view(), columns.view());  // A^-1 v
+  for (int64_t i = 0; i < points.rows; ++i) {
+    for (int64_t j = 0; j < m; ++j) {
+      columns.row(j)[i] = degenerate ? -columns.row(j)[i] : v.row(i)[j] - columns.row(j)[i];
+    }
+  }
+  SolveLowerTransposed(solution_.factor.view(), columns.view());
+  for (int64_t i = 0; i < points.rows; ++i) {
+    for (int64_t j = 0; j < m; ++j) rows.row(i)[j] = columns.row(j)[i];
+  }
+  EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceInputGradient(hyperparameters_.covariance, points,
+                                                            inducing_inputs(), rows.view(), out));
+  std::vector<double> prior(points.cols, 0.0);
+  for (int64_t i = 0; i < points.rows; ++i) {
+    if (!degenerate) {
+      kernels::PriorVarianceGradient(hyperparameters_.covariance, points.row(i), prior.data());
+    }
+    for (int64_t d = 0; d < points.cols; ++d) out(i, d) = prior[d] - 2.0 * out(i, d);
+  }
+  return absl::OkStatus();
+}
+
+std::vector<double> SparseModel::MeanCoefficients() const {
+  std::vector<double> alpha(solution_.weights);
+  SolveLowerTransposed(solution_.factor.view(),
+                       MatrixView<double>(alpha.data(), inducing_size(), 1));
+  return alpha;
+}
+
+std::vector<double> SparseModel::PredictOwnMean() const {
+  std::vector<double> mean;
+  const int64_t m = inducing_size();
+  for (int64_t i = 0; i < size(); ++i) {
+    mean.push_back(Dot(solution_.projections.data() + i * m, solution_.weights.data(), m));
+  }
+  return mean;
+}
+
+double SparseModel::LogMarginalLikelihood() const {
+  double sum = static_cast<double>(size()) * std::log(2.0 * M_PI);
+  for (int64_t j = 0; j < inducing_size(); ++j)
+    sum += 2.0 * std::log(solution_.sum_factor.row(j)[j]);
+  const std::vector<double> mean = PredictOwnMean();
+  for (int64_t i = 0; i < size(); ++i) {
+    // y^T Lambda^-1 y - c.A^-1 c = sum_i y_i (y_i - mean_i) / lambda_i.
+    sum += std::log(solution_.lambda[i]) +
+           points_.targets[i] * (points_.targets[i] - mean[i]) / solution_.lambda[i];
+  }
+  return -0.5 * sum;
+}
+
+LeaveOneOut SparseModel::PredictLeaveOneOut() const {
+  // (Q + Lambda)^-1 = Lambda^-1 - Lambda^-1 V A^-1 V^T Lambda^-1, V's rows being v_i.
+  LeaveOneOut result;
+  result.noise_variances = points_.noise_variances;
+  const int64_t n = size(), m = inducing_size();
+  const std::vector<double> mean = PredictOwnMean();
+  for (int64_t begin = 0; begin < n; begin += kPredictionTile) {
+    const int64_t rows = std::min(kPredictionTile, n - begin);
+    AlignedMatrix half(rows, m);
+    for (int64_t i = 0; i < rows; ++i) {
+      std::copy_n(solution_.projections.data() + (begin + i) * m, m, half.row(i));
+    }
+    AppendRows(solution_.sum_factor.view(), half.view());
+    for (int64_t i = 0; i < rows; ++i) {
+      const int64_t row = begin + i;
+      const double inverse =
+          (1.0 - Square(half.row(i), m) / solution_.lambda[row]) / solution_.lambda[row];
+      const double alpha = (points_.targets[row] - mean[row]) / solution_.lambda[row];
+      result.rows.push_back(row);
+      result.mean.push_back(points_.targets[row] - alpha / inverse);
+      result.target_variance.push_back(1.0 / inverse);
+    }
+  }
+  return result;
+}
+
+absl::StatusOr<std::shared_ptr<const Posterior>> SparseModel::MakePosterior(
+    const SquashParameters& squash, const kernels::DensePosteriorOptions& options) const {
+  if (options_.approximation == SparseApproximation::kSubsetOfRegressors) {
+    return absl::UnimplementedError(
+        "the subset of regressors has no variance on devices; use DTC, whose mean is the same");
+  }
+  const int64_t m = inducing_size();
+  AlignedMatrix inverse(m, m), r(m, m), s(m, m);
+  InvertLower(solution_.sum_factor.view(), inverse.view());
+  MultiplyInverse(inverse.view(), s.view());
+  for (int64_t i = 0; i < m; ++i) {
+    for (int64_t j = 0; j <= i; ++j) s.row(i)[j] = (i == j ? 1.0 : 0.0) - s.row(i)[j];
+  }
+  if (!ReverseFactor(s.view())) {
+    return absl::InternalError("I - A^-1 is not positive semidefinite");
+  }
+  // R = C L^-1, by rows: R L = C, R^T = L^-T C^T.
+  for (int64_t i = 0; i < m; ++i) {
+    for (int64_t j = 0; j < m; ++j) r.row(j)[i] = s.row(i)[j];
+  }
+  SolveLowerTransposed(solution_.factor.view(), r.view());
+  for (int64_t i = 0; i < m; ++i) {
+    for (int64_t j = 0; j < m; ++j) s.row(i)[j] = j <= i ? r.row(j)[i] : 0.0;
+  }
+  const std::vector<double> alpha = MeanCoefficients();
+  kernels::PosteriorModel model;
+  model.covariance = hyperparameters_.covariance;
+  model.inputs = inducing_inputs();
+  model.alpha = alpha.data();
+  model.factor_kind = kernels::FactorKind::kInverseCholesky;
+  model.factor = s.view();
+  return Posterior::Create(context_, model, hyperparameters_, squash, options);
+}
+
+}  // namespace egosieve::gp

@@ -1,0 +1,23 @@
+// How many processors this process may use.
+//
+//   affinity   those that its threads may run on (taskset, cpusets)
+//   quota      processor time a second that control groups allow it, rounded up: the least along
+//              the path from its group to the root, by cpu.max (version 2) or cpu.cfs_quota_us over
+//              cpu.cfs_period_us (version 1)
+#ifndef EGOSIEVE_KERNELS_BASE_PROCESSORS_H_
+#define EGOSIEVE_KERNELS_BASE_PROCESSORS_H_
+
+#include <string>
+
+namespace egosieve::kernels {
+
+// The lesser of the two, at least 1. Asks the system anew.
+int AvailableProcessors();
+
+// The quota of a process: `membership` is its /proc/self/cgroup, `root` the folder where control
+// groups are mounted. Infinity where there is none.
+double ProcessorQuota(const std::string& membership, const std::string& root);
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_BASE_PROCESSORS_H_

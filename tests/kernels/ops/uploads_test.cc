@@ -1,0 +1,95 @@
+// What reaches the device: the model once, then the queries alone.
+#include <cstdint>
+#include <memory>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "kernels/ops/dense_posterior.h"
+#include "kernels/runtime/context.h"
+#include "tests/kernels/failing_calls.h"
+#include "tests/kernels/ops/posterior_test.h"
+#include "tests/kernels/test_data.h"
+
+namespace egosieve::kernels {
+namespace {
+
+constexpr int64_t kQueries = 500;
+
+// A posterior of n points whose factor is 100 I.
+std::unique_ptr<DensePosterior> MakePosterior(std::shared_ptr<Context> context, int64_t n) {
+  std::mt19937_64 random = TestRandom();
+  const std::vector<double> inputs = RandomPoints(random, n, 2), alpha = RandomPoints(random, n, 1);
+  std::vector<double> factor(n * n, 0.0);
+  for (int64_t i = 0; i < n; ++i) factor[i * n + i] = 100.0;
+  PosteriorModel model;
+  model.covariance = ArcsineParameters({1, 2, 3});
+  model.inputs = ConstMatrixView<double>(inputs.data(), n, 2);
+  model.alpha = alpha.data();
+  model.factor_kind = FactorKind::kCholesky;
+  model.factor = ConstMatrixView<double>(factor.data(), n, n);
+  auto posterior = DensePosterior::Create(std::move(context), model);
+  EXPECT_TRUE(posterior.ok()) << posterior.status();
+  return *std::move(posterior);
+}
+
+void Evaluate(const DensePosterior& posterior, int64_t count) {
+  const std::vector<float> queries(count * 2, 0.25f);
+  std::vector<float> mean(count), variance(count);
+  EXPECT_TRUE(posterior
+                  .Evaluate(ConstMatrixView<float>(queries.data(), count, 2),
+                            {mean.data(), variance.data(), nullptr})
+                  .ok());
+}
+
+struct Bytes {
+  int64_t of_model = 0;
+  std::vector<int64_t> of_evaluations;
+};
+
+Bytes HandedOver(int64_t n) {
+  Bytes bytes;
+  TakeHostBytes();
+  const auto posterior = MakePosterior(TestContext(), n);
+  bytes.of_model = TakeHostBytes();
+  for (int call = 0; call < 3; ++call) {
+    Evaluate(*posterior, kQueries);
+    bytes.of_evaluations.push_back(TakeHostBytes());
+  }
+  return bytes;
+}
+
+TEST(Uploads, LaterEvaluationsTakeTheQueriesAlone) {
+  if (TestIsOnReference()) GTEST_SKIP() << "the reference uploads nothing";
+  const Bytes small = HandedOver(200), large = HandedOver(600);
+  const int64_t triangle = 600 * 600 / 2 * static_cast<int64_t>(sizeof(float));
+  EXPECT_GE(large.of_model, triangle);
+  EXPECT_EQ(small.of_evaluations, large.of_evaluations);  // whatever the size of the model
+  for (const int64_t bytes : large.of_evaluations) {
+    EXPECT_EQ(bytes, large.of_evaluations[0]);
+    // A prepared query has at most D + 2 values; chunks are padded to tiles, fewer than 1,024 more.
+    const int64_t results = 3 * kQueries + 4;
+    EXPECT_LE(bytes, ((kQueries + 1024) * 4 + results) * static_cast<int64_t>(sizeof(float)));
+    EXPECT_GE(bytes, kQueries * 2 * static_cast<int64_t>(sizeof(float)));
+  }
+}
+
+// With tiles in local memory, as GPUs have them, a group holds one tile.
+TEST(Uploads, OneQueryTakesTheScratchOfOneTile) {
+  if (TestIsOnReference()) GTEST_SKIP() << "the reference has no scratch";
+  constexpr int64_t kPoints = 208;  // a multiple of the group's rows
+  const auto posterior = MakePosterior(OpenLocalTiles(), kPoints);
+  const KernelTuning tuning = SmallLocalTiles();
+  const auto scratch_for = [&](int64_t queries) {
+    TakeScratchBytes();
+    Evaluate(*posterior, queries);
+    return TakeScratchBytes();
+  };
+  const int64_t columns = tuning.width * tuning.work_group / tuning.panels_a_group;
+  EXPECT_EQ(scratch_for(1), kPoints * columns * static_cast<int64_t>(sizeof(float)));
+  EXPECT_EQ(scratch_for(columns + 1), 2 * scratch_for(1));
+}
+
+}  // namespace
+}  // namespace egosieve::kernels

@@ -1,0 +1,96 @@
+/**
+ * @file posterior.hpp
+ * Where predictions go, and posteriors, which stay as their model was: owners of the handles of
+ * #egosieve_posterior.
+ */
+#ifndef EGOSIEVE_POSTERIOR_HPP_
+#define EGOSIEVE_POSTERIOR_HPP_
+
+#include <cstdint>
+#include <utility>
+
+#include "arrays.hpp"
+#include "gaussian_process.h"
+#include "result.hpp"
+
+namespace egosieve {
+
+/** Where results go; a default Array is not wanted. */
+struct Prediction {
+  Array mean{};                /**< Of f. */
+  Array variance{};            /**< Of f, or of an observation. */
+  Array probability{};         /**< Of y = +1 against -1. */
+  bool of_observation = false; /**< The variance is that of an observation. */
+  bool in_float64 = false;     /**< In float64 throughout; GaussianProcess::Predict() alone. */
+};
+
+/** Points on a regular grid; see #egosieve_grid. */
+using Grid = egosieve_grid;
+
+namespace internal {
+
+/** Calls `call` with the C struct of `prediction`. */
+template <typename Call>
+Result<int64_t> Predict(const Prediction& prediction, Call call) {
+  egosieve_prediction c;
+  egosieve_prediction_init(&c);
+  c.mean = prediction.mean.c();
+  c.variance = prediction.variance.c();
+  c.probability = prediction.probability.c();
+  c.of_observation = prediction.of_observation ? 1 : 0;
+  c.in_float64 = prediction.in_float64 ? 1 : 0;
+  Status status = Status::FromC(call(&c));
+  if (!status.ok()) return status;
+  return c.clamped_variances;
+}
+
+}  // namespace internal
+
+/**
+ * What a model believed at one moment. Immutable: any number of threads may predict. A moved-from
+ * object only takes assignment and destruction.
+ */
+class Posterior {
+ public:
+  /** Takes the handle over. */
+  explicit Posterior(egosieve_posterior* handle) : handle_(handle) {}
+  /** Takes the other's handle. */
+  Posterior(Posterior&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+  /** Exchanges the handles. */
+  Posterior& operator=(Posterior&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  ~Posterior() { egosieve_posterior_free(handle_); }
+
+  /** At M x D points. The value: variances that were negative from rounding and set to 0. */
+  Result<int64_t> Predict(const ConstArray& x, const Prediction& prediction) const {
+    return internal::Predict(prediction, [&](egosieve_prediction* c) {
+      return egosieve_posterior_predict(handle_, x.c(), c);
+    });
+  }
+  /** On a grid in the plane; needs D = 2. */
+  Result<int64_t> PredictGrid(const Grid& grid, const Prediction& prediction) const {
+    return internal::Predict(prediction, [&](egosieve_prediction* c) {
+      return egosieve_posterior_predict_grid(handle_, &grid, c);
+    });
+  }
+  /** Over an image, every `stride` pixels; needs D = 6. See egosieve_gp_predict_image(). */
+  Result<int64_t> PredictImage(const Image& image, int32_t stride,
+                               const Prediction& prediction) const {
+    const egosieve_image c_image = image.c();
+    return internal::Predict(prediction, [&](egosieve_prediction* c) {
+      return egosieve_posterior_predict_image(handle_, &c_image, stride, c);
+    });
+  }
+
+  /** The handle, still owned by this object. */
+  egosieve_posterior* handle() const { return handle_; }
+
+ private:
+  egosieve_posterior* handle_ = nullptr;
+};
+
+}  // namespace egosieve
+
+#endif  // EGOSIEVE_POSTERIOR_HPP_
