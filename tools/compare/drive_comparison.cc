@@ -27,7 +27,7 @@ FrameMaps MapsOf(const vision::SegmentationMap& map) {
     std::copy(values.begin(), values.end(), copy.begin());
     return copy;
   };
-  return {image(map.probability), map.deviation.empty() ? cv::Mat1f() : image(map.deviation)};
+  return {image(map.probability), map.deviation.empty() ? cv::Mat1f() : image(map.deviation), {}};
 }
 
 class Comparison {
