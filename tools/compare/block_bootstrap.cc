@@ -138,6 +138,24 @@ std::optional<BootstrapInterval> BlockBootstrap(const std::vector<std::vector<do
   return interval;
 }
 
+std::optional<BootstrapInterval> SequenceBootstrap(const std::vector<double>& differences,
+                                                   const BootstrapOptions& options) {
+  if (differences.empty()) return std::nullopt;
+  const size_t count = differences.size();
+  BootstrapInterval interval;
+  interval.frames = static_cast<int64_t>(count);
+  for (const double value : differences) interval.mean += value / static_cast<double>(count);
+  std::mt19937_64 random(options.seed);
+  std::vector<double> means;
+  for (int i = 0; i < options.resamples; ++i) {
+    double sum = 0.0;
+    for (size_t k = 0; k < count; ++k) sum += differences[random() % count];
+    means.push_back(sum / static_cast<double>(count));
+  }
+  SetQuantiles(std::move(means), interval);
+  return interval;
+}
+
 std::optional<BootstrapInterval> SlopeBootstrap(const std::vector<std::vector<FrameFigure>>& drives,
                                                 const BootstrapOptions& options) {
   constexpr size_t kFewestFrames = 3;

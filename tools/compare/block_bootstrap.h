@@ -6,7 +6,12 @@
 //   resample  for each drive of n frames ceil(n / block_frames) blocks with replacement, cut to n
 //   interval  quantiles 0.025 and 0.975 of the resampled means over all frames
 //
-// A figure's trend over time, with the same blocks:
+// How sure it is that other drives would give it: the bootstrap over sequences.
+//
+//   d_s       a drive's mean difference; the figure is their mean, so that long drives do not rule
+//   resample  as many drives with replacement; interval as above
+//
+// A figure's trend over time, with the same blocks as above:
 //
 //   slope      b = sum (t - T_d)(a - A_d) / sum (t - T_d)^2 over all frames of all drives d, whose
 //              means are T_d and A_d: drives may lie at different heights
@@ -47,6 +52,10 @@ struct BootstrapInterval {
 // without frames. Options must be valid.
 std::optional<BootstrapInterval> BlockBootstrap(const std::vector<std::vector<double>>& differences,
                                                 const BootstrapOptions& options);
+
+// `frames` is the number of drives. Absent without drives. Options must be valid.
+std::optional<BootstrapInterval> SequenceBootstrap(const std::vector<double>& differences,
+                                                   const BootstrapOptions& options);
 
 struct FrameFigure {
   double frame = 0.0;  // t

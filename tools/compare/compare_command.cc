@@ -64,7 +64,7 @@ class CompareCommand : public Command {
   void AddFlags(CLI::App& app) override {
     app.add_option("INPUT", input_,
                    "With --truth: a video, a folder or a glob of images; without: a folder of "
-                   "sequences, each with frames/ and its truth; left out: synthetic drives")
+                   "sequences, each with frames/ and its truth; left out: synthetic drives alone")
         ->type_name("")
         ->configurable(false);
     app.add_option("--truth", truth_, "Masks, a synthetic drive, or tracks.csv, as for evaluate")
@@ -75,10 +75,12 @@ class CompareCommand : public Command {
     app.add_option("--methods", methods_, "By commas; the others are told against the first")
         ->capture_default_str()
         ->type_name("NAMES");
-    app.add_option("--scenarios", scenarios_,
-                   "Without INPUT: synthetic drives to make in OUT/drives, by commas")
-        ->capture_default_str()
-        ->type_name("NAMES");
+    scenarios_option_ =
+        app.add_option("--scenarios", scenarios_,
+                       "Synthetic drives to make in OUT/drives, by commas; with a folder of "
+                       "sequences they stand beside these, where they are asked for")
+            ->capture_default_str()
+            ->type_name("NAMES");
     app.add_option("--frames", synthetic_frames_, "Frames of each synthetic drive")
         ->check(AtLeast(3))
         ->capture_default_str();
@@ -196,6 +198,12 @@ class CompareCommand : public Command {
       return std::vector<Sequence>{{path.filename().string(), "", input_, truth_}};
     }
     EGOSIEVE_ASSIGN_OR_RETURN(SequenceList list, FindSequences(input_));
+    const std::string drives = (fs::path(out_) / "drives").string();
+    if (input_ != drives && scenarios_option_->count() > 0) {
+      EGOSIEVE_RETURN_IF_ERROR(MakeDrives());
+      EGOSIEVE_ASSIGN_OR_RETURN(const SequenceList made, FindSequences(drives));
+      list.sequences.insert(list.sequences.end(), made.sequences.begin(), made.sequences.end());
+    }
     return std::move(list.sequences);
   }
 
@@ -290,6 +298,7 @@ class CompareCommand : public Command {
   std::string profiles_ = "paper,default";
   std::vector<std::string> variants_;
   CLI::Option* profile_option_ = nullptr;
+  CLI::Option* scenarios_option_ = nullptr;
   ComparisonOptions options_;  // but for the segmenter's, which each profile has its own
   BootstrapOptions bootstrap_;
   SegmentFlags segment_;

@@ -3,7 +3,9 @@
 //   AUC (frames)   mean over all scored frames of all drives that have one
 //   AUC (drives)   mean over drives of the mean over frames
 //   pooled AUC     of all scored pixels together
-//   difference     of the first method to another one in AUC, frame by frame (block_bootstrap.h)
+//   no prior       AUC (drives) without the location prior
+//   difference     of the first method to another one in AUC, frame by frame (block_bootstrap.h),
+//                  and over drives; of both or of neither with the location prior
 //   slope          AUC a frame over the frame's number, common to all drives (SlopeBootstrap);
 //                  of the lead over the method `labels`, which learns nothing, likewise
 //   gain           mean AUC of each drive's last third of frames less that of its first third
@@ -26,12 +28,16 @@ struct MethodSummary {
   DriveScores scores;  // of all drives
   std::optional<double> frame_auc;
   std::optional<double> drive_auc;
+  std::optional<double> drive_auc_without_prior;
   std::optional<double> gain;
   std::optional<BootstrapInterval> slope;
   std::optional<BootstrapInterval> slope_of_lead;  // of its AUC less that of `labels`
   double own_milliseconds = 0.0;                   // median over frames
   double model_size = 0.0;                         // mean over the drives' last frames
-  std::optional<BootstrapInterval> difference;     // of the first method; absent for itself
+  // Of the first method to this one; absent for itself.
+  std::optional<BootstrapInterval> difference;
+  std::optional<BootstrapInterval> difference_over_drives;
+  std::optional<BootstrapInterval> difference_over_drives_without_prior;
 };
 
 struct ComparisonSummary {

@@ -10,7 +10,9 @@
 #include "tools/cli/exit_code.h"
 #include "tools/evaluate/drive_truth.h"
 #include "tools/evaluate/same_drive.h"
+#include "tools/segment/camera_flags.h"
 #include "tools/segment/drive_input.h"
+#include "tools/segment/method_run.h"
 #include "vision/frame/frame_source.h"
 #include "vision/segmentation/methods/map_method.h"
 #include "vision/segmentation/methods/method_segmenter.h"
@@ -21,33 +23,32 @@ namespace {
 // As run folders store it: scores are then those of `evaluate`, to the last bit.
 constexpr double kDeviationFullScale = 4.0;
 
-FrameMaps MapsOf(const vision::SegmentationMap& map) {
+FrameMaps MapsOf(const vision::SegmentationMap& map, const std::vector<float>& probability) {
   const auto image = [&](const std::vector<float>& values) {
     cv::Mat1f copy(map.grid.rows(), map.grid.columns());
     std::copy(values.begin(), values.end(), copy.begin());
     return copy;
   };
-  return {image(map.probability), map.deviation.empty() ? cv::Mat1f() : image(map.deviation)};
+  return {image(probability), map.deviation.empty() ? cv::Mat1f() : image(map.deviation), {}};
 }
 
 class Comparison {
  public:
   Comparison(const Sequence& sequence, const ComparisonOptions& options, DriveTruth truth,
-             std::unique_ptr<vision::MethodSegmenter> segmenter)
-      : options_(options), truth_(std::move(truth)), segmenter_(std::move(segmenter)) {
+             const vision::MethodSegmenter& segmenter)
+      : options_(options), truth_(std::move(truth)) {
     result_.sequence = sequence;
     result_.pixels = truth_.scattered() ? "interpolated from grid" : "grid";
     const int stride = options.segmenter.stride_pixels;
     for (size_t i = 0; i < options.methods.size(); ++i) {
       result_.methods.push_back({options.methods[i],
-                                 segmenter_->method(static_cast<int>(i)).probabilistic(),
+                                 segmenter.method(static_cast<int>(i)).probabilistic(),
                                  DriveScores(options.evaluate.ScoresAtStride(stride)),
                                  {}});
     }
   }
 
-  absl::Status Add(const vision::Frame& frame) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const vision::MethodAnswers answers, segmenter_->Process(frame));
+  absl::Status Add(const vision::Frame& frame, const vision::MethodAnswers& answers) {
     ++result_.frames;
     learnt_ |= answers.labels.size() > 0;
     const bool has_truth = truth_.Has(frame.index);
@@ -56,29 +57,12 @@ class Comparison {
     result_.shared_milliseconds.push_back(answers.shared_milliseconds);
     for (size_t i = 0; i < result_.methods.size(); ++i) {
       const vision::MethodAnswer& answer = answers.answers[i];
-      MethodResult& method = result_.methods[i];
       MethodFrame entry;
       entry.index = frame.index;
       entry.model_size = answer.record.model_size;
       entry.own_milliseconds = answer.own_milliseconds;
-      if (has_truth && learnt_) {
-        int64_t outside = 0;
-        const absl::StatusOr<ScoredFrame> scored = truth_.Compare(
-            frame.index, answer.map.grid, MapsOf(answer.map), kDeviationFullScale, &outside);
-        if (absl::IsOutOfRange(scored.status())) return Misfit(frame, scored.status());
-        EGOSIEVE_RETURN_IF_ERROR(scored.status());
-        const bool is_void = IsVoid(*scored);
-        if (!is_void) {
-          EGOSIEVE_RETURN_IF_ERROR(method.scores.Add(*scored));
-          entry.auc = method.scores.frames().back().auc;
-        }
-        if (i == 0) {
-          result_.points_outside += outside;
-          result_.frames_of_void += is_void;
-          result_.frames_of_one_class += !is_void && !entry.auc;
-        }
-      }
-      method.frames.push_back(entry);
+      if (has_truth && learnt_) EGOSIEVE_RETURN_IF_ERROR(Score(frame, answer, i, entry));
+      result_.methods[i].frames.push_back(entry);
     }
     if (has_truth && !truth_.scattered()) return AddFeatures(frame, answers.labels);
     return absl::OkStatus();
@@ -87,6 +71,43 @@ class Comparison {
   DriveComparison Take() { return std::move(result_); }
 
  private:
+  absl::Status Score(const vision::Frame& frame, const vision::MethodAnswer& answer, size_t method,
+                     MethodFrame& entry) {
+    int64_t outside = 0;
+    const absl::StatusOr<ScoredFrame> scored =
+        truth_.Compare(frame.index, answer.map.grid, MapsOf(answer.map, answer.map.probability),
+                       kDeviationFullScale, &outside);
+    if (absl::IsOutOfRange(scored.status())) return Misfit(frame, scored.status());
+    EGOSIEVE_RETURN_IF_ERROR(scored.status());
+    const bool is_void = IsVoid(*scored);
+    if (!is_void) {
+      DriveScores& scores = result_.methods[method].scores;
+      EGOSIEVE_RETURN_IF_ERROR(scores.Add(*scored));
+      entry.auc = entry.auc_without_prior = scores.frames().back().auc;
+      if (!answer.without_prior.empty()) {
+        EGOSIEVE_ASSIGN_OR_RETURN(entry.auc_without_prior, AucWithoutPrior(frame, answer));
+      }
+    }
+    if (method == 0) {
+      result_.points_outside += outside;
+      result_.frames_of_void += is_void;
+      result_.frames_of_one_class += !is_void && !entry.auc;
+    }
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<std::optional<double>> AucWithoutPrior(const vision::Frame& frame,
+                                                        const vision::MethodAnswer& answer) {
+    int64_t outside = 0;
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const ScoredFrame scored,
+        truth_.Compare(frame.index, answer.map.grid, MapsOf(answer.map, answer.without_prior),
+                       kDeviationFullScale, &outside));
+    DriveScores scores(options_.evaluate.ScoresAtStride(options_.segmenter.stride_pixels));
+    EGOSIEVE_RETURN_IF_ERROR(scores.Add(scored));
+    return scores.frames().back().auc;
+  }
+
   // How many masks have another size than this frame, of which one does.
   absl::Status Misfit(const vision::Frame& frame, const absl::Status& first) const {
     int64_t count = 0;
@@ -117,7 +138,6 @@ class Comparison {
 
   const ComparisonOptions& options_;
   DriveTruth truth_;
-  std::unique_ptr<vision::MethodSegmenter> segmenter_;
   DriveComparison result_;
   bool learnt_ = false;
 };
@@ -159,20 +179,26 @@ absl::StatusOr<DriveComparison> CompareMethods(std::shared_ptr<kernels::Context>
   EGOSIEVE_ASSIGN_OR_RETURN(const DriveInput input, OpenDriveInput(sequence.frames, 0));
   EGOSIEVE_RETURN_IF_ERROR(CheckSameDrive(sequence.name, sequence.frames,
                                           input.description.fingerprint, 0, sequence.truth));
+  ComparisonOptions own = options;  // with this drive's camera
+  EGOSIEVE_RETURN_IF_ERROR(
+      CameraFlags().Find(input, 0, /*resumes=*/false, "", own.segmenter.labeller));
   EGOSIEVE_ASSIGN_OR_RETURN(
       std::unique_ptr<vision::MethodSegmenter> segmenter,
-      vision::MethodSegmenter::Create(std::move(context), options.segmenter, options.methods));
-  Comparison comparison(sequence, options, std::move(truth), std::move(segmenter));
-  int64_t count = 0;
-  while (options.max_frames == 0 || count < options.max_frames) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const vision::FrameRead read, (*source)->Next());
-    if (std::holds_alternative<vision::EndOfFrames>(read)) break;
-    ++count;
-    if (const auto* frame = std::get_if<vision::Frame>(&read)) {
-      EGOSIEVE_RETURN_IF_ERROR(comparison.Add(*frame));
-    }
-    if (!after_frame()) return absl::CancelledError("interrupted; nothing was written");
-  }
+      vision::MethodSegmenter::Create(std::move(context), own.segmenter, own.methods));
+  Comparison comparison(sequence, own, std::move(truth), *segmenter);
+  vision::PipelineOptions pipeline;
+  pipeline.end_frame = own.max_frames > 0 ? own.max_frames : -1;
+  EGOSIEVE_RETURN_IF_ERROR(
+      AnswerFrames(
+          **source, *segmenter, pipeline, [] { return false; },
+          [&](const vision::FrameRead& read, const vision::MethodAnswers* answers) {
+            if (answers != nullptr) {
+              EGOSIEVE_RETURN_IF_ERROR(comparison.Add(std::get<vision::Frame>(read), *answers));
+            }
+            return after_frame() ? absl::OkStatus()
+                                 : absl::CancelledError("interrupted; nothing was written");
+          })
+          .status());
   DriveComparison result = comparison.Take();
   if (result.methods.front().scores.frames().empty()) {
     return absl::FailedPreconditionError(absl::StrFormat(

@@ -1,4 +1,5 @@
-// Several methods on the same features, frames and pixels of one drive, against its truth.
+// Several methods on the same features, frames and pixels of one drive, against its truth. Features
+// and labels are those of `segment`: with the drive's camera of a first pass and the frames ahead.
 #ifndef EGOSIEVE_TOOLS_COMPARE_DRIVE_COMPARISON_H_
 #define EGOSIEVE_TOOLS_COMPARE_DRIVE_COMPARISON_H_
 
@@ -30,6 +31,7 @@ struct ComparisonOptions {
 struct MethodFrame {
   int64_t index = 0;
   std::optional<double> auc;  // absent where the frame was not scored or has one class
+  std::optional<double> auc_without_prior;  // likewise, without the location prior
   int64_t model_size = 0;
   double own_milliseconds = 0.0;
 };

@@ -86,6 +86,11 @@ class EvaluateCommand : public Command {
     app.add_option("--poses_fps", trajectory_.frames_per_second,
                    "Rows of the poses a second, where no camera.json says so")
         ->capture_default_str();
+    app.add_option("--potential_from", potential_.from_seconds,
+                   "Seconds of the drive from which the potential (segment --potential) is scored "
+                   "against boxes or a synthetic drive's objects: it has to have seen things move")
+        ->check(AtLeast(0.0))
+        ->capture_default_str();
     app.add_option("--true_camera", further_.camera,
                    "The true lens, as in a run's camera.json; default: camera.json beside the "
                    "frames; with --suite: for sequences that have poses, but no camera.json")
@@ -215,6 +220,7 @@ class EvaluateCommand : public Command {
     further.pixels = options_.pixels;
     further.with_prior = options_.with_prior;
     further.boxes.threshold = options_.scores.threshold;
+    further.potential = potential_;
     further.trajectory = trajectory_;
     return further;
   }
@@ -272,6 +278,7 @@ class EvaluateCommand : public Command {
   std::string directory_;
   std::string truth_;
   FurtherTruth further_;  // as far as it was given
+  PotentialScoresOptions potential_;
   TrajectoryErrorOptions trajectory_;
   EvaluateOptions options_;
   std::string suite_;

@@ -137,17 +137,22 @@ FurtherTruth FindFurtherTruth(const std::string& input) {
     return fs::is_regular_file(file, error) ? file.string() : std::string();
   };
   return {beside("boxes.csv"), beside("poses.txt"), beside("camera.json"),
-          beside("own_vehicle.png")};
+          beside("own_vehicle.png"), beside("scene.json")};
 }
 
 bool FurtherScores::empty() const {
-  return !boxes && !trajectory && !focal_error_percent && !own_vehicle_marked;
+  return !boxes && !trajectory && !focal_error_percent && !own_vehicle_marked && potential.empty();
 }
 
 absl::StatusOr<FurtherScores> ScoreFurther(const RunFolder& folder, const FurtherTruth& truth,
                                            const FurtherOptions& options) {
   FurtherScores scores;
   EGOSIEVE_RETURN_IF_ERROR(ScoreMaps(folder, truth, options, &scores));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      scores.potential,
+      ScorePotential(folder,
+                     truth.scene.empty() ? "" : fs::path(truth.scene).parent_path().string(),
+                     truth.boxes, options.potential));
   std::optional<CameraTruth> camera;
   if (!truth.camera.empty()) {
     EGOSIEVE_ASSIGN_OR_RETURN(camera, ParseFile(truth.camera, ParseCamera));
@@ -178,6 +183,7 @@ Json ToJson(const FurtherScores& scores) {
   }
   json["focal_error_percent"] = OrNull(scores.focal_error_percent);
   json["own_vehicle_marked_share"] = OrNull(scores.own_vehicle_marked);
+  if (!scores.potential.empty()) json["potential"] = scores.potential.ToJson();
   return json;
 }
 
@@ -196,6 +202,7 @@ std::string ToTable(const FurtherScores& scores) {
     absl::StrAppendFormat(&table, "own vehicle: %.4f of its pixels marked\n",
                           *scores.own_vehicle_marked);
   }
+  absl::StrAppend(&table, scores.potential.ToTable());
   return table;
 }
 

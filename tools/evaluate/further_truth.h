@@ -6,6 +6,8 @@
 //                    rate: against the run's trajectory.txt (TUM) and camera.json
 //                    (trajectory_errors.h)
 //   own_vehicle.png  255 where the camera's own vehicle is seen: the share of it that is marked
+//   scene.json       a synthetic drive: with boxes.csv what a run's potential is compared with
+//                    (potential_scores.h)
 #ifndef EGOSIEVE_TOOLS_EVALUATE_FURTHER_TRUTH_H_
 #define EGOSIEVE_TOOLS_EVALUATE_FURTHER_TRUTH_H_
 
@@ -14,6 +16,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "tools/evaluate/potential_scores.h"
 #include "tools/evaluate/scored_maps.h"
 #include "tools/evaluation/box_scores.h"
 #include "tools/evaluation/trajectory_errors.h"
@@ -27,6 +30,7 @@ struct FurtherTruth {
   std::string poses;
   std::string camera;
   std::string own_vehicle;
+  std::string scene;
 };
 
 // Those of the files above that lie beside the input: in the folder that holds frames/ or the
@@ -37,6 +41,7 @@ struct FurtherOptions {
   ScoredPixels pixels = ScoredPixels::kGrid;
   bool with_prior = false;
   BoxScoresOptions boxes;
+  PotentialScoresOptions potential;
   TrajectoryErrorOptions trajectory;  // its rate is that of poses without a rate in camera.json
 };
 
@@ -49,6 +54,7 @@ struct FurtherScores {
   int row_shift = 0;
   std::optional<double> focal_error_percent;
   std::optional<double> own_vehicle_marked;  // share of its pixels, mean over frames
+  PotentialScores potential;
 
   bool empty() const;
 };

@@ -26,7 +26,8 @@ absl::StatusOr<FrameMaps> ReadScoredMaps(const RunFolder& folder, const RunDescr
   EGOSIEVE_RETURN_IF_ERROR(probability.status());
   absl::StatusOr<cv::Mat1f> deviation = ReadMap(folder.FrameFile("full", line.index, ".std.png"),
                                                 size, description.deviation_full_scale);
-  return FrameMaps{*std::move(probability), deviation.ok() ? *std::move(deviation) : cv::Mat1f()};
+  return FrameMaps{
+      *std::move(probability), deviation.ok() ? *std::move(deviation) : cv::Mat1f(), {}};
 }
 
 kernels::ImageGrid ScoredGrid(const FrameLine& line, const RunDescription& description,

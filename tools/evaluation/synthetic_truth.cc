@@ -82,9 +82,8 @@ absl::StatusOr<SyntheticTruth> ReadSyntheticTruth(const std::string& folder) {
   return truth;
 }
 
-absl::StatusOr<cv::Mat1i> SyntheticTruth::ReadMovingIds(int64_t frame) const {
-  const auto objects = frames.find(frame);
-  if (objects == frames.end()) {
+absl::StatusOr<cv::Mat1i> SyntheticTruth::ReadIds(int64_t frame) const {
+  if (frames.count(frame) == 0) {
     return absl::NotFoundError(absl::StrCat(folder, " has no frame ", frame));
   }
   const std::string path = absl::StrFormat("%s/ids/%06d.png", folder, frame);
@@ -94,15 +93,19 @@ absl::StatusOr<cv::Mat1i> SyntheticTruth::ReadMovingIds(int64_t frame) const {
         absl::StrFormat("%s is no 16-bit grey image of %d x %d pixels; synthesise the drive again",
                         path, width_pixels, height_pixels));
   }
-  cv::Mat1i moving(ids.size());
-  for (int y = 0; y < ids.rows; ++y) {
-    for (int x = 0; x < ids.cols; ++x) {
-      const int id = ids.at<uint16_t>(y, x);
-      const auto object = objects->second.find(id);
-      moving(y, x) = object != objects->second.end() && object->second.moving ? id : 0;
-    }
+  cv::Mat1i numbers;
+  ids.convertTo(numbers, CV_32S);
+  return numbers;
+}
+
+absl::StatusOr<cv::Mat1i> SyntheticTruth::ReadMovingIds(int64_t frame) const {
+  EGOSIEVE_ASSIGN_OR_RETURN(cv::Mat1i ids, ReadIds(frame));
+  const std::map<int, SyntheticObject>& objects = frames.at(frame);
+  for (int& id : ids) {
+    const auto object = objects.find(id);
+    if (object == objects.end() || !object->second.moving) id = 0;
   }
-  return moving;
+  return ids;
 }
 
 }  // namespace egosieve::tools

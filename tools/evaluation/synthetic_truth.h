@@ -26,8 +26,10 @@ struct SyntheticTruth {
   int height_pixels = 0;
   std::map<int64_t, std::map<int, SyntheticObject>> frames;  // by index, then by id
 
-  // ids/NNNNNN.png with the pixels of standing objects set to 0. DataLoss, naming the file, where
-  // it is not a 16-bit grey image of the drive's size; NotFound for a frame that the drive has not.
+  // ids/NNNNNN.png. DataLoss, naming the file, where it is not a 16-bit grey image of the drive's
+  // size; NotFound for a frame that the drive has not.
+  absl::StatusOr<cv::Mat1i> ReadIds(int64_t frame) const;
+  // The same with the pixels of standing objects set to 0.
   absl::StatusOr<cv::Mat1i> ReadMovingIds(int64_t frame) const;
 };
 

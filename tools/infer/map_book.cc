@@ -25,7 +25,9 @@ absl::StatusOr<MapBook> MapBook::Open(const RunFolder& folder, const RunDescript
                                       const std::string& device) {
   MapBook book(folder, description, device);
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("grid")));
-  kernels::RemoveAbandonedTemporaries(folder.File("grid"));
+  for (const char* maps : {"grid", "potential"}) {
+    kernels::RemoveAbandonedTemporaries(folder.File(maps));
+  }
   EGOSIEVE_RETURN_IF_ERROR(book.Refresh());
   return book;
 }

@@ -124,11 +124,14 @@ class MergeCommand : public Command {
   }
 
   static absl::Status CopyMaps(const RunFolder& from, const RunFolder& to, int64_t index) {
-    for (const char* suffix : {".std.png", ".prob.png"}) {
-      const absl::StatusOr<std::string> png = ReadFile(from.FrameFile("grid", index, suffix));
-      if (absl::IsNotFound(png.status())) continue;  // a method without a deviation
+    for (const MapFile& file : kMapFiles) {
+      const absl::StatusOr<std::string> png =
+          ReadFile(from.FrameFile(file.folder, index, file.suffix));
+      if (absl::IsNotFound(png.status())) continue;  // a run without a deviation or potential
       EGOSIEVE_RETURN_IF_ERROR(png.status());
-      EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(to.FrameFile("grid", index, suffix), *png));
+      EGOSIEVE_RETURN_IF_ERROR(CreateFolder(to.File(file.folder)));
+      EGOSIEVE_RETURN_IF_ERROR(
+          WriteFileAtomically(to.FrameFile(file.folder, index, file.suffix), *png));
     }
     return absl::OkStatus();
   }

@@ -35,6 +35,7 @@ struct FrameFolder {
 const std::vector<FrameFolder>& FrameFolders() {
   static const auto& folders = *new std::vector<FrameFolder>{
       {"grid", {".prob.png", ".std.png"}},
+      {"potential", {".png"}},
       {"full", {".prob.png", ".std.png", ".class.png", ".objects.json"}},
       {"masks", {".png"}},
       {"ids", {".png"}},

@@ -199,18 +199,26 @@ absl::StatusOr<LineLog> RunFolder::OpenMapLog() const {
 }
 
 bool RunFolder::HoldsMaps(const FrameLine& line, const RunDescription& description) const {
-  const auto is_there = [&](const char* suffix) {
+  const auto is_there = [&](const char* folder, const char* suffix) {
     std::error_code error;
-    const std::uintmax_t size = fs::file_size(FrameFile("grid", line.index, suffix), error);
+    const std::uintmax_t size = fs::file_size(FrameFile(folder, line.index, suffix), error);
     return !error && size > 0;
   };
+  if (description.flags.count("potential") > 0 && !is_there("potential", ".png")) return false;
   // A method without a deviation writes none.
-  return is_there(".prob.png") && (description.flags.count("method") > 0 || is_there(".std.png"));
+  return is_there("grid", ".prob.png") &&
+         (description.flags.count("method") > 0 || is_there("grid", ".std.png"));
 }
 
 absl::StatusOr<int64_t> RunFolder::WriteGridMaps(int64_t index, const FrameMaps& maps,
                                                  double deviation_full_scale) const {
   EGOSIEVE_ASSIGN_OR_RETURN(const EncodedMap probability, EncodeMap(maps.probability, 1.0));
+  if (!maps.potential.empty()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const EncodedMap potential, EncodeMap(maps.potential, 1.0));
+    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(File("potential")));
+    EGOSIEVE_RETURN_IF_ERROR(
+        WriteFileAtomically(FrameFile("potential", index, ".png"), potential.png));
+  }
   EncodedMap deviation;
   if (!maps.deviation.empty()) {
     EGOSIEVE_ASSIGN_OR_RETURN(deviation, EncodeMap(maps.deviation, deviation_full_scale));
@@ -247,6 +255,13 @@ absl::StatusOr<FrameMaps> RunFolder::ReadGridMaps(const FrameLine& line,
                                                       size, description.deviation_full_scale));
   }
   return maps;
+}
+
+absl::StatusOr<cv::Mat1f> RunFolder::ReadPotential(const FrameLine& line,
+                                                   const RunDescription& description) const {
+  const kernels::ImageGrid grid = GridOf(line, description);
+  return ReadMap(FrameFile("potential", line.index, ".png"), cv::Size(grid.columns(), grid.rows()),
+                 1.0);
 }
 
 }  // namespace egosieve::tools

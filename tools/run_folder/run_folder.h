@@ -5,6 +5,8 @@
 //   log/TIME-HOST-PID.jsonl        the lines of maps that were made later, a log for each program
 //                                  that makes them; who reads merges them
 //   grid/NNNNNN.{prob,std}.png     maps at grid resolution (map_image.h)
+//   potential/NNNNNN.png           with segment --potential: what looks like the things that move,
+//                                  at grid resolution, value / 65535
 //   masks/, ids/, tracks.csv, full/    what reconstruct makes (tools/reconstruct/frame_products.h);
 //   reconstruct.json                   how far it is
 //   camera.json, own_vehicle.png, fixed_pattern.png   what a first pass learnt
@@ -35,7 +37,17 @@ namespace egosieve::tools {
 struct FrameMaps {
   cv::Mat1f probability;
   cv::Mat1f deviation;
+  cv::Mat1f potential;  // empty: none
 };
+
+// A file of a frame's maps: folder/NNNNNNsuffix.
+struct MapFile {
+  const char* folder;
+  const char* suffix;
+};
+// Those that a run's maps consist of, the probability, by which a map is known, last.
+inline constexpr MapFile kMapFiles[] = {
+    {"potential", ".png"}, {"grid", ".std.png"}, {"grid", ".prob.png"}};
 
 // The folder's absolute path, the same however it is written.
 std::string AbsolutePath(const std::string& path);
@@ -84,14 +96,17 @@ class RunFolder {
   // Whether the files that a line with a map stands for are there and not empty.
   bool HoldsMaps(const FrameLine& line, const RunDescription& description) const;
 
-  // Writes grid/NNNNNN.{prob,std}.png and returns how many deviations saturated. An empty deviation
-  // (means only) is not written.
+  // Writes kMapFiles and returns how many deviations saturated. An empty deviation (means only) or
+  // potential is not written.
   absl::StatusOr<int64_t> WriteGridMaps(int64_t index, const FrameMaps& maps,
                                         double deviation_full_scale) const;
-  // The maps of a line that has them. The deviation is left empty where `with_deviation` is
-  // not set.
+  // The maps of a line that has them, without the potential. The deviation is left empty where
+  // `with_deviation` is not set.
   absl::StatusOr<FrameMaps> ReadGridMaps(const FrameLine& line, const RunDescription& description,
                                          bool with_deviation) const;
+  // NotFound where the run has none.
+  absl::StatusOr<cv::Mat1f> ReadPotential(const FrameLine& line,
+                                          const RunDescription& description) const;
 
  private:
   explicit RunFolder(std::string path) : path_(std::move(path)) {}

@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <ctime>
+#include <iterator>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -61,17 +62,20 @@ FrameMaps MakeMaps(const vision::SegmentationMap& map) {
     return cv::Mat1f(map.grid.rows(), map.grid.columns(), const_cast<float*>(values.data()));
   };
   // A method without a deviation has none to write.
-  return {as_image(map.probability), map.deviation.empty() ? cv::Mat1f() : as_image(map.deviation)};
+  const auto if_any = [&](const std::vector<float>& values) {
+    return values.empty() ? cv::Mat1f() : as_image(values);
+  };
+  return {as_image(map.probability), if_any(map.deviation), if_any(map.potential)};
 }
 
 absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLine& line) {
-  for (const char* suffix : {".std.png", ".prob.png"}) {
+  for (const MapFile& file : kMapFiles) {
     const absl::StatusOr<std::string> png =
-        ReadFile(folder.FrameFile("grid", before.index, suffix));
-    if (absl::IsNotFound(png.status()) && suffix == std::string(".std.png")) continue;
+        ReadFile(folder.FrameFile(file.folder, before.index, file.suffix));
+    if (absl::IsNotFound(png.status()) && &file != std::end(kMapFiles) - 1) continue;
     EGOSIEVE_RETURN_IF_ERROR(png.status());
     EGOSIEVE_RETURN_IF_ERROR(
-        WriteFileAtomically(folder.FrameFile("grid", line.index, suffix), *png));
+        WriteFileAtomically(folder.FrameFile(file.folder, line.index, file.suffix), *png));
   }
   line.width_pixels = before.width_pixels;
   line.height_pixels = before.height_pixels;

@@ -1,21 +1,66 @@
 #include "tools/segment/method_run.h"
 
+#include <deque>
+#include <memory>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::tools {
+namespace {
 
-absl::StatusOr<vision::PipelineSummary> RunMethod(vision::FrameSource& source,
-                                                  vision::MethodSegmenter& segmenter,
-                                                  const vision::PipelineOptions& options,
-                                                  const std::function<bool()>& stop_requested,
-                                                  const vision::SegmentedFrameSink& sink) {
+// A frame that waits for those ahead of it.
+struct Waiting {
+  int64_t index = 0;
+  vision::FrameRead read;
+  std::shared_ptr<const vision::ExtractedFrame> extracted;  // null where it is damaged
+};
+
+absl::StatusOr<Waiting> Extract(const vision::MethodSegmenter& segmenter, vision::FrameRead read) {
+  Waiting waiting;
+  if (const auto* frame = std::get_if<vision::Frame>(&read)) {
+    waiting.index = frame->index;
+    EGOSIEVE_ASSIGN_OR_RETURN(waiting.extracted, segmenter.Extract(*frame));
+  } else {
+    waiting.index = std::get<vision::DamagedFrame>(read).index;
+  }
+  waiting.read = std::move(read);
+  return waiting;
+}
+
+}  // namespace
+
+absl::StatusOr<vision::PipelineSummary> AnswerFrames(vision::FrameSource& source,
+                                                     vision::MethodSegmenter& segmenter,
+                                                     const vision::PipelineOptions& options,
+                                                     const std::function<bool()>& stop_requested,
+                                                     const AnsweredFrame& on_frame) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   EGOSIEVE_RETURN_IF_ERROR(source.SeekTo(options.first_frame));
+  const int ahead_frames = segmenter.options().ahead_frames;
   vision::PipelineSummary summary;
-  while (options.end_frame < 0 || source.next_index() < options.end_frame) {
+  std::deque<Waiting> waiting;
+  const auto release = [&]() -> absl::Status {
+    Waiting item = std::move(waiting.front());
+    waiting.pop_front();
+    if (options.end_frame >= 0 && item.index >= options.end_frame) return absl::OkStatus();
+    const auto* frame = std::get_if<vision::Frame>(&item.read);
+    if (frame == nullptr) {
+      ++summary.damaged_frames;
+      return on_frame(item.read, nullptr);
+    }
+    std::vector<std::shared_ptr<const vision::ExtractedFrame>> ahead;
+    for (const Waiting& next : waiting) {
+      if (next.extracted != nullptr) ahead.push_back(next.extracted);
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(vision::MethodAnswers answers,
+                              segmenter.Process(*frame, std::move(item.extracted), ahead));
+    ++summary.segmented_frames;
+    return on_frame(item.read, &answers);
+  };
+  while (options.end_frame < 0 || source.next_index() < options.end_frame + ahead_frames) {
     summary.stopped = stop_requested();
     if (summary.stopped) break;
     EGOSIEVE_ASSIGN_OR_RETURN(vision::FrameRead read, source.Next());
@@ -23,24 +68,40 @@ absl::StatusOr<vision::PipelineSummary> RunMethod(vision::FrameSource& source,
       summary.warning = std::move(end->warning);
       break;
     }
-    vision::SegmentedFrame result;
-    if (auto* damaged = std::get_if<vision::DamagedFrame>(&read)) {
-      result.index = result.record.frame_index = damaged->index;
-      result.record.reason = damaged->reason;
-      result.damage = std::move(damaged->reason);
-      ++summary.damaged_frames;
-    } else {
-      result.frame = std::move(std::get<vision::Frame>(read));
-      result.index = result.frame.index;
-      EGOSIEVE_ASSIGN_OR_RETURN(vision::MethodAnswers answers, segmenter.Process(result.frame));
-      result.labels = std::move(answers.labels);
-      result.map = std::move(answers.answers.front().map);
-      result.record = std::move(answers.answers.front().record);
-      ++summary.segmented_frames;
-      summary.unlearnt_frames += result.record.learnt ? 0 : 1;
-    }
-    EGOSIEVE_RETURN_IF_ERROR(sink(result));
+    EGOSIEVE_ASSIGN_OR_RETURN(Waiting item, Extract(segmenter, std::move(read)));
+    waiting.push_back(std::move(item));
+    if (static_cast<int>(waiting.size()) > ahead_frames) EGOSIEVE_RETURN_IF_ERROR(release());
   }
+  while (!summary.stopped && !waiting.empty()) EGOSIEVE_RETURN_IF_ERROR(release());
+  return summary;
+}
+
+absl::StatusOr<vision::PipelineSummary> RunMethod(vision::FrameSource& source,
+                                                  vision::MethodSegmenter& segmenter,
+                                                  const vision::PipelineOptions& options,
+                                                  const std::function<bool()>& stop_requested,
+                                                  const vision::SegmentedFrameSink& sink) {
+  int64_t unlearnt = 0;
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      vision::PipelineSummary summary,
+      AnswerFrames(source, segmenter, options, stop_requested,
+                   [&](vision::FrameRead& read, vision::MethodAnswers* answers) {
+                     vision::SegmentedFrame result;
+                     if (auto* damaged = std::get_if<vision::DamagedFrame>(&read)) {
+                       result.index = result.record.frame_index = damaged->index;
+                       result.record.reason = damaged->reason;
+                       result.damage = std::move(damaged->reason);
+                     } else {
+                       result.frame = std::move(std::get<vision::Frame>(read));
+                       result.index = result.frame.index;
+                       result.labels = std::move(answers->labels);
+                       result.map = std::move(answers->answers.front().map);
+                       result.record = std::move(answers->answers.front().record);
+                       unlearnt += result.record.learnt ? 0 : 1;
+                     }
+                     return sink(result);
+                   }));
+  summary.unlearnt_frames = unlearnt;
   return summary;
 }
 

@@ -90,6 +90,10 @@ class SegmentCommand : public Command {
     method_.Apply(options);
     EGOSIEVE_RETURN_IF_ERROR(options.Validate());
     EGOSIEVE_RETURN_IF_ERROR(method_.CheckWith(resume_, schedule_.LeavesMaps()));
+    if (method_.is_rival() && options.potential.enabled) {
+      return absl::InvalidArgumentError(
+          "--potential belongs to the segmenter; leave it or --method out");
+    }
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input,
                               OpenDriveInput(input_, schedule_.first_frame(), schedule_.source()));
     EGOSIEVE_RETURN_IF_ERROR(camera_.Read(input));
@@ -200,7 +204,7 @@ class SegmentCommand : public Command {
 
   // What killed programs left. Maps may be in other programs' hands, which keep theirs locked.
   static void RemoveAbandoned(const RunFolder& folder) {
-    for (const char* name : {"", "grid", "model", "steps"}) {
+    for (const char* name : {"", "grid", "potential", "model", "steps"}) {
       kernels::RemoveAbandonedTemporaries(folder.File(name));
     }
   }

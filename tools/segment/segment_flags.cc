@@ -193,6 +193,9 @@ void SegmentFlags::AddFlags(CLI::App& app) {
                  "How much it counts where in the image things have moved so far; 0: nothing")
       ->check(Between(0.0, 1.0))
       ->type_name("WEIGHT");
+  app.add_flag("--potential", potential_,
+               "Also writes potential/: what looks like the things that have moved in the last "
+               "minutes, whether it moves or not");
   app.add_option("--frame_gap", frame_gap_,
                  "Frames between the two of a pair; auto: by the parallax that is seen. Every "
                  "frame has its map")
@@ -268,6 +271,7 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   Override(dynamic_age_, options.learner.budget.maximum_dynamic_age_frames);
   Override(arrival_share_, options.learner.arrival_share);
   Override(location_prior_, options.location_prior.weight);
+  options.potential.enabled = potential_;
   Override(model_, ModelWords(), options.learner.model.kind);
   Override(inducing_points_, options.learner.model.sparse.inducing_points);
   if (frame_gap_ == kAutomatic) {
@@ -299,7 +303,7 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
   const vision::FrameLabellerOptions& labeller = options.labeller;
   const vision::OnlineLearnerOptions& learner = options.learner;
   const auto yes_or_no = [](bool value) { return value ? "yes" : "no"; };
-  return {
+  std::map<std::string, std::string> flags = {
       {"stride", absl::StrCat(options.stride_pixels)},
       {"window", absl::StrCat(options.descriptor.window_pixels)},
       {"model", NameOf(ModelWords(), learner.model.kind)},
@@ -336,6 +340,8 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
        labeller.labelled_side == vision::LabelledSide::kFirstFrame ? "first" : "current"},
       {"random_start", yes_or_no(learner.random_start)},
   };
+  if (options.potential.enabled) flags["potential"] = yes_or_no(true);
+  return flags;
 }
 
 absl::StatusOr<OnlineSegmenterOptions> ReadInferenceOptions(
@@ -379,6 +385,7 @@ absl::StatusOr<OnlineSegmenterOptions> ReadInferenceOptions(
   read_number("stride", options.stride_pixels);
   read_number("window", options.descriptor.window_pixels);
   read_number("location_prior", options.location_prior.weight);
+  options.potential.enabled = flags.count("potential") > 0;
   uint64_t seed = 1;
   read_number("seed", seed);
   options.SetSeed(seed);

@@ -101,6 +101,7 @@ absl::StatusOr<std::string> SerializeStep(const LearningStep& step) {
   arrays["squash"] = Vector<double>({step.squash.a, step.squash.b});
   arrays["location_prior"] =
       Vector<uint8_t>({step.location_prior.begin(), step.location_prior.end()});
+  arrays["potential"] = Vector<uint8_t>({step.potential.begin(), step.potential.end()});
   return gp::SerializeArrays(arrays);
 }
 
@@ -122,6 +123,8 @@ absl::StatusOr<LearningStep> ParseStep(std::string_view bytes,
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> squash, Take<double>("squash", arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> location_prior,
                             Take<uint8_t>("location_prior", arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> potential,
+                            Take<uint8_t>("potential", arrays));
   if (counts.size() != kinds.size() || frames.size() != kinds.size() || squash.size() != 2) {
     return absl::DataLossError("the arrays' sizes do not fit");
   }
@@ -132,6 +135,7 @@ absl::StatusOr<LearningStep> ParseStep(std::string_view bytes,
   LearningStep step;
   step.squash = {squash[0], squash[1]};
   step.location_prior.assign(location_prior.begin(), location_prior.end());
+  step.potential.assign(potential.begin(), potential.end());
   for (size_t i = 0; i < kinds.size(); ++i) {
     ModelOperation operation;
     operation.kind = static_cast<Kind>(kinds[i]);

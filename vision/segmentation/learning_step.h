@@ -14,6 +14,7 @@
 //   hyperparameters  f8 [h, P+2]  scales, sigma_f, sigma_n
 //   squash           f8 [2]       a, b after the frame
 //   location_prior   u1 [...]     state after the frame (location_prior.h)
+//   potential        u1 [...]     likewise (potential_model.h); empty where nothing changed it
 #ifndef EGOSIEVE_VISION_SEGMENTATION_LEARNING_STEP_H_
 #define EGOSIEVE_VISION_SEGMENTATION_LEARNING_STEP_H_
 
@@ -28,12 +29,13 @@
 
 namespace egosieve::vision {
 
-inline constexpr int64_t kLearningStepFormat = 2;
+inline constexpr int64_t kLearningStepFormat = 3;
 
 struct LearningStep {
   std::vector<ModelOperation> operations;
   gp::SquashParameters squash;
   std::string location_prior;
+  std::string potential;  // empty: as before
 };
 
 // Equal steps give equal bytes. Errors as SerializeArrays'.

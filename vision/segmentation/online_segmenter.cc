@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "gp/io/model_file.h"
 #include "kernels/base/exception_status.h"
@@ -45,6 +47,7 @@ constexpr double kLocationWeight = 0.25;
 constexpr int64_t kInducingPoints = 384;
 constexpr int64_t kFastInducingPoints = 128;
 constexpr int64_t kFastTrainingPoints = 400;
+constexpr int kLengthDigits = 12;  // of the potential's bytes in a checkpoint
 
 void RecordLabels(const LabelledFrame& labels, FrameRecord& record) {
   record.feature_count = labels.feature_count;
@@ -115,12 +118,14 @@ void OnlineSegmenterOptions::SetSeed(uint64_t seed) {
   labeller.seed = seed;
   learner.seed = seed;
   learner.model.sparse.seed = seed;
+  potential.seed = seed;
 }
 
 absl::Status OnlineSegmenterOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(labeller.Validate());
   EGOSIEVE_RETURN_IF_ERROR(learner.Validate());
   EGOSIEVE_RETURN_IF_ERROR(location_prior.Validate());
+  EGOSIEVE_RETURN_IF_ERROR(potential.Validate());
   EGOSIEVE_RETURN_IF_ERROR(descriptor.Validate());
   if (ahead_frames < 0 || ahead_frames > 100) {
     return absl::InvalidArgumentError(
@@ -149,11 +154,12 @@ OnlineSegmenter::OnlineSegmenter(std::shared_ptr<kernels::Context> context,
                                  const OnlineSegmenterOptions& options,
                                  std::unique_ptr<FrameLabeller> labeller,
                                  std::unique_ptr<OnlineLearner> learner)
-    : context_(std::move(context)),
+    : context_(context),
       options_(options),
       labeller_(std::move(labeller)),
       learner_(std::move(learner)),
-      location_prior_(options.location_prior) {}
+      location_prior_(options.location_prior),
+      potential_(std::move(context), options.potential) {}
 
 Frame OnlineSegmenter::Equalized(const Frame& frame) const {
   Frame equalized = frame;
@@ -185,12 +191,16 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
                                     options_.descriptor));
     }
     posterior_.reset();
-    const absl::Status status =
-        learner_->Learn(kernels::ConstMatrixView<float>(inputs.data(), labels.size(),
-                                                        kernels::kDescriptorDimension),
-                        labels.probability, frame.index, record);
+    const kernels::ConstMatrixView<float> places(inputs.data(), labels.size(),
+                                                 kernels::kDescriptorDimension);
+    const absl::Status status = learner_->Learn(places, labels.probability, frame.index, record);
     if (kernels::IsOfTheMachine(status)) return status;
     location_prior_.Learn(labels);
+    if (options_.potential.enabled) {
+      StageTimer timer(record.milliseconds.training);
+      EGOSIEVE_RETURN_IF_ERROR(
+          potential_.Learn(labels.labelled.time_seconds, places, labels.probability));
+    }
     record.learnt = status.ok();
     if (!status.ok()) {
       record.reason = absl::StrFormat("the model could not learn: %s", status.message());
@@ -207,6 +217,9 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
 absl::StatusOr<std::string> OnlineSegmenter::TakeStep() {
   LearningStep step = learner_->TakeStep();
   step.location_prior = location_prior_.ToBytes();
+  if (potential_.TakeChanged()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(step.potential, potential_.ToBytes());
+  }
   return SerializeStep(step);
 }
 
@@ -216,13 +229,17 @@ absl::Status OnlineSegmenter::Replay(absl::string_view step) {
                                       kernels::kDescriptorDimension));
   posterior_.reset();
   EGOSIEVE_RETURN_IF_ERROR(location_prior_.Restore(parsed.location_prior));
+  if (!parsed.potential.empty()) {
+    EGOSIEVE_RETURN_IF_ERROR(potential_.Restore(parsed.potential));
+  }
   return learner_->Replay(parsed);
 }
 
 absl::StatusOr<std::shared_ptr<const MapPosterior>> OnlineSegmenter::MakePosterior() {
   if (posterior_ == nullptr) {
     EGOSIEVE_ASSIGN_OR_RETURN(auto process, learner_->MakePosterior());
-    posterior_ = std::make_shared<MapPosterior>(MapPosterior{std::move(process), location_prior_});
+    posterior_ = std::make_shared<MapPosterior>(
+        MapPosterior{std::move(process), location_prior_, potential_.posterior()});
   }
   return posterior_;
 }
@@ -254,12 +271,28 @@ absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
     value = std::sqrt(value);
   }
   posterior.location.Apply(map);
+  EGOSIEVE_RETURN_IF_ERROR(
+      InferPotential(posterior, {field.data(), size, kernels::kDescriptorDimension}, map));
   map.clamped_variances = counts.clamped_variances;
   record.clamped_variances = counts.clamped_variances;
   const int64_t dynamic = std::count_if(map.probability.begin(), map.probability.end(),
                                         [](float probability) { return probability >= 0.5f; });
   record.dynamic_share = static_cast<double>(dynamic) / static_cast<double>(size);
   return map;
+}
+
+absl::Status OnlineSegmenter::InferPotential(const MapPosterior& posterior,
+                                             kernels::ConstMatrixView<float> field,
+                                             SegmentationMap& map) const {
+  if (!options_.potential.enabled) return absl::OkStatus();
+  map.potential.assign(field.rows, 0.5f);
+  if (posterior.potential == nullptr) return absl::OkStatus();
+  const std::vector<float> appearance = AppearanceOf(field);
+  kernels::PosteriorOutputs outputs;
+  outputs.probability = map.potential.data();
+  return posterior.potential
+      ->Evaluate({appearance.data(), field.rows, PotentialModel::kInputs}, outputs)
+      .status();
 }
 
 absl::StatusOr<OnlineSegmenter::Result> OnlineSegmenter::Process(const Frame& frame) {
@@ -274,7 +307,13 @@ absl::StatusOr<OnlineSegmenter::Result> OnlineSegmenter::Process(const Frame& fr
 
 absl::StatusOr<std::string> OnlineSegmenter::Checkpoint() {
   EGOSIEVE_ASSIGN_OR_RETURN(gp::ModelFile checkpoint, learner_->Checkpoint());
-  checkpoint.annotations = location_prior_.ToBytes() + labeller_->state();
+  checkpoint.annotations = location_prior_.ToBytes();
+  if (options_.potential.enabled) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string potential, potential_.ToBytes());
+    absl::StrAppend(&checkpoint.annotations,
+                    absl::StrFormat("%0*d", kLengthDigits, potential.size()), potential);
+  }
+  checkpoint.annotations += labeller_->state();
   posterior_.reset();  // its bits are those of the factor as it was
   return gp::SerializeModel(checkpoint);
 }
@@ -285,11 +324,22 @@ absl::Status OnlineSegmenter::Restore(absl::string_view checkpoint,
                             gp::ParseModel({checkpoint.data(), checkpoint.size()}));
   EGOSIEVE_RETURN_IF_ERROR(learner_->Restore(file));
   posterior_.reset();
-  const absl::string_view annotations = file.annotations;
-  const size_t location_size = location_prior_.ToBytes().size();
-  EGOSIEVE_RETURN_IF_ERROR(location_prior_.Restore(
-      std::string_view(annotations.data(), std::min(location_size, annotations.size()))));
-  EGOSIEVE_RETURN_IF_ERROR(labeller_->Restore(annotations.substr(location_size)));
+  absl::string_view rest = file.annotations;
+  const auto take = [&rest](size_t size) {
+    const absl::string_view taken = rest.substr(0, size);
+    rest.remove_prefix(taken.size());
+    return std::string_view(taken.data(), taken.size());
+  };
+  EGOSIEVE_RETURN_IF_ERROR(location_prior_.Restore(take(location_prior_.ToBytes().size())));
+  if (options_.potential.enabled) {
+    size_t size = 0;
+    const std::string_view digits = take(kLengthDigits);
+    if (!absl::SimpleAtoi(absl::string_view(digits.data(), digits.size()), &size)) {
+      return absl::InvalidArgumentError("the checkpoint holds no potential");
+    }
+    EGOSIEVE_RETURN_IF_ERROR(potential_.Restore(take(size)));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(labeller_->Restore(rest));
   for (const Frame& frame : recent) {
     EGOSIEVE_RETURN_IF_ERROR(labeller_->Prime(frame));
   }

@@ -6,7 +6,8 @@
 //   Infer    frame, posterior -> map                         any order, any thread
 //
 // The posterior of a frame is the process's, and where things have moved so far
-// (location_prior.h).
+// (location_prior.h). Beside it, where that is asked for, a slow model tells what looks like the
+// things that move (potential_model.h).
 //
 // Process does the three. The map of frame t is evaluated on frame t after the pair that ends in t
 // was learnt; frames before the first pair get the prior. No frame is an error for what it shows:
@@ -29,6 +30,7 @@
 #include "vision/segmentation/frame_record.h"
 #include "vision/segmentation/location_prior.h"
 #include "vision/segmentation/online_learner.h"
+#include "vision/segmentation/potential_model.h"
 #include "vision/segmentation/segmentation_map.h"
 
 namespace egosieve::vision {
@@ -37,6 +39,7 @@ struct OnlineSegmenterOptions {
   FrameLabellerOptions labeller;
   OnlineLearnerOptions learner;
   LocationPriorOptions location_prior;
+  PotentialOptions potential;
   kernels::DescriptorOptions descriptor;
   // Frames behind the current one that its labels may rest on, where the caller has them: a
   // recording, not a live camera. From 0 to 100.
@@ -59,6 +62,7 @@ struct OnlineSegmenterOptions {
 struct MapPosterior {
   std::shared_ptr<const gp::Posterior> process;
   LocationPrior location;
+  std::shared_ptr<const gp::Posterior> potential;  // null before it has learnt
 };
 
 class OnlineSegmenter {
@@ -115,6 +119,9 @@ class OnlineSegmenter {
   OnlineSegmenter(std::shared_ptr<kernels::Context> context, const OnlineSegmenterOptions& options,
                   std::unique_ptr<FrameLabeller> labeller, std::unique_ptr<OnlineLearner> learner);
 
+  absl::Status InferPotential(const MapPosterior& posterior, kernels::ConstMatrixView<float> field,
+                              SegmentationMap& map) const;
+
   // The frame as the descriptors see it: equalised where that is asked for.
   Frame Equalized(const Frame& frame) const;
 
@@ -123,6 +130,7 @@ class OnlineSegmenter {
   std::unique_ptr<FrameLabeller> labeller_;
   std::unique_ptr<OnlineLearner> learner_;
   LocationPrior location_prior_;
+  PotentialModel potential_;
   std::shared_ptr<const MapPosterior> posterior_;  // of the model as it is; null: to be made
 };
 

@@ -16,6 +16,7 @@ struct SegmentationMap {
   std::vector<float> probability;  // of belonging to something that moves
   std::vector<float> mean;         // of f, whose labels are -1 (static) and 1 (dynamic)
   std::vector<float> deviation;    // standard deviation of f
+  std::vector<float> potential;    // of potential_model.h; empty where it is not asked for
   int64_t clamped_variances = 0;
 };
 

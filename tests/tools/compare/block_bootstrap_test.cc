@@ -19,6 +19,23 @@ TEST(BlockBootstrap, AConstantDifferenceIsCertain) {
   EXPECT_FALSE(BlockBootstrap({{}}, {}).has_value());
 }
 
+// Values of 0 and 1 in equal parts: the mean of n drawn has the binomial's deviation, 1 / (2
+// sqrt(n)); of 100, 0.025 of the means lie below 0.40 and above 0.60.
+TEST(SequenceBootstrap, DrawsWholeSequences) {
+  std::vector<double> values(50, 0.0);
+  values.resize(100, 1.0);
+  const auto interval = SequenceBootstrap(values, {});
+  ASSERT_TRUE(interval.has_value());
+  EXPECT_EQ(interval->frames, 100);
+  EXPECT_DOUBLE_EQ(interval->mean, 0.5);
+  EXPECT_NEAR(interval->low, 0.40, 0.011);  // a mean is a multiple of 0.01
+  EXPECT_NEAR(interval->high, 0.60, 0.011);
+  EXPECT_FALSE(SequenceBootstrap({}, {}).has_value());
+  const auto one = SequenceBootstrap({0.25}, {});
+  EXPECT_EQ(one->low, 0.25);
+  EXPECT_EQ(one->high, 0.25);
+}
+
 // Independent frames: the interval is that of a mean, +-1.96 sigma / sqrt(n). With 2,000 resamples
 // a quantile's own error is about 4 % of it, and the sample's deviation is known to 1 / sqrt(2 n).
 TEST(BlockBootstrap, IndependentFramesGiveTheNormalInterval) {

@@ -26,6 +26,21 @@ TEST(SummariseComparison, FiguresMatchHandWorkedOnes) {
   EXPECT_NEAR(summary.methods[1].difference->mean, (1.5 + 1.0) / 8.0, 1e-12);
   EXPECT_EQ(summary.methods[1].difference->frames, 8);
   EXPECT_EQ(summary.shared_milliseconds, 100.0);
+  // Drives weigh the same, however long they are.
+  EXPECT_NEAR(summary.methods[1].difference_over_drives->mean, (0.25 + 0.5) / 2.0, 1e-12);
+  EXPECT_EQ(summary.methods[1].difference_over_drives->frames, 2);
+}
+
+TEST(SummariseComparison, TellsTheFiguresWithoutTheLocationPriorBeside) {
+  std::vector<DriveComparison> drives = {MakeDrive("a", {0.9, 0.9}, {0.8, 0.8})};
+  for (MethodFrame& frame : drives[0].methods[0].frames) frame.auc_without_prior = 0.7;
+  for (MethodFrame& frame : drives[0].methods[1].frames) frame.auc_without_prior = 0.75;
+  const ComparisonSummary summary = Summarise(drives, {});
+  EXPECT_NEAR(*summary.methods[0].drive_auc, 0.9, 1e-12);
+  EXPECT_NEAR(*summary.methods[0].drive_auc_without_prior, 0.7, 1e-12);
+  EXPECT_NEAR(summary.methods[1].difference_over_drives->mean, 0.1, 1e-12);
+  EXPECT_NEAR(summary.methods[1].difference_over_drives_without_prior->mean, -0.05, 1e-12);
+  EXPECT_THAT(ToTable(drives, summary), HasSubstr("the same without the location prior"));
 }
 
 TEST(SummariseComparison, AFailedDriveIsToldAndLeftOut) {

@@ -18,8 +18,9 @@ MethodResult MakeMethodResult(const std::string& name, const std::vector<double>
     for (int k = 0; k < std::lround(100 * aucs[i]); ++k) frame.probability(0, k) = 100;
     frame.probability(0, 100) = 30000;
     EXPECT_TRUE(method.scores.Add(frame).ok());
-    method.frames.push_back({frame.index, method.scores.frames().back().auc,
-                             static_cast<int64_t>(10 * i), 5.0 + static_cast<double>(i)});
+    const std::optional<double> auc = method.scores.frames().back().auc;
+    method.frames.push_back(
+        {frame.index, auc, auc, static_cast<int64_t>(10 * i), 5.0 + static_cast<double>(i)});
   }
   return method;
 }

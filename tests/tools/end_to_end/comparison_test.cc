@@ -83,12 +83,10 @@ TEST(Compare, TellsMethodsOverDrivesAndItsArcsineIsTheSegmenter) {
   EXPECT_EQ(CountLines(*ReadFile(out + "/compare.csv")), 1 + 3 * 4 * 5);
 
   const std::string run = root + "/run";
-  // The methods get causal labels: no first pass over the drive, no pictures ahead.
-  ASSERT_EQ(
-      RunProgram({"segment", suite + "/one/frames", "--out=" + run, "--budget=300",
-                  "--progress=none", "--checkpoint_every=0", "--motion_model=auto", "--ahead=0"})
-          .code,
-      0);
+  ASSERT_EQ(RunProgram({"segment", suite + "/one/frames", "--out=" + run, "--budget=300",
+                        "--progress=none", "--checkpoint_every=0"})
+                .code,
+            0);
   ASSERT_EQ(RunProgram({"evaluate", run, "--truth=" + suite + "/one/masks", "--no_plots",
                         "--progress=none"})
                 .code,

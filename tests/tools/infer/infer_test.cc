@@ -68,8 +68,10 @@ class Infer : public testing::TestWithParam<const char*> {
       line.milliseconds.clear();
       other.milliseconds.clear();
       EXPECT_EQ(ToText(line), ToText(other));
-      for (const char* suffix : {"prob", "std"}) {
-        const std::string name = absl::StrFormat("/grid/%06d.%s.png", line.index, suffix);
+      for (const MapFile& file : kMapFiles) {
+        if (!fs::exists(whole_ + "/" + file.folder)) continue;
+        const std::string name =
+            absl::StrFormat("/%s/%06d%s", file.folder, line.index, file.suffix);
         EXPECT_EQ(*ReadFile(run + name), *ReadFile(whole_ + name)) << name;
       }
       indices.push_back(line.index);
@@ -259,6 +261,19 @@ TEST_P(InferExact, WithACovarianceFunctionThatIsASum) {
   ASSERT_EQ(Segment(run_, {covariance, "--learn_only"}), 4);
   EXPECT_EQ(InferMaps().code, 4);
   EXPECT_EQ(CheckedMaps(run_), Range(0, kFrames));
+}
+
+TEST_P(InferExact, MakesThePotentialToo) {
+  EXPECT_FALSE(fs::exists(whole_ + "/potential"));
+  ASSERT_EQ(Segment(whole_, {"--potential", "--overwrite", "--fps=2"}), 4);
+  EXPECT_TRUE(fs::exists(whole_ + "/potential/000015.png"));
+  ASSERT_EQ(Segment(run_, {"--potential", "--learn_only", "--fps=2"}), 4);
+  EXPECT_EQ(InferMaps({"--from=6", "--to=8"}).code, 0);
+  fs::remove(run_ + "/potential/000007.png");
+  EXPECT_EQ(InferMaps().code, 4);
+  EXPECT_EQ(CheckedMaps(run_), Range(0, kFrames));
+  ASSERT_EQ(Segment(run_, {"--overwrite", "--fps=2"}), 4);
+  EXPECT_FALSE(fs::exists(run_ + "/potential"));
 }
 
 // Maps by another device are those maps but for float32's rounding, and the log tells whose they

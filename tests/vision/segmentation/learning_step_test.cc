@@ -21,7 +21,10 @@ LearningStep MakeStep() {
   set.kind = Kind::kSetHyperparameters;
   set.hyperparameters = gp::DefaultHyperparameters(kArcsine, 2);
   set.hyperparameters.noise_stddev = 1.0 / 7.0;
-  return {{remove, add, set, remove, add}, {1.0 / 3.0, -0.7}, std::string("a\0state", 7)};
+  return {{remove, add, set, remove, add},
+          {1.0 / 3.0, -0.7},
+          std::string("a\0state", 7),
+          std::string("\0another", 8)};
 }
 
 TEST(LearningStepTest, ComesBackAsItWas) {
@@ -33,6 +36,7 @@ TEST(LearningStepTest, ComesBackAsItWas) {
   EXPECT_EQ(again->squash.a, step.squash.a);
   EXPECT_EQ(again->squash.b, step.squash.b);
   EXPECT_EQ(again->location_prior, step.location_prior);
+  EXPECT_EQ(again->potential, step.potential);
   ASSERT_EQ(again->operations.size(), step.operations.size());
   for (size_t i = 0; i < step.operations.size(); ++i) {
     const ModelOperation &before = step.operations[i], &after = again->operations[i];

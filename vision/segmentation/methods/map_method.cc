@@ -11,7 +11,6 @@
 #include "vision/baselines/dense_flow.h"
 #include "vision/baselines/nearest_feature.h"
 #include "vision/baselines/optical_flow_classifier.h"
-#include "vision/segmentation/location_prior.h"
 #include "vision/segmentation/methods/online_svm.h"
 #include "vision/segmentation/online_learner.h"
 #include "vision/segmentation/stage_timer.h"
@@ -110,26 +109,6 @@ class SvmMethod : public MapMethod {
 
  private:
   OnlineSvm svm_;
-};
-
-// A method that learns, and where things have moved so far.
-class WithLocationPrior : public MapMethod {
- public:
-  WithLocationPrior(std::unique_ptr<MapMethod> method, const LocationPriorOptions& options)
-      : method_(std::move(method)), prior_(options) {}
-
-  bool probabilistic() const override { return method_->probabilistic(); }
-
-  absl::StatusOr<SegmentationMap> Answer(const MethodInput& input, FrameRecord& record) override {
-    EGOSIEVE_ASSIGN_OR_RETURN(SegmentationMap map, method_->Answer(input, record));
-    prior_.Learn(*input.labels);
-    prior_.Apply(map);
-    return map;
-  }
-
- private:
-  std::unique_ptr<MapMethod> method_;
-  LocationPrior prior_;
 };
 
 // A value at each labelled feature, spread to the nearest pixels.
@@ -231,8 +210,7 @@ absl::StatusOr<std::unique_ptr<MapMethod>> MakeProcess(std::shared_ptr<kernels::
   EGOSIEVE_ASSIGN_OR_RETURN(
       std::unique_ptr<OnlineLearner> learner,
       OnlineLearner::Create(std::move(context), kernels::kDescriptorDimension, of_learner));
-  return std::make_unique<WithLocationPrior>(
-      std::make_unique<GaussianProcessMethod>(std::move(learner)), options.location_prior);
+  return std::make_unique<GaussianProcessMethod>(std::move(learner));
 }
 
 }  // namespace
@@ -284,8 +262,7 @@ absl::StatusOr<std::unique_ptr<MapMethod>> MakeMethod(const std::string& name,
     EGOSIEVE_RETURN_IF_ERROR(options.Validate());
     OnlineSvmOptions svm;
     svm.learner = options.learner;
-    return std::make_unique<WithLocationPrior>(std::make_unique<SvmMethod>(svm),
-                                               options.location_prior);
+    return std::make_unique<SvmMethod>(svm);
   }
   if (name == "labels") return std::make_unique<NearestFeatureMethod>(LabelValues, true);
   if (name == "ransac") return std::make_unique<NearestFeatureMethod>(RansacValues, false);

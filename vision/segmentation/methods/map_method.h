@@ -14,7 +14,8 @@
 //
 // Distances d become scores d / (d + 3 px): strictly increasing, 1/2 at the paper's furthest
 // plausible distance; they are no probabilities. Methods without memory answer 0 everywhere in a
-// frame without labels.
+// frame without labels. Where things have moved so far (location_prior.h) is no part of a method:
+// method_segmenter.h gives it to all of them.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_METHODS_MAP_METHOD_H_
 #define EGOSIEVE_VISION_SEGMENTATION_METHODS_MAP_METHOD_H_
 

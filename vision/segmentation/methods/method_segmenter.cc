@@ -67,15 +67,33 @@ cv::Mat MethodSegmenter::GreyOf(int64_t frame_index) const {
   return cv::Mat();
 }
 
+absl::StatusOr<std::shared_ptr<const ExtractedFrame>> MethodSegmenter::Extract(
+    const Frame& frame) const {
+  return labeller_->Extract(frame);
+}
+
 absl::StatusOr<MethodAnswers> MethodSegmenter::Process(const Frame& frame) {
+  double milliseconds = 0.0;
+  std::shared_ptr<const ExtractedFrame> extracted;
+  {
+    StageTimer timer(milliseconds);
+    EGOSIEVE_ASSIGN_OR_RETURN(extracted, Extract(frame));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(MethodAnswers answers, Process(frame, std::move(extracted), {}));
+  answers.shared_milliseconds += milliseconds;
+  return answers;
+}
+
+absl::StatusOr<MethodAnswers> MethodSegmenter::Process(
+    const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
+    const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead) {
   MethodAnswers result;
   MethodInput input;
   std::vector<float> inputs, field;
   {
     StageTimer timer(result.shared_milliseconds);
-    EGOSIEVE_ASSIGN_OR_RETURN(std::shared_ptr<const ExtractedFrame> extracted,
-                              labeller_->Extract(frame));
-    EGOSIEVE_ASSIGN_OR_RETURN(result.labels, labeller_->Label(std::move(extracted)));
+    EGOSIEVE_ASSIGN_OR_RETURN(result.labels, labeller_->Label(std::move(extracted), ahead));
+    prior_.Learn(result.labels);
     const auto equalized = [this](Frame picture) {
       picture.image = EqualizeLuminance(picture.image, options_.labeller.equalization);
       return picture;
@@ -103,6 +121,10 @@ absl::StatusOr<MethodAnswers> MethodSegmenter::Process(const Frame& frame) {
     {
       StageTimer timer(answer.own_milliseconds);
       EGOSIEVE_ASSIGN_OR_RETURN(answer.map, method->Answer(input, answer.record));
+    }
+    if (options_.location_prior.weight > 0.0) {
+      answer.without_prior = answer.map.probability;
+      prior_.Apply(answer.map);
     }
     answer.record.dynamic_share = DynamicShare(answer.map);
     result.answers.push_back(std::move(answer));

@@ -1,5 +1,6 @@
 // Several methods over one drive, frame by frame: features, labels and descriptors are computed
-// once and handed to all.
+// once and handed to all, and where things have moved so far (location_prior.h) counts the same in
+// every map.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_METHODS_METHOD_SEGMENTER_H_
 #define EGOSIEVE_VISION_SEGMENTATION_METHODS_METHOD_SEGMENTER_H_
 
@@ -14,6 +15,7 @@
 #include "vision/frame/frame.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/segmentation/frame_record.h"
+#include "vision/segmentation/location_prior.h"
 #include "vision/segmentation/methods/map_method.h"
 #include "vision/segmentation/online_segmenter.h"
 #include "vision/segmentation/segmentation_map.h"
@@ -22,6 +24,8 @@ namespace egosieve::vision {
 
 struct MethodAnswer {
   SegmentationMap map;
+  // The map's probability without the location prior; empty where that has no weight.
+  std::vector<float> without_prior;
   // What all share (features, labels and their times) and what is the method's own.
   FrameRecord record;
   double own_milliseconds = 0.0;  // without what all share
@@ -40,14 +44,20 @@ class MethodSegmenter {
       std::shared_ptr<kernels::Context> context, const OnlineSegmenterOptions& options,
       const std::vector<std::string>& methods);
 
-  // Frames in order. Errors as OnlineSegmenter::Process.
+  // As OnlineSegmenter's Extract and Learn, map included: frames in order.
+  absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
+  absl::StatusOr<MethodAnswers> Process(
+      const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
+      const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead);
+  // Both, without frames ahead.
   absl::StatusOr<MethodAnswers> Process(const Frame& frame);
 
+  const OnlineSegmenterOptions& options() const { return options_; }
   const MapMethod& method(int index) const { return *methods_[index]; }
 
  private:
   MethodSegmenter(std::shared_ptr<kernels::Context> context, const OnlineSegmenterOptions& options)
-      : context_(std::move(context)), options_(options) {}
+      : context_(std::move(context)), options_(options), prior_(options.location_prior) {}
 
   cv::Mat GreyOf(int64_t frame_index) const;
 
@@ -55,6 +65,7 @@ class MethodSegmenter {
   OnlineSegmenterOptions options_;
   std::unique_ptr<FrameLabeller> labeller_;
   std::vector<std::unique_ptr<MapMethod>> methods_;
+  LocationPrior prior_;
   struct Picture {
     int64_t frame_index = 0;
     cv::Mat grey;  // equalised
