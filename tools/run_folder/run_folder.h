@@ -7,9 +7,12 @@
 //   grid/NNNNNN.{prob,std}.png     maps at grid resolution (map_image.h)
 //   masks/, ids/, tracks.csv, full/    what reconstruct makes (tools/reconstruct/frame_products.h);
 //   reconstruct.json                   how far it is
-//   camera.json, own_vehicle.png, fixed_pattern.png   what a first pass learnt
-//   (tools/segment/run_camera.h) ignored.png                    the user's own mask of what is not
-//   the world render/NNNNNN.png              overlays model/                         checkpoints
+//   refined/, refined.json         what its shares make (tools/reconstruct/refined_maps.h)
+//   camera.json, own_vehicle.png, fixed_pattern.png
+//                                  what a first pass learnt (tools/segment/run_camera.h)
+//   ignored.png                    the user's own mask of what is not the world
+//   render/NNNNNN.png              overlays
+//   model/                         checkpoints
 //   steps/NNNNNN.npz               what the frame did to the model, where maps are made later
 //   report.html, overlay.mp4, eval.json, eval.csv, further.json, plots/
 //
