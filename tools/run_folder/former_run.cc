@@ -37,6 +37,7 @@ const std::vector<FrameFolder>& FrameFolders() {
       {"grid", {".prob.png", ".std.png"}},
       {"full", {".prob.png", ".std.png", ".class.png", ".objects.json"}},
       {"refined", {".prob.png"}},
+      {"frames", {".png"}},
       {"masks", {".png"}},
       {"ids", {".png"}},
       {"render", {".png"}},

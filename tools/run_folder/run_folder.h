@@ -11,6 +11,7 @@
 //   camera.json, own_vehicle.png, fixed_pattern.png
 //                                  what a first pass learnt (tools/segment/run_camera.h)
 //   ignored.png                    the user's own mask of what is not the world
+//   frames/NNNNNN.png              pictures of a stream (segment --record)
 //   render/NNNNNN.png              overlays
 //   model/                         checkpoints
 //   steps/NNNNNN.npz               what the frame did to the model, where maps are made later
@@ -53,7 +54,7 @@ cv::Mat1b IgnoredIn(const FrameLine& line, const cv::Mat1b& ignored);
 class RunFolder {
  public:
   static constexpr char kOwnVehicle[] = "own_vehicle.png", kIgnored[] = "ignored.png",
-                        kFixedPattern[] = "fixed_pattern.png";
+                        kFixedPattern[] = "fixed_pattern.png", kRecorded[] = "frames";
 
   // Makes the folder and its parents. A folder that holds something is refused (AlreadyExists)
   // unless `overwrite` is set and it is a run folder that no other program works with
