@@ -34,7 +34,7 @@ class ReconstructCommand : public Command {
     return "egosieve reconstruct out/drive\n"
            "egosieve reconstruct out/drive --what=masks,probability --resume\n"
            "egosieve reconstruct out/drive --shard=1/2 & "
-           "egosieve reconstruct out/drive --shard=2/2; wait; egosieve reconstruct out/drive";
+           "egosieve reconstruct out/drive --shard=2/2";
   }
 
   void AddFlags(CLI::App& app) override {
