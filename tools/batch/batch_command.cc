@@ -124,12 +124,6 @@ class BatchCommand : public Command {
       return absl::InvalidArgumentError(
           "--engine, --task, --plan and --status take one INPUT; list the drives in a manifest");
     }
-    if (std::any_of(entries_.begin(), entries_.end(),
-                    [](const BatchEntry& entry) { return !entry.then.empty(); })) {
-      return absl::InvalidArgumentError(
-          "--engine, --task, --plan and --status have their own stages: segment, infer, "
-          "reconstruct and report; leave then out");
-    }
     // What the engine needs is written beside it.
     const std::string& beside = IsManifest(inputs_.front()) ? inputs_.front() : given_.out;
     return plan_run_.Run(beside, entries_, result_);

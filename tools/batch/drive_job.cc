@@ -107,6 +107,8 @@ const char* StateName(State state) {
 
 std::string LogPath(const BatchEntry& entry) { return OwnFile(entry, ".log"); }
 
+std::string TaskNotesPath(const BatchEntry& entry) { return OwnFile(entry, ".tasks"); }
+
 std::string MasksPath(const BatchEntry& entry) { return absl::StrCat(entry.out, ".masks"); }
 
 absl::StatusOr<DriveJob> DriveJob::Start(const std::string& program, const BatchEntry& entry) {

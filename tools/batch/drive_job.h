@@ -36,8 +36,9 @@ struct DriveOutcome {
 
 const char* StateName(DriveOutcome::State state);
 
-// Where the drive's log lies, and its masks.
+// Where the drive's log lies, the notes of what engines have done (plan.h), and its masks.
 std::string LogPath(const BatchEntry& entry);
+std::string TaskNotesPath(const BatchEntry& entry);
 std::string MasksPath(const BatchEntry& entry);
 
 class DriveJob {

@@ -53,6 +53,7 @@ absl::StatusOr<DriveProgress> ReadDriveProgress(const std::string& out, int shar
   EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder->ReadDescription());
   progress.state = description.ended;
   progress.reason = description.ended_message;
+  progress.finished_utc = description.finished_utc;
   progress.is_segmented = description.ended == "done";
   EGOSIEVE_RETURN_IF_ERROR(CountMaps(*folder, description, shards, progress));
   progress.is_reconstructed = IsReconstructed(*folder);

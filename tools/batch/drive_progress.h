@@ -14,6 +14,7 @@ namespace egosieve::tools {
 struct DriveProgress {
   std::string state = "not started";  // of segment: run.json's `ended`
   std::string reason;                 // the error's line, where it failed
+  std::string finished_utc;           // when segment ended
   int64_t frames = 0;                 // that have a line
   int64_t frames_failed = 0;
   int64_t maps = 0;

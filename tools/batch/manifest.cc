@@ -176,7 +176,7 @@ absl::StatusOr<Manifest> ParseJson(absl::string_view text) {
   Json json;
   try {
     json = Json::parse(text.begin(), text.end());
-  } catch (const Json::parse_error& error) {
+  } catch (const Json::exception& error) {  // numbers that no double holds among them
     return absl::InvalidArgumentError(absl::StrCat("it is not JSON: ", error.what()));
   }
   Manifest manifest;

@@ -6,14 +6,19 @@
 #include <cerrno>
 #include <cstring>
 #include <iostream>
+#include <iterator>
 #include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
 #include "kernels/base/status_macros.h"
+#include "tools/batch/drive_job.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/standard_streams.h"
+#include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
 namespace {
@@ -24,64 +29,147 @@ bool Names(const std::vector<std::string>& flags, const std::string& name) {
   });
 }
 
+bool Names(const std::vector<std::string>& flags, const std::string& name,
+           const std::string& value) {
+  return std::count(flags.begin(), flags.end(), absl::StrCat("--", name, "=", value)) > 0;
+}
+
+// What follows segment where nothing else is said.
+std::vector<BatchStep> DefaultSteps() { return {{"reconstruct", {}}, {"report", {}}}; }
+
+// Whether it writes a file for each frame and nothing else.
+bool HasFilesByFrame(const BatchStep& step) {
+  if (step.command == "render") return true;
+  return step.command == "masks" && !Names(step.flags, "for", "coco") &&
+         !Names(step.flags, "for", "mots");
+}
+
 }  // namespace
+
+absl::Status CheckThen(const std::vector<BatchEntry>& entries) {
+  const auto commands = [](const BatchEntry& entry) {
+    std::vector<std::string> names;
+    for (const BatchStep& step : entry.then) {
+      names.push_back(absl::StrCat(step.command, HasFilesByFrame(step) ? " in shares" : ""));
+    }
+    return names;
+  };
+  for (const BatchEntry& entry : entries) {
+    if (commands(entry) != commands(entries.front())) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          entry.out, " and ", entries.front().out,
+          " differ in what follows segment; give them manifests of their own, or one `then`"));
+    }
+  }
+  return absl::OkStatus();
+}
 
 BatchPlan::BatchPlan(std::vector<BatchEntry> entries, int shards, int threads)
     : entries_(std::move(entries)), shards_(shards), threads_(threads) {
-  stages_.push_back({StageKind::kSegment, 0, "segment", {}});
-  PlanStage reconstruct = {StageKind::kReconstruct, 0, "reconstruct", {}};
-  for (int shard = 0; shard < shards; ++shard) {
-    reconstruct.needs.push_back(stages_.size());
-    stages_.push_back(
-        {StageKind::kInfer, shard, absl::StrCat("infer ", shard + 1, "/", shards), {0}});
+  for (BatchEntry& entry : entries_) {
+    if (entry.then.empty()) entry.then = DefaultSteps();
+    // infer has stages of its own; without it there is nothing to share out.
+    std::erase_if(entry.then, [](const BatchStep& step) { return step.command == "infer"; });
   }
-  stages_.push_back(std::move(reconstruct));
-  stages_.push_back({StageKind::kReport, 0, "report", {stages_.size() - 1}});
+  stages_.push_back({"segment", 0, "segment", {}});
+  for (int shard = 1; shard <= shards_; ++shard) AddStage("infer", shard, {0});
+  const std::vector<BatchStep> steps = entries_.empty() ? DefaultSteps() : entries_.front().then;
+  for (const BatchStep& step : steps) AddStep(step);
+}
+
+void BatchPlan::AddStage(const std::string& command, int shard, std::vector<size_t> needs) {
+  const std::string name = shard == 0 ? command : absl::StrCat(command, " ", shard, "/", shards_);
+  stages_.push_back({command, shard, name, std::move(needs)});
+}
+
+void BatchPlan::AddStep(const BatchStep& step) {
+  const std::vector<size_t> masks = StagesOf("reconstruct");
+  std::vector<size_t> before =
+      masks.empty() ? StagesOf("infer") : std::vector<size_t>{masks.back()};
+  const bool is_reconstruct = step.command == "reconstruct";
+  // Shares of masks take a run that has its masks.
+  const bool is_shared =
+      is_reconstruct ||
+      (HasFilesByFrame(step) && (step.command != "masks" || !StagesOf("reconstruct").empty()));
+  if (shards_ > 1 && is_shared) {
+    for (int shard = 1; shard <= shards_; ++shard) AddStage(step.command, shard, before);
+    if (!is_reconstruct) return;
+    before = StagesOf("reconstruct");
+  }
+  AddStage(step.command, 0, std::move(before));
+}
+
+std::vector<size_t> BatchPlan::StagesOf(const std::string& command) const {
+  std::vector<size_t> stages;
+  for (size_t stage = 0; stage < stages_.size(); ++stage) {
+    if (stages_[stage].command == command) stages.push_back(stage);
+  }
+  return stages;
 }
 
 std::vector<std::string> BatchPlan::Arguments(size_t stage, size_t drive) const {
   const BatchEntry& entry = entries_[drive];
-  std::vector<std::string> arguments;
-  switch (stages_[stage].kind) {
-    case StageKind::kSegment:
-      arguments = {"segment", entry.path, "--out=" + entry.out, "--resume"};
-      arguments.insert(arguments.end(), entry.flags.begin(), entry.flags.end());
-      if (!Names(entry.flags, "learn_only")) arguments.push_back("--learn_only");
-      break;
-    case StageKind::kInfer:
-      arguments = {"infer", entry.out,
-                   absl::StrCat("--shard=", stages_[stage].shard + 1, "/", shards_)};
-      break;
-    case StageKind::kReconstruct:
-      arguments = {"reconstruct", entry.out, "--resume"};
-      break;
-    case StageKind::kReport:
-      return {"report", entry.out};
+  const std::string& command = stages_[stage].command;
+  std::vector<std::string> arguments = {command};
+  if (command == "segment") {
+    arguments.insert(arguments.end(), {entry.path, "--out=" + entry.out, "--resume"});
+    arguments.insert(arguments.end(), entry.flags.begin(), entry.flags.end());
+    if (!Names(entry.flags, "learn_only")) arguments.push_back("--learn_only");
+  } else {
+    arguments.push_back(entry.out);
   }
-  if (stages_[stage].kind != StageKind::kSegment) {
-    for (const std::string& flag : entry.flags) {
-      if (absl::StartsWith(flag, "--device=")) arguments.push_back(flag);
-    }
+  if (command == "masks") {
+    arguments.insert(arguments.end(), {"--out=" + MasksPath(entry), "--overwrite"});
   }
-  if (threads_ > 0 && !Names(entry.flags, "threads")) {
+  if (stages_[stage].shard > 0) {
+    arguments.push_back(absl::StrCat("--shard=", stages_[stage].shard, "/", shards_));
+  } else if (command == "reconstruct") {
+    arguments.push_back("--resume");
+  }
+  std::vector<std::string> own;
+  for (const BatchStep& step : entry.then) {
+    if (step.command == command) own = step.flags;
+  }
+  arguments.insert(arguments.end(), own.begin(), own.end());
+  if (command == "report") return arguments;
+  if (command != "segment" && command != "masks" && !Names(own, "device")) {
+    std::copy_if(entry.flags.begin(), entry.flags.end(), std::back_inserter(arguments),
+                 [](const std::string& flag) { return absl::StartsWith(flag, "--device="); });
+  }
+  const bool takes_threads = command != "render" && command != "masks";
+  if (takes_threads && threads_ > 0 && !Names(entry.flags, "threads") && !Names(own, "threads")) {
     arguments.push_back(absl::StrCat("--threads=", threads_));
   }
   arguments.push_back("--progress=none");
   return arguments;
 }
 
-bool BatchPlan::IsDone(size_t stage, const DriveProgress& progress) const {
-  switch (stages_[stage].kind) {
-    case StageKind::kSegment:
-      return progress.is_segmented;
-    case StageKind::kInfer:
-      return progress.is_segmented && progress.missing_maps[stages_[stage].shard] == 0;
-    case StageKind::kReconstruct:
-      return progress.is_reconstructed;
-    case StageKind::kReport:
-      return progress.has_report;
-  }
-  return false;
+std::string BatchPlan::NotePath(size_t stage, size_t drive) const {
+  const std::string name = absl::StrReplaceAll(stages_[stage].name, {{" ", "_"}, {"/", "_of_"}});
+  return absl::StrCat(TaskNotesPath(entries_[drive]), "/", name);
+}
+
+std::string BatchPlan::Note(size_t stage, size_t drive, const DriveProgress& progress) const {
+  return absl::StrCat(progress.finished_utc, " ", absl::StrJoin(Arguments(stage, drive), " "),
+                      "\n");
+}
+
+bool BatchPlan::IsDone(size_t stage, size_t drive, const DriveProgress& progress) const {
+  if (!progress.is_segmented) return false;
+  const std::string& command = stages_[stage].command;
+  if (command == "segment") return true;
+  if (command == "infer") return progress.missing_maps[stages_[stage].shard - 1] == 0;
+  return ReadFile(NotePath(stage, drive)).value_or("") == Note(stage, drive, progress);
+}
+
+absl::Status BatchPlan::NoteDone(int64_t task) const {
+  const size_t stage = static_cast<size_t>(task) / entries_.size();
+  const size_t drive = static_cast<size_t>(task) % entries_.size();
+  if (!IsNoted(stage)) return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(const DriveProgress progress,
+                            ReadDriveProgress(entries_[drive].out, shards_));
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(TaskNotesPath(entries_[drive])));
+  return WriteFileAtomically(NotePath(stage, drive), Note(stage, drive, progress));
 }
 
 std::vector<size_t> BatchPlan::UnfinishedDrives() const {
@@ -90,7 +178,7 @@ std::vector<size_t> BatchPlan::UnfinishedDrives() const {
     const absl::StatusOr<DriveProgress> progress = ReadDriveProgress(entries_[drive].out, shards_);
     bool is_done = progress.ok();
     for (size_t stage = 0; is_done && stage < stages_.size(); ++stage) {
-      is_done = IsDone(stage, *progress);
+      is_done = IsDone(stage, drive, *progress);
     }
     if (!is_done) drives.push_back(drive);
   }
@@ -104,17 +192,16 @@ absl::StatusOr<std::vector<std::string>> BatchPlan::ArgumentsOfReadyTask(int64_t
   }
   const size_t stage = static_cast<size_t>(task) / entries_.size();
   const size_t drive = static_cast<size_t>(task) % entries_.size();
-  if (!stages_[stage].needs.empty()) {
-    const std::string& out = entries_[drive].out;
-    EGOSIEVE_ASSIGN_OR_RETURN(const DriveProgress progress, ReadDriveProgress(out, shards_));
-    for (const size_t needed : stages_[stage].needs) {
-      if (!IsDone(needed, progress)) {
-        return absl::FailedPreconditionError(
-            absl::StrCat("the task '", stages_[needed].name, "' of ", out,
-                         " is not done; run it first: --task=", TaskNumber(needed, drive)));
-      }
+  const std::string& out = entries_[drive].out;
+  EGOSIEVE_ASSIGN_OR_RETURN(const DriveProgress progress, ReadDriveProgress(out, shards_));
+  for (const size_t needed : stages_[stage].needs) {
+    if (!IsDone(needed, drive, progress)) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("the task '", stages_[needed].name, "' of ", out,
+                       " is not done; run it first: --task=", TaskNumber(needed, drive)));
     }
   }
+  if (IsNoted(stage) && IsDone(stage, drive, progress)) return std::vector<std::string>();
   return Arguments(stage, drive);
 }
 

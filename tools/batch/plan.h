@@ -1,15 +1,21 @@
 // The tasks of a batch, for engines that run them on many machines: Slurm, Kubernetes, GNU
 // parallel.
 //
-//   stage           its task of a drive                        needs, of the same drive
-//   segment         segment PATH --out=OUT --learn_only        -
-//   infer K/N       infer OUT --shard=K/N                      segment
-//   reconstruct     reconstruct OUT                            every infer
-//   report          report OUT                                 reconstruct
+//   stage                        its task of a drive                        needs, of the same
+//   drive segment                      segment PATH --out=OUT --learn_only        - infer K/N infer
+//   OUT --shard=K/N                      segment what follows, in its order: `then` of the drives,
+//   else reconstruct and report
+//     reconstruct K/N, N > 1     reconstruct OUT --shard=K/N                every infer
+//     reconstruct                reconstruct OUT --resume                   those
+//     masks K/N, render K/N      masks OUT, render OUT                      reconstruct, else infer
+//     report                     report OUT                                 the same
+//
+// masks in one file (COCO, MOTS) are one task; shares of render write no video.
 //
 // Of D drives and S stages, task t (from 0) is stage t / D of drive t mod D: each stage is a range
 // of numbers, in the manifest's order, and what a task needs has a lower number. A task that is
-// done may be run again and does nothing but look; one that was cut off goes on.
+// done may be run again and does nothing but look; one that was cut off goes on. What follows infer
+// is done where a note says so, egosieve_logs/OUT.tasks/STAGE: for this run, with these flags.
 #ifndef EGOSIEVE_TOOLS_BATCH_PLAN_H_
 #define EGOSIEVE_TOOLS_BATCH_PLAN_H_
 
@@ -17,24 +23,24 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "tools/batch/drive_progress.h"
 #include "tools/batch/manifest.h"
 
 namespace egosieve::tools {
 
-enum class StageKind { kSegment, kInfer, kReconstruct, kReport };
-
 struct PlanStage {
-  StageKind kind = StageKind::kSegment;
-  int shard = 0;              // of kInfer, from 0
+  std::string command;
+  int shard = 0;              // from 1; 0: all
   std::string name;           // "infer 2/4"
   std::vector<size_t> needs;  // stages whose task of the same drive must be done before
 };
 
 class BatchPlan {
  public:
-  // `shards` of each drive's maps, at least 1; `threads` of each task's program, 0: the machine's.
+  // `shards` of each drive's frames, at least 1; `threads` of each task's program, 0: the
+  // machine's. Drives have the same commands in `then` (CheckThen).
   BatchPlan(std::vector<BatchEntry> entries, int shards, int threads);
 
   const std::vector<BatchEntry>& entries() const { return entries_; }
@@ -48,19 +54,33 @@ class BatchPlan {
 
   // egosieve's arguments.
   std::vector<std::string> Arguments(size_t stage, size_t drive) const;
-  bool IsDone(size_t stage, const DriveProgress& progress) const;
+  bool IsDone(size_t stage, size_t drive, const DriveProgress& progress) const;
+  // Whether a note tells that the stage's tasks are done; else the run folder does.
+  bool IsNoted(size_t stage) const {
+    return stages_[stage].command != "segment" && stages_[stage].command != "infer";
+  }
+  absl::Status NoteDone(int64_t task) const;
   // Drives with a task to do; those of which that cannot be told count among them.
   std::vector<size_t> UnfinishedDrives() const;
-  // OutOfRange for a number that is no task's; FailedPrecondition, naming the task to run first,
-  // where one that it needs is not done.
+  // None where a note tells that it is done. OutOfRange for a number that is no task's;
+  // FailedPrecondition, naming the task to run first, where one that it needs is not done.
   absl::StatusOr<std::vector<std::string>> ArgumentsOfReadyTask(int64_t task) const;
 
  private:
+  void AddStage(const std::string& command, int shard, std::vector<size_t> needs);
+  void AddStep(const BatchStep& step);
+  std::vector<size_t> StagesOf(const std::string& command) const;
+  std::string NotePath(size_t stage, size_t drive) const;
+  std::string Note(size_t stage, size_t drive, const DriveProgress& progress) const;
+
   std::vector<BatchEntry> entries_;
   std::vector<PlanStage> stages_;
   int shards_;
   int threads_;
 };
+
+// InvalidArgument where drives differ in the commands that follow.
+absl::Status CheckThen(const std::vector<BatchEntry>& entries);
 
 // Becomes `program` with these arguments; returns only where that fails, or where the process was
 // asked to stop.

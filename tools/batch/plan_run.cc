@@ -14,6 +14,7 @@
 #include "tools/batch/slurm.h"
 #include "tools/batch/task_cost.h"
 #include "tools/cli/checks.h"
+#include "tools/cli/interruption.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/suite/child_process.h"
 
@@ -49,13 +50,14 @@ std::vector<BatchEntry> WithAbsolutePaths(std::vector<BatchEntry> entries) {
 }  // namespace
 
 void PlanRun::AddFlags(CLI::App& app) {
-  app.add_option("--engine", engine_,
-                 "local: segments here; slurm: submits segment, infer, reconstruct and report of "
-                 "each drive as job arrays")
+  app.add_option(
+         "--engine", engine_,
+         "local: segments here; slurm: submits segment, infer and what follows, reconstruct "
+         "and report where nothing else is said, as job arrays")
       ->check(OneOf({"local", "slurm"}))
       ->capture_default_str()
       ->type_name("local|slurm");
-  app.add_option("--shards", shards_, "Tasks among which a drive's maps are shared out")
+  app.add_option("--shards", shards_, "Tasks among which a drive's frames are shared out")
       ->check(Between(1, 1000))
       ->capture_default_str()
       ->type_name("N");
@@ -87,6 +89,7 @@ absl::StatusOr<ExitCode> PlanRun::Run(const std::string& manifest, std::vector<B
   if ((engine_ != "local") + (task_.has_value()) + plan_ + status_ > 1) {
     return absl::InvalidArgumentError("--engine, --task, --plan and --status exclude each other");
   }
+  EGOSIEVE_RETURN_IF_ERROR(CheckThen(entries));
   const BatchPlan plan(WithAbsolutePaths(std::move(entries)), shards_, cpus_);
   if (task_.has_value()) return RunTask(plan);
   if (plan_) return TellPlan(plan, result);
@@ -98,7 +101,18 @@ absl::StatusOr<ExitCode> PlanRun::RunTask(const BatchPlan& plan) const {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string program, OwnProgram());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<std::string> arguments,
                             plan.ArgumentsOfReadyTask(*task_));
-  return BecomeProgram(program, arguments);
+  if (arguments.empty()) return ExitCode::kDone;
+  if (!plan.IsNoted(static_cast<size_t>(*task_) / plan.entries().size())) {
+    return BecomeProgram(program, arguments);
+  }
+  std::vector<std::string> words = arguments;
+  words.insert(words.begin(), program);
+  EGOSIEVE_ASSIGN_OR_RETURN(const int code, RunChild({words, {}, ""}, InterruptionRequested));
+  if (code == static_cast<int>(ExitCode::kDone) ||
+      code == static_cast<int>(ExitCode::kFramesFailed)) {
+    EGOSIEVE_RETURN_IF_ERROR(plan.NoteDone(*task_));
+  }
+  return static_cast<ExitCode>(code);
 }
 
 absl::StatusOr<ExitCode> PlanRun::TellPlan(const BatchPlan& plan, const ResultFlag& result) const {

@@ -33,7 +33,7 @@ std::string Quoted(const std::string& text) {
 
 // "segment", "infer_2"
 std::string FileName(const PlanStage& stage) {
-  return stage.kind == StageKind::kInfer ? absl::StrCat("infer_", stage.shard + 1) : stage.name;
+  return stage.shard > 0 ? absl::StrCat(stage.command, "_", stage.shard) : stage.command;
 }
 
 // "0-3,7"
@@ -49,18 +49,28 @@ std::string Ranges(const std::vector<size_t>& numbers) {
   return absl::StrJoin(ranges, ",");
 }
 
+Json FlagsToJson(const std::vector<std::string>& words) {
+  Json flags = Json::object();
+  for (const std::string& word : words) {
+    const std::pair<std::string, std::string> parts =
+        absl::StrSplit(word.substr(2), absl::MaxSplits('=', 1));
+    flags[parts.first] = absl::StrContains(word, '=') ? parts.second : "true";
+  }
+  return flags;
+}
+
 std::string ToManifest(const std::vector<BatchEntry>& entries) {
   Json drives = Json::array();
   for (const BatchEntry& entry : entries) {
-    Json flags = Json::object();
-    for (const std::string& flag : entry.flags) {
-      const std::pair<std::string, std::string> parts =
-          absl::StrSplit(flag.substr(2), absl::MaxSplits('=', 1));
-      flags[parts.first] = absl::StrContains(flag, '=') ? parts.second : "true";
+    Json drive = {{"path", AbsolutePath(entry.path)},
+                  {"out", AbsolutePath(entry.out)},
+                  {"flags", FlagsToJson(entry.flags)},
+                  {"then", Json::array()}};
+    for (const BatchStep& step : entry.then) {
+      drive["then"].push_back(step.command);
+      if (!step.flags.empty()) drive[step.command] = FlagsToJson(step.flags);
     }
-    drives.push_back({{"path", AbsolutePath(entry.path)},
-                      {"out", AbsolutePath(entry.out)},
-                      {"flags", std::move(flags)}});
+    drives.push_back(std::move(drive));
   }
   return drives.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -108,11 +118,11 @@ absl::Status SlurmOptions::Validate() const {
 
 TaskRequest RequestFor(const BatchPlan& plan, size_t stage, const BatchCost& cost,
                        const SlurmOptions& options) {
-  const StageKind kind = plan.stages()[stage].kind;
-  const auto measured = cost.seconds_per_frame.find(kind);
+  const PlanStage& asked = plan.stages()[stage];
+  const auto measured = cost.seconds_per_frame.find(asked.command);
   double seconds = measured == cost.seconds_per_frame.end() ? 0.0 : measured->second;
   seconds *= static_cast<double>(std::max(cost.longest_drive_frames, cost.measured_frames));
-  if (kind == StageKind::kInfer) seconds /= plan.shards();
+  if (asked.shard > 0) seconds /= plan.shards();
   const double steps = kMemoryShare * static_cast<double>(cost.peak_memory_bytes) /
                        static_cast<double>(kMemoryStep * kMebibyte);
   return {options.longest_wait_minutes + static_cast<int64_t>(std::ceil(kTimeShare * seconds / 60)),

@@ -107,7 +107,7 @@ absl::StatusOr<BatchCost> MeasureCost(const std::string& program, const BatchPla
                                 ReadDriveProgress(piece.entries()[0].out, 1));
       cost.measured_frames = std::max<int64_t>(1, progress.frames);
     }
-    cost.seconds_per_frame[piece.stages()[stage].kind] =
+    cost.seconds_per_frame[piece.stages()[stage].command] =
         *seconds / static_cast<double>(cost.measured_frames);
   }
   cost.peak_memory_bytes = PeakMemoryOfChildren();

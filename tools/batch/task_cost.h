@@ -18,8 +18,8 @@
 namespace egosieve::tools {
 
 struct BatchCost {
-  std::map<StageKind, double> seconds_per_frame;  // kInfer: of all shards together
-  int64_t peak_memory_bytes = 0;                  // resident, of the largest task
+  std::map<std::string, double> seconds_per_frame;  // by command, of all shards together
+  int64_t peak_memory_bytes = 0;                    // resident, of the largest task
   int64_t measured_frames = 0;
   int64_t longest_drive_frames = 0;  // as the inputs' headers say
 };

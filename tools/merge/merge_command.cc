@@ -1,5 +1,6 @@
 #include "tools/merge/merge_command.h"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
@@ -18,6 +19,7 @@
 #include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/line_log.h"
 #include "tools/run_folder/run_folder.h"
+#include "tools/segment/trajectory_file.h"
 
 namespace egosieve::tools {
 namespace {
@@ -26,12 +28,15 @@ class MergeCommand : public Command {
  public:
   std::string name() const override { return "merge"; }
   std::string summary() const override {
-    return "Takes over the maps that copies of a run folder got on other machines.";
+    return "Takes over maps of copies of a run folder, or of later pieces of the drive.";
   }
   std::string example() const override {
     return "egosieve infer copy1 --shard=1/2   # on one machine\n"
            "egosieve infer copy2 --shard=2/2   # on another\n"
-           "egosieve merge out/drive copy1 copy2";
+           "egosieve merge out/drive copy1 copy2\n"
+           "egosieve segment my.mp4 --out=p1 --to=9999       # or learn in pieces that overlap\n"
+           "egosieve segment my.mp4 --out=p2 --from=9980\n"
+           "egosieve merge p1 p2";
   }
 
   void AddFlags(CLI::App& app) override {
@@ -39,7 +44,9 @@ class MergeCommand : public Command {
         ->required()
         ->type_name("")
         ->configurable(false);
-    app.add_option("FROM", sources_, "Copies of it, with maps of other frames")
+    app.add_option("FROM", sources_,
+                   "Copies of it, with maps of other frames; or runs of the same input that began "
+                   "at later frames, which give what lies behind its last frame")
         ->required()
         ->type_name("")
         ->configurable(false);
@@ -51,8 +58,10 @@ class MergeCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder target, RunFolder::Open(directory_));
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, target.ReadDescription());
     // All are looked at before anything is written.
+    bool has_pieces = false;
     for (const std::string& source : sources_) {
-      EGOSIEVE_RETURN_IF_ERROR(CheckSource(description, source));
+      EGOSIEVE_ASSIGN_OR_RETURN(const bool is_piece, CheckSource(description, source));
+      has_pieces |= is_piece;
     }
     EGOSIEVE_RETURN_IF_ERROR(CreateFolder(target.File("grid")));
     EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Use(directory_));
@@ -62,6 +71,7 @@ class MergeCommand : public Command {
       taken += maps;
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, target.ReadLines());
+    if (has_pieces) EGOSIEVE_RETURN_IF_ERROR(WriteTrajectory(target));
     result_.Tell(name(), {{"run", directory_}, {"maps", taken}},
                  absl::StrFormat("%d maps taken over into %s\n", taken, directory_));
     Warn(DescribeMissingMaps(target, description, lines));
@@ -69,17 +79,42 @@ class MergeCommand : public Command {
   }
 
  private:
-  // Copies differ in where they lie and in the device that made their maps, which each line names.
-  static absl::Status CheckSource(const RunDescription& description, const std::string& source) {
+  // Copies differ in where they lie and in the device that made their maps, which each line names;
+  // pieces in where they begin, and so in their first picture. Returns whether it is a piece.
+  static absl::StatusOr<bool> CheckSource(const RunDescription& description,
+                                          const std::string& source) {
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(source));
     EGOSIEVE_ASSIGN_OR_RETURN(RunDescription other, folder.ReadDescription());
     other.device = description.device;
-    other.input.path = description.input.path;
     other.maps_from = description.maps_from;
+    const bool is_piece = IsPiece(description, other);
+    if (is_piece) {
+      other.flags["from"] = description.flags.at("from");
+      if (LengthIn(other) == LengthIn(description)) {
+        other.input.fingerprint = description.input.fingerprint;
+      }
+    } else {
+      other.input.path = description.input.path;
+    }
     const std::string difference = DescribeDifference(description, other);
-    if (difference.empty()) return absl::OkStatus();
-    return absl::FailedPreconditionError(absl::StrCat(
-        source, " is no copy of the run: ", difference, "; give folders of the same run"));
+    if (difference.empty()) return is_piece;
+    return absl::FailedPreconditionError(
+        is_piece ? absl::StrCat(source, " is no piece of the drive: ", difference,
+                                "; give runs of the same input with the same flags")
+                 : absl::StrCat(source, " is no copy of the run: ", difference,
+                                "; give folders of the same run"));
+  }
+
+  static bool IsPiece(const RunDescription& description, const RunDescription& other) {
+    const auto from = description.flags.find("from"), later = other.flags.find("from");
+    return from != description.flags.end() && later != other.flags.end() &&
+           from->second != later->second;
+  }
+
+  // Of the input, in frames: its fingerprint's end.
+  static std::string LengthIn(const RunDescription& description) {
+    const std::string& text = description.input.fingerprint;
+    return text.substr(std::min(text.find('-'), text.size()));
   }
 
   absl::StatusOr<int64_t> TakeOver(const RunFolder& target, const RunDescription& description,

@@ -32,7 +32,9 @@ class ReconstructCommand : public Command {
   }
   std::string example() const override {
     return "egosieve reconstruct out/drive\n"
-           "egosieve reconstruct out/drive --what=masks,probability --resume";
+           "egosieve reconstruct out/drive --what=masks,probability --resume\n"
+           "egosieve reconstruct out/drive --shard=1/2 & "
+           "egosieve reconstruct out/drive --shard=2/2";
   }
 
   void AddFlags(CLI::App& app) override {
@@ -59,6 +61,10 @@ class ReconstructCommand : public Command {
                  "Each frame from itself and the frames before it, as for a live camera");
     app.add_flag("--resume", options_.resume,
                  "Go on where the same command stopped; what is done stays");
+    app.add_option("--shard", shard_,
+                   "Refines the K-th of N shares of the maps, from 1 on, and writes nothing else: "
+                   "the call without this that follows numbers the movers, frame after frame")
+        ->type_name("K/N");
     app.add_option("--input", options_.input, "Where the run's input is now, if it was moved")
         ->type_name("PATH");
     app.add_option("--static_below", options_.classes.static_below,
@@ -78,8 +84,11 @@ class ReconstructCommand : public Command {
   absl::StatusOr<ExitCode> Run() override {
     EGOSIEVE_ASSIGN_OR_RETURN(options_.what, ProductChoice::FromText(what_));
     EGOSIEVE_RETURN_IF_ERROR(options_.Validate());
+    EGOSIEVE_ASSIGN_OR_RETURN(options_.shard, ParseShard(shard_, 1));
+    const bool is_share = options_.shard.count > 1;
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
-    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Take(folder.path()));
+    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, is_share ? FolderLock::Use(folder.path())
+                                                              : FolderLock::Take(folder.path()));
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, ChooseLines(folder, range_));
     EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, description, lines));
@@ -94,7 +103,9 @@ class ReconstructCommand : public Command {
     }));
     progress.Finish();
     result_.Tell(name(), {{"run", folder.path()}, {"frames", run->frames()}},
-                 absl::StrFormat("%d frames reconstructed in %s\n", run->frames(), folder.path()));
+                 absl::StrFormat(is_share ? "the maps of %d frames refined in %s\n"
+                                          : "%d frames reconstructed in %s\n",
+                                 run->frames(), folder.path()));
     Warn(DescribeMissingMaps(folder, description, lines));
     const auto unreadable = std::count_if(lines.begin(), lines.end(), [](const FrameLine& line) {
       return line.outcome == FrameLine::Outcome::kFailed;
@@ -106,7 +117,7 @@ class ReconstructCommand : public Command {
   }
 
  private:
-  std::string directory_, what_ = ProductChoice().ToText();
+  std::string directory_, shard_, what_ = ProductChoice().ToText();
   ReconstructOptions options_;
   FrameRange range_;
   ThreadsFlag threads_;

@@ -33,6 +33,58 @@ std::vector<bool> OwnMaps(const std::vector<FrameLine>& lines) {
   return own;
 }
 
+std::vector<FrameLine> LinesWithPictures(const std::vector<FrameLine>& lines) {
+  std::vector<FrameLine> chosen;
+  std::copy_if(lines.begin(), lines.end(), std::back_inserter(chosen), [](const FrameLine& line) {
+    return line.has_map() && line.outcome != FrameLine::Outcome::kFailed;
+  });
+  return chosen;
+}
+
+size_t ChunkEnd(const std::vector<FrameLine>& lines, size_t begin) {
+  size_t end = begin + 1;
+  while (end < lines.size() && end < begin + kChunkFrames &&
+         lines[end].width_pixels == lines[begin].width_pixels &&
+         lines[end].height_pixels == lines[begin].height_pixels) {
+    ++end;
+  }
+  return end;
+}
+
+// Chunks are frames [first, second) of the lines.
+std::vector<std::pair<size_t, size_t>> ChunksOf(const std::vector<FrameLine>& lines,
+                                                const Shard& shard) {
+  std::vector<std::pair<size_t, size_t>> chunks;
+  int64_t number = 0;
+  for (size_t begin = 0; begin < lines.size(); ++number) {
+    const size_t end = ChunkEnd(lines, begin);
+    if (shard.Contains(number)) chunks.emplace_back(begin, end);
+    begin = end;
+  }
+  return chunks;
+}
+
+// Of the run that began then, `lines` all with pictures: what tells their refined maps apart.
+std::string DescribeMaps(const RunDescription& description, const std::vector<FrameLine>& lines,
+                         const ReconstructOptions& options) {
+  return absl::StrFormat("causal=%d frames=%d-%d started=%s", options.window.link.causal ? 1 : 0,
+                         lines.empty() ? -1 : lines.front().index,
+                         lines.empty() ? -1 : lines.back().index, description.started_utc);
+}
+
+RefinedMaps RefinedMapsIn(const RunFolder& folder, const RunDescription& description,
+                          const std::vector<FrameLine>& lines, const ReconstructOptions& options) {
+  return RefinedMaps(
+      folder, absl::StrCat(DescribeMaps(description, lines, options), " maps=", lines.size()));
+}
+
+bool HoldsChunk(const RefinedMaps& refined, const std::vector<FrameLine>& lines,
+                const std::pair<size_t, size_t>& chunk) {
+  return std::all_of(lines.begin() + static_cast<int64_t>(chunk.first),
+                     lines.begin() + static_cast<int64_t>(chunk.second),
+                     [&](const FrameLine& line) { return refined.Holds(line.index); });
+}
+
 }  // namespace
 
 absl::Status ReconstructOptions::Validate() const {
@@ -52,6 +104,16 @@ bool IsReconstructed(const RunFolder& folder) {
   return json.is_object() && json.value("frames_done", -1) == json.value("frames", -2);
 }
 
+bool IsRefined(const RunFolder& folder, const RunDescription& description,
+               const std::vector<FrameLine>& lines, const ReconstructOptions& options) {
+  const std::vector<FrameLine> pictures = LinesWithPictures(lines);
+  const RefinedMaps refined = RefinedMapsIn(folder, description, pictures, options);
+  if (!refined.AreThere()) return false;
+  const auto chunks = ChunksOf(pictures, options.shard);
+  return std::all_of(chunks.begin(), chunks.end(),
+                     [&](const auto& chunk) { return HoldsChunk(refined, pictures, chunk); });
+}
+
 absl::StatusOr<std::unique_ptr<ReconstructRun>> ReconstructRun::Open(
     std::shared_ptr<kernels::Context> context, const RunFolder& folder,
     const std::vector<FrameLine>& lines, const ReconstructOptions& options) {
@@ -67,25 +129,35 @@ absl::StatusOr<std::unique_ptr<ReconstructRun>> ReconstructRun::Open(
                      options.input.empty() ? "; or say where it is now: --input=" : ""));
   }
   run->source_ = *std::move(source);
-  std::copy_if(lines.begin(), lines.end(), std::back_inserter(run->lines_),
-               [](const FrameLine& line) {
-                 return line.has_map() && line.outcome != FrameLine::Outcome::kFailed;
-               });
+  run->lines_ = LinesWithPictures(lines);
   run->has_map_of_its_own_ = OwnMaps(run->lines_);
-  EGOSIEVE_RETURN_IF_ERROR(CreateProductFolders(folder, options.what));
-  const bool has_state = std::filesystem::exists(folder.File(kState));
-  EGOSIEVE_RETURN_IF_ERROR(options.resume && has_state ? run->RestoreState() : run->StartTracks());
+  run->refined_.emplace(RefinedMapsIn(folder, run->description_, run->lines_, options));
+  EGOSIEVE_RETURN_IF_ERROR(run->Begin());
   return run;
+}
+
+absl::Status ReconstructRun::Begin() {
+  if (options_.shard.count > 1) {
+    EGOSIEVE_RETURN_IF_ERROR(refined_->Begin());
+    for (const auto& chunk : ChunksOf(lines_, options_.shard)) {
+      const auto frames = static_cast<int64_t>(chunk.second - chunk.first);
+      frames_ += frames;
+      if (HoldsChunk(*refined_, lines_, chunk)) done_before_ += frames;
+    }
+    return absl::OkStatus();
+  }
+  frames_ = static_cast<int64_t>(lines_.size());
+  EGOSIEVE_RETURN_IF_ERROR(CreateProductFolders(folder_, options_.what));
+  const bool has_state = std::filesystem::exists(folder_.File(kState));
+  return options_.resume && has_state ? RestoreState() : StartTracks();
 }
 
 std::string ReconstructRun::Signature() const {
   const vision::ObjectThresholds& mask = options_.mask;
   return absl::StrFormat(
-      "what=%s mask=%g,%g objects=%g,%g classes=%g,%g causal=%d frames=%d-%d started=%s",
-      options_.what.ToText(), mask.low, mask.high, options_.objects.low, options_.objects.high,
-      options_.classes.static_below, options_.classes.dynamic_above,
-      options_.window.link.causal ? 1 : 0, lines_.empty() ? -1 : lines_.front().index,
-      lines_.empty() ? -1 : lines_.back().index, description_.started_utc);
+      "what=%s mask=%g,%g objects=%g,%g classes=%g,%g %s", options_.what.ToText(), mask.low,
+      mask.high, options_.objects.low, options_.objects.high, options_.classes.static_below,
+      options_.classes.dynamic_above, DescribeMaps(description_, lines_, options_));
 }
 
 absl::Status ReconstructRun::StartTracks() {
@@ -131,16 +203,6 @@ absl::Status ReconstructRun::SaveState(size_t done) {
   return WriteFileAtomically(folder_.File(kState), json.dump(1) + "\n");
 }
 
-size_t ReconstructRun::ChunkEnd(size_t begin) const {
-  size_t end = begin + 1;
-  while (end < lines_.size() && end < begin + kChunkFrames &&
-         lines_[end].width_pixels == lines_[begin].width_pixels &&
-         lines_[end].height_pixels == lines_[begin].height_pixels) {
-    ++end;
-  }
-  return end;
-}
-
 absl::StatusOr<vision::WindowFrame> ReconstructRun::ReadFrame(size_t i) {
   const FrameLine& line = lines_[i];
   if (source_->next_index() != line.index) {
@@ -164,6 +226,7 @@ absl::StatusOr<vision::WindowFrame> ReconstructRun::ReadFrame(size_t i) {
 }
 
 absl::Status ReconstructRun::MoveWindow(size_t from, size_t to) {
+  if (from > window_begin_ + window_.size()) window_.clear();
   if (window_.empty()) window_begin_ = from;
   window_.erase(window_.begin(), window_.begin() + static_cast<int64_t>(from - window_begin_));
   window_begin_ = from;
@@ -174,7 +237,7 @@ absl::Status ReconstructRun::MoveWindow(size_t from, size_t to) {
   return vision::LinkFrames(window_);
 }
 
-absl::Status ReconstructRun::RunChunk(size_t begin, size_t end) {
+absl::Status ReconstructRun::MoveWindowAround(size_t begin, size_t end) {
   const double reach = options_.window.ReachSeconds();
   size_t from = begin, to = end;
   const double first_seconds = lines_[begin].time_seconds;
@@ -187,9 +250,47 @@ absl::Status ReconstructRun::RunChunk(size_t begin, size_t end) {
          lines_[to].time_seconds - last_seconds <= reach) {
     ++to;
   }
-  EGOSIEVE_RETURN_IF_ERROR(MoveWindow(from, to));
-  const std::vector<cv::Mat1f> refined = vision::RefineWindow(
-      window_, static_cast<int>(begin - from), static_cast<int>(end - begin), options_.window);
+  return MoveWindow(from, to);
+}
+
+absl::StatusOr<std::vector<cv::Mat1f>> ReconstructRun::RefinedMapsOf(size_t begin, size_t end) {
+  std::vector<cv::Mat1f> maps(end - begin);
+  if (refined_->AreThere() && HoldsChunk(*refined_, lines_, {begin, end})) {
+    std::vector<absl::Status> statuses(maps.size(), absl::OkStatus());
+    kernels::ParallelFor(static_cast<int64_t>(maps.size()), [&](int64_t i) {
+      const FrameLine& line = lines_[begin + i];
+      auto map = refined_->Read(line.index, {line.width_pixels, line.height_pixels});
+      statuses[i] = map.status();
+      if (map.ok()) maps[i] = *std::move(map);
+    });
+    // What is damaged is made again.
+    if (std::all_of(statuses.begin(), statuses.end(), [](const auto& s) { return s.ok(); })) {
+      return maps;
+    }
+  }
+  maps = vision::RefineWindow(window_, static_cast<int>(begin - window_begin_),
+                              static_cast<int>(maps.size()), options_.window);
+  for (cv::Mat1f& map : maps) map = RoundedMap(map);
+  return maps;
+}
+
+absl::Status ReconstructRun::RefineChunk(size_t begin, size_t end) {
+  EGOSIEVE_RETURN_IF_ERROR(MoveWindowAround(begin, end));
+  const std::vector<cv::Mat1f> maps =
+      vision::RefineWindow(window_, static_cast<int>(begin - window_begin_),
+                           static_cast<int>(end - begin), options_.window);
+  std::vector<absl::Status> statuses(maps.size(), absl::OkStatus());
+  kernels::ParallelFor(static_cast<int64_t>(maps.size()), [&](int64_t i) {
+    statuses[i] = refined_->Write(lines_[begin + i].index, maps[i]);
+    window_[begin + i - window_begin_].image.release();
+  });
+  for (const absl::Status& status : statuses) EGOSIEVE_RETURN_IF_ERROR(status);
+  return absl::OkStatus();
+}
+
+absl::Status ReconstructRun::RunChunk(size_t begin, size_t end) {
+  EGOSIEVE_RETURN_IF_ERROR(MoveWindowAround(begin, end));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<cv::Mat1f> refined, RefinedMapsOf(begin, end));
   std::vector<FrameResult> results(refined.size());
   kernels::ParallelFor(static_cast<int64_t>(results.size()), [&](int64_t i) {
     const FrameLine& line = lines_[begin + i];
@@ -200,7 +301,7 @@ absl::Status ReconstructRun::RunChunk(size_t begin, size_t end) {
   });
   std::vector<vision::TrackedFrame> tracked;
   for (size_t i = 0; i < results.size(); ++i) {
-    const size_t now = begin - from + i;
+    const size_t now = begin - window_begin_ + i;
     const size_t seen = options_.window.link.causal ? now + 1 : window_.size();
     while (tracked.size() < seen) {
       const vision::WindowFrame& frame = window_[tracked.size()];
@@ -248,15 +349,17 @@ absl::Status ReconstructRun::AddDeviation(const FrameLine& line, FrameResult& re
 }
 
 absl::Status ReconstructRun::Run(const std::function<bool()>& after_frame) {
-  for (size_t begin = static_cast<size_t>(done_before_); begin < lines_.size();) {
-    const size_t end = ChunkEnd(begin);
-    EGOSIEVE_RETURN_IF_ERROR(RunChunk(begin, end));
+  const bool is_share = options_.shard.count > 1;
+  for (const auto& [begin, end] : ChunksOf(lines_, options_.shard)) {
+    const bool is_done = is_share ? HoldsChunk(*refined_, lines_, {begin, end})
+                                  : static_cast<int64_t>(begin) < done_before_;
+    if (is_done) continue;
+    EGOSIEVE_RETURN_IF_ERROR(is_share ? RefineChunk(begin, end) : RunChunk(begin, end));
     bool goes_on = true;
     for (size_t i = begin; i < end; ++i) goes_on = after_frame() && goes_on;
     if (!goes_on) return absl::CancelledError(absl::StrCat("interrupted after ", end, " frames"));
-    begin = end;
   }
-  return absl::OkStatus();
+  return is_share ? absl::OkStatus() : refined_->Remove();
 }
 
 }  // namespace egosieve::tools

@@ -3,9 +3,10 @@
 //   chunk    up to 32 consecutive frames of one size. Frames around it, as far as a result reaches
 //            (vision/masks/map_window.h), are read with it and kept for the next
 //   files    of a chunk: frame products, then rows of tracks.csv, then reconstruct.json, which
-//   tells
-//            what is done and holds the tracker's state. A run that was killed goes on at its last
-//            chunk, and gives the same bytes
+//            tells what is done and holds the tracker's state. A run that was killed goes on at its
+//            last chunk, and gives the same bytes
+//   shares   chunk c belongs to share c mod N, which refines its maps (refined_maps.h) and leaves
+//            the rest, that goes from frame to frame, to the call without a share
 //
 // Memory: the frames of a chunk and at most 24 on each side of it, whatever the length of the
 // drive.
@@ -14,13 +15,16 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "kernels/runtime/context.h"
+#include "tools/infer/shard.h"
 #include "tools/reconstruct/frame_products.h"
+#include "tools/reconstruct/refined_maps.h"
 #include "tools/run_folder/run_folder.h"
 #include "vision/frame/frame_source.h"
 #include "vision/masks/map_window.h"
@@ -37,12 +41,17 @@ struct ReconstructOptions {
   vision::MoverTrackerOptions tracker;
   std::string input;    // replaces the path in run.json where it is not empty
   bool resume = false;  // go on where a former call with the same options stopped
+  Shard shard;          // more than one: refines the maps of its chunks, and no more
 
   absl::Status Validate() const;
 };
 
 // Whether the last reconstruction of the run came to its end.
 bool IsReconstructed(const RunFolder& folder);
+
+// Whether a reconstruction with these options finds the maps of the share refined.
+bool IsRefined(const RunFolder& folder, const RunDescription& description,
+               const std::vector<FrameLine>& lines, const ReconstructOptions& options);
 
 class ReconstructRun {
  public:
@@ -51,8 +60,8 @@ class ReconstructRun {
       std::shared_ptr<kernels::Context> context, const RunFolder& folder,
       const std::vector<FrameLine>& lines, const ReconstructOptions& options);
 
-  // Frames that have a map and could be read; those of them that were done before.
-  int64_t frames() const { return static_cast<int64_t>(lines_.size()); }
+  // Frames of the share that have a map and could be read; those of them that were done before.
+  int64_t frames() const { return frames_; }
   int64_t frames_done_before() const { return done_before_; }
 
   // To the end. `after_frame` is called for every frame; returning false cancels after its chunk.
@@ -66,15 +75,20 @@ class ReconstructRun {
         options_(options),
         tracker_(options.tracker) {}
 
+  absl::Status Begin();
   std::string Signature() const;
   absl::Status StartTracks();
   absl::Status RestoreState();
   absl::Status SaveState(size_t done);
-  size_t ChunkEnd(size_t begin) const;
   // Drops frames of the window before `from` and reads those up to `to`.
   absl::Status MoveWindow(size_t from, size_t to);
   absl::StatusOr<vision::WindowFrame> ReadFrame(size_t i);
   absl::Status AddDeviation(const FrameLine& line, FrameResult& result);
+  // Reads the frames that results of [begin, end) rest on.
+  absl::Status MoveWindowAround(size_t begin, size_t end);
+  // As their share left them, else refined now.
+  absl::StatusOr<std::vector<cv::Mat1f>> RefinedMapsOf(size_t begin, size_t end);
+  absl::Status RefineChunk(size_t begin, size_t end);
   absl::Status RunChunk(size_t begin, size_t end);
   absl::Status WriteChunk(size_t begin, std::vector<FrameResult>& results);
 
@@ -84,6 +98,8 @@ class ReconstructRun {
   ReconstructOptions options_;
   RunDescription description_;
   std::vector<FrameLine> lines_;
+  int64_t frames_ = 0;
+  std::optional<RefinedMaps> refined_;
   std::vector<bool> has_map_of_its_own_;
   std::unique_ptr<vision::FrameSource> source_;
   vision::MoverTracker tracker_;

@@ -21,10 +21,10 @@ using kernels::NameOfTemporary;
 
 constexpr char kDescription[] = "run.json";
 
-constexpr std::array<std::string_view, 14> kFiles = {
-    "camera.json",      "own_vehicle.png", "ignored.png",    "report.html",      "overlay.mp4",
-    "overlay.avi",      "eval.json",       "eval.csv",       "further.json",     "tracks.csv",
-    "reconstruct.json", "frames.jsonl",    "trajectory.txt", "fixed_pattern.png"};
+constexpr std::array<std::string_view, 15> kFiles = {
+    "camera.json", "own_vehicle.png",  "fixed_pattern.png", "ignored.png",    "report.html",
+    "overlay.mp4", "overlay.avi",      "eval.json",         "eval.csv",       "further.json",
+    "tracks.csv",  "reconstruct.json", "frames.jsonl",      "trajectory.txt", "refined.json"};
 
 // Files NNNNNN with one of the endings.
 struct FrameFolder {
@@ -37,6 +37,8 @@ const std::vector<FrameFolder>& FrameFolders() {
       {"grid", {".prob.png", ".std.png"}},
       {"potential", {".png"}},
       {"full", {".prob.png", ".std.png", ".class.png", ".objects.json"}},
+      {"refined", {".prob.png"}},
+      {"frames", {".png"}},
       {"masks", {".png"}},
       {"ids", {".png"}},
       {"render", {".png"}},

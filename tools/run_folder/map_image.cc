@@ -34,8 +34,24 @@ absl::StatusOr<std::string> EncodePng(const cv::Mat& image) {
   return std::string(bytes.begin(), bytes.end());
 }
 
+cv::Mat1w MapPixels(const cv::Mat1f& values, double full_scale) {
+  cv::Mat1w pixels(values.size());
+  for (int row = 0; row < values.rows; ++row) {
+    for (int column = 0; column < values.cols; ++column) {
+      const double share = std::min(values(row, column) / full_scale, 1.0);
+      pixels(row, column) = static_cast<uint16_t>(std::lround(kFullPixel * share));
+    }
+  }
+  return pixels;
+}
+
+cv::Mat1f MapValues(const cv::Mat1w& pixels, double full_scale) {
+  cv::Mat1f values;
+  pixels.convertTo(values, CV_32F, full_scale / kFullPixel);
+  return values;
+}
+
 absl::StatusOr<EncodedMap> EncodeMap(const cv::Mat1f& values, double full_scale) {
-  cv::Mat_<uint16_t> pixels(values.size());
   EncodedMap encoded;
   for (int row = 0; row < values.rows; ++row) {
     for (int column = 0; column < values.cols; ++column) {
@@ -45,11 +61,9 @@ absl::StatusOr<EncodedMap> EncodeMap(const cv::Mat1f& values, double full_scale)
             "map value %g at column %d, row %d; it must not be negative", value, column, row));
       }
       encoded.saturated += value > full_scale;
-      pixels(row, column) =
-          static_cast<uint16_t>(std::lround(kFullPixel * std::min(value / full_scale, 1.0)));
     }
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(encoded.png, EncodePng(pixels));
+  EGOSIEVE_ASSIGN_OR_RETURN(encoded.png, EncodePng(MapPixels(values, full_scale)));
   return encoded;
 }
 
@@ -84,9 +98,7 @@ absl::StatusOr<cv::Mat1f> ReadMap(const std::string& path, cv::Size expected, do
         "%s has %d x %d pixels where run.json says %d x %d; segment the drive again", path,
         pixels.cols, pixels.rows, expected.width, expected.height));
   }
-  cv::Mat1f values;
-  pixels.convertTo(values, CV_32F, full_scale / kFullPixel);
-  return values;
+  return MapValues(pixels, full_scale);
 }
 
 }  // namespace egosieve::tools

@@ -18,6 +18,10 @@ struct EncodedMap {
   int64_t saturated = 0;  // values above full_scale
 };
 
+// The pixels of values that are not negative, and what they are read as.
+cv::Mat1w MapPixels(const cv::Mat1f& values, double full_scale);
+cv::Mat1f MapValues(const cv::Mat1w& pixels, double full_scale);
+
 // InvalidArgument, naming the pixel, where a value is negative or not a number.
 absl::StatusOr<EncodedMap> EncodeMap(const cv::Mat1f& values, double full_scale);
 

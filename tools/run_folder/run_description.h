@@ -25,7 +25,7 @@ struct RunDescription {
 
   struct Input {
     std::string path;         // as it was given, made absolute
-    std::string kind;         // video, folder, glob or list
+    std::string kind;         // video, folder, glob, list or stream
     std::string fingerprint;  // tells another input at the same path
   } input;
 

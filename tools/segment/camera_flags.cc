@@ -50,6 +50,7 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
   if (!(labeller.focal_ratio > 0.0)) labeller.focal_ratio = given_ratio_;
   labeller.ignored = ignored_;
   if (!labeller.WantsCamera() || (was_given && !finds_own_vehicle_)) return absl::OkStatus();
+  if (input.is_live) return absl::OkStatus();  // what comes once cannot be passed over first
   if (resumes) {
     EGOSIEVE_ASSIGN_OR_RETURN(camera_, ReadRunCamera(directory));
   }

@@ -11,6 +11,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
 #include "vision/frame/file_list.h"
+#include "vision/frame/live_stream.h"
 
 namespace egosieve::tools {
 namespace {
@@ -73,6 +74,23 @@ absl::StatusOr<DriveInput> OpenDriveInput(const std::string& path, int64_t from,
         absl::StrCat(Fingerprint(image), "-", input.frames->expected_frame_count());
     return input;
   }
+}
+
+absl::StatusOr<DriveInput> OpenLiveInput(const std::string& address) {
+  DriveInput input;
+  absl::StatusOr<std::unique_ptr<vision::FrameSource>> frames = vision::OpenLiveStream(address);
+  if (!frames.ok()) return AsInputError(frames.status());
+  input.frames = *std::move(frames);
+  const absl::StatusOr<vision::FrameRead> first = input.frames->Next();
+  if (!first.ok()) return AsInputError(first.status());
+  const cv::Mat& image = std::get<vision::Frame>(*first).image;
+  input.width_pixels = image.cols;
+  input.height_pixels = image.rows;
+  input.is_live = true;
+  input.description = {input.frames->description(), "stream",
+                       absl::StrCat(Fingerprint(image), "--1")};
+  EGOSIEVE_RETURN_IF_ERROR(AsInputError(input.frames->SeekTo(0)));
+  return input;
 }
 
 }  // namespace egosieve::tools

@@ -17,15 +17,18 @@ struct DriveInput {
   int width_pixels = 0;  // of the first frame that could be read
   int height_pixels = 0;
   RunDescription::Input description;
+  bool is_live = false;  // frames that come once (vision/frame/live_stream.h)
 };
 
-// Reads on from frame `from` to the first frame that is not damaged. Every error is one of the
-// input (DataLoss): nothing there, nothing that can be read, or fewer frames than `from`.
 // A number that tells another image, as text.
 std::string Fingerprint(const cv::Mat& image);
 
+// Reads on from frame `from` to the first frame that is not damaged. Every error is one of the
+// input (DataLoss): nothing there, nothing that can be read, or fewer frames than `from`.
 absl::StatusOr<DriveInput> OpenDriveInput(const std::string& path, int64_t from,
                                           const vision::FrameSourceOptions& options = {});
+// The same of a stream's address: its first frame, which is the next one.
+absl::StatusOr<DriveInput> OpenLiveInput(const std::string& address);
 
 }  // namespace egosieve::tools
 

@@ -24,6 +24,7 @@
 #include "tools/cli/warning.h"
 #include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/former_run.h"
+#include "tools/run_folder/map_image.h"
 #include "tools/segment/camera_flags.h"
 #include "tools/segment/drive_input.h"
 #include "tools/segment/drive_writer.h"
@@ -33,6 +34,9 @@
 #include "tools/segment/run_verdict.h"
 #include "tools/segment/schedule_flags.h"
 #include "tools/segment/segment_flags.h"
+#include "vision/frame/image_decoding.h"
+#include "vision/frame/live_stream.h"
+#include "vision/frame/video_remarks.h"
 #include "vision/segmentation/segmentation_pipeline.h"
 
 namespace egosieve::tools {
@@ -53,8 +57,9 @@ class SegmentCommand : public Command {
 
   void AddFlags(CLI::App& app) override {
     app.add_option("INPUT", input_,
-                   "A video, a folder or a glob of images or of a drive's videos, or a list of "
-                   "images with their times, .txt or .csv")
+                   "A video, a folder or a glob of images or of a drive's videos, a list of images "
+                   "with their times, .txt or .csv, or a stream's address (rtsp://), which is "
+                   "segmented as it comes, as with --ahead=0, until Ctrl-C")
         ->required()
         ->type_name("")
         ->configurable(false);
@@ -63,6 +68,8 @@ class SegmentCommand : public Command {
     app.add_flag("--resume", resume_,
                  "Go on with the run that the folder holds, as if it had never been interrupted; "
                  "start it where there is none");
+    app.add_flag("--record", record_,
+                 "Keep a stream's pictures in the run folder, frames/, for reconstruct and others");
     app.add_flag("--allow_other_device", allow_other_device_,
                  "With --resume: go on although the run began on another device; the lines of the "
                  "frames from here on name it");
@@ -94,8 +101,9 @@ class SegmentCommand : public Command {
       return absl::InvalidArgumentError(
           "--potential belongs to the segmenter; leave it or --method out");
     }
-    EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input,
-                              OpenDriveInput(input_, schedule_.first_frame(), schedule_.source()));
+    EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenInput());
+    if (input.is_live) options.ahead_frames = 0;
+    TellRemarks(*input.frames);
     EGOSIEVE_RETURN_IF_ERROR(camera_.Read(input));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
     if (overwrite_) EGOSIEVE_RETURN_IF_ERROR(CheckApart(directory_, input.frames->files()));
@@ -127,6 +135,31 @@ class SegmentCommand : public Command {
     std::optional<DriveWriter::Counts> counts;  // of a run that is done
     std::string warning;                        // of the input's end
   };
+
+  absl::StatusOr<DriveInput> OpenInput() const {
+    if (!vision::IsStreamAddress(input_)) {
+      if (record_) {
+        return absl::InvalidArgumentError("--record belongs to a stream; leave it out");
+      }
+      return OpenDriveInput(input_, schedule_.first_frame(), schedule_.source());
+    }
+    if (resume_ || schedule_.first_frame() > 0 || schedule_.LeavesMaps()) {
+      return absl::InvalidArgumentError(
+          "a stream cannot be gone back to: leave --resume, --from, --learn_only and --every out");
+    }
+    EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenLiveInput(input_));
+    if (record_) {
+      input.description.path = AbsolutePath(absl::StrCat(directory_, "/", RunFolder::kRecorded));
+      input.description.kind = "folder";
+    }
+    return input;
+  }
+
+  static void TellRemarks(const vision::FrameSource& frames) {
+    const std::vector<std::string> files = frames.files();
+    if (files.empty() || vision::HasImageExtension(files.front())) return;
+    for (const std::string& remark : vision::RemarksOnVideos(files)) Warn(remark);
+  }
 
   // None where --out is no folder, which is an error of RunFolder's.
   absl::StatusOr<std::optional<FolderLock>> LockFolder() const {
@@ -254,6 +287,7 @@ class SegmentCommand : public Command {
     const auto start = std::chrono::steady_clock::now();
     const absl::StatusOr<vision::PipelineSummary> summary =
         run([&](const vision::SegmentedFrame& frame) {
+          if (record_) EGOSIEVE_RETURN_IF_ERROR(Record(frame));
           EGOSIEVE_RETURN_IF_ERROR(writer.Write(frame, input.frames->image_name(frame.index)));
           const FrameLine& line = writer.last_line();
           progress.Advance({{"model size", static_cast<double>(line.model_size)},
@@ -264,6 +298,17 @@ class SegmentCommand : public Command {
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return End(summary, input, seconds, writer);
+  }
+
+  // A frame that could not be read keeps its place, as a file that cannot be either.
+  absl::Status Record(const vision::SegmentedFrame& frame) const {
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
+    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File(RunFolder::kRecorded)));
+    std::string png;
+    if (!frame.damage.has_value()) {
+      EGOSIEVE_ASSIGN_OR_RETURN(png, EncodePng(frame.frame.image));
+    }
+    return WriteFileAtomically(folder.FrameFile(RunFolder::kRecorded, frame.index, ".png"), png);
   }
 
   RunDescription Describe(const DriveInput& input, const kernels::DeviceInfo& device,
@@ -292,7 +337,9 @@ class SegmentCommand : public Command {
       writer.Finish("failed", std::string(summary.status().message()), seconds).IgnoreError();
       return summary.status();
     }
-    EGOSIEVE_RETURN_IF_ERROR(writer.Finish(summary->stopped ? "interrupted" : "done", "", seconds));
+    // A stream ends when its reader says so.
+    const bool is_cut_short = summary->stopped && !input.is_live;
+    EGOSIEVE_RETURN_IF_ERROR(writer.Finish(is_cut_short ? "interrupted" : "done", "", seconds));
     const DriveWriter::Counts& counts = writer.counts();
     std::string text =
         absl::StrFormat("%d frames answered, %d learnt from, in %s: %s\n", counts.answered,
@@ -302,7 +349,7 @@ class SegmentCommand : public Command {
     }
     if (counts.doubtful.count() > 0) absl::StrAppend(&text, counts.doubtful.Sentence(), "\n");
     Tell(counts, seconds, text);
-    if (summary->stopped) {
+    if (is_cut_short) {
       return absl::CancelledError(absl::StrCat("interrupted; the ", counts.answered + counts.failed,
                                                " frames in ", directory_,
                                                " are whole, --resume goes on"));
@@ -334,6 +381,7 @@ class SegmentCommand : public Command {
   bool overwrite_ = false;
   bool resume_ = false;
   bool allow_other_device_ = false;
+  bool record_ = false;
   SegmentFlags flags_;
   CameraFlags camera_;
   MethodFlag method_;

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "tools/cli/standard_streams.h"
 
 namespace egosieve::tools {
 namespace {
@@ -45,16 +46,22 @@ absl::StatusOr<int> RunChild(const ChildCommand& command,
   std::vector<std::string> environment = Environment(command.environment);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, command.log_path.c_str(),
-                                   O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW, 0644);
-  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
+  if (command.log_path.empty()) {
+    posix_spawn_file_actions_adddup2(&actions, StderrDescriptor(), STDERR_FILENO);
+  } else {
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, command.log_path.c_str(),
+                                     O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW, 0644);
+    posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
+  }
   pid_t process = 0;
   const int failure = posix_spawn(&process, arguments[0].c_str(), &actions, nullptr,
                                   Pointers(arguments).data(), Pointers(environment).data());
   posix_spawn_file_actions_destroy(&actions);
   if (failure != 0) {
-    return absl::UnavailableError(absl::StrCat("cannot start ", arguments[0], " with its log in ",
-                                               command.log_path, ": ", std::strerror(failure)));
+    return absl::UnavailableError(absl::StrCat(
+        "cannot start ", arguments[0],
+        command.log_path.empty() ? "" : absl::StrCat(" with its log in ", command.log_path), ": ",
+        std::strerror(failure)));
   }
   bool stopping = false;
   while (true) {

@@ -14,7 +14,7 @@ namespace egosieve::tools {
 struct ChildCommand {
   std::vector<std::string> arguments;              // the program's path first
   std::map<std::string, std::string> environment;  // beside this process's own
-  std::string log_path;                            // both its outputs
+  std::string log_path;                            // both its outputs; empty: this process's
 };
 
 // The exit code, or 128 + the signal that ended it. While it runs, `stop_requested` is asked

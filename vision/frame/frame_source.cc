@@ -16,6 +16,7 @@
 #include "vision/frame/image_decoding.h"
 #include "vision/frame/image_sequence.h"
 #include "vision/frame/input_files.h"
+#include "vision/frame/live_stream.h"
 #include "vision/frame/video_file.h"
 
 namespace egosieve::vision {
@@ -40,8 +41,9 @@ absl::Status TimesOfNoPictures(const std::string& input) {
 
 // What the program does not read, and how it becomes something that it does; empty for all else.
 std::string HowToConvert(const std::string& input) {
-  if (input.find("://") != std::string::npos) {
-    return "a stream is not read; record it, ffmpeg -i URL -c copy drive.mp4, and give the file";
+  if (IsStreamAddress(input)) {
+    return "a stream is read by segment alone, as it comes, and is gone then; give its recording: "
+           "segment --record, or ffmpeg -i URL -c copy drive.mp4";
   }
   const std::string extension = absl::AsciiStrToLower(fs::path(input).extension().string());
   if (extension == ".bag" || extension == ".mcap" || extension == ".db3") {
@@ -103,7 +105,8 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrameSource(const std::string& 
         "the input is empty; give a video file, a folder of pictures or a glob");
   }
   if (const std::string how = HowToConvert(input); !how.empty()) {
-    return absl::InvalidArgumentError(absl::StrCat(input, ": ", how));
+    const std::string name = IsStreamAddress(input) ? WithoutCredentials(input) : input;
+    return absl::InvalidArgumentError(absl::StrCat(name, ": ", how));
   }
   std::error_code error;
   const fs::file_status status = fs::status(input, error);
@@ -117,6 +120,13 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrameSource(const std::string& 
   if (fs::is_directory(status)) {
     EGOSIEVE_ASSIGN_OR_RETURN(InputFiles files, FilesOfFolder(input));
     return OpenFiles(std::move(files), input, options);
+  }
+  if (fs::is_character_file(status) && input.starts_with("/dev/video")) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        input,
+        ": a camera is read through a stream; give segment tcp://127.0.0.1:9000 while this "
+        "runs: ffmpeg -f v4l2 -i ",
+        input, " -f mpegts tcp://127.0.0.1:9000?listen"));
   }
   // A pipe or a device would be waited for, or never end.
   if (!fs::is_regular_file(status)) {

@@ -159,12 +159,21 @@ constexpr int64_t kFar = 64;
 
 class VideoFile : public FrameSource {
  public:
-  VideoFile(std::string path, double nominal_rate_hz)
-      : path_(std::move(path)), nominal_rate_hz_(nominal_rate_hz) {}
+  // timeout_seconds: of a stream; 0: none.
+  VideoFile(std::string path, double nominal_rate_hz, int timeout_seconds = 0)
+      : path_(std::move(path)),
+        nominal_rate_hz_(nominal_rate_hz),
+        timeout_seconds_(timeout_seconds) {}
 
   absl::Status Open() {
     try {
-      capture_.open(path_, cv::CAP_FFMPEG);
+      std::vector<int> parameters;
+      if (timeout_seconds_ > 0) {
+        const int milliseconds = 1000 * timeout_seconds_;
+        parameters = {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, milliseconds,  //
+                      cv::CAP_PROP_READ_TIMEOUT_MSEC, milliseconds};
+      }
+      capture_.open(path_, cv::CAP_FFMPEG, parameters);
       if (!capture_.isOpened()) {
         return absl::InvalidArgumentError(
             absl::StrCat(path_,
@@ -311,6 +320,7 @@ class VideoFile : public FrameSource {
 
   const std::string path_;
   double nominal_rate_hz_;
+  const int timeout_seconds_;
   cv::VideoCapture capture_;
   int64_t expected_frame_count_ = -1;
   int degrees_ = 0;         // by which pictures are turned, clockwise
@@ -336,6 +346,14 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenVideoFile(const std::string& pa
         absl::StrCat(path, ": opens as a video but delivers no frame; check that it plays"));
   }
   EGOSIEVE_RETURN_IF_ERROR(video->SeekTo(0));
+  return std::unique_ptr<FrameSource>(std::move(video));
+}
+
+absl::StatusOr<std::unique_ptr<FrameSource>> OpenStreamAsVideo(const std::string& address) {
+  QuietLibraries();
+  auto video = std::make_unique<VideoFile>(address, FrameSourceOptions().nominal_rate_hz,
+                                           kStreamTimeoutSeconds);
+  EGOSIEVE_RETURN_IF_ERROR(video->Open());
   return std::unique_ptr<FrameSource>(std::move(video));
 }
 

@@ -14,6 +14,12 @@ namespace egosieve::vision {
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenVideoFile(const std::string& path,
                                                            const FrameSourceOptions& options);
 
+// How long a stream may take to open, and be silent.
+inline constexpr int kStreamTimeoutSeconds = 10;
+
+// A stream of frames that must not be sought in (live_stream.h). Nothing is read yet.
+absl::StatusOr<std::unique_ptr<FrameSource>> OpenStreamAsVideo(const std::string& address);
+
 }  // namespace egosieve::vision
 
 #endif  // EGOSIEVE_VISION_FRAME_VIDEO_FILE_H_

@@ -129,6 +129,7 @@ TEST(ManifestTest, WhatIsWrongIsSaidWithTheEntrysNumber) {
   EXPECT_THAT(error(""), HasSubstr("lists no drive"));
   EXPECT_THAT(error("[]"), HasSubstr("lists no drive"));
   EXPECT_THAT(error("[{]"), HasSubstr("not JSON"));
+  EXPECT_THAT(error("{\"drives\": 1e999}"), HasSubstr("not JSON"));
   EXPECT_THAT(error("{\"path\": \"a\"}"), HasSubstr("not a list"));
   EXPECT_THAT(error("[{\"path\": \"a\", \"out\": \"x\"}, 5]"), HasSubstr("entry 2: 5 is not"));
   EXPECT_THAT(error("[{\"path\": \"a\", \"out\": \"x\"}, {\"path\": \"b\"}]"),

@@ -20,16 +20,51 @@ using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
+std::vector<std::string> StageNames(const BatchPlan& plan) {
+  std::vector<std::string> names;
+  for (const PlanStage& stage : plan.stages()) names.push_back(stage.name);
+  return names;
+}
+
 TEST(BatchPlan, NumbersStageByStageAndNeedsWhatComesBefore) {
-  const BatchPlan plan({{"a.mp4", "out/a", {}}, {"b.mp4", "out/b", {}}}, 3, 0);
-  ASSERT_EQ(plan.stages().size(), 6u);
-  EXPECT_EQ(plan.task_count(), 12);
-  EXPECT_EQ(plan.stages()[2].name, "infer 2/3");
+  const BatchPlan plan({{"a.mp4", "out/a", {}}, {"b.mp4", "out/b", {}}}, 2, 0);
+  EXPECT_THAT(StageNames(plan), ElementsAre("segment", "infer 1/2", "infer 2/2", "reconstruct 1/2",
+                                            "reconstruct 2/2", "reconstruct", "report"));
+  EXPECT_EQ(plan.task_count(), 14);
   EXPECT_THAT(plan.stages()[0].needs, ElementsAre());
-  EXPECT_THAT(plan.stages()[3].needs, ElementsAre(0));
-  EXPECT_THAT(plan.stages()[4].needs, ElementsAre(1, 2, 3));
-  EXPECT_THAT(plan.stages()[5].needs, ElementsAre(4));
+  EXPECT_THAT(plan.stages()[2].needs, ElementsAre(0));
+  EXPECT_THAT(plan.stages()[4].needs, ElementsAre(1, 2));
+  EXPECT_THAT(plan.stages()[5].needs, ElementsAre(3, 4));
+  EXPECT_THAT(plan.stages()[6].needs, ElementsAre(5));
   EXPECT_EQ(plan.TaskNumber(4, 1), 9);
+}
+
+TEST(BatchPlan, SharesOutWhatFollows) {
+  const BatchStep masks = {"masks", {"--for=colmap"}}, coco = {"masks", {"--for=coco"}};
+  const BatchStep reconstruct = {"reconstruct", {"--causal"}}, render = {"render", {}};
+  const BatchPlan plan({{"a.mp4", "out/a", {}, {reconstruct, masks, render}}}, 2, 0);
+  EXPECT_THAT(StageNames(plan),
+              ElementsAre("segment", "infer 1/2", "infer 2/2", "reconstruct 1/2", "reconstruct 2/2",
+                          "reconstruct", "masks 1/2", "masks 2/2", "render 1/2", "render 2/2"));
+  EXPECT_THAT(plan.stages()[7].needs, ElementsAre(5));
+  EXPECT_THAT(plan.stages()[9].needs, ElementsAre(5));
+  EXPECT_THAT(plan.Arguments(4, 0),
+              ElementsAre("reconstruct", "out/a", "--shard=2/2", "--causal", "--progress=none"));
+  EXPECT_THAT(plan.Arguments(7, 0),
+              ElementsAre("masks", "out/a", "--out=out/a.masks", "--overwrite", "--shard=2/2",
+                          "--for=colmap", "--progress=none"));
+  // One file, and masks that make the run's masks themselves, are one task.
+  EXPECT_THAT(StageNames(BatchPlan({{"a.mp4", "out/a", {}, {reconstruct, coco}}}, 2, 0)),
+              ElementsAre("segment", "infer 1/2", "infer 2/2", "reconstruct 1/2", "reconstruct 2/2",
+                          "reconstruct", "masks"));
+  EXPECT_THAT(
+      StageNames(BatchPlan({{"a.mp4", "out/a", {}, {masks, render}}}, 2, 0)),
+      ElementsAre("segment", "infer 1/2", "infer 2/2", "masks", "render 1/2", "render 2/2"));
+  EXPECT_TRUE(CheckThen({{"a", "a", {}, {masks}}, {"b", "b", {}, {masks}}}).ok());
+  for (const BatchStep& other : {render, coco}) {
+    EXPECT_EQ(CheckThen({{"a", "a", {}, {masks}}, {"b", "b", {}, {other}}}).code(),
+              absl::StatusCode::kInvalidArgument);
+  }
 }
 
 TEST(BatchPlan, TasksHaveTheDrivesFlags) {
@@ -39,7 +74,7 @@ TEST(BatchPlan, TasksHaveTheDrivesFlags) {
                           "--device=cpu", "--learn_only", "--threads=4", "--progress=none"));
   EXPECT_THAT(plan.Arguments(2, 0), ElementsAre("infer", "out/a", "--shard=2/2", "--device=cpu",
                                                 "--threads=4", "--progress=none"));
-  EXPECT_THAT(plan.Arguments(4, 0), ElementsAre("report", "out/a"));
+  EXPECT_THAT(plan.Arguments(6, 0), ElementsAre("report", "out/a"));
   const BatchPlan own({{"a.mp4", "out/a", {"--learn_only", "--threads=1"}}}, 1, 4);
   EXPECT_THAT(own.Arguments(0, 0), ElementsAre("segment", "a.mp4", "--out=out/a", "--resume",
                                                "--learn_only", "--threads=1", "--progress=none"));
@@ -52,7 +87,7 @@ TEST(BatchPlan, ATaskThatNeedsAnotherSaysWhich) {
   const absl::Status early = plan.ArgumentsOfReadyTask(2).status();
   EXPECT_EQ(early.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(early.message()), HasSubstr("--task=0"));
-  EXPECT_EQ(plan.ArgumentsOfReadyTask(5).status().code(), absl::StatusCode::kOutOfRange);
+  EXPECT_EQ(plan.ArgumentsOfReadyTask(7).status().code(), absl::StatusCode::kOutOfRange);
   EXPECT_EQ(plan.ArgumentsOfReadyTask(-1).status().code(), absl::StatusCode::kOutOfRange);
 }
 
@@ -78,26 +113,40 @@ class BatchTasks : public testing::Test {
 };
 
 TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
-  for (int task = 0; task < 8; ++task) {
-    const ProgramOutcome outcome = RunBatch({"--shards=1", absl::StrCat("--task=", task)});
+  const auto run = [&](const std::string& flag, const std::string& masks = "--for=colmap") {
+    return RunBatch(
+        {flag, "--shards=2", "--then=reconstruct,masks,render,report", "--masks_flags=" + masks});
+  };
+  // segment, two of infer, three of reconstruct, two of masks and of render, report.
+  for (int task = 0; task < 22; task += 2) {  // those of the first drive
+    const ProgramOutcome outcome = run(absl::StrCat("--task=", task));
     EXPECT_EQ(outcome.code, 0) << task << ": " << outcome.err;
   }
-  const ProgramOutcome status = RunBatch({"--status", "--shards=1"});
+  const ProgramOutcome status = run("--status");
   EXPECT_THAT(status.out, ContainsRegex("/out/a +done +8 +0 +8 of 8 +done +done"));
-  EXPECT_THAT(status.out, ContainsRegex("/out/b +done +8 +0 +8 of 8 +done +done"));
-  ASSERT_EQ(RunProgram({"segment", root_ + "/a/frames", "--out=" + root_ + "/alone", "--budget=100",
+  EXPECT_THAT(status.out, ContainsRegex("/out/b +not started +0 +0 +0 of 0 +- +-"));
+  const std::string alone = root_ + "/alone";
+  ASSERT_EQ(RunProgram({"segment", root_ + "/a/frames", "--out=" + alone, "--budget=100",
                         "--stride=8", "--checkpoint_every=3"})
                 .code,
             0);
-  ASSERT_EQ(RunProgram({"reconstruct", root_ + "/alone"}).code, 0);
-  for (const std::string file :
-       {"grid/000004.prob.png", "masks/000004.png", "ids/000007.png", "tracks.csv"}) {
-    const absl::StatusOr<std::string> alone = ReadFile(root_ + "/alone/" + file);
-    ASSERT_TRUE(alone.ok()) << alone.status();
-    EXPECT_EQ(*alone, ReadFile(root_ + "/out/a/" + file).value_or("none")) << file;
+  ASSERT_EQ(RunProgram({"reconstruct", alone}).code, 0);
+  ASSERT_EQ(RunProgram({"render", alone, "--no_video"}).code, 0);
+  ASSERT_EQ(RunProgram({"masks", alone, "--for=colmap", "--out=" + alone + ".masks"}).code, 0);
+  for (const std::string file : {"/grid/000004.prob.png", "/masks/000004.png", "/ids/000007.png",
+                                 "/tracks.csv", "/render/000006.png", ".masks/000005.png.png"}) {
+    const absl::StatusOr<std::string> expected = ReadFile(alone + file);
+    ASSERT_TRUE(expected.ok()) << expected.status();
+    EXPECT_EQ(*expected, ReadFile(root_ + "/out/a" + file).value_or("none")) << file;
   }
-  // Once more does no harm.
-  EXPECT_EQ(RunBatch({"--shards=1", "--task=0"}).code, 0);
+  // What is done is left, and done again with other flags.
+  const std::string mask = root_ + "/out/a.masks/000005.png.png";
+  std::filesystem::remove(mask);
+  EXPECT_EQ(run("--task=0").code, 0);
+  EXPECT_EQ(run("--task=12").code, 0);
+  EXPECT_FALSE(std::filesystem::exists(mask));
+  EXPECT_EQ(run("--task=12", "--for=colmap --dilate=2").code, 0);
+  EXPECT_TRUE(std::filesystem::exists(mask));
 }
 
 TEST_F(BatchTasks, StatusTellsWhatIsThereAtAnyTime) {
@@ -109,7 +158,7 @@ TEST_F(BatchTasks, StatusTellsWhatIsThereAtAnyTime) {
   EXPECT_EQ(early.code, 2);
   EXPECT_THAT(early.err, HasSubstr("'infer 2/2'"));
   EXPECT_EQ(CountLines(early.err), 1);
-  EXPECT_THAT(RunBatch({"--plan"}).out, ContainsRegex(" 9  .*/out/b  report\n"));
+  EXPECT_THAT(RunBatch({"--plan"}).out, ContainsRegex(" 9  .*/out/b  reconstruct 2/2\n"));
   EXPECT_EQ(RunBatch({"--plan", "--task=1"}).code, 2);
   ASSERT_TRUE(WriteFileAtomically(root_ + "/out/a/run.json", "{").ok());
   EXPECT_THAT(RunBatch({"--status"}).out, ContainsRegex("/out/a +unreadable .*run.json"));

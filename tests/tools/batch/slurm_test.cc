@@ -36,10 +36,8 @@ class Slurm : public testing::Test {
     StandIn("scancel", "echo $1 >>" + root_ + "/cancelled");
     StandIn("scontrol", "echo $* >>" + root_ + "/requeued");
     setenv("PATH", (root_ + "/bin:" + before_).c_str(), 1);
-    cost_.seconds_per_frame = {{StageKind::kSegment, 0.5},
-                               {StageKind::kInfer, 0.3},
-                               {StageKind::kReconstruct, 0.1},
-                               {StageKind::kReport, 0.001}};
+    cost_.seconds_per_frame = {
+        {"segment", 0.5}, {"infer", 0.3}, {"reconstruct", 0.1}, {"report", 0.001}};
     cost_.peak_memory_bytes = int64_t{600} << 20;
     cost_.measured_frames = 40;
     cost_.longest_drive_frames = 36000;
@@ -93,7 +91,8 @@ TEST_F(Slurm, AsksForWhatWasMeasured) {
   // 36000 frames of 0.5 s, twice: 10 h; a half of 0.3 s: 3 h.
   EXPECT_EQ(RequestFor(plan, 0, cost_, options_).minutes, 600 + 5);
   EXPECT_EQ(RequestFor(plan, 1, cost_, options_).minutes, 180 + 5);
-  EXPECT_EQ(RequestFor(plan, 3, cost_, options_).minutes, 120 + 5);
+  EXPECT_EQ(RequestFor(plan, 3, cost_, options_).minutes, 60 + 5);
+  EXPECT_EQ(RequestFor(plan, 5, cost_, options_).minutes, 120 + 5);
   EXPECT_EQ(RequestFor(plan, 0, cost_, options_).memory_mebibytes, 1024);
 }
 
@@ -102,19 +101,34 @@ TEST_F(Slurm, ArraysDependOnWhatTheirTasksNeed) {
   const absl::StatusOr<std::vector<SlurmArray>> arrays =
       SubmitToSlurm(plan, {0, 1, 2}, cost_, options_);
   ASSERT_TRUE(arrays.ok()) << arrays.status();
-  ASSERT_THAT(*arrays, SizeIs(5));
+  ASSERT_THAT(*arrays, SizeIs(7));
   const std::string kill = " --kill-on-invalid-dep=yes ", jobs = options_.folder + "/";
   EXPECT_EQ(*ReadFile(root_ + "/sbatch"),
             "--parsable " + jobs + "segment.sh\n" +  //
                 "--parsable --dependency=aftercorr:1" + kill + jobs + "infer_1.sh\n" +
                 "--parsable --dependency=aftercorr:1" + kill + jobs + "infer_2.sh\n" +
-                "--parsable --dependency=aftercorr:2:3" + kill + jobs + "reconstruct.sh\n" +
-                "--parsable --dependency=aftercorr:4" + kill + jobs + "report.sh\n");
-  EXPECT_EQ(SubmittedJobs(options_.folder), "1,2,3,4,5");
+                "--parsable --dependency=aftercorr:2:3" + kill + jobs + "reconstruct_1.sh\n" +
+                "--parsable --dependency=aftercorr:2:3" + kill + jobs + "reconstruct_2.sh\n" +
+                "--parsable --dependency=aftercorr:4:5" + kill + jobs + "reconstruct.sh\n" +
+                "--parsable --dependency=aftercorr:6" + kill + jobs + "report.sh\n");
+  EXPECT_EQ(SubmittedJobs(options_.folder), "1,2,3,4,5,6,7");
   EXPECT_THAT(*ReadFile(jobs + "segment.sh"), HasSubstr("#SBATCH --array=0-2\n"));
   const absl::StatusOr<std::vector<BatchEntry>> entries = ReadManifest(jobs + "drives.json");
   ASSERT_TRUE(entries.ok()) << entries.status();
   EXPECT_EQ((*entries)[1].out, "/nowhere/1");
+}
+
+TEST_F(Slurm, TheBatchAsItWasSubmittedHasWhatFollows) {
+  const std::vector<BatchStep> then = {{"reconstruct", {}}, {"masks", {"--for=coco", "--invert"}}};
+  const BatchPlan plan({{"/in/0", "/nowhere/0", {"--stride=2"}, then}}, 2, 0);
+  ASSERT_TRUE(SubmitToSlurm(plan, {0}, cost_, options_).ok());
+  const auto entries = ReadManifest(options_.folder + "/drives.json");
+  ASSERT_TRUE(entries.ok()) << entries.status();
+  const BatchPlan read(*entries, 2, 0);
+  ASSERT_EQ(read.stages().size(), plan.stages().size());
+  for (size_t stage = 0; stage < plan.stages().size(); ++stage) {
+    EXPECT_EQ(read.Arguments(stage, 0), plan.Arguments(stage, 0));
+  }
 }
 
 TEST_F(Slurm, MoreDrivesThanAnArrayHoldsAreSeveralArrays) {
@@ -151,7 +165,7 @@ TEST_F(Slurm, WhatIsQueuedIsNotSubmittedAgain) {
   ASSERT_TRUE(WriteFileAtomically(root_ + "/queued", "3\n").ok());
   const absl::Status status = CheckNothingIsQueued(options_.folder);
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("scancel 1 2 3 4 5"));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("scancel 1 2 3 4 5 6 7"));
 }
 
 TEST_F(Slurm, AScriptGivesItsTasksExitCode) {

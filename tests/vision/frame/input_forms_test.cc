@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class InputFormsTest : public ::testing::Test {
  protected:
@@ -168,7 +169,9 @@ TEST_F(InputFormsTest, ListsSayWhatIsWrongWithThem) {
 
 TEST_F(InputFormsTest, WhatIsNotReadSaysWhatWouldBe) {
   EXPECT_THAT(std::string(OpenFrameSource("rtsp://camera/1").status().message()),
-              HasSubstr("rtsp://camera/1: a stream is not read; record it"));
+              HasSubstr("rtsp://camera/1: a stream is read by segment alone"));
+  EXPECT_THAT(std::string(OpenFrameSource("rtsp://me:secret@camera/1").status().message()),
+              Not(HasSubstr("secret")));
   for (const char* name : {"drive.bag", "drive.MCAP", "drive.db3"}) {
     WriteText(name, "a recording");
     EXPECT_THAT(ErrorOf(name), HasSubstr("recordings of ROS are not read; write their pictures"));

@@ -1,0 +1,78 @@
+// A drive learnt in pieces: each frame has the maps of the first piece that holds it.
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/patch_drive.h"
+#include "tests/tools/testing/program.h"
+#include "tools/run_folder/run_folder.h"
+
+namespace egosieve::tools {
+namespace {
+
+using ::testing::HasSubstr;
+
+class Pieces : public testing::Test {
+ protected:
+  Pieces() : root_(FreshFolder()) { WritePatchDrive(root_, SmallPatchDrive(16)); }
+
+  ProgramOutcome Segment(const std::string& name, const std::vector<std::string>& flags,
+                         const std::string& input = "frames") const {
+    std::vector<std::string> words = {"segment",      root_ + "/" + input, "--out=" + Folder(name),
+                                      "--budget=100", "--stride=8",        "--progress=none"};
+    words.insert(words.end(), flags.begin(), flags.end());
+    return RunProgram(words);
+  }
+
+  ProgramOutcome Merge(const std::vector<std::string>& names) const {
+    std::vector<std::string> words = {"merge", "--progress=none"};
+    for (const std::string& name : names) words.push_back(Folder(name));
+    return RunProgram(words);
+  }
+
+  std::string Folder(const std::string& name) const { return root_ + "/" + name; }
+  std::string Map(const std::string& name, int frame) const {
+    return ReadFile(Folder(name) + absl::StrFormat("/grid/%06d.prob.png", frame)).value_or("none");
+  }
+
+  std::string root_;
+};
+
+TEST_F(Pieces, AreOneRunWhenTheyAreMerged) {
+  ASSERT_EQ(Segment("first", {"--to=5"}).code, 0);
+  ASSERT_EQ(Segment("second", {"--from=3", "--to=10"}).code, 0);
+  ASSERT_EQ(Segment("third", {"--from=8"}).code, 0);
+  const std::string first_map = Map("first", 4);
+  const ProgramOutcome merged = Merge({"first", "second", "third"});
+  ASSERT_EQ(merged.code, 0) << merged.err;
+  EXPECT_THAT(merged.out, HasSubstr("10 maps taken over"));
+  const std::vector<FrameLine> lines = *RunFolder::Open(Folder("first"))->ReadLines();
+  ASSERT_EQ(lines.size(), 16u);
+  for (int i = 0; i < 16; ++i) EXPECT_EQ(lines[i].index, i);
+  EXPECT_EQ(Map("first", 4), first_map);
+  EXPECT_EQ(Map("first", 9), Map("second", 9));
+  EXPECT_EQ(Map("first", 15), Map("third", 15));
+  EXPECT_NE(Map("second", 9), Map("third", 9));
+  const ProgramOutcome whole = RunProgram({"reconstruct", Folder("first"), "--progress=none"});
+  EXPECT_EQ(whole.code, 0) << whole.err;
+  EXPECT_THAT(whole.out, HasSubstr("16 frames reconstructed"));
+}
+
+TEST_F(Pieces, OfOtherDrivesOrFlagsAreRefused) {
+  WritePatchDrive(root_ + "/elsewhere", SmallPatchDrive(16));
+  ASSERT_EQ(Segment("first", {"--to=3"}).code, 0);
+  ASSERT_EQ(Segment("other", {"--from=2", "--to=5"}, "elsewhere/frames").code, 0);
+  ASSERT_EQ(Segment("finer", {"--from=2", "--to=5", "--frame_gap=2"}).code, 0);
+  for (const auto& [name, what] : {std::pair{"other", "the input"}, {"finer", "--frame_gap"}}) {
+    const ProgramOutcome outcome = Merge({"first", name});
+    EXPECT_EQ(outcome.code, 2) << name;
+    EXPECT_THAT(outcome.err, HasSubstr(what));
+    EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+  }
+  EXPECT_EQ(RunFolder::Open(Folder("first"))->ReadLines()->size(), 4u);
+}
+
+}  // namespace
+}  // namespace egosieve::tools
