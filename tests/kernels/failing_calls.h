@@ -1,6 +1,6 @@
-// OpenCL calls that fail when a test wants them to, and the bytes that pass through them. A program that links this library gets its
-// calls of the entry points below through it; each passes to the driver's unless a failure is
-// armed.
+// OpenCL calls that fail when a test wants them to, and the bytes that pass through them. A program
+// that links this library gets its calls of the entry points below through it; each passes to the
+// driver's unless a failure is armed.
 #ifndef EGOSIEVE_TESTS_KERNELS_FAILING_CALLS_H_
 #define EGOSIEVE_TESTS_KERNELS_FAILING_CALLS_H_
 

@@ -6,7 +6,7 @@
 // shifted M,
 //
 //   I ~ a M(x + u) + b,   a = cov(I, M) / var(M),
-//   (cov(G, G) + lambda) u = cov(G, I) / a - cov(G, M),   G the gradient of M              (FP1)
+//   (cov(G, G) + lambda) u = cov(G, I) / a - cov(G, M),   G the gradient of M              (FX1)
 //
 // and agrees with it where the correlation of I and M is at least `least_correlation` and |u| at
 // most `most_shift_pixels`. What the camera follows does not stay in place to a fraction of a
