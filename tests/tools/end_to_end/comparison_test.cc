@@ -103,7 +103,7 @@ TEST(Method, ARivalHasARunFolderOfItsOwn) {
   WritePatchDrive(root, options);
   const ProgramOutcome outcome =
       RunProgram({"segment", root + "/frames", "--out=" + run, "--method=homography_flow",
-                  "--location_prior=0", "--progress=none"});
+                  "--location_prior=0", "--ahead=0", "--progress=none"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(RunFolder::Open(run)->ReadDescription()->flags.at("method"), "homography_flow");
   EXPECT_FALSE(fs::exists(run + "/grid/000002.std.png"));

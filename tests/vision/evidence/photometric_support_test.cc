@@ -81,6 +81,27 @@ TEST(PhotometricSupport, NoiseIsThatOfTheFrame) {
   EXPECT_NEAR(support.noise_levels(), 5.77, 0.6);
 }
 
+// Compressed video repeats what stands still to the bit: the noise is that of what moves.
+TEST(PhotometricSupport, NoiseIsThatOfWhatMoves) {
+  const cv::Mat before = HalfTextured();
+  cv::Mat now = Shifted(before, 4);
+  before.rowRange(0, kSide / 2).copyTo(now.rowRange(0, kSide / 2));  // stands still
+  cv::Mat noise(kSide / 2, kSide, CV_8UC1);
+  cv::RNG random(3);
+  random.fill(noise, cv::RNG::UNIFORM, 0, 20);  // standard deviation 5.77
+  cv::Mat lower = now.rowRange(kSide / 2, kSide);
+  cv::add(lower, noise, lower);
+  std::vector<cv::Point2f> places, there;
+  for (int y = 6; y < kSide - 6; y += 2) {
+    if (std::abs(y - kSide / 2) < 6) continue;
+    for (int x = 6; x < 24; x += 2) {
+      places.emplace_back(x, y);
+      there.emplace_back(y < kSide / 2 ? x : x + 4, y);
+    }
+  }
+  EXPECT_NEAR(PhotometricSupport(before, now, places, there).noise_levels(), 5.77, 0.6);
+}
+
 // A vertical edge that moves to the right looks the same wherever along it one looks.
 TEST(PhotometricSupport, WhatSlidesAlongAnEdgeFitsSomewhereOnTheSegment) {
   cv::Mat before(kSide, kSide, CV_8UC1, cv::Scalar(40));
