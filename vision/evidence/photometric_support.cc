@@ -14,8 +14,9 @@ constexpr double kNoiseFloorLevels = 1.5;
 constexpr double kIndependentShare = 0.25;  // kappa
 constexpr double kStepsPerPixel = 2.0;
 constexpr int kMostSteps = 400;
-constexpr double kMovedPixels = 1.5;
-constexpr size_t kFewestMoved = 20;
+// Two patches that differ by less are no two exposures: half a grey level each is rounding alone.
+constexpr double kCopyLevels = 0.7;
+constexpr size_t kFewestFresh = 20;
 constexpr double kLeastScaling = 0.05;  // a sixth of a pixel at the patch's edge
 
 // The patch around a place, sampled bilinearly, less its mean. False where it leaves the picture.
@@ -70,15 +71,15 @@ PhotometricSupport::PhotometricSupport(cv::Mat before, cv::Mat now,
                                        const std::vector<cv::Point2f>& befores,
                                        const std::vector<cv::Point2f>& nows, double place_pixels)
     : before_(std::move(before)), now_(std::move(now)), place_pixels_(place_pixels) {
-  std::vector<double> all, of_moved;
+  std::vector<double> all, fresh;
   Patch p, q;
   for (size_t i = 0; i < befores.size(); ++i) {
     if (!Sample(before_, befores[i], p) || !Sample(now_, nows[i], q)) continue;
     all.push_back(std::sqrt(SquaredDifference(p, q) / kPatchPixels));
-    if (cv::norm(nows[i] - befores[i]) > kMovedPixels) of_moved.push_back(all.back());
+    if (all.back() >= kCopyLevels) fresh.push_back(all.back());
   }
   noise_levels_ = kNoiseFloorLevels;
-  std::vector<double>& levels = of_moved.size() >= kFewestMoved ? of_moved : all;
+  std::vector<double>& levels = fresh.size() >= kFewestFresh ? fresh : all;
   if (levels.empty()) return;
   const auto middle = levels.begin() + static_cast<int64_t>(levels.size() / 2);
   std::nth_element(levels.begin(), middle, levels.end());

@@ -10,7 +10,7 @@
 //
 // the log-likelihood ratio of the pictures, found place against standing still. No residual may say
 // more for moving than l: where both places look alike, nothing was seen. sigma is the median of
-// sqrt(E_1 / N) over the points that moved in the image, at least the floor: compressed video
+// sqrt(E_1 / N) over the points of the frame, at least the floor, without copies: compressed video
 // repeats what stands still to the bit. kappa < 1 because neighbouring pixels share their noise.
 //
 // Where the depth is not known, a static point can be anywhere on a segment of its epipolar line.

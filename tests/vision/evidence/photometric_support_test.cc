@@ -81,8 +81,8 @@ TEST(PhotometricSupport, NoiseIsThatOfTheFrame) {
   EXPECT_NEAR(support.noise_levels(), 5.77, 0.6);
 }
 
-// Compressed video repeats what stands still to the bit: the noise is that of what moves.
-TEST(PhotometricSupport, NoiseIsThatOfWhatMoves) {
+// Compressed video repeats what stands still to the bit: copies tell nothing of the noise.
+TEST(PhotometricSupport, NoiseIsMeasuredWithoutCopies) {
   const cv::Mat before = HalfTextured();
   cv::Mat now = Shifted(before, 4);
   before.rowRange(0, kSide / 2).copyTo(now.rowRange(0, kSide / 2));  // stands still
