@@ -6,9 +6,8 @@
 //                  brightness: pictures are read with little contrast
 //
 //   gaps           chapters of one drive between which time is missing, or that come in another
-//   order
-//                  than their times: by the creation times of the files, where all have one and a
-//                  gap is longer than kGapSeconds
+//                  order than their times: by the creation times of the files, where all have one
+//                  and a gap is longer than kGapSeconds
 //
 // Ten or twelve bits a colour alone are read rightly, rounded to eight.
 #ifndef EGOSIEVE_VISION_FRAME_VIDEO_REMARKS_H_

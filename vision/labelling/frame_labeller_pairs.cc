@@ -174,7 +174,7 @@ absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame&
   Stopwatch watch;
   if (evidence_.last_frame_index() != frame.frame.index) evidence_.Begin(frame.frame.index);
   std::vector<TrackedPoint> points = evidence_.Points(kNoGap, outlook.links);
-  MarkFixed(frame, points);
+  if (outlook.knows_ground()) MarkFixed(frame, points);
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
       evidence_.Judge(nullptr, frame, 1, MotionModel(), points, nullptr, Camera(frame.grey.size()),
@@ -238,7 +238,6 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
     EGOSIEVE_ASSIGN_OR_RETURN(behind, LookBack(before, frame, camera, pair_motions_));
   }
   std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);
-  MarkFixed(frame, points);
   TwoViewMotion world;
   EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, MotionOfTracks(points, frame, world, result));
   ObserveGap(model, gap);
@@ -253,6 +252,9 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
     if (first != nullptr) BoundGround(*first, frame, world);
     for (View* view : {&behind, &outlook.near, &outlook.far}) {
       if (view->frame != nullptr) BoundGround(frame, *view->frame, view->motion);
+    }
+    if (world.ground_slope > 0.0 || behind.motion.ground_slope > 0.0 || outlook.knows_ground()) {
+      MarkFixed(frame, points);
     }
   }
   EGOSIEVE_ASSIGN_OR_RETURN(

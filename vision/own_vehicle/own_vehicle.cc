@@ -31,7 +31,7 @@ Eigen::Vector3d TauOf(const TwoViewMotion& motion) {
 double EvidenceAt(const Eigen::Vector2d& place, const Eigen::Matrix2d& s, double scale,
                   const std::vector<PairWorld>& worlds, const Pinhole& camera,
                   const OwnVehicleOptions& options) {
-  const double sigma = options.most_shift_pixels;
+  const double sigma = options.pattern.most_shift_pixels;
   const Eigen::Vector3d ray = camera.Ray(place(0), place(1));
   double evidence = 0.0;
   for (const PairWorld& world : worlds) {
@@ -104,14 +104,15 @@ absl::Status OwnVehicleOptions::Validate() const {
   if (fewest_pictures < 3) {
     return error("fewest_pictures is ", fewest_pictures, "; it must be at least 3");
   }
-  if (!(least_correlation > 0 && least_correlation < 1)) {
-    return error("least_correlation is ", least_correlation, "; it must lie in (0, 1)");
+  if (!(pattern.least_correlation > 0 && pattern.least_correlation < 1)) {
+    return error("pattern.least_correlation is ", pattern.least_correlation,
+                 "; it must lie in (0, 1)");
   }
   if (!(agreeing_share > 0 && agreeing_share <= 1)) {
     return error("agreeing_share is ", agreeing_share, "; it must lie in (0, 1]");
   }
   for (const auto& [name, value] :
-       {std::pair("most_shift_pixels", most_shift_pixels),
+       {std::pair("pattern.most_shift_pixels", pattern.most_shift_pixels),
         std::pair("least_contrast", least_contrast), std::pair("least_evidence", least_evidence),
         std::pair("most_pair_evidence", most_pair_evidence)}) {
     if (!(value > 0) || !std::isfinite(value)) {
@@ -157,7 +158,7 @@ FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size imag
   for (const cv::Mat1b& picture : reduced) pictures.push_back(SmoothPicture(picture));
   const cv::Mat1f median = MedianPicture(pictures);
   median.convertTo(places.median, CV_8U);
-  const FixedPattern pattern(median, {options.least_correlation, options.most_shift_pixels});
+  const FixedPattern pattern(median, options.pattern);
   const cv::Size size = median.size();
   const double least_variance = options.least_contrast * options.least_contrast;
   cv::Mat1i agreeing = cv::Mat1i::zeros(size), contrasting = cv::Mat1i::zeros(size);

@@ -38,8 +38,7 @@ namespace egosieve::vision {
 
 struct OwnVehicleOptions {
   int fewest_pictures = 12;         // with fewer there is no own vehicle; at least 3
-  double least_correlation = 0.6;   // in (0, 1)
-  double most_shift_pixels = 0.3;   // of the reduced picture, also sigma; positive
+  FixedPatternOptions pattern;      // its most_shift_pixels is sigma as well
   double agreeing_share = 0.8;      // in (0, 1]
   double least_contrast = 2.5;      // deviation in the window, grey levels; less is blank; positive
   double least_evidence = 12.0;     // positive

@@ -14,7 +14,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kChromaScale = 3.0;   // of (Q1)
+constexpr float kChromaScale = 3.0f;   // of (Q1)
 constexpr double kLengthScale = 1.2;   // of every input
 constexpr double kNoiseStddev = 0.5;   // sigma_n
 constexpr int64_t kFewestPoints = 20;  // of either class, before anything is told
@@ -81,12 +81,11 @@ absl::Status PotentialOptions::Validate() const {
 std::vector<float> AppearanceOf(kernels::ConstMatrixView<float> descriptors) {
   std::vector<float> appearance;
   appearance.reserve(descriptors.rows * PotentialModel::kInputs);
-  constexpr auto kScale = static_cast<float>(kChromaScale);
   for (int64_t i = 0; i < descriptors.rows; ++i) {
     const float* x = descriptors.row(i);
     const float red = x[3], green = x[4], blue = x[5];
-    appearance.insert(appearance.end(),
-                      {x[1], x[2], kScale * (red - green), kScale * (0.5f * (red + green) - blue)});
+    appearance.insert(appearance.end(), {x[1], x[2], kChromaScale * (red - green),
+                                         kChromaScale * (0.5f * (red + green) - blue)});
   }
   return appearance;
 }
@@ -111,7 +110,7 @@ absl::Status PotentialModel::Learn(double seconds, kernels::ConstMatrixView<floa
   State next = state_;
   for (const int moves : {0, 1}) {
     if (!rows[moves].empty()) {
-      Replace(moves, options_.interval_seconds, descriptors, labels, std::move(rows[moves]), next);
+      Replace(moves, descriptors, labels, std::move(rows[moves]), next);
     }
   }
   next.last_seconds = seconds;
@@ -122,11 +121,11 @@ absl::Status PotentialModel::Learn(double seconds, kernels::ConstMatrixView<floa
   return absl::OkStatus();
 }
 
-void PotentialModel::Replace(int moves, double interval,
-                             kernels::ConstMatrixView<float> descriptors,
+void PotentialModel::Replace(int moves, kernels::ConstMatrixView<float> descriptors,
                              absl::Span<const double> labels, std::vector<int64_t> rows,
                              State& state) const {
   Draws draws(options_.seed, state.updates, moves);
+  const double interval = options_.interval_seconds;
   state.class_seconds[moves] += interval;
   const std::vector<int64_t> held = RowsOfClass(state.points, moves);
   const auto size = static_cast<int64_t>(held.size());
@@ -209,8 +208,7 @@ absl::Status PotentialModel::Restore(std::string_view bytes) {
     return absl::InvalidArgumentError("the state of the potential is not whole");
   }
   EGOSIEVE_ASSIGN_OR_RETURN(posterior_, Solve(points));
-  state_ = {
-      std::move(points), numbers[0], static_cast<int64_t>(numbers[1]), {numbers[2], numbers[3]}};
+  state_ = {points, numbers[0], static_cast<int64_t>(numbers[1]), {numbers[2], numbers[3]}};
   changed_ = false;
   return absl::OkStatus();
 }

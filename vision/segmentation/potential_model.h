@@ -89,7 +89,7 @@ class PotentialModel {
   };
 
   // (Q3) with the labels of one class at `rows`.
-  void Replace(int moves, double interval, kernels::ConstMatrixView<float> descriptors,
+  void Replace(int moves, kernels::ConstMatrixView<float> descriptors,
                absl::Span<const double> labels, std::vector<int64_t> rows, State& state) const;
   absl::StatusOr<std::shared_ptr<const gp::Posterior>> Solve(const gp::PointSet& points) const;
 

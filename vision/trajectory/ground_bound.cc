@@ -50,8 +50,10 @@ double CameraHeights(double ground_slope) { return ground_slope / kGroundShare; 
 
 double SlopeOfHeights(double heights) { return kGroundShare * heights; }
 
+bool MovesForwardOrBack(const Eigen::Vector3d& tau) { return std::abs(tau(2)) >= kForward; }
+
 double Below(const Eigen::Vector2d& ray, const Eigen::Vector3d& tau) {
-  if (!(std::abs(tau(2)) >= kForward)) return 0.0;
+  if (!MovesForwardOrBack(tau)) return 0.0;
   return std::max(0.0, ray(1) - tau(1) / tau(2) - kHorizonError);
 }
 

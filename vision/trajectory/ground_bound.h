@@ -37,6 +37,9 @@ double GroundSlopeOf(const std::vector<BelowHorizon>& places);
 double CameraHeights(double ground_slope);
 double SlopeOfHeights(double heights);
 
+// Whether the camera moves forward or back: else the horizon is not where it moves to.
+bool MovesForwardOrBack(const Eigen::Vector3d& tau);
+
 // p_y - tau_y / tau_z; 0 above the horizon, and where the camera does not move forward or back.
 double Below(const Eigen::Vector2d& ray, const Eigen::Vector3d& tau);
 

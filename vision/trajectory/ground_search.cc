@@ -12,11 +12,11 @@
 
 #include "vision/evidence/patch.h"
 #include "vision/frame/ignored_area.h"
+#include "vision/trajectory/ground_bound.h"
 
 namespace egosieve::vision {
 namespace {
 
-constexpr double kForward = 0.7;      // least part of the motion along the line of sight
 constexpr double kLeastBelow = 0.02;  // rays
 constexpr double kAcross = 2.0;       // camera heights: about the lane that is driven in
 constexpr double kLeastChange = 6.0, kLeastContrast = 4.0;  // grey levels; contrast per pixel
@@ -216,7 +216,7 @@ class Search {
 }  // namespace
 
 SpeedLikelihood LikelihoodOfSpeeds(const GroundSearchView& view) {
-  if (!(std::abs(view.direction(2)) >= kForward)) return {};
+  if (!MovesForwardOrBack(view.direction)) return {};
   return Search(view).Likelihood();
 }
 
