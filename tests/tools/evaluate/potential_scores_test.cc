@@ -66,7 +66,9 @@ TEST(PotentialScores, OfARunAgainstItsBoxes) {
   ASSERT_TRUE(run.folder.WriteDescription(description).ok());
   EXPECT_FALSE(score(0.0).ok());  // whose maps are missing
   const kernels::ImageGrid& grid = description.grid;
-  for (const FrameLine& line : *run.folder.ReadLines()) {
+  const absl::StatusOr<std::vector<FrameLine>> lines = run.folder.ReadLines();
+  ASSERT_TRUE(lines.ok()) << lines.status();
+  for (const FrameLine& line : *lines) {
     FrameMaps maps;
     maps.probability = cv::Mat1f(grid.rows(), grid.columns(), 0.5f);
     maps.potential = cv::Mat1f(grid.rows(), grid.columns(), 0.2f);
