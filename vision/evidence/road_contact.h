@@ -5,24 +5,20 @@
 //
 //   r >= m.A                                                                                 (R2)
 //
-// and what stands on the road has the road's depth at its foot. A stretch of alike points in a
-// column of the image, below which road is seen, has its foot there:
-//
-//   r_stretch = m.A_foot                                                                     (R3)
-//
-// and the stretch rises no more than kMostRise camera heights above the camera: houses and trees
-// do. A car ahead seems too far for its foot, infinitely far at equal speed; an oncoming one too
-// near: with v_o its speed and v the camera's, (v_o + v) / v times as near. Both hold whatever the
-// direction of the epipolar lines. (R2) and (R3) have slack, for roads are not plane and bumpers
-// hang above them.
+// with slack, for roads are not plane, and what stands on the road has the road's depth where it
+// touches it. A stretch of alike points in a column of the image, below which road is seen, has its
+// ground contact there (ground_contact.h) unless it rises more than kMostRise camera heights above
+// the camera: houses and trees do. A car ahead seems too far for its contact, infinitely far at
+// equal speed; an oncoming one too near: with v_o its speed and v the camera's, (v_o + v) / v times
+// as near. Both hold whatever the direction of the epipolar lines. The road's inverse depth is the
+// plane's, times what the places of road around the object have of it.
 //
 // Flow is smooth and carries a mover's motion some places over the road below it, where the
-// pictures know better: against_road tells road from what is not, and (R2) says no more than it;
-// the foot of what is too near is looked for in the pictures, row by row (foot_search.h). And of
+// pictures know better: against_road tells road from what is not, and (R2) says no more than it. Of
 // what is too near, the columns of one surface (surfaces.h) speak for all of it, those without a
-// foot in sight included: the mean of what they say, less where few of its columns have a foot,
-// nothing where it is taller than a vehicle. One column alone often takes for its foot what is the
-// blank side of a car in front.
+// contact in sight included: the mean of what they say, less where few of its columns have one,
+// nothing where it is taller than a vehicle. One column alone often takes for its contact what is
+// the blank side of a car in front.
 //
 // Nothing is said without a plane. Reference: Klappstein, Stein & Franke (2006), positive height
 // constraint.
@@ -33,7 +29,7 @@
 #include <optional>
 #include <vector>
 
-#include "vision/evidence/foot_search.h"
+#include "vision/evidence/ground_contact.h"
 #include "vision/evidence/photometric_support.h"
 #include "vision/evidence/pinhole.h"
 #include "vision/evidence/relative_pose.h"
@@ -61,11 +57,11 @@ class RoadComparison {
 void CompareWithRoad(const RoadPlane& road, const RoadComparison& comparison,
                      const std::vector<PointPair>& pairs, std::vector<InverseDepth>& points);
 
-// Log-likelihood ratio by (R2) and (R3), not negative, one a point; places: of the points, in the
-// image; feet: null without pictures.
+// Log-likelihood ratio by (R2) and the ground contact, not negative, one per point; places: of the
+// points, in the image; pictures: null without.
 std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<InverseDepth>& points,
                                   const std::vector<cv::Point2f>& places, cv::Size image,
-                                  const FootSearch* feet);
+                                  const ContactPictures* pictures);
 
 }  // namespace egosieve::vision
 

@@ -51,13 +51,13 @@ RoadEvidence MeasureRoad(const RoadView& view, const RoadSlope& last, uint64_t s
   for (const PointPair& pair : pairs) {
     places.emplace_back(static_cast<float>(pair.x2), static_cast<float>(pair.y2));
   }
-  std::optional<FootSearch> feet;
+  std::optional<ContactPictures> contact;
   if (view.pictures != nullptr) {
-    feet.emplace(result.road, view.camera, view.pose, view.before, view.now,
-                 view.pictures->noise_levels());
+    contact.emplace(result.road, view.camera, view.pose, view.before, view.now,
+                    view.pictures->noise_levels());
   }
   result.log_ratios =
-      RoadLogRatios(result.road, depths, places, view.size, feet ? &*feet : nullptr);
+      RoadLogRatios(result.road, depths, places, view.size, contact ? &*contact : nullptr);
   for (size_t i = 0; i < guided.size(); ++i) {
     if (result.log_ratios[view.pairs.size() + i] < kMostDoubt) result.standing.push_back(guided[i]);
   }

@@ -12,6 +12,7 @@
 #define EGOSIEVE_VISION_EVIDENCE_SURFACES_H_
 
 #include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 #include "vision/evidence/road_plane.h"
@@ -27,6 +28,10 @@ class Raster {
   int columns() const { return columns_; }
   // The index of the place that speaks for a cell; -1: none.
   int At(int row, int column) const { return speakers_[row * columns_ + column]; }
+  // Row and column.
+  std::pair<int, int> CellAt(cv::Point2f place) const {
+    return {CellOf(place) / columns_, CellOf(place) % columns_};
+  }
   int SpeakerFor(cv::Point2f place) const { return speakers_[CellOf(place)]; }
 
  private:

@@ -59,7 +59,7 @@ View WithBleedingFlow(std::vector<bool>& is_carried) {
   return view;
 }
 
-TEST(RoadContact, PicturesShowTheFootWhereFlowIsCarriedOverTheRoad) {
+TEST(RoadContact, FlowThatIsCarriedOverTheRoadDoesNotHideTheContact) {
   std::vector<bool> is_carried;
   const View view = WithBleedingFlow(is_carried);
   auto depths = InverseDepths(view.camera, view.pose, view.pairs);
@@ -70,13 +70,14 @@ TEST(RoadContact, PicturesShowTheFootWhereFlowIsCarriedOverTheRoad) {
     depths[i].against_road = view.what[i] == What::kRoad ? (is_carried[i] ? -5.0 : 0.0) : 20.0;
   }
   const auto seeing = RoadLogRatios(road, depths, view.places, kImage, nullptr);
-  EXPECT_LT(ShareAbove(view, blind, What::kOncoming, 2.0), 0.5);
+  EXPECT_GT(ShareAbove(view, blind, What::kOncoming, 2.0), 0.9);
+  EXPECT_EQ(ShareAbove(view, blind, What::kStanding, 1.0), 0.0);
   EXPECT_GT(ShareAbove(view, seeing, What::kOncoming, 2.0), 0.9);
   EXPECT_EQ(ShareAbove(view, seeing, What::kStanding, 1.0), 0.0);
   EXPECT_LT(ShareAbove(view, seeing, What::kRoad, 1.0), 0.002);
 }
 
-TEST(RoadContact, ColumnsWithoutAFootFollowTheRestOfTheSurface) {
+TEST(RoadContact, ColumnsWithoutAContactFollowTheRestOfTheSurface) {
   const View view = MakeView(0.1);
   auto depths = InverseDepths(view.camera, view.pose, view.pairs);
   const RoadPlane road = FitRoad(depths, {}, 1);
@@ -90,7 +91,7 @@ TEST(RoadContact, ColumnsWithoutAFootFollowTheRestOfTheSurface) {
   EXPECT_GT(ShareAbove(view, ratios, What::kOncoming, 2.0), 0.9);
 }
 
-TEST(RoadContact, OneColumnWithAWrongFootDoesNotMarkTheSurface) {
+TEST(RoadContact, OneColumnWithAWrongContactDoesNotMarkTheSurface) {
   const View view = MakeView(0.1);
   auto depths = InverseDepths(view.camera, view.pose, view.pairs);
   const RoadPlane road = FitRoad(depths, {}, 1);
@@ -204,6 +205,31 @@ TEST(RoadContact, PicturesTellRoadFromPlacesThatWereCarriedAlong) {
   }
   ASSERT_GT(carried, 20);
   EXPECT_GT(seen, 0.6 * carried);
+}
+
+// A car at nine tenths of the speed at which it would stand: by a plane that is right to a
+// twentieth it is too far, and so it is where the road lies a tenth lower than the plane all around
+// it.
+TEST(RoadContact, TheRoadAroundAnObjectIsWhatItStandsOn) {
+  const View view = MakeView(0.05);
+  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
+  const RoadPlane road = FitRoad(depths, {}, 1);
+  ASSERT_TRUE(road.found);
+  for (const double lower : {1.0, 0.86}) {
+    auto moved = depths;
+    for (size_t i = 0; i < moved.size(); ++i) {
+      const bool is_near = moved[i].ray(1) > 0.03;
+      if (view.what[i] == What::kRoad && is_near) moved[i].value *= lower;
+      if (view.what[i] == What::kStanding) moved[i].value *= 0.86;
+    }
+    const auto ratios = RoadLogRatios(road, moved, view.places, kImage, nullptr);
+    const double share = ShareAbove(view, ratios, What::kStanding, 1.5);
+    if (lower == 1.0) {
+      EXPECT_GT(share, 0.5);
+    } else {
+      EXPECT_LT(share, 0.05);
+    }
+  }
 }
 
 TEST(RoadContact, NoRoadNoEvidence) {

@@ -1,0 +1,261 @@
+#include "vision/evidence/column_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace egosieve::vision {
+namespace {
+
+constexpr double kOnRoad = 0.15;  // of the road's inverse depth: what counts as road
+constexpr double kSeenOnRoad = 1.0, kSeenOffRoad = 3.0;  // of the pictures' log-likelihood ratio
+constexpr int kRoadBelow = 2;    // points of road that show a ground contact
+constexpr int kMostMissed = 2;   // cells without a place, within a stretch
+constexpr int kMostBetween = 4;  // cells between the road and the stretch
+constexpr int kFewestAlike = 2;  // places of a stretch that are seen not to be road
+// Of a stretch that is more than what flow carries over the road.
+constexpr size_t kEnoughPlaces = 3;
+constexpr double kEnoughRise = 0.3;  // of the camera's height
+constexpr double kSureRoad = 5.0;    // deviations by which a road is nearer than infinity
+constexpr double kMostRise = 2.5;    // of the camera's height, above it: taller is no vehicle
+constexpr double kCarRise = 0.3, kVanRise = 0.5;  // the same, of their roofs
+constexpr double kLeastFall = 0.02;      // of A_y below the horizon: 70 m for a camera on a car
+constexpr double kHorizonError = 0.003;  // of A_y
+constexpr double kMostLogRatio = 6.0;
+// The ground around an object: cells to either side, the fewest places that show it, its unevenness
+// where they do and where they do not, and how far it may be from the plane.
+constexpr int kCellsAround = 12;
+constexpr size_t kFewestAround = 8;
+constexpr double kLocalUnevenness = 0.05, kUnseenUnevenness = 0.12;
+constexpr double kLeastShare = 0.8, kMostShare = 1.1, kLeastOfDepth = 0.8;
+
+// The ground's inverse depth over the plane's.
+struct LocalGround {
+  double share = 1.0, unevenness = kUnseenUnevenness;
+};
+
+double MedianOf(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// A column of the image from the bottom upwards: what stands above road, and whether its depth is
+// that of its foot.
+class Column {
+ public:
+  Column(const ColumnView& view, std::vector<PointContact>& contacts)
+      : view_(view), contacts_(contacts) {}
+
+  // The next point upwards, in the raster's cell `height`, counted from below.
+  void Add(int point, int height) {
+    column_.push_back(point);
+    ground_.push_back(view_.grounds[point]);
+    height_.push_back(height);
+  }
+
+  void Judge() {
+    int road_below = 0;
+    size_t foot = 0;
+    for (size_t k = 0; k < column_.size();) {
+      if (ground_[k] == Ground::kRoad) {
+        ++road_below;
+        foot = k++;
+      } else if (road_below < kRoadBelow || Cells(foot, k) > kMostBetween) {
+        road_below = 0;
+        ++k;
+      } else if (ground_[k] == Ground::kUnclear) {
+        ++k;
+      } else {
+        k = JudgeAbove(foot, k);
+        road_below = 0;
+      }
+    }
+  }
+
+ private:
+  const InverseDepth& At(size_t k) const { return view_.points[column_[k]]; }
+  double Rise(size_t k) const { return -view_.road.Fall(At(k).ray); }
+  // Places may be missing in between.
+  int Cells(size_t lower, size_t upper) const { return height_[upper] - height_[lower]; }
+  bool IsSureRoad(size_t k) const {
+    return ground_[k] == Ground::kRoad && view_.road.At(At(k).ray) > kSureRoad * At(k).deviation;
+  }
+
+  // Median of r and its deviation over places in the column.
+  InverseDepth MiddleOf(const std::vector<size_t>& stretch) const {
+    std::vector<double> values, deviations;
+    for (const size_t k : stretch) {
+      values.push_back(At(k).value);
+      deviations.push_back(At(k).deviation);
+    }
+    InverseDepth middle;
+    middle.value = MedianOf(values);
+    middle.deviation = MedianOf(deviations);
+    return middle;
+  }
+
+  // Places in the column of the points from `first` upwards that are alike their mean: flow goes
+  // over smoothly from one thing to the next, and a chain of neighbours goes with it.
+  std::vector<size_t> StretchFrom(size_t first) const {
+    std::vector<size_t> stretch = {first};
+    InverseDepth mean = At(first);
+    for (size_t k = first + 1; k < column_.size() && Cells(stretch.back(), k) <= kMostMissed + 1;
+         ++k) {
+      if (k > first + 1 && IsSureRoad(k) && IsSureRoad(k - 1)) break;
+      // Near the horizon all may be road; what is road in truth soon differs from the first.
+      if (!IsAlike(mean, At(k))) continue;
+      if (ground_[k] == Ground::kRoad && !IsAlike(At(first), At(k))) continue;
+      stretch.push_back(k);
+      const double share = 1.0 / static_cast<double>(stretch.size());
+      mean.value += share * (At(k).value - mean.value);
+      mean.deviation += share * (At(k).deviation - mean.deviation);
+    }
+    return stretch;
+  }
+
+  // The first stretch from above `foot` on that is more than what flow carries over the road, which
+  // is last seen there and first seen to end at `off`; else the longest.
+  std::vector<size_t> StretchAbove(size_t foot, size_t off) const {
+    const double least_rise = kEnoughRise * view_.road.Fall(At(foot).ray);
+    std::vector<size_t> longest;
+    for (size_t k = foot + 1; k < column_.size() && Cells(off, k) <= kMostBetween; ++k) {
+      if (ground_[k] == Ground::kRoad) break;
+      std::vector<size_t> stretch = StretchFrom(k);
+      const bool is_enough = stretch.size() >= kEnoughPlaces &&
+                             Rise(stretch.back()) - Rise(stretch.front()) >= least_rise;
+      if (is_enough) return stretch;
+      if (stretch.size() > longest.size()) longest = std::move(stretch);
+    }
+    return longest;
+  }
+
+  // The place in the column behind what was judged.
+  size_t JudgeAbove(size_t foot, size_t off) {
+    std::vector<size_t> stretch = StretchAbove(foot, off);
+    const auto seen = std::count_if(stretch.begin(), stretch.end(),
+                                    [&](size_t k) { return ground_[k] == Ground::kOff; });
+    if (seen < kFewestAlike) return off + 1;
+    const size_t behind = stretch.back() + 1;
+    // A blank wall or sky behind may seem to go on; it is no part of what has a foot.
+    while (!stretch.empty() && !At(stretch.back()).is_textured) stretch.pop_back();
+    if (stretch.empty()) return behind;
+    const double fall = view_.road.Fall(At(foot).ray);
+    const bool is_tall = Rise(stretch.back()) > kMostRise * fall;
+    // What seems far is alike to what is far and rises behind it.
+    while (is_tall && !stretch.empty() && Rise(stretch.back()) > kCarRise * fall) {
+      stretch.pop_back();
+    }
+    if (stretch.empty()) return behind;
+    const InverseDepth middle = MiddleOf(stretch);
+    PointContact contact;
+    contact.judged = view_.road.Fall(At(stretch.front()).ray) > kLeastFall;
+    if (contact.judged) {
+      static_cast<ContactRatios&>(contact) = Contact(middle, stretch[stretch.size() / 2]);
+      if (is_tall) contact.too_near = 0.0;
+    }
+    for (size_t k = foot + 1; k < stretch.front(); ++k) {
+      const double own = At(k).value;
+      if (std::abs(own - middle.value) < std::abs(own - view_.road.At(At(k).ray)))
+        stretch.push_back(k);
+    }
+    for (const size_t k : stretch) {
+      contacts_[column_[k]] = contact;
+      if (Rise(k) > kVanRise * fall) contacts_[column_[k]].too_far = 0.0;
+    }
+    return behind;
+  }
+
+  // Of the places of road beside and below `place`, from where an object of inverse depth r may
+  // touch the ground.
+  LocalGround GroundAround(cv::Point2f place, double r, double lowest) const {
+    std::vector<double> shares;
+    const auto [top, middle] = view_.raster.CellAt(place);
+    const int first = std::max(0, middle - kCellsAround);
+    const int last = std::min(view_.raster.columns() - 1, middle + kCellsAround);
+    for (int row = top; row < view_.raster.rows(); ++row) {
+      for (int column = first; column <= last; ++column) {
+        const int i = view_.raster.At(row, column);
+        if (i < 0 || view_.grounds[i] != Ground::kRoad || !view_.points[i].is_textured) continue;
+        const double at = view_.road.At(view_.points[i].ray);
+        if (at > std::max(kLeastOfDepth * r, 0.0) && at < lowest) {
+          shares.push_back(view_.points[i].value / at);
+        }
+      }
+    }
+    if (shares.size() < kFewestAround) return {};
+    return {std::clamp(MedianOf(shares), kLeastShare, kMostShare), kLocalUnevenness};
+  }
+
+  // Without pictures: the places of the column from its `top`-th downwards.
+  std::vector<ContactRow> PlacesBelow(size_t top, double r, const LocalGround& local,
+                                      double lowest) const {
+    std::vector<ContactRow> rows;
+    for (size_t k = top + 1; k-- > 0;) {
+      const InverseDepth& point = At(k);
+      ContactRow row;
+      row.ground = local.share * view_.road.At(point.ray);
+      row.fall = view_.road.Fall(point.ray);
+      if (row.ground > lowest) break;
+      const double deviation = std::hypot(point.deviation, local.unevenness * row.ground);
+      const double from_ground = (point.value - row.ground) / deviation;
+      const double from_object = (point.value - r) / deviation;
+      row.gain = std::isfinite(point.against_road)
+                     ? point.against_road
+                     : 0.5 * (from_ground * from_ground - from_object * from_object);
+      rows.push_back(row);
+    }
+    return rows;
+  }
+
+  ContactRatios Contact(const InverseDepth& middle, size_t top) const {
+    const cv::Point2f place = view_.places[column_[top]];
+    const double lowest = LowestGround(view_.road.At(At(top).ray), middle.value);
+    const LocalGround local = GroundAround(place, middle.value, lowest);
+    const std::vector<ContactRow> rows =
+        view_.pictures != nullptr ? view_.pictures->RowsBelow(place, middle.value, local.share)
+                                  : PlacesBelow(top, middle.value, local, lowest);
+    const double deviation = std::hypot(middle.deviation, kHorizonError * view_.road.m(1));
+    ContactRatios ratios = RatiosOfContact(rows, {middle.value, deviation, local.unevenness});
+    ratios.too_far = std::min(kMostLogRatio, ratios.too_far);
+    ratios.too_near = std::min(kMostLogRatio, ratios.too_near);
+    return ratios;
+  }
+
+  const ColumnView& view_;
+  std::vector<PointContact>& contacts_;
+  std::vector<int> column_, height_;
+  std::vector<Ground> ground_;
+};
+
+}  // namespace
+
+bool IsAlike(const InverseDepth& a, const InverseDepth& b) {
+  return std::abs(a.value - b.value) < 2.5 * std::hypot(a.deviation, b.deviation) +
+                                           0.1 * std::max(std::abs(a.value), std::abs(b.value));
+}
+
+Ground GroundOf(const RoadPlane& road, const InverseDepth& point) {
+  if (point.against_road < -kSeenOnRoad) return Ground::kRoad;
+  const double at = road.At(point.ray);
+  const bool fits = at > 0.0 && std::abs(point.value - at) < 2.0 * point.deviation + kOnRoad * at;
+  if (!(point.against_road < kSeenOffRoad)) {
+    return fits && std::isinf(point.against_road) ? Ground::kRoad : Ground::kOff;
+  }
+  return fits ? Ground::kRoad : Ground::kUnclear;
+}
+
+std::vector<PointContact> ContactsByColumn(const ColumnView& view) {
+  std::vector<PointContact> contacts(view.points.size());
+  for (int column = 0; column < view.raster.columns(); ++column) {
+    Column upwards(view, contacts);
+    for (int height = 0; height < view.raster.rows(); ++height) {
+      const int i = view.raster.At(view.raster.rows() - 1 - height, column);
+      if (i >= 0 && view.points[i].valid) upwards.Add(i, height);
+    }
+    upwards.Judge();
+  }
+  return contacts;
+}
+
+}  // namespace egosieve::vision
