@@ -29,11 +29,6 @@ constexpr size_t kFewestAround = 8;
 constexpr double kLocalUnevenness = 0.05, kUnseenUnevenness = 0.12;
 constexpr double kLeastShare = 0.8, kMostShare = 1.1, kLeastOfDepth = 0.8;
 
-// The ground's inverse depth over the plane's.
-struct LocalGround {
-  double share = 1.0, unevenness = kUnseenUnevenness;
-};
-
 double MedianOf(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -166,40 +161,42 @@ class Column {
     return behind;
   }
 
-  // Of the places of road beside and below `place`, from where an object of inverse depth r may
-  // touch the ground.
-  LocalGround GroundAround(cv::Point2f place, double r, double lowest) const {
+  // From the places of road beside and below `place`, where the object may touch the ground.
+  void SetGroundAround(cv::Point2f place, double lowest, ContactDepths& depths) const {
     std::vector<double> shares;
     const auto [top, middle] = view_.raster.CellAt(place);
     const int first = std::max(0, middle - kCellsAround);
     const int last = std::min(view_.raster.columns() - 1, middle + kCellsAround);
+    const double highest = std::max(kLeastOfDepth * depths.inverse_depth, 0.0);
     for (int row = top; row < view_.raster.rows(); ++row) {
       for (int column = first; column <= last; ++column) {
         const int i = view_.raster.At(row, column);
         if (i < 0 || view_.grounds[i] != Ground::kRoad || !view_.points[i].is_textured) continue;
         const double at = view_.road.At(view_.points[i].ray);
-        if (at > std::max(kLeastOfDepth * r, 0.0) && at < lowest) {
-          shares.push_back(view_.points[i].value / at);
-        }
+        if (at > highest && at < lowest) shares.push_back(view_.points[i].value / at);
       }
     }
-    if (shares.size() < kFewestAround) return {};
-    return {std::clamp(MedianOf(shares), kLeastShare, kMostShare), kLocalUnevenness};
+    const bool is_seen = shares.size() >= kFewestAround;
+    depths.ground_share = is_seen ? std::clamp(MedianOf(shares), kLeastShare, kMostShare) : 1.0;
+    depths.unevenness = is_seen ? kLocalUnevenness : kUnseenUnevenness;
   }
 
   // Without pictures: the places of the column from its `top`-th downwards.
-  std::vector<ContactRow> PlacesBelow(size_t top, double r, const LocalGround& local,
-                                      double lowest) const {
+  std::vector<ContactRow> PlacesBelow(size_t top, const ContactDepths& depths) const {
     std::vector<ContactRow> rows;
+    const double lowest = LowestGround(view_.road.At(At(top).ray), depths.inverse_depth);
     for (size_t k = top + 1; k-- > 0;) {
       const InverseDepth& point = At(k);
       ContactRow row;
-      row.ground = local.share * view_.road.At(point.ray);
+      row.ground = view_.road.At(point.ray);
       row.fall = view_.road.Fall(point.ray);
       if (row.ground > lowest) break;
-      const double deviation = std::hypot(point.deviation, local.unevenness * row.ground);
-      const double from_ground = (point.value - row.ground) / deviation;
-      const double from_object = (point.value - r) / deviation;
+      const double deviation = std::hypot(point.deviation, depths.unevenness * row.ground);
+      const double from_object = (point.value - depths.inverse_depth) / deviation;
+      const double from_ground =
+          std::min(std::abs(point.value - row.ground),
+                   std::abs(point.value - depths.ground_share * row.ground)) /
+          deviation;
       row.gain = std::isfinite(point.against_road)
                      ? point.against_road
                      : 0.5 * (from_ground * from_ground - from_object * from_object);
@@ -210,13 +207,14 @@ class Column {
 
   ContactRatios Contact(const InverseDepth& middle, size_t top) const {
     const cv::Point2f place = view_.places[column_[top]];
-    const double lowest = LowestGround(view_.road.At(At(top).ray), middle.value);
-    const LocalGround local = GroundAround(place, middle.value, lowest);
-    const std::vector<ContactRow> rows =
-        view_.pictures != nullptr ? view_.pictures->RowsBelow(place, middle.value, local.share)
-                                  : PlacesBelow(top, middle.value, local, lowest);
-    const double deviation = std::hypot(middle.deviation, kHorizonError * view_.road.m(1));
-    ContactRatios ratios = RatiosOfContact(rows, {middle.value, deviation, local.unevenness});
+    ContactDepths depths;
+    depths.inverse_depth = middle.value;
+    depths.deviation = std::hypot(middle.deviation, kHorizonError * view_.road.m(1));
+    SetGroundAround(place, LowestGround(view_.road.At(At(top).ray), middle.value), depths);
+    const std::vector<ContactRow> rows = view_.pictures != nullptr
+                                             ? view_.pictures->RowsBelow(place, depths)
+                                             : PlacesBelow(top, depths);
+    ContactRatios ratios = RatiosOfContact(rows, depths);
     ratios.too_far = std::min(kMostLogRatio, ratios.too_far);
     ratios.too_near = std::min(kMostLogRatio, ratios.too_near);
     return ratios;

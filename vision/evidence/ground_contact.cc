@@ -36,8 +36,9 @@ ContactRatios RatiosOfContact(const std::vector<ContactRow>& rows, const Contact
     if (std::isfinite(row.gain)) sum += std::clamp(row.gain, -kMostOfARow, kMostOfARow);
     const double r = depths.inverse_depth;
     const double deviation = std::hypot(depths.deviation, depths.unevenness * row.ground);
-    const double far = std::max(0.0, row.ground - r) / deviation;
-    const double near = std::max(0.0, r / (1.0 + kHang) - row.ground) / deviation;
+    const auto [lower, higher] = std::minmax({row.ground, depths.ground_share * row.ground});
+    const double far = std::max(0.0, lower - r) / deviation;
+    const double near = std::max(0.0, r / (1.0 + kHang) - higher) / deviation;
     if (sum > best) {
       best = sum;
       ratios.fall = row.fall;
@@ -65,38 +66,42 @@ ContactPictures::ContactPictures(const RoadPlane& road, const Pinhole& camera,
       now_(std::move(now)),
       noise_levels_(noise_levels) {}
 
-double ContactPictures::Gain(double x, double y, double inverse_depth, double ground_share) const {
+double ContactPictures::Gain(double x, double y, const ContactDepths& depths) const {
   const auto moved = [&](const Eigen::Vector3d& ray, double r) {
     return camera_.Project(back_.rotation * ray + r * back_.translation);
   };
   using Eigen::Vector2d;
   const auto here = StripAt(now_, x, y, [](const Vector2d& at) { return at; });
-  const auto as_ground = StripAt(before_, x, y, [&](const Vector2d& at) {
-    const Eigen::Vector3d ray = camera_.Ray(at(0), at(1));
-    return moved(ray, ground_share * road_.At(ray));
-  });
-  const auto as_object = StripAt(before_, x, y, [&](const Vector2d& at) {
-    return moved(camera_.Ray(at(0), at(1)), inverse_depth);
-  });
-  const double ground = SquaredDifference(here, as_ground);
-  const double object = SquaredDifference(here, as_object);
+  const auto difference = [&](const auto& inverse_depth_at) {
+    return SquaredDifference(here, StripAt(before_, x, y, [&](const Vector2d& at) {
+                               const Eigen::Vector3d ray = camera_.Ray(at(0), at(1));
+                               return moved(ray, inverse_depth_at(ray));
+                             }));
+  };
+  using Eigen::Vector3d;
+  const double object = difference([&](const Vector3d&) { return depths.inverse_depth; });
+  double ground = difference([&](const Vector3d& ray) { return road_.At(ray); });
+  if (depths.ground_share != 1.0) {
+    ground = std::min(ground, difference([&](const Vector3d& ray) {
+                        return depths.ground_share * road_.At(ray);
+                      }));
+  }
   const double variance =
       std::max(noise_levels_ * noise_levels_, std::min(ground, object) / kStripPixels);
   return kIndependentShare * (ground - object) / (2.0 * variance);
 }
 
-std::vector<ContactRow> ContactPictures::RowsBelow(cv::Point2f top, double inverse_depth,
-                                                   double ground_share) const {
+std::vector<ContactRow> ContactPictures::RowsBelow(cv::Point2f top,
+                                                   const ContactDepths& depths) const {
   std::vector<ContactRow> rows;
-  const double lowest =
-      LowestGround(ground_share * road_.At(camera_.Ray(top.x, top.y)), inverse_depth);
+  const double lowest = LowestGround(road_.At(camera_.Ray(top.x, top.y)), depths.inverse_depth);
   for (double y = top.y; y < now_.rows - kHalfHeight - 1; ++y) {
     const Eigen::Vector3d ray = camera_.Ray(top.x, y);
     ContactRow row;
-    row.ground = ground_share * road_.At(ray);
+    row.ground = road_.At(ray);
     row.fall = road_.Fall(ray);
     if (row.ground > lowest) break;
-    if (row.ground > 0.0) row.gain = Gain(top.x, y, inverse_depth, ground_share);
+    if (row.ground > 0.0) row.gain = Gain(top.x, y, depths);
     rows.push_back(row);
   }
   return rows;

@@ -16,8 +16,11 @@
 //   z_near(b) = max(0, r / (1 + h) - m.A_b) / s   nearer; h: it may hang above the ground, a bumper
 //   l = max_b S(b) - max_b (S(b) - z(b)^2 / 2)                                                (B2)
 //
-// l is the log-likelihood ratio, never negative. Blank rows say nothing, S is flat there. Without
-// pictures g is that of the places that flow follows, by what they measure of r.
+// l is the log-likelihood ratio, never negative. The ground is the plane, or lies a share of its
+// inverse depth higher or lower, as the places of road around the object show it: E_ground is the
+// smaller of both differences, and z the smaller of both deviations. Blank rows say nothing, S is
+// flat there. Without pictures g is that of the places that flow follows, by what they measure of
+// r.
 //
 // Reference: Badino, Franke & Pfeiffer (2009), stixels: columns of ground and upright objects.
 #ifndef EGOSIEVE_VISION_EVIDENCE_GROUND_CONTACT_H_
@@ -43,7 +46,8 @@ struct ContactRow {
 // Of an object: its inverse depth r with its deviation, and the ground's around it.
 struct ContactDepths {
   double inverse_depth = 0.0, deviation = 0.0;
-  double unevenness = 0.0;  // of the ground's inverse depth, a share of it
+  double ground_share = 1.0;  // of the plane's inverse depth, around the object
+  double unevenness = 0.0;    // deviation of the ground's inverse depth, a share of it
 };
 
 // (B2) for both signs of z, and the fall of the row of the greatest S.
@@ -65,13 +69,11 @@ class ContactPictures {
   ContactPictures(const RoadPlane& road, const Pinhole& camera, const RelativePose& pose,
                   cv::Mat before, cv::Mat now, double noise_levels);
 
-  // The rows below `top` for something of inverse depth r that is seen there, down to LowestGround.
-  // ground_share: the ground's inverse depth around it over the plane's.
-  std::vector<ContactRow> RowsBelow(cv::Point2f top, double inverse_depth,
-                                    double ground_share) const;
+  // The rows below `top` for something that is seen there, down to LowestGround.
+  std::vector<ContactRow> RowsBelow(cv::Point2f top, const ContactDepths& depths) const;
 
  private:
-  double Gain(double x, double y, double inverse_depth, double ground_share) const;
+  double Gain(double x, double y, const ContactDepths& depths) const;
 
   RoadPlane road_;
   Pinhole camera_;

@@ -57,10 +57,10 @@ class Scene {
     before_ = WithNoise(before, 4);
   }
   void RenderBlank() { before_ = now_ = cv::Mat(kImage, CV_8UC1, cv::Scalar(120)); }
-  ContactRatios Ratios(cv::Point2f top, double inverse_depth) const {
+  ContactRatios Ratios(cv::Point2f top, double inverse_depth, double share = 1.0) const {
     const ContactPictures pictures(road_, camera_, pose_, before_, now_, kNoise);
-    return RatiosOfContact(pictures.RowsBelow(top, inverse_depth, 1.0),
-                           {inverse_depth, kDeviation * inverse_depth, kUnevenness});
+    const ContactDepths depths = {inverse_depth, kDeviation * inverse_depth, share, kUnevenness};
+    return RatiosOfContact(pictures.RowsBelow(top, depths), depths);
   }
   // Of columns all over the picture, for what is nearer by a factor than the road where it touches
   // it.
@@ -102,7 +102,7 @@ TEST(GroundContact, ARatioByHand) {
   for (int k = 0; k <= 10; ++k) {
     rows.push_back({k <= 5 ? 4.0 : -4.0, 0.01 * k, 0.1 * k});
   }
-  const auto ratios = [&](double r) { return RatiosOfContact(rows, {r, 0.01, 0.0}); };
+  const auto ratios = [&](double r) { return RatiosOfContact(rows, {r, 0.01, 1.0, 0.0}); };
   // The contact is row 5, where the ground has 0.05: one deviation is 0.01.
   EXPECT_NEAR(ratios(0.02).too_far, 4.5, 1e-12);
   EXPECT_NEAR(ratios(0.045).too_far, 0.125, 1e-12);
@@ -111,15 +111,19 @@ TEST(GroundContact, ARatioByHand) {
   EXPECT_NEAR(ratios(1.15 * 0.09).too_near, 8.0, 1e-12);
   EXPECT_EQ(ratios(0.055).too_near, 0.0);  // within what may hang above the ground
   EXPECT_EQ(ratios(0.02).fall, 0.5);
+  // Around the object the ground lies lower: 0.03 in row 5. Or higher: 0.06.
+  EXPECT_NEAR(RatiosOfContact(rows, {0.02, 0.01, 0.6, 0.0}).too_far, 0.5, 1e-12);
+  EXPECT_EQ(RatiosOfContact(rows, {1.15 * 0.06, 0.01, 1.2, 0.0}).too_near, 0.0);
   // The ground's unevenness is part of the deviation.
-  EXPECT_NEAR(RatiosOfContact(rows, {0.02, 0.01, 0.2}).too_far, 0.5 * 9.0 / (1.0 + 1.0), 1e-12);
+  EXPECT_NEAR(RatiosOfContact(rows, {0.02, 0.01, 1.0, 0.2}).too_far, 0.5 * 9.0 / (1.0 + 1.0),
+              1e-12);
 }
 
 TEST(GroundContact, RowsThatAreNotSeenSayNothing) {
-  EXPECT_EQ(RatiosOfContact({}, {0.05, 0.01, 0.05}).too_far, 0.0);
+  EXPECT_EQ(RatiosOfContact({}, {0.05, 0.01, 1.0, 0.05}).too_far, 0.0);
   std::vector<ContactRow> rows;
   for (int k = 0; k <= 10; ++k) rows.push_back({std::nan(""), 0.01 * k, 0.1 * k});
-  const ContactRatios ratios = RatiosOfContact(rows, {0.02, 0.01, 0.05});
+  const ContactRatios ratios = RatiosOfContact(rows, {0.02, 0.01, 1.0, 0.05});
   EXPECT_EQ(ratios.too_far, 0.0);
   EXPECT_EQ(ratios.too_near, 0.0);
 }
@@ -152,6 +156,19 @@ TEST(GroundContact, WhatStandsIsNeither) {
         EXPECT_LT(ratios.too_far, 1.6) << nearer;
         EXPECT_LT(ratios.too_near, 1.6) << nearer;
       }
+    }
+  }
+}
+
+// What the places around say of the ground may be wrong: the plane explains the rows as well.
+TEST(GroundContact, AWrongShareOfTheGroundMarksNothing) {
+  Scene scene;
+  constexpr float kContact = 240.0f;
+  const double r = scene.RoadAt(kContact);
+  scene.Render(kContact, r);
+  for (float x = 40.0f; x < 600.0f; x += 20.0f) {
+    for (const double share : {0.8, 1.1}) {
+      EXPECT_LT(scene.Ratios({x, kContact + kTop}, r, share).too_far, 1.6) << share;
     }
   }
 }
