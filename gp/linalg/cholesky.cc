@@ -205,11 +205,12 @@ void InverseColumnNorms(ConstView l, absl::Span<const int64_t> rows, absl::Span<
     const int64_t first = t * kInverseColumns;
     const int64_t columns = std::min(kInverseColumns, count - first);
     const int64_t begin = rows[first];
-    AlignedMatrix buffer(n - begin, columns);
+    const ConstView lower = Block(l, begin, begin, n - begin, n - begin);
+    AlignedMatrix buffer(lower.rows, columns);
     const View x = buffer.view();
     for (int64_t i = 0; i < x.rows; ++i) std::fill(x.row(i), x.row(i) + columns, 0.0);
     for (int64_t c = 0; c < columns; ++c) x(rows[first + c] - begin, c) = 1.0;
-    SolveTile(Block(l, begin, begin, n - begin, n - begin), x);
+    SolveTile(lower, x);
     double* norms = out.data() + first;
     std::fill(norms, norms + columns, 0.0);
     for (int64_t i = 0; i < x.rows; ++i) {

@@ -186,7 +186,7 @@ absl::Status IncrementalCholesky::InverseDiagonal(absl::Span<const int64_t> rows
                                                   absl::Span<double> out) const {
   if (rows.size() != out.size()) {
     return absl::InvalidArgumentError(
-        absl::StrFormat("%d rows but room for %d results", rows.size(), out.size()));
+        absl::StrFormat("%d rows but space for %d results", rows.size(), out.size()));
   }
   for (size_t i = 0; i < rows.size(); ++i) {
     if (!(rows[i] >= 0 && rows[i] < size_) || (i > 0 && rows[i] <= rows[i - 1])) {

@@ -1,4 +1,4 @@
-// What an ExactModel tells; how it changes stands in exact_model.cc.
+// An ExactModel's predictions; how it changes is in exact_model.cc.
 #include <algorithm>
 #include <cmath>
 #include <utility>

@@ -1,4 +1,4 @@
-// What a SparseModel tells; how it changes stands in sparse_model.cc.
+// A SparseModel's predictions; how it changes is in sparse_model.cc.
 #include <algorithm>
 #include <cmath>
 #include <utility>

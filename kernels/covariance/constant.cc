@@ -2,7 +2,7 @@
 #include <memory>
 #include <string>
 
-#include "kernels/covariance/covariance_function.h"
+#include "kernels/covariance/scaleless.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -14,23 +14,12 @@ static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, cons
 static inline float unit_variance@(__global const float* point, const long stride) { return 1.0f; }
 )";
 
-class Constant : public CovarianceDescription {
+class Constant : public Scaleless {
  public:
-  Constant() : CovarianceDescription({}) {}
-
   int64_t PointWidth(int64_t /*dimension*/) const override { return 0; }
   void Prepare(const double* /*scales*/, int64_t /*dimension*/, const double* /*x*/,
                const double* /*centre*/, double* /*point*/) const override {}
   double Value(int64_t /*dimension*/, const double* /*a*/, const double* /*b*/) const override {
-    return 1.0;
-  }
-  void AddGradient(int64_t /*dimension*/, const double* /*a*/, const double* /*b*/,
-                   double /*weight*/, double* /*gradient*/) const override {}
-  void AddInputGradient(const double* /*scales*/, int64_t /*dimension*/, const double* /*a*/,
-                        const double* /*b*/, double /*weight*/,
-                        double* /*gradient*/) const override {}
-  double Variance(const double* /*scales*/, int64_t /*dimension*/,
-                  const double* /*x*/) const override {
     return 1.0;
   }
   std::string DeviceCode(const DeviceCodeRequest& request) const override {

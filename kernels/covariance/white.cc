@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/covariance/scaled_difference.h"
+#include "kernels/covariance/scaleless.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -24,10 +25,8 @@ static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, cons
                                  REALV* sums) {}
 )";
 
-class White : public CovarianceDescription {
+class White : public Scaleless {
  public:
-  White() : CovarianceDescription({}) {}
-
   int64_t PointWidth(int64_t dimension) const override { return dimension; }
   void Prepare(const double* /*scales*/, int64_t dimension, const double* x, const double* centre,
                double* point) const override {
@@ -35,15 +34,6 @@ class White : public CovarianceDescription {
   }
   double Value(int64_t dimension, const double* a, const double* b) const override {
     return std::equal(a, a + dimension, b) ? 1.0 : 0.0;
-  }
-  void AddGradient(int64_t /*dimension*/, const double* /*a*/, const double* /*b*/,
-                   double /*weight*/, double* /*gradient*/) const override {}
-  void AddInputGradient(const double* /*scales*/, int64_t /*dimension*/, const double* /*a*/,
-                        const double* /*b*/, double /*weight*/,
-                        double* /*gradient*/) const override {}
-  double Variance(const double* /*scales*/, int64_t /*dimension*/,
-                  const double* /*x*/) const override {
-    return 1.0;
   }
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
     return WithSuffix(absl::StrCat(kUnitVarianceCode, kDeviceCode), request);

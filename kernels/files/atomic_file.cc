@@ -111,7 +111,7 @@ absl::Status WriteError(const std::string& path, int error) {
     case ENOSPC:
     case EDQUOT:
     case EFBIG:
-      return absl::ResourceExhaustedError(absl::StrCat(what, "make room for it"));
+      return absl::ResourceExhaustedError(absl::StrCat(what, "free some space"));
     case EACCES:
     case EPERM:
     case EROFS:
@@ -211,7 +211,7 @@ absl::StatusOr<std::string> ReadFile(const std::string& path, int64_t maximum_by
   } catch (const std::length_error&) {
   }
   return absl::ResourceExhaustedError(
-      absl::StrCat("no memory for the ", status.st_size, " bytes of ", path, "; make room for it"));
+      absl::StrCat("no memory for the ", status.st_size, " bytes of ", path, "; free some memory"));
 }
 
 absl::Status CreateFolder(const std::string& path) {

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kFlopsPerInput = 10.0;  // roughly, of a derivative
 
-// Prepared points, one a row.
+// Prepared points, one per row.
 std::vector<double> PrepareAll(const PointPreparation& preparation, ConstMatrixView<double> x) {
   std::vector<double> rows(x.rows * preparation.width());
   for (int64_t i = 0; i < x.rows; ++i) {

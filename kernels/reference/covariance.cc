@@ -7,7 +7,7 @@
 namespace egosieve::kernels::reference {
 namespace {
 
-// Prepared points, one a row.
+// Prepared points, one per row.
 class PreparedRows {
  public:
   PreparedRows(const CovarianceParameters& parameters, ConstMatrixView<double> x)

@@ -9,7 +9,7 @@
 namespace egosieve::kernels::reference {
 namespace {
 
-// Queries a tile. Tiles are always full (the last one is padded with zeros), so that every column
+// Queries per tile. Tiles are always full (the last one is padded with zeros), so that every column
 // takes the same path through Eigen's products and a query's result does not depend on its
 // neighbours.
 constexpr int64_t kTile = 64;

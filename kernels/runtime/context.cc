@@ -88,7 +88,7 @@ absl::StatusOr<std::shared_ptr<Context>> OpenContext(const ContextOptions& optio
   const char* environment = std::getenv("EGOSIEVE_DEVICE");
   const std::string choice =
       options.device.empty() && environment != nullptr ? environment : options.device;
-  // Without a look at the drivers: the reference must work where they are broken.
+  // Without asking the drivers: the reference must work where they are broken.
   if (choice == "reference") return std::make_shared<Context>(ReferenceDevice());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<DeviceInfo> devices, ListDevices());
   EGOSIEVE_ASSIGN_OR_RETURN(const DeviceInfo chosen, ChooseDevice(devices, choice));

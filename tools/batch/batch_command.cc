@@ -201,7 +201,7 @@ class BatchCommand : public Command {
     }
   }
 
-  // A page that cannot be written costs no drive; the last one is told.
+  // A page that cannot be written costs no drive; the last failure is reported.
   void Say(size_t i, const std::string& what) {
     std::cerr << absl::StrFormat("batch: %d of %d, %s: %s\n", i + 1, entries_.size(),
                                  entries_[i].out, what);

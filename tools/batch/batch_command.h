@@ -1,3 +1,4 @@
+// egosieve batch INPUT: many drives.
 #ifndef EGOSIEVE_TOOLS_BATCH_BATCH_COMMAND_H_
 #define EGOSIEVE_TOOLS_BATCH_BATCH_COMMAND_H_
 
@@ -7,7 +8,6 @@
 
 namespace egosieve::tools {
 
-// egosieve batch INPUT: many drives.
 std::unique_ptr<Command> MakeBatchCommand();
 
 }  // namespace egosieve::tools

@@ -52,7 +52,7 @@ absl::StatusOr<RunDescription> DescriptionIn(const std::string& out) {
   return folder.ReadDescription();
 }
 
-// What a step leaves; empty where it is many files, whose lines tell.
+// What a step leaves; empty where it is many files, which the lines name.
 std::string ProductOf(const BatchEntry& entry, const std::string& command) {
   if (command == "masks") return MasksPath(entry);
   const fs::path out = entry.out;
@@ -115,7 +115,8 @@ absl::StatusOr<DriveJob> DriveJob::Start(const std::string& program, const Batch
   const std::string log_path = LogPath(entry);
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(fs::path(log_path).parent_path().string()));
   std::error_code error;
-  fs::remove(log_path, error);  // opened for appending, so one that cannot be removed is told there
+  // It is opened for appending next, which reports what cannot be removed.
+  fs::remove(log_path, error);
   DriveJob job(program, entry);
   const absl::StatusOr<RunDescription> before = DescriptionIn(entry.out);
   if (before.ok() && before->ended == "done") job.finished_before_ = before->finished_utc;

@@ -48,7 +48,7 @@ class DriveJob {
 
   // Asks it to finish its frame and end.
   void Interrupt();
-  // Whether it has ended; else outcome() tells what runs.
+  // Whether it has ended; else outcome() says what runs.
   bool HasEnded();
   const DriveOutcome& outcome() const { return outcome_; }
 

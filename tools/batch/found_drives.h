@@ -2,7 +2,7 @@
 //
 // In a folder every video is a drive, and every folder that holds pictures or videos, or has a
 // folder frames/ or images/ that does; a glob's matches likewise. What is none of these is left out
-// and told.
+// and reported.
 #ifndef EGOSIEVE_TOOLS_BATCH_FOUND_DRIVES_H_
 #define EGOSIEVE_TOOLS_BATCH_FOUND_DRIVES_H_
 

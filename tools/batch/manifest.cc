@@ -204,7 +204,7 @@ absl::StatusOr<Manifest> ParseJson(absl::string_view text) {
   return manifest;
 }
 
-// `keys`: what stands below the table's name.
+// `keys`: the entries of the table.
 absl::Status SettingFromToml(const std::string& where, const std::vector<std::string>& keys,
                              const TomlEntry& entry, BatchSettings& settings) {
   const std::string& key = keys.front();
@@ -244,7 +244,7 @@ absl::StatusOr<Manifest> ParseToml(absl::string_view text) {
     if (keys.empty()) {
       return absl::InvalidArgumentError(
           absl::StrCat("line ", entry.line, ": '", table,
-                       "' stands outside the tables of the drives; write [name] above"));
+                       "' is outside the tables of the drives; write [name] above"));
     }
     if (table == kDefaults) {
       EGOSIEVE_RETURN_IF_ERROR(SettingFromToml(kDefaults, keys, entry, manifest.defaults));

@@ -20,7 +20,7 @@
 //
 //   [{"path": "a.mp4", "out": "out/a", "flags": {"stride": 3}, "masks": {"for": "colmap"}}, ...]
 //
-// true stands for a flag without a value, false for none. Paths are relative to the manifest's
+// true means a flag without a value, false for none. Paths are relative to the manifest's
 // folder.
 #ifndef EGOSIEVE_TOOLS_BATCH_MANIFEST_H_
 #define EGOSIEVE_TOOLS_BATCH_MANIFEST_H_

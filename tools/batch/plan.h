@@ -14,8 +14,9 @@
 //
 // Of D drives and S stages, task t (from 0) is stage t / D of drive t mod D: each stage is a range
 // of numbers, in the manifest's order, and what a task needs has a lower number. A task that is
-// done may be run again and does nothing but look; one that was cut off goes on. What follows infer
-// is done where a note says so, egosieve_logs/OUT.tasks/STAGE: for this run, with these flags.
+// done may be run again and does nothing but check; one that was cut off goes on. What follows
+// infer is done where a note says so, egosieve_logs/OUT.tasks/STAGE: for this run, with these
+// flags.
 #ifndef EGOSIEVE_TOOLS_BATCH_PLAN_H_
 #define EGOSIEVE_TOOLS_BATCH_PLAN_H_
 
@@ -55,14 +56,14 @@ class BatchPlan {
   // egosieve's arguments.
   std::vector<std::string> Arguments(size_t stage, size_t drive) const;
   bool IsDone(size_t stage, size_t drive, const DriveProgress& progress) const;
-  // Whether a note tells that the stage's tasks are done; else the run folder does.
+  // Whether a note says that the stage's tasks are done; else the run folder does.
   bool IsNoted(size_t stage) const {
     return stages_[stage].command != "segment" && stages_[stage].command != "infer";
   }
   absl::Status NoteDone(int64_t task) const;
-  // Drives with a task to do; those of which that cannot be told count among them.
+  // Drives with a task to do; those of which that is not known count among them.
   std::vector<size_t> UnfinishedDrives() const;
-  // None where a note tells that it is done. OutOfRange for a number that is no task's;
+  // None where a note says that it is done. OutOfRange for a number that is no task's;
   // FailedPrecondition, naming the task to run first, where one that it needs is not done.
   absl::StatusOr<std::vector<std::string>> ArgumentsOfReadyTask(int64_t task) const;
 

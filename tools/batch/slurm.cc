@@ -88,7 +88,7 @@ absl::StatusOr<std::string> Call(std::vector<std::string> words, const std::stri
                    "; --engine=slurm needs Slurm's programs and a cluster that answers"));
 }
 
-// The job's number, on the last line: warnings may stand above.
+// The job's number, on the last line: warnings may precede it.
 absl::StatusOr<std::string> Submit(const std::string& script, const std::string& dependency,
                                    const std::string& folder) {
   std::vector<std::string> words = {"sbatch", "--parsable"};
@@ -101,7 +101,7 @@ absl::StatusOr<std::string> Submit(const std::string& script, const std::string&
   const std::string job = lines.back().substr(0, lines.back().find(';'));
   int64_t number = 0;
   if (!absl::SimpleAtoi(job, &number)) {
-    return absl::UnavailableError(absl::StrCat("sbatch told no job's number but: ", said));
+    return absl::UnavailableError(absl::StrCat("sbatch printed no job number but: ", said));
   }
   return job;
 }
@@ -166,7 +166,7 @@ code=$?
 if [ -n "$again" ] && { [ "$code" -eq 130 ] || [ "$code" -eq 143 ]; }; then
   exec scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"
 fi
-[ "$code" -ne 4 ] || code=0 # finished, some frames failed: the table tells
+[ "$code" -ne 4 ] || code=0 # finished, some frames failed: the table names them
 exit "$code"
 )sh");
   return script;

@@ -4,7 +4,7 @@
 //
 // What a task takes before its first frame is in it, so that a long drive takes less than (T1)
 // says. The model reaches its budget within ten frames and memory does not grow with a drive's
-// length: a short piece stands for all of it.
+// length: a short piece is measured for all of it.
 #ifndef EGOSIEVE_TOOLS_BATCH_TASK_COST_H_
 #define EGOSIEVE_TOOLS_BATCH_TASK_COST_H_
 

@@ -54,7 +54,7 @@ inline CLI::Validator OneOf(const std::vector<std::string>& words) {
       "");
 }
 
-// An option whose words stand for values: `given` holds the word, ValueOf gives its value.
+// An option whose words name values: `given` holds the word, ValueOf gives its value.
 template <typename Value>
 using Words = std::vector<std::pair<std::string, Value>>;
 

@@ -1,8 +1,8 @@
-// A command of the program `egosieve`: what its room gives to the command line.
+// A command of the program `egosieve`: what its folder gives to the command line.
 //
-// A room offers one function, `std::unique_ptr<Command> MakeXxxCommand()`, in its own header;
-// tools/egosieve.cc lists them. The command line (command_line.h) builds a parser, lets the command
-// add its flags, and runs it:
+// A command's folder offers one function, `std::unique_ptr<Command> MakeXxxCommand()`, in its own
+// header; tools/egosieve.cc lists them. The command line (command_line.h) builds a parser, lets the
+// command add its flags, and runs it:
 //
 //   class SegmentCommand : public Command {
 //     std::string name() const override { return "segment"; }
@@ -29,7 +29,7 @@ class Command {
   virtual std::string name() const = 0;
   // One sentence.
   virtual std::string summary() const = 0;
-  // Command lines that work as they stand, one a line; --help ends with them.
+  // Command lines that work as they are, one per line; --help ends with them.
   virtual std::string example() const = 0;
 
   // Binds flags to members. Lower case with underscores, units in the name or the description.

@@ -175,7 +175,7 @@ std::string CommandLine::Help() const {
                           command->summary());
   }
   absl::StrAppend(&help, "\n", program_,
-                  " COMMAND --help tells a command's flags, with an example.\n", program_,
+                  " COMMAND --help lists a command's flags, with an example.\n", program_,
                   " --man prints the manual page, ", program_,
                   " completion bash what bash sources for completion.\n\nExit codes:\n");
   for (const auto& [code, text] : ExitCodeTexts()) {

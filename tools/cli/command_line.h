@@ -18,7 +18,7 @@ namespace egosieve::tools {
 
 class CommandLine {
  public:
-  // `build`, if there is one, stands behind the version in what --version prints.
+  // `build`, if there is one, follows the version in what --version prints.
   CommandLine(std::string program, std::string description, std::string version,
               std::string build = "");
 
@@ -33,7 +33,7 @@ class CommandLine {
   int RunCommand(Command& command, std::vector<std::string> arguments, std::ostream& out,
                  std::ostream& err);
   std::string Help() const;
-  // `write` gets what a manual tells, whose apps live as long as the call.
+  // `write` gets what a manual describes, whose apps live as long as the call.
   std::string WriteManual(std::string (*write)(const ManualProgram&));
   int TellCompletion(const std::vector<std::string>& arguments, std::ostream& out,
                      std::ostream& err);

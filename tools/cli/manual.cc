@@ -31,7 +31,7 @@ std::vector<std::string> NamesOf(const CLI::Option& option) {
 bool TakesValue(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
 
 // The words that a flag takes: those of a type such as "exact|sparse" or "FRAMES|auto", whose names
-// in capitals stand for values.
+// in capitals mean values.
 std::vector<std::string> WordsOf(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   std::vector<std::string> words = absl::StrSplit(type, '|');

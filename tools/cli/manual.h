@@ -1,5 +1,5 @@
 // The program's manual page and its completion in shells, made from the flags of its commands, so
-// that neither can tell another thing than --help.
+// that neither can differ from --help.
 #ifndef EGOSIEVE_TOOLS_CLI_MANUAL_H_
 #define EGOSIEVE_TOOLS_CLI_MANUAL_H_
 

@@ -32,7 +32,7 @@ void ProgressFlag::AddFlag(CLI::App& app) {
   AddWords(
       app, "--progress", mode,
       {{"auto", ProgressMode::kAuto}, {"json", ProgressMode::kJson}, {"none", ProgressMode::kNone}},
-      "How progress is told on stderr; auto: a bar on a terminal, else a line every few seconds");
+      "How progress is shown on stderr; auto: a bar on a terminal, else a line every few seconds");
 }
 
 Progress::Progress(std::string command, const ProgressFlag& flag, int64_t total)

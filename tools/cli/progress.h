@@ -27,7 +27,7 @@ struct ProgressFlag {
 class Progress {
  public:
   using Clock = std::chrono::steady_clock;
-  // What else is told: name and value, "model size" 3999 for example.
+  // What else is shown: name and value, "model size" 3999 for example.
   using Details = std::vector<std::pair<std::string, double>>;
 
   // total: -1 where unknown; a hint, which `done` may pass.

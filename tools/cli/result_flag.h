@@ -1,5 +1,5 @@
 // The flag --json: what a command prints at its end, as one line of JSON with its name in the field
-// "command" instead of text for people. tools/schema/result.schema.json tells the fields. Errors
+// "command" instead of text for people. tools/schema/result.schema.json has the fields. Errors
 // and warnings stay on stderr.
 #ifndef EGOSIEVE_TOOLS_CLI_RESULT_FLAG_H_
 #define EGOSIEVE_TOOLS_CLI_RESULT_FLAG_H_

@@ -5,7 +5,7 @@
 // keeps the first 64 KiB and drops the rest, and std::cerr goes on to where stderr led.
 //
 // Where a library ends the process (abort, an exception that nobody catches), its last words are
-// told as the program's one line, with what may help, and the exit code is 1.
+// reported as the program's one line, with what may help, and the exit code is 1.
 //
 // None of this where the environment has EGOSIEVE_LIBRARY_LINES, OPENCV_LOG_LEVEL,
 // OPENCV_FFMPEG_LOGLEVEL or POCL_DEBUG: who asks for a library's lines gets them.

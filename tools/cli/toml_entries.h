@@ -1,4 +1,4 @@
-// A TOML text as a flat list of its entries, in the order in which they stand.
+// A TOML text as a flat list of its entries, in the order of the text.
 #ifndef EGOSIEVE_TOOLS_CLI_TOML_ENTRIES_H_
 #define EGOSIEVE_TOOLS_CLI_TOML_ENTRIES_H_
 

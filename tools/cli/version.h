@@ -1,3 +1,4 @@
+// The release, as --version and run.json name it.
 #ifndef EGOSIEVE_TOOLS_CLI_VERSION_H_
 #define EGOSIEVE_TOOLS_CLI_VERSION_H_
 

@@ -1,3 +1,4 @@
+// egosieve compare: the segmenter and its rivals on the same features, frames and pixels.
 #ifndef EGOSIEVE_TOOLS_COMPARE_COMPARE_COMMAND_H_
 #define EGOSIEVE_TOOLS_COMPARE_COMPARE_COMMAND_H_
 
@@ -7,7 +8,6 @@
 
 namespace egosieve::tools {
 
-// egosieve compare: the segmenter and its rivals on the same features, frames and pixels.
 std::unique_ptr<Command> MakeCompareCommand();
 
 }  // namespace egosieve::tools

@@ -1,3 +1,4 @@
+// egosieve devices: what --device= can choose from.
 #ifndef EGOSIEVE_TOOLS_DEVICES_DEVICES_COMMAND_H_
 #define EGOSIEVE_TOOLS_DEVICES_DEVICES_COMMAND_H_
 
@@ -7,7 +8,6 @@
 
 namespace egosieve::tools {
 
-// egosieve devices: what --device= can choose from.
 std::unique_ptr<Command> MakeDevicesCommand();
 
 }  // namespace egosieve::tools

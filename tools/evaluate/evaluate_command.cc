@@ -80,11 +80,11 @@ class EvaluateCommand : public Command {
                    "default: boxes.csv beside the frames")
         ->type_name("FILE");
     app.add_option("--poses", further_.poses,
-                   "The camera's true poses, 12 numbers a frame; default: poses.txt beside the "
+                   "The camera's true poses, 12 numbers per frame; default: poses.txt beside the "
                    "frames. The run's trajectory.txt is compared with them")
         ->type_name("FILE");
     app.add_option("--poses_fps", trajectory_.frames_per_second,
-                   "Rows of the poses a second, where no camera.json says so")
+                   "Rows of the poses per second, where no camera.json gives it")
         ->capture_default_str();
     app.add_option("--potential_from", potential_.from_seconds,
                    "Seconds of the drive from which the potential (segment --potential) is scored "
@@ -152,12 +152,12 @@ class EvaluateCommand : public Command {
                    "With --suite: further flags of segment, by spaces, the same for all sequences")
         ->type_name("FLAGS");
     app.add_option("--jobs", suite_options_.jobs,
-                   "With --suite: sequences at a time; 0: one a core, at most one a sequence")
+                   "With --suite: sequences at a time; 0: one per core, at most one per sequence")
         ->check(Between(0, 256))
         ->capture_default_str();
     app.add_option("--max_seconds", suite_options_.max_seconds,
                    "With --suite: seconds of each sequence at most, at the rate that camera.json "
-                   "beside its frames states, else 10 frames a second; 0: all")
+                   "beside its frames states, else 10 frames per second; 0: all")
         ->check(AtLeast(0.0))
         ->capture_default_str();
     app.add_flag("--masks,!--no_masks", suite_options_.masks,

@@ -1,3 +1,4 @@
+// egosieve evaluate DIR --truth=TRUTH: eval.json, eval.csv, and a table.
 #ifndef EGOSIEVE_TOOLS_EVALUATE_EVALUATE_COMMAND_H_
 #define EGOSIEVE_TOOLS_EVALUATE_EVALUATE_COMMAND_H_
 
@@ -7,7 +8,6 @@
 
 namespace egosieve::tools {
 
-// egosieve evaluate DIR --truth=TRUTH: eval.json, eval.csv, and a table.
 std::unique_ptr<Command> MakeEvaluateCommand();
 
 }  // namespace egosieve::tools

@@ -1,3 +1,6 @@
+// Where frames/ lies in the truth's folder or beside it, they must be those that are scored:
+// FailedPrecondition else, naming both. `frames` and `fingerprint` are those of `whose`
+// (RunDescription::Input), read from frame `from` on.
 #ifndef EGOSIEVE_TOOLS_EVALUATE_SAME_DRIVE_H_
 #define EGOSIEVE_TOOLS_EVALUATE_SAME_DRIVE_H_
 
@@ -8,9 +11,6 @@
 
 namespace egosieve::tools {
 
-// Where frames/ lies in the truth's folder or beside it, they must be those that are scored:
-// FailedPrecondition else, naming both. `frames` and `fingerprint` are those of `whose`
-// (RunDescription::Input), read from frame `from` on.
 absl::Status CheckSameDrive(const std::string& whose, const std::string& frames,
                             const std::string& fingerprint, int64_t from, const std::string& truth);
 

@@ -45,8 +45,8 @@ std::optional<int64_t> NumberInName(const std::string& stem);
 
 enum TruthPixel : uint8_t { kTruthStatic = 0, kTruthVoid = 128, kTruthDynamic = 255 };
 
-// 0, 128 or 255 a pixel. DataLoss, naming the file, where it is no image; OutOfRange where it is of
-// another size.
+// 0, 128 or 255 per pixel. DataLoss, naming the file, where it is no image; OutOfRange where it is
+// of another size.
 absl::StatusOr<cv::Mat1b> ReadTruthMask(const std::string& path, cv::Size expected);
 
 }  // namespace egosieve::tools

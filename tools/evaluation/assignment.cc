@@ -8,7 +8,7 @@ namespace {
 // rows <= columns. By column, its row or -1; costs are minus the scores.
 std::vector<int> SolveWide(const cv::Mat1d& scores) {
   const int rows = scores.rows, columns = scores.cols;
-  // Row and column 0 stand for "none".
+  // Row and column 0 mean "none".
   std::vector<double> row_price(rows + 1, 0.0), column_price(columns + 1, 0.0);
   std::vector<int> row_of(columns + 1, 0), previous(columns + 1, 0);
   for (int row = 1; row <= rows; ++row) {

@@ -3,7 +3,7 @@
 //
 //   frame      index in the input, from 0
 //   type       Car, Van, Truck, Tram, Bus: vehicle; Pedestrian, Person, Person_sitting: person;
-//              Cyclist: cyclist; any other: an area whose content is not told
+//              Cyclist: cyclist; any other: an area whose content is not known
 //   x1 .. y2   pixels from 0: left, top, right and bottom edge
 //   moving     1, 0, or empty where unknown
 //   truncated  by the image's border: 0 not, 1 partly, 2 largely
@@ -47,7 +47,7 @@ struct LabelledBox {
 
 using BoxTruth = std::map<int64_t, std::vector<LabelledBox>>;  // by frame
 
-// The distances in the order in which they are told.
+// The distances in the order in which they are printed.
 inline constexpr const char* kBoxDistances[] = {"0-10 m", "10-20 m", "20-40 m", "40+ m",
                                                 "near",   "far",     "unknown"};
 

@@ -3,11 +3,11 @@
 // Pooled figures are over all scored pixels together; mean figures over the frames that have them.
 // Frames without movers have no AUC and no IoU of their own: what they have is a false-positive
 // rate at the declared threshold, pooled over them. Objects are scored by objects.h; with synthetic
-// truth, recall is also told by heading, class, size and distance. Truth that is scattered points
+// truth, recall is also given by heading, class, size and distance. Truth that is scattered points
 // rather than an image has neither outlines nor objects: figures on these are absent then. Every
 // figure is absent where nothing supports it.
 //
-// Memory: a few histograms of 65,536 bins, whatever the number of frames, and some numbers a frame.
+// Memory: a few histograms of 65,536 bins, for any number of frames, and some numbers per frame.
 #ifndef EGOSIEVE_TOOLS_EVALUATION_DRIVE_SCORES_H_
 #define EGOSIEVE_TOOLS_EVALUATION_DRIVE_SCORES_H_
 
@@ -33,7 +33,7 @@ struct DriveScoresOptions {
   double threshold = 0.5;  // declared: probabilities from here on are called dynamic
   int calibration_bins = 15;
   int curve_points = 200;  // of the ROC and precision-recall curves
-  ObjectOptions objects;   // iou_threshold: of "found"; 0.3 and 0.5 are told in any case
+  ObjectOptions objects;   // iou_threshold: of "found"; 0.3 and 0.5 are given in any case
 
   absl::Status Validate() const;
 };
@@ -50,7 +50,7 @@ struct ScoredFrame {
   const std::map<int, SyntheticObject>* objects = nullptr;
 };
 
-// Thresholds 0.05, 0.10, ..., 0.95, at which the mean IoU over frames is told as well.
+// Thresholds 0.05, 0.10, ..., 0.95, at which the mean IoU over frames is given as well.
 inline constexpr int kThresholdSteps = 19;
 constexpr double ThresholdStep(int step) { return 0.05 * (step + 1); }
 

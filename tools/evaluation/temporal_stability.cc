@@ -46,7 +46,7 @@ struct Pair {
   int before = 0, now = 0;
 };
 
-// The path of least cost from the first pair to the last, where point i of a contour stands for
+// The path of least cost from the first pair to the last, where point i of a contour means
 // point i + start of it.
 std::vector<Pair> LeastPath(const cv::Mat1f& cost, Pair start) {
   const int rows = cost.rows, columns = cost.cols;

@@ -4,7 +4,7 @@
 //
 // R_i, c_i: rotation (world from camera) and centre of frame i, at t_i seconds; ^ marks estimates.
 //
-//   (E1) rotation    angle((R^_i^T R^_j)^T R_i^T R_j) / (t_j - t_i), degrees a second, j the first
+//   (E1) rotation    angle((R^_i^T R^_j)^T R_i^T R_j) / (t_j - t_i), degrees/s, j the first
 //                    frame at least `span_seconds` after i; its median over i. A span of 0 takes
 //                    neighbouring frames
 //   (E2) direction   angle between R^_i^T (c^_j - c^_i) and R_i^T (c_j - c_i), degrees, j the first

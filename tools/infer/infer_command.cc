@@ -45,7 +45,7 @@ absl::StatusOr<int64_t> NumberOf(const RunDescription& description, const std::s
   int64_t number = 0;
   if (found == description.flags.end() || !absl::SimpleAtoi(found->second, &number)) {
     return absl::DataLossError(
-        absl::StrCat("run.json tells no --", flag, "; segment the drive again"));
+        absl::StrCat("run.json has no --", flag, "; segment the drive again"));
   }
   return number;
 }

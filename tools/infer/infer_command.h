@@ -1,3 +1,6 @@
+// egosieve infer DIR: the dense maps that segment left out. On the run's device they are those that
+// segment would have written, byte for byte; on another they differ by float32's rounding
+// (kernels/ops/dense_posterior.h), and their lines name it.
 #ifndef EGOSIEVE_TOOLS_INFER_INFER_COMMAND_H_
 #define EGOSIEVE_TOOLS_INFER_INFER_COMMAND_H_
 
@@ -7,9 +10,6 @@
 
 namespace egosieve::tools {
 
-// egosieve infer DIR: the dense maps that segment left out. On the run's device they are those that
-// segment would have written, byte for byte; on another they differ by float32's rounding
-// (kernels/ops/dense_posterior.h), and their lines name it.
 std::unique_ptr<Command> MakeInferCommand();
 
 }  // namespace egosieve::tools

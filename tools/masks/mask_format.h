@@ -3,7 +3,7 @@
 //   plain               NAME.png             255 moving, 0 static
 //   colmap              IMAGE.png            0 ignored, 255 used: ImageReader.mask_path
 //   nerfstudio          masks/IMAGE.png      as colmap; transforms.json: a copy with mask_path
-//   instant-ngp         dynamic_mask_NAME.png    255 ignored; to lie beside the pictures
+//   instant-ngp         dynamic_mask_NAME.png    255 ignored; to lie next to the pictures
 //   gaussian-splatting  IMAGE                the picture as PNG, alpha 0 where it is ignored
 //   davis               NAME.png             palette; the mover's number, 0 background
 //   coco                annotations.json     run lengths (run_length.h), track_id: the number

@@ -42,7 +42,7 @@ std::string HowToUse(MaskFormat format, const std::string& images, const std::st
     case MaskFormat::kNerfstudio:
       return absl::StrCat("ns-train nerfacto --data=", out, "\n");
     case MaskFormat::kInstantNgp:
-      return "instant-ngp finds them beside the pictures that transforms.json names\n";
+      return "instant-ngp finds them next to the pictures that transforms.json names\n";
     case MaskFormat::kGaussianSplatting:
       return absl::StrCat("train.py --source_path=SCENE --images=", AbsolutePath(out), "\n");
     default:
@@ -94,40 +94,8 @@ class MasksCommand : public Command {
                    "NAME.png, or one picture for all images")
         ->type_name("PATH");
     app.add_flag("--invert", options_.invert, "Exchange what is masked and what is not");
-    app.add_option("--frames", options_.frames,
-                   "Write the pictures, too, under the names that the masks go by; those of a "
-                   "video are 000000.png and so on")
-        ->type_name("DIR");
-    app.add_option("--from_video", options_.video,
-                   "The video that the pictures of INPUT were taken from: it is segmented instead "
-                   "of them, and they are found in it by comparing thumbnails, whatever their size")
-        ->type_name("FILE");
-    app.add_option("--transforms", options_.transforms,
-                   "nerfstudio's transforms.json; default: in the images' folder or above it")
-        ->type_name("FILE");
-    app.add_option("--truth", options_.truth,
-                   "True masks, as for evaluate: tells how much of what moves is masked")
-        ->type_name("DIR");
-    app.add_flag("--overwrite", options_.overwrite,
-                 "Replace files of the same names in --out and --frames; others stay");
-    app.add_option("--run", run_,
-                   "The run folder for an input that is segmented, kept for the next call; "
-                   "default: OUT.run")
-        ->type_name("DIR");
-    app.add_option("--input", moved_, "Where the run's input is now, if it was moved")
-        ->type_name("PATH");
-    app.add_option(
-           "--shard", shard_,
-           "Writes the K-th of N shares, from 1 on, of a run that has its masks; what other "
-           "shares wrote stays")
-        ->type_name("K/N");
-    for (const char* flag :
-         {"--profile", "--fps", "--times", "--camera", "--ignore", "--max_frames"}) {
-      app.add_option(flag, passed_[flag], "As for segment")->type_name("");
-    }
-    for (const char* flag : {"--device", "--threads"}) {
-      app.add_option(flag, passed_to_both_[flag], "As for segment")->type_name("");
-    }
+    AddFileFlags(app);
+    AddRunFlags(app);
     progress_.AddFlag(app);
     result_.AddFlag(app);
   }
@@ -191,6 +159,46 @@ class MasksCommand : public Command {
   }
 
  private:
+  void AddFileFlags(CLI::App& app) {
+    app.add_option("--frames", options_.frames,
+                   "Write the pictures, too, under the names that the masks go by; those of a "
+                   "video are 000000.png and so on")
+        ->type_name("DIR");
+    app.add_option("--from_video", options_.video,
+                   "The video that the pictures of INPUT were taken from: it is segmented instead "
+                   "of them, and they are found in it by comparing thumbnails, whatever their size")
+        ->type_name("FILE");
+    app.add_option("--transforms", options_.transforms,
+                   "nerfstudio's transforms.json; default: in the images' folder or above it")
+        ->type_name("FILE");
+    app.add_option("--truth", options_.truth,
+                   "True masks, as for evaluate: prints how much of what moves is masked")
+        ->type_name("DIR");
+    app.add_flag("--overwrite", options_.overwrite,
+                 "Replace files of the same names in --out and --frames; others stay");
+  }
+
+  void AddRunFlags(CLI::App& app) {
+    app.add_option("--run", run_,
+                   "The run folder for an input that is segmented, kept for the next call; "
+                   "default: OUT.run")
+        ->type_name("DIR");
+    app.add_option("--input", moved_, "Where the run's input is now, if it was moved")
+        ->type_name("PATH");
+    app.add_option(
+           "--shard", shard_,
+           "Writes the K-th of N shares, from 1 on, of a run that has its masks; what other "
+           "shares wrote stays")
+        ->type_name("K/N");
+    for (const char* flag :
+         {"--profile", "--fps", "--times", "--camera", "--ignore", "--max_frames"}) {
+      app.add_option(flag, passed_[flag], "As for segment")->type_name("");
+    }
+    for (const char* flag : {"--device", "--threads"}) {
+      app.add_option(flag, passed_to_both_[flag], "As for segment")->type_name("");
+    }
+  }
+
   static Words<Treatment> TreatmentWords() {
     return {{"keep", Treatment::kKeep}, {"mask", Treatment::kMask}};
   }

@@ -1,3 +1,4 @@
+// egosieve masks INPUT|RUN: masks as other programs read them (mask_format.h).
 #ifndef EGOSIEVE_TOOLS_MASKS_MASKS_COMMAND_H_
 #define EGOSIEVE_TOOLS_MASKS_MASKS_COMMAND_H_
 
@@ -7,7 +8,6 @@
 
 namespace egosieve::tools {
 
-// egosieve masks INPUT|RUN: masks as other programs read them (mask_format.h).
 std::unique_ptr<Command> MakeMasksCommand();
 
 }  // namespace egosieve::tools

@@ -57,7 +57,7 @@ class MergeCommand : public Command {
   absl::StatusOr<ExitCode> Run() override {
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder target, RunFolder::Open(directory_));
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, target.ReadDescription());
-    // All are looked at before anything is written.
+    // All are checked before anything is written.
     bool has_pieces = false;
     for (const std::string& source : sources_) {
       EGOSIEVE_ASSIGN_OR_RETURN(const bool is_piece, CheckSource(description, source));

@@ -1,3 +1,5 @@
+// egosieve merge DIR FROM...: the maps that copies of a run folder got on other machines, with
+// their lines. What DIR holds stays; the folders that they come from are only read.
 #ifndef EGOSIEVE_TOOLS_MERGE_MERGE_COMMAND_H_
 #define EGOSIEVE_TOOLS_MERGE_MERGE_COMMAND_H_
 
@@ -7,8 +9,6 @@
 
 namespace egosieve::tools {
 
-// egosieve merge DIR FROM...: the maps that copies of a run folder got on other machines, with
-// their lines. What DIR holds stays; the folders that they come from are only read.
 std::unique_ptr<Command> MakeMergeCommand();
 
 }  // namespace egosieve::tools

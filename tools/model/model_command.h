@@ -1,3 +1,4 @@
+// egosieve model FILE|DIR: what a checkpoint holds, and its points as CSV.
 #ifndef EGOSIEVE_TOOLS_MODEL_MODEL_COMMAND_H_
 #define EGOSIEVE_TOOLS_MODEL_MODEL_COMMAND_H_
 
@@ -7,7 +8,6 @@
 
 namespace egosieve::tools {
 
-// egosieve model FILE|DIR: what a checkpoint holds, and its points as CSV.
 std::unique_ptr<Command> MakeModelCommand();
 
 }  // namespace egosieve::tools

@@ -1,4 +1,4 @@
-// plot.py as it lies beside this file.
+// The text of plot.py.
 #ifndef EGOSIEVE_TOOLS_PLOTS_EMBEDDED_SCRIPT_H_
 #define EGOSIEVE_TOOLS_PLOTS_EMBEDDED_SCRIPT_H_
 

@@ -26,7 +26,7 @@ struct PlotPage {
   std::vector<TextList> lists;          // below the paragraphs
   std::string table;                    // set in a fixed width; may be empty
   std::vector<Figure> figures;          // those without points are left out
-  int columns = 1;                      // in which the figures stand
+  int columns = 1;                      // of figures
 };
 
 // FailedPrecondition, saying what to install, where there is no Python or no matplotlib: the data

@@ -1,3 +1,4 @@
+// egosieve reconstruct DIR: masks, numbers and tracks of movers (frame_products.h).
 #ifndef EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_COMMAND_H_
 #define EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_COMMAND_H_
 
@@ -7,7 +8,6 @@
 
 namespace egosieve::tools {
 
-// egosieve reconstruct DIR: masks, numbers and tracks of movers (frame_products.h).
 std::unique_ptr<Command> MakeReconstructCommand();
 
 }  // namespace egosieve::tools

@@ -3,7 +3,7 @@
 //   chunk    up to 32 consecutive frames of one size. Frames around it, as far as a result reaches
 //            (vision/masks/map_window.h), are read with it and kept for the next
 //   files    of a chunk: frame products, then rows of tracks.csv, then reconstruct.json, which
-//            tells what is done and holds the tracker's state. A run that was killed goes on at its
+//            says what is done and holds the tracker's state. A run that was killed goes on at its
 //            last chunk, and gives the same bytes
 //   shares   chunk c belongs to share c mod N, which refines its maps (refined_maps.h) and leaves
 //            the rest, that goes from frame to frame, to the call without a share

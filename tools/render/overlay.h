@@ -26,8 +26,9 @@ struct OverlayOptions {
   cv::Mat1b ignored;           // not 0: hatched instead of coloured; of the frame's size, or empty
 };
 
-// frame: CV_8UC3, B G R; probability: of the same size, in [0, 1]. `caption` stands in the legend.
-// The legend's strip is as wide as the frame; the result has even sides, as video encoders want it.
+// frame: CV_8UC3, B G R; probability: of the same size, in [0, 1]. `caption` is shown in the
+// legend. The legend's strip is as wide as the frame; the result has even sides, as video encoders
+// want it.
 cv::Mat3b DrawOverlay(const cv::Mat3b& frame, const cv::Mat1f& probability,
                       const std::string& caption, const OverlayOptions& options = {});
 

@@ -49,7 +49,7 @@ class RenderCommand : public Command {
     app.add_flag("--legend,!--no_legend", overlay_.legend, "Draw the legend");
     app.add_flag("--images,!--no_images", images_, "Write render/NNNNNN.png");
     app.add_flag("--video,!--no_video", video_, "Write overlay.mp4");
-    app.add_option("--rate", rate_hz_, "The video's frames a second; 0: the input's")
+    app.add_option("--rate", rate_hz_, "The video's frames per second; 0: the input's")
         ->check(Between(0.0, 240.0))
         ->type_name("HZ");
     range_.AddFlags(app);

@@ -1,3 +1,4 @@
+// egosieve render DIR: render/NNNNNN.png and overlay.mp4.
 #ifndef EGOSIEVE_TOOLS_RENDER_RENDER_COMMAND_H_
 #define EGOSIEVE_TOOLS_RENDER_RENDER_COMMAND_H_
 
@@ -7,7 +8,6 @@
 
 namespace egosieve::tools {
 
-// egosieve render DIR: render/NNNNNN.png and overlay.mp4.
 std::unique_ptr<Command> MakeRenderCommand();
 
 }  // namespace egosieve::tools

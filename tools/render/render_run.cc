@@ -12,6 +12,7 @@
 #include "tools/cli/exit_code.h"
 #include "tools/reconstruct/full_maps.h"
 #include "tools/run_folder/doubtful_frames.h"
+#include "vision/statistics/median.h"
 
 namespace egosieve::tools {
 
@@ -72,9 +73,7 @@ double FrameRate(const std::vector<FrameLine>& lines) {
     if (gap > 0.0) gaps.push_back(gap);
   }
   if (gaps.empty()) return 10.0;
-  const auto middle = gaps.begin() + static_cast<int64_t>(gaps.size() / 2);
-  std::nth_element(gaps.begin(), middle, gaps.end());
-  return std::clamp(1.0 / *middle, 1.0, 60.0);
+  return std::clamp(1.0 / vision::MedianInPlace(gaps), 1.0, 60.0);
 }
 
 }  // namespace egosieve::tools

@@ -43,7 +43,7 @@ class OverlaySource {
   bool shows_movers_ = true;
 };
 
-// Frames a second of the run's frames, by the median of their distances in time; 10 where there is
+// Frames per second of the run, by the median of their distances in time; 10 where there is
 // no clock. Between 1 and 60.
 double FrameRate(const std::vector<FrameLine>& lines);
 

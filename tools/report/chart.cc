@@ -65,10 +65,11 @@ Chart ModelSizeChart(const ChartBuilder& builder) {
 }
 
 Chart StagesChart(const ChartBuilder& builder, absl::Span<const FrameLine> lines) {
-  Chart chart{"stages", "Time by stage",
-              "Milliseconds a frame, one stage upon the other. The axis is cut where 98 % of the "
-              "frames lie.",
-              "ms"};
+  Chart chart{
+      "stages", "Time by stage",
+      "Milliseconds per frame, one stage on top of the other. The axis is cut where 98 % of the "
+      "frames lie.",
+      "ms"};
   chart.stacked = true;
   std::vector<std::string> stages;
   for (const FrameLine& line : lines) {
@@ -154,7 +155,7 @@ Chart NewPointsChart(const ChartBuilder& builder) {
 Chart DroppedPointsChart(const ChartBuilder& builder) {
   using Points = FrameLine::PointCounts;
   Chart chart{"droppedpoints", "Points that left the model",
-              "Points a frame, by the filter that dropped them.", "points"};
+              "Points per frame, by the filter that dropped them.", "points"};
   builder.AddSeries("consistency", PointCount(&Points::dropped_by_consistency), chart);
   builder.AddSeries("density", PointCount(&Points::dropped_by_model_density), chart);
   builder.AddSeries("age", PointCount(&Points::dropped_by_age), chart);
@@ -162,7 +163,7 @@ Chart DroppedPointsChart(const ChartBuilder& builder) {
   return chart;
 }
 
-// Where in a drive nothing was learnt; the page's table tells why.
+// Where in a drive nothing was learnt; the page's table says why.
 Chart OutcomeChart(const ChartBuilder& builder) {
   Chart chart{"outcome", "Frames by outcome",
               "Percentage of the frames that were learnt from, that have a map and were not learnt "
@@ -184,7 +185,7 @@ Chart OutcomeChart(const ChartBuilder& builder) {
 
 Chart LikelihoodChart(const ChartBuilder& builder) {
   Chart chart{"likelihood", "Log marginal likelihood",
-              "Of the training subset, in nats a point, in the frames that trained.",
+              "Of the training subset, in nats per point, in the frames that trained.",
               "nats / point"};
   chart.from_zero = false;
   builder.AddSeries(

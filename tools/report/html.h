@@ -8,7 +8,7 @@
 
 namespace egosieve::tools {
 
-// Text as it must stand between tags or in an attribute.
+// Text as it must be written between tags or in an attribute.
 std::string EscapeHtml(absl::string_view text);
 
 // Their style sheet, page.css.

@@ -18,6 +18,7 @@
 #include "tools/report/timeline.h"
 #include "tools/run_folder/baselines.h"
 #include "tools/run_folder/doubtful_frames.h"
+#include "vision/statistics/median.h"
 
 namespace egosieve::tools {
 namespace {
@@ -27,11 +28,8 @@ using Outcome = FrameLine::Outcome;
 // Of the frames of one reason; the log has them all.
 constexpr size_t kShownRanges = 20;
 
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<int64_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+double MedianOrZero(const std::vector<double>& values) {
+  return values.empty() ? 0.0 : vision::Median(values);
 }
 
 double TotalMilliseconds(const FrameLine& line) {
@@ -125,14 +123,14 @@ std::string Tiles(const ReportContent& content) {
     // Stages overlap: the clock's time, or the sum of the stages while the run has not ended.
     const double seconds_per_frame = content.description.seconds > 0.0
                                          ? content.description.seconds / static_cast<double>(frames)
-                                         : Median(milliseconds) / 1000.0;
+                                         : MedianOrZero(milliseconds) / 1000.0;
     absl::StrAppend(
         &html, Tile(absl::StrFormat("%.2f s", seconds_per_frame), "a frame"),
         Tile(DescribeDuration(content.description.seconds), "in all"),
         Tile(absl::StrCat(content.lines.back().model_size), "points in the model at the end"));
   }
   if (!shares.empty()) {
-    absl::StrAppend(&html, Tile(absl::StrFormat("%.1f %%", 100.0 * Median(shares)),
+    absl::StrAppend(&html, Tile(absl::StrFormat("%.1f %%", 100.0 * MedianOrZero(shares)),
                                 "of a frame moves, median"));
   }
   return absl::StrCat(html, "</section>\n");
@@ -242,7 +240,7 @@ std::string StageTable(absl::Span<const FrameLine> lines) {
   return absl::StrCat(html, "</table>\n");
 }
 
-// Frames by reason, numbers aside: the most frequent first, each told by its first frame's.
+// Frames by reason, numbers aside: the most frequent first, each in its first frame's words.
 std::string NotLearnt(absl::Span<const FrameLine> lines) {
   struct Group {
     std::string reason;

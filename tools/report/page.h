@@ -1,4 +1,4 @@
-// The report of a drive: one HTML page that needs nothing beside it.
+// The report of a drive: one HTML page that needs no other file.
 //
 // Charts are drawn by dygraphs (https://dygraphs.com, MIT licence), whose text is part of the page;
 // without JavaScript the figures, pictures and tables remain.

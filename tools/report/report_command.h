@@ -1,3 +1,4 @@
+// egosieve report DIR: report.html.
 #ifndef EGOSIEVE_TOOLS_REPORT_REPORT_COMMAND_H_
 #define EGOSIEVE_TOOLS_REPORT_REPORT_COMMAND_H_
 
@@ -7,7 +8,6 @@
 
 namespace egosieve::tools {
 
-// egosieve report DIR: report.html.
 std::unique_ptr<Command> MakeReportCommand();
 
 }  // namespace egosieve::tools

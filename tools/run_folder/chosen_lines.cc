@@ -24,7 +24,7 @@ std::string Remedy(const RunFolder& folder, const RunDescription& description) {
                       " with its input and flags");
 }
 
-// Maps that the lines tell of and that are gone.
+// Maps that the lines name and that are gone.
 absl::Status CheckFiles(const RunFolder& folder, const RunDescription& description,
                         absl::Span<const FrameLine> lines) {
   const auto is_gone = [&](const FrameLine& line) {

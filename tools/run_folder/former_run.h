@@ -10,7 +10,7 @@
 
 namespace egosieve::tools {
 
-// Removes them with their temporaries, run.json last: until then the folder tells what it is. Links
+// Removes them with their temporaries, run.json last: until then the folder is still one. Links
 // are not followed. Returns what is left, but for grid/, by names relative to `path`.
 absl::StatusOr<std::vector<std::string>> RemoveFormerRun(const std::string& path);
 

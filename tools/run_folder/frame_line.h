@@ -1,4 +1,4 @@
-// What is told of one frame: a line of frames.jsonl.
+// The record of one frame: a line of frames.jsonl.
 //
 // All but `milliseconds` is a function of input, flags, device and build: two runs agree in every
 // byte of the line once that field is taken out.

@@ -71,7 +71,7 @@ class RunFolder {
   // Makes the folder and its parents. A folder that holds something is refused (AlreadyExists)
   // unless `overwrite` is set and it is a run folder that no other program works with
   // (folder_lock.h): then a former run's files are removed, and only those (former_run.h); what is
-  // left is told on stderr. What a kill leaves before the first run.json counts as nothing.
+  // left is named on stderr. What a kill leaves before the first run.json counts as nothing.
   static absl::StatusOr<RunFolder> Create(const std::string& path, bool overwrite);
   // NotFound where there is no folder, or no run in it.
   static absl::StatusOr<RunFolder> Open(const std::string& path);
@@ -97,7 +97,7 @@ class RunFolder {
   // Where kOwnVehicle or kIgnored is not 0: 255, else 0; empty where there is neither.
   absl::StatusOr<cv::Mat1b> ReadIgnoredArea() const;
 
-  // Whether the files that a line with a map stands for are there and not empty.
+  // Whether the files that belong to a line with a map are there and not empty.
   bool HoldsMaps(const FrameLine& line, const RunDescription& description) const;
 
   // Writes kMapFiles and returns how many deviations saturated. An empty deviation (means only) or

@@ -1,5 +1,5 @@
-// What `segment` is told, or finds out, of the camera: its lens, and which part of its image is not
-// the world. --camera, --ignore.
+// What `segment` is given, or finds out, of the camera: its lens, and which part of its image is
+// not the world. --camera, --ignore.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_CAMERA_FLAGS_H_
 #define EGOSIEVE_TOOLS_SEGMENT_CAMERA_FLAGS_H_
 

@@ -1,4 +1,4 @@
-// The input of a drive, opened and looked at.
+// The input of a drive, opened and inspected.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_DRIVE_INPUT_H_
 #define EGOSIEVE_TOOLS_SEGMENT_DRIVE_INPUT_H_
 
@@ -20,7 +20,7 @@ struct DriveInput {
   bool is_live = false;  // frames that come once (vision/frame/live_stream.h)
 };
 
-// A number that tells another image, as text.
+// A number that differs for another image, as text.
 std::string Fingerprint(const cv::Mat& image);
 
 // Reads on from frame `from` to the first frame that is not damaged. Every error is one of the

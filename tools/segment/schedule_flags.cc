@@ -22,11 +22,11 @@ void ScheduleFlags::AddFlags(CLI::App& app) {
   app.add_flag("--learn_only", learn_only_,
                "Makes no maps but keeps the model of every frame, for infer to make them later");
   app.add_option("--fps", source_.nominal_rate_hz,
-                 "Frames a second of a folder of images, which has no clock")
+                 "Frames per second of a folder of images, which has no clock")
       ->check(AtLeast(1e-3))
       ->capture_default_str();
   app.add_option("--times", source_.times,
-                 "The times of the images of a folder or a glob, one a line")
+                 "The times of the images of a folder or a glob, one per line")
       ->type_name("FILE");
   app.add_option("--max_frames", max_frames_, "Frames to segment at most; 0: no limit")
       ->check(AtLeast<int64_t>(0))

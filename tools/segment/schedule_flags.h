@@ -24,7 +24,7 @@ class ScheduleFlags {
   int64_t first_frame() const { return range_.from; }
   const vision::FrameSourceOptions& source() const { return source_; }
 
-  // As RunDescription::flags tells them.
+  // As RunDescription::flags holds them.
   void Describe(std::map<std::string, std::string>& flags) const;
 
   vision::PipelineOptions MakePipeline(int threads, int64_t first_frame) const;

@@ -1,3 +1,4 @@
+// egosieve segment INPUT --out=DIR: a drive's run folder.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_SEGMENT_COMMAND_H_
 #define EGOSIEVE_TOOLS_SEGMENT_SEGMENT_COMMAND_H_
 
@@ -7,7 +8,6 @@
 
 namespace egosieve::tools {
 
-// egosieve segment INPUT --out=DIR: a drive's run folder.
 std::unique_ptr<Command> MakeSegmentCommand();
 
 }  // namespace egosieve::tools

@@ -1,94 +1,16 @@
 #include "tools/segment/segment_flags.h"
 
-#include <algorithm>
-#include <charconv>
-#include <cstdint>
-#include <system_error>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "tools/cli/checks.h"
+#include "tools/segment/segment_words.h"
 
 namespace egosieve::tools {
 namespace {
 
 using vision::OnlineSegmenterOptions;
-
-// The fewest digits that read back as the same number.
-std::string Shortest(double number) {
-  char digits[32];
-  return std::string(digits, std::to_chars(digits, digits + sizeof(digits), number).ptr);
-}
-
-template <typename Number>
-bool IsNumber(const std::string& text, Number& number) {
-  const char* end = text.data() + text.size();
-  const auto [behind, error] = std::from_chars(text.data(), end, number);
-  return error == std::errc() && behind == end;
-}
-
-const Words<vision::FeatureSource>& FeatureWords() {
-  static const auto& words =
-      *new Words<vision::FeatureSource>{{"sift+corners", vision::FeatureSource::kSiftCorners},
-                                        {"flow", vision::FeatureSource::kFlow},
-                                        {"both", vision::FeatureSource::kBoth},
-                                        {"auto", vision::FeatureSource::kAuto}};
-  return words;
-}
-
-const Words<vision::MotionModelChoice>& MotionModelWords() {
-  static const auto& words = *new Words<vision::MotionModelChoice>{
-      {"auto", vision::MotionModelChoice::kAuto},
-      {"fundamental", vision::MotionModelChoice::kFundamental},
-      {"homography", vision::MotionModelChoice::kHomography},
-      {"calibrated", vision::MotionModelChoice::kCalibrated}};
-  return words;
-}
-
-const Words<vision::LabelRule>& LabelWords() {
-  static const auto& words =
-      *new Words<vision::LabelRule>{{"scaled_distance", vision::LabelRule::kScaledDistance},
-                                    {"scaled_median", vision::LabelRule::kScaledMedian},
-                                    {"mixture", vision::LabelRule::kMixture}};
-  return words;
-}
-
-const Words<vision::Equalization>& EqualizationWords() {
-  static const auto& words =
-      *new Words<vision::Equalization>{{"none", vision::Equalization::kNone},
-                                       {"global", vision::Equalization::kGlobal},
-                                       {"clahe", vision::Equalization::kClahe}};
-  return words;
-}
-
-const Words<vision::ModelKind>& ModelWords() {
-  static const auto& words = *new Words<vision::ModelKind>{{"exact", vision::ModelKind::kExact},
-                                                           {"sparse", vision::ModelKind::kSparse}};
-  return words;
-}
-
-const Words<vision::FlowQuality>& FlowQualityWords() {
-  static const auto& words =
-      *new Words<vision::FlowQuality>{{"ultrafast", vision::FlowQuality::kUltrafast},
-                                      {"fast", vision::FlowQuality::kFast},
-                                      {"medium", vision::FlowQuality::kMedium}};
-  return words;
-}
-
-const Words<bool>& SwitchWords() {
-  static const auto& words = *new Words<bool>{{"on", true}, {"off", false}};
-  return words;
-}
-
-const Words<OnlineSegmenterOptions (*)()>& Profiles() {
-  static const auto& words =
-      *new Words<OnlineSegmenterOptions (*)()>{{"default", &OnlineSegmenterOptions::Default},
-                                               {"paper", &OnlineSegmenterOptions::Paper},
-                                               {"fast", &OnlineSegmenterOptions::Fast}};
-  return words;
-}
 
 constexpr int64_t kInputs = 6;  // of a descriptor: place, mean and colours
 
@@ -101,23 +23,10 @@ std::string CovarianceError(const std::string& text) {
   return absl::StrCat(text, " does not depend on the inputs; add a function that does");
 }
 
-// The gap that the labeller chooses by itself.
-constexpr char kAutomatic[] = "auto";
-constexpr int kAutomaticGap = 0;
-constexpr int64_t kUnlimitedAge = 1000000;  // frames
-
 CLI::Validator GapOrAutomatic() {
   return CLI::Validator(
       [](std::string& text) { return text == kAutomatic ? std::string() : Between(1, 100)(text); },
       "");
-}
-
-template <typename Value>
-std::string NameOf(const Words<Value>& words, Value value) {
-  for (const auto& [name, candidate] : words) {
-    if (candidate == value) return name;
-  }
-  return "";
 }
 
 template <typename Value>
@@ -162,6 +71,12 @@ void SegmentFlags::AddFlags(CLI::App& app) {
          "Side of the square window over which a descriptor's intensities are averaged; odd")
       ->check(Between(1, 255))
       ->type_name("PIXELS");
+  AddModelFlags(app);
+  AddLabelFlags(app);
+  AddLearnerFlags(app);
+}
+
+void SegmentFlags::AddModelFlags(CLI::App& app) {
   AddWordFlag(app, "--model", model_, ModelWords(),
               "exact: the paper's; sparse: through inducing points, with which every pixel "
               "(--stride=1) is affordable");
@@ -196,6 +111,9 @@ void SegmentFlags::AddFlags(CLI::App& app) {
   app.add_flag("--potential", potential_,
                "Also writes potential/: what looks like the things that have moved in the last "
                "minutes, whether it moves or not");
+}
+
+void SegmentFlags::AddLabelFlags(CLI::App& app) {
   app.add_option("--frame_gap", frame_gap_,
                  "Frames between the two of a pair; auto: by the parallax that is seen. Every "
                  "frame has its map")
@@ -237,6 +155,9 @@ void SegmentFlags::AddFlags(CLI::App& app) {
       ->type_name("TERMS");
   AddWordFlag(app, "--equalize", equalize_, EqualizationWords(),
               "Luminance equalisation of each frame");
+}
+
+void SegmentFlags::AddLearnerFlags(CLI::App& app) {
   app.add_option("--covariance", covariance_,
                  absl::StrCat("Covariance function of the Gaussian process: one of ",
                               absl::StrJoin(kernels::CovarianceFunction::Names(), ", "),
@@ -296,103 +217,6 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   Override(novelty_filter_, SwitchWords(), options.learner.novelty_filter);
   Override(consistency_filter_, SwitchWords(), options.learner.consistency_filter);
   Override(zero_label_, options.learner.zero_label);
-  return options;
-}
-
-std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions& options) {
-  const vision::FrameLabellerOptions& labeller = options.labeller;
-  const vision::OnlineLearnerOptions& learner = options.learner;
-  const auto yes_or_no = [](bool value) { return value ? "yes" : "no"; };
-  std::map<std::string, std::string> flags = {
-      {"stride", absl::StrCat(options.stride_pixels)},
-      {"window", absl::StrCat(options.descriptor.window_pixels)},
-      {"model", NameOf(ModelWords(), learner.model.kind)},
-      {"inducing_points", learner.model.kind == vision::ModelKind::kSparse
-                              ? absl::StrCat(learner.model.sparse.inducing_points)
-                              : "none"},
-      {"budget", absl::StrCat(learner.budget.budget)},
-      {"density", absl::StrCat(learner.new_point_density.radius)},
-      {"contradiction_radius", absl::StrCat(learner.contradiction_radius)},
-      {"dynamic_age",
-       absl::StrCat(std::min(learner.budget.maximum_dynamic_age_frames, kUnlimitedAge))},
-      {"arrival_share", absl::StrCat(learner.arrival_share)},
-      {"location_prior", Shortest(options.location_prior.weight)},
-      {"frame_gap",
-       labeller.frame_gap == kAutomaticGap ? kAutomatic : absl::StrCat(labeller.frame_gap)},
-      {"feature_count", absl::StrCat(labeller.feature_count)},
-      {"features", NameOf(FeatureWords(), labeller.features)},
-      {"patch_search", yes_or_no(labeller.searches_lost)},
-      {"motion_model", NameOf(MotionModelWords(), labeller.motion_model)},
-      {"focal_ratio", Shortest(labeller.focal_ratio)},
-      {"ahead", absl::StrCat(options.ahead_frames)},
-      {"evidence", vision::Describe(labeller.evidence)},
-      {"labels", NameOf(LabelWords(), labeller.label_rule)},
-      {"equalize", NameOf(EqualizationWords(), labeller.equalization.method)},
-      {"covariance", std::string(learner.covariance.text())},
-      {"novelty_filter", yes_or_no(learner.novelty_filter)},
-      {"consistency_filter", yes_or_no(learner.consistency_filter)},
-      {"zero_label", absl::StrCat(learner.zero_label)},
-      {"seed", absl::StrCat(labeller.seed)},
-      // What the profiles set and no flag does.
-      {"flow_quality", NameOf(FlowQualityWords(), labeller.flow_quality)},
-      {"training_points", absl::StrCat(learner.training.subset_size)},
-      {"labelled_frame",
-       labeller.labelled_side == vision::LabelledSide::kFirstFrame ? "first" : "current"},
-      {"random_start", yes_or_no(learner.random_start)},
-  };
-  if (options.potential.enabled) flags["potential"] = yes_or_no(true);
-  return flags;
-}
-
-absl::StatusOr<OnlineSegmenterOptions> ReadInferenceOptions(
-    const std::map<std::string, std::string>& flags) {
-  OnlineSegmenterOptions options;
-  absl::Status status;
-  const auto find = [&](const std::string& name) {
-    const auto flag = flags.find(name);
-    if (flag == flags.end()) {
-      status.Update(absl::DataLossError(absl::StrCat("run.json has no flag '", name, "'")));
-    }
-    return flag == flags.end() ? std::string() : flag->second;
-  };
-  const auto read_word = [&](const std::string& name, const auto& words, auto& target) {
-    const std::string given = find(name);
-    for (const auto& [word, value] : words) {
-      if (word == given) {
-        target = value;
-        return;
-      }
-    }
-    status.Update(absl::DataLossError(
-        absl::StrCat("run.json's flag '", name, "' has the unknown value '", given, "'")));
-  };
-  const auto read_number = [&](const std::string& name, auto& target) {
-    const std::string given = find(name);
-    if (!IsNumber(given, target)) {
-      status.Update(absl::DataLossError(
-          absl::StrCat("run.json's flag '", name, "' is '", given, "', which is no number")));
-    }
-  };
-  read_word("model", ModelWords(), options.learner.model.kind);
-  if (const auto covariance = kernels::CovarianceFunction::Parse(find("covariance"));
-      covariance.ok()) {
-    options.learner.covariance = *covariance;
-  } else {
-    status.Update(absl::DataLossError(
-        absl::StrCat("run.json's flag 'covariance': ", covariance.status().message())));
-  }
-  read_word("equalize", EqualizationWords(), options.labeller.equalization.method);
-  read_number("stride", options.stride_pixels);
-  read_number("window", options.descriptor.window_pixels);
-  read_number("location_prior", options.location_prior.weight);
-  options.potential.enabled = flags.count("potential") > 0;
-  uint64_t seed = 1;
-  read_number("seed", seed);
-  options.SetSeed(seed);
-  if (options.learner.model.kind == vision::ModelKind::kSparse) {
-    read_number("inducing_points", options.learner.model.sparse.inducing_points);
-  }
-  if (!status.ok()) return status;
   return options;
 }
 

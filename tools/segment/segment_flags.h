@@ -25,6 +25,10 @@ class SegmentFlags {
   uint64_t seed() const { return seed_; }
 
  private:
+  void AddModelFlags(CLI::App& app);
+  void AddLabelFlags(CLI::App& app);
+  void AddLearnerFlags(CLI::App& app);
+
   std::string profile_ = "default";
   uint64_t seed_ = 1;
   std::optional<int> stride_;

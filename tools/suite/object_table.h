@@ -13,7 +13,7 @@
 
 namespace egosieve::tools {
 
-// Empty where no sequence tells its objects apart.
+// Empty where no sequence numbers its objects.
 std::string ObjectTable(const std::vector<SequenceResult>& results);
 
 }  // namespace egosieve::tools

@@ -31,8 +31,8 @@ struct SuiteVariant {
   std::vector<std::string> flags;
 };
 
-// Frames a second of a sequence: what camera.json beside its frames says, else 10, as segment takes
-// it for a folder of images. DataLoss for a camera.json that is damaged.
+// Frames per second of a sequence: what camera.json beside its frames says, else 10, as segment
+// takes it for a folder of images. DataLoss for a camera.json that is damaged.
 absl::StatusOr<double> RateOf(const Sequence& sequence);
 
 SuiteVariant VariantOfProfile(const std::string& profile);

@@ -195,7 +195,7 @@ SuiteSummary SummariseSuite(const std::vector<SequenceResult>& results) {
       for (size_t i = 0; i < own.size(); ++i) {
         if (const Figure value = SuiteFigures()[i].of(result)) own[i].push_back(*value);
       }
-      // Points have no share of the image: only masks are told by one threshold.
+      // Points have no share of the image: only masks are scored at one threshold.
       if (!result.run || result.run->evaluation.truth_kind == "tracks") continue;
       std::vector<double> by_threshold = result.run->scores.MeanIouByThreshold();
       if (!by_threshold.empty()) ious[key].push_back(std::move(by_threshold));

@@ -26,7 +26,7 @@ constexpr const char* kSceneFile = "scene.json";
 constexpr const char* kVideoFile = "video.mp4";
 constexpr const char* kCodedFile = "coded.mp4";        // there only while it is written
 constexpr const char* kUnfinishedFile = "unfinished";  // there until scene.json is
-// What tells that the folder holds a drive goes last.
+// The file that marks the folder as a drive goes last.
 constexpr const char* kFiles[] = {kVideoFile,        kCodedFile, "poses.txt",    "camera.json",
                                   "own_vehicle.png", kSceneFile, kUnfinishedFile};
 constexpr int kJpegQuality = 60;

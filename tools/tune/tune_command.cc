@@ -33,7 +33,7 @@ class TuneCommand : public Command {
         ->check(Between(1, 1000))
         ->type_name("NUMBER");
     app.add_flag("--dry_run", dry_run_, "Search, but keep nothing");
-    app.add_flag("--quiet", quiet_, "Do not tell the shapes that are timed");
+    app.add_flag("--quiet", quiet_, "Do not print the shapes that are timed");
     result_.AddFlag(app);
   }
 

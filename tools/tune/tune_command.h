@@ -1,3 +1,4 @@
+// egosieve tune: the kernels' shapes that suit a device best, kept for later runs.
 #ifndef EGOSIEVE_TOOLS_TUNE_TUNE_COMMAND_H_
 #define EGOSIEVE_TOOLS_TUNE_TUNE_COMMAND_H_
 
@@ -7,7 +8,6 @@
 
 namespace egosieve::tools {
 
-// egosieve tune: the kernels' shapes that suit a device best, kept for later runs.
 std::unique_ptr<Command> MakeTuneCommand();
 
 }  // namespace egosieve::tools

@@ -1,3 +1,5 @@
+// Frames from picture files, in the order given; times: of each, or empty for those of the nominal
+// rate. InvalidArgument where not one of them can be read.
 #ifndef EGOSIEVE_VISION_FRAME_IMAGE_SEQUENCE_H_
 #define EGOSIEVE_VISION_FRAME_IMAGE_SEQUENCE_H_
 
@@ -10,8 +12,6 @@
 
 namespace egosieve::vision {
 
-// Frames from picture files, in the order given; times: of each, or empty for those of the nominal
-// rate. InvalidArgument where not one of them can be read.
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenImageSequence(std::vector<std::string> paths,
                                                                std::vector<double> times_seconds,
                                                                const std::string& description,

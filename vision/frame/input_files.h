@@ -1,3 +1,4 @@
+// The pictures or videos that a folder or a glob names.
 #ifndef EGOSIEVE_VISION_FRAME_INPUT_FILES_H_
 #define EGOSIEVE_VISION_FRAME_INPUT_FILES_H_
 

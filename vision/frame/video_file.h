@@ -1,3 +1,4 @@
+// Videos and streams, decoded by FFmpeg.
 #ifndef EGOSIEVE_VISION_FRAME_VIDEO_FILE_H_
 #define EGOSIEVE_VISION_FRAME_VIDEO_FILE_H_
 

@@ -28,7 +28,7 @@ absl::Status CheckWrittenVideo(const std::string& path, int64_t frames) {
     if (video.ok() && (*video)->expected_frame_count() == frames) return absl::OkStatus();
   }
   return absl::ResourceExhaustedError(absl::StrCat(
-      "cannot write the video ", path, " with all of its ", frames, " frames; make room for it"));
+      "cannot write the video ", path, " with all of its ", frames, " frames; free some space"));
 }
 
 }  // namespace egosieve::vision

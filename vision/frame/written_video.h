@@ -1,3 +1,6 @@
+// Whether a video that was just written is on the disk with all of its frames: cv::VideoWriter says
+// nothing of writes that fail. Syncs the file and reads its index, which is written last.
+// ResourceExhausted, naming the path, where it is not whole.
 #ifndef EGOSIEVE_VISION_FRAME_WRITTEN_VIDEO_H_
 #define EGOSIEVE_VISION_FRAME_WRITTEN_VIDEO_H_
 
@@ -8,9 +11,6 @@
 
 namespace egosieve::vision {
 
-// Whether a video that was just written is on the disk with all of its frames: cv::VideoWriter says
-// nothing of writes that fail. Syncs the file and reads its index, which is written last.
-// ResourceExhausted, naming the path, where it is not whole.
 absl::Status CheckWrittenVideo(const std::string& path, int64_t frames);
 
 }  // namespace egosieve::vision

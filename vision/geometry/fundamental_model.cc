@@ -4,21 +4,12 @@
 #include <array>
 #include <cmath>
 
+#include "vision/geometry/block_score.h"
 #include "vision/geometry/ransac_model.h"
 #include "vision/geometry/seven_point.h"
 
 namespace egosieve::vision {
 namespace {
-
-// Squared Sampson distances of kBlock pairs; plain arrays so that the compiler vectorises.
-constexpr int kBlock = 64;
-
-struct FloatMatrix {
-  float m[9];
-  explicit FloatMatrix(const Eigen::Matrix3d& matrix) {
-    for (int i = 0; i < 9; ++i) m[i] = static_cast<float>(matrix(i / 3, i % 3));
-  }
-};
 
 void SquaredSampson(const FloatMatrix& f, const NormalizedPairs& pairs, int64_t begin, int count,
                     float* out) {
@@ -53,23 +44,9 @@ void FundamentalModel::Solve(const NormalizedPairs& pairs, const int64_t (&sampl
 Score FundamentalModel::Evaluate(const Eigen::Matrix3d& matrix, const NormalizedPairs& pairs,
                                  int64_t begin, int64_t end, double threshold) {
   const FloatMatrix f(matrix);
-  const float inverse = static_cast<float>(1.0 / (threshold * threshold));
-  Score score;
-  float squares[kBlock];
-  for (int64_t start = begin; start < end; start += kBlock) {
-    const int count = static_cast<int>(std::min<int64_t>(kBlock, end - start));
+  return ScoreInBlocks(begin, end, threshold, [&](int64_t start, int count, float* squares) {
     SquaredSampson(f, pairs, start, count, squares);
-    float cost = 0.0F;
-    int inliers = 0;
-    for (int i = 0; i < count; ++i) {
-      const float relative = squares[i] * inverse;
-      cost += relative < 1.0F ? relative : 1.0F;
-      inliers += relative < 1.0F ? 1 : 0;
-    }
-    score.cost += cost;
-    score.inlier_count += inliers;
-  }
-  return score;
+  });
 }
 
 bool FundamentalModel::Refine(const NormalizedPairs& pairs, double radius, Eigen::Matrix3d& f) {
@@ -77,9 +54,9 @@ bool FundamentalModel::Refine(const NormalizedPairs& pairs, double radius, Eigen
   const double inverse = 1.0 / (radius * radius);
   Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
   int64_t used = 0;
-  float squares[kBlock];
-  for (int64_t start = 0; start < pairs.size(); start += kBlock) {
-    const int count = static_cast<int>(std::min<int64_t>(kBlock, pairs.size() - start));
+  float squares[kPairsPerBlock];
+  for (int64_t start = 0; start < pairs.size(); start += kPairsPerBlock) {
+    const int count = static_cast<int>(std::min<int64_t>(kPairsPerBlock, pairs.size() - start));
     SquaredSampson(current, pairs, start, count, squares);
     for (int i = 0; i < count; ++i) {
       const double relative = squares[i] * inverse;

@@ -1,14 +1,13 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <algorithm>
 #include <cmath>
 
+#include "vision/geometry/block_score.h"
 #include "vision/geometry/ransac_model.h"
 
 namespace egosieve::vision {
 namespace {
 
-constexpr int kBlock = 64;
 constexpr double kRankTolerance = 1e-9;
 
 // Twice the area of the triangle, signed.
@@ -30,22 +29,18 @@ bool IsProperSample(const NormalizedPairs& pairs, const int64_t (&s)[4]) {
   return true;
 }
 
-void SquaredTransfer(const float (&h)[9], const NormalizedPairs& pairs, int64_t begin, int count,
+void SquaredTransfer(const FloatMatrix& h, const NormalizedPairs& pairs, int64_t begin, int count,
                      float* out) {
   const float* x1 = pairs.x1.data() + begin;
   const float* y1 = pairs.y1.data() + begin;
   const float* x2 = pairs.x2.data() + begin;
   const float* y2 = pairs.y2.data() + begin;
   for (int i = 0; i < count; ++i) {
-    const float w = 1.0F / (h[6] * x1[i] + h[7] * y1[i] + h[8]);
-    const float dx = (h[0] * x1[i] + h[1] * y1[i] + h[2]) * w - x2[i];
-    const float dy = (h[3] * x1[i] + h[4] * y1[i] + h[5]) * w - y2[i];
+    const float w = 1.0F / (h.m[6] * x1[i] + h.m[7] * y1[i] + h.m[8]);
+    const float dx = (h.m[0] * x1[i] + h.m[1] * y1[i] + h.m[2]) * w - x2[i];
+    const float dy = (h.m[3] * x1[i] + h.m[4] * y1[i] + h.m[5]) * w - y2[i];
     out[i] = dx * dx + dy * dy;
   }
-}
-
-void ToFloats(const Eigen::Matrix3d& matrix, float (&h)[9]) {
-  for (int i = 0; i < 9; ++i) h[i] = static_cast<float>(matrix(i / 3, i % 3));
 }
 
 }  // namespace
@@ -74,25 +69,10 @@ void HomographyModel::Solve(const NormalizedPairs& pairs, const int64_t (&sample
 
 Score HomographyModel::Evaluate(const Eigen::Matrix3d& matrix, const NormalizedPairs& pairs,
                                 int64_t begin, int64_t end, double threshold) {
-  float h[9];
-  ToFloats(matrix, h);
-  const float inverse = static_cast<float>(1.0 / (threshold * threshold));
-  Score score;
-  float squares[kBlock];
-  for (int64_t start = begin; start < end; start += kBlock) {
-    const int count = static_cast<int>(std::min<int64_t>(kBlock, end - start));
+  const FloatMatrix h(matrix);
+  return ScoreInBlocks(begin, end, threshold, [&](int64_t start, int count, float* squares) {
     SquaredTransfer(h, pairs, start, count, squares);
-    float cost = 0.0F;
-    int inliers = 0;
-    for (int i = 0; i < count; ++i) {
-      const float relative = squares[i] * inverse;
-      cost += relative < 1.0F ? relative : 1.0F;
-      inliers += relative < 1.0F ? 1 : 0;
-    }
-    score.cost += cost;
-    score.inlier_count += inliers;
-  }
-  return score;
+  });
 }
 
 // A Gauss-Newton step in the eight entries of H beside h33 = 1.

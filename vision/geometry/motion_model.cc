@@ -8,6 +8,7 @@
 #include "kernels/base/status_macros.h"
 #include "vision/geometry/ransac.h"
 #include "vision/geometry/residual.h"
+#include "vision/statistics/median.h"
 
 namespace egosieve::vision {
 namespace {
@@ -65,12 +66,6 @@ double MeanGric(const Candidate& candidate, const std::vector<double>& weights, 
 Candidate MakeCandidate(MotionModelKind kind, const Eigen::Matrix3d& matrix,
                         const std::vector<PointPair>& pairs) {
   return {kind, matrix, Residuals(kind, matrix, pairs, EpipolarDistance::kSampson)};
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // sigma of (GR1).

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "vision/masks/mover_motion.h"
+#include "vision/statistics/median.h"
 
 namespace egosieve::vision {
 namespace {
@@ -51,12 +52,6 @@ double Residual(const Held& held, size_t i, const MoverMotion& motion) {
 double Rho(double residual, double scale) {
   const double square = residual * residual;
   return square / (square + scale * scale);
-}
-
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<int64_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 struct Split {
@@ -124,7 +119,7 @@ std::vector<Labels> Starts(const Held& held, const MoverMotion& one, double scal
     for (const bool along_x : {true, false}) {
       std::vector<double> values;
       for (const cv::Point2f& p : *points) values.push_back(along_x ? p.x : p.y);
-      const double middle = MedianOf(values);
+      const double middle = Median(values);
       Labels halves;
       for (const double value : values) halves.push_back(value >= middle ? 1 : 0);
       starts.push_back(std::move(halves));
@@ -175,7 +170,7 @@ std::optional<Split> BestSplit(const Held& held, const MovingCells& cells,
   const MoverMotion one = FitMotion(held.places, held.displacements, kLeastScale);
   std::vector<double> residuals;
   for (size_t i = 0; i < held.cells.size(); ++i) residuals.push_back(Residual(held, i, one));
-  const double scale = std::max(kLeastScale, kScaleShare * MedianOf(residuals));
+  const double scale = std::max(kLeastScale, kScaleShare * Median(residuals));
   double cost_of_one = 0.0;
   for (const double residual : residuals) cost_of_one += Rho(residual, scale);
   if (cost_of_one < kFitsOne * static_cast<double>(residuals.size())) return std::nullopt;
@@ -248,7 +243,7 @@ std::optional<double> MotionDistance(const MovingCells& cells, const std::vector
     const MoverMotion motion = FitMotion(b.places, b.displacements, kLeastScale);
     std::vector<double> residuals;
     for (size_t i = 0; i < a.cells.size(); ++i) residuals.push_back(Residual(a, i, motion));
-    return MedianOf(residuals) / (kAllowedPixels + share * cv::norm(motion.shift));
+    return Median(residuals) / (kAllowedPixels + share * cv::norm(motion.shift));
   }
   return std::nullopt;
 }

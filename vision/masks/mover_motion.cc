@@ -1,19 +1,14 @@
 #include "vision/masks/mover_motion.h"
 
-#include <algorithm>
 #include <cmath>
+
+#include "vision/statistics/median.h"
 
 namespace egosieve::vision {
 namespace {
 
 constexpr double kStiffness = 7.0;  // pixels
 constexpr int kRounds = 5;
-
-double Median(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<int64_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 cv::Point2d Times(const cv::Matx22d& matrix, cv::Point2d p) {
   return {matrix(0, 0) * p.x + matrix(0, 1) * p.y, matrix(1, 0) * p.x + matrix(1, 1) * p.y};

@@ -36,8 +36,6 @@ constexpr size_t kLeastPlaces = 6;
 // of a mover that turns or comes near differ, too.
 constexpr double kJoins = 0.4, kIsOne = 0.05;
 
-using CellsByNumber = std::map<uint16_t, std::vector<int>>;
-
 // The steps from `now` on, or back from it, that begin within `seconds`.
 std::vector<FlowPair> LinksFrom(const std::vector<TrackedFrame>& frames, size_t now,
                                 double seconds) {
@@ -53,23 +51,6 @@ std::vector<FlowPair> LinksFrom(const std::vector<TrackedFrame>& frames, size_t 
     links.push_back({frames[t].flow.backward, frames[t].flow.forward});
   }
   return links;
-}
-
-CellsByNumber CellsOf(const MovingCells& cells, const cv::Mat1w& numbers) {
-  CellsByNumber found;
-  for (size_t i = 0; i < cells.places.size(); ++i) {
-    const uint16_t number = numbers(cv::Point(cells.places[i]));
-    if (number != 0) found[number].push_back(static_cast<int>(i));
-  }
-  return found;
-}
-
-std::vector<int> CellsIn(const MovingCells& cells, const cv::Mat1b& region) {
-  std::vector<int> found;
-  for (size_t i = 0; i < cells.places.size(); ++i) {
-    if (region(cv::Point(cells.places[i])) != 0) found.push_back(static_cast<int>(i));
-  }
-  return found;
 }
 
 // The pixels of `region` that are nearer to the cells of the smaller part.

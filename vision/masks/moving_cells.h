@@ -10,6 +10,7 @@
 #define EGOSIEVE_VISION_MASKS_MOVING_CELLS_H_
 
 #include <cstdint>
+#include <map>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -33,6 +34,13 @@ struct MovingCells {
 // links: forward and backward flow from the mask's frame to the next, from there on, and so forth;
 // into the past likewise.
 MovingCells FollowCells(const cv::Mat1b& mask, const std::vector<FlowPair>& links);
+
+// Indices of the cells whose places lie in each number's pixels; none for number 0.
+using CellsByNumber = std::map<uint16_t, std::vector<int>>;
+CellsByNumber CellsOf(const MovingCells& cells, const cv::Mat1w& numbers);
+
+// Indices of the cells whose places lie where `region` is not 0.
+std::vector<int> CellsIn(const MovingCells& cells, const cv::Mat1b& region);
 
 }  // namespace egosieve::vision
 

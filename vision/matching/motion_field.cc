@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vision/statistics/median.h"
+
 namespace egosieve::vision {
 namespace {
 
@@ -11,12 +13,6 @@ constexpr size_t kFewestMatches = 3;
 struct CellMatches {
   std::vector<float> x, y;  // components of velocities
 };
-
-float Median(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // The mean of the known cells around (row, column); false where there is none.
 bool MeanAround(const MotionField& field, const std::vector<uint8_t>& known, int row, int column,
@@ -94,7 +90,7 @@ MotionField MakeMotionField(const std::vector<PointPair>& pairs, int gap, cv::Si
   std::vector<uint8_t> known(cells.size(), 0);
   for (size_t i = 0; i < cells.size(); ++i) {
     if (cells[i].x.size() < kFewestMatches) continue;
-    field.velocities[i] = {Median(cells[i].x), Median(cells[i].y)};
+    field.velocities[i] = {MedianInPlace(cells[i].x), MedianInPlace(cells[i].y)};
     known[i] = 1;
   }
   if (std::find(known.begin(), known.end(), 1) == known.end()) return MotionField();

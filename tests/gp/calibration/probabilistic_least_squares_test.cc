@@ -114,6 +114,18 @@ TEST(FitSquash, SeparableDataAndOneClassStayInBounds) {
   EXPECT_DOUBLE_EQ(nothing->parameters.a, 10.0);
 }
 
+// The curvature in log a is 1e-26, far below what is added to keep the determinant from zero; a
+// gradient of 1e-13 still changes the likelihood by more than its rounding.
+TEST(FitSquash, AWeakSignalIsFollowedUphill) {
+  SquashFitOptions options;
+  options.log_a_prior_stddev = std::numeric_limits<double>::infinity();
+  const std::vector<double> variances(4, 0.0), labels = {0.0, 0.0, 1.0, 1.0};
+  const auto fit =
+      FitSquash({-1e-13, -1e-13, 1e-13, 1e-13}, variances, labels, {1.0, 0.0}, options);
+  ASSERT_TRUE(fit.ok()) << fit.status();
+  EXPECT_DOUBLE_EQ(fit->parameters.a, 10.0);
+}
+
 TEST(FitSquash, RefusesBadArguments) {
   const auto message = [](std::vector<double> means, std::vector<double> variances,
                           std::vector<double> labels, SquashFitOptions options = {}) {

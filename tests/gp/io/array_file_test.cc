@@ -1,13 +1,16 @@
 #include "gp/io/array_file.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "gmock/gmock.h"
 #include "gtest/gtest.h"
 
 namespace egosieve::gp {
@@ -141,6 +144,19 @@ TEST(ArrayFile, MembersThatLieOverEachOtherAreAnError) {
   for (int i = 0; i < 4; ++i) bytes[second + 42 + i] = bytes[directory + 42 + i];
   const auto read = ParseArrays(bytes);
   EXPECT_EQ(read.status().code(), absl::StatusCode::kDataLoss) << read.status();
+}
+
+// A header's signature in the last bytes before the directory, with no room for the rest of it.
+TEST(ArrayFile, AMembersHeaderThatIsCutOffIsNone) {
+  std::vector<uint8_t> elements(64, 0);
+  const uint8_t signature[] = {'P', 'K', 3, 4};
+  std::copy(std::begin(signature), std::end(signature), elements.end() - 8);
+  std::string bytes = *SerializeArrays({{"a", {{64}, elements}}});
+  uint32_t directory = 0;
+  std::memcpy(&directory, &bytes[bytes.size() - 22 + 16], sizeof(directory));
+  const uint32_t place = directory - 8;
+  std::memcpy(&bytes[directory + 42], &place, sizeof(place));
+  EXPECT_THAT(std::string(ParseArrays(bytes).status().message()), testing::HasSubstr("no header"));
 }
 
 }  // namespace

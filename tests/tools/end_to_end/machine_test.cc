@@ -66,7 +66,7 @@ TEST_F(Machine, AVideoForWhichThereIsNoRoom) {
       absl::StrCat("trap '' XFSZ; ulimit -f 100; exec \"$EGOSIEVE\" synthesize --video --frames=40 "
                    "--width=320 --height=180 --progress=none --out=",
                    root_, "/drive > /dev/null"));
-  ExpectOneLine(outcome, "make room");
+  ExpectOneLine(outcome, "free some space");
   EXPECT_FALSE(fs::exists(root_ + "/drive/scene.json"));
 }
 

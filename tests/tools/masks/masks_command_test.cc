@@ -234,6 +234,11 @@ TEST_F(MasksTest, SaysWhatIsWrong) {
     EXPECT_FALSE(fs::exists(out_ + ".run")) << bad.message;
   }
   EXPECT_FALSE(fs::exists(run.folder.File("masks")));
+}
+
+TEST_F(MasksTest, WritesIntoNoFolderThatIsReadOrSomebodyElses) {
+  const FakeRun run = WriteFakeRun(root_ + "/drive");
+  const std::string path = run.folder.path();
   for (const std::string& inside : {run.frames, run.frames + "/masks", path, path + "/colmap"}) {
     out_ = inside;
     const CommandOutcome outcome = Masks({path, "--for=colmap", "--overwrite"});
@@ -243,7 +248,8 @@ TEST_F(MasksTest, SaysWhatIsWrong) {
   EXPECT_EQ(std::distance(fs::directory_iterator(run.frames), fs::directory_iterator()), 6);
   out_ = root_;
   EXPECT_THAT(Masks({path, "--for=colmap"}).err, HasSubstr("is or holds what is read"));
-  out_ = root_ + "/small.png";
+  out_ = root_ + "/a.png";
+  ASSERT_TRUE(WriteFileAtomically(out_, "").ok());
   EXPECT_THAT(Masks({path, "--for=colmap"}).err, HasSubstr("is a file"));
   fs::create_directories(root_ + "/full/x");
   out_ = root_ + "/full";

@@ -130,6 +130,14 @@ TEST(RunFolder, WhatIsWrittenIsRead) {
   EXPECT_NEAR(maps->deviation(0, 0), 0.4, 4.0 / 131070 + 1e-7);
 }
 
+std::set<std::string> NamesBelow(const std::string& path) {
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(path)) {
+    names.insert(std::filesystem::relative(entry.path(), path).string());
+  }
+  return names;
+}
+
 TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
   const std::string root = FreshFolder();
   ASSERT_TRUE(RunFolder::Create(root + "/deep/er", false).ok());
@@ -162,18 +170,14 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
     std::ofstream(path + "/" + name) << "old";
   }
   std::ofstream(path + "/plots/figures.json") << "[{\"id\": \"roc\"}]";
-  const auto left = [&] {
-    std::set<std::string> names;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(path)) {
-      names.insert(std::filesystem::relative(entry.path(), path).string());
-    }
-    return names;
-  };
   ASSERT_TRUE(RunFolder::Create(path, true).ok());
-  EXPECT_THAT(left(), testing::ElementsAre("grid"));
+  EXPECT_THAT(NamesBelow(path), testing::ElementsAre("grid"));
+}
 
-  // What is not the program's stays, and is told.
-  ASSERT_TRUE(run.folder.WriteDescription(run.description).ok());
+TEST(RunFolder, LeavesWhatIsNotTheProgramsAndNamesIt) {
+  const std::string root = FreshFolder();
+  const FakeRun run = WriteFakeRun(root);
+  const std::string path = run.folder.path();
   const std::vector<std::string> mine = {"notes.txt",      "render/mine.png", "render/00001.png",
                                          "plots/mine.png", "run.json.bak",    "grid/000001.prob"};
   for (const std::string& name : mine) {
@@ -185,15 +189,17 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
   std::filesystem::create_directory_symlink(root + "/elsewhere", path + "/full");
   testing::internal::CaptureStderr();
   ASSERT_TRUE(RunFolder::Create(path, true).ok());
-  const std::string told = testing::internal::GetCapturedStderr();
-  EXPECT_THAT(told, HasSubstr("left in " + path));
-  EXPECT_THAT(told, HasSubstr("and 2 more"));
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(said, HasSubstr("left in " + path));
+  EXPECT_THAT(said, HasSubstr("and 2 more"));
   EXPECT_TRUE(std::filesystem::exists(root + "/elsewhere/000001.prob.png"));
-  EXPECT_THAT(left(), testing::IsSupersetOf(mine));
-  EXPECT_THAT(left(), testing::Not(testing::Contains("run.json")));
+  EXPECT_THAT(NamesBelow(path), testing::IsSupersetOf(mine));
+  EXPECT_THAT(NamesBelow(path), testing::Not(testing::Contains("run.json")));
   EXPECT_TRUE(std::filesystem::is_symlink(path + "/full"));
+}
 
-  // Not a run: nothing is removed, whatever is asked.
+TEST(RunFolder, RemovesNothingFromWhatIsNoRun) {
+  const FakeRun run = WriteFakeRun(FreshFolder());
   EXPECT_EQ(RunFolder::Create(run.frames, true).status().code(), absl::StatusCode::kAlreadyExists);
   EXPECT_TRUE(std::filesystem::exists(run.frames + "/000000.png"));
   EXPECT_EQ(RunFolder::Create(run.frames + "/000000.png", true).status().code(),

@@ -3,6 +3,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "vision/masks/mask_image.h"
 
@@ -142,6 +143,13 @@ TEST(MoverTracker, GoesOnAfterRestoreToTheLastBit) {
   EXPECT_EQ(whole.ToText(), restored->ToText());
   EXPECT_FALSE(MoverTracker::Restore({}, "{}").ok());
   EXPECT_FALSE(MoverTracker::Restore({}, "not json").ok());
+}
+
+TEST(MoverTracker, RemembersTheCentre) {
+  MoverTracker tracker({});
+  Track(tracker, {{{10, 20, 30, 40}, 0, kRed}}, 0);
+  // Columns 10 to 39, rows 20 to 59.
+  EXPECT_THAT(tracker.ToText(), testing::HasSubstr("\"centre\":[24.5,39.5]"));
 }
 
 TEST(MoverTracker, WhatPartsLaterIsTwoFromTheFirstFrameOn) {

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 #include <vector>
 
 #include "tests/vision/evidence/point_street.h"
@@ -63,6 +65,27 @@ TEST(TwoViewMotion, TurningOnTheSpotLeavesNoParallax) {
   EXPECT_LT(AngleBetween(motion.rotation, street.RotationBetween(0, 1)), 0.03);
   EXPECT_LT(MovingShare(street, 0, 1, motion, false), 0.01);
   EXPECT_GT(MovingShare(street, 0, 1, motion, true), 0.9);
+}
+
+// A camera that turns behind 45 points of 100 that turn with it, in any order.
+TEST(TwoViewMotion, TheLargerPartDecidesHowTheCameraTurns) {
+  StreetOptions options;
+  options.noise_pixels = 0.25;
+  options.travel = {0.0, 0.0, 0.0};
+  options.yaw = 0.05;
+  const PointStreet street(options);
+  std::vector<PointPair> pairs = street.Pairs(0, 1);
+  for (size_t k = 0; k < pairs.size() * 45 / 100; ++k) {
+    pairs[k].x2 = pairs[k].x1;
+    pairs[k].y2 = pairs[k].y1;
+  }
+  std::mt19937_64 generator(1);
+  for (int order = 0; order < 8; ++order) {
+    std::shuffle(pairs.begin(), pairs.end(), generator);
+    const TwoViewMotion motion = EstimateTwoViewMotion(pairs, street.camera(), {});
+    ASSERT_TRUE(motion.found);
+    EXPECT_LT(AngleBetween(motion.rotation, street.RotationBetween(0, 1)), 0.1) << order;
+  }
 }
 
 // What pulls away along the epipolar lines has a negative depth.

@@ -112,7 +112,7 @@ absl::Status LearningModel::Remove(std::vector<int64_t> rows) {
           absl::StrFormat("rows: %d; the model has %d points", rows[i], size));
     }
     if (i > 0 && rows[i] == rows[i - 1]) {
-      return absl::InvalidArgumentError(absl::StrFormat("rows: %d stands there twice", rows[i]));
+      return absl::InvalidArgumentError(absl::StrFormat("rows: %d is there twice", rows[i]));
     }
   }
   EGOSIEVE_RETURN_IF_ERROR(std::visit([&](auto& model) { return model.Remove(rows); }, model_));

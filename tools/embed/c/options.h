@@ -50,7 +50,7 @@ void WriteField(Value Struct::*field, Value value, Struct* given) {
   if (static_cast<uint64_t>(end - begin) <= given->struct_size) given->*field = value;
 }
 
-// Copies `values` into the caller's struct, as much as there is room.
+// Copies `values` into the caller's struct, as much as fits.
 template <typename Struct>
 void WriteStruct(Struct values, Struct* given) {
   values.struct_size = given->struct_size;

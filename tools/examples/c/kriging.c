@@ -73,34 +73,54 @@ static egosieve_gp* learn_wells(int64_t wells, const char* device) {
   return gp;
 }
 
+struct flags {
+  int64_t wells, side;
+  const char *device, *out;
+};
+
+/* Not 0 where a flag is not known or a number too small. */
+static int read_flags(int argc, char** argv, struct flags* flags) {
+  for (int i = 1; i < argc; ++i) {
+    if (strncmp(argv[i], "--wells=", 8) == 0) {
+      flags->wells = atoll(argv[i] + 8);
+    } else if (strncmp(argv[i], "--side=", 7) == 0) {
+      flags->side = atoll(argv[i] + 7);
+    } else if (strncmp(argv[i], "--device=", 9) == 0) {
+      flags->device = argv[i] + 9;
+    } else if (strncmp(argv[i], "--out=", 6) == 0) {
+      flags->out = argv[i] + 6;
+    } else {
+      return 1;
+    }
+  }
+  return flags->wells < 2 || flags->side < 2;
+}
+
+/* Not 0 where the file cannot be written. */
+static int write_maps(const char* path, const float* mean, const float* deviation, size_t count) {
+  FILE* file = fopen(path, "wb");
+  if (file == NULL) return 1;
+  const int complete = fwrite(mean, sizeof *mean, count, file) == count &&
+                       fwrite(deviation, sizeof *deviation, count, file) == count;
+  return fclose(file) != 0 || !complete;
+}
+
 int main(int argc, char** argv) {
-  int64_t wells = 400, side = 200, count;
-  const char *device = NULL, *out = NULL;
+  struct flags flags = {400, 200, NULL, NULL};
+  int64_t side, count;
   egosieve_gp* gp;
   egosieve_gp_info info;
   egosieve_prediction prediction;
   egosieve_grid grid;
   float *mean, *deviation;
   double squares = 0.0;
-  for (int i = 1; i < argc; ++i) {
-    if (strncmp(argv[i], "--wells=", 8) == 0) {
-      wells = atoll(argv[i] + 8);
-    } else if (strncmp(argv[i], "--side=", 7) == 0) {
-      side = atoll(argv[i] + 7);
-    } else if (strncmp(argv[i], "--device=", 9) == 0) {
-      device = argv[i] + 9;
-    } else if (strncmp(argv[i], "--out=", 6) == 0) {
-      out = argv[i] + 6;
-    } else {
-      wells = 0;
-    }
-  }
-  if (wells < 2 || side < 2) {
+  if (read_flags(argc, argv, &flags)) {
     fprintf(stderr, "usage: kriging [--wells=N] [--side=PIXELS] [--device=NAME] [--out=FILE]\n");
     return 2;
   }
+  side = flags.side;
   count = side * side;
-  gp = learn_wells(wells, device);
+  gp = learn_wells(flags.wells, flags.device);
   egosieve_gp_info_init(&info);
   must(egosieve_gp_describe(gp, &info));
   printf("%lld wells: length-scales %.3f and %.3f, noise %.3f\n", (long long)info.size,
@@ -127,14 +147,9 @@ int main(int argc, char** argv) {
   }
   printf("%lld points, error %.4f (root mean square)\n", (long long)count,
          sqrt(squares / (double)count));
-  if (out != NULL) {
-    FILE* file = fopen(out, "wb");
-    if (file == NULL || fwrite(mean, sizeof *mean, (size_t)count, file) != (size_t)count ||
-        fwrite(deviation, sizeof *deviation, (size_t)count, file) != (size_t)count ||
-        fclose(file) != 0) {
-      fprintf(stderr, "%s cannot be written\n", out);
-      return 1;
-    }
+  if (flags.out != NULL && write_maps(flags.out, mean, deviation, (size_t)count)) {
+    fprintf(stderr, "%s cannot be written\n", flags.out);
+    return 1;
   }
   free(mean);
   free(deviation);

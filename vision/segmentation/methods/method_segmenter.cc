@@ -8,6 +8,7 @@
 #include "kernels/base/status_macros.h"
 #include "vision/descriptor/frame_descriptor.h"
 #include "vision/frame/equalization.h"
+#include "vision/segmentation/label_record.h"
 #include "vision/segmentation/stage_timer.h"
 
 namespace egosieve::vision {
@@ -20,20 +21,7 @@ FrameRecord SharedRecord(const Frame& frame, const LabelledFrame& labels) {
   FrameRecord record;
   record.frame_index = frame.index;
   record.time_seconds = frame.time_seconds;
-  record.feature_count = labels.feature_count;
-  record.match_count = labels.match_count;
-  record.inlier_count = labels.inlier_count;
-  record.motion_model = labels.motion_model;
-  record.noise_pixels = labels.noise_pixels;
-  record.reason = labels.reason;
-  record.dynamic_label_count = std::count_if(labels.probability.begin(), labels.probability.end(),
-                                             [](double probability) { return probability >= 0.5; });
-  record.static_label_count = labels.size() - record.dynamic_label_count;
-  record.milliseconds.equalization = labels.times.equalization_milliseconds;
-  record.milliseconds.features = labels.times.features_milliseconds;
-  record.milliseconds.matching = labels.times.matching_milliseconds;
-  record.milliseconds.geometry = labels.times.geometry_milliseconds;
-  record.milliseconds.labelling = labels.times.labelling_milliseconds;
+  RecordLabels(labels, record);
   return record;
 }
 

@@ -35,11 +35,7 @@ static void test_bad_arrays(void) {
   egosieve_gp* gp = new_conditioned_model(EGOSIEVE_ARCSINE);
   const egosieve_const_array inputs = doubles(&x[0][0], N, D), targets = doubles(y, N, 1);
   egosieve_const_array bad;
-  egosieve_prediction prediction;
-  float mean[M], untouched = -5.0f;
   double broken[2][D] = {{0, 0, 0}, {0, NAN, 0}};
-  egosieve_gp_info info;
-  const int64_t twice[2] = {1, 1}, beyond[1] = {N};
 
   CHECK_CALL(egosieve_gp_condition(gp, NULL, &targets), EGOSIEVE_INVALID_ARGUMENT, "x is null");
   CHECK_CALL(egosieve_gp_condition(gp, &inputs, NULL), EGOSIEVE_INVALID_ARGUMENT, "y is null");
@@ -72,10 +68,22 @@ static void test_bad_arrays(void) {
     broken[1][1] = 1e39; /* finite in float64 alone */
     CHECK_CALL(egosieve_gp_condition(gp, &bad, &two), EGOSIEVE_INVALID_ARGUMENT, "x(1, 1)");
   }
+  CHECK_OK(egosieve_gp_free(gp));
+}
+
+static void test_bad_predictions(void) {
+  egosieve_gp* gp = new_conditioned_model(EGOSIEVE_ARCSINE);
+  egosieve_const_array bad;
+  egosieve_prediction prediction;
+  float mean[M], untouched = -5.0f;
+  double broken[2][D] = {{0, 0, 0}, {0, NAN, 0}};
+  egosieve_gp_info info;
+  const int64_t twice[2] = {1, 1}, beyond[1] = {N};
+
+  bad = doubles(&broken[0][0], 2, D);
   egosieve_prediction_init(&prediction);
   prediction.mean = floats_out(mean, M, 1);
   mean[0] = untouched;
-  broken[1][1] = NAN;
   prediction.mean.rows = 2;
   CHECK_CALL(egosieve_gp_predict(gp, &bad, &prediction), EGOSIEVE_INVALID_ARGUMENT, "x(1, 1)");
   CHECK(mean[0] == untouched);
@@ -92,7 +100,7 @@ static void test_bad_arrays(void) {
   prediction.struct_size = 0;
   CHECK_CALL(egosieve_gp_predict(gp, &bad, &prediction), EGOSIEVE_INVALID_ARGUMENT,
              "prediction.struct_size");
-  CHECK_CALL(egosieve_gp_remove(gp, twice, 2), EGOSIEVE_INVALID_ARGUMENT, "rows: 1 stands");
+  CHECK_CALL(egosieve_gp_remove(gp, twice, 2), EGOSIEVE_INVALID_ARGUMENT, "rows: 1 is there twice");
   CHECK_CALL(egosieve_gp_remove(gp, beyond, 1), EGOSIEVE_INVALID_ARGUMENT, "rows: 40");
   CHECK_CALL(egosieve_gp_remove(gp, NULL, 1), EGOSIEVE_INVALID_ARGUMENT, "rows is null");
   CHECK_CALL(egosieve_gp_remove(gp, beyond, -1), EGOSIEVE_INVALID_ARGUMENT, "count = -1");
@@ -222,6 +230,7 @@ int main(void) {
   make_data();
   test_handles();
   test_bad_arrays();
+  test_bad_predictions();
   test_bad_options();
   test_struct_sizes();
   test_labels();

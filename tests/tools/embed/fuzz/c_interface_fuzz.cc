@@ -236,6 +236,56 @@ bool IsFair(const Array& array) {
          array.columns == 0;
 }
 
+// One of the calls; what is not fair is left out and counts as taken.
+egosieve_status Call(egosieve_gp* gp, const egosieve_const_array& x, const egosieve_const_array& y,
+                     egosieve_array out, Draw& draw) {
+  const auto* x_pointer = draw.OneIn(20) ? nullptr : &x;
+  egosieve_prediction prediction;
+  egosieve_prediction_init(&prediction);
+  (draw.OneIn(2) ? prediction.mean : prediction.probability) = out;
+  if (draw.OneIn(20)) prediction.struct_size = draw.Below(300);
+  egosieve_array none{};
+  switch (draw.Below(11)) {
+    case 0:
+      return egosieve_gp_condition(gp, x_pointer, &y);
+    case 5:
+      return egosieve_gp_condition_noisy(gp, x_pointer, &y, draw.OneIn(8) ? nullptr : &y);
+    case 6:
+      if (draw.OneIn(2)) std::swap(out.rows, out.columns);
+      return egosieve_gp_predict_joint(gp, x_pointer, 0, &none, draw.OneIn(9) ? nullptr : &out);
+    case 7:
+      return egosieve_gp_sample(gp, x_pointer, draw.Below(9), 1, &out, nullptr);
+    case 8:
+      return egosieve_gp_gradients(gp, x_pointer, &none, &out);
+    case 9:
+      return egosieve_gp_leave_one_out(gp, &out, &none, &none);
+    case 1: {
+      const int64_t rows[3] = {draw.Integer(), draw.Integer(), draw.Integer()};
+      return egosieve_gp_remove(gp, rows, static_cast<int64_t>(draw.Below(4)));
+    }
+    case 2: {
+      const egosieve_grid grid = {draw.Real(), draw.Real(), draw.Real(),
+                                  draw.Real(), out.rows,    out.columns};
+      if (out.data == nullptr || out.rows > 4096 || out.columns > 4096) return EGOSIEVE_OK;
+      return egosieve_gp_predict_grid(gp, &grid, &prediction);
+    }
+    case 3:
+      return egosieve_gp_points(gp, &out, draw.OneIn(2) ? nullptr : &out);
+    case 4: {
+      const double scales[3] = {draw.Real(), draw.Real(), draw.Real()};
+      return egosieve_gp_set_hyperparameters(gp, scales, static_cast<int64_t>(draw.Below(4)),
+                                             draw.Real(), draw.Real());
+    }
+    default: {
+      const egosieve_status status = egosieve_gp_predict(gp, x_pointer, &prediction);
+      if (x_pointer != nullptr && MustBeRefused(x) && status == EGOSIEVE_OK) {
+        Fail("an array that breaks the rules was taken");
+      }
+      return status;
+    }
+  }
+}
+
 void Ask(egosieve_gp* gp, Draw& draw) {
   auto x = RandomArray<egosieve_const_array>(draw);
   auto y = RandomArray<egosieve_const_array>(draw);
@@ -249,60 +299,7 @@ void Ask(egosieve_gp* gp, Draw& draw) {
     const double value = draw.OneIn(50) ? draw.Real() : 0.001 * static_cast<double>(i % 977);
     std::memcpy(memory + i, &value, sizeof value);
   }
-  const auto* x_pointer = draw.OneIn(20) ? nullptr : &x;
-  egosieve_prediction prediction;
-  egosieve_prediction_init(&prediction);
-  (draw.OneIn(2) ? prediction.mean : prediction.probability) = out;
-  if (draw.OneIn(20)) prediction.struct_size = draw.Below(300);
-  egosieve_status status = EGOSIEVE_OK;
-  egosieve_array none{};
-  switch (draw.Below(11)) {
-    case 0:
-      status = egosieve_gp_condition(gp, x_pointer, &y);
-      break;
-    case 5:
-      status = egosieve_gp_condition_noisy(gp, x_pointer, &y, draw.OneIn(8) ? nullptr : &y);
-      break;
-    case 6:
-      if (draw.OneIn(2)) std::swap(out.rows, out.columns);
-      status = egosieve_gp_predict_joint(gp, x_pointer, 0, &none, draw.OneIn(9) ? nullptr : &out);
-      break;
-    case 7:
-      status = egosieve_gp_sample(gp, x_pointer, draw.Below(9), 1, &out, nullptr);
-      break;
-    case 8:
-      status = egosieve_gp_gradients(gp, x_pointer, &none, &out);
-      break;
-    case 9:
-      status = egosieve_gp_leave_one_out(gp, &out, &none, &none);
-      break;
-    case 1: {
-      const int64_t rows[3] = {draw.Integer(), draw.Integer(), draw.Integer()};
-      status = egosieve_gp_remove(gp, rows, static_cast<int64_t>(draw.Below(4)));
-      break;
-    }
-    case 2: {
-      const egosieve_grid grid = {draw.Real(), draw.Real(), draw.Real(),
-                                  draw.Real(), out.rows,    out.columns};
-      if (out.data == nullptr || out.rows > 4096 || out.columns > 4096) return;
-      status = egosieve_gp_predict_grid(gp, &grid, &prediction);
-      break;
-    }
-    case 3:
-      status = egosieve_gp_points(gp, &out, draw.OneIn(2) ? nullptr : &out);
-      break;
-    case 4: {
-      const double scales[3] = {draw.Real(), draw.Real(), draw.Real()};
-      status = egosieve_gp_set_hyperparameters(gp, scales, static_cast<int64_t>(draw.Below(4)),
-                                               draw.Real(), draw.Real());
-      break;
-    }
-    default:
-      status = egosieve_gp_predict(gp, x_pointer, &prediction);
-      if (x_pointer != nullptr && MustBeRefused(x) && status == EGOSIEVE_OK) {
-        Fail("an array that breaks the rules was taken");
-      }
-  }
+  const egosieve_status status = Call(gp, x, y, out, draw);
   if (status != EGOSIEVE_OK && *egosieve_last_error() == '\0') Fail("an error without a text");
   if (status == EGOSIEVE_INTERNAL) Fail("an internal error");
 }

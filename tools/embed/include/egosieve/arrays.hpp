@@ -16,6 +16,25 @@
 
 namespace egosieve {
 
+namespace detail {
+
+/** A matrix as the C interface has it; strides in elements. */
+template <typename T, typename Array>
+void Describe(T* data, int64_t rows, int64_t columns, int64_t row_stride, int64_t column_stride,
+              Array& array) {
+  constexpr bool is_float = std::is_same_v<std::remove_const_t<T>, float>;
+  static_assert(is_float || std::is_same_v<std::remove_const_t<T>, double>,
+                "elements are float or double");
+  array.data = data;
+  array.rows = rows;
+  array.columns = columns;
+  array.row_stride = row_stride * static_cast<int64_t>(sizeof(T));
+  array.column_stride = column_stride * static_cast<int64_t>(sizeof(T));
+  array.type = is_float ? EGOSIEVE_FLOAT32 : EGOSIEVE_FLOAT64;
+}
+
+}  // namespace detail
+
 /** A matrix that is read. Cheap to copy; the memory must outlive the call that it is given to. */
 class ConstArray {
  public:
@@ -29,14 +48,7 @@ class ConstArray {
   template <typename T>
   ConstArray(const T* data, int64_t rows, int64_t columns, int64_t row_stride,
              int64_t column_stride) {
-    static_assert(std::is_same_v<T, float> || std::is_same_v<T, double>,
-                  "elements are float or double");
-    array_.data = data;
-    array_.rows = rows;
-    array_.columns = columns;
-    array_.row_stride = row_stride * static_cast<int64_t>(sizeof(T));
-    array_.column_stride = column_stride * static_cast<int64_t>(sizeof(T));
-    array_.type = std::is_same_v<T, float> ? EGOSIEVE_FLOAT32 : EGOSIEVE_FLOAT64;
+    detail::Describe(data, rows, columns, row_stride, column_stride, array_);
   }
   /** A vector. */
   template <typename T>
@@ -66,14 +78,7 @@ class Array {
   /** A matrix with strides in elements; T is float or double. */
   template <typename T>
   Array(T* data, int64_t rows, int64_t columns, int64_t row_stride, int64_t column_stride) {
-    static_assert(std::is_same_v<T, float> || std::is_same_v<T, double>,
-                  "elements are float or double");
-    array_.data = data;
-    array_.rows = rows;
-    array_.columns = columns;
-    array_.row_stride = row_stride * static_cast<int64_t>(sizeof(T));
-    array_.column_stride = column_stride * static_cast<int64_t>(sizeof(T));
-    array_.type = std::is_same_v<T, float> ? EGOSIEVE_FLOAT32 : EGOSIEVE_FLOAT64;
+    detail::Describe(data, rows, columns, row_stride, column_stride, array_);
   }
   /** A vector of the size that it has. */
   template <typename T>

@@ -246,7 +246,7 @@ EGOSIEVE_API void egosieve_optimize_result_init(egosieve_optimize_result* result
  * Maximises the log marginal likelihood over the scales, sigma_f and sigma_n, from where they are,
  * by gradient ascent (iRprop-) on their logarithms within wide bounds that follow the data's
  * spread; then rebuilds the factor. sigma_n stays above a hundredth of y's root mean square, below
- * which float32 means would be lost in rounding. Cost: n^3 flops a step, n the points used.
+ * which float32 means would be lost in rounding. Cost: n^3 flops per step, n the points used.
  * @param gp       The model; #EGOSIEVE_FAILED_PRECONDITION with fewer than 2 points.
  * @param options  Null: the defaults.
  * @param result   Null: not wanted.

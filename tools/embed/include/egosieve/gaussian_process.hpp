@@ -1,7 +1,7 @@
 /**
  * @file gaussian_process.hpp
  * Gaussian process regression and classification, exact and sparse, in C++17: owners of the handles
- * of gaussian_process.h and joint_posterior.h, where equations, costs and errors stand.
+ * of gaussian_process.h and joint_posterior.h, which give equations, costs and errors.
  *
  *     auto gp = egosieve::GaussianProcess::Create(options).value();
  *     gp.Condition({x, n, d}, {y, n}).ThrowIfError();
@@ -336,7 +336,7 @@ class GaussianProcess {
   egosieve_gp* handle() const { return handle_; }
 
  private:
-  // The handle by reference: the call whose code stands beside it writes it.
+  // The handle by reference: the call whose status is checked here writes it.
   static Result<GaussianProcess> Own(egosieve_status code, egosieve_gp* const& handle) {
     if (code != EGOSIEVE_OK) return Status::FromC(code);
     return GaussianProcess(handle);

@@ -1,7 +1,7 @@
 /**
  * @file segmenter.hpp
  * The segmenter in C++17: frames of one moving camera in, maps of what moves by itself out. What
- * the maps mean stands in segmenter.h.
+ * the maps mean is described in segmenter.h.
  *
  *     auto segmenter = egosieve::Segmenter::Create({}).value();
  *     segmenter.Process({pixels, width, height}, time, {{probability, height, width}});
@@ -124,7 +124,7 @@ class Segmenter {
   egosieve_segmenter* handle() const { return handle_; }
 
  private:
-  // The handle by reference: the call whose code stands beside it writes it.
+  // The handle by reference: the call whose status is checked here writes it.
   static Result<Segmenter> Own(egosieve_status code, egosieve_segmenter* const& handle) {
     if (code != EGOSIEVE_OK) return Status::FromC(code);
     return Segmenter(handle);

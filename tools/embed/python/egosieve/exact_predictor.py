@@ -1,4 +1,4 @@
-"""What a model with its factor can tell beyond the predictions of predictor.py, all in float64."""
+"""What a model with its factor gives beyond the predictions of predictor.py, all in float64."""
 
 import numpy as np
 

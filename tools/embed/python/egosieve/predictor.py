@@ -44,7 +44,7 @@ class Predictor:
         of_observation : bool
             Those of an observation y instead of f: the noise is added.
         float64 : bool
-            Compute in float64 throughout, n^2 flops a query with variances; not of frozen posteriors.
+            Compute in float64 throughout, n^2 flops per query with variances; not of frozen posteriors.
 
         Returns
         -------

@@ -1,0 +1,29 @@
+// Functions without scales that are 1 at x = x'.
+#ifndef EGOSIEVE_KERNELS_COVARIANCE_SCALELESS_H_
+#define EGOSIEVE_KERNELS_COVARIANCE_SCALELESS_H_
+
+#include <cstdint>
+
+#include "kernels/covariance/covariance_function.h"
+
+namespace egosieve::kernels {
+
+// Constant wherever it is smooth, so that all gradients are 0.
+class Scaleless : public CovarianceDescription {
+ public:
+  Scaleless() : CovarianceDescription({}) {}
+
+  void AddGradient(int64_t /*dimension*/, const double* /*a*/, const double* /*b*/,
+                   double /*weight*/, double* /*gradient*/) const override {}
+  void AddInputGradient(const double* /*scales*/, int64_t /*dimension*/, const double* /*a*/,
+                        const double* /*b*/, double /*weight*/,
+                        double* /*gradient*/) const override {}
+  double Variance(const double* /*scales*/, int64_t /*dimension*/,
+                  const double* /*x*/) const override {
+    return 1.0;
+  }
+};
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_COVARIANCE_SCALELESS_H_

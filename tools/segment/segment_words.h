@@ -1,0 +1,37 @@
+// The words that segment's flags take, and those that run.json has for what they set.
+#ifndef EGOSIEVE_TOOLS_SEGMENT_SEGMENT_WORDS_H_
+#define EGOSIEVE_TOOLS_SEGMENT_SEGMENT_WORDS_H_
+
+#include <cstdint>
+#include <string>
+
+#include "tools/cli/checks.h"
+#include "vision/segmentation/online_segmenter.h"
+
+namespace egosieve::tools {
+
+const Words<vision::FeatureSource>& FeatureWords();
+const Words<vision::MotionModelChoice>& MotionModelWords();
+const Words<vision::LabelRule>& LabelWords();
+const Words<vision::Equalization>& EqualizationWords();
+const Words<vision::ModelKind>& ModelWords();
+const Words<vision::FlowQuality>& FlowQualityWords();
+const Words<bool>& SwitchWords();
+const Words<vision::OnlineSegmenterOptions (*)()>& Profiles();
+
+// The gap that the labeller chooses by itself.
+inline constexpr char kAutomatic[] = "auto";
+inline constexpr int kAutomaticGap = 0;
+inline constexpr int64_t kUnlimitedAge = 1000000;  // frames
+
+template <typename Value>
+std::string NameOf(const Words<Value>& words, Value value) {
+  for (const auto& [name, candidate] : words) {
+    if (candidate == value) return name;
+  }
+  return "";
+}
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_SEGMENT_SEGMENT_WORDS_H_
