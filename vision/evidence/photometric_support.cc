@@ -92,8 +92,8 @@ bool SampleScaledLevels(const cv::Mat& picture, cv::Point2f place, double scale,
   return true;
 }
 
-// Patches side by side, so that one instruction serves the same pixel of all of them. What is said
-// of each has the bits that SubtractMean and SquaredDifference give.
+// Patches side by side, so that one instruction serves the same pixel of all of them: in sums of
+// one patch alone each addition waits for the one before.
 class PatchBatch {
  public:
   static constexpr int kMost = 16;
