@@ -103,6 +103,7 @@ absl::Status SparseModel::AddObservations(const Observations& added, int64_t fra
   solution_.sum = std::move(sum);
   solution_.sum_factor = std::move(sum_factor);
   solution_.weights = std::move(weights);
+  solution_.posterior_form.reset();
   points_ = std::move(points);
   changes_ += k;
   return absl::OkStatus();
@@ -140,6 +141,7 @@ absl::Status SparseModel::Remove(absl::Span<const int64_t> rows) {
   solution_.sum = std::move(sum);
   solution_.sum_factor = std::move(sum_factor);
   solution_.weights = std::move(weights);
+  solution_.posterior_form.reset();
   points_ = std::move(points);
   changes_ += k;
   return absl::OkStatus();

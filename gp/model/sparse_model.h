@@ -132,6 +132,8 @@ class SparseModel {
  private:
   SparseModel() = default;
 
+  // Made once for a solution: m^3 flops.
+  absl::StatusOr<std::shared_ptr<const SparsePosteriorForm>> PosteriorForm() const;
   // The variance is (S4)'s own, which vanishes where no inducing input is near.
   bool IsDegenerate() const {
     return options_.approximation == SparseApproximation::kSubsetOfRegressors && size() > 0;

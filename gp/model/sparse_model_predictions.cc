@@ -229,12 +229,8 @@ LeaveOneOut SparseModel::PredictLeaveOneOut() const {
   return result;
 }
 
-absl::StatusOr<std::shared_ptr<const Posterior>> SparseModel::MakePosterior(
-    const SquashParameters& squash, const kernels::DensePosteriorOptions& options) const {
-  if (options_.approximation == SparseApproximation::kSubsetOfRegressors) {
-    return absl::UnimplementedError(
-        "the subset of regressors has no variance on devices; use DTC, whose mean is the same");
-  }
+absl::StatusOr<std::shared_ptr<const SparsePosteriorForm>> SparseModel::PosteriorForm() const {
+  if (solution_.posterior_form != nullptr) return solution_.posterior_form;
   const int64_t m = inducing_size();
   AlignedMatrix inverse(m, m), r(m, m), s(m, m);
   InvertLower(solution_.sum_factor.view(), inverse.view());
@@ -253,13 +249,24 @@ absl::StatusOr<std::shared_ptr<const Posterior>> SparseModel::MakePosterior(
   for (int64_t i = 0; i < m; ++i) {
     for (int64_t j = 0; j < m; ++j) s.row(i)[j] = j <= i ? r.row(j)[i] : 0.0;
   }
-  const std::vector<double> alpha = MeanCoefficients();
+  solution_.posterior_form = std::make_shared<const SparsePosteriorForm>(
+      SparsePosteriorForm{std::move(s), MeanCoefficients()});
+  return solution_.posterior_form;
+}
+
+absl::StatusOr<std::shared_ptr<const Posterior>> SparseModel::MakePosterior(
+    const SquashParameters& squash, const kernels::DensePosteriorOptions& options) const {
+  if (options_.approximation == SparseApproximation::kSubsetOfRegressors) {
+    return absl::UnimplementedError(
+        "the subset of regressors has no variance on devices; use DTC, whose mean is the same");
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const SparsePosteriorForm> form, PosteriorForm());
   kernels::PosteriorModel model;
   model.covariance = hyperparameters_.covariance;
   model.inputs = inducing_inputs();
-  model.alpha = alpha.data();
+  model.alpha = form->alpha.data();
   model.factor_kind = kernels::FactorKind::kInverseCholesky;
-  model.factor = s.view();
+  model.factor = form->root.view();
   return Posterior::Create(context_, model, hyperparameters_, squash, options);
 }
 

@@ -15,6 +15,7 @@
 #define EGOSIEVE_GP_MODEL_SPARSE_SOLUTION_H_
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -41,6 +42,13 @@ struct SparseModelOptions {
   absl::Status Validate() const;
 };
 
+// What a posterior holds besides its squash: R of sparse_model.h, and the mean's coefficients
+// L^-T A^-1 c.
+struct SparsePosteriorForm {
+  AlignedMatrix root;
+  std::vector<double> alpha;
+};
+
 struct SparseSolution {
   std::vector<double> inducing_inputs;  // m x D
   double jitter = 0.0;                  // on K_uu's diagonal
@@ -50,6 +58,8 @@ struct SparseSolution {
   AlignedMatrix sum;                    // A, m x m, lower triangle
   AlignedMatrix sum_factor;             // L_A, m x m
   std::vector<double> weights;          // A^-1 c, m
+  // Of the above; null before it is asked for.
+  mutable std::shared_ptr<const SparsePosteriorForm> posterior_form;
 
   int64_t inducing_size() const { return factor.rows(); }
 };

@@ -285,19 +285,24 @@ class SegmentCommand : public Command {
                                     const Run& run) const {
     Progress progress("segment", progress_, ExpectedFrames(*input.frames, pipeline));
     const auto start = std::chrono::steady_clock::now();
+    const auto elapsed_seconds = [start] {
+      return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    std::optional<double> first_seconds;  // of the drive
     const absl::StatusOr<vision::PipelineSummary> summary =
         run([&](const vision::SegmentedFrame& frame) {
           if (record_) EGOSIEVE_RETURN_IF_ERROR(Record(frame));
           EGOSIEVE_RETURN_IF_ERROR(writer.Write(frame, input.frames->image_name(frame.index)));
           const FrameLine& line = writer.last_line();
-          progress.Advance({{"model size", static_cast<double>(line.model_size)},
-                            {"dynamic share", line.dynamic_share}});
+          if (!first_seconds) first_seconds = line.time_seconds;
+          progress.Advance(
+              {{"times real time", (line.time_seconds - *first_seconds) / elapsed_seconds()},
+               {"model size", static_cast<double>(line.model_size)},
+               {"dynamic share", line.dynamic_share}});
           return absl::OkStatus();
         });
     progress.Finish();
-    const double seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return End(summary, input, seconds, writer);
+    return End(summary, input, elapsed_seconds(), writer);
   }
 
   // A frame that could not be read keeps its place, as a file that cannot be either.

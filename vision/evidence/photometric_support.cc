@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
+#include "vision/evidence/for_each_point.h"
 #include "vision/evidence/patch.h"
 
 namespace egosieve::vision {
@@ -19,8 +21,8 @@ constexpr double kCopyLevels = 0.7;
 constexpr size_t kFewestFresh = 20;
 constexpr double kLeastScaling = 0.05;  // a sixth of a pixel at the patch's edge
 
-// The patch around a place, sampled bilinearly, less its mean. False where it leaves the picture.
-bool Sample(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
+// The patch around a place, sampled bilinearly. False where it leaves the picture.
+bool SampleLevels(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
   const float left = place.x - kPatchRadius, top = place.y - kPatchRadius;
   if (!(left >= 0 && top >= 0 && left + kPatchSide < picture.cols &&
         top + kPatchSide < picture.rows)) {
@@ -28,28 +30,102 @@ bool Sample(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
   }
   const int column = static_cast<int>(left), row = static_cast<int>(top);
   const float fx = left - column, fy = top - row;
+  constexpr int kColumns = kPatchSide + 1;  // fills a vector register
+  const auto between_columns = [&](int y, float* levels) {
+    const uint8_t* pixels = picture.ptr<uint8_t>(row + y) + column;
+    float at[kColumns + 1] = {};
+    for (int x = 0; x < kColumns; ++x) at[x] = pixels[x];
+    for (int x = 0; x < kColumns; ++x) levels[x] = at[x] + fx * (at[x + 1] - at[x]);
+  };
+  float above[kColumns], below[kColumns];
+  between_columns(0, above);
   for (int y = 0; y < kPatchSide; ++y) {
-    const uint8_t* upper = picture.ptr<uint8_t>(row + y) + column;
-    const uint8_t* lower = picture.ptr<uint8_t>(row + y + 1) + column;
-    for (int x = 0; x < kPatchSide; ++x) {
-      const float above = upper[x] + fx * (upper[x + 1] - upper[x]);
-      const float below = lower[x] + fx * (lower[x + 1] - lower[x]);
-      patch[y * kPatchSide + x] = above + fy * (below - above);
-    }
+    between_columns(y + 1, below);
+    for (int x = 0; x < kColumns; ++x) above[x] = above[x] + fy * (below[x] - above[x]);
+    std::copy_n(above, kPatchSide, &patch[y * kPatchSide]);
+    std::copy_n(below, kColumns, above);
   }
+  return true;
+}
+
+bool Sample(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
+  if (!SampleLevels(picture, place, patch)) return false;
   SubtractMean(patch);
   return true;
 }
 
-// The same of a patch that is `scale` times as large.
-bool SampleScaled(const cv::Mat& picture, cv::Point2f place, double scale, Patch& patch) {
-  if (std::abs(scale - 1.0) < kLeastScaling) return Sample(picture, place, patch);
-  patch = TakeMoved<kPatchRadius, kPatchRadius>(
-      picture, 0.0, 0.0, [&](const Eigen::Vector2d& offset) -> Eigen::Vector2d {
-        return Eigen::Vector2d(place.x, place.y) + scale * offset;
-      });
-  return std::isfinite(SubtractMean(patch));
+// Where the pixels of a patch are along one axis.
+struct ScaledAxis {
+  std::array<int, kPatchSide> first;     // of the two pixels around it
+  std::array<float, kPatchSide> beyond;  // from there
+};
+
+// False where it leaves the picture.
+bool MakeAxis(double centre, double scale, int size, ScaledAxis& axis) {
+  for (int k = 0; k < kPatchSide; ++k) {
+    const double at = centre + scale * (k - kPatchRadius);
+    if (!(at >= 0 && at < size - 1)) return false;
+    axis.first[k] = static_cast<int>(at);
+    axis.beyond[k] = static_cast<float>(at - axis.first[k]);
+  }
+  return true;
 }
+
+// SampleLevels of a patch that is `scale` times as large.
+bool SampleScaledLevels(const cv::Mat& picture, cv::Point2f place, double scale, Patch& patch) {
+  if (std::abs(scale - 1.0) < kLeastScaling) return SampleLevels(picture, place, patch);
+  ScaledAxis x, y;
+  if (!MakeAxis(place.x, scale, picture.cols, x) || !MakeAxis(place.y, scale, picture.rows, y)) {
+    return false;
+  }
+  for (int v = 0; v < kPatchSide; ++v) {
+    const uint8_t* upper = picture.ptr<uint8_t>(y.first[v]);
+    const uint8_t* lower = picture.ptr<uint8_t>(y.first[v] + 1);
+    for (int u = 0; u < kPatchSide; ++u) {
+      const int column = x.first[u];
+      const float fx = x.beyond[u];
+      const float above = upper[column] + fx * (upper[column + 1] - upper[column]);
+      const float below = lower[column] + fx * (lower[column + 1] - lower[column]);
+      patch[v * kPatchSide + u] = above + y.beyond[v] * (below - above);
+    }
+  }
+  return true;
+}
+
+// Patches side by side, so that one instruction serves the same pixel of all of them: in sums of
+// one patch alone each addition waits for the one before.
+class PatchBatch {
+ public:
+  static constexpr int kMost = 16;
+
+  bool IsFull() const { return count_ == kMost; }
+  void Add(const Patch& levels) {
+    for (int i = 0; i < kPatchPixels; ++i) levels_[i][count_] = levels[i];
+    ++count_;
+  }
+  // The least of the squared differences between `patch`, less its mean, and the patches less
+  // theirs; infinite without patches.
+  double LeastSquaredDifference(const Patch& patch) const {
+    float means[kMost] = {}, sums[kMost] = {};
+    for (int i = 0; i < kPatchPixels; ++i) {
+      for (int k = 0; k < kMost; ++k) means[k] += levels_[i][k];
+    }
+    for (float& mean : means) mean /= kPatchPixels;
+    for (int i = 0; i < kPatchPixels; ++i) {
+      for (int k = 0; k < kMost; ++k) {
+        const float apart = patch[i] - (levels_[i][k] - means[k]);
+        sums[k] += apart * apart;
+      }
+    }
+    double least = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < count_; ++k) least = std::min<double>(least, sums[k]);
+    return least;
+  }
+
+ private:
+  alignas(64) float levels_[kPatchPixels][kMost] = {};
+  int count_ = 0;
+};
 
 // Mean square of the gradient, central differences inside the patch; per pixel^2.
 double SquaredGradient(const Patch& patch) {
@@ -71,12 +147,16 @@ PhotometricSupport::PhotometricSupport(cv::Mat before, cv::Mat now,
                                        const std::vector<cv::Point2f>& befores,
                                        const std::vector<cv::Point2f>& nows, double place_pixels)
     : before_(std::move(before)), now_(std::move(now)), place_pixels_(place_pixels) {
+  std::vector<double> apart(befores.size(), -1.0);
+  ForEachPoint(befores.size(), [&](size_t i) {
+    Patch p, q;
+    if (!Sample(before_, befores[i], p) || !Sample(now_, nows[i], q)) return;
+    apart[i] = std::sqrt(SquaredDifference(p, q) / kPatchPixels);
+  });
   std::vector<double> all, fresh;
-  Patch p, q;
-  for (size_t i = 0; i < befores.size(); ++i) {
-    if (!Sample(before_, befores[i], p) || !Sample(now_, nows[i], q)) continue;
-    all.push_back(std::sqrt(SquaredDifference(p, q) / kPatchPixels));
-    if (all.back() >= kCopyLevels) fresh.push_back(all.back());
+  for (const double levels : apart) {
+    if (levels >= 0.0) all.push_back(levels);
+    if (levels >= kCopyLevels) fresh.push_back(levels);
   }
   noise_levels_ = kNoiseFloorLevels;
   std::vector<double>& levels = fresh.size() >= kFewestFresh ? fresh : all;
@@ -116,15 +196,19 @@ std::optional<double> PhotometricSupport::LogRatioOnSegment(cv::Point2f before, 
   const cv::Point2f way = segment.last - segment.first;
   const int steps = std::clamp(
       static_cast<int>(std::ceil(kStepsPerPixel * std::hypot(way.x, way.y))), 1, kMostSteps);
-  std::optional<double> least;
-  for (int k = 0; k <= steps && !(least && *least <= 0.0); ++k) {
-    const float share = static_cast<float>(k) / static_cast<float>(steps);
-    const double scale = std::lerp(segment.scale_first, segment.scale_last, share);
-    if (!SampleScaled(now_, segment.first + share * way, scale, s)) continue;
-    const double ratio = RatioOf(SquaredDifference(p, s), found, place_variance);
-    least = std::min(ratio, least.value_or(ratio));
+  // The ratio grows with E_0: the least E_0 has the least ratio.
+  double still = std::numeric_limits<double>::infinity();
+  for (int k = 0; k <= steps && still > found;) {
+    PatchBatch batch;
+    for (; k <= steps && !batch.IsFull(); ++k) {
+      const float share = static_cast<float>(k) / static_cast<float>(steps);
+      const double scale = std::lerp(segment.scale_first, segment.scale_last, share);
+      if (SampleScaledLevels(now_, segment.first + share * way, scale, s)) batch.Add(s);
+    }
+    still = std::min(still, batch.LeastSquaredDifference(p));
   }
-  return least ? std::max(0.0, *least) : least;
+  if (std::isinf(still)) return std::nullopt;
+  return std::max(0.0, RatioOf(still, found, place_variance));
 }
 
 }  // namespace egosieve::vision

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/parallel_for.h"
 #include "vision/features/patch_search.h"
 #include "vision/frame/ignored_area.h"
 
@@ -57,7 +58,7 @@ class PatchComparison {
   Result At(int x, int y) const {
     const int left = std::max(x - kRadius, 0), right = std::min(x + kRadius, picture_.cols - 1);
     const int top = std::max(y - kRadius, 0), bottom = std::min(y + kRadius, picture_.rows - 1);
-    int64_t a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+    int a = 0, b = 0, aa = 0, bb = 0, ab = 0;
     for (int row = top; row <= bottom; ++row) {
       const uint8_t* p = picture_.ptr<uint8_t>(row);
       const uint8_t* q = warped_.ptr<uint8_t>(row);
@@ -72,12 +73,13 @@ class PatchComparison {
     }
     // n times the sums of squares and products about the means: whole numbers.
     const int64_t n = int64_t{right - left + 1} * (bottom - top + 1);
-    const double squares_a = static_cast<double>(n * aa - a * a);
-    const double squares_b = static_cast<double>(n * bb - b * b);
+    const double squares_a = static_cast<double>(n * aa - int64_t{a} * a);
+    const double squares_b = static_cast<double>(n * bb - int64_t{b} * b);
     Result result;
     result.deviation = std::sqrt(squares_a) / static_cast<double>(n);
     if (squares_a > 0.0 && squares_b > 0.0) {
-      result.correlation = static_cast<double>(n * ab - a * b) / std::sqrt(squares_a * squares_b);
+      result.correlation =
+          static_cast<double>(n * ab - int64_t{a} * b) / std::sqrt(squares_a * squares_b);
     }
     return result;
   }
@@ -94,10 +96,9 @@ PointPair PairOf(cv::Point2f node, cv::Point2f there, bool anchor_second) {
                        : PointPair{node.x, node.y, there.x, there.y};
 }
 
-// A node of the grid that flow follows, or a textured one that it loses.
 struct Node {
   cv::Point2f place;
-  bool textured = false;
+  bool textured = false, agrees = false;
   std::optional<cv::Point2f> there = std::nullopt;  // in the other picture
 };
 
@@ -164,9 +165,13 @@ absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second
   }
   FlowPair flow;
   try {
-    const auto dis = MakeFlow(quality);
-    dis->calc(first, second, flow.forward);
-    dis->calc(second, first, flow.backward);
+    kernels::ParallelFor(2, [&](int64_t direction) {
+      if (direction == 0) {
+        MakeFlow(quality)->calc(first, second, flow.forward);
+      } else {
+        MakeFlow(quality)->calc(second, first, flow.backward);
+      }
+    });
   } catch (const cv::Exception& error) {
     return absl::InternalError(absl::StrCat("flow: ", error.err));
   }
@@ -209,23 +214,33 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
   const cv::Mat& from = anchor_second ? second : first;
   const cv::Mat& to = anchor_second ? first : second;
   const PatchComparison patches(from, to, there);
+  const int stride = options.stride_pixels;
+  const auto node_at = [&](int x, int y) {
+    Node node{cv::Point2f(static_cast<float>(x), static_cast<float>(y))};
+    const PatchComparison::Result patch = patches.At(x, y);
+    node.textured = patch.deviation >= options.texture_levels;
+    const bool contradicts = node.textured && !(patch.correlation >= options.contradiction);
+    if (!contradicts) node.there = FollowFlow(there, back, node.place, options);
+    node.agrees = node.textured && node.there && patch.correlation >= options.agreement;
+    return node;
+  };
+  std::vector<std::vector<Node>> rows((there.rows - stride / 2 + stride - 1) / stride);
+  kernels::ParallelFor(static_cast<int64_t>(rows.size()), [&](int64_t row) {
+    const int y = stride / 2 + static_cast<int>(row) * stride;
+    for (int x = stride / 2; x < there.cols; x += stride) {
+      if (!IsIgnored(options.ignored, there.size(), x, y)) rows[row].push_back(node_at(x, y));
+    }
+  });
   TrackedGrid grid;
-  std::vector<Node> nodes;
-  for (int y = options.stride_pixels / 2; y < there.rows; y += options.stride_pixels) {
-    for (int x = options.stride_pixels / 2; x < there.cols; x += options.stride_pixels) {
-      if (IsIgnored(options.ignored, there.size(), x, y)) continue;
-      ++grid.point_count;
-      Node node{cv::Point2f(static_cast<float>(x), static_cast<float>(y))};
-      const PatchComparison::Result patch = patches.At(x, y);
-      node.textured = patch.deviation >= options.texture_levels;
-      const bool contradicts = node.textured && !(patch.correlation >= options.contradiction);
-      if (!contradicts) node.there = FollowFlow(there, back, node.place, options);
+  std::vector<Node> nodes;  // those that flow follows, and textured ones that it loses
+  for (const std::vector<Node>& row : rows) {
+    grid.point_count += static_cast<int64_t>(row.size());
+    for (const Node& node : row) {
       if (node.textured) {
-        const bool agrees = node.there && patch.correlation >= options.agreement;
         ++grid.textured_count;
-        grid.agreeing_count += agrees;
+        grid.agreeing_count += node.agrees;
         grid.textured.push_back(node.place);
-        grid.agrees.push_back(agrees ? 1 : 0);
+        grid.agrees.push_back(node.agrees ? 1 : 0);
       }
       if (node.textured || node.there) nodes.push_back(node);
     }

@@ -10,6 +10,8 @@
 #include <opencv2/video/tracking.hpp>
 #include <utility>
 
+#include "kernels/base/parallel_for.h"
+
 namespace egosieve::vision {
 namespace {
 
@@ -23,6 +25,7 @@ constexpr int kNoise = kSide * kSide / 2;  // of E: half a grey level a pixel
 constexpr int kWindow = 11;
 constexpr double kMostReturn = 0.5, kMostRefined = 3.0;
 constexpr double kAlikeFloor = 1.0, kAlikeSlope = 0.05;
+constexpr size_t kPlacesPerTask = 64;                // about a millisecond
 constexpr int kNeighbourhood = 2, kFewestAlike = 3;  // places
 
 using Differences = std::array<std::array<uint16_t, kWide>, kHigh>;
@@ -116,15 +119,22 @@ Ways CoarseWays(const cv::Mat& from, const cv::Mat& to, const std::vector<cv::Po
   cv::Mat half_from, half_to;
   cv::resize(from, half_from, {}, 0.5, 0.5, cv::INTER_AREA);
   cv::resize(to, half_to, {}, 0.5, 0.5, cv::INTER_AREA);
+  std::vector<std::optional<cv::Point>> displacements(places.size());
+  const size_t tasks = (places.size() + kPlacesPerTask - 1) / kPlacesPerTask;
+  kernels::ParallelFor(static_cast<int64_t>(tasks), [&](int64_t task) {
+    const size_t begin = static_cast<size_t>(task) * kPlacesPerTask;
+    for (size_t i = begin; i < std::min(places.size(), begin + kPlacesPerTask); ++i) {
+      displacements[i] =
+          DistinctDisplacement(half_from, half_to, static_cast<int>(places[i].x / 2) - kSide / 2,
+                               static_cast<int>(places[i].y / 2) - kSide / 2);
+    }
+  });
   Ways ways;
   for (size_t i = 0; i < places.size(); ++i) {
-    const std::optional<cv::Point> displacement =
-        DistinctDisplacement(half_from, half_to, static_cast<int>(places[i].x / 2) - kSide / 2,
-                             static_cast<int>(places[i].y / 2) - kSide / 2);
-    if (!displacement) continue;
+    if (!displacements[i]) continue;
     ways.owners.push_back(i);
     ways.starts.push_back(places[i]);
-    ways.ends.push_back(places[i] + 2.0f * cv::Point2f(*displacement));
+    ways.ends.push_back(places[i] + 2.0f * cv::Point2f(*displacements[i]));
   }
   return ways;
 }

@@ -147,14 +147,27 @@ absl::StatusOr<std::shared_ptr<const ExtractedFrame>> OnlineSegmenter::Extract(
   return labeller_->Extract(frame);
 }
 
+absl::StatusOr<LabelledFrame> OnlineSegmenter::Label(
+    std::shared_ptr<const ExtractedFrame> extracted,
+    const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead) {
+  return labeller_->Label(std::move(extracted), ahead);
+}
+
 absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::Learn(
     const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted, bool with_posterior,
     const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead) {
+  EGOSIEVE_ASSIGN_OR_RETURN(LabelledFrame labels, Label(std::move(extracted), ahead));
+  return LearnLabels(frame, std::move(labels), with_posterior);
+}
+
+absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::LearnLabels(const Frame& frame,
+                                                                     LabelledFrame labelled,
+                                                                     bool with_posterior) {
   Learnt learnt;
   FrameRecord& record = learnt.record;
   record.frame_index = frame.index;
   record.time_seconds = frame.time_seconds;
-  EGOSIEVE_ASSIGN_OR_RETURN(learnt.labels, labeller_->Label(std::move(extracted), ahead));
+  learnt.labels = std::move(labelled);
   const LabelledFrame& labels = learnt.labels;
   RecordLabels(labels, record);
   if (labels.size() > 0) {
@@ -280,7 +293,7 @@ absl::StatusOr<OnlineSegmenter::Result> OnlineSegmenter::Process(const Frame& fr
   return result;
 }
 
-absl::StatusOr<std::string> OnlineSegmenter::Checkpoint() {
+absl::StatusOr<std::string> OnlineSegmenter::Checkpoint(absl::string_view labeller_state) {
   EGOSIEVE_ASSIGN_OR_RETURN(gp::ModelFile checkpoint, learner_->Checkpoint());
   checkpoint.annotations = location_prior_.ToBytes();
   if (options_.potential.enabled) {
@@ -288,7 +301,7 @@ absl::StatusOr<std::string> OnlineSegmenter::Checkpoint() {
     absl::StrAppend(&checkpoint.annotations,
                     absl::StrFormat("%0*d", kLengthDigits, potential.size()), potential);
   }
-  checkpoint.annotations += labeller_->state();
+  absl::StrAppend(&checkpoint.annotations, labeller_state);
   posterior_.reset();  // its bits are those of the factor as it was
   return gp::SerializeModel(checkpoint);
 }

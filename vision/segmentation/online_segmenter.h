@@ -1,17 +1,19 @@
 // The online segmenter: frames in, maps of what moves by itself out. The one place where the front
 // end (vision/labelling) and the Gaussian process (gp) meet.
 //
-//   Extract  frame -> features                               any order, any thread
-//   Learn    features -> labels -> model -> posterior        frames in order, one thread
-//   Infer    frame, posterior -> map                         any order, any thread
+//   Extract      frame -> features               any order, any thread
+//   Label        features -> labels              frames in order, one thread
+//   LearnLabels  labels -> model -> posterior    frames in order, one thread, not Label's perhaps
+//   Infer        frame, posterior -> map         any order, any thread
 //
 // The posterior of a frame is the process's, and where things have moved so far
 // (location_prior.h). Beside it, where that is asked for, a slow model tells what looks like the
 // things that move (potential_model.h).
 //
-// Process does the three. The map of frame t is evaluated on frame t after the pair that ends in t
-// was learnt; frames before the first pair get the prior. No frame is an error for what it shows:
-// where nothing can be learnt the map comes from the model as it is, and the record says why.
+// Learn is the second and third, Process all. The map of frame t is evaluated on frame t after the
+// pair that ends in t was learnt; frames before the first pair get the prior. No frame is an error
+// for what it shows: where nothing can be learnt the map comes from the model as it is, and the
+// record says why.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_ONLINE_SEGMENTER_H_
 #define EGOSIEVE_VISION_SEGMENTATION_ONLINE_SEGMENTER_H_
 
@@ -82,9 +84,14 @@ class OnlineSegmenter {
   };
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
-  // Without `with_posterior` none is made.
   // `ahead`: of the frames behind this one, in order, as many as there are of
   // options().ahead_frames; none for a live camera.
+  absl::StatusOr<LabelledFrame> Label(
+      std::shared_ptr<const ExtractedFrame> extracted,
+      const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead = {});
+  // Without `with_posterior` none is made.
+  absl::StatusOr<Learnt> LearnLabels(const Frame& frame, LabelledFrame labels,
+                                     bool with_posterior = true);
   absl::StatusOr<Learnt> Learn(
       const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
       bool with_posterior = true,
@@ -107,7 +114,11 @@ class OnlineSegmenter {
 
   // The state after the frame learnt last, as the bytes of a model file (gp/io/model_file.h).
   // Between two frames; this segmenter and one restored from the bytes go on alike to the last bit.
-  absl::StatusOr<std::string> Checkpoint();
+  absl::StatusOr<std::string> Checkpoint() { return Checkpoint(LabellerState()); }
+  // The same where Label is ahead of LearnLabels: LabellerState() was asked behind the frame's
+  // Label, on the thread that labels.
+  absl::StatusOr<std::string> Checkpoint(absl::string_view labeller_state);
+  std::string LabellerState() const { return labeller_->state(); }
   // Goes on from a checkpoint. `recent`: the last HistoryFrames() frames before it that could be
   // read (all where there were fewer), oldest first.
   absl::Status Restore(absl::string_view checkpoint, const std::vector<Frame>& recent);

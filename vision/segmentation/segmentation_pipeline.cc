@@ -5,6 +5,7 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <utility>
 #include <variant>
@@ -25,6 +26,7 @@ struct InFlight {
   std::shared_ptr<const ExtractedFrame> extracted;
   std::vector<std::shared_ptr<const ExtractedFrame>> ahead;  // of the frames behind this one
   double extract_milliseconds = 0.0;
+  std::string labeller_state;  // where a checkpoint is due
   std::shared_ptr<const MapPosterior> posterior;
 };
 
@@ -93,6 +95,16 @@ class Stages {
     return ready;
   }
 
+  absl::Status Label(InFlight& item) const {
+    if (item.extracted != nullptr) {
+      EGOSIEVE_ASSIGN_OR_RETURN(item.result.labels,
+                                segmenter_.Label(std::move(item.extracted), item.ahead));
+      item.ahead.clear();
+    }
+    if (IsCheckpointDue(item)) item.labeller_state = segmenter_.LabellerState();
+    return absl::OkStatus();
+  }
+
   absl::Status Learn(InFlight& item) {
     if (item.result.damage.has_value()) {
       ++summary_.damaged_frames;
@@ -143,10 +155,10 @@ class Stages {
   }
 
   absl::Status LearnAnew(InFlight& item) {
-    EGOSIEVE_ASSIGN_OR_RETURN(OnlineSegmenter::Learnt learnt,
-                              segmenter_.Learn(item.result.frame, std::move(item.extracted),
-                                               options_.WantsMap(item.result.index), item.ahead));
-    item.ahead.clear();
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        OnlineSegmenter::Learnt learnt,
+        segmenter_.LearnLabels(item.result.frame, std::move(item.result.labels),
+                               options_.WantsMap(item.result.index)));
     item.posterior = std::move(learnt.posterior);
     item.result.labels = std::move(learnt.labels);
     item.result.record = std::move(learnt.record);
@@ -177,10 +189,14 @@ class Stages {
     return absl::OkStatus();
   }
 
+  bool IsCheckpointDue(const InFlight& item) const {
+    return options_.checkpoint_interval > 0 &&
+           (item.result.index + 1) % options_.checkpoint_interval == 0;
+  }
+
   absl::Status CheckpointIfDue(InFlight& item) {
-    if (options_.checkpoint_interval > 0 &&
-        (item.result.index + 1) % options_.checkpoint_interval == 0) {
-      EGOSIEVE_ASSIGN_OR_RETURN(std::string checkpoint, segmenter_.Checkpoint());
+    if (IsCheckpointDue(item)) {
+      EGOSIEVE_ASSIGN_OR_RETURN(std::string checkpoint, segmenter_.Checkpoint(item.labeller_state));
       if (options_.recorded_step == nullptr) item.result.checkpoint = std::move(checkpoint);
     }
     return absl::OkStatus();
@@ -203,6 +219,7 @@ absl::Status RunInTurn(Stages& stages) {
     const bool at_end = !item.has_value();
     if (!at_end) EGOSIEVE_RETURN_IF_ERROR(stages.Extract(*item));
     for (InFlight& ready : at_end ? stages.EndLookAhead() : stages.LookAhead(std::move(*item))) {
+      EGOSIEVE_RETURN_IF_ERROR(stages.Label(ready));
       EGOSIEVE_RETURN_IF_ERROR(stages.Learn(ready));
       EGOSIEVE_RETURN_IF_ERROR(stages.Infer(ready));
       EGOSIEVE_RETURN_IF_ERROR(stages.Sink(ready));
@@ -245,7 +262,7 @@ class OverlappedRun {
   const absl::Status& status() const { return status_; }
 
  private:
-  static constexpr int kQueues = 4;
+  static constexpr int kQueues = 5, kLearnStage = 2;
 
   void Fail(const absl::Status& status, int queues_before) {
     {
@@ -308,13 +325,14 @@ class OverlappedRun {
 
   absl::Status TransformAll(int stage) {
     while (std::optional<InFlight> item = queues_[stage]->Pop()) {
-      if (stage == 1 && stages_.IsStopping()) {
+      if (stage == kLearnStage && stages_.IsStopping()) {
         Cancel(stage + 1);
         break;
       }
-      EGOSIEVE_RETURN_IF_ERROR(stage == 1   ? stages_.Learn(*item)
-                               : stage == 2 ? stages_.Infer(*item)
-                                            : stages_.Sink(*item));
+      EGOSIEVE_RETURN_IF_ERROR(stage == 1             ? stages_.Label(*item)
+                               : stage == kLearnStage ? stages_.Learn(*item)
+                               : stage == 3           ? stages_.Infer(*item)
+                                                      : stages_.Sink(*item));
       if (stage + 1 < kQueues && !queues_[stage + 1]->Push(*std::move(item))) break;
     }
     return absl::OkStatus();

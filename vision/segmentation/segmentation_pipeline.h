@@ -1,13 +1,13 @@
 // A drive through the segmenter with its stages overlapped:
 //
-//   read -> extract features -> look ahead -> learn -> infer -> sink
+//   read -> extract features -> look ahead -> label -> learn -> infer -> sink
 //
-// A frame is learnt from when the segmenter's ahead_frames behind it have been extracted, so that
+// A frame is labelled when the segmenter's ahead_frames behind it have been extracted, so that
 // its labels can rest on both sides.
 //
 // One thread a stage and a bounded queue between neighbours, so that every stage sees the frames in
-// order: the results are those of the same calls in turn, byte for byte. Learning
-// is the only stage whose result for a frame depends on the frames before it.
+// order: the results are those of the same calls in turn, byte for byte. Labelling and learning are
+// the stages whose result for a frame depends on the frames before it.
 //
 // Learning and inference can be done at two times: a run that records its steps
 // (learning_step.h) lets another one, given these, skip extraction and learning and infer the same

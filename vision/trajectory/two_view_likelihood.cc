@@ -18,6 +18,12 @@ constexpr double kShowing = 3.0;      // deviations of a parallax that shows
 // place is known well enough to miss it there.
 constexpr double kReach = 0.04;
 
+RayPairs<1> RaysOf(const Pinhole& camera, const PointPair& pair) {
+  RayPairs<1> rays;
+  rays.Set(0, camera.Ray(pair.x1, pair.y1).head<2>(), camera.Ray(pair.x2, pair.y2).head<2>());
+  return rays;
+}
+
 // Of what is static, for the ground; 0: the ground says nothing.
 double LeastParallax(const TwoViewMotion& motion, const State& state, const Vector2d& p) {
   const double least = ParallaxOf(LeastInverseDepth(motion.ground_slope, p, state.tau), state.tau);
@@ -58,35 +64,35 @@ Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& camera) 
 double GroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
                    const Pinhole& camera) {
   if (!motion.HasParallax()) return 0.0;
-  const State state = StateOf(motion);
+  const PreparedState state(StateOf(motion));
   std::vector<BelowHorizon> places;
   for (const PointPair& pair : pairs) {
-    const RayPair rays = {camera.Ray(pair.x1, pair.y1).head<2>(),
-                          camera.Ray(pair.x2, pair.y2).head<2>()};
-    const double below = Below(rays.p, state.tau);
+    const RayPairs<1> rays = RaysOf(camera, pair);
+    const double below = Below(rays.P(0), state.tau);
     if (!(below > 0.0)) continue;
-    const Terms terms = TermsOf(rays, state);
-    if (terms.log_static < terms.log_moving || terms.s < kShowing * state.noise) continue;
-    places.push_back({InverseDepthOf(terms.s / terms.length, state.tau), below});
+    const Terms<1> terms = TermsOf(rays, state);
+    if (terms.log_static(0) < terms.log_moving(0) || terms.s(0) < kShowing * state.noise) continue;
+    places.push_back({InverseDepthOf(terms.s(0) / terms.length(0), state.tau), below});
   }
   return GroundSlopeOf(places);
 }
 
 PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,
                             const PointPair& pair, bool is_bounded) {
-  const RayPair rays = {camera.Ray(pair.x1, pair.y1).head<2>(),
-                        camera.Ray(pair.x2, pair.y2).head<2>()};
-  const State state = StateOf(motion);
-  const double least = is_bounded ? LeastParallax(motion, state, rays.p) : 0.0;
-  const Terms terms = TermsOf(rays, state, least);
+  const RayPairs<1> rays = RaysOf(camera, pair);
+  const Vector2d p = rays.P(0);
+  const PreparedState state(StateOf(motion));
+  const double least = is_bounded ? LeastParallax(motion, state, p) : 0.0;
+  const Terms<1> terms = TermsOf(rays, state, least);
+  const Vector2d u(terms.ux(0), terms.uy(0));
   PairLikelihood likelihood;
-  likelihood.log_static = terms.log_static;
-  likelihood.log_moving = terms.log_moving;
-  likelihood.along = terms.s;
-  likelihood.across = terms.c;
-  likelihood.normal = Perpendicular(terms.u);
+  likelihood.log_static = terms.log_static(0);
+  likelihood.log_moving = terms.log_moving(0);
+  likelihood.along = terms.s(0);
+  likelihood.across = terms.c(0);
+  likelihood.normal = Perpendicular(u);
   const auto end = [&](double parallax) {
-    const Vector2d there = rays.p + parallax * terms.length * terms.u;
+    const Vector2d there = p + parallax * terms.length(0) * u;
     PairLikelihood::End end;
     end.place = camera.Project(motion.rotation * Vector3d(there(0), there(1), 1.0));
     end.scale = std::max(1.0 - state.tau(2) * parallax, 0.0);

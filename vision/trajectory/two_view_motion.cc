@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/parallel_for.h"
 #include "vision/trajectory/two_view_terms.h"
 
 namespace egosieve::vision {
@@ -54,33 +55,84 @@ struct Pass {
   double static_sum = 0.0, parallax_sum = 0.0;
 };
 
-Pass Evaluate(const std::vector<RayPair>& pairs, const TravelPrior& travel, const State& state) {
-  Pass pass;
-  const Eigen::Matrix<double, 3, 2> tangents = Tangents(state.tau);
-  const double precision = 1.0 / (state.noise * state.noise);
-  for (const RayPair& pair : pairs) {
-    const Terms terms = TermsOf(pair, state);
-    const auto [log_mixture, weight] = Mix(terms, state.share);
-    pass.score += log_mixture;
-    pass.static_sum += weight;
-    pass.parallax_sum += weight * std::max(terms.s, 0.0) / terms.length;
-    const Vector2d v = Perpendicular(terms.u);
-    const Eigen::Matrix<double, 2, 3> b = RotationFlow(pair.p);
-    Eigen::Matrix<double, 2, 3> e_by_tau;
-    e_by_tau << 1.0, 0.0, -pair.p(0), 0.0, 1.0, -pair.p(1);
-    // u turns by this for a step of tau.
-    const Eigen::Matrix<double, 1, 2> turn =
-        v.transpose() * e_by_tau * tangents / std::max(terms.length, 1e-3);
-    Vector5d ds, dc;
-    ds << -(terms.u.transpose() * b).transpose(), (terms.c * turn).transpose();
-    dc << -(v.transpose() * b).transpose(), (-terms.s * turn).transpose();
-    pass.gradient += weight * (terms.parallax.slope * ds - precision * terms.c * dc);
-    pass.normal +=
-        weight * (terms.parallax.curvature * ds * ds.transpose() + precision * dc * dc.transpose());
+// Sums of a Pass, apart for each lane.
+class LaneSums {
+ public:
+  explicit LaneSums(const State& state)
+      : state_(state),
+        tangents_(Tangents(state.tau)),
+        precision_(1.0 / (state.noise * state.noise)) {}
+
+  void Add(const RayPairs<kBlock>& pairs, const Lanes<kBlock>& counts) {
+    using Values = Lanes<kBlock>;
+    const Terms<kBlock> terms = TermsOf(pairs, state_);
+    const Mixture<kBlock> mixture = Mix(terms, state_.share);
+    const Values weight = counts * mixture.static_share;
+    score_ += counts * mixture.log_density;
+    static_ += weight;
+    parallax_ += weight * terms.s.max(0.0) / terms.length;
+    const Values xy = pairs.px * pairs.py;
+    const Values across[3] = {-xy, 1.0 + pairs.px * pairs.px, -pairs.py};  // of RotationFlow
+    const Values down[3] = {-1.0 - pairs.py * pairs.py, xy, pairs.px};
+    const Values inverse_length = 1.0 / terms.length.max(1e-3);
+    const Values third = pairs.px * terms.uy - pairs.py * terms.ux;
+    Values ds[5], dc[5];
+    for (int k = 0; k < 3; ++k) {
+      ds[k] = -(terms.ux * across[k] + terms.uy * down[k]);
+      dc[k] = terms.uy * across[k] - terms.ux * down[k];
+    }
+    for (int k = 0; k < 2; ++k) {
+      // u turns by this for a step of tau.
+      const Values turn =
+          (tangents_(1, k) * terms.ux - tangents_(0, k) * terms.uy + tangents_(2, k) * third) *
+          inverse_length;
+      ds[3 + k] = terms.c * turn;
+      dc[3 + k] = -terms.s * turn;
+    }
+    const Values slope = weight * terms.parallax.slope, pull = precision_ * weight * terms.c;
+    const Values curvature = weight * terms.parallax.curvature, narrow = precision_ * weight;
+    for (int i = 0, k = 0; i < 5; ++i) {
+      gradient_[i] += slope * ds[i] - pull * dc[i];
+      const Values s_row = curvature * ds[i], c_row = narrow * dc[i];
+      for (int j = 0; j <= i; ++j, ++k) normal_[k] += s_row * ds[j] + c_row * dc[j];
+    }
   }
+
+  Pass Total() const {
+    Pass pass;
+    pass.score = score_.sum();
+    pass.static_sum = static_.sum();
+    pass.parallax_sum = parallax_.sum();
+    for (int i = 0, k = 0; i < 5; ++i) {
+      pass.gradient(i) = gradient_[i].sum();
+      for (int j = 0; j <= i; ++j, ++k) pass.normal(i, j) = pass.normal(j, i) = normal_[k].sum();
+    }
+    return pass;
+  }
+
+ private:
+  static Lanes<kBlock> Zero() { return Lanes<kBlock>::Zero(); }
+
+  const PreparedState state_;
+  const Eigen::Matrix<double, 3, 2> tangents_;
+  const double precision_;
+  Lanes<kBlock> score_ = Zero(), static_ = Zero(), parallax_ = Zero();
+  std::array<Lanes<kBlock>, 5> gradient_ = {Zero(), Zero(), Zero(), Zero(), Zero()};
+  std::array<Lanes<kBlock>, 15> normal_ = {Zero(), Zero(), Zero(), Zero(), Zero(),
+                                           Zero(), Zero(), Zero(), Zero(), Zero(),
+                                           Zero(), Zero(), Zero(), Zero(), Zero()};
+};
+
+Pass Evaluate(const RayBlocks& pairs, const TravelPrior& travel, const State& state) {
+  LaneSums sums(state);
+  pairs.ForEachBlock([&](const RayPairs<kBlock>& block, const Lanes<kBlock>& counts, int) {
+    sums.Add(block, counts);
+  });
+  Pass pass = sums.Total();
   const auto count = static_cast<double>(pairs.size());
   pass.score /= count;
   if (travel.IsKnown()) {
+    const Eigen::Matrix<double, 3, 2> tangents = Tangents(state.tau);
     const double pull = travel.Membership(state.tau) * travel.concentration * count /
                         TwoViewMotion::kIndependentPairs;
     pass.score += travel.LogDensity(state.tau) / TwoViewMotion::kIndependentPairs;
@@ -105,8 +157,7 @@ void UpdateMixture(const Pass& pass, size_t count, State& state) {
 }
 
 // Damped steps; gives up where damping does not help.
-void Climb(const std::vector<RayPair>& pairs, const TravelPrior& travel, int iterations,
-           State& state) {
+void Climb(const RayBlocks& pairs, const TravelPrior& travel, int iterations, State& state) {
   double damping = 1e-4;
   Pass pass = Evaluate(pairs, travel, state);
   for (int k = 0; k < iterations; ++k) {
@@ -133,17 +184,22 @@ void Climb(const std::vector<RayPair>& pairs, const TravelPrior& travel, int ite
 
 // Weighted median of |c| over the static points as the noise, root mean square of the rest's motion
 // as the moving scale.
-void UpdateScales(const std::vector<RayPair>& pairs, double floor, double most, State& state) {
+void UpdateScales(const RayBlocks& pairs, double floor, double most, State& state) {
   std::vector<std::pair<double, double>> across;
   double static_sum = 0.0, moving_sum = 0.0, moving_square = 0.0;
-  for (const RayPair& pair : pairs) {
-    const Terms terms = TermsOf(pair, state);
-    const double weight = Mix(terms, state.share).second;
-    across.emplace_back(std::abs(terms.c), weight);
-    static_sum += weight;
-    moving_sum += 1.0 - weight;
-    moving_square += (1.0 - weight) * std::min(terms.d.squaredNorm(), 0.25);
-  }
+  const PreparedState prepared(state);
+  pairs.ForEachBlock([&](const RayPairs<kBlock>& block, const Lanes<kBlock>&, int n) {
+    const Terms<kBlock> terms = TermsOf(block, prepared);
+    const Mixture<kBlock> mixture = Mix(terms, state.share);
+    for (int k = 0; k < n; ++k) {
+      const double weight = mixture.static_share(k);
+      const double square = terms.dx(k) * terms.dx(k) + terms.dy(k) * terms.dy(k);
+      across.emplace_back(std::abs(terms.c(k)), weight);
+      static_sum += weight;
+      moving_sum += 1.0 - weight;
+      moving_square += (1.0 - weight) * std::min(square, 0.25);
+    }
+  });
   std::sort(across.begin(), across.end());
   double sum = 0.0;
   for (const auto& [value, weight] : across) {
@@ -156,27 +212,24 @@ void UpdateScales(const std::vector<RayPair>& pairs, double floor, double most, 
                                 0.7 * std::sqrt(moving_square / std::max(moving_sum, 1.0)));
 }
 
-std::vector<RayPair> Sample(const std::vector<PointPair>& pairs, const Pinhole& camera,
-                            int max_pairs) {
-  std::vector<RayPair> rays;
+RayBlocks Sample(const std::vector<PointPair>& pairs, const Pinhole& camera, int max_pairs) {
+  RayBlocks rays;
   const size_t count = std::min<size_t>(pairs.size(), max_pairs);
-  rays.reserve(count);
   for (size_t k = 0; k < count; ++k) {
     const PointPair& pair = pairs[k * pairs.size() / count];
-    rays.push_back(
-        {camera.Ray(pair.x1, pair.y1).head<2>(), camera.Ray(pair.x2, pair.y2).head<2>()});
+    rays.Add(camera.Ray(pair.x1, pair.y1).head<2>(), camera.Ray(pair.x2, pair.y2).head<2>());
   }
   return rays;
 }
 
 // Rotation alone, by weighted least squares whose scale shrinks from the median residual on.
 // Returns the scale.
-double FitRotation(const std::vector<RayPair>& pairs, double noise, Matrix3d& rotation) {
+double FitRotation(const RayBlocks& pairs, double noise, Matrix3d& rotation) {
   double scale = noise;
   std::vector<double> lengths(pairs.size());
   for (int k = 0; k < 12; ++k) {
     for (size_t i = 0; i < pairs.size(); ++i) {
-      lengths[i] = (Derotated(rotation, pairs[i].q) - pairs[i].p).norm();
+      lengths[i] = (Derotated(rotation, pairs.Q(i)) - pairs.P(i)).norm();
     }
     std::vector<double> sorted = lengths;
     std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
@@ -185,9 +238,9 @@ double FitRotation(const std::vector<RayPair>& pairs, double noise, Matrix3d& ro
     Vector3d right = Vector3d::Zero();
     for (size_t i = 0; i < pairs.size(); ++i) {
       const double z = lengths[i] / scale, weight = 1.0 / ((1.0 + z * z) * (1.0 + z * z));
-      const Eigen::Matrix<double, 2, 3> b = RotationFlow(pairs[i].p);
+      const Eigen::Matrix<double, 2, 3> b = RotationFlow(pairs.P(i));
       normal += weight * b.transpose() * b;
-      right += weight * b.transpose() * (Derotated(rotation, pairs[i].q) - pairs[i].p);
+      right += weight * b.transpose() * (Derotated(rotation, pairs.Q(i)) - pairs.P(i));
     }
     rotation = rotation * RotationOf(normal.ldlt().solve(right));
   }
@@ -201,28 +254,26 @@ Vector3d Direction(int k, int n) {
   return {radius * std::cos(angle), radius * std::sin(angle), z};
 }
 
-std::vector<State> Search(const std::vector<RayPair>& pairs, double noise, int directions,
+std::vector<State> Search(const RayBlocks& pairs, double noise, int directions,
                           const TravelPrior& travel) {
   State start;
   const double scale = FitRotation(pairs, noise, start.rotation);
   std::vector<double> lengths;
-  for (const RayPair& pair : pairs) {
-    lengths.push_back((Derotated(start.rotation, pair.q) - pair.p).norm());
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    lengths.push_back((Derotated(start.rotation, pairs.Q(i)) - pairs.P(i)).norm());
   }
   std::sort(lengths.begin(), lengths.end());
   start.noise = std::max(noise, 0.3 * scale);
   start.mean = std::max(lengths[lengths.size() / 2], noise);
   start.moving_scale =
       std::max(lengths[lengths.size() * 85 / 100], kLeastMovingScale * start.noise);
-  std::vector<RayPair> coarse;
-  for (size_t i = 0; i < pairs.size(); i += kSearchEvery) coarse.push_back(pairs[i]);
+  RayBlocks coarse;
+  for (size_t i = 0; i < pairs.size(); i += kSearchEvery) coarse.Add(pairs.P(i), pairs.Q(i));
   std::vector<State> states;
-  for (int k = travel.IsKnown() ? -1 : 0; k < directions; ++k) {
-    State state = start;
-    state.tau = k < 0 ? travel.direction : Direction(k, directions);
-    Climb(coarse, travel, kSearchIterations, state);
-    states.push_back(state);
-  }
+  if (travel.IsKnown()) states.emplace_back(start).tau = travel.direction;
+  for (int k = 0; k < directions; ++k) states.emplace_back(start).tau = Direction(k, directions);
+  kernels::ParallelFor(static_cast<int64_t>(states.size()),
+                       [&](int64_t k) { Climb(coarse, travel, kSearchIterations, states[k]); });
   return states;
 }
 
@@ -241,8 +292,8 @@ std::vector<State> BestApart(std::vector<State> states, int count) {
   return best;
 }
 
-void Converge(const std::vector<RayPair>& pairs, const Pinhole& camera,
-              const TwoViewMotionOptions& options, State& state) {
+void Converge(const RayBlocks& pairs, const Pinhole& camera, const TwoViewMotionOptions& options,
+              State& state) {
   for (int round = 0; round < 3; ++round) {
     Climb(pairs, options.travel, options.iterations, state);
     UpdateScales(pairs, options.noise_floor_pixels / camera.focal_pixels,
@@ -251,8 +302,7 @@ void Converge(const std::vector<RayPair>& pairs, const Pinhole& camera,
   Climb(pairs, options.travel, options.iterations, state);
 }
 
-TwoViewMotion MotionOf(const std::vector<RayPair>& pairs, const Pinhole& camera,
-                       const State& state) {
+TwoViewMotion MotionOf(const RayBlocks& pairs, const Pinhole& camera, const State& state) {
   TwoViewMotion motion;
   motion.found = true;
   motion.rotation = state.rotation;
@@ -264,10 +314,14 @@ TwoViewMotion MotionOf(const std::vector<RayPair>& pairs, const Pinhole& camera,
   motion.moving_scale = state.moving_scale;
   motion.log_likelihood = state.score - 2.0 * std::log(camera.focal_pixels);
   std::vector<double> parallaxes;
-  for (const RayPair& pair : pairs) {
-    const Terms terms = TermsOf(pair, state);
-    if (Mix(terms, state.share).second >= 0.5) parallaxes.push_back(std::max(terms.s, 0.0));
-  }
+  const PreparedState prepared(state);
+  pairs.ForEachBlock([&](const RayPairs<kBlock>& block, const Lanes<kBlock>&, int n) {
+    const Terms<kBlock> terms = TermsOf(block, prepared);
+    const Mixture<kBlock> mixture = Mix(terms, state.share);
+    for (int k = 0; k < n; ++k) {
+      if (mixture.static_share(k) >= 0.5) parallaxes.push_back(std::max(terms.s(k), 0.0));
+    }
+  });
   if (!parallaxes.empty()) {
     const auto middle = parallaxes.begin() + parallaxes.size() / 2;
     std::nth_element(parallaxes.begin(), middle, parallaxes.end());
@@ -305,11 +359,12 @@ absl::Status TwoViewMotionOptions::Validate() const {
 TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
                                     const TwoViewMotionOptions& options) {
   if (pairs.size() < kFewestPairs) return {};
-  const std::vector<RayPair> rays = Sample(pairs, camera, options.max_pairs);
+  const RayBlocks rays = Sample(pairs, camera, options.max_pairs);
   std::vector<State> states = Search(rays, options.start_noise_pixels / camera.focal_pixels,
                                      options.directions, options.travel);
   states = BestApart(std::move(states), options.refined);
-  for (State& state : states) Converge(rays, camera, options, state);
+  kernels::ParallelFor(static_cast<int64_t>(states.size()),
+                       [&](int64_t k) { Converge(rays, camera, options, states[k]); });
   const auto best =
       std::max_element(states.begin(), states.end(),
                        [](const State& a, const State& b) { return a.score < b.score; });
@@ -319,7 +374,7 @@ TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const P
 TwoViewMotion RefineTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
                                   const TwoViewMotion& start, const TwoViewMotionOptions& options) {
   if (pairs.size() < kFewestPairs || !start.found) return {};
-  const std::vector<RayPair> rays = Sample(pairs, camera, options.max_pairs);
+  const RayBlocks rays = Sample(pairs, camera, options.max_pairs);
   State state = StateOf(start);
   Converge(rays, camera, options, state);
   return MotionOf(rays, camera, state);

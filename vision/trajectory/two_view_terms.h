@@ -1,12 +1,13 @@
-// (TV2) to (TV5) of two_view_motion.h for one pair of rays. Internal to it.
+// (TV2) to (TV5) of two_view_motion.h for a few pairs of rays at a time. Internal to it.
 #ifndef EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_TERMS_H_
 #define EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_TERMS_H_
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
-#include <utility>
+#include <vector>
 
 #include "vision/trajectory/parallax_prior.h"
 #include "vision/trajectory/two_view_motion.h"
@@ -21,9 +22,50 @@ using Eigen::Vector3d;
 inline constexpr double kLeastParallax = 0.02;
 inline constexpr double kLeastShare = 0.2, kMostShare = 0.97;  // of pi
 inline constexpr double kStartShare = 0.7;
+inline constexpr int kBlock = 8;  // pairs at a time
 
-struct RayPair {
-  Vector2d p, q;  // third component 1
+// Rays of pairs, third components 1.
+template <int kLanes>
+struct RayPairs {
+  Lanes<kLanes> px, py, qx, qy;
+
+  void Set(int lane, const Vector2d& p, const Vector2d& q) {
+    px(lane) = p(0);
+    py(lane) = p(1);
+    qx(lane) = q(0);
+    qy(lane) = q(1);
+  }
+  Vector2d P(int lane) const { return {px(lane), py(lane)}; }
+  Vector2d Q(int lane) const { return {qx(lane), qy(lane)}; }
+};
+
+// Many pairs in blocks; the last one is filled up by its last pair, which counts nothing there.
+class RayBlocks {
+ public:
+  void Add(const Vector2d& p, const Vector2d& q) {
+    const int lane = static_cast<int>(size_ % kBlock);
+    if (lane == 0) blocks_.emplace_back();
+    for (int k = lane; k < kBlock; ++k) blocks_.back().Set(k, p, q);
+    ++size_;
+  }
+  size_t size() const { return size_; }
+  Vector2d P(size_t i) const { return blocks_[i / kBlock].P(static_cast<int>(i % kBlock)); }
+  Vector2d Q(size_t i) const { return blocks_[i / kBlock].Q(static_cast<int>(i % kBlock)); }
+
+  // work(pairs, counts, n): counts is 1 for the block's first n pairs, else 0.
+  template <typename Work>
+  void ForEachBlock(const Work& work) const {
+    Lanes<kBlock> counts = Lanes<kBlock>::Ones();
+    for (size_t b = 0; b < blocks_.size(); ++b) {
+      const int n = static_cast<int>(std::min<size_t>(kBlock, size_ - b * kBlock));
+      counts.tail(kBlock - n).setZero();
+      work(blocks_[b], counts, n);
+    }
+  }
+
+ private:
+  std::vector<RayPairs<kBlock>> blocks_;
+  size_t size_ = 0;
 };
 
 // What is estimated; tau as in (TV3).
@@ -34,13 +76,24 @@ struct State {
   double score = 0.0;
 };
 
-// (TV2) to (TV5) for one pair.
+// A state with what it says of every pair alike: the logarithms of the densities' normalisation.
+struct PreparedState : State {
+  explicit PreparedState(const State& given)
+      : State(given),
+        log_across(std::log(noise * std::sqrt(2.0 * std::numbers::pi))),
+        log_moving_area(std::log(2.0 * std::numbers::pi * moving_scale * moving_scale)) {}
+
+  double log_across, log_moving_area;
+};
+
+// (TV2) to (TV5).
+template <int kLanes>
 struct Terms {
-  Vector2d d, u;
-  double length = 0.0;  // |e|
-  double s = 0.0, c = 0.0;
-  double log_static = 0.0, log_moving = 0.0;
-  ParallaxDensity parallax;
+  Lanes<kLanes> dx, dy, ux, uy;
+  Lanes<kLanes> length;  // |e|
+  Lanes<kLanes> s, c;
+  Lanes<kLanes> log_static, log_moving;
+  ParallaxDensity<kLanes> parallax;
 };
 
 inline Vector2d Perpendicular(const Vector2d& u) { return {-u(1), u(0)}; }
@@ -51,33 +104,50 @@ inline Vector2d Derotated(const Matrix3d& rotation, const Vector2d& q) {
 }
 
 // least: of the inverse depths.
-inline Terms TermsOf(const RayPair& pair, const State& state, double least = 0.0) {
-  Terms terms;
-  terms.d = Derotated(state.rotation, pair.q) - pair.p;
-  const Vector2d e = state.tau.head<2>() - state.tau(2) * pair.p;
-  terms.length = std::max(e.norm(), 1e-6);
-  terms.u = e / terms.length;
-  terms.s = terms.d.dot(terms.u);
-  terms.c = terms.d.dot(Perpendicular(terms.u));
-  const double sigma = state.noise;
+template <int kLanes>
+Terms<kLanes> TermsOf(const RayPairs<kLanes>& pairs, const PreparedState& state,
+                      double least = 0.0) {
+  const Matrix3d& r = state.rotation;
+  const auto turned = [&](int axis) -> Lanes<kLanes> {
+    return r(0, axis) * pairs.qx + r(1, axis) * pairs.qy + r(2, axis);
+  };
+  const Lanes<kLanes> depth = turned(2);
+  Terms<kLanes> terms;
+  terms.dx = turned(0) / depth - pairs.px;
+  terms.dy = turned(1) / depth - pairs.py;
+  const Lanes<kLanes> ex = state.tau(0) - state.tau(2) * pairs.px;
+  const Lanes<kLanes> ey = state.tau(1) - state.tau(2) * pairs.py;
+  terms.length = (ex * ex + ey * ey).sqrt().max(1e-6);
+  terms.ux = ex / terms.length;
+  terms.uy = ey / terms.length;
+  terms.s = terms.dx * terms.ux + terms.dy * terms.uy;
+  terms.c = terms.dy * terms.ux - terms.dx * terms.uy;
+  const double sigma = state.noise, scale = state.moving_scale;
   terms.parallax =
-      EvaluateParallax(terms.s - least * terms.length,
-                       std::max(state.mean * terms.length, kLeastParallax * sigma), sigma);
-  terms.log_static = terms.parallax.log_density - 0.5 * (terms.c / sigma) * (terms.c / sigma) -
-                     std::log(sigma * std::sqrt(2.0 * std::numbers::pi));
-  const double scale = state.moving_scale;
-  terms.log_moving = -std::log(2.0 * std::numbers::pi * scale * scale) -
-                     1.5 * std::log1p(terms.d.squaredNorm() / (scale * scale));
+      EvaluateParallax<kLanes>(terms.s - least * terms.length,
+                               (state.mean * terms.length).max(kLeastParallax * sigma), sigma);
+  terms.log_static =
+      terms.parallax.log_density - 0.5 * (terms.c / sigma).square() - state.log_across;
+  terms.log_moving =
+      -state.log_moving_area -
+      1.5 * (1.0 + (terms.dx * terms.dx + terms.dy * terms.dy) / (scale * scale)).log();
   return terms;
 }
 
-// Log of the mixture, and the share of it that is static.
-inline std::pair<double, double> Mix(const Terms& terms, double share) {
-  const double a = terms.log_static + std::log(share);
-  const double b = terms.log_moving + std::log1p(-share);
-  const double top = std::max(a, b);
-  const double sum = std::exp(a - top) + std::exp(b - top);
-  return {top + std::log(sum), std::exp(a - top) / sum};
+// Of the mixture of both.
+template <int kLanes>
+struct Mixture {
+  Lanes<kLanes> log_density;
+  Lanes<kLanes> static_share;
+};
+
+template <int kLanes>
+Mixture<kLanes> Mix(const Terms<kLanes>& terms, double share) {
+  const Lanes<kLanes> a = terms.log_static + std::log(share);
+  const Lanes<kLanes> b = terms.log_moving + std::log1p(-share);
+  const Lanes<kLanes> lesser = (-(a - b).abs()).exp();
+  const Lanes<kLanes> sum = 1.0 + lesser;
+  return {a.max(b) + sum.log(), (a < b).select(lesser, 1.0) / sum};
 }
 
 inline State StateOf(const TwoViewMotion& motion) {
