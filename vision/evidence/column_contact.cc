@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "vision/statistics/median.h"
+
 namespace egosieve::vision {
 namespace {
 
@@ -28,12 +30,6 @@ constexpr int kCellsAround = 12;
 constexpr size_t kFewestAround = 8;
 constexpr double kLocalUnevenness = 0.05, kUnseenUnevenness = 0.12;
 constexpr double kLeastShare = 0.8, kMostShare = 1.1, kLeastOfDepth = 0.8;
-
-double MedianOf(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // A column of the image from the bottom upwards: what stands above road, and whether its depth is
 // that of its foot.
@@ -85,8 +81,8 @@ class Column {
       deviations.push_back(At(k).deviation);
     }
     InverseDepth middle;
-    middle.value = MedianOf(values);
-    middle.deviation = MedianOf(deviations);
+    middle.value = MedianInPlace(values);
+    middle.deviation = MedianInPlace(deviations);
     return middle;
   }
 
@@ -177,7 +173,8 @@ class Column {
       }
     }
     const bool is_seen = shares.size() >= kFewestAround;
-    depths.ground_share = is_seen ? std::clamp(MedianOf(shares), kLeastShare, kMostShare) : 1.0;
+    depths.ground_share =
+        is_seen ? std::clamp(MedianInPlace(shares), kLeastShare, kMostShare) : 1.0;
     depths.unevenness = is_seen ? kLocalUnevenness : kUnseenUnevenness;
   }
 

@@ -9,6 +9,7 @@
 #include "vision/evidence/column_contact.h"
 #include "vision/evidence/for_each_point.h"
 #include "vision/evidence/surfaces.h"
+#include "vision/statistics/median.h"
 
 namespace egosieve::vision {
 namespace {
@@ -41,16 +42,9 @@ struct Votes {
   double LogRatio() {
     const auto judged = static_cast<double>(too_far.size());
     if (judged == 0.0 || rise > kSurfaceRise * fall / judged) return 0.0;
-    return std::max(MedianOf(too_far), MedianOf(too_near)) *
+    return std::max(MedianInPlace(too_far), MedianInPlace(too_near)) *
            std::min(kMostWeight, std::sqrt(judged)) *
            std::min(1.0, judged / columns / kEnoughColumns);
-  }
-
- private:
-  static double MedianOf(std::vector<double>& values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
   }
 };
 
