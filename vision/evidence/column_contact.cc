@@ -32,7 +32,7 @@ constexpr double kLocalUnevenness = 0.05, kUnseenUnevenness = 0.12;
 constexpr double kLeastShare = 0.8, kMostShare = 1.1, kLeastOfDepth = 0.8;
 
 // A column of the image from the bottom upwards: what stands above road, and whether its depth is
-// that of its foot.
+// that of the road where it begins.
 class Column {
  public:
   Column(const ColumnView& view, std::vector<PointContact>& contacts)
@@ -47,18 +47,18 @@ class Column {
 
   void Judge() {
     int road_below = 0;
-    size_t foot = 0;
+    size_t road_top = 0;
     for (size_t k = 0; k < column_.size();) {
       if (ground_[k] == Ground::kRoad) {
         ++road_below;
-        foot = k++;
-      } else if (road_below < kRoadBelow || Cells(foot, k) > kMostBetween) {
+        road_top = k++;
+      } else if (road_below < kRoadBelow || Cells(road_top, k) > kMostBetween) {
         road_below = 0;
         ++k;
       } else if (ground_[k] == Ground::kUnclear) {
         ++k;
       } else {
-        k = JudgeAbove(foot, k);
+        k = JudgeAbove(road_top, k);
         road_below = 0;
       }
     }
@@ -105,12 +105,12 @@ class Column {
     return stretch;
   }
 
-  // The first stretch from above `foot` on that is more than what flow carries over the road, which
-  // is last seen there and first seen to end at `off`; else the longest.
-  std::vector<size_t> StretchAbove(size_t foot, size_t off) const {
-    const double least_rise = kEnoughRise * view_.road.Fall(At(foot).ray);
+  // The first stretch from above `road_top` on that is more than what flow carries over the road,
+  // which is last seen there and first seen to end at `off`; else the longest.
+  std::vector<size_t> StretchAbove(size_t road_top, size_t off) const {
+    const double least_rise = kEnoughRise * view_.road.Fall(At(road_top).ray);
     std::vector<size_t> longest;
-    for (size_t k = foot + 1; k < column_.size() && Cells(off, k) <= kMostBetween; ++k) {
+    for (size_t k = road_top + 1; k < column_.size() && Cells(off, k) <= kMostBetween; ++k) {
       if (ground_[k] == Ground::kRoad) break;
       std::vector<size_t> stretch = StretchFrom(k);
       const bool is_enough = stretch.size() >= kEnoughPlaces &&
@@ -122,16 +122,16 @@ class Column {
   }
 
   // The place in the column behind what was judged.
-  size_t JudgeAbove(size_t foot, size_t off) {
-    std::vector<size_t> stretch = StretchAbove(foot, off);
+  size_t JudgeAbove(size_t road_top, size_t off) {
+    std::vector<size_t> stretch = StretchAbove(road_top, off);
     const auto seen = std::count_if(stretch.begin(), stretch.end(),
                                     [&](size_t k) { return ground_[k] == Ground::kOff; });
     if (seen < kFewestAlike) return off + 1;
     const size_t behind = stretch.back() + 1;
-    // A blank wall or sky behind may seem to go on; it is no part of what has a foot.
+    // A blank wall or sky behind may seem to go on; it is no part of what has a ground contact.
     while (!stretch.empty() && !At(stretch.back()).is_textured) stretch.pop_back();
     if (stretch.empty()) return behind;
-    const double fall = view_.road.Fall(At(foot).ray);
+    const double fall = view_.road.Fall(At(road_top).ray);
     const bool is_tall = Rise(stretch.back()) > kMostRise * fall;
     // What seems far is alike to what is far and rises behind it.
     while (is_tall && !stretch.empty() && Rise(stretch.back()) > kCarRise * fall) {
@@ -142,17 +142,17 @@ class Column {
     PointContact contact;
     contact.judged = view_.road.Fall(At(stretch.front()).ray) > kLeastFall;
     if (contact.judged) {
-      static_cast<ContactRatios&>(contact) = Contact(middle, stretch[stretch.size() / 2]);
-      if (is_tall) contact.too_near = 0.0;
+      contact.ratios = Contact(middle, stretch[stretch.size() / 2]);
+      if (is_tall) contact.ratios.too_near = 0.0;
     }
-    for (size_t k = foot + 1; k < stretch.front(); ++k) {
+    for (size_t k = road_top + 1; k < stretch.front(); ++k) {
       const double own = At(k).value;
       if (std::abs(own - middle.value) < std::abs(own - view_.road.At(At(k).ray)))
         stretch.push_back(k);
     }
     for (const size_t k : stretch) {
       contacts_[column_[k]] = contact;
-      if (Rise(k) > kVanRise * fall) contacts_[column_[k]].too_far = 0.0;
+      if (Rise(k) > kVanRise * fall) contacts_[column_[k]].ratios.too_far = 0.0;
     }
     return behind;
   }

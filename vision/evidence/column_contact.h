@@ -23,8 +23,9 @@ enum class Ground { kRoad, kUnclear, kOff };
 Ground GroundOf(const RoadPlane& road, const InverseDepth& point);
 
 // What its column's ground contact says of a point.
-struct PointContact : ContactRatios {
+struct PointContact {
   bool judged = false;
+  ContactRatios ratios;
 };
 
 struct ColumnView {

@@ -34,7 +34,7 @@ struct Votes {
   double fall = 0.0;                                       // sum over them
   double rise = -std::numeric_limits<double>::infinity();  // the highest
 
-  void Add(const PointContact& contact) {
+  void Add(const ContactRatios& contact) {
     too_far.push_back(contact.too_far);
     too_near.push_back(contact.too_near);
     fall += contact.fall;
@@ -68,7 +68,7 @@ std::vector<double> RatiosBySurface(const ColumnView& view,
       own.rise = std::max(own.rise, -view.road.Fall(points[i].ray));
       if (!contacts[i].judged || own.last_judged == column) continue;
       own.last_judged = column;
-      own.Add(contacts[i]);
+      own.Add(contacts[i].ratios);
     }
   }
   std::vector<double> of_surfaces, ratios(points.size(), 0.0);
@@ -138,7 +138,7 @@ std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<Inver
     const int speaker = raster.SpeakerFor(places[i]);
     if (!points[i].valid || !points[speaker].valid || !IsAlike(points[i], points[speaker]))
       continue;
-    ratios[i] = std::max({ratios[i], contacts[speaker].too_far, by_surface[speaker]});
+    ratios[i] = std::max({ratios[i], contacts[speaker].ratios.too_far, by_surface[speaker]});
   }
   return ratios;
 }
