@@ -24,11 +24,12 @@ constexpr double kCarRise = 0.3, kVanRise = 0.5;  // the same, of their roofs
 constexpr double kLeastFall = 0.02;      // of A_y below the horizon: 70 m for a camera on a car
 constexpr double kHorizonError = 0.003;  // of A_y
 constexpr double kMostLogRatio = 6.0;
-// The ground around an object: cells to either side, the fewest places that show it, its unevenness
-// where they do and where they do not, and how far it may be from the plane.
+// The ground around an object: cells to either side, the fewest places that show it, its least
+// unevenness where they do, that where they do not, and how far it may be from the plane.
 constexpr int kCellsAround = 12;
 constexpr size_t kFewestAround = 8;
-constexpr double kLocalUnevenness = 0.05, kUnseenUnevenness = 0.12;
+constexpr double kLeastUnevenness = 0.05, kUnseenUnevenness = 0.12;
+constexpr double kDeviationPerMedian = 1.4826;  // of absolute differences from the median
 constexpr double kLeastShare = 0.8, kMostShare = 1.1, kLeastOfDepth = 0.8;
 
 // A column of the image from the bottom upwards: what stands above road, and whether its depth is
@@ -172,10 +173,14 @@ class Column {
         if (at > highest && at < lowest) shares.push_back(view_.points[i].value / at);
       }
     }
-    const bool is_seen = shares.size() >= kFewestAround;
-    depths.ground_share =
-        is_seen ? std::clamp(MedianInPlace(shares), kLeastShare, kMostShare) : 1.0;
-    depths.unevenness = is_seen ? kLocalUnevenness : kUnseenUnevenness;
+    if (shares.size() < kFewestAround) {
+      depths.unevenness = kUnseenUnevenness;
+      return;
+    }
+    const double share = MedianInPlace(shares);
+    for (double& each : shares) each = std::abs(each - share);
+    depths.ground_share = std::clamp(share, kLeastShare, kMostShare);
+    depths.unevenness = std::max(kLeastUnevenness, kDeviationPerMedian * MedianInPlace(shares));
   }
 
   // Without pictures: the places of the column from its `top`-th downwards.
