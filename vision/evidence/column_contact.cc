@@ -28,7 +28,7 @@ constexpr double kMostLogRatio = 6.0;
 // unevenness where they do, that where they do not, and how far it may be from the plane.
 constexpr int kCellsAround = 12;
 constexpr size_t kFewestAround = 8;
-constexpr double kLeastUnevenness = 0.05, kUnseenUnevenness = 0.12;
+constexpr double kLeastUnevenness = 0.07, kUnseenUnevenness = 0.12;
 constexpr double kDeviationPerMedian = 1.4826;  // of absolute differences from the median
 constexpr double kLeastShare = 0.8, kMostShare = 1.1, kLeastOfDepth = 0.8;
 
