@@ -207,9 +207,8 @@ TEST(RoadContact, PicturesTellRoadFromPlacesThatWereCarriedAlong) {
   EXPECT_GT(seen, 0.6 * carried);
 }
 
-// A car at nine tenths of the speed at which it would stand: by a plane that is right to a
-// twentieth it is too far, and so it is where the road lies a tenth lower than the plane all around
-// it.
+// A car that seems a fifth too far: by the plane, which is right to 0.07, it moves; it may stand
+// where the road around it lies a seventh lower.
 TEST(RoadContact, TheRoadAroundAnObjectIsWhatItStandsOn) {
   const View view = MakeView(0.05);
   auto depths = InverseDepths(view.camera, view.pose, view.pairs);
@@ -220,7 +219,7 @@ TEST(RoadContact, TheRoadAroundAnObjectIsWhatItStandsOn) {
     for (size_t i = 0; i < moved.size(); ++i) {
       const bool is_near = moved[i].ray(1) > 0.03;
       if (view.what[i] == What::kRoad && is_near) moved[i].value *= lower;
-      if (view.what[i] == What::kStanding) moved[i].value *= 0.86;
+      if (view.what[i] == What::kStanding) moved[i].value *= 0.8;
     }
     const auto ratios = RoadLogRatios(road, moved, view.places, kImage, nullptr);
     const double share = ShareAbove(view, ratios, What::kStanding, 1.5);
