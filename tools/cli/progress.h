@@ -41,6 +41,8 @@ class Progress {
 
   // One more frame is done.
   void Advance(const Details& details = {});
+  // Since the beginning.
+  double Seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
   // Shows the last state and ends the bar's line. Later calls do nothing.
   void Finish();
 

@@ -1,7 +1,6 @@
 #include "tools/segment/segment_command.h"
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -284,10 +283,6 @@ class SegmentCommand : public Command {
                                     const vision::PipelineOptions& pipeline, DriveWriter& writer,
                                     const Run& run) const {
     Progress progress("segment", progress_, ExpectedFrames(*input.frames, pipeline));
-    const auto start = std::chrono::steady_clock::now();
-    const auto elapsed_seconds = [start] {
-      return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    };
     std::optional<double> first_seconds;  // of the drive
     const absl::StatusOr<vision::PipelineSummary> summary =
         run([&](const vision::SegmentedFrame& frame) {
@@ -296,13 +291,13 @@ class SegmentCommand : public Command {
           const FrameLine& line = writer.last_line();
           if (!first_seconds) first_seconds = line.time_seconds;
           progress.Advance(
-              {{"times real time", (line.time_seconds - *first_seconds) / elapsed_seconds()},
+              {{"times real time", (line.time_seconds - *first_seconds) / progress.Seconds()},
                {"model size", static_cast<double>(line.model_size)},
                {"dynamic share", line.dynamic_share}});
           return absl::OkStatus();
         });
     progress.Finish();
-    return End(summary, input, elapsed_seconds(), writer);
+    return End(summary, input, progress.Seconds(), writer);
   }
 
   // A frame that could not be read keeps its place, as a file that cannot be either.

@@ -159,7 +159,7 @@ class Column {
   }
 
   // From the places of road beside and below `place`, where the object may touch the ground.
-  void SetGroundAround(cv::Point2f place, double lowest, ContactDepths& depths) const {
+  void SetGroundAround(cv::Point2f place, ContactDepths& depths) const {
     std::vector<double> shares;
     const auto [top, middle] = view_.raster.CellAt(place);
     const int first = std::max(0, middle - kCellsAround);
@@ -170,7 +170,7 @@ class Column {
         const int i = view_.raster.At(row, column);
         if (i < 0 || view_.grounds[i] != Ground::kRoad || !view_.points[i].is_textured) continue;
         const double at = view_.road.At(view_.points[i].ray);
-        if (at > highest && at < lowest) shares.push_back(view_.points[i].value / at);
+        if (at > highest && at < depths.lowest) shares.push_back(view_.points[i].value / at);
       }
     }
     if (shares.size() < kFewestAround) {
@@ -186,13 +186,11 @@ class Column {
   // Without pictures: the places of the column from its `top`-th downwards.
   std::vector<ContactRow> PlacesBelow(size_t top, const ContactDepths& depths) const {
     std::vector<ContactRow> rows;
-    const double lowest = LowestGround(view_.road.At(At(top).ray), depths.inverse_depth);
     for (size_t k = top + 1; k-- > 0;) {
       const InverseDepth& point = At(k);
       ContactRow row;
       row.ground = view_.road.At(point.ray);
-      row.fall = view_.road.Fall(point.ray);
-      if (row.ground > lowest) break;
+      if (row.ground > depths.lowest) break;
       const double deviation = std::hypot(point.deviation, depths.unevenness * row.ground);
       const double from_object = (point.value - depths.inverse_depth) / deviation;
       const double from_ground =
@@ -212,7 +210,8 @@ class Column {
     ContactDepths depths;
     depths.inverse_depth = middle.value;
     depths.deviation = std::hypot(middle.deviation, kHorizonError * view_.road.m(1));
-    SetGroundAround(place, LowestGround(view_.road.At(At(top).ray), middle.value), depths);
+    depths.lowest = LowestGround(view_.road.At(At(top).ray), middle.value);
+    SetGroundAround(place, depths);
     const std::vector<ContactRow> rows = view_.pictures != nullptr
                                              ? view_.pictures->RowsBelow(place, depths)
                                              : PlacesBelow(top, depths);

@@ -41,7 +41,7 @@ ContactRatios RatiosOfContact(const std::vector<ContactRow>& rows, const Contact
     const double near = std::max(0.0, r / (1.0 + kHang) - higher) / deviation;
     if (sum > best) {
       best = sum;
-      ratios.fall = row.fall;
+      ratios.ground = row.ground;
     }
     best_not_far = std::max(best_not_far, sum - 0.5 * far * far);
     best_not_near = std::max(best_not_near, sum - 0.5 * near * near);
@@ -94,13 +94,10 @@ double ContactPictures::Gain(double x, double y, const ContactDepths& depths) co
 std::vector<ContactRow> ContactPictures::RowsBelow(cv::Point2f top,
                                                    const ContactDepths& depths) const {
   std::vector<ContactRow> rows;
-  const double lowest = LowestGround(road_.At(camera_.Ray(top.x, top.y)), depths.inverse_depth);
   for (double y = top.y; y < now_.rows - kHalfHeight - 1; ++y) {
-    const Eigen::Vector3d ray = camera_.Ray(top.x, y);
     ContactRow row;
-    row.ground = road_.At(ray);
-    row.fall = road_.Fall(ray);
-    if (row.ground > lowest) break;
+    row.ground = road_.At(camera_.Ray(top.x, y));
+    if (row.ground > depths.lowest) break;
     if (row.ground > 0.0) row.gain = Gain(top.x, y, depths);
     rows.push_back(row);
   }

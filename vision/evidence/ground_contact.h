@@ -40,7 +40,6 @@ namespace egosieve::vision {
 struct ContactRow {
   double gain = 0.0;    // g of (B1); not a number where nothing is seen
   double ground = 0.0;  // m.A
-  double fall = 0.0;    // A_y below the horizon
 };
 
 // Of an object: its inverse depth r with its deviation, and the ground's around it.
@@ -48,19 +47,19 @@ struct ContactDepths {
   double inverse_depth = 0.0, deviation = 0.0;
   double ground_share = 1.0;  // of the plane's inverse depth, around the object
   double unevenness = 0.0;    // deviation of the ground's inverse depth, a share of it
+  double lowest = 0.0;        // the ground's down to which the contact is looked for
 };
 
-// (B2) for both signs of z, and the fall of the row of the greatest S.
+// (B2) for both signs of z, and m.A of the row of the greatest S.
 struct ContactRatios {
   double too_far = 0.0, too_near = 0.0;
-  double fall = 0.0;
+  double ground = 0.0;
 };
 
 // rows: downwards. Zero without any.
 ContactRatios RatiosOfContact(const std::vector<ContactRow>& rows, const ContactDepths& depths);
 
-// The ground's inverse depth down to which the contact is looked for, of an object of inverse depth
-// r that is seen where the ground has `ground`.
+// ContactDepths::lowest of an object of inverse depth r that is seen where the ground has `ground`.
 double LowestGround(double ground, double inverse_depth);
 
 class ContactPictures {
@@ -69,7 +68,7 @@ class ContactPictures {
   ContactPictures(const RoadPlane& road, const Pinhole& camera, const RelativePose& pose,
                   cv::Mat before, cv::Mat now, double noise_levels);
 
-  // The rows below `top` for something that is seen there, down to LowestGround.
+  // The rows below `top` for something that is seen there.
   std::vector<ContactRow> RowsBelow(cv::Point2f top, const ContactDepths& depths) const;
 
  private:

@@ -31,13 +31,13 @@ struct Votes {
   int columns = 0, last_column = -1;                       // that it is seen in
   int last_judged = -1;                                    // column
   std::vector<double> too_far, too_near;                   // of the judged columns
-  double fall = 0.0;                                       // sum over them
+  double fall = 0.0;                                       // of their contacts, the sum
   double rise = -std::numeric_limits<double>::infinity();  // the highest
 
-  void Add(const ContactRatios& contact) {
+  void Add(const ContactRatios& contact, const RoadPlane& road) {
     too_far.push_back(contact.too_far);
     too_near.push_back(contact.too_near);
-    fall += contact.fall;
+    fall += contact.ground / road.m(1);
   }
   double LogRatio() {
     const auto judged = static_cast<double>(too_far.size());
@@ -68,7 +68,7 @@ std::vector<double> RatiosBySurface(const ColumnView& view,
       own.rise = std::max(own.rise, -view.road.Fall(points[i].ray));
       if (!contacts[i].judged || own.last_judged == column) continue;
       own.last_judged = column;
-      own.Add(contacts[i].ratios);
+      own.Add(contacts[i].ratios, view.road);
     }
   }
   std::vector<double> of_surfaces, ratios(points.size(), 0.0);

@@ -59,7 +59,9 @@ class Scene {
   void RenderBlank() { before_ = now_ = cv::Mat(kImage, CV_8UC1, cv::Scalar(120)); }
   ContactRatios Ratios(cv::Point2f top, double inverse_depth, double share = 1.0) const {
     const ContactPictures pictures(road_, camera_, pose_, before_, now_, kNoise);
-    const ContactDepths depths = {inverse_depth, kDeviation * inverse_depth, share, kUnevenness};
+    const double lowest = LowestGround(road_.At(camera_.Ray(top.x, top.y)), inverse_depth);
+    const ContactDepths depths = {inverse_depth, kDeviation * inverse_depth, share, kUnevenness,
+                                  lowest};
     return RatiosOfContact(pictures.RowsBelow(top, depths), depths);
   }
   // Of columns all over the picture, for what is nearer by a factor than the road where it touches
@@ -74,7 +76,7 @@ class Scene {
     return ratios;
   }
   double RowOf(const ContactRatios& ratios) const {
-    return camera_.Project({0.0, ratios.fall, 1.0})(1);
+    return camera_.Project({0.0, ratios.ground / road_.m(1), 1.0})(1);
   }
 
  private:
@@ -100,7 +102,7 @@ class Scene {
 TEST(GroundContact, ARatioByHand) {
   std::vector<ContactRow> rows;
   for (int k = 0; k <= 10; ++k) {
-    rows.push_back({k <= 5 ? 4.0 : -4.0, 0.01 * k, 0.1 * k});
+    rows.push_back({k <= 5 ? 4.0 : -4.0, 0.01 * k});
   }
   const auto ratios = [&](double r) { return RatiosOfContact(rows, {r, 0.01, 1.0, 0.0}); };
   // The contact is row 5, where the ground has 0.05: one deviation is 0.01.
@@ -110,7 +112,7 @@ TEST(GroundContact, ARatioByHand) {
   EXPECT_NEAR(ratios(1.15 * 0.06).too_near, 0.5, 1e-12);
   EXPECT_NEAR(ratios(1.15 * 0.09).too_near, 8.0, 1e-12);
   EXPECT_EQ(ratios(0.055).too_near, 0.0);  // within what may hang above the ground
-  EXPECT_EQ(ratios(0.02).fall, 0.5);
+  EXPECT_EQ(ratios(0.02).ground, 0.05);
   // Around the object the ground lies lower: 0.03 in row 5. Or higher: 0.06.
   EXPECT_NEAR(RatiosOfContact(rows, {0.02, 0.01, 0.6, 0.0}).too_far, 0.5, 1e-12);
   EXPECT_EQ(RatiosOfContact(rows, {1.15 * 0.06, 0.01, 1.2, 0.0}).too_near, 0.0);
@@ -122,7 +124,7 @@ TEST(GroundContact, ARatioByHand) {
 TEST(GroundContact, RowsThatAreNotSeenSayNothing) {
   EXPECT_EQ(RatiosOfContact({}, {0.05, 0.01, 1.0, 0.05}).too_far, 0.0);
   std::vector<ContactRow> rows;
-  for (int k = 0; k <= 10; ++k) rows.push_back({std::nan(""), 0.01 * k, 0.1 * k});
+  for (int k = 0; k <= 10; ++k) rows.push_back({std::nan(""), 0.01 * k});
   const ContactRatios ratios = RatiosOfContact(rows, {0.02, 0.01, 1.0, 0.05});
   EXPECT_EQ(ratios.too_far, 0.0);
   EXPECT_EQ(ratios.too_near, 0.0);
