@@ -9,7 +9,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/parallel_for.h"
-#include "vision/features/patch_search.h"
 #include "vision/frame/ignored_area.h"
 
 namespace egosieve::vision {
@@ -101,28 +100,6 @@ struct Node {
   bool textured = false, agrees = false;
   std::optional<cv::Point2f> there = std::nullopt;  // in the other picture
 };
-
-// Gives lost nodes the places that are found for them; returns how many.
-int64_t SearchLost(const cv::Mat& from, const cv::Mat& to, int stride_pixels,
-                   std::vector<Node>& nodes) {
-  std::vector<Node*> lost;
-  std::vector<cv::Point2f> places;
-  for (Node& node : nodes) {
-    if (node.there) continue;
-    lost.push_back(&node);
-    places.push_back(node.place);
-  }
-  const auto found = SearchPatches(from, to, places, stride_pixels);
-  const cv::Rect2f inside(0.0f, 0.0f, static_cast<float>(to.cols - 1),
-                          static_cast<float>(to.rows - 1));
-  int64_t count = 0;
-  for (size_t i = 0; i < lost.size(); ++i) {
-    if (!found[i] || !inside.contains(*found[i])) continue;
-    lost[i]->there = found[i];
-    ++count;
-  }
-  return count;
-}
 
 }  // namespace
 
@@ -244,9 +221,6 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
       }
       if (node.textured || node.there) nodes.push_back(node);
     }
-  }
-  if (options.searches_lost) {
-    grid.searched_count = SearchLost(from, to, options.stride_pixels, nodes);
   }
   for (const Node& node : nodes) {
     if (!node.there) continue;

@@ -44,7 +44,7 @@ struct FlowGridOptions {
   double agreement = 0.5;       // [-1, 1]
   double contradiction = 0.2;   // [-1, agreement]
   FlowQuality quality = FlowQuality::kFast;
-  bool searches_lost = false;
+  bool searches_lost = false;  // flow_growth.h, after ComputeFlow
   // Where the grid has no points: ignored_area.h.
   cv::Mat1b ignored;
 
@@ -73,7 +73,6 @@ struct TrackedGrid {
   int64_t point_count = 0;     // of the grid, ignored ones left out
   int64_t textured_count = 0;  // = textured.size()
   int64_t agreeing_count = 0;  // of these, those for which flow agrees and is kept
-  int64_t searched_count = 0;  // of the pairs, those that flow lost
 };
 
 // The grid lies in the second image (`anchor_second`) or in the first; there its points are whole

@@ -26,28 +26,29 @@ constexpr int kWindow = 11;
 constexpr double kMostReturn = 0.5, kMostRefined = 3.0;
 constexpr double kAlikeFloor = 1.0, kAlikeSlope = 0.05;
 constexpr size_t kPlacesPerTask = 64;                // about a millisecond
-constexpr int kNeighbourhood = 2, kFewestAlike = 3;  // places
+constexpr int kNeighbourhood = 2, kFewestAlike = 2;  // places
 
 using Differences = std::array<std::array<uint16_t, kWide>, kHigh>;
 
 // E of (P1) for the patch whose corner is (x, y): row r, column c is the displacement (c - kLeft,
-// r - kUp). False where the reach leaves the picture sideways; above and below it E is greatest.
-bool Compare(const cv::Mat& from, const cv::Mat& to, int x, int y, Differences& differences) {
-  const int left = x - kLeft, top = y - kUp;
-  if (x < 0 || y < 0 || x + kSide > from.cols || y + kSide > from.rows || left < 0 ||
-      left + kWide + kSide > to.cols) {
-    return false;
-  }
+// r - kUp). `padded` is the other picture with kLeft more columns on either side. False where the
+// patch leaves its picture; outside the other one E is greatest.
+bool Compare(const cv::Mat& from, const cv::Mat& padded, int x, int y, Differences& differences) {
+  constexpr uint16_t kOutside = std::numeric_limits<uint16_t>::max();
+  const int top = y - kUp;
+  if (x < 0 || y < 0 || x + kSide > from.cols || y + kSide > from.rows) return false;
+  const int begin = std::min(std::max(kLeft - x, 0), kWide);
+  const int end = std::clamp(from.cols - kSide - x + kLeft + 1, begin, kWide);
   for (int r = 0; r < kHigh; ++r) {
     std::array<uint16_t, kWide>& sums = differences[r];
-    if (top + r < 0 || top + r + kSide > to.rows) {
-      sums.fill(std::numeric_limits<uint16_t>::max());
+    if (top + r < 0 || top + r + kSide > padded.rows) {
+      sums.fill(kOutside);
       continue;
     }
     std::array<uint16_t, kWide> row{};
     for (int v = 0; v < kSide; ++v) {
       const uint8_t* p = from.ptr<uint8_t>(y + v) + x;
-      const uint8_t* q = to.ptr<uint8_t>(top + r + v) + left;
+      const uint8_t* q = padded.ptr<uint8_t>(top + r + v) + x;
       for (int u = 0; u < kSide; ++u) {
         const uint8_t level = p[u];
         for (int c = 0; c < kWide; ++c) {
@@ -58,6 +59,8 @@ bool Compare(const cv::Mat& from, const cv::Mat& to, int x, int y, Differences& 
       }
     }
     sums = row;
+    std::fill(sums.begin(), sums.begin() + begin, kOutside);
+    std::fill(sums.begin() + end, sums.end(), kOutside);
   }
   return true;
 }
@@ -73,10 +76,10 @@ int SpreadOf(const cv::Mat& picture, int x, int y) {
 }
 
 // The displacement of the patch whose corner is (x, y) that stands out.
-std::optional<cv::Point> DistinctDisplacement(const cv::Mat& from, const cv::Mat& to, int x,
+std::optional<cv::Point> DistinctDisplacement(const cv::Mat& from, const cv::Mat& padded, int x,
                                               int y) {
   Differences differences;
-  if (!Compare(from, to, x, y, differences)) return std::nullopt;
+  if (!Compare(from, padded, x, y, differences)) return std::nullopt;
   int best = std::numeric_limits<int>::max(), row = 0, column = 0;
   for (int r = 0; r < kHigh; ++r) {
     const auto least = std::min_element(differences[r].begin(), differences[r].end());
@@ -119,6 +122,7 @@ Ways CoarseWays(const cv::Mat& from, const cv::Mat& to, const std::vector<cv::Po
   cv::Mat half_from, half_to;
   cv::resize(from, half_from, {}, 0.5, 0.5, cv::INTER_AREA);
   cv::resize(to, half_to, {}, 0.5, 0.5, cv::INTER_AREA);
+  cv::copyMakeBorder(half_to, half_to, 0, 0, kLeft, kLeft, cv::BORDER_CONSTANT);
   std::vector<std::optional<cv::Point>> displacements(places.size());
   const size_t tasks = (places.size() + kPlacesPerTask - 1) / kPlacesPerTask;
   kernels::ParallelFor(static_cast<int64_t>(tasks), [&](int64_t task) {

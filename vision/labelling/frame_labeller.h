@@ -86,7 +86,7 @@ struct FrameLabellerOptions {
   int flow_stride_pixels = 5;     // of the flow grid; 1 to 100
   // kFast loses what is small and quick: cars that cross 30 m away.
   FlowQuality flow_quality = FlowQuality::kMedium;
-  bool searches_lost = true;         // flow_grid.h: finds small cars that cross
+  bool searches_lost = true;         // flow_growth.h: finds small cars that cross
   double paper_distance_pixels = 3;  // kScaledDistance: the furthest plausible distance; positive
   double median_multiple = 6;        // kScaledMedian; positive
   double noise_floor_pixels = 0.2;   // kScaledMedian, kMixture; positive

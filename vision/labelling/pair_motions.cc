@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "kernels/base/status_macros.h"
+#include "vision/features/flow_growth.h"
 #include "vision/geometry/point_pair.h"
 
 namespace egosieve::vision {
@@ -23,7 +24,9 @@ absl::StatusOr<std::shared_ptr<const FlowPair>> FlowCache::Between(const Extract
                                                                    const ExtractedFrame& second) {
   Entry& entry = flows_[first.frame.index];
   if (entry.flow == nullptr || entry.second_index != second.frame.index) {
-    EGOSIEVE_ASSIGN_OR_RETURN(FlowPair flow, ComputeFlow(first.grey, second.grey, quality_));
+    EGOSIEVE_ASSIGN_OR_RETURN(FlowPair flow,
+                              ComputeFlow(first.grey, second.grey, options_.quality));
+    if (options_.searches_lost) GrowFlow(first.grey, second.grey, options_, flow);
     entry = {second.frame.index, std::make_shared<FlowPair>(std::move(flow))};
   }
   return entry.flow;

@@ -40,7 +40,7 @@ struct GridLinks {
 // Flows between consecutive pictures.
 class FlowCache {
  public:
-  explicit FlowCache(FlowQuality quality) : quality_(quality) {}
+  explicit FlowCache(const FlowGridOptions& options) : options_(options) {}
 
   absl::StatusOr<std::shared_ptr<const FlowPair>> Between(const ExtractedFrame& first,
                                                           const ExtractedFrame& second);
@@ -52,7 +52,7 @@ class FlowCache {
     int64_t second_index = -1;
     std::shared_ptr<const FlowPair> flow;
   };
-  FlowQuality quality_;
+  FlowGridOptions options_;
   std::map<int64_t, Entry> flows_;  // by the first frame's index
 };
 
@@ -65,7 +65,7 @@ class PairMotions {
   using Pictures = std::vector<const ExtractedFrame*>;  // of one size, in order
 
   PairMotions(const FlowGridOptions& options, const TwoViewMotionOptions& motion_options)
-      : options_(options), motion_options_(motion_options), flows_(options.quality) {}
+      : options_(options), motion_options_(motion_options), flows_(options) {}
 
   FlowCache& flows() { return flows_; }
 

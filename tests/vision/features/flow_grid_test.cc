@@ -56,58 +56,6 @@ TEST(TrackGrid, DropsWhatThePicturesContradict) {
   EXPECT_GT(grid.agreeing_count, grid.point_count / 2);
 }
 
-// Flow loses a small fast rectangle in the motion of what is behind it.
-TEST(TrackGrid, SearchesForWhatFlowLoses) {
-  const cv::Point2d way(38.0, 10.0);
-  const cv::Rect now(180, 90, 36, 36), before(now.x - 38, now.y - 10, now.width, now.height);
-  cv::Mat first = TexturedImage(400, 240, 1), second = Shifted(first);
-  const cv::Mat mover = TexturedImage(now.width, now.height, 2);
-  mover.copyTo(first(before));
-  mover.copyTo(second(now));
-  const auto flow = ComputeFlow(first, second, FlowQuality::kMedium);
-  ASSERT_TRUE(flow.ok()) << flow.status();
-  for (const bool anchor_second : {false, true}) {
-    FlowGridOptions options;
-    const TrackedGrid without = TrackGrid(*flow, first, second, anchor_second, options);
-    options.searches_lost = true;
-    const TrackedGrid grid = TrackGrid(*flow, first, second, anchor_second, options);
-    EXPECT_EQ(without.searched_count, 0);
-    ASSERT_EQ(grid.pairs.size(), grid.is_textured.size());
-
-    // Those of flow, in their order, and between them those that were searched for.
-    const auto node = [&](const PointPair& pair) {
-      return anchor_second ? std::pair(pair.y2, pair.x2) : std::pair(pair.y1, pair.x1);
-    };
-    size_t kept = 0;
-    int right = 0;
-    for (size_t i = 0; i < grid.pairs.size(); ++i) {
-      const PointPair& pair = grid.pairs[i];
-      if (i > 0) {
-        EXPECT_LT(node(grid.pairs[i - 1]), node(pair));
-      }
-      if (kept < without.pairs.size() && node(without.pairs[kept]) == node(pair)) {
-        EXPECT_EQ(pair.x1, without.pairs[kept].x1);
-        EXPECT_EQ(pair.y1, without.pairs[kept].y1);
-        EXPECT_EQ(pair.x2, without.pairs[kept].x2);
-        EXPECT_EQ(pair.y2, without.pairs[kept].y2);
-        EXPECT_EQ(grid.is_textured[i], without.is_textured[kept++]);
-        continue;
-      }
-      EXPECT_EQ(grid.is_textured[i], 1);
-      right += std::hypot(pair.x2 - pair.x1 - way.x, pair.y2 - pair.y1 - way.y) < 0.5;
-    }
-    EXPECT_EQ(kept, without.pairs.size());
-    EXPECT_EQ(grid.searched_count, static_cast<int64_t>(grid.pairs.size() - kept));
-    EXPECT_GT(right, 8) << "of " << grid.searched_count;
-
-    EXPECT_EQ(grid.textured, without.textured);
-    EXPECT_EQ(grid.agrees, without.agrees);
-    EXPECT_EQ(grid.point_count, without.point_count);
-    EXPECT_EQ(grid.textured_count, without.textured_count);
-    EXPECT_EQ(grid.agreeing_count, without.agreeing_count);
-  }
-}
-
 TEST(TrackGrid, BlankPicturesAreNotTextured) {
   const cv::Mat blank(120, 160, CV_8U, cv::Scalar(128));
   const auto flow = ComputeFlow(blank, blank, FlowQuality::kUltrafast);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 #include <vector>
 
 #include "tests/vision/features/textured_image.h"
@@ -112,11 +113,24 @@ TEST(SearchPatches, WhatLeavesThePictureHasNoPlace) {
     pictures.AddPatch(corner, {10.0f, way}, 2);
     EXPECT_EQ(CountFound(pictures.from, pictures.to, PlacesOfPatch(corner)), 0) << corner;
   }
-  // Its reach would leave the picture sideways.
   const Pictures still;
-  EXPECT_EQ(CountFound(still.from, still.to, PlacesIn({0, 60, 50, 100})), 0);
-  EXPECT_EQ(CountFound(still.from, still.to, PlacesIn({350, 60, 50, 100})), 0);
   EXPECT_EQ(CountFound(still.from, still.to, {{-4, 100}, {200, -4}, {200, 239}, {399, 239}}), 0);
+}
+
+// The reach sideways ends at the picture's edge.
+TEST(SearchPatches, FindsWhatLiesNearTheSides) {
+  for (const auto& [corner, way] : {std::pair(cv::Point(4, 100), cv::Point2f(30.0f, 6.0f)),
+                                    {{400 - kPatchSize - 4, 100}, {-30.0f, 6.0f}}}) {
+    Pictures pictures;
+    pictures.AddPatch(corner, way, 2);
+    const std::vector<cv::Point2f> places = PlacesOfPatch(corner);
+    const auto found = SearchPatches(pictures.from, pictures.to, places, kSpacing);
+    size_t count = 0;
+    for (size_t i = 0; i < places.size(); ++i) {
+      count += found[i] && cv::norm(*found[i] - places[i] - way) < 0.3;
+    }
+    EXPECT_GT(count, 0.8 * places.size()) << corner;
+  }
 }
 
 TEST(SearchPatches, OneAloneIsNotBelieved) {
