@@ -156,9 +156,10 @@ std::string SlurmScript(const BatchPlan& plan, size_t stage, const std::vector<s
   }
   absl::StrAppend(&script, R"sh(
 # USR1: the time limit is near; the task ends with what it wrote whole, and is queued again.
-task= again=
-trap 'again=yes; kill -TERM $task' USR1
-trap 'kill -TERM $task' TERM
+task= asked= again=
+end() { asked=yes; [ -z "$task" ] || kill -TERM $task; }
+trap 'again=yes; end' USR1
+trap end TERM
 )sh",
                   Quoted(options.program), " batch ", Quoted(options.folder + "/drives.json"),
                   " --shards=", plan.shards());
@@ -166,6 +167,7 @@ trap 'kill -TERM $task' TERM
   absl::StrAppend(&script, " --task=$((", plan.TaskNumber(stage, first),
                   R"sh( + SLURM_ARRAY_TASK_ID)) &
 task=$!
+[ -z "$asked" ] || end # a signal that came before its number was known
 while kill -0 $task 2>/dev/null; do wait $task; done
 wait $task
 code=$?
