@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """COLMAP as the judge: what masks are worth to it, on drives whose poses are known.
 
-    ./run bench_colmap [--drives NAME:SEED,NAME:SEED] [--frames N] [--width PIXELS] [--seeds N] [--out DIR]
+    ./run bench_colmap [--drives NAME:SEED,NAME:SEED] [--frames N] [--width PIXELS] [--seeds N] [--out DIR] [--results NAME]
 
 Synthesises the drives, masks them by `egosieve masks --for=colmap --dilate=10`, and reconstructs each without masks,
 with these and with the true ones, dilated alike, once for each of COLMAP's seeds. The lens is given, all else is COLMAP's
 default for a video from one camera. Counts the images of the largest model, its absolute trajectory error
 after the best similarity, and the share of its 3-D points that lie on movers. What is done is kept in --out (default
-out/colmap): the same command goes on. Writes colmap.json and colmap.md into bench/results.
+out/colmap): the same command goes on. Writes NAME.json and NAME.md into bench/results; NAME is colmap where nothing else is said.
 
 pycolmap comes by pip into a virtual environment in the user's cache folder, outside the repository.
 """
@@ -136,6 +136,7 @@ def parse_arguments():
     parser.add_argument("--width", type=int, default=640, help="of the pictures, pixels")
     parser.add_argument("--seeds", type=int, default=2, help="of COLMAP's, from 1 on")
     parser.add_argument("--out", default=str(ROOT / "out" / "colmap"), help="folder for drives, masks and models")
+    parser.add_argument("--results", default="colmap", metavar="NAME", help="of the files in bench/results")
     options = parser.parse_args()
     options.drives = options.drives.split(",")
     return options
@@ -154,9 +155,9 @@ def main():
         for row, drive in zip(rows, [drive for drive in drives for _ in MASKS]):
             row["runs"].append(drive.reconstruct(row["masks"], seed))
     RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "colmap.json").write_text(json.dumps({"pycolmap": version, "frames": options.frames, "width": options.width, "rows": rows}, indent=1) + "\n")  # fmt: skip
+    (RESULTS / f"{options.results}.json").write_text(json.dumps({"pycolmap": version, "frames": options.frames, "width": options.width, "rows": rows}, indent=1) + "\n")  # fmt: skip
     text = table(rows, options, version)
-    (RESULTS / "colmap.md").write_text(text)
+    (RESULTS / f"{options.results}.md").write_text(text)
     print(text)
 
 

@@ -101,6 +101,7 @@ class BatchCommand : public Command {
   absl::StatusOr<ExitCode> Run() override {
     EGOSIEVE_ASSIGN_OR_RETURN(entries_, FindEntries());
     if (plan_run_.IsAskedFor()) return RunPlan();
+    EGOSIEVE_RETURN_IF_ERROR(plan_run_.CheckUncut(entries_));
     if (index_.empty()) index_ = DefaultIndexPath(entries_);
     EGOSIEVE_RETURN_IF_ERROR(CheckIndexPath(index_));
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string program, OwnProgram());

@@ -8,6 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
@@ -33,6 +34,7 @@ struct Drive {
   std::string where;  // "entry 2", for errors
   std::string path;
   BatchSettings settings;
+  std::vector<int64_t> cuts;
 };
 
 struct Manifest {
@@ -149,8 +151,21 @@ absl::Status SettingFromJson(const std::string& where, const std::string& key, c
   if (key == "flags") return FlagsFromJson(where, key, value, settings.flags[kSegment]);
   if (IsFollowing(key)) return FlagsFromJson(where, key, value, settings.flags[key]);
   return Refused(where, absl::StrCat("unknown key '", key,
-                                     "'; an entry has 'path', 'out', 'flags', 'then' and ",
+                                     "'; an entry has 'path', 'out', 'flags', 'then', 'cuts' and ",
                                      absl::StrJoin(FollowingCommands(), ", ")));
+}
+
+absl::StatusOr<std::vector<int64_t>> Cuts(const std::string& where,
+                                          const std::vector<std::string>& words) {
+  std::vector<int64_t> cuts;
+  for (const std::string& word : words) {
+    int64_t cut = 0;
+    if (!absl::SimpleAtoi(word, &cut) || cut <= (cuts.empty() ? 0 : cuts.back())) {
+      return Refused(where, "'cuts' is not an ascending list of frame numbers above 0");
+    }
+    cuts.push_back(cut);
+  }
+  return cuts;
 }
 
 absl::StatusOr<Drive> DriveFromJson(const std::string& where, const Json& json) {
@@ -161,7 +176,13 @@ absl::StatusOr<Drive> DriveFromJson(const std::string& where, const Json& json) 
   Drive drive;
   drive.where = where;
   for (const auto& [key, value] : json.items()) {
-    if (key != "path") {
+    if (key == "cuts") {
+      std::vector<std::string> words;
+      for (const Json& cut : value.is_array() ? value : Json::array({value})) {
+        words.push_back(cut.dump());
+      }
+      EGOSIEVE_ASSIGN_OR_RETURN(drive.cuts, Cuts(where, words));
+    } else if (key != "path") {
       EGOSIEVE_RETURN_IF_ERROR(SettingFromJson(where, key, value, drive.settings));
     } else if (!value.is_string()) {
       return Refused(where, "'path' is not a text");
@@ -261,6 +282,8 @@ absl::StatusOr<Manifest> ParseToml(absl::string_view text) {
     Drive& drive = manifest.drives[number - 1];
     if (keys.size() == 1 && keys.front() == "path" && !entry.is_array) {
       drive.path = entry.values.front();
+    } else if (keys.size() == 1 && keys.front() == "cuts") {
+      EGOSIEVE_ASSIGN_OR_RETURN(drive.cuts, Cuts(drive.where, entry.values));
     } else {
       EGOSIEVE_RETURN_IF_ERROR(SettingFromToml(drive.where, keys, entry, drive.settings));
     }
@@ -348,6 +371,7 @@ absl::StatusOr<std::vector<BatchEntry>> ParseManifest(absl::string_view text,
     PutBefore(drive.settings, settings);
     PutBefore(given, settings);
     entries.push_back(Entry(From(folder, drive.path), out, settings));
+    entries.back().cuts = drive.cuts;
   }
   EGOSIEVE_RETURN_IF_ERROR(CheckFolders(entries));
   return entries;

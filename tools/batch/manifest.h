@@ -20,11 +20,14 @@
 //
 //   [{"path": "a.mp4", "out": "out/a", "flags": {"stride": 3}, "masks": {"for": "colmap"}}, ...]
 //
+// "cuts", a list of frame numbers, is where a drive's further pieces begin, for plans (plan.h).
+//
 // true means a flag without a value, false for none. Paths are relative to the manifest's
 // folder.
 #ifndef EGOSIEVE_TOOLS_BATCH_MANIFEST_H_
 #define EGOSIEVE_TOOLS_BATCH_MANIFEST_H_
 
+#include <cstdint>
 #include <map>
 #include <string>
 #include <utility>
@@ -45,6 +48,7 @@ struct BatchEntry {
   std::string out;                   // its run folder
   std::vector<std::string> flags;    // of segment
   std::vector<BatchStep> then = {};  // commands that follow, in this order
+  std::vector<int64_t> cuts = {};    // frames at which a further piece begins, ascending
 };
 
 // What is said of drives, one or all; what is not said is empty.

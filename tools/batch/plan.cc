@@ -37,6 +37,11 @@ bool Names(const std::vector<std::string>& flags, const std::string& name,
 // What follows segment where nothing else is said.
 std::vector<BatchStep> DefaultSteps() { return {{"reconstruct", {}}, {"report", {}}}; }
 
+bool IsSegmented(const std::string& run) {
+  const absl::StatusOr<DriveProgress> progress = ReadDriveProgress(run, 1);
+  return progress.ok() && progress->is_segmented;
+}
+
 // Whether it writes a file for each frame and nothing else.
 bool HasFilesByFrame(const BatchStep& step) {
   if (step.command == "render") return true;
@@ -71,8 +76,18 @@ BatchPlan::BatchPlan(std::vector<BatchEntry> entries, int shards, int threads)
     // infer has stages of its own; without it there is nothing to share out.
     std::erase_if(entry.then, [](const BatchStep& step) { return step.command == "infer"; });
   }
-  stages_.push_back({"segment", 0, "segment", {}});
-  for (int shard = 1; shard <= shards_; ++shard) AddStage("infer", shard, {0});
+  for (const BatchEntry& entry : entries_) {
+    pieces_ = std::max(pieces_, static_cast<int>(entry.cuts.size()) + 1);
+  }
+  if (pieces_ > 1) {
+    for (int piece = 1; piece <= pieces_; ++piece) {
+      stages_.push_back({"segment", piece, absl::StrCat("segment ", piece, "/", pieces_), {}});
+    }
+    AddStage("merge", 0, StagesOf("segment"));
+  } else {
+    AddStage("segment", 0, {});
+    for (int shard = 1; shard <= shards_; ++shard) AddStage("infer", shard, {0});
+  }
   const std::vector<BatchStep> steps = entries_.empty() ? DefaultSteps() : entries_.front().then;
   for (const BatchStep& step : steps) AddStep(step);
 }
@@ -85,7 +100,7 @@ void BatchPlan::AddStage(const std::string& command, int shard, std::vector<size
 void BatchPlan::AddStep(const BatchStep& step) {
   const std::vector<size_t> masks = StagesOf("reconstruct");
   std::vector<size_t> before =
-      masks.empty() ? StagesOf("infer") : std::vector<size_t>{masks.back()};
+      masks.empty() ? StagesBeforeSteps() : std::vector<size_t>{masks.back()};
   const bool is_reconstruct = step.command == "reconstruct";
   // Shares of masks take a run that has its masks.
   const bool is_shared =
@@ -107,21 +122,68 @@ std::vector<size_t> BatchPlan::StagesOf(const std::string& command) const {
   return stages;
 }
 
+// Those that make the maps.
+std::vector<size_t> BatchPlan::StagesBeforeSteps() const {
+  return StagesOf(pieces_ > 1 ? "merge" : "infer");
+}
+
+int64_t BatchPlan::LongestPiece(int64_t longest_drive_frames) const {
+  int64_t longest = 1;
+  for (const BatchEntry& entry : entries_) {
+    int64_t begin = 0;
+    for (const int64_t cut : entry.cuts) {
+      longest = std::max(longest, cut - begin);
+      begin = cut - kOverlapFrames;
+    }
+    longest = std::max(longest, longest_drive_frames - begin);
+  }
+  return longest;
+}
+
+// `piece` of them all, or 0 where no drive is cut.
+std::vector<std::string> BatchPlan::SegmentArguments(int piece, const BatchEntry& entry) const {
+  std::vector<std::string> arguments = {
+      "segment", entry.path, "--out=" + PieceFolder(entry, std::max(1, piece)), "--resume"};
+  arguments.insert(arguments.end(), entry.flags.begin(), entry.flags.end());
+  if (piece == 0) {
+    if (!Names(entry.flags, "learn_only")) arguments.push_back("--learn_only");
+    return arguments;
+  }
+  const size_t number = static_cast<size_t>(piece);
+  if (number > entry.cuts.size() + 1) return {};
+  if (piece > 1) {
+    arguments.push_back(
+        absl::StrCat("--from=", std::max<int64_t>(1, entry.cuts[number - 2] - kOverlapFrames)));
+  }
+  if (number <= entry.cuts.size()) {
+    arguments.push_back(absl::StrCat("--to=", entry.cuts[number - 1] - 1));
+  }
+  return arguments;
+}
+
+std::vector<std::string> BatchPlan::MergeArguments(const BatchEntry& entry) const {
+  if (entry.cuts.empty()) return {};
+  std::vector<std::string> arguments = {"merge", entry.out};
+  for (size_t piece = 2; piece <= entry.cuts.size() + 1; ++piece) {
+    arguments.push_back(PieceFolder(entry, static_cast<int>(piece)));
+  }
+  arguments.push_back("--progress=none");
+  return arguments;
+}
+
 std::vector<std::string> BatchPlan::Arguments(size_t stage, size_t drive) const {
   const BatchEntry& entry = entries_[drive];
   const std::string& command = stages_[stage].command;
-  std::vector<std::string> arguments = {command};
+  if (command == "merge") return MergeArguments(entry);
+  std::vector<std::string> arguments = {command, entry.out};
   if (command == "segment") {
-    arguments.insert(arguments.end(), {entry.path, "--out=" + entry.out, "--resume"});
-    arguments.insert(arguments.end(), entry.flags.begin(), entry.flags.end());
-    if (!Names(entry.flags, "learn_only")) arguments.push_back("--learn_only");
-  } else {
-    arguments.push_back(entry.out);
+    arguments = SegmentArguments(stages_[stage].shard, entry);
+    if (arguments.empty()) return {};
   }
   if (command == "masks") {
     arguments.insert(arguments.end(), {"--out=" + MasksPath(entry), "--overwrite"});
   }
-  if (stages_[stage].shard > 0) {
+  if (stages_[stage].shard > 0 && command != "segment") {
     arguments.push_back(absl::StrCat("--shard=", stages_[stage].shard, "/", shards_));
   } else if (command == "reconstruct") {
     arguments.push_back("--resume");
@@ -155,8 +217,12 @@ std::string BatchPlan::Note(size_t stage, size_t drive, const DriveProgress& pro
 }
 
 bool BatchPlan::IsDone(size_t stage, size_t drive, const DriveProgress& progress) const {
-  if (!progress.is_segmented) return false;
+  if (Arguments(stage, drive).empty()) return true;
   const std::string& command = stages_[stage].command;
+  if (command == "segment" && stages_[stage].shard > 1) {
+    return IsSegmented(PieceFolder(entries_[drive], stages_[stage].shard));
+  }
+  if (!progress.is_segmented) return false;
   if (command == "segment") return true;
   if (command == "infer") return progress.missing_maps[stages_[stage].shard - 1] == 0;
   return ReadFile(NotePath(stage, drive)).value_or("") == Note(stage, drive, progress);
@@ -194,6 +260,7 @@ absl::StatusOr<std::vector<std::string>> BatchPlan::ArgumentsOfReadyTask(int64_t
   const size_t drive = static_cast<size_t>(task) % entries_.size();
   const std::string& out = entries_[drive].out;
   EGOSIEVE_ASSIGN_OR_RETURN(const DriveProgress progress, ReadDriveProgress(out, shards_));
+  if (Arguments(stage, drive).empty()) return std::vector<std::string>();
   for (const size_t needed : stages_[stage].needs) {
     if (!IsDone(needed, drive, progress)) {
       return absl::FailedPreconditionError(
@@ -203,6 +270,22 @@ absl::StatusOr<std::vector<std::string>> BatchPlan::ArgumentsOfReadyTask(int64_t
   }
   if (IsNoted(stage) && IsDone(stage, drive, progress)) return std::vector<std::string>();
   return Arguments(stage, drive);
+}
+
+std::string PieceFolder(const BatchEntry& entry, int piece) {
+  return piece == 1 ? entry.out : absl::StrCat(entry.out, ".pieces/", piece);
+}
+
+absl::Status CheckCuts(const std::vector<BatchEntry>& entries) {
+  for (const BatchEntry& entry : entries) {
+    for (const char* flag : {"from", "to", "max_frames", "learn_only"}) {
+      if (!entry.cuts.empty() && Names(entry.flags, flag)) {
+        return absl::InvalidArgumentError(absl::StrCat(entry.out, " is learnt in pieces, which --",
+                                                       flag, " excludes; leave one of them out"));
+      }
+    }
+  }
+  return absl::OkStatus();
 }
 
 absl::Status BecomeProgram(const std::string& program, std::vector<std::string> arguments) {

@@ -1,14 +1,20 @@
 // The tasks of a batch, for engines that run them on many machines: Slurm, Kubernetes, GNU
 // parallel.
 //
-//   stage                        its task of a drive                        needs, of the same
-//   drive segment                      segment PATH --out=OUT --learn_only        - infer K/N infer
-//   OUT --shard=K/N                      segment what follows, in its order: `then` of the drives,
-//   else reconstruct and report
-//     reconstruct K/N, N > 1     reconstruct OUT --shard=K/N                every infer
-//     reconstruct                reconstruct OUT --resume                   those
-//     masks K/N, render K/N      masks OUT, render OUT                      reconstruct, else infer
-//     report                     report OUT                                 the same
+//   segment            segment PATH --out=OUT --learn_only
+//   infer K/N          infer OUT --shard=K/N, needs segment
+//   what follows, in its order: `then` of the drives, else reconstruct and report
+//     reconstruct K/N    for N > 1: reconstruct OUT --shard=K/N, needs every infer
+//     reconstruct        reconstruct OUT --resume, needs those
+//     masks K/N, render K/N, report, ...    need reconstruct, else every infer
+//
+// Where drives are cut into pieces, P at most, these come before what follows instead:
+//
+//   segment p/P        segment PATH --out=PIECE --from --to, with its maps; the first piece is OUT,
+//                      the others are OUT.pieces/p and begin kOverlapFrames before their cut
+//   merge              merge OUT OUT.pieces/2 ..., needs every segment
+//
+// A drive of fewer pieces has tasks with nothing to do.
 //
 // masks in one file (COCO, MOTS) are one task; shares of render write no video.
 //
@@ -31,9 +37,12 @@
 
 namespace egosieve::tools {
 
+// By then the model of a piece has its budget.
+inline constexpr int64_t kOverlapFrames = 10;
+
 struct PlanStage {
   std::string command;
-  int shard = 0;              // from 1; 0: all
+  int shard = 0;              // share or piece, from 1; 0: all
   std::string name;           // "infer 2/4"
   std::vector<size_t> needs;  // stages whose task of the same drive must be done before
 };
@@ -53,7 +62,11 @@ class BatchPlan {
     return static_cast<int64_t>(stage * entries_.size() + drive);
   }
 
-  // egosieve's arguments.
+  int pieces() const { return pieces_; }  // of the drive that has most
+  // Frames of the longest piece of a drive, where the longest drive has this many.
+  int64_t LongestPiece(int64_t longest_drive_frames) const;
+
+  // egosieve's arguments; none where the drive has no such piece.
   std::vector<std::string> Arguments(size_t stage, size_t drive) const;
   bool IsDone(size_t stage, size_t drive, const DriveProgress& progress) const;
   // Whether a note says that the stage's tasks are done; else the run folder does.
@@ -63,7 +76,7 @@ class BatchPlan {
   absl::Status NoteDone(int64_t task) const;
   // Drives with a task to do; those of which that is not known count among them.
   std::vector<size_t> UnfinishedDrives() const;
-  // None where a note says that it is done. OutOfRange for a number that is no task's;
+  // None where there is nothing to do. OutOfRange for a number that is no task's;
   // FailedPrecondition, naming the task to run first, where one that it needs is not done.
   absl::StatusOr<std::vector<std::string>> ArgumentsOfReadyTask(int64_t task) const;
 
@@ -71,6 +84,9 @@ class BatchPlan {
   void AddStage(const std::string& command, int shard, std::vector<size_t> needs);
   void AddStep(const BatchStep& step);
   std::vector<size_t> StagesOf(const std::string& command) const;
+  std::vector<size_t> StagesBeforeSteps() const;
+  std::vector<std::string> SegmentArguments(int piece, const BatchEntry& entry) const;
+  std::vector<std::string> MergeArguments(const BatchEntry& entry) const;
   std::string NotePath(size_t stage, size_t drive) const;
   std::string Note(size_t stage, size_t drive, const DriveProgress& progress) const;
 
@@ -78,7 +94,15 @@ class BatchPlan {
   std::vector<PlanStage> stages_;
   int shards_;
   int threads_;
+  int pieces_ = 1;
 };
+
+// Where the run of a drive's piece lies, from 1 on.
+std::string PieceFolder(const BatchEntry& entry, int piece);
+
+// InvalidArgument where a drive with cuts has flags of segment that choose frames or leave maps
+// out.
+absl::Status CheckCuts(const std::vector<BatchEntry>& entries);
 
 // InvalidArgument where drives differ in the commands that follow.
 absl::Status CheckThen(const std::vector<BatchEntry>& entries);

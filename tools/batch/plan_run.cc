@@ -11,6 +11,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
+#include "tools/batch/drive_cuts.h"
 #include "tools/batch/slurm.h"
 #include "tools/batch/task_cost.h"
 #include "tools/cli/checks.h"
@@ -34,8 +35,28 @@ std::string MapsText(const DriveProgress& progress) {
 
 size_t WidestRun(const BatchPlan& plan) {
   size_t width = 3;
-  for (const BatchEntry& entry : plan.entries()) width = std::max(width, entry.out.size());
+  for (const BatchEntry& entry : plan.entries()) {
+    const int pieces = static_cast<int>(entry.cuts.size()) + 1;
+    width = std::max(width, PieceFolder(entry, pieces).size());
+  }
   return width;
+}
+
+DriveProgress ProgressOf(const std::string& run, int shards) {
+  absl::StatusOr<DriveProgress> read = ReadDriveProgress(run, shards);
+  if (read.ok()) return *std::move(read);
+  DriveProgress progress;
+  progress.state = "unreadable";
+  progress.reason = std::string(read.status().message());
+  return progress;
+}
+
+std::string StatusRow(const std::string& run, int width, const DriveProgress& progress) {
+  const std::string row =
+      absl::StrFormat("%-*s  %-11s  %8d  %8d  %17s  %-11s  %s", width, run, progress.state,
+                      progress.frames, progress.frames_failed, MapsText(progress),
+                      progress.is_reconstructed ? "done" : "-", progress.has_report ? "done" : "-");
+  return progress.reason.empty() ? row : absl::StrCat(row, "  ", progress.reason);
 }
 
 // Paths in the plan are seen from any folder.
@@ -61,6 +82,12 @@ void PlanRun::AddFlags(CLI::App& app) {
       ->check(Between(1, 1000))
       ->capture_default_str()
       ->type_name("N");
+  app.add_option("--piece_minutes", piece_minutes_,
+                 "Learn each drive in pieces of equal length, of this many minutes at most, which "
+                 "are merged; the maps are not those of one piece. 0: in one piece, or in those "
+                 "of `cuts` in the manifest")
+      ->check(AtLeast(0.0))
+      ->type_name("MINUTES");
   app.add_option("--cpus", cpus_, "Processors of each task; 0: what the engine gives")
       ->check(Between(0, 1024))
       ->type_name("NUMBER");
@@ -84,12 +111,23 @@ bool PlanRun::IsAskedFor() const {
   return engine_ != "local" || task_.has_value() || plan_ || status_;
 }
 
+absl::Status PlanRun::CheckUncut(const std::vector<BatchEntry>& entries) const {
+  const bool is_cut =
+      std::any_of(entries.begin(), entries.end(), [](const auto& e) { return !e.cuts.empty(); });
+  if (piece_minutes_ == 0.0 && !is_cut) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      "pieces of drives (--piece_minutes, cuts) are learnt by --engine=slurm or --task; without "
+      "those leave them out");
+}
+
 absl::StatusOr<ExitCode> PlanRun::Run(const std::string& manifest, std::vector<BatchEntry> entries,
                                       const ResultFlag& result) const {
   if ((engine_ != "local") + (task_.has_value()) + plan_ + status_ > 1) {
     return absl::InvalidArgumentError("--engine, --task, --plan and --status exclude each other");
   }
   EGOSIEVE_RETURN_IF_ERROR(CheckThen(entries));
+  if (piece_minutes_ > 0.0) CutDrives(piece_minutes_, entries);
+  EGOSIEVE_RETURN_IF_ERROR(CheckCuts(entries));
   const BatchPlan plan(WithAbsolutePaths(std::move(entries)), shards_, cpus_);
   if (task_.has_value()) return RunTask(plan);
   if (plan_) return TellPlan(plan, result);
@@ -121,14 +159,13 @@ absl::StatusOr<ExitCode> PlanRun::TellPlan(const BatchPlan& plan, const ResultFl
   const int width = static_cast<int>(WidestRun(plan));
   for (size_t stage = 0; stage < plan.stages().size(); ++stage) {
     for (size_t drive = 0; drive < plan.entries().size(); ++drive) {
+      const std::vector<std::string> arguments = plan.Arguments(stage, drive);
+      if (arguments.empty()) continue;
       const int64_t number = plan.TaskNumber(stage, drive);
       const std::string& out = plan.entries()[drive].out;
       const std::string& name = plan.stages()[stage].name;
       absl::StrAppendFormat(&text, "%6d  %-*s  %s\n", number, width, out, name);
-      tasks.push_back({{"task", number},
-                       {"run", out},
-                       {"stage", name},
-                       {"arguments", plan.Arguments(stage, drive)}});
+      tasks.push_back({{"task", number}, {"run", out}, {"stage", name}, {"arguments", arguments}});
     }
   }
   result.Tell("batch", {{"tasks", tasks}}, text);
@@ -137,32 +174,25 @@ absl::StatusOr<ExitCode> PlanRun::TellPlan(const BatchPlan& plan, const ResultFl
 
 absl::StatusOr<ExitCode> PlanRun::TellStatus(const BatchPlan& plan, const std::string& folder,
                                              const ResultFlag& result) const {
+  const int width = static_cast<int>(WidestRun(plan));
   std::string table =
-      absl::StrFormat("%-*s  %-11s  %8s  %8s  %17s  %-11s  %s\n", static_cast<int>(WidestRun(plan)),
-                      "run", "segment", "frames", "failed", "maps", "reconstruct", "report");
+      absl::StrFormat("%-*s  %-11s  %8s  %8s  %17s  %-11s  %s\n", width, "run", "segment", "frames",
+                      "failed", "maps", "reconstruct", "report");
   nlohmann::ordered_json drives = nlohmann::ordered_json::array();
   for (const BatchEntry& entry : plan.entries()) {
-    const absl::StatusOr<DriveProgress> read = ReadDriveProgress(entry.out, plan.shards());
-    DriveProgress progress;
-    if (read.ok()) {
-      progress = *read;
-    } else {
-      progress.state = "unreadable";
-      progress.reason = std::string(read.status().message());
+    for (size_t piece = 1; piece <= entry.cuts.size() + 1; ++piece) {
+      const std::string run = PieceFolder(entry, static_cast<int>(piece));
+      const DriveProgress progress = ProgressOf(run, plan.shards());
+      absl::StrAppend(&table, StatusRow(run, width, progress), "\n");
+      drives.push_back({{"run", run},
+                        {"segment", progress.state},
+                        {"frames", progress.frames},
+                        {"frames_failed", progress.frames_failed},
+                        {"maps", progress.maps},
+                        {"reconstructed", progress.is_reconstructed},
+                        {"report", progress.has_report},
+                        {"reason", progress.reason}});
     }
-    absl::StrAppendFormat(
-        &table, "%-*s  %-11s  %8d  %8d  %17s  %-11s  %s", static_cast<int>(WidestRun(plan)),
-        entry.out, progress.state, progress.frames, progress.frames_failed, MapsText(progress),
-        progress.is_reconstructed ? "done" : "-", progress.has_report ? "done" : "-");
-    absl::StrAppend(&table, progress.reason.empty() ? "" : "  ", progress.reason, "\n");
-    drives.push_back({{"run", entry.out},
-                      {"segment", progress.state},
-                      {"frames", progress.frames},
-                      {"frames_failed", progress.frames_failed},
-                      {"maps", progress.maps},
-                      {"reconstructed", progress.is_reconstructed},
-                      {"report", progress.has_report},
-                      {"reason", progress.reason}});
   }
   const std::string jobs = SubmittedJobs(folder);
   if (!jobs.empty()) absl::StrAppend(&table, "submitted to Slurm: squeue --jobs=", jobs, "\n");

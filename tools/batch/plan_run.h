@@ -27,6 +27,8 @@ class PlanRun {
 
   // Whether the flags ask for anything that Run does.
   bool IsAskedFor() const;
+  // InvalidArgument where drives are to be learnt in pieces, which is done by plans alone.
+  absl::Status CheckUncut(const std::vector<BatchEntry>& entries) const;
   // `manifest`: its path, beside which egosieve_jobs/ is written.
   absl::StatusOr<ExitCode> Run(const std::string& manifest, std::vector<BatchEntry> entries,
                                const ResultFlag& result) const;
@@ -42,6 +44,7 @@ class PlanRun {
   std::string engine_ = "local";
   int shards_ = 2;
   int cpus_ = 0;
+  double piece_minutes_ = 0.0;  // 0: drives are cut where the manifest says
   std::optional<int64_t> task_;
   bool plan_ = false;
   bool status_ = false;

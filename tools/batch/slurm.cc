@@ -66,6 +66,7 @@ std::string ToManifest(const std::vector<BatchEntry>& entries) {
                   {"out", AbsolutePath(entry.out)},
                   {"flags", FlagsToJson(entry.flags)},
                   {"then", Json::array()}};
+    if (!entry.cuts.empty()) drive["cuts"] = entry.cuts;
     for (const BatchStep& step : entry.then) {
       drive["then"].push_back(step.command);
       if (!step.flags.empty()) drive[step.command] = FlagsToJson(step.flags);
@@ -119,10 +120,16 @@ absl::Status SlurmOptions::Validate() const {
 TaskRequest RequestFor(const BatchPlan& plan, size_t stage, const BatchCost& cost,
                        const SlurmOptions& options) {
   const PlanStage& asked = plan.stages()[stage];
-  const auto measured = cost.seconds_per_frame.find(asked.command);
-  double seconds = measured == cost.seconds_per_frame.end() ? 0.0 : measured->second;
-  seconds *= static_cast<double>(std::max(cost.longest_drive_frames, cost.measured_frames));
-  if (asked.shard > 0) seconds /= plan.shards();
+  const auto seconds_of = [&](const std::string& command) {
+    const auto measured = cost.seconds_per_frame.find(command);
+    return measured == cost.seconds_per_frame.end() ? 0.0 : measured->second;
+  };
+  const bool is_piece = asked.command == "segment" && asked.shard > 0;  // makes its maps, too
+  const int64_t frames =
+      is_piece ? plan.LongestPiece(cost.longest_drive_frames) : cost.longest_drive_frames;
+  double seconds = seconds_of(asked.command) + (is_piece ? seconds_of("infer") : 0.0);
+  seconds *= static_cast<double>(std::max(frames, cost.measured_frames));
+  if (asked.shard > 0 && !is_piece) seconds /= plan.shards();
   const double steps = kMemoryShare * static_cast<double>(cost.peak_memory_bytes) /
                        static_cast<double>(kMemoryStep * kMebibyte);
   return {options.longest_wait_minutes + static_cast<int64_t>(std::ceil(kTimeShare * seconds / 60)),
@@ -149,9 +156,10 @@ std::string SlurmScript(const BatchPlan& plan, size_t stage, const std::vector<s
   }
   absl::StrAppend(&script, R"sh(
 # USR1: the time limit is near; the task ends with what it wrote whole, and is queued again.
-task= again=
-trap 'again=yes; kill -TERM $task' USR1
-trap 'kill -TERM $task' TERM
+task= asked= again=
+end() { asked=yes; [ -z "$task" ] || kill -TERM $task; }
+trap 'again=yes; end' USR1
+trap end TERM
 )sh",
                   Quoted(options.program), " batch ", Quoted(options.folder + "/drives.json"),
                   " --shards=", plan.shards());
@@ -159,6 +167,7 @@ trap 'kill -TERM $task' TERM
   absl::StrAppend(&script, " --task=$((", plan.TaskNumber(stage, first),
                   R"sh( + SLURM_ARRAY_TASK_ID)) &
 task=$!
+[ -z "$asked" ] || end # a signal that came before its number was known
 while kill -0 $task 2>/dev/null; do wait $task; done
 wait $task
 code=$?

@@ -52,6 +52,7 @@ absl::StatusOr<DrivesSeen> LookAt(const std::vector<BatchEntry>& entries) {
 
 BatchEntry Piece(BatchEntry entry, const std::string& out, int64_t frames) {
   entry.out = out;
+  entry.cuts.clear();
   std::erase_if(entry.flags,
                 [](const std::string& flag) { return absl::StartsWith(flag, "--max_frames="); });
   entry.flags.push_back(absl::StrCat("--max_frames=", frames));

@@ -21,13 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool LiesIn(const std::string& path, const std::string& folder) {
-  std::error_code error;
-  const fs::path inner = fs::weakly_canonical(AbsolutePath(path), error);
-  const fs::path outer = fs::weakly_canonical(AbsolutePath(folder), error);
-  return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
-}
-
 // A folder to write to: apart from what is read, and empty unless that may be overwritten.
 absl::Status CheckFolder(const std::string& flag, const std::string& path, const DriveInput& input,
                          const std::string& run, bool overwrite) {
@@ -37,7 +30,7 @@ absl::Status CheckFolder(const std::string& flag, const std::string& path, const
     return absl::AlreadyExistsError(absl::StrCat(given, " is a file; name a folder"));
   }
   for (const std::string& source : {input.description.path, run}) {
-    if (fs::is_directory(source, error) && LiesIn(path, source)) {
+    if (fs::is_directory(source, error) && LiesInFolder(path, source)) {
       return absl::InvalidArgumentError(
           absl::StrCat(given, " lies in what is read, ", source, "; name another folder"));
     }

@@ -86,9 +86,9 @@ class ReportCommand : public Command {
     ReportContent content;
     EGOSIEVE_ASSIGN_OR_RETURN(content.description, folder.ReadDescription());
     EGOSIEVE_ASSIGN_OR_RETURN(content.lines, folder.ReadLines());
-    const absl::StatusOr<std::string> evaluation = ReadFile(folder.File("eval.json"));
-    if (evaluation.ok()) {
-      absl::StatusOr<Evaluation> parsed = EvaluationFromText(*evaluation);
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string evaluation, ReadIfThere(folder, "eval.json"));
+    if (!evaluation.empty()) {
+      absl::StatusOr<Evaluation> parsed = EvaluationFromText(evaluation);
       if (parsed.ok()) {
         content.evaluation = *std::move(parsed);
       } else {
@@ -97,9 +97,7 @@ class ReportCommand : public Command {
                           "; run egosieve evaluate again"));
       }
     }
-    if (const auto tracks = ReadFile(folder.File("tracks.csv")); tracks.ok()) {
-      content.tracks = *tracks;
-    }
+    EGOSIEVE_ASSIGN_OR_RETURN(content.tracks, ReadIfThere(folder, "tracks.csv"));
     for (const char* video : {"overlay.mp4", "overlay.avi"}) {
       if (std::filesystem::exists(folder.File(video))) content.video = video;
     }
@@ -111,6 +109,13 @@ class ReportCommand : public Command {
   }
 
  private:
+  // Nothing where the run has no such file.
+  static absl::StatusOr<std::string> ReadIfThere(const RunFolder& folder, const char* name) {
+    absl::StatusOr<std::string> text = ReadFile(folder.File(name));
+    if (absl::IsNotFound(text.status())) return std::string();
+    return text;
+  }
+
   // What is gone costs the page its pictures, not its charts.
   absl::Status AddPictures(const RunFolder& folder, ReportContent& content) {
     const auto tell = [&content](absl::string_view what) {

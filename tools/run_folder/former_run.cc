@@ -183,4 +183,8 @@ absl::Status CheckApart(const std::string& out, const std::vector<std::string>& 
   return absl::OkStatus();
 }
 
+bool LiesInFolder(const std::string& path, const std::string& folder) {
+  return LiesIn(Canonical(path), Canonical(folder));
+}
+
 }  // namespace egosieve::tools

@@ -21,6 +21,9 @@ absl::StatusOr<bool> IsBarelyBegun(const std::string& path);
 // names and links lead there. Paths that do not exist lie nowhere.
 absl::Status CheckApart(const std::string& out, const std::vector<std::string>& sources);
 
+// Whether `path` is the folder or lies in it, whatever names and links lead there.
+bool LiesInFolder(const std::string& path, const std::string& folder);
+
 }  // namespace egosieve::tools
 
 #endif  // EGOSIEVE_TOOLS_RUN_FOLDER_FORMER_RUN_H_

@@ -105,7 +105,7 @@ class SegmentCommand : public Command {
     TellRemarks(*input.frames);
     EGOSIEVE_RETURN_IF_ERROR(camera_.Read(input));
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
-    if (overwrite_) EGOSIEVE_RETURN_IF_ERROR(CheckApart(directory_, input.frames->files()));
+    EGOSIEVE_RETURN_IF_ERROR(CheckFolder(input));
     if (InterruptionRequested()) {
       return absl::CancelledError("interrupted; nothing was written");
     }
@@ -152,6 +152,16 @@ class SegmentCommand : public Command {
       input.description.kind = "folder";
     }
     return input;
+  }
+
+  // The maps must not become pictures of the input, nor --overwrite remove those.
+  absl::Status CheckFolder(const DriveInput& input) const {
+    const std::string& source = input.description.path;
+    if (input.description.kind == "folder" && !input.is_live && LiesInFolder(directory_, source)) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "--out=", directory_, " lies in what is read, ", source, "; name another folder"));
+    }
+    return overwrite_ ? CheckApart(directory_, input.frames->files()) : absl::OkStatus();
   }
 
   static void TellRemarks(const vision::FrameSource& frames) {

@@ -47,8 +47,8 @@ std::string HowToConvert(const std::string& input) {
   }
   const std::string extension = absl::AsciiStrToLower(fs::path(input).extension().string());
   if (extension == ".bag" || extension == ".mcap" || extension == ".db3") {
-    return "recordings of ROS are not read; write their pictures into a folder and their times "
-           "into a file for --times, or list both in a .csv";
+    return "a recording of ROS is not read itself; './run bag FILE --out=DIR' writes its pictures "
+           "and a list of them with their times, DIR/pictures.csv, which is read";
   }
   return "";
 }

@@ -25,6 +25,18 @@ constexpr std::array<std::string_view, 13> kImageExtensions = {
 
 constexpr int64_t kMaximumBytes = std::numeric_limits<int>::max();  // a row of OpenCV's
 
+// Whether it begins as a picture of kImageExtensions does. OpenCV hands all else to GDAL and GDCM,
+// which end the process on some bytes.
+bool BeginsAsPicture(std::string_view bytes) {
+  constexpr std::string_view kBegins[] = {"\x89PNG",    "\xff\xd8\xff",      "BM",
+                                          {"II*\0", 4}, {"MM\0*", 4},        {"II+\0", 4},
+                                          {"MM\0+", 4}, {"\0\0\0\x0cjP", 6}, "\xff\x4f\xff\x51"};
+  if (bytes.size() > 12 && bytes.starts_with("RIFF")) return bytes.substr(8, 4) == "WEBP";
+  if (bytes.size() > 2 && bytes[0] == 'P') return bytes[1] >= '1' && bytes[1] <= '7';
+  return std::any_of(std::begin(kBegins), std::end(kBegins),
+                     [&](std::string_view begin) { return bytes.starts_with(begin); });
+}
+
 // The decoders fill what is missing with grey or black and say so on stderr only; so look first.
 bool IsCutShort(std::string_view bytes) {
   constexpr size_t kTrailerBytes = 4096;  // some cameras append a little behind the end marker
@@ -87,6 +99,8 @@ absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path) {
   QuietLibraries();
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, kernels::ReadFile(path, kMaximumBytes));
   if (bytes.empty()) return absl::DataLossError(absl::StrCat(path, ": the file is empty"));
+  if (!BeginsAsPicture(bytes))
+    return absl::DataLossError(absl::StrCat(path, ": cannot be decoded as a picture"));
   if (IsCutShort(bytes))
     return absl::DataLossError(absl::StrCat(path, ": the picture is cut short"));
   if (const absl::Status size = CheckPixelsOfFile(bytes); !size.ok()) {

@@ -1,5 +1,6 @@
 #include "tools/batch/manifest.h"
 
+#include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 
@@ -110,6 +111,7 @@ o"""
 [[drives]]
 path = "b.mp4"
 out = "p"
+cuts = [100, 250]
 masks = { for = "coco" }
 then = [ "masks", ]
 )",
@@ -117,6 +119,8 @@ then = [ "masks", ]
   ASSERT_TRUE(entries.ok()) << entries.status();
   EXPECT_EQ((*entries)[0].path, "C:\\a # b.mp4");
   EXPECT_EQ((*entries)[0].out, "o");
+  EXPECT_THAT((*entries)[0].cuts, ElementsAre());
+  EXPECT_THAT((*entries)[1].cuts, ElementsAre(100, 250));
   EXPECT_THAT((*entries)[1].then[0].flags, ElementsAre("--for=coco"));
 }
 
@@ -135,6 +139,10 @@ TEST(ManifestTest, WhatIsWrongIsSaidWithTheEntrysNumber) {
   EXPECT_THAT(error("[{\"path\": \"a\", \"out\": \"x\"}, {\"path\": \"b\"}]"),
               HasSubstr("entry 2: no 'out'"));
   EXPECT_THAT(error("[{\"out\": \"x\"}]"), HasSubstr("entry 1: no 'path'"));
+  for (const char* cuts : {"[5, 5]", "[0]", "[\"a\"]", "[1.5]", "{}", "-3"}) {
+    const std::string text = absl::StrCat(R"([{"path": "a", "out": "x", "cuts": )", cuts, "}]");
+    EXPECT_THAT(error(text.c_str()), HasSubstr("entry 1: 'cuts' is not an ascending")) << cuts;
+  }
   EXPECT_THAT(error("[{\"path\": \"a\", \"out\": 5}]"), HasSubstr("entry 1: 'out' is not a text"));
   EXPECT_THAT(error("[{\"path\": \"a\", \"out\": \"x\", \"stride\": 2}]"),
               HasSubstr("entry 1: unknown key 'stride'"));

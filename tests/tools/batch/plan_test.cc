@@ -10,6 +10,7 @@
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
+#include "tools/batch/drive_cuts.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -91,6 +92,51 @@ TEST(BatchPlan, ATaskThatNeedsAnotherSaysWhich) {
   EXPECT_EQ(plan.ArgumentsOfReadyTask(-1).status().code(), absl::StatusCode::kOutOfRange);
 }
 
+TEST(BatchPlan, CutDrivesAreLearntInPiecesThatOverlap) {
+  const BatchPlan plan({{"a.mp4", "out/a", {"--stride=2"}, {}, {100, 250}}, {"b.mp4", "out/b", {}}},
+                       2, 0);
+  EXPECT_THAT(StageNames(plan),
+              ElementsAre("segment 1/3", "segment 2/3", "segment 3/3", "merge", "reconstruct 1/2",
+                          "reconstruct 2/2", "reconstruct", "report"));
+  EXPECT_THAT(plan.stages()[3].needs, ElementsAre(0, 1, 2));
+  EXPECT_THAT(plan.stages()[4].needs, ElementsAre(3));
+  EXPECT_THAT(plan.Arguments(0, 0), ElementsAre("segment", "a.mp4", "--out=out/a", "--resume",
+                                                "--stride=2", "--to=99", "--progress=none"));
+  EXPECT_THAT(plan.Arguments(1, 0),
+              ElementsAre("segment", "a.mp4", "--out=out/a.pieces/2", "--resume", "--stride=2",
+                          "--from=90", "--to=249", "--progress=none"));
+  EXPECT_THAT(plan.Arguments(2, 0),
+              ElementsAre("segment", "a.mp4", "--out=out/a.pieces/3", "--resume", "--stride=2",
+                          "--from=240", "--progress=none"));
+  EXPECT_THAT(plan.Arguments(3, 0),
+              ElementsAre("merge", "out/a", "out/a.pieces/2", "out/a.pieces/3", "--progress=none"));
+  // A drive in one piece.
+  EXPECT_THAT(plan.Arguments(0, 1),
+              ElementsAre("segment", "b.mp4", "--out=out/b", "--resume", "--progress=none"));
+  for (const int task : {3, 5, 7}) {
+    EXPECT_THAT(*plan.ArgumentsOfReadyTask(task), ElementsAre()) << task;
+  }
+  EXPECT_EQ(plan.LongestPiece(300), 300) << "a drive in one piece";
+  EXPECT_EQ(BatchPlan({{"a", "a", {}, {}, {100, 250}}}, 1, 0).LongestPiece(300), 160);
+  EXPECT_EQ(BatchPlan({{"a", "a", {}, {}, {100, 250}}}, 1, 0).LongestPiece(500), 260);
+}
+
+TEST(BatchPlan, PiecesExcludeFlagsThatChooseFrames) {
+  EXPECT_TRUE(CheckCuts({{"a", "a", {"--to=5"}}, {"b", "b", {"--stride=2"}, {}, {10}}}).ok());
+  for (const char* flag : {"--from=3", "--to=5", "--max_frames=9", "--learn_only"}) {
+    EXPECT_EQ(CheckCuts({{"b", "b", {flag}, {}, {10}}}).code(), absl::StatusCode::kInvalidArgument)
+        << flag;
+  }
+}
+
+TEST(DriveCuts, AreTheFewestPiecesOfEqualLength) {
+  EXPECT_THAT(EqualCuts(3000, 0.1, 5), ElementsAre());
+  EXPECT_THAT(EqualCuts(3001, 0.1, 5), ElementsAre(1500));
+  EXPECT_THAT(EqualCuts(9001, 0.1, 5), ElementsAre(2250, 4500, 6750));
+  EXPECT_THAT(EqualCuts(3, 1.0, 1e-9), ElementsAre(1, 2)) << "no piece is empty";
+  EXPECT_THAT(EqualCuts(-1, 0.1, 5), ElementsAre()) << "a length that no header tells";
+}
+
 class BatchTasks : public testing::Test {
  protected:
   BatchTasks() : root_(FreshFolder()) {
@@ -147,6 +193,41 @@ TEST_F(BatchTasks, OneAfterTheOtherTheyGiveWhatOneMachineGives) {
   EXPECT_FALSE(std::filesystem::exists(mask));
   EXPECT_EQ(run("--task=12", "--for=colmap --dilate=2").code, 0);
   EXPECT_TRUE(std::filesystem::exists(mask));
+}
+
+TEST_F(BatchTasks, PiecesAreMergedAsByHand) {
+  WritePatchDrive(root_ + "/a", SmallPatchDrive(16));  // 1.6 s, b 0.8 s
+  const auto run = [&](const std::string& flag) {
+    return RunBatch({flag, "--shards=1", "--piece_minutes=0.014"});
+  };
+  EXPECT_THAT(run("--plan").out, ContainsRegex(" 0  .*/out/a  +segment 1/2\n"
+                                               " +1  .*/out/b  +segment 1/2\n"
+                                               " +2  .*/out/a  +segment 2/2\n"
+                                               " +4  .*/out/a  +merge\n"));
+  EXPECT_THAT(run("--task=4").err, HasSubstr("'segment 1/2'"));
+  for (int task = 0; task < 10; task += 2) {  // the first drive, to its report
+    const ProgramOutcome outcome = run(absl::StrCat("--task=", task));
+    EXPECT_EQ(outcome.code, 0) << task << ": " << outcome.err;
+  }
+  EXPECT_EQ(run("--task=3").code, 0) << "nothing to do";
+  EXPECT_THAT(run("--status").out, ContainsRegex("/out/a +done +16 +0 +16 of 16 +done +done"));
+  EXPECT_THAT(run("--status").out, ContainsRegex("/out/a.pieces/2 +done +15 +0 +15 of 15"));
+  const auto segment = [&](const std::string& name, const std::string& part) {
+    return RunProgram({"segment", root_ + "/a/frames", "--out=" + root_ + "/" + name,
+                       "--budget=100", "--stride=8", "--checkpoint_every=3", part})
+        .code;
+  };
+  ASSERT_EQ(segment("p1", "--to=7"), 0);
+  ASSERT_EQ(segment("p2", "--from=1"), 0);
+  ASSERT_EQ(RunProgram({"merge", root_ + "/p1", root_ + "/p2"}).code, 0);
+  for (const char* file : {"/grid/000004.prob.png", "/grid/000012.prob.png"}) {
+    const absl::StatusOr<std::string> expected = ReadFile(root_ + "/p1" + file);
+    ASSERT_TRUE(expected.ok()) << expected.status();
+    EXPECT_EQ(*expected, ReadFile(root_ + "/out/a" + file).value_or("none")) << file;
+  }
+  const ProgramOutcome here = RunBatch({"--piece_minutes=1"});
+  EXPECT_EQ(here.code, 2);
+  EXPECT_THAT(here.err, HasSubstr("--engine=slurm or --task"));
 }
 
 TEST_F(BatchTasks, StatusTellsWhatIsThereAtAnyTime) {

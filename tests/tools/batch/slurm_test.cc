@@ -96,6 +96,18 @@ TEST_F(Slurm, AsksForWhatWasMeasured) {
   EXPECT_EQ(RequestFor(plan, 0, cost_, options_).memory_mebibytes, 1024);
 }
 
+TEST_F(Slurm, PiecesAskForTheLongestOfThemAndKeepTheirCuts) {
+  const BatchPlan plan({{"/in/0", "/nowhere/0", {}, {}, {12000, 24000}}}, 2, 0);
+  // 12010 frames of 0.5 + 0.3 s, twice: 320.3 min.
+  EXPECT_EQ(RequestFor(plan, 2, cost_, options_).minutes, 321 + 5);
+  EXPECT_EQ(RequestFor(plan, 3, cost_, options_).minutes, 5) << "merge, which is not measured";
+  ASSERT_TRUE(SubmitToSlurm(plan, {0}, cost_, options_).ok());
+  EXPECT_THAT(*ReadFile(root_ + "/sbatch"), HasSubstr("aftercorr:1:2:3"));
+  const auto entries = ReadManifest(options_.folder + "/drives.json");
+  ASSERT_TRUE(entries.ok()) << entries.status();
+  EXPECT_EQ((*entries)[0].cuts, plan.entries()[0].cuts);
+}
+
 TEST_F(Slurm, ArraysDependOnWhatTheirTasksNeed) {
   const BatchPlan plan = Plan(3);
   const absl::StatusOr<std::vector<SlurmArray>> arrays =
@@ -197,6 +209,18 @@ TEST_F(Slurm, ATaskWhoseTimeIsOverDrainsAndIsQueuedAgain) {
     // SIGTERM alone is scancel, or a preemption after which Slurm itself queues it again.
     EXPECT_EQ(code, signal == SIGUSR1 ? 0 : 130);
     EXPECT_EQ(ReadFile(root_ + "/requeued").value_or(""), signal == SIGUSR1 ? "requeue 7_1\n" : "");
+  }
+}
+
+// The task has begun, and the shell may not know its number yet.
+TEST_F(Slurm, ASignalAtATasksBeginningIsNotLost) {
+  const std::string script =
+      SlurmScript(Plan(3), 0, {0, 1, 2}, RequestFor(Plan(3), 0, cost_, options_), options_);
+  StandIn("it's egosieve", "trap 'exit 130' TERM\nkill -USR1 $PPID\nwhile :; do sleep 0.05; done");
+  for (int i = 0; i < 5; ++i) {
+    fs::remove(root_ + "/requeued");
+    EXPECT_EQ(Wait(Start(script, "1")), 0);
+    EXPECT_EQ(ReadFile(root_ + "/requeued").value_or(""), "requeue 7_1\n");
   }
 }
 

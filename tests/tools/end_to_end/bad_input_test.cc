@@ -263,6 +263,19 @@ TEST_F(BadInput, AnOutputFolderThatHoldsSomething) {
   ExpectRefused(Segment(input_), 2, "is a file");
 }
 
+// Its maps would be pictures of the input when that is read again.
+TEST_F(BadInput, AnOutputFolderInsideTheInput) {
+  WriteFrames(2);
+  fs::create_directory_symlink(input_, root_ + "/link");
+  for (const std::string& inside : {input_, input_ + "/run", root_ + "/link/run"}) {
+    out_ = inside;
+    for (const char* flag : {"--resume", "--overwrite"}) {
+      ExpectRefused(Segment(input_, {flag}), 2, "lies in what is read");
+    }
+    EXPECT_FALSE(fs::exists(input_ + "/run"));
+  }
+}
+
 TEST_F(BadInput, AnOutputFolderThatCannotBeWritten) {
   WriteFrames(2);
   out_ = "/proc/egosieve/out";

@@ -1,5 +1,8 @@
 #include "tools/run_folder/baselines.h"
 
+#include <string>
+#include <vector>
+
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 
@@ -36,6 +39,35 @@ TEST(Baselines, SayNothingOfCutsNorOfMatchedFeatures) {
   for (const char* features : {"sift+corners", "both", ""}) {
     EXPECT_EQ(Of(features, 0, 5).Describe(), "") << features;
   }
+}
+
+std::string OfNames(const std::vector<std::string>& names, int64_t index_step = 1) {
+  Baselines baselines{RunDescription()};
+  FrameLine line;
+  for (const std::string& name : names) {
+    line.image = name;
+    baselines.Add(line);
+    line.index += index_step;
+  }
+  return baselines.Describe();
+}
+
+TEST(Baselines, TellPicturesChosenFromAVideoByTheirNumbers) {
+  EXPECT_THAT(OfNames({"a_0.jpg", "a_6.jpg", "a_12.jpg", "a_18.jpg"}),
+              HasSubstr("numbers go up by 6 (a_0.jpg, a_6.jpg)"));
+  EXPECT_THAT(OfNames({"cam0/0001.v2", "cam0/0003.v2", "cam0/0005.v2", "cam0/0007.v2"}),
+              HasSubstr("numbers go up by 2"));
+}
+
+TEST(Baselines, SayNothingOfOtherNames) {
+  EXPECT_EQ(OfNames({"0.png", "1.png", "2.png", "3.png"}), "");
+  EXPECT_EQ(OfNames({"0.png", "6.png", "12.png"}), "") << "too few to tell";
+  EXPECT_EQ(OfNames({"0.png", "6.png", "12.png", "19.png"}), "") << "photographs";
+  EXPECT_EQ(OfNames({"0.png", "7.png", "13.png", "19.png"}), "");
+  EXPECT_EQ(OfNames({"0.png", "6.png", "a.png", "12.png", "18.png"}), "");
+  EXPECT_EQ(OfNames({"", "", "", ""}), "") << "older runs";
+  EXPECT_EQ(OfNames({"0.png", "6.png", "12.png", "18.png"}, 6), "") << "a run's own choice";
+  EXPECT_EQ(OfNames({"1000.png", "1100.png", "1200.png", "1300.png"}), "") << "milliseconds";
 }
 
 }  // namespace

@@ -29,6 +29,13 @@ std::string DescriptionWithoutTimes(const RunFolder& folder) {
   return ToText(description);
 }
 
+// Two runs of the same input begin at two times, which reconstruct notes.
+std::string WithoutStart(std::string text) {
+  const size_t begin = text.find(" started=");
+  if (begin != std::string::npos) text.erase(begin, text.find('"', begin) - begin);
+  return text;
+}
+
 std::map<std::string, std::string> Contents(const std::string& path) {
   const RunFolder folder = *RunFolder::Open(path);
   std::map<std::string, std::string> contents;
@@ -36,9 +43,10 @@ std::map<std::string, std::string> Contents(const std::string& path) {
     if (!entry.is_regular_file()) continue;
     const std::string name = fs::relative(entry.path(), path).string();
     if (name.rfind("log/", 0) == 0) continue;  // named by time and process; ReadLines has its lines
-    contents[name] = name == "frames.jsonl" ? LinesWithoutTimes(folder)
-                     : name == "run.json"   ? DescriptionWithoutTimes(folder)
-                                            : *ReadFile(entry.path().string());
+    contents[name] = name == "frames.jsonl"       ? LinesWithoutTimes(folder)
+                     : name == "run.json"         ? DescriptionWithoutTimes(folder)
+                     : name == "reconstruct.json" ? WithoutStart(*ReadFile(entry.path().string()))
+                                                  : *ReadFile(entry.path().string());
   }
   return contents;
 }

@@ -265,6 +265,15 @@ TEST_F(FrameSourceTest, VideoWithoutFramesIsAnError) {
   EXPECT_EQ(source.status().code(), absl::StatusCode::kInvalidArgument);
 }
 
+// GDCM, a decoder behind OpenCV, ends the process on these bytes.
+TEST_F(FrameSourceTest, WhatIsNoPictureReachesNoOtherDecoder) {
+  const std::string dicom =
+      std::string(128, '\0') + "DICM" + std::string("\0\0\xff\xd8SVD\xae\x42\x60\x82", 11);
+  std::ofstream(Path("dicom.png"), std::ios::binary) << dicom;
+  EXPECT_THAT(std::string(OpenFrameSource(Path("dicom.png")).status().message()),
+              HasSubstr("cannot be decoded as a picture"));
+}
+
 TEST_F(FrameSourceTest, NothingIsPrinted) {
   WriteText("fake.mp4", std::string(5000, 'x'));
   WriteVideo("v.avi", 6);

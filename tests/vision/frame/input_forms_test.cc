@@ -174,7 +174,7 @@ TEST_F(InputFormsTest, WhatIsNotReadSaysWhatWouldBe) {
               Not(HasSubstr("secret")));
   for (const char* name : {"drive.bag", "drive.MCAP", "drive.db3"}) {
     WriteText(name, "a recording");
-    EXPECT_THAT(ErrorOf(name), HasSubstr("recordings of ROS are not read; write their pictures"));
+    EXPECT_THAT(ErrorOf(name), HasSubstr("./run bag FILE --out=DIR"));
   }
 }
 

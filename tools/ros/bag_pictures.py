@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""The pictures of a ROS recording, with their times, as `egosieve segment` reads them.
+
+    ./run bag FILE... --out=DIR [--topic=NAME]
+
+FILE is a bag of ROS 1 (.bag; several are read as one), a recording of ROS 2 (its folder, or a .db3) or an MCAP file with
+messages of ROS. Writes DIR/pictures/NNNNNN.png, or .jpg as it was recorded, and last DIR/pictures.csv, a line
+"SECONDS,pictures/NAME" each, in order of the times in the messages' headers. Exit codes as egosieve's: 0 done, 1 it cannot be
+written, 2 usage, 3 the recording cannot be read.
+
+Reading is rosbags' and rosbags-image's, which `./run bag` installs into an environment of their own.
+"""
+
+import argparse
+import shutil
+import sys
+from pathlib import Path
+
+import cv2
+from rosbags.highlevel import AnyReader
+from rosbags.image import message_to_cvimage
+from rosbags.typesys import Stores, get_typestore
+
+IMAGE_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
+
+
+def fail(code, text):
+    """One line, and the end."""
+    print(f"bag: {text}", file=sys.stderr)
+    sys.exit(code)
+
+
+def nanoseconds(message, recorded):
+    """Of the picture, by its header; by the recording where that tells none."""
+    stamp = message.header.stamp
+    return stamp.sec * 1_000_000_000 + stamp.nanosec or recorded
+
+
+def encoded(message):
+    """A file's extension and bytes: JPEG and PNG as they were recorded, all else as PNG."""
+    data = bytes(message.data) if hasattr(message, "format") else b""
+    if data.startswith(b"\xff\xd8"):
+        return ".jpg", data
+    if data.startswith(b"\x89PNG"):
+        return ".png", data
+    depth = "16" if getattr(message, "encoding", "").endswith("16") else "8"
+    picture = message_to_cvimage(message, f"bgr{depth}")
+    done, png = cv2.imencode(".png", picture)
+    if not done:
+        raise ValueError("a picture cannot be written as PNG")
+    return ".png", png.tobytes()
+
+
+def choose(reader, topic):
+    """The connections of the topic that was named, or of the only one with pictures."""
+    pictures = [connection for connection in reader.connections if connection.msgtype in IMAGE_TYPES]
+    topics = sorted({connection.topic for connection in pictures})
+    if not topics:
+        fail(3, f"no topic has pictures ({', '.join(IMAGE_TYPES)}); there are {', '.join(sorted({c.topic + ' of ' + c.msgtype for c in reader.connections})) or 'none'}")  # fmt: skip
+    if topic is None and len(topics) > 1:
+        fail(2, f"several topics have pictures; name one with --topic: {', '.join(topics)}")
+    if topic is not None and topic not in topics:
+        fail(2, f"no pictures in --topic={topic}; there are {', '.join(topics)}")
+    return [connection for connection in pictures if connection.topic == (topic or topics[0])]
+
+
+def write(reader, connections, out):
+    """The pictures, then their list; returns how many. Of pictures with one time the first is listed."""
+    folder = out / "pictures"
+    folder.mkdir(parents=True)
+    times = {}
+    for number, (connection, recorded, raw) in enumerate(reader.messages(connections=connections)):
+        message = reader.deserialize(raw, connection.msgtype)
+        extension, data = encoded(message)
+        name = f"{number:06d}{extension}"
+        (folder / name).write_bytes(data)
+        times.setdefault(nanoseconds(message, recorded), name)
+    if not times:
+        raise ValueError(f"{connections[0].topic} has no message")
+    lines = [f"{time // 10**9}.{time % 10**9:09d},pictures/{name}\n" for time, name in sorted(times.items())]
+    unfinished = out / "pictures.csv.new"
+    unfinished.write_text("".join(lines))
+    unfinished.rename(out / "pictures.csv")
+    return len(times)
+
+
+def main():
+    """Flags, recording, pictures."""
+    parser = argparse.ArgumentParser(prog="./run bag", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="the recording")
+    parser.add_argument("--out", type=Path, required=True, help="a new folder for the pictures and their list")
+    parser.add_argument("--topic", help="of the pictures; needed where several have some")
+    options = parser.parse_args()
+    if options.out.exists() and (not options.out.is_dir() or any(options.out.iterdir())):
+        fail(2, f"--out={options.out} is there already and not empty; name another folder")
+    for path in options.files:
+        if not path.exists():
+            fail(3, f"{path}: no such file or folder")
+    is_made = False
+    try:
+        with AnyReader(options.files, default_typestore=get_typestore(Stores.LATEST)) as reader:
+            connections = choose(reader, options.topic)
+            is_made = True
+            count = write(reader, connections, options.out)
+    except OSError as error:
+        fail(1, error)
+    except Exception as error:  # of a damaged recording the library raises errors of many kinds
+        if is_made:
+            shutil.rmtree(options.out, ignore_errors=True)
+        what = " ".join(str(error).split()) or type(error).__name__
+        fail(3, f"{options.files[0]} cannot be read as a recording of ROS: {what}")
+    print(f"{count} pictures: egosieve segment {options.out / 'pictures.csv'} --out=RUN")
+
+
+if __name__ == "__main__":
+    main()
