@@ -281,6 +281,7 @@ egosieve_status egosieve_segmenter_create(const egosieve_segmenter_options* opti
     session_options.budget = wishes.budget;
     session_options.seed = wishes.seed;
     session_options.lag = wishes.lag;
+    session_options.focal_ratio = wishes.focal_ratio;
     EGOSIEVE_RETURN_IF_ERROR(session_options.Validate());
     EGOSIEVE_ASSIGN_OR_RETURN(session_options.ignored, egosieve::embed::IgnoredArea(wishes.ignore));
     EGOSIEVE_ASSIGN_OR_RETURN(auto context, egosieve::embed::ContextOf(wishes.device));

@@ -27,6 +27,7 @@ vision::OnlineSegmenterOptions SegmenterOptions(const SessionOptions& options) {
   if (options.budget > 0) segmenter.learner.budget.budget = options.budget;
   segmenter.SetSeed(options.seed);
   segmenter.labeller.ignored = options.ignored;
+  segmenter.labeller.focal_ratio = options.focal_ratio;
   if (options.lag > 0) segmenter.ahead_frames = static_cast<int>(options.lag);
   return segmenter;
 }
@@ -134,6 +135,8 @@ absl::StatusOr<SessionOptions> TakeOptions(const gp::ArrayMap& arrays, int64_t v
   if (version > 1) {
     EGOSIEVE_ASSIGN_OR_RETURN(const auto lag, Take<int64_t>(arrays, "lag", 1));
     options.lag = lag[0];
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto focal_ratio, Take<double>(arrays, "focal_ratio", 1));
+    options.focal_ratio = focal_ratio[0];
     EGOSIEVE_ASSIGN_OR_RETURN(options.ignored, TakeMask(arrays));
   }
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
@@ -154,6 +157,15 @@ absl::Status SessionOptions::Validate() const {
   if (lag < 0 || lag > kLongestLag) {
     return absl::InvalidArgumentError(
         absl::StrFormat("options.lag = %d frames; it must be 0 to %d", lag, kLongestLag));
+  }
+  if (!(focal_ratio >= 0.0 && focal_ratio <= 100.0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("options.focal_ratio = %g; it must be 0, not known, to 100", focal_ratio));
+  }
+  if (lag > 0 && focal_ratio == 0.0) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "options.lag = %d frames needs options.focal_ratio: frames behind tell nothing without",
+        lag));
   }
   return absl::OkStatus();
 }
@@ -234,6 +246,7 @@ absl::StatusOr<std::string> SegmenterSession::ToBytes() {
   arrays["session_version"] = Vector<int64_t>({kSessionVersion});
   arrays["options"] = Vector<int64_t>({static_cast<int64_t>(options_.profile), options_.stride,
                                        options_.budget, static_cast<int64_t>(options_.seed)});
+  arrays["focal_ratio"] = Vector<double>({options_.focal_ratio});
   arrays["lag"] = Vector<int64_t>({options_.lag});
   arrays["ignored"] = MaskArray(options_.ignored);
   arrays["waiting"] = Vector<int64_t>({static_cast<int64_t>(waiting_.size())});

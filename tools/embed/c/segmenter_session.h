@@ -3,9 +3,10 @@
 //
 // A session's bytes are an archive of arrays (gp/io/array_file.h):
 //
-//   session_version  i8 [1]     kSessionVersion, or 1 without lag, waiting and ignored
+//   session_version  i8 [1]     kSessionVersion, or 1 without lag, focal_ratio, ignored, waiting
 //   options          i8 [4]     profile, stride, budget, seed
 //   lag              i8 [1]
+//   focal_ratio      f8 [1]
 //   ignored          u1 [height, width], or [0]
 //   next_frame       i8 [1]
 //   checkpoint       u1 [...]   OnlineSegmenter::Checkpoint
@@ -47,8 +48,9 @@ struct SessionOptions {
   int stride = 5;      // pixels, 1 to 64
   int64_t budget = 0;  // points, 10 to 20000; 0: the profile's
   uint64_t seed = 1;
-  int64_t lag = 0;    // frames behind a frame that its labels rest on, 0 to 100
-  cv::Mat1b ignored;  // vision/frame/ignored_area.h
+  int64_t lag = 0;           // frames behind a frame that its labels rest on, 0 to 100
+  double focal_ratio = 0.0;  // focal length over the longer side, at most 100; 0: not known
+  cv::Mat1b ignored;         // vision/frame/ignored_area.h
 
   absl::Status Validate() const;
 };

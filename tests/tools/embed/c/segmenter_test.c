@@ -107,6 +107,7 @@ static void test_lag(void) {
   egosieve_segmenter_options_init(&options);
   options.budget = 300;
   options.lag = 2;
+  options.focal_ratio = 0.8;
   CHECK_OK(egosieve_segmenter_create(&options, &segmenter));
   for (int t = 0; t < FRAMES; ++t) {
     probability[0][0] = -1.0f;

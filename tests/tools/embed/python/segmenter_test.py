@@ -62,7 +62,7 @@ class SegmenterTest(unittest.TestCase):
             egosieve.Segmenter(ignore=ignore).process(np.zeros((20, 30), np.uint8))
 
     def test_a_lag_gives_every_frame_its_map_later(self):
-        segmenter = egosieve.Segmenter(budget=300, lag=2)
+        segmenter = egosieve.Segmenter(budget=300, lag=2, focal_ratio=0.8)
         pictures = list(frames(5))
         self.assertIsNone(segmenter.process(pictures[0]))
         self.assertIsNone(segmenter.learn(pictures[1]))
@@ -79,6 +79,8 @@ class SegmenterTest(unittest.TestCase):
         for found, again in zip(*ends):
             np.testing.assert_array_equal(found.probability, again.probability)
         self.assertEqual(list(segmenter.finish()), [])
+        live = list(egosieve.Segmenter(budget=300, focal_ratio=0.8).process_all(pictures))
+        self.assertFalse(np.array_equal(live[2].probability, ends[0][1].probability))
 
     def test_layouts_of_frames_do_not_matter(self):
         segmenters = [egosieve.Segmenter(budget=300) for _ in range(4)]
@@ -104,6 +106,8 @@ class SegmenterTest(unittest.TestCase):
             (ValueError, "time_seconds = nan", lambda: segmenter.process(picture, float("nan"))),
             (ValueError, "order = 'gbr'", lambda: segmenter.process(picture, order="gbr")),
             (ValueError, "profile = 'slow'", lambda: egosieve.Segmenter("slow")),
+            (ValueError, "options.lag = 3 frames needs", lambda: egosieve.Segmenter(lag=3)),
+            (ValueError, "options.focal_ratio = nan", lambda: egosieve.Segmenter(focal_ratio=float("nan"))),
             (ValueError, "options.lag = -1", lambda: egosieve.Segmenter(lag=-1)),
             (ValueError, "options.ignore has colours", lambda: egosieve.Segmenter(ignore=picture)),
             (ValueError, "options.stride = 0", lambda: egosieve.Segmenter(stride=0)),

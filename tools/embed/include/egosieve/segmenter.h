@@ -47,11 +47,14 @@ typedef struct egosieve_segmenter_options {
   uint64_t seed;            /**< Of everything that is random. Default: 1. */
   const char* device;       /**< As in egosieve_gp_options. */
   /** Frames behind a frame that its labels rest on, 0 to 100: its map comes so many frames later,
-      and what moves is told better. All frames have one size then. Default: 0. */
+      and what moves is told better. Needs focal_ratio, and frames of one size. Default: 0. */
   int64_t lag;
   /** Grey, of the frames' size; not 0 where they do not show the world: the own vehicle, captions.
       No motion is estimated from there, and nothing moves there. Copied. Default: null. */
   const egosieve_image* ignore;
+  /** The camera's focal length over the longer side of the frames, at most 100: motion is then told
+      from the camera's rotation and step, in depth. 0, the default: not known. */
+  double focal_ratio;
 } egosieve_segmenter_options;
 
 /** Sets every field to its default. Null does nothing. */
@@ -131,8 +134,9 @@ EGOSIEVE_API egosieve_status egosieve_segmenter_waiting(egosieve_segmenter* segm
 /**
  * The map of the next of the frames that wait for those behind them: after the last frame, until
  * the report's frame is -1. Frames may follow; they go on from there.
- * @param map     Null: the frame is learnt from and no map is made.
- * @param report  Null: not wanted.
+ * @param segmenter  The segmenter.
+ * @param map        Null: the frame is learnt from and no map is made.
+ * @param report     Null: not wanted.
  */
 EGOSIEVE_API egosieve_status egosieve_segmenter_finish(egosieve_segmenter* segmenter,
                                                        const egosieve_map* map,

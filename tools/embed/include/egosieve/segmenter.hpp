@@ -33,8 +33,9 @@ struct SegmenterOptions {
   int64_t budget = 0;                  /**< Points in the model; 0: the profile's. */
   uint64_t seed = 1;                   /**< Of everything that is random. */
   std::string device;                  /**< As in #egosieve_gp_options. */
-  int64_t lag = 0; /**< Frames behind a frame that its labels rest on, to 100. */
-  Image ignore{};  /**< Grey, not 0 where no world is shown; data null: nowhere. */
+  int64_t lag = 0;          /**< Frames behind a frame that its labels rest on, to 100. */
+  Image ignore{};           /**< Grey, not 0 where no world is shown; data null: nowhere. */
+  double focal_ratio = 0.0; /**< Focal length over the longer side; 0: not known. Lag needs it. */
 };
 
 /** The grid that a frame's map is evaluated on. */
@@ -78,6 +79,7 @@ class Segmenter {
     c.seed = options.seed;
     c.device = options.device.c_str();
     c.lag = options.lag;
+    c.focal_ratio = options.focal_ratio;
     const egosieve_image ignore = options.ignore.c();
     c.ignore = ignore.data == nullptr ? nullptr : &ignore;
     egosieve_segmenter* handle = nullptr;

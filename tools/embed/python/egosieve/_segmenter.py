@@ -20,12 +20,12 @@ _vision = _library.Library("egosieve_vision", {
 
 
 class Session:
-    def __init__(self, profile, stride, budget, seed, lag, ignore, device):
+    def __init__(self, profile, stride, budget, seed, lag, ignore, focal_ratio, device):
         if profile not in _PROFILES:
             raise ValueError(f"profile = {profile!r}; it must be one of {', '.join(map(repr, _PROFILES))}")
         options = _vision.new(SegmenterOptions, "egosieve_segmenter_options_init")
         fill(options, profile=_PROFILES.index(profile), stride=stride, budget=budget, seed=seed, lag=lag,
-             device=encoded(device))  # fmt: skip
+             focal_ratio=focal_ratio, device=encoded(device))  # fmt: skip
         if ignore is not None:
             view, kept = image("ignore", ignore, "bgr")
             options.ignore = pointer(view)

@@ -104,7 +104,10 @@ class Segmenter:
         Of everything that is random.
     lag : int
         Frames behind a frame that its labels rest on, 0 to 100: its map comes so many frames later, and what moves
-        is told better. All frames have one size then.
+        is told better. Needs focal_ratio, and frames of one size.
+    focal_ratio : float
+        The camera's focal length over the longer side of the frames, at most 100: motion is then told from the
+        camera's rotation and step, in depth. 0: not known.
     ignore : array of bool or uint8, (height, width), optional
         Not 0 where the frames do not show the world: the own vehicle, captions. No motion is estimated from there,
         and there are no objects.
@@ -116,16 +119,17 @@ class Segmenter:
     >>> segmenter = egosieve.Segmenter()
     >>> for frame in frames:                       # uint8, height x width x 3
     ...     moving = segmenter.process(frame, full=True).probability > 0.5
-    >>> segmenter = egosieve.Segmenter(lag=5)
+    >>> segmenter = egosieve.Segmenter(lag=5, focal_ratio=0.8)
     >>> for found in segmenter.process_all(frames):
     ...     print(found.report.frame, found.list_objects())
     """
 
-    def __init__(self, profile="default", *, stride=5, budget=0, seed=1, lag=0, ignore=None, device=None):
+    def __init__(self, profile="default", *, stride=5, budget=0, seed=1, lag=0, focal_ratio=0.0, ignore=None,
+                 device=None):  # fmt: skip
         if ignore is not None:
             ignore = np.asarray(ignore)
             ignore = ignore.astype(np.uint8) if ignore.dtype == bool else ignore
-        self._session = Session(profile, stride, budget, seed, lag, ignore, device)
+        self._session = Session(profile, stride, budget, seed, lag, ignore, focal_ratio, device)
         self._processed = 0
 
     def process(self, frame, time_seconds=None, *, order="bgr", full=False):
