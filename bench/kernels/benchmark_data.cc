@@ -42,10 +42,14 @@ std::shared_ptr<Context> BenchmarkContext() {
   return *context;
 }
 
-CovarianceParameters BenchmarkCovariance(WeightRange range) {
+CovarianceParameters BenchmarkCovariance(BenchmarkKernel kernel) {
   const std::vector<double> gentle = {0.4, 0.4, 0.4, 0.4, 0.3, 0.3, 0.3};
   const std::vector<double> steep = {2.0, 15.0, 12.0, 2.0, 1.5, 1.5, 1.5};
-  return {CovarianceFunction::kArcsine, range == WeightRange::kGentle ? gentle : steep, 1.0};
+  if (kernel == BenchmarkKernel::kSquaredExponential) {
+    return {CovarianceFunction::kSquaredExponential, {0.3, 0.3, 0.6, 0.6, 0.6, 0.6}, 1.0};
+  }
+  return {CovarianceFunction::kArcsine, kernel == BenchmarkKernel::kGentleArcsine ? gentle : steep,
+          1.0};
 }
 
 PosteriorModel BenchmarkModel::model(FactorKind kind) const {
@@ -61,13 +65,13 @@ PosteriorModel BenchmarkModel::model(FactorKind kind) const {
   return model;
 }
 
-const BenchmarkModel& ModelOf(int64_t n, WeightRange range) {
-  static std::map<std::pair<int64_t, WeightRange>, BenchmarkModel> models;
-  BenchmarkModel& model = models[{n, range}];
+const BenchmarkModel& ModelOf(int64_t n, BenchmarkKernel kernel) {
+  static std::map<std::pair<int64_t, BenchmarkKernel>, BenchmarkModel> models;
+  BenchmarkModel& model = models[{n, kernel}];
   if (model.count == n) return model;
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   std::mt19937_64 random(n);
-  model.covariance = BenchmarkCovariance(range);
+  model.covariance = BenchmarkCovariance(kernel);
   model.count = n;
   model.inputs.resize(n * 6);
   Eigen::VectorXd y(n);

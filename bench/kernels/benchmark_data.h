@@ -16,12 +16,13 @@ namespace egosieve::kernels {
 // none.
 std::shared_ptr<Context> BenchmarkContext();
 
-enum class WeightRange {
-  kGentle,  // weights of about 0.4
-  kSteep,   // squared weights up to e^6, as training finds them for positions
+enum class BenchmarkKernel {
+  kGentleArcsine,       // weights of about 0.4
+  kSteepArcsine,        // squared weights up to e^6, as training finds them for positions
+  kSquaredExponential,  // lengths of 0.3 and 0.6
 };
 
-CovarianceParameters BenchmarkCovariance(WeightRange range);
+CovarianceParameters BenchmarkCovariance(BenchmarkKernel kernel);
 
 struct BenchmarkModel {
   CovarianceParameters covariance;
@@ -34,7 +35,7 @@ struct BenchmarkModel {
 };
 
 // n points of an image's inputs, labels with a moving blob, noise 0.3. Made once.
-const BenchmarkModel& ModelOf(int64_t n, WeightRange range);
+const BenchmarkModel& ModelOf(int64_t n, BenchmarkKernel kernel);
 
 // Inputs of every `stride`-th pixel of a smooth image of 640 x 480 pixels, 6 values each.
 std::vector<float> ImageQueries(int stride);

@@ -25,13 +25,13 @@ std::vector<double> Points(int64_t n) {
   return points;
 }
 
-template <typename T>
+template <typename T, BenchmarkKernel kernel>
 void BM_CovarianceMatrix(benchmark::State& state) {
   const auto context = BenchmarkContext();
   const int64_t n = state.range(0);
   const std::vector<double> points = Points(n);
   const ConstMatrixView<double> x(points.data(), n, 6);
-  const CovarianceParameters parameters = BenchmarkCovariance(WeightRange::kSteep);
+  const CovarianceParameters parameters = BenchmarkCovariance(kernel);
   std::vector<T> out(n * n);
   const MatrixView<T> view(out.data(), n, n);
   const double copy = CopyBytesPerSecond();
@@ -57,7 +57,7 @@ void BM_CovarianceMatrix(benchmark::State& state) {
   state.counters["fraction_of_copy_bandwidth"] = elements * sizeof(T) / copy / seconds;
   state.counters["copy_bytes_per_second"] = copy;
 }
-BENCHMARK_TEMPLATE(BM_CovarianceMatrix, double)
+BENCHMARK_TEMPLATE(BM_CovarianceMatrix, double, BenchmarkKernel::kSteepArcsine)
     ->Name("BM_CovarianceMatrix/arcsine")
     ->ArgName("n")
     ->Arg(800)
@@ -65,7 +65,14 @@ BENCHMARK_TEMPLATE(BM_CovarianceMatrix, double)
     ->MeasureProcessCPUTime()
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_TEMPLATE(BM_CovarianceMatrix, float)
+BENCHMARK_TEMPLATE(BM_CovarianceMatrix, double, BenchmarkKernel::kSquaredExponential)
+    ->Name("BM_CovarianceMatrix/squared_exponential")
+    ->ArgName("n")
+    ->Arg(4000)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_TEMPLATE(BM_CovarianceMatrix, float, BenchmarkKernel::kSteepArcsine)
     ->Name("BM_CovarianceMatrix/arcsine_float32")
     ->ArgName("n")
     ->Arg(4000)
@@ -82,7 +89,7 @@ void BM_CovarianceGradient(benchmark::State& state) {
   const int64_t n = state.range(0);
   const std::vector<double> points = Points(n);
   const ConstMatrixView<double> x(points.data(), n, 6);
-  const CovarianceParameters parameters = BenchmarkCovariance(WeightRange::kSteep);
+  const CovarianceParameters parameters = BenchmarkCovariance(BenchmarkKernel::kSteepArcsine);
   std::vector<double> w(n * n);
   for (int64_t i = 0; i < n * n; ++i)
     w[i] = 1e-3 * static_cast<double>(i * 2654435761 % 2001 - 1000);

@@ -94,11 +94,10 @@ std::string CheckSample(const PosteriorModel& model, const std::vector<float>& q
   return worst <= kTolerance ? "" : "off by " + std::to_string(worst);
 }
 
-void BM_DensePosteriorMean(benchmark::State& state, bool plain) {
+void BM_DensePosteriorMean(benchmark::State& state, BenchmarkKernel kernel) {
   const auto context = BenchmarkContext();
   const int64_t n = state.range(0);
-  const BenchmarkModel& data = ModelOf(n, plain ? WeightRange::kGentle : WeightRange::kSteep);
-  const PosteriorModel model = data.model(FactorKind::kNone);
+  const PosteriorModel model = ModelOf(n, kernel).model(FactorKind::kNone);
   const auto posterior = DensePosterior::Create(context, model);
   if (!posterior.ok()) return state.SkipWithError(posterior.status().ToString().c_str());
   const std::vector<float> queries = ImageQueries(1);
@@ -120,18 +119,26 @@ void BM_DensePosteriorMean(benchmark::State& state, bool plain) {
   const double evaluations = static_cast<double>(m) * n;
   state.counters["evaluations_per_second"] =
       benchmark::Counter(evaluations, benchmark::Counter::kIsIterationInvariantRate);
+  if (kernel == BenchmarkKernel::kSquaredExponential) return;
   const double operations = OperationsAnEvaluation(model, queries);
   state.counters["operations_an_evaluation"] = operations;
   state.counters["fraction_of_fma_peak"] = evaluations * operations / peak / seconds;
   state.counters["fma_peak"] = peak;
 }
-BENCHMARK_CAPTURE(BM_DensePosteriorMean, arcsine, false)
+BENCHMARK_CAPTURE(BM_DensePosteriorMean, arcsine, BenchmarkKernel::kSteepArcsine)
     ->ArgName("n")
     ->Arg(4000)
     ->MeasureProcessCPUTime()
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_DensePosteriorMean, arcsine_plain, true)
+BENCHMARK_CAPTURE(BM_DensePosteriorMean, arcsine_plain, BenchmarkKernel::kGentleArcsine)
+    ->ArgName("n")
+    ->Arg(4000)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+BENCHMARK_CAPTURE(BM_DensePosteriorMean, squared_exponential, BenchmarkKernel::kSquaredExponential)
     ->ArgName("n")
     ->Arg(4000)
     ->MeasureProcessCPUTime()
@@ -173,25 +180,59 @@ void EvaluateAll(benchmark::State& state, const PosteriorModel& model, int strid
   }
 }
 
-void BM_DensePosteriorVariance(benchmark::State& state) {
+void BM_DensePosteriorVariance(benchmark::State& state, BenchmarkKernel kernel) {
   const int64_t n = state.range(0);
   const int64_t m = static_cast<int64_t>(ImageQueries(5).size()) / 6;
   static std::map<int64_t, double> strsm;
   if (strsm.count(n) == 0) strsm[n] = StrsmSeconds(n, m);
-  EvaluateAll(state, ModelOf(n, WeightRange::kSteep).model(FactorKind::kCholesky), 5, strsm[n]);
+  EvaluateAll(state, ModelOf(n, kernel).model(FactorKind::kCholesky), 5, strsm[n]);
 }
-BENCHMARK(BM_DensePosteriorVariance)
-    ->Name("BM_DensePosteriorVariance/arcsine")
+BENCHMARK_CAPTURE(BM_DensePosteriorVariance, arcsine, BenchmarkKernel::kSteepArcsine)
+    ->ArgName("n")
+    ->Arg(4000)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_DensePosteriorVariance, squared_exponential,
+                  BenchmarkKernel::kSquaredExponential)
     ->ArgName("n")
     ->Arg(4000)
     ->MeasureProcessCPUTime()
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
+// Threads that ask one posterior at the same time, each a tile of queries a call: work for one
+// core, so that on two idle cores a thread's rate beside another is that of a thread alone.
+void BM_DensePosteriorByThreads(benchmark::State& state) {
+  static const std::unique_ptr<DensePosterior> posterior = [] {
+    auto made = DensePosterior::Create(
+        BenchmarkContext(),
+        ModelOf(4000, BenchmarkKernel::kSteepArcsine).model(FactorKind::kCholesky));
+    return made.ok() ? *std::move(made) : nullptr;
+  }();
+  if (posterior == nullptr) return state.SkipWithError("no posterior");
+  constexpr int64_t kQueries = 192;
+  const std::vector<float> queries = ImageQueries(5);
+  std::vector<float> mean(kQueries), variance(kQueries);
+  for (auto _ : state) {
+    const auto counts = posterior->Evaluate(ConstMatrixView<float>(queries.data(), kQueries, 6),
+                                            {mean.data(), variance.data()});
+    if (!counts.ok()) return state.SkipWithError(counts.status().ToString().c_str());
+  }
+  state.counters["queries_per_second_and_thread"] = benchmark::Counter(
+      kQueries, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kAvgThreads);
+}
+BENCHMARK(BM_DensePosteriorByThreads)
+    ->Threads(1)
+    ->Threads(2)
+    ->UseRealTime()
+    ->Unit(benchmark::kMicrosecond);
+
 void BM_SparsePosterior(benchmark::State& state) {
-  EvaluateAll(state,
-              ModelOf(state.range(0), WeightRange::kSteep).model(FactorKind::kInverseCholesky), 1,
-              0.0);
+  EvaluateAll(
+      state,
+      ModelOf(state.range(0), BenchmarkKernel::kSteepArcsine).model(FactorKind::kInverseCholesky),
+      1, 0.0);
 }
 BENCHMARK(BM_SparsePosterior)
     ->Name("BM_SparsePosterior/arcsine")
@@ -205,7 +246,7 @@ BENCHMARK(BM_SparsePosterior)
 // What precedes the first query of a frame: checks, packing, upload.
 void BM_DensePosteriorCreate(benchmark::State& state) {
   const PosteriorModel model =
-      ModelOf(state.range(0), WeightRange::kSteep).model(FactorKind::kCholesky);
+      ModelOf(state.range(0), BenchmarkKernel::kSteepArcsine).model(FactorKind::kCholesky);
   for (auto _ : state) {
     const auto posterior = DensePosterior::Create(BenchmarkContext(), model);
     if (!posterior.ok()) return state.SkipWithError(posterior.status().ToString().c_str());

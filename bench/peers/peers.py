@@ -1,18 +1,19 @@
 #!/usr/bin/env python3
 """Egosieve beside what a user would otherwise take: one run, the same data, the same two cores.
 
-    bench/peers/peers.py [--joint] [--rounds N] [--points N] [--queries N] [--only NAME,NAME] [--out FOLDER]
+    bench/peers/peers.py [--rounds N] [--cases TEXT,TEXT] [--only NAME,NAME] [--installed FOLDER] [--out FOLDER]
 
-Exact posterior (mean and variance of f) from n = 4000 points in D = 6 dimensions, and updates of that posterior by 64
-points, in scikit-learn, GPyTorch (exact, and with fast_pred_var), GPy and OpenTURNS. Every library runs in a process
-of its own (workers.py); the processes take turns, one timed call at a time, so that whatever else the machine does
-hits all alike. Results are medians over the rounds; the first call of each, which warms up, does not count.
+Exact posteriors in scikit-learn, GPyTorch, GPy and OpenTURNS: every covariance that one of them has with n = 1000 points in
+D = 6 dimensions, and the Matern 5/2 with n = 1000 to 16000 and D = 2 and 32. Of each the fit at given hyperparameters, the
+mean, mean and variance at 4,096 queries, and the joint covariance of 2,000; of the squared exponential also updates by 64
+points, and of the Matern 5/2 1,000 samples. Every library runs in a process of its own (workers.py); the processes take
+turns, one timed call at a time, so that whatever else the machine does hits all alike. Results are medians over the
+rounds; the first call of each, which warms up, does not count, unless it takes over 8 s: then it is the only one.
 
 The peers come by pip into a virtual environment in the user's cache folder, outside the repository; one that cannot be
-had is named with the reason. Writes peers.json, peers.md and peers.svg into bench/results.
-
---joint measures the joint covariance of 2,000 queries and 1,000 samples from it instead, in egosieve, scikit-learn and
-GPyTorch, and writes joint.json and joint.md.
+had is named with the reason. Writes peers.json, peers.md and peers.svg into bench/results after every case.
+--cases: those whose names ("matern52 n=4000 D=6") hold one of the texts. --installed: a folder of `./run install`, which
+else is run.
 """
 
 import argparse
@@ -22,7 +23,9 @@ import platform
 import statistics
 import subprocess
 import sys
+import time
 from pathlib import Path
+from typing import NamedTuple
 
 import charts
 
@@ -35,23 +38,51 @@ PIP = {
     "base": ["numpy<2", "scipy<1.13"],
     "scikit-learn": ["scikit-learn"],
     "GPyTorch": ["torch", "gpytorch"],
-    "GPy": ["GPy", "matplotlib"],
+    "GPy": ["GPy", "matplotlib<3.9"],
     "OpenTURNS": ["openturns"],
 }
 # Worker of workers.py and the library that it needs.
 WORKERS = {
     "egosieve": None,
-    "egosieve arcsine": None,
     "scikit-learn": "scikit-learn",
     "GPyTorch exact": "GPyTorch",
     "GPyTorch fast_pred_var": "GPyTorch",
     "GPy": "GPy",
-    "GPy MLP": "GPy",
     "OpenTURNS": "OpenTURNS",
 }
-TASKS = ("predict", "replace", "append")
-JOINT_TASKS = ("joint", "samples")
-JOINT_WORKERS = ("egosieve", "scikit-learn", "GPyTorch exact")
+ALL = ("egosieve", "scikit-learn", "GPyTorch exact", "GPy", "OpenTURNS")
+WITHOUT_OPENTURNS = ALL[:-1]  # it would take most of the time
+OF_MANY_POINTS = ALL[:3]  # GPy would need tens of gigabytes
+TASKS = ("fit", "mean", "predict", "joint")
+COVARIANCES = (
+    "matern52", "matern32", "matern12", "squared_exponential", "rational_quadratic", "arcsine", "periodic", "linear",
+)  # fmt: skip
+QUERIES, JOINT_QUERIES = 4096, 2000
+LONG = 8.0  # seconds; longer calls are not repeated
+
+
+class Case(NamedTuple):
+    """What is measured together."""
+
+    covariance: str
+    points: int = 1000
+    dimension: int = 6
+    workers: tuple = ALL
+    tasks: tuple = TASKS
+
+    def name(self):
+        return f"{self.covariance} n={self.points} D={self.dimension}"
+
+
+CASES = (
+    Case("matern52", 4000, workers=WITHOUT_OPENTURNS, tasks=(*TASKS, "samples")),
+    Case("matern52", 4000, 32, workers=WITHOUT_OPENTURNS),
+    *(Case(covariance) for covariance in COVARIANCES),
+    Case("squared_exponential", 4000, 6, (*WITHOUT_OPENTURNS, "GPyTorch fast_pred_var"), (*TASKS, "replace", "append")),
+    Case("matern52", 4000, 2, workers=WITHOUT_OPENTURNS),
+    Case("matern52", 8000, workers=OF_MANY_POINTS),
+    Case("matern52", 16000, workers=OF_MANY_POINTS),
+)
 
 
 def say(text):
@@ -76,31 +107,33 @@ def make_environment(wanted):
             say("no virtual environment; taking what /usr/bin/python3 has")
             return "/usr/bin/python3", absent
     for library in ["base"] + sorted({WORKERS[name] for name in wanted} - {None}):
-        command = [str(interpreter), "-m", "pip", "install", "-q", "--disable-pip-version-check", *PIP["base"], *PIP[library]]
+        pip = [str(interpreter), "-m", "pip", "install", "-q", "--disable-pip-version-check", "--prefer-binary"]
         say(f"pip install {' '.join(PIP[library])}")
-        done = subprocess.run(command, capture_output=True, text=True)
+        done = subprocess.run([*pip, *PIP["base"], *PIP[library]], capture_output=True, text=True)
         if done.returncode != 0:
             absent[library] = "pip: " + (done.stderr.strip().splitlines() or ["failed"])[-1]
     return str(interpreter), absent
 
 
-def install_egosieve():
+def module_path(installed):
     """Where the Python module lies."""
-    prefix = CACHE / "installed"
-    say("installing egosieve")
-    subprocess.run([str(ROOT / "run"), "install", f"--prefix={prefix}"], check=True, stdout=subprocess.DEVNULL)
+    prefix = Path(installed or CACHE / "installed")
+    if not installed:
+        say("installing egosieve")
+        subprocess.run([str(ROOT / "run"), "install", f"--prefix={prefix}"], check=True, stdout=subprocess.DEVNULL)
     return next(prefix.glob("lib/python3.*/site-packages"))
 
 
 class Worker:
     """A process that holds one library's model and does one task at a time."""
 
-    def __init__(self, name, interpreter, module_path, options):
+    def __init__(self, name, case, interpreter, modules):
         self.name = name
-        command = [interpreter, str(HERE / "workers.py"), name, str(options.points), str(options.queries)]
+        sizes = [str(size) for size in (case.points, case.dimension, QUERIES, JOINT_QUERIES)]
         self._process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-            env={**two_cores(), "PYTHONPATH": str(module_path)},
+            [interpreter, str(HERE / "workers.py"), name, case.covariance, *sizes],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            env={**two_cores(), "PYTHONPATH": str(modules), "PYTHONWARNINGS": "ignore"},
         )  # fmt: skip
 
     def ask(self, task):
@@ -124,23 +157,26 @@ class Worker:
 
 def measure(workers, rounds, tasks):
     """Results by worker: medians of seconds, errors, memory; or why there are none."""
-    results = {worker.name: {} for worker in workers}
+    results = {}
     for worker in list(workers):
-        answer = worker.ask("prepare")
-        results[worker.name] = answer
-        if "error" in answer:
-            say(f"{worker.name}: {answer['error']}")
+        results[worker.name] = worker.ask("prepare")
+        if "error" in results[worker.name]:
+            worker.stop()
             workers.remove(worker)
     seconds = {worker.name: {task: [] for task in tasks} for worker in workers}
     for task in tasks:
+        asked = list(workers)
         for turn in range(rounds + 1):
-            for worker in list(workers):
+            for worker in list(asked):
+                start = time.perf_counter()
                 answer = worker.ask(task)
-                if "seconds" in answer and turn > 0:
+                long = time.perf_counter() - start > LONG
+                if "seconds" in answer and (turn > 0 or long):
                     seconds[worker.name][task].append(answer["seconds"])
                 if "error" in answer:
                     results[worker.name].setdefault("failed", {})[task] = answer["error"]
-        say(f"{task}: done")
+                if "error" in answer or (turn == 0 and long):
+                    asked.remove(worker)
     for worker in workers:
         results[worker.name].update(worker.ask("finish"))
         results[worker.name]["seconds"] = {
@@ -159,39 +195,32 @@ def machine():
 def main():
     """Runs everything and writes the results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--points", type=int, default=4000)
-    parser.add_argument("--queries", type=int, help="default: 4096; with --joint 2000")
-    parser.add_argument("--joint", action="store_true")
-    parser.add_argument("--only")
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--cases", default="")
+    parser.add_argument("--only", default=",".join(WORKERS))
+    parser.add_argument("--installed")
     parser.add_argument("--out", default=str(ROOT / "bench/results"))
     options = parser.parse_args()
-    options.queries = options.queries or (2000 if options.joint else 4096)
-    options.only = options.only or ",".join(JOINT_WORKERS if options.joint else WORKERS)
     wanted = [name for name in WORKERS if name in options.only.split(",")]
-
-    os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:2])
-    module_path = install_egosieve()
-    interpreter, absent = make_environment(wanted)
-    workers = [Worker(name, interpreter, module_path, options) for name in wanted if WORKERS[name] not in absent]
-    results = measure(workers, options.rounds, JOINT_TASKS if options.joint else TASKS)
-    for name in wanted:
-        if WORKERS[name] in absent:
-            results[name] = {"error": absent[WORKERS[name]]}
-
-    record = {
-        "points": options.points, "queries": options.queries, "dimension": 6, "update": 64, "rounds": options.rounds,
-        "machine": machine(), "results": results,
-    }  # fmt: skip
     out = Path(options.out)
     out.mkdir(parents=True, exist_ok=True)
-    name = "joint" if options.joint else "peers"
-    (out / f"{name}.json").write_text(json.dumps(record, indent=1) + "\n")
-    table = charts.joint_table(record) if options.joint else charts.table(record)
-    (out / f"{name}.md").write_text(table)
-    if not options.joint:
-        (out / "peers.svg").write_text(charts.bars(record))
-    print(table)
+
+    os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:2])
+    modules = module_path(options.installed)
+    interpreter, absent = make_environment(wanted)
+    record = {"queries": QUERIES, "joint_queries": JOINT_QUERIES, "rounds": options.rounds, "absent": absent, "cases": []}
+    for case in CASES:
+        if not any(text in case.name() for text in options.cases.split(",")):
+            continue
+        names = [name for name in case.workers if name in wanted and WORKERS[name] not in absent]
+        workers = [Worker(name, case, interpreter, modules) for name in names]
+        results = measure(workers, options.rounds, case.tasks)
+        record["cases"].append({**case._asdict(), "name": case.name(), "machine": machine(), "results": results})
+        (out / "peers.json").write_text(json.dumps(record, indent=1) + "\n")
+        (out / "peers.md").write_text(charts.tables(record))
+        (out / "peers.svg").write_text(charts.figure(record))
+        say(f"{case.name()}: done")
+    print((out / "peers.md").read_text())
 
 
 if __name__ == "__main__":

@@ -161,6 +161,7 @@ absl::StatusOr<InputGradients> ExactModel::PredictGradients(ConstMatrixView<doub
   EGOSIEVE_RETURN_IF_ERROR(weights_.CheckDetermined());
   const int64_t dimension = input_dimension(), k = outputs(), n = size();
   InputGradients gradients;
+  if (points.rows == 0) return gradients;
   gradients.mean.resize(points.rows * k * dimension);
   for (int64_t c = 0; c < k; ++c) {  // (M5)
     std::vector<double> alpha(n);

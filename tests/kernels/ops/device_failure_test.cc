@@ -182,6 +182,29 @@ TEST_F(DeviceFailureTest, CovarianceGradient) {
       1, 4, /*staged=*/true);
 }
 
+TEST_F(DeviceFailureTest, CrossCovarianceAndItsGradient) {
+  constexpr int64_t kPoints = 20, kOthers = 7;
+  const std::vector<double> points = RandomPoints(random_, kPoints, 2);
+  const std::vector<double> others = RandomPoints(random_, kOthers, 2);
+  const std::vector<double> weights = RandomPoints(random_, kPoints, kOthers);
+  FailEveryCall(
+      [&](Outputs& out) {
+        return CrossCovariance<float>(*TestContext(), ArcsineParameters({1, 2, 3}),
+                                      {points.data(), kPoints, 2}, {others.data(), kOthers, 2},
+                                      {out[0].data(), kPoints, kOthers});
+      },
+      1, kPoints * kOthers, /*staged=*/false);
+  FailEveryCall(
+      [&](Outputs& out) {
+        const auto gradient = CrossCovarianceGradient(
+            *TestContext(), ArcsineParameters({1, 2, 3}), {points.data(), kPoints, 2},
+            {others.data(), kOthers, 2}, {weights.data(), kPoints, kOthers});
+        if (gradient.ok()) std::copy(gradient->begin(), gradient->end(), out[0].data());
+        return gradient.status();
+      },
+      1, 4, /*staged=*/true);
+}
+
 TEST_F(DeviceFailureTest, Images) {
   std::vector<uint8_t> pixels(19 * 11 * 3);
   for (uint8_t& pixel : pixels) pixel = static_cast<uint8_t>(random_());

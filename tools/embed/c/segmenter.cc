@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +23,8 @@
 #include "tools/embed/c/last_error.h"
 #include "tools/embed/c/options.h"
 #include "tools/embed/c/segmenter_session.h"
+#include "vision/frame/ignored_area.h"
+#include "vision/objects/map_objects.h"
 
 namespace egosieve::embed {
 namespace {
@@ -80,6 +84,24 @@ class MapOutput {
         kernels::MatrixView<float>(values_.data(), grid.height, grid.width));
   }
 
+  // Turns probabilities into the numbers of objects, none where `ignored` is not 0.
+  void NumberObjects(const kernels::ImageGrid& grid, const cv::Mat1b& ignored) {
+    if (!array_.wanted()) return;
+    const int stride = full_ ? 1 : grid.stride;
+    const int columns = static_cast<int>(full_ ? grid.width : grid.columns());
+    cv::Mat1f map(static_cast<int>(values_.size()) / columns, columns, values_.data());
+    for (int y = 0; y < map.rows; ++y) {
+      for (int x = 0; x < columns; ++x) {
+        if (vision::IsIgnored(ignored, {grid.width, grid.height}, x * stride, y * stride)) {
+          map(y, x) = 0.0f;
+        }
+      }
+    }
+    const vision::ObjectThresholds thresholds;
+    const cv::Mat1i numbers = vision::NumberObjects(map >= thresholds.low, map >= thresholds.high);
+    numbers.convertTo(map, CV_32F);
+  }
+
   void Write() const {
     if (array_.wanted()) array_.Write(0, static_cast<int64_t>(values_.size()), values_.data());
   }
@@ -106,6 +128,63 @@ egosieve_frame_report ReportOf(const vision::FrameRecord& record) {
   return report;
 }
 
+absl::Status WriteNoFrame(egosieve_frame_report* report) {
+  if (report == nullptr) return absl::OkStatus();
+  egosieve_frame_report none{};
+  none.frame = -1;
+  WriteStruct(none, report);
+  return absl::OkStatus();
+}
+
+// Where the caller wants the map and the report of a frame. `map` and `report` as in
+// egosieve_segmenter_process.
+class FrameOutputs {
+ public:
+  static absl::StatusOr<FrameOutputs> Create(const egosieve_map* map, egosieve_frame_report* report,
+                                             const kernels::ImageGrid& grid) {
+    FrameOutputs outputs;
+    outputs.grid_ = grid;
+    outputs.map_wanted_ = map != nullptr;
+    outputs.report_ = report;
+    egosieve_map wishes;
+    egosieve_map_init(&wishes);
+    if (map != nullptr) EGOSIEVE_RETURN_IF_ERROR(ReadStruct("map", map, wishes));
+    if (report != nullptr) EGOSIEVE_RETURN_IF_ERROR(CheckStruct("report", report));
+    EGOSIEVE_ASSIGN_OR_RETURN(outputs.probability_,
+                              MapOutput::Create("map.probability", wishes.probability, grid));
+    EGOSIEVE_ASSIGN_OR_RETURN(outputs.mean_, MapOutput::Create("map.mean", wishes.mean, grid));
+    EGOSIEVE_ASSIGN_OR_RETURN(outputs.deviation_,
+                              MapOutput::Create("map.deviation", wishes.deviation, grid));
+    EGOSIEVE_ASSIGN_OR_RETURN(outputs.objects_,
+                              MapOutput::Create("map.objects", wishes.objects, grid));
+    return outputs;
+  }
+
+  absl::Status Write(SegmenterSession& session, std::optional<SegmenterSession::Result> result) {
+    if (!result.has_value()) return WriteNoFrame(report_);
+    if (map_wanted_) {
+      kernels::Context& context = *session.context();
+      vision::SegmentationMap& map = result->map;
+      EGOSIEVE_RETURN_IF_ERROR(objects_.Prepare(context, grid_, map.probability));
+      objects_.NumberObjects(grid_, session.ignored());
+      EGOSIEVE_RETURN_IF_ERROR(probability_.Prepare(context, grid_, std::move(map.probability)));
+      EGOSIEVE_RETURN_IF_ERROR(mean_.Prepare(context, grid_, std::move(map.mean)));
+      EGOSIEVE_RETURN_IF_ERROR(deviation_.Prepare(context, grid_, std::move(map.deviation)));
+      for (const MapOutput* output : {&probability_, &mean_, &deviation_, &objects_}) {
+        output->Write();
+      }
+    }
+    if (report_ != nullptr) WriteStruct(ReportOf(result->record), report_);
+    return absl::OkStatus();
+  }
+
+ private:
+  kernels::ImageGrid grid_;
+  bool map_wanted_ = false;
+  egosieve_frame_report* report_ = nullptr;
+  MapOutput probability_, mean_, deviation_, objects_;
+};
+
 absl::Status ProcessFrame(SegmenterSession& session, const egosieve_image* image,
                           double time_seconds, const egosieve_map* map,
                           egosieve_frame_report* report) {
@@ -115,27 +194,38 @@ absl::Status ProcessFrame(SegmenterSession& session, const egosieve_image* image
     return absl::InvalidArgumentError(
         absl::StrFormat("time_seconds = %g; it must be finite", time_seconds));
   }
-  const kernels::ImageGrid grid{view.width, view.height, session.stride()};
-  egosieve_map wishes;
-  egosieve_map_init(&wishes);
-  if (map != nullptr) EGOSIEVE_RETURN_IF_ERROR(ReadStruct("map", map, wishes));
-  if (report != nullptr) EGOSIEVE_RETURN_IF_ERROR(CheckStruct("report", report));
-  EGOSIEVE_ASSIGN_OR_RETURN(MapOutput probability,
-                            MapOutput::Create("map.probability", wishes.probability, grid));
-  EGOSIEVE_ASSIGN_OR_RETURN(MapOutput mean, MapOutput::Create("map.mean", wishes.mean, grid));
-  EGOSIEVE_ASSIGN_OR_RETURN(MapOutput deviation,
-                            MapOutput::Create("map.deviation", wishes.deviation, grid));
-  EGOSIEVE_ASSIGN_OR_RETURN(SegmenterSession::Result result,
-                            session.Process(view, time_seconds, map != nullptr));
-  if (map != nullptr) {
-    kernels::Context& context = *session.context();
-    EGOSIEVE_RETURN_IF_ERROR(probability.Prepare(context, grid, std::move(result.map.probability)));
-    EGOSIEVE_RETURN_IF_ERROR(mean.Prepare(context, grid, std::move(result.map.mean)));
-    EGOSIEVE_RETURN_IF_ERROR(deviation.Prepare(context, grid, std::move(result.map.deviation)));
-    for (const MapOutput* output : {&probability, &mean, &deviation}) output->Write();
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      FrameOutputs outputs,
+      FrameOutputs::Create(map, report, {view.width, view.height, session.stride()}));
+  EGOSIEVE_ASSIGN_OR_RETURN(auto result, session.Process(view, time_seconds, map != nullptr));
+  return outputs.Write(session, std::move(result));
+}
+
+absl::Status FinishFrame(SegmenterSession& session, const egosieve_map* map,
+                         egosieve_frame_report* report) {
+  const auto [count, size] = session.WaitingFrames();
+  if (count == 0) {
+    if (report != nullptr) EGOSIEVE_RETURN_IF_ERROR(CheckStruct("report", report));
+    return WriteNoFrame(report);
   }
-  if (report != nullptr) WriteStruct(ReportOf(result.record), report);
-  return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      FrameOutputs outputs,
+      FrameOutputs::Create(map, report, {size.width, size.height, session.stride()}));
+  EGOSIEVE_ASSIGN_OR_RETURN(auto result, session.Finish(map != nullptr));
+  return outputs.Write(session, std::move(result));
+}
+
+// A copy of the pixels that are not 0.
+absl::StatusOr<cv::Mat1b> IgnoredArea(const egosieve_image* image) {
+  if (image == nullptr) return cv::Mat1b();
+  std::vector<uint8_t> storage;
+  EGOSIEVE_ASSIGN_OR_RETURN(const kernels::ImageView view,
+                            ViewImage("options.ignore", image, storage));
+  if (view.channels != 1) {
+    return absl::InvalidArgumentError("options.ignore has colours; it must be EGOSIEVE_GREY");
+  }
+  return cv::Mat1b(cv::Mat1b(view.height, view.width, const_cast<uint8_t*>(view.data),
+                             static_cast<size_t>(view.stride_bytes)) != 0);
 }
 
 }  // namespace
@@ -190,7 +280,10 @@ egosieve_status egosieve_segmenter_create(const egosieve_segmenter_options* opti
     session_options.stride = wishes.stride;
     session_options.budget = wishes.budget;
     session_options.seed = wishes.seed;
+    session_options.lag = wishes.lag;
+    session_options.focal_ratio = wishes.focal_ratio;
     EGOSIEVE_RETURN_IF_ERROR(session_options.Validate());
+    EGOSIEVE_ASSIGN_OR_RETURN(session_options.ignored, egosieve::embed::IgnoredArea(wishes.ignore));
     EGOSIEVE_ASSIGN_OR_RETURN(auto context, egosieve::embed::ContextOf(wishes.device));
     EGOSIEVE_ASSIGN_OR_RETURN(auto session,
                               SegmenterSession::Create(std::move(context), session_options));
@@ -222,6 +315,27 @@ egosieve_status egosieve_segmenter_process(egosieve_segmenter* segmenter,
                                            const egosieve_map* map, egosieve_frame_report* report) {
   return WithSession(__func__, segmenter, [&](SegmenterSession& session) {
     return egosieve::embed::ProcessFrame(session, image, time_seconds, map, report);
+  });
+}
+
+egosieve_status egosieve_segmenter_waiting(egosieve_segmenter* segmenter, int64_t* frames,
+                                           int32_t* width, int32_t* height) {
+  return WithSession(__func__, segmenter, [&](SegmenterSession& session) -> absl::Status {
+    EGOSIEVE_RETURN_IF_ERROR(CheckPointer("frames", frames));
+    EGOSIEVE_RETURN_IF_ERROR(CheckPointer("width", width));
+    EGOSIEVE_RETURN_IF_ERROR(CheckPointer("height", height));
+    const auto [count, size] = session.WaitingFrames();
+    *frames = count;
+    *width = size.width;
+    *height = size.height;
+    return absl::OkStatus();
+  });
+}
+
+egosieve_status egosieve_segmenter_finish(egosieve_segmenter* segmenter, const egosieve_map* map,
+                                          egosieve_frame_report* report) {
+  return WithSession(__func__, segmenter, [&](SegmenterSession& session) {
+    return egosieve::embed::FinishFrame(session, map, report);
   });
 }
 

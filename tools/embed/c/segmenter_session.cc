@@ -17,6 +17,7 @@ namespace egosieve::embed {
 namespace {
 
 constexpr int64_t kMaximumSide = 16384;
+constexpr int64_t kLongestLag = 100;
 
 vision::OnlineSegmenterOptions SegmenterOptions(const SessionOptions& options) {
   auto segmenter = options.profile == Profile::kPaper  ? vision::OnlineSegmenterOptions::Paper()
@@ -25,6 +26,9 @@ vision::OnlineSegmenterOptions SegmenterOptions(const SessionOptions& options) {
   segmenter.stride_pixels = options.stride;
   if (options.budget > 0) segmenter.learner.budget.budget = options.budget;
   segmenter.SetSeed(options.seed);
+  segmenter.labeller.ignored = options.ignored;
+  segmenter.labeller.focal_ratio = options.focal_ratio;
+  if (options.lag > 0) segmenter.ahead_frames = static_cast<int>(options.lag);
   return segmenter;
 }
 
@@ -49,6 +53,23 @@ absl::StatusOr<std::vector<T>> Take(const gp::ArrayMap& arrays, const std::strin
     return Damaged(absl::StrCat("\"", name, "\" has ", elements->size(), " elements, not ", count));
   }
   return *elements;
+}
+
+gp::NamedArray MaskArray(const cv::Mat1b& mask) {
+  if (mask.empty()) return {{0}, std::vector<uint8_t>()};
+  return {{mask.rows, mask.cols}, std::vector<uint8_t>(mask.begin(), mask.end())};
+}
+
+absl::StatusOr<cv::Mat1b> TakeMask(const gp::ArrayMap& arrays) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto pixels, Take<uint8_t>(arrays, "ignored", -1));
+  const std::vector<int64_t>& shape = arrays.at("ignored").shape;
+  if (pixels.empty()) return cv::Mat1b();
+  if (shape.size() != 2 || shape[0] > kMaximumSide || shape[1] > kMaximumSide) {
+    return Damaged("the shape of \"ignored\" is that of no picture");
+  }
+  cv::Mat1b mask(static_cast<int>(shape[0]), static_cast<int>(shape[1]));
+  std::copy(pixels.begin(), pixels.end(), mask.begin());
+  return mask;
 }
 
 gp::NamedArray PixelsOf(const vision::Frame& frame) {
@@ -101,7 +122,7 @@ absl::StatusOr<std::deque<vision::Frame>> TakeFrames(const gp::ArrayMap& arrays)
   return frames;
 }
 
-absl::StatusOr<SessionOptions> TakeOptions(const gp::ArrayMap& arrays) {
+absl::StatusOr<SessionOptions> TakeOptions(const gp::ArrayMap& arrays, int64_t version) {
   EGOSIEVE_ASSIGN_OR_RETURN(const auto numbers, Take<int64_t>(arrays, "options", 4));
   SessionOptions options;
   if (numbers[0] < 0 || numbers[0] > static_cast<int64_t>(Profile::kFast)) {
@@ -111,6 +132,13 @@ absl::StatusOr<SessionOptions> TakeOptions(const gp::ArrayMap& arrays) {
   options.stride = static_cast<int>(std::clamp<int64_t>(numbers[1], -1, 1 << 20));
   options.budget = numbers[2];
   options.seed = static_cast<uint64_t>(numbers[3]);
+  if (version > 1) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto lag, Take<int64_t>(arrays, "lag", 1));
+    options.lag = lag[0];
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto focal_ratio, Take<double>(arrays, "focal_ratio", 1));
+    options.focal_ratio = focal_ratio[0];
+    EGOSIEVE_ASSIGN_OR_RETURN(options.ignored, TakeMask(arrays));
+  }
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   return options;
 }
@@ -125,6 +153,19 @@ absl::Status SessionOptions::Validate() const {
   if (budget != 0 && (budget < 10 || budget > 20000)) {
     return absl::InvalidArgumentError(absl::StrFormat(
         "options.budget = %d points; it must be 10 to 20000, or 0 for the profile's", budget));
+  }
+  if (lag < 0 || lag > kLongestLag) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("options.lag = %d frames; it must be 0 to %d", lag, kLongestLag));
+  }
+  if (!(focal_ratio >= 0.0 && focal_ratio <= 100.0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("options.focal_ratio = %g; it must be 0, not known, to 100", focal_ratio));
+  }
+  if (lag > 0 && focal_ratio == 0.0) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "options.lag = %d frames needs options.focal_ratio: frames behind tell nothing without",
+        lag));
   }
   return absl::OkStatus();
 }
@@ -143,25 +184,57 @@ absl::StatusOr<std::shared_ptr<SegmenterSession>> SegmenterSession::Create(
       new SegmenterSession(std::move(context), options, std::move(segmenter)));
 }
 
-absl::StatusOr<SegmenterSession::Result> SegmenterSession::Process(const kernels::ImageView& image,
-                                                                   double time_seconds,
-                                                                   bool map_wanted) {
+absl::StatusOr<std::optional<SegmenterSession::Result>> SegmenterSession::Process(
+    const kernels::ImageView& image, double time_seconds, bool map_wanted) {
   std::lock_guard lock(mutex_);
+  const cv::Size size(image.width, image.height);
+  if (!options_.ignored.empty() && options_.ignored.size() != size) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("image is %dx%d; options.ignore is %dx%d", size.width, size.height,
+                        options_.ignored.cols, options_.ignored.rows));
+  }
+  if (!waiting_.empty() && waiting_.back().frame.image.size() != size) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "image is %dx%d, the frame before %dx%d; with a lag all frames have one size", size.width,
+        size.height, waiting_.back().frame.image.cols, waiting_.back().frame.image.rows));
+  }
   const vision::Frame frame = FrameOf(image, next_frame_, time_seconds);
   EGOSIEVE_ASSIGN_OR_RETURN(auto extracted, segmenter_->Extract(frame));
   // From here on the frame is taken in, even where the device fails before its map is there.
   ++next_frame_;
-  recent_.push_back(frame);
+  waiting_.push_back({frame, std::move(extracted)});
+  if (static_cast<int64_t>(waiting_.size()) <= options_.lag) return std::nullopt;
+  return LearnOldest(map_wanted);
+}
+
+absl::StatusOr<std::optional<SegmenterSession::Result>> SegmenterSession::Finish(bool map_wanted) {
+  std::lock_guard lock(mutex_);
+  if (waiting_.empty()) return std::nullopt;
+  return LearnOldest(map_wanted);
+}
+
+std::pair<int64_t, cv::Size> SegmenterSession::WaitingFrames() {
+  std::lock_guard lock(mutex_);
+  if (waiting_.empty()) return {0, cv::Size()};
+  return {waiting_.size(), waiting_.front().frame.image.size()};
+}
+
+absl::StatusOr<SegmenterSession::Result> SegmenterSession::LearnOldest(bool map_wanted) {
+  const Waiting oldest = std::move(waiting_.front());
+  waiting_.pop_front();
+  recent_.push_back(oldest.frame);
   while (static_cast<int>(recent_.size()) > segmenter_->options().labeller.HistoryFrames()) {
     recent_.pop_front();
   }
+  std::vector<std::shared_ptr<const vision::ExtractedFrame>> ahead;
+  for (const Waiting& behind : waiting_) ahead.push_back(behind.extracted);
   EGOSIEVE_ASSIGN_OR_RETURN(auto learnt,
-                            segmenter_->Learn(frame, std::move(extracted), map_wanted));
+                            segmenter_->Learn(oldest.frame, oldest.extracted, map_wanted, ahead));
   Result result;
   result.record = std::move(learnt.record);
   if (map_wanted) {
     EGOSIEVE_ASSIGN_OR_RETURN(result.map,
-                              segmenter_->Infer(frame, *learnt.posterior, result.record));
+                              segmenter_->Infer(oldest.frame, *learnt.posterior, result.record));
   }
   return result;
 }
@@ -173,11 +246,17 @@ absl::StatusOr<std::string> SegmenterSession::ToBytes() {
   arrays["session_version"] = Vector<int64_t>({kSessionVersion});
   arrays["options"] = Vector<int64_t>({static_cast<int64_t>(options_.profile), options_.stride,
                                        options_.budget, static_cast<int64_t>(options_.seed)});
+  arrays["focal_ratio"] = Vector<double>({options_.focal_ratio});
+  arrays["lag"] = Vector<int64_t>({options_.lag});
+  arrays["ignored"] = MaskArray(options_.ignored);
+  arrays["waiting"] = Vector<int64_t>({static_cast<int64_t>(waiting_.size())});
   arrays["next_frame"] = Vector<int64_t>({next_frame_});
   arrays["checkpoint"] = Vector<uint8_t>({checkpoint.begin(), checkpoint.end()});
   std::vector<int64_t> indices, grey;
   std::vector<double> times;
-  for (const vision::Frame& frame : recent_) {
+  std::vector<vision::Frame> frames(recent_.begin(), recent_.end());
+  for (const Waiting& waiting : waiting_) frames.push_back(waiting.frame);
+  for (const vision::Frame& frame : frames) {
     arrays[absl::StrCat("frame_", indices.size())] = PixelsOf(frame);
     indices.push_back(frame.index);
     grey.push_back(frame.is_grey);
@@ -193,21 +272,35 @@ absl::StatusOr<std::shared_ptr<SegmenterSession>> SegmenterSession::FromBytes(
     std::shared_ptr<kernels::Context> context, std::string_view bytes) {
   EGOSIEVE_ASSIGN_OR_RETURN(const gp::ArrayMap arrays, gp::ParseArrays(bytes));
   EGOSIEVE_ASSIGN_OR_RETURN(const auto version, Take<int64_t>(arrays, "session_version", 1));
-  if (version[0] != kSessionVersion) {
-    return absl::UnimplementedError(absl::StrFormat(
-        "the segmenter's file has version %d; this library reads %d", version[0], kSessionVersion));
+  if (version[0] < 1 || version[0] > kSessionVersion) {
+    return absl::UnimplementedError(
+        absl::StrFormat("the segmenter's file has version %d; this library reads 1 to %d",
+                        version[0], kSessionVersion));
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(const SessionOptions options, TakeOptions(arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(const SessionOptions options, TakeOptions(arrays, version[0]));
   EGOSIEVE_ASSIGN_OR_RETURN(const auto next_frame, Take<int64_t>(arrays, "next_frame", 1));
   EGOSIEVE_ASSIGN_OR_RETURN(const auto checkpoint, Take<uint8_t>(arrays, "checkpoint", -1));
   EGOSIEVE_ASSIGN_OR_RETURN(std::deque<vision::Frame> frames, TakeFrames(arrays));
   if (next_frame[0] < 0 || (!frames.empty() && frames.back().index >= next_frame[0])) {
     return Damaged("its frames lie behind its next one");
   }
+  std::vector<int64_t> waiting = {0};
+  if (version[0] > 1) {
+    EGOSIEVE_ASSIGN_OR_RETURN(waiting, Take<int64_t>(arrays, "waiting", 1));
+  }
+  const int64_t learnt = static_cast<int64_t>(frames.size()) - waiting[0];
+  if (waiting[0] < 0 || waiting[0] > options.lag || learnt < 0) {
+    return Damaged(absl::StrFormat("%d of its %d frames wait", waiting[0], frames.size()));
+  }
   EGOSIEVE_ASSIGN_OR_RETURN(auto session, Create(std::move(context), options));
   EGOSIEVE_RETURN_IF_ERROR(session->segmenter_->Restore(
       {reinterpret_cast<const char*>(checkpoint.data()), checkpoint.size()},
-      std::vector<vision::Frame>(frames.begin(), frames.end())));
+      std::vector<vision::Frame>(frames.begin(), frames.begin() + learnt)));
+  for (auto frame = frames.begin() + learnt; frame != frames.end(); ++frame) {
+    EGOSIEVE_ASSIGN_OR_RETURN(auto extracted, session->segmenter_->Extract(*frame));
+    session->waiting_.push_back({*frame, std::move(extracted)});
+  }
+  frames.erase(frames.begin() + learnt, frames.end());
   session->recent_ = std::move(frames);
   session->next_frame_ = next_frame[0];
   return session;

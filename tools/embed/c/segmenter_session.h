@@ -3,10 +3,14 @@
 //
 // A session's bytes are an archive of arrays (gp/io/array_file.h):
 //
-//   session_version  i8 [1]     kSessionVersion
+//   session_version  i8 [1]     kSessionVersion, or 1 without lag, focal_ratio, ignored, waiting
 //   options          i8 [4]     profile, stride, budget, seed
+//   lag              i8 [1]
+//   focal_ratio      f8 [1]
+//   ignored          u1 [height, width], or [0]
 //   next_frame       i8 [1]
 //   checkpoint       u1 [...]   OnlineSegmenter::Checkpoint
+//   waiting          i8 [1]     the last so many frames are not learnt from yet
 //   indices          i8 [F]     of the frames, oldest first
 //   grey             i8 [F]     1 where the frame has one channel
 //   times            f8 [F]     seconds
@@ -18,8 +22,11 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -32,7 +39,7 @@
 
 namespace egosieve::embed {
 
-inline constexpr int64_t kSessionVersion = 1;
+inline constexpr int64_t kSessionVersion = 2;
 
 enum class Profile { kDefault = 0, kPaper = 1, kFast = 2 };  // the numbers stand in files
 
@@ -41,6 +48,9 @@ struct SessionOptions {
   int stride = 5;      // pixels, 1 to 64
   int64_t budget = 0;  // points, 10 to 20000; 0: the profile's
   uint64_t seed = 1;
+  int64_t lag = 0;           // frames behind a frame that its labels rest on, 0 to 100
+  double focal_ratio = 0.0;  // focal length over the longer side, at most 100; 0: not known
+  cv::Mat1b ignored;         // vision/frame/ignored_area.h
 
   absl::Status Validate() const;
 };
@@ -57,24 +67,38 @@ class SegmenterSession {
   static absl::StatusOr<std::shared_ptr<SegmenterSession>> FromBytes(
       std::shared_ptr<kernels::Context> context, std::string_view bytes);
 
-  // The image is copied. After an error of the device the frame counts as taken in, and may have
-  // been learnt from.
-  absl::StatusOr<Result> Process(const kernels::ImageView& image, double time_seconds,
-                                 bool map_wanted);
+  // Learns from the frame that came `lag` frames before; nothing before there is one. The image is
+  // copied. With a lag all frames have one size, with an ignored area its size: InvalidArgument.
+  // After an error of the device the frame counts as taken in, and may have been learnt from.
+  absl::StatusOr<std::optional<Result>> Process(const kernels::ImageView& image,
+                                                double time_seconds, bool map_wanted);
+  // Learns from the next of the frames that wait for those behind them; nothing if none does.
+  absl::StatusOr<std::optional<Result>> Finish(bool map_wanted);
+  // How many frames wait, and their size.
+  std::pair<int64_t, cv::Size> WaitingFrames();
   absl::StatusOr<std::string> ToBytes();
 
   int stride() const { return options_.stride; }
+  const cv::Mat1b& ignored() const { return options_.ignored; }
   const std::shared_ptr<kernels::Context>& context() const { return context_; }
 
  private:
   SegmenterSession(std::shared_ptr<kernels::Context> context, const SessionOptions& options,
                    std::unique_ptr<vision::OnlineSegmenter> segmenter);
 
+  struct Waiting {
+    vision::Frame frame;
+    std::shared_ptr<const vision::ExtractedFrame> extracted;
+  };
+
+  absl::StatusOr<Result> LearnOldest(bool map_wanted);
+
   const std::shared_ptr<kernels::Context> context_;
   const SessionOptions options_;
   std::mutex mutex_;  // of all below
   std::unique_ptr<vision::OnlineSegmenter> segmenter_;
-  std::deque<vision::Frame> recent_;  // the last HistoryFrames() that were taken in
+  std::deque<vision::Frame> recent_;  // the last HistoryFrames() that were learnt from
+  std::deque<Waiting> waiting_;       // behind them, at most the lag
   int64_t next_frame_ = 0;
 };
 

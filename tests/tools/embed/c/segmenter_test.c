@@ -95,6 +95,40 @@ static void test_frames_and_file(const char* folder) {
   CHECK_OK(egosieve_segmenter_free(loaded));
 }
 
+/* With a lag the first frame's map comes with the third frame, the last ones' from finish. */
+static void test_lag(void) {
+  egosieve_segmenter_options options;
+  egosieve_segmenter* segmenter = NULL;
+  egosieve_frame_report report;
+  static float probability[ROWS][COLUMNS], objects[ROWS][COLUMNS];
+  int64_t waiting = -1;
+  int32_t width = 0, height = 0;
+  egosieve_map map;
+  egosieve_segmenter_options_init(&options);
+  options.budget = 300;
+  options.lag = 2;
+  options.focal_ratio = 0.8;
+  CHECK_OK(egosieve_segmenter_create(&options, &segmenter));
+  for (int t = 0; t < FRAMES; ++t) {
+    probability[0][0] = -1.0f;
+    CHECK_OK(process(segmenter, t, &probability[0][0], &report));
+    CHECK(report.frame == (t < 2 ? -1 : t - 2));
+    CHECK((probability[0][0] == -1.0f) == (t < 2));
+  }
+  CHECK_OK(egosieve_segmenter_waiting(segmenter, &waiting, &width, &height));
+  CHECK(waiting == 2 && width == WIDTH && height == HEIGHT);
+  egosieve_map_init(&map);
+  map.probability = floats_out(&probability[0][0], ROWS, COLUMNS);
+  map.objects = floats_out(&objects[0][0], ROWS, COLUMNS);
+  for (int t = FRAMES - 2; t <= FRAMES; ++t) {
+    CHECK_OK(egosieve_segmenter_finish(segmenter, &map, &report));
+    CHECK(report.frame == (t < FRAMES ? t : -1));
+  }
+  CHECK(objects[60 / STRIDE][68 / STRIDE] >= 1.0f);
+  CHECK(objects[0][COLUMNS - 1] == 0.0f);
+  CHECK_OK(egosieve_segmenter_free(segmenter));
+}
+
 /* The order of the channels is told, not guessed. */
 static void test_channels(void) {
   egosieve_segmenter_options options;
@@ -174,6 +208,7 @@ int main(void) {
   const char* folder = getenv("TEST_TMPDIR");
   make_frames();
   test_frames_and_file(folder != NULL ? folder : "/tmp");
+  test_lag();
   test_channels();
   test_bad_input();
   printf("%d checks failed\n", failures);

@@ -40,6 +40,48 @@ class SegmenterTest(unittest.TestCase):
         self.assertEqual(segmenter.process(last, full=True).probability.shape, (HEIGHT, WIDTH))
         self.assertGreater(segmenter.learn(last).model_size, 50)
 
+    def test_objects(self):
+        segmenter = egosieve.Segmenter(budget=300)
+        *_, found = segmenter.process_all(frames(4), full=True)
+        square = (slice(42, 78), slice(50, 86))
+        self.assertGreater(found.mask[square].mean(), 0.9)
+        number = found.objects[60, 68]
+        (moving,) = [one for one in found.list_objects() if one.number == number]
+        self.assertLess(abs(moving.left + moving.width / 2 - 68), 10)
+        self.assertLess(abs(moving.top + moving.height / 2 - 60), 10)
+        self.assertEqual(moving.places, (found.objects == number).sum())
+        self.assertGreaterEqual(moving.peak, 0.8)
+
+    def test_the_ignored_area_does_not_move(self):
+        ignore = np.zeros((HEIGHT, WIDTH), bool)
+        ignore[30:90, 20:] = True
+        *_, found = egosieve.Segmenter(budget=300, ignore=ignore).process_all(frames(4), full=True)
+        self.assertFalse(found.mask[ignore].any())
+        self.assertEqual(found.report.dynamic_labels, 0)
+        with self.assertRaisesRegex(ValueError, "options.ignore is 160x120"):
+            egosieve.Segmenter(ignore=ignore).process(np.zeros((20, 30), np.uint8))
+
+    def test_a_lag_gives_every_frame_its_map_later(self):
+        segmenter = egosieve.Segmenter(budget=300, lag=2, focal_ratio=0.8)
+        pictures = list(frames(5))
+        self.assertIsNone(segmenter.process(pictures[0]))
+        self.assertIsNone(segmenter.learn(pictures[1]))
+        self.assertEqual(segmenter.process(pictures[2]).report.frame, 0)
+        with self.assertRaisesRegex(ValueError, "with a lag all frames have one size"):
+            segmenter.process(pictures[0][:100])
+        path = os.path.join(os.getcwd(), "lagging.npz")
+        segmenter.save(path)
+        loaded = egosieve.Segmenter.load(path)
+        ends = [[one.process(picture, 0.1 * t) for t, picture in enumerate(pictures[3:], 3)] + list(one.finish())
+                for one in (segmenter, loaded)]  # fmt: skip
+        for end in ends:
+            self.assertEqual([found.report.frame for found in end], [1, 2, 3, 4])
+        for found, again in zip(*ends):
+            np.testing.assert_array_equal(found.probability, again.probability)
+        self.assertEqual(list(segmenter.finish()), [])
+        live = list(egosieve.Segmenter(budget=300, focal_ratio=0.8).process_all(pictures))
+        self.assertFalse(np.array_equal(live[2].probability, ends[0][1].probability))
+
     def test_layouts_of_frames_do_not_matter(self):
         segmenters = [egosieve.Segmenter(budget=300) for _ in range(4)]
         for frame in frames(2):
@@ -64,6 +106,10 @@ class SegmenterTest(unittest.TestCase):
             (ValueError, "time_seconds = nan", lambda: segmenter.process(picture, float("nan"))),
             (ValueError, "order = 'gbr'", lambda: segmenter.process(picture, order="gbr")),
             (ValueError, "profile = 'slow'", lambda: egosieve.Segmenter("slow")),
+            (ValueError, "options.lag = 3 frames needs", lambda: egosieve.Segmenter(lag=3)),
+            (ValueError, "options.focal_ratio = nan", lambda: egosieve.Segmenter(focal_ratio=float("nan"))),
+            (ValueError, "options.lag = -1", lambda: egosieve.Segmenter(lag=-1)),
+            (ValueError, "options.ignore has colours", lambda: egosieve.Segmenter(ignore=picture)),
             (ValueError, "options.stride = 0", lambda: egosieve.Segmenter(stride=0)),
             (FileNotFoundError, "nowhere", lambda: egosieve.Segmenter.load("/nowhere")),
         ]

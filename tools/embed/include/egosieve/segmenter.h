@@ -46,6 +46,15 @@ typedef struct egosieve_segmenter_options {
   int64_t budget;           /**< Points that the model holds, 10 to 20000; 0: the profile's. */
   uint64_t seed;            /**< Of everything that is random. Default: 1. */
   const char* device;       /**< As in egosieve_gp_options. */
+  /** Frames behind a frame that its labels rest on, 0 to 100: its map comes so many frames later,
+      and what moves is told better. Needs focal_ratio, and frames of one size. Default: 0. */
+  int64_t lag;
+  /** Grey, of the frames' size; not 0 where they do not show the world: the own vehicle, captions.
+      No motion is estimated from there, and nothing moves there. Copied. Default: null. */
+  const egosieve_image* ignore;
+  /** The camera's focal length over the longer side of the frames, at most 100: motion is then told
+      from the camera's rotation and step, in depth. 0, the default: not known. */
+  double focal_ratio;
 } egosieve_segmenter_options;
 
 /** Sets every field to its default. Null does nothing. */
@@ -72,6 +81,9 @@ typedef struct egosieve_map {
   egosieve_array probability; /**< Data null: not wanted. */
   egosieve_array mean;        /**< Data null: not wanted. */
   egosieve_array deviation;   /**< Data null: not wanted. */
+  /** The number of the object that a place belongs to, 0: none. Objects are regions of 0.25 and
+      more with a place of 0.8 or more, numbered from 1 by rows, in each frame anew. */
+  egosieve_array objects;
 } egosieve_map;
 
 /** No result wanted. Null does nothing. */
@@ -80,7 +92,8 @@ EGOSIEVE_API void egosieve_map_init(egosieve_map* map);
 /** The account of one frame. */
 typedef struct egosieve_frame_report {
   uint64_t struct_size;   /**< Set by egosieve_frame_report_init(). */
-  int64_t frame;          /**< From 0; frames whose arguments were refused are not counted. */
+  int64_t frame;          /**< From 0; frames whose arguments were refused are not counted. -1 and
+                               no map: no frame, see egosieve_segmenter_options.lag. */
   int32_t learnt;         /**< Nonzero: the model learnt from this frame. */
   char reason[256];       /**< Why it did not; empty where it did. Cut to fit. */
   int64_t matches;        /**< Between this frame and the one that it was paired with. */
@@ -112,6 +125,22 @@ EGOSIEVE_API egosieve_status egosieve_segmenter_process(egosieve_segmenter* segm
                                                         double time_seconds,
                                                         const egosieve_map* map,
                                                         egosieve_frame_report* report);
+
+/** How many frames wait for those behind them, and their size; 0 of each without. */
+EGOSIEVE_API egosieve_status egosieve_segmenter_waiting(egosieve_segmenter* segmenter,
+                                                        int64_t* frames, int32_t* width,
+                                                        int32_t* height);
+
+/**
+ * The map of the next of the frames that wait for those behind them: after the last frame, until
+ * the report's frame is -1. Frames may follow; they go on from there.
+ * @param segmenter  The segmenter.
+ * @param map        Null: the frame is learnt from and no map is made.
+ * @param report     Null: not wanted.
+ */
+EGOSIEVE_API egosieve_status egosieve_segmenter_finish(egosieve_segmenter* segmenter,
+                                                       const egosieve_map* map,
+                                                       egosieve_frame_report* report);
 
 /**
  * Writes model, options and the frames that the next pair needs into a file, whole or not at all.

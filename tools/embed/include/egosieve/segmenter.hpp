@@ -33,6 +33,9 @@ struct SegmenterOptions {
   int64_t budget = 0;                  /**< Points in the model; 0: the profile's. */
   uint64_t seed = 1;                   /**< Of everything that is random. */
   std::string device;                  /**< As in #egosieve_gp_options. */
+  int64_t lag = 0;          /**< Frames behind a frame that its labels rest on, to 100. */
+  Image ignore{};           /**< Grey, not 0 where no world is shown; data null: nowhere. */
+  double focal_ratio = 0.0; /**< Focal length over the longer side; 0: not known. Lag needs it. */
 };
 
 /** The grid that a frame's map is evaluated on. */
@@ -46,11 +49,12 @@ struct Map {
   Array probability{}; /**< Of belonging to something that moves. */
   Array mean{};        /**< Of the latent function, -1 static, 1 moving. */
   Array deviation{};   /**< Its standard deviation. */
+  Array objects{};     /**< Numbers of objects, 0: none; see #egosieve_map. */
 };
 
 /** The account of one frame. */
 struct FrameReport {
-  int64_t frame = 0;          /**< From 0. */
+  int64_t frame = 0;          /**< From 0; -1: none yet, or none left. */
   bool learnt = false;        /**< The model learnt from this frame. */
   std::string reason;         /**< Why it did not; empty where it did. */
   int64_t matches = 0;        /**< Between this frame and the one that it was paired with. */
@@ -74,6 +78,10 @@ class Segmenter {
     c.budget = options.budget;
     c.seed = options.seed;
     c.device = options.device.c_str();
+    c.lag = options.lag;
+    c.focal_ratio = options.focal_ratio;
+    const egosieve_image ignore = options.ignore.c();
+    c.ignore = ignore.data == nullptr ? nullptr : &ignore;
     egosieve_segmenter* handle = nullptr;
     return Own(egosieve_segmenter_create(&c, &handle), handle);
   }
@@ -102,18 +110,30 @@ class Segmenter {
     if (!status.ok()) return status;
     return size;
   }
-  /** Learns from the next frame and gives its map. */
+  /** Learns from the next frame and gives its map, or with a lag that of the frame so far before.
+   */
   Result<FrameReport> Process(const Image& image, double time_seconds, const Map& map) {
-    egosieve_map c;
-    egosieve_map_init(&c);
-    c.probability = map.probability.c();
-    c.mean = map.mean.c();
-    c.deviation = map.deviation.c();
+    const egosieve_map c = ToC(map);
     return ProcessWith(image, time_seconds, &c);
   }
   /** Learns from the next frame without a map. */
   Result<FrameReport> Learn(const Image& image, double time_seconds) {
     return ProcessWith(image, time_seconds, nullptr);
+  }
+  /** How many frames wait for those behind them. */
+  Result<int64_t> Waiting() const {
+    int64_t frames = 0;
+    int32_t width = 0, height = 0;
+    Status status = Status::FromC(egosieve_segmenter_waiting(handle_, &frames, &width, &height));
+    if (!status.ok()) return status;
+    return frames;
+  }
+  /** With a lag, after the last frame: the map of the next frame that waits, until frame is -1. */
+  Result<FrameReport> Finish(const Map& map) {
+    const egosieve_map c_map = ToC(map);
+    egosieve_frame_report c;
+    egosieve_frame_report_init(&c);
+    return Report(egosieve_segmenter_finish(handle_, &c_map, &c), c);
   }
   /** Writes all that the next frame needs into a file, whole or not at all. */
   Status Save(const std::string& path) {
@@ -135,9 +155,22 @@ class Segmenter {
     const egosieve_image c_image = image.c();
     egosieve_frame_report c;
     egosieve_frame_report_init(&c);
-    Status status =
-        Status::FromC(egosieve_segmenter_process(handle_, &c_image, time_seconds, map, &c));
-    if (!status.ok()) return status;
+    return Report(egosieve_segmenter_process(handle_, &c_image, time_seconds, map, &c), c);
+  }
+
+  static egosieve_map ToC(const Map& map) {
+    egosieve_map c;
+    egosieve_map_init(&c);
+    c.probability = map.probability.c();
+    c.mean = map.mean.c();
+    c.deviation = map.deviation.c();
+    c.objects = map.objects.c();
+    return c;
+  }
+
+  // The report by reference: the call whose status is checked here writes it.
+  static Result<FrameReport> Report(egosieve_status code, const egosieve_frame_report& c) {
+    if (code != EGOSIEVE_OK) return Status::FromC(code);
     FrameReport report;
     report.frame = c.frame;
     report.learnt = c.learnt != 0;

@@ -17,13 +17,13 @@ from .gaussian_process import GaussianProcess as GaussianProcess
 from .predictor import FrozenPosterior as FrozenPosterior
 
 __version__ = _version()
-__all__ = ["FrozenPosterior", "FrameReport", "GaussianProcess", "SegmentationMap", "Segmenter"]
+__all__ = ["FrozenPosterior", "FrameReport", "GaussianProcess", "MovingObject", "SegmentationMap", "Segmenter"]
 __all__ += ["devices", "set_threads", "threads"]
 
 
 def __getattr__(name):
     # Loads OpenCV, which those who only want a Gaussian process should not wait for.
-    if name in ("Segmenter", "SegmentationMap", "FrameReport"):
+    if name in ("Segmenter", "SegmentationMap", "FrameReport", "MovingObject"):
         from . import segmenter
 
         return getattr(segmenter, name)

@@ -59,11 +59,13 @@ class Prediction(ctypes.Structure):
 
 class SegmenterOptions(ctypes.Structure):
     _fields_ = [("struct_size", c_uint64), ("profile", c_int32), ("stride", c_int32), ("budget", c_int64),
-                ("seed", c_uint64), ("device", c_char_p)]  # fmt: skip
+                ("seed", c_uint64), ("device", c_char_p), ("lag", c_int64), ("ignore", POINTER(Image)),
+                ("focal_ratio", c_double)]  # fmt: skip
 
 
 class Map(ctypes.Structure):
-    _fields_ = [("struct_size", c_uint64), ("probability", Array), ("mean", Array), ("deviation", Array)]
+    _fields_ = [("struct_size", c_uint64), ("probability", Array), ("mean", Array), ("deviation", Array),
+                ("objects", Array)]  # fmt: skip
 
 
 class FrameReport(ctypes.Structure):
