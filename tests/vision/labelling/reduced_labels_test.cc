@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -78,13 +79,17 @@ TEST(ReducedLabels, CoverTheWholePicture) {
     for (size_t i = 0; i < labels.probability.size(); ++i) {
       right = std::max(right, labels.positions[2 * i]);
       bottom = std::max(bottom, labels.positions[2 * i + 1]);
-      if (labels.positions[2 * i + 1] > 182.0) EXPECT_EQ(labels.probability[i], 0.0);
+      if (labels.positions[2 * i + 1] > 182.0) {
+        EXPECT_EQ(labels.probability[i], 0.0);
+      }
     }
     EXPECT_GT(right, 380.0);
     EXPECT_GT(bottom, 220.0);
     if (side == 0) whole_size = labels.size();
     // A quarter of the area has a quarter of the nodes.
-    if (side > 0) EXPECT_LT(labels.size(), whole_size / 3);
+    if (side > 0) {
+      EXPECT_LT(labels.size(), whole_size / 3);
+    }
   }
 }
 
