@@ -1,9 +1,11 @@
 // bench_drive: what a frame of a long drive costs, as JSON on stdout.
 //
-//   bench_drive [--frames=300] [--profiles=paper,paper_full,default,fast] [--data=DIR]
+//   bench_drive [--frames=300] [--profiles=paper,paper_full,default,fast,opencv] [--data=DIR]
+//               [--megapixels=0] [--threads=0] [--model_points=0]
 //       DIR/kitti-residential played back and forth through each profile; steady state is the
 //       second half of the frames. paper_full is the paper's profile without its filters 2 and 3,
-//       so that the model holds its 4,000 points on a drive this short.
+//       so that the model holds its 4,000 points on a drive this short; opencv is OpenCV's dense
+//       flow and its RANSAC fundamental matrix alone. Pictures of --megapixels are the same scaled.
 //   bench_drive --soak [--frames=14500] [--budget=400]
 //       one long drive of small frames, synthetic and (where there are data) real in turn: whether
 //       time a frame, memory and open files stay; fixed work in between tells how the machine's own
@@ -15,11 +17,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
@@ -30,9 +35,12 @@
 #include "absl/strings/str_cat.h"
 #include "bench/drive/drive_measurement.h"
 #include "bench/drive/played_source.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/context.h"
+#include "kernels/runtime/pocl_threads.h"
 #include "tools/evaluation/roc.h"
+#include "vision/labelling/drive_camera.h"
 
 namespace egosieve::bench {
 namespace {
@@ -46,7 +54,7 @@ constexpr int64_t kComparedFrames = 6;
 struct Profile {
   std::string name;
   OnlineSegmenterOptions options;
-  double target_seconds;  // a frame, on two cores
+  double target_seconds;  // a frame of 1242x375, on two cores
 };
 
 std::vector<Profile> Profiles() {
@@ -54,9 +62,8 @@ std::vector<Profile> Profiles() {
   full.options.learner.novelty_filter = full.options.learner.consistency_filter = false;
   std::vector<Profile> profiles = {{"paper", OnlineSegmenterOptions::Paper(), 2.5},
                                    full,
-                                   {"default", OnlineSegmenterOptions::Default(), 0.7},
-                                   {"fast", OnlineSegmenterOptions::Fast(), 0.25}};
-  for (Profile& profile : profiles) profile.options.labeller.feature_count = 7000;
+                                   {"default", OnlineSegmenterOptions::Default(), 0.1},
+                                   {"fast", OnlineSegmenterOptions::Fast(), 0.033}};
   return profiles;
 }
 
@@ -123,26 +130,89 @@ struct Flags {
   bool soak = false;
   int64_t frames = 0;
   int64_t budget = 400;
-  std::vector<std::string> profiles = {"paper", "paper_full", "default", "fast"};
+  double megapixels = 0.0;
+  int threads = 0;
+  int64_t model_points = 0;
+  std::vector<std::string> profiles = {"paper", "paper_full", "default", "fast", "opencv"};
   std::string data;
 };
+
+// As segment's first pass sets it.
+absl::Status LearnCamera(PlayedSource& source, OnlineSegmenterOptions& options) {
+  vision::FrameLabellerOptions& labeller = options.labeller;
+  if (!labeller.WantsCamera()) return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(const vision::DriveCamera camera, vision::LearnDriveCamera(source, {}));
+  labeller.focal_ratio = camera.focal_ratio;
+  labeller.travel = camera.travel;
+  labeller.fixed_pattern = camera.fixed_pattern;
+  labeller.ignored = camera.own_vehicle;
+  return absl::OkStatus();
+}
+
+// What the motion of a picture's pixels and one fundamental matrix cost, by OpenCV alone.
+absl::StatusOr<Json> MeasureOpenCv(const Clip& clip, int64_t count) {
+  constexpr int kStride = 5;
+  const auto flow = cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_MEDIUM);
+  std::vector<double> seconds, processor_seconds;
+  cv::Mat before;
+  for (int64_t i = 0; i < count; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    const std::clock_t processor_start = std::clock();
+    EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat picture, clip.read(PictureOf(i, clip.size)));
+    cv::Mat grey, way;
+    cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+    if (!before.empty()) {
+      flow->calc(before, grey, way);
+      std::vector<cv::Point2f> from, to;
+      for (int y = kStride / 2; y < grey.rows; y += kStride) {
+        for (int x = kStride / 2; x < grey.cols; x += kStride) {
+          from.emplace_back(static_cast<float>(x), static_cast<float>(y));
+          to.push_back(from.back() + way.at<cv::Point2f>(y, x));
+        }
+      }
+      cv::findFundamentalMat(from, to, cv::FM_RANSAC, 1.0, 0.99);
+      seconds.push_back(
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+      processor_seconds.push_back(static_cast<double>(std::clock() - processor_start) /
+                                  CLOCKS_PER_SEC);
+    }
+    before = grey;
+  }
+  return Json{{"profile", "opencv"},
+              {"frames", count},
+              {"seconds_per_frame_median", Median(std::move(seconds))},
+              {"processor_seconds_per_frame_median", Median(std::move(processor_seconds))}};
+}
+
+// The clip at the size asked for.
+absl::StatusOr<Clip> ScaledClip(const Clip& clip, double megapixels) {
+  if (megapixels == 0.0) return clip;
+  EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat picture, clip.read(0));
+  const double scale = std::sqrt(1e6 * megapixels / static_cast<double>(picture.total()));
+  return KeptClip(clip, {cvRound(picture.cols * scale), cvRound(picture.rows * scale)});
+}
 
 absl::StatusOr<bool> MeasureProfiles(const Flags& flags,
                                      const std::shared_ptr<kernels::Context>& context) {
   const std::string root = flags.data + "/kitti-residential";
-  EGOSIEVE_ASSIGN_OR_RETURN(const Clip clip, FolderClip(root + "/frames"));
-  const std::map<int64_t, cv::Mat> masks = ReadMasks(root + "/frames", root + "/labels");
+  EGOSIEVE_ASSIGN_OR_RETURN(const Clip original, FolderClip(root + "/frames"));
+  EGOSIEVE_ASSIGN_OR_RETURN(const Clip clip, ScaledClip(original, flags.megapixels));
+  std::map<int64_t, cv::Mat> masks;
+  if (flags.megapixels == 0.0) masks = ReadMasks(root + "/frames", root + "/labels");
   const int64_t count = flags.frames > 0 ? flags.frames : 300;
   const ScratchFolder scratch;
   bool sound = true;
   Json results = Json::array();
-  for (const Profile& profile : Profiles()) {
-    if (std::find(flags.profiles.begin(), flags.profiles.end(), profile.name) ==
-        flags.profiles.end()) {
-      continue;
-    }
+  const auto is_wanted = [&](const std::string& name) {
+    return std::find(flags.profiles.begin(), flags.profiles.end(), name) != flags.profiles.end();
+  };
+  for (Profile& profile : Profiles()) {
+    if (!is_wanted(profile.name)) continue;
+    profile.options.labeller.threads = kernels::MaximumThreads();
+    if (flags.model_points > 0) profile.options.learner.budget.budget = flags.model_points;
     tools::RocHistogram roc;
     PlayedSource source({clip}, count, count);
+    EGOSIEVE_RETURN_IF_ERROR(LearnCamera(source, profile.options));
     EGOSIEVE_ASSIGN_OR_RETURN(
         DriveMeasurement drive,
         MeasureDrive(context, profile.options, source, scratch.File(profile.name),
@@ -164,12 +234,15 @@ absl::StatusOr<bool> MeasureProfiles(const Flags& flags,
         {{"profile", profile.name},
          {"frames", count},
          {"steady_from_frame", begin},
+         {"seconds", drive.frames.back().finished_seconds},
+         {"processor_seconds", drive.frames.back().processor_seconds},
          {"seconds_per_frame_median", MedianSecondsPerFrame(drive, begin, drive.frames.size())},
          {"seconds_per_frame_target", profile.target_seconds},
          {"processor_seconds_per_frame_median",
           MedianProcessorSecondsPerFrame(drive, begin, drive.frames.size())},
          {"model_points", drive.frames.back().model_size},
          {"features", drive.frames.back().features},
+         {"resident_mebibytes", drive.frames.back().resident_mebibytes},
          {"milliseconds_by_stage_median", StageMedians(drive, begin, drive.frames.size())},
          {"auc_of_labelled_frames", auc ? Json(*auc) : Json()},
          {"same_bytes_as_one_thread", difference.empty()},
@@ -177,7 +250,15 @@ absl::StatusOr<bool> MeasureProfiles(const Flags& flags,
          {"complaints", Complaints(drive.complaints)}});
     std::cerr << "bench_drive: " << profile.name << " done\n";
   }
-  std::cout << Json{{"drive", "kitti-residential, 1242x375, back and forth"}, {"profiles", results}}
+  if (is_wanted("opencv")) {
+    EGOSIEVE_ASSIGN_OR_RETURN(results.emplace_back(), MeasureOpenCv(clip, count));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat picture, clip.read(0));
+  std::cout << Json{{"drive", "kitti-residential, back and forth"},
+                    {"width_pixels", picture.cols},
+                    {"height_pixels", picture.rows},
+                    {"threads", kernels::MaximumThreads()},
+                    {"profiles", results}}
                    .dump(2)
             << "\n";
   return sound;
@@ -290,6 +371,9 @@ absl::StatusOr<bool> Soak(const Flags& flags, const std::shared_ptr<kernels::Con
 }
 
 absl::StatusOr<bool> Run(const Flags& flags) {
+  if (flags.threads > 0) kernels::SetMaximumThreads(flags.threads);
+  kernels::LimitPoclThreads(kernels::MaximumThreads());
+  cv::setNumThreads(kernels::MaximumThreads());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<kernels::Context> context,
                             kernels::OpenContext());
   if (flags.soak) return Soak(flags, context);
@@ -306,6 +390,9 @@ int Main(int argc, char** argv) {
   app.add_flag("--soak", flags.soak, "One long drive of small frames");
   app.add_option("--frames", flags.frames, "Frames; 0: 300 a profile, 14500 of --soak");
   app.add_option("--budget", flags.budget, "Points of the model of --soak");
+  app.add_option("--megapixels", flags.megapixels, "Of the pictures, scaled; 0: as they are");
+  app.add_option("--threads", flags.threads, "0: as many as the process may use");
+  app.add_option("--model_points", flags.model_points, "Points of the models; 0: the profile's");
   app.add_option("--profiles", flags.profiles, "Those to measure")->delimiter(',');
   app.add_option("--data", flags.data, "Folder of the real drives");
   CLI11_PARSE(app, argc, argv);

@@ -108,6 +108,7 @@ absl::StatusOr<DriveMeasurement> MeasureDrive(std::shared_ptr<kernels::Context> 
   description.grid = {image.cols, image.rows, options.stride_pixels};
   EGOSIEVE_ASSIGN_OR_RETURN(auto writer, tools::DriveWriter::Start(folder, description));
   vision::PipelineOptions pipeline;
+  pipeline.overlap = options.labeller.threads > 1;
   pipeline.checkpoint_interval = 25;
   DriveMeasurement drive;
   drive.frames.reserve(source.expected_frame_count());

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/run_folder/run_folder.h"
 
@@ -18,6 +19,11 @@ void ScheduleFlags::AddFlags(CLI::App& app) {
                  "Makes the map of each N-th frame only, from the first on; those between are "
                  "learnt from all the same, and infer can make their maps later")
       ->check(AtLeast<int64_t>(1))
+      ->type_name("N");
+  app.add_option("--skip", skip_,
+                 "Passes over N frames between two that are segmented: they are neither learnt "
+                 "from nor mapped, and cost what reading them costs")
+      ->check(AtLeast<int64_t>(0))
       ->type_name("N");
   app.add_flag("--learn_only", learn_only_,
                "Makes no maps but keeps the model of every frame, for infer to make them later");
@@ -41,6 +47,7 @@ void ScheduleFlags::Describe(std::map<std::string, std::string>& flags) const {
     flags["fps"] = absl::StrCat(source_.nominal_rate_hz);
   }
   if (!source_.times.empty()) flags["times"] = AbsolutePath(source_.times);
+  if (skip_ > 0) flags["skip"] = absl::StrCat(skip_);
   flags["learn_only"] = learn_only_ ? "yes" : "no";
 }
 
@@ -48,15 +55,26 @@ vision::PipelineOptions ScheduleFlags::MakePipeline(int threads, int64_t first_f
   vision::PipelineOptions pipeline;
   pipeline.overlap = threads > 1;
   pipeline.first_frame = first_frame;
+  pipeline.frame_step = frame_step();
   pipeline.checkpoint_interval = checkpoint_every_;
   pipeline.wants_map = WantedMaps();
   pipeline.record_steps = LeavesMaps();
   pipeline.end_frame = range_.to >= 0 ? range_.to + 1 : -1;
   if (max_frames_ > 0) {
-    const int64_t end = range_.from + max_frames_;
+    const int64_t end = range_.from + max_frames_ * frame_step();
     pipeline.end_frame = pipeline.end_frame < 0 ? end : std::min(pipeline.end_frame, end);
   }
   return pipeline;
+}
+
+absl::Status ScheduleFlags::Validate() const {
+  EGOSIEVE_RETURN_IF_ERROR(range_.Validate());
+  if (skip_ > 0 && LeavesMaps()) {
+    return absl::InvalidArgumentError(
+        "--skip leaves frames out for good, --every and --learn_only leave maps for later; choose "
+        "one of them");
+  }
+  return absl::OkStatus();
 }
 
 std::function<bool(int64_t)> ScheduleFlags::WantedMaps() const {
@@ -71,7 +89,9 @@ int64_t ExpectedFrames(const vision::FrameSource& source, const vision::Pipeline
   if (pipeline.end_frame >= 0) {
     end = end < 0 ? pipeline.end_frame : std::min(end, pipeline.end_frame);
   }
-  return end < 0 ? -1 : std::max<int64_t>(end - pipeline.first_frame, 0);
+  if (end < 0) return -1;
+  const int64_t frames = std::max<int64_t>(end - pipeline.first_frame, 0);
+  return (frames + pipeline.frame_step - 1) / pipeline.frame_step;
 }
 
 }  // namespace egosieve::tools

@@ -19,9 +19,11 @@ namespace egosieve::tools {
 class ScheduleFlags {
  public:
   void AddFlags(CLI::App& app);
-  absl::Status Validate() const { return range_.Validate(); }
+  absl::Status Validate() const;
 
   int64_t first_frame() const { return range_.from; }
+  // Between the indices of the frames that are segmented.
+  int64_t frame_step() const { return skip_ + 1; }
   const vision::FrameSourceOptions& source() const { return source_; }
 
   // As RunDescription::flags holds them.
@@ -38,6 +40,7 @@ class ScheduleFlags {
   int64_t checkpoint_every_ = 25;
   FrameRange range_;
   int64_t every_ = 1;
+  int64_t skip_ = 0;
   bool learn_only_ = false;
   int64_t max_frames_ = 0;
   vision::FrameSourceOptions source_;

@@ -35,6 +35,7 @@
 #include "tools/segment/segment_flags.h"
 #include "vision/frame/image_decoding.h"
 #include "vision/frame/live_stream.h"
+#include "vision/frame/stepped_frames.h"
 #include "vision/frame/video_remarks.h"
 #include "vision/segmentation/segmentation_pipeline.h"
 
@@ -113,6 +114,10 @@ class SegmentCommand : public Command {
     // Before the folder is made anew: who stops the first pass keeps the run that was there.
     EGOSIEVE_RETURN_IF_ERROR(
         camera_.Find(input, schedule_.first_frame(), resume_, directory_, options.labeller));
+    if (schedule_.frame_step() > 1) {
+      input.frames = std::make_unique<vision::SteppedFrames>(
+          std::move(input.frames), schedule_.first_frame(), schedule_.frame_step());
+    }
     EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<RunFolder> created, CreateUnlessResumed());
     if (method_.is_rival()) return SegmentByRival(input, device, options, *created);
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<vision::OnlineSegmenter> segmenter,
@@ -142,9 +147,12 @@ class SegmentCommand : public Command {
       }
       return OpenDriveInput(input_, schedule_.first_frame(), schedule_.source());
     }
-    if (resume_ || schedule_.first_frame() > 0 || schedule_.LeavesMaps()) {
+    if (resume_ || schedule_.first_frame() > 0 || schedule_.LeavesMaps() ||
+        schedule_.frame_step() > 1) {
       return absl::InvalidArgumentError(
-          "a stream cannot be gone back to: leave --resume, --from, --learn_only and --every out");
+          "a stream is taken as it comes and cannot be gone back to: leave --resume, --from, "
+          "--skip, "
+          "--learn_only and --every out");
     }
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenLiveInput(input_));
     if (record_) {
@@ -254,7 +262,8 @@ class SegmentCommand : public Command {
   // Whether no frame is behind those of `lines`; then `warning` is that of the input's end.
   bool IsComplete(const std::vector<FrameLine>& lines, vision::FrameSource& source,
                   std::string& warning) const {
-    const int64_t behind = lines.empty() ? schedule_.first_frame() : lines.back().index + 1;
+    const int64_t behind =
+        lines.empty() ? schedule_.first_frame() : lines.back().index + schedule_.frame_step();
     const int64_t end = schedule_.MakePipeline(1, schedule_.first_frame()).end_frame;
     if (end >= 0 && behind >= end) return true;
     if (!source.SeekTo(behind).ok()) return false;

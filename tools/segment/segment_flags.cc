@@ -119,6 +119,13 @@ void SegmentFlags::AddLabelFlags(CLI::App& app) {
                  "frame has its map")
       ->check(GapOrAutomatic())
       ->type_name("FRAMES|auto");
+  app.add_option(
+         "--labelling_size", labelling_size_,
+         "Longer side to which pictures are reduced before labels are made; 0: they are not")
+      ->check(CLI::Validator(
+          [](std::string& text) { return text == "0" ? std::string() : Between(64, 65536)(text); },
+          ""))
+      ->type_name("PIXELS");
   app.add_option("--feature_count", feature_count_,
                  "SIFT features and corners asked for; 0: 7000 at 1242 x 375, by area")
       ->check(Between(0, 1000000))
@@ -200,6 +207,7 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   } else if (frame_gap_.has_value()) {
     options.labeller.frame_gap = std::stoi(*frame_gap_);  // a number, by its check
   }
+  Override(labelling_size_, options.labeller.longest_side_pixels);
   Override(feature_count_, options.labeller.feature_count);
   Override(features_, FeatureWords(), options.labeller.features);
   Override(patch_search_, SwitchWords(), options.labeller.searches_lost);

@@ -43,6 +43,7 @@ class SegmentFlags {
   bool potential_ = false;
   std::optional<int64_t> inducing_points_;
   std::optional<std::string> frame_gap_;
+  std::optional<int> labelling_size_;
   std::optional<int> feature_count_;
   std::optional<std::string> features_;
   std::optional<std::string> patch_search_;

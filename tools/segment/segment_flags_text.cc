@@ -48,6 +48,7 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       {"location_prior", Shortest(options.location_prior.weight)},
       {"frame_gap",
        labeller.frame_gap == kAutomaticGap ? kAutomatic : absl::StrCat(labeller.frame_gap)},
+      {"labelling_size", absl::StrCat(labeller.longest_side_pixels)},
       {"feature_count", absl::StrCat(labeller.feature_count)},
       {"features", NameOf(FeatureWords(), labeller.features)},
       {"patch_search", yes_or_no(labeller.searches_lost)},

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -18,10 +19,11 @@ constexpr double kMostOfARow = 5.0;
 constexpr double kHang = 0.15;                          // h
 constexpr double kFarBelow = 2.5, kLeastGround = 0.01;  // of LowestGround
 
+using Strip = std::array<float, kStripPixels>;
+
 // Less its mean.
-template <typename Motion>
-auto StripAt(const cv::Mat& picture, double x, double y, const Motion& motion) {
-  auto strip = TakeMoved<kHalfWidth, kHalfHeight>(picture, x, y, motion);
+Strip StripAt(const cv::Mat& picture, const ProjectedPlaces& places) {
+  Strip strip = TakeProjected<kHalfWidth, kHalfHeight>(picture, places);
   SubtractMean(strip);
   return strip;
 }
@@ -67,25 +69,27 @@ ContactPictures::ContactPictures(const RoadPlane& road, const Pinhole& camera,
       noise_levels_(noise_levels) {}
 
 double ContactPictures::Gain(double x, double y, const ContactDepths& depths) const {
-  const auto moved = [&](const Eigen::Vector3d& ray, double r) {
-    return camera_.Project(back_.rotation * ray + r * back_.translation);
-  };
-  using Eigen::Vector2d;
-  const auto here = StripAt(now_, x, y, [](const Vector2d& at) { return at; });
-  const auto difference = [&](const auto& inverse_depth_at) {
-    return SquaredDifference(here, StripAt(before_, x, y, [&](const Vector2d& at) {
-                               const Eigen::Vector3d ray = camera_.Ray(at(0), at(1));
-                               return moved(ray, inverse_depth_at(ray));
-                             }));
-  };
   using Eigen::Vector3d;
-  const double object = difference([&](const Vector3d&) { return depths.inverse_depth; });
-  double ground = difference([&](const Vector3d& ray) { return road_.At(ray); });
-  if (depths.ground_share != 1.0) {
-    ground = std::min(ground, difference([&](const Vector3d& ray) {
-                        return depths.ground_share * road_.At(ray);
-                      }));
-  }
+  const Strip here = StripAt(now_, {{x, y, 1.0}, Vector3d::UnitX(), Vector3d::UnitY()});
+  // From a ray with its inverse depth to the homogeneous pixel before, both linear in the pixel.
+  const auto before = [&](const Vector3d& ray, double inverse_depth) -> Vector3d {
+    const Vector3d point = back_.rotation * ray + inverse_depth * back_.translation;
+    return {camera_.focal_pixels * point(0) + camera_.centre_x * point(2),
+            camera_.focal_pixels * point(1) + camera_.centre_y * point(2), point(2)};
+  };
+  const Vector3d ray = camera_.Ray(x, y), across = Vector3d::UnitX() / camera_.focal_pixels,
+                 down = Vector3d::UnitY() / camera_.focal_pixels;
+  const auto difference = [&](const ProjectedPlaces& places) {
+    return SquaredDifference(here, StripAt(before_, places));
+  };
+  const auto on_ground = [&](double share) {
+    return difference({before(ray, share * road_.At(ray)), before(across, share * road_.At(across)),
+                       before(down, share * road_.At(down))});
+  };
+  const double object =
+      difference({before(ray, depths.inverse_depth), before(across, 0.0), before(down, 0.0)});
+  double ground = on_ground(1.0);
+  if (depths.ground_share != 1.0) ground = std::min(ground, on_ground(depths.ground_share));
   const double variance =
       std::max(noise_levels_ * noise_levels_, std::min(ground, object) / kStripPixels);
   return kIndependentShare * (ground - object) / (2.0 * variance);

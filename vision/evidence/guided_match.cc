@@ -55,11 +55,13 @@ class RoadPictures {
     return road_.At(camera_.Ray(place.x, place.y)) > 0.0;
   }
   Look At(cv::Point2f place) const {
-    const auto take = [&](const cv::Mat& picture, const auto& motion) {
-      return TakeMoved<kPatchRadius, kPatchRadius>(picture, place.x, place.y, motion);
+    const auto take = [&](const cv::Mat& picture, const Eigen::Matrix3d& motion) {
+      const Eigen::Vector3d centre = motion * Eigen::Vector3d(place.x, place.y, 1.0);
+      return TakeProjected<kPatchRadius, kPatchRadius>(picture,
+                                                       {centre, motion.col(0), motion.col(1)});
     };
-    Patch p = take(now_, [](const Eigen::Vector2d& at) { return at; });
-    Patch s = take(before_, [&](const Eigen::Vector2d& at) { return Moved(at); });
+    Patch p = take(now_, Eigen::Matrix3d::Identity());
+    Patch s = take(before_, motion_);
     const float level = SubtractMean(p), level_before = SubtractMean(s);
     const double texture = SquaredDifference(p, Patch{}), change = SquaredDifference(p, s);
     const double least =

@@ -48,19 +48,26 @@ inline float SampleAt(const cv::Mat& picture, double x, double y) {
   return above + fy * (below - above);
 }
 
-// The patch of 2 kHalfWidth + 1 by 2 kHalfHeight + 1 pixels around (x, y), each taken from where
-// `motion` has it. NaN where it leaves the picture.
-template <int kHalfWidth, int kHalfHeight, typename Motion>
-std::array<float, (2 * kHalfWidth + 1) * (2 * kHalfHeight + 1)> TakeMoved(const cv::Mat& picture,
-                                                                          double x, double y,
-                                                                          const Motion& motion) {
-  std::array<float, (2 * kHalfWidth + 1) * (2 * kHalfHeight + 1)> patch;
-  for (int v = -kHalfHeight, i = 0; v <= kHalfHeight; ++v) {
-    for (int u = -kHalfWidth; u <= kHalfWidth; ++u, ++i) {
-      const Eigen::Vector2d at = motion(Eigen::Vector2d(x + u, y + v));
-      patch[i] = SampleAt(picture, at(0), at(1));
-    }
+// Where a patch's pixels are in a picture under a projective motion: homogeneous pixels, linear in
+// the patch's.
+struct ProjectedPlaces {
+  Eigen::Vector3d centre, across, down;
+};
+
+// The patch of 2 kHalfWidth + 1 by 2 kHalfHeight + 1 pixels, each taken from its place. NaN where
+// it leaves the picture.
+template <int kHalfWidth, int kHalfHeight>
+auto TakeProjected(const cv::Mat& picture, const ProjectedPlaces& places) {
+  constexpr int kWidth = 2 * kHalfWidth + 1, kPixels = kWidth * (2 * kHalfHeight + 1);
+  std::array<double, kPixels> x, y;  // apart from the samples, so that they fill vector registers
+  for (int i = 0; i < kPixels; ++i) {
+    const double u = i % kWidth - kHalfWidth, v = i / kWidth - kHalfHeight;
+    const double z = places.centre(2) + u * places.across(2) + v * places.down(2);
+    x[i] = (places.centre(0) + u * places.across(0) + v * places.down(0)) / z;
+    y[i] = (places.centre(1) + u * places.across(1) + v * places.down(1)) / z;
   }
+  std::array<float, kPixels> patch;
+  for (int i = 0; i < kPixels; ++i) patch[i] = SampleAt(picture, x[i], y[i]);
   return patch;
 }
 

@@ -9,6 +9,7 @@
 #include "vision/labelling/frame_labeller_implementation.h"
 #include "vision/labelling/frame_step.h"
 #include "vision/labelling/labeller_state.h"
+#include "vision/labelling/reduced_labels.h"
 #include "vision/labelling/stopwatch.h"
 
 namespace egosieve::vision {
@@ -21,7 +22,8 @@ absl::StatusOr<std::shared_ptr<const ExtractedFrame>> FrameLabeller::Implementat
   auto extracted = std::make_shared<ExtractedFrame>();
   Stopwatch watch;
   extracted->frame = frame;
-  extracted->grey = EqualizedGrey(frame.image, options_.equalization);
+  extracted->grey = EqualizedGrey(ReducePicture(frame.image, options_.longest_side_pixels),
+                                  options_.equalization);
   extracted->equalization_milliseconds = watch.LapMilliseconds();
   extracted->feature_options.count = options_.feature_count;
   extracted->feature_options.threads = options_.threads;
@@ -43,7 +45,7 @@ absl::Status FrameLabeller::Implementation::CheckOrder(const ExtractedFrame& fra
 
 absl::Status FrameLabeller::Implementation::Push(std::shared_ptr<const ExtractedFrame> frame) {
   EGOSIEVE_RETURN_IF_ERROR(CheckOrder(*frame));
-  if (!history_.empty() && history_.back()->grey.size() != frame->grey.size()) history_.clear();
+  if (!history_.empty() && SizeBefore() != frame->frame.image.size()) history_.clear();
   // Not so for a frame that was labelled, or that the restored state knows.
   if (gathers_ && evidence_.last_frame_index() < frame->frame.index) {
     evidence_.Begin(frame->frame.index);
@@ -87,8 +89,9 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
   result.frame_index = frame->frame.index;
   result.labelled = frame->frame;
   result.times.equalization_milliseconds = frame->equalization_milliseconds;
-  if (!history_.empty() && history_.back()->grey.size() != frame->grey.size()) {
-    const cv::Size before = history_.back()->grey.size(), now = frame->grey.size();
+  const cv::Size now = frame->frame.image.size();
+  if (!history_.empty() && SizeBefore() != now) {
+    const cv::Size before = SizeBefore();
     SetOutcome(LabelOutcome::kSizeChanged,
                absl::StrCat("the frame is ", now.width, "x", now.height, ", those before it ",
                             before.width, "x", before.height),
@@ -116,6 +119,7 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
     EGOSIEVE_RETURN_IF_ERROR(LabelFromAhead(*frame, ahead, result));
   }
   result.doubt = DoubtOf(result);
+  EnlargeLabels(frame->grey.size(), now, result);
   pair_motions_.Forget(frame->frame.index);
   EGOSIEVE_RETURN_IF_ERROR(Push(std::move(frame)));
   return result;
@@ -128,9 +132,11 @@ FrameLabeller::~FrameLabeller() = default;
 absl::StatusOr<std::unique_ptr<FrameLabeller>> FrameLabeller::Create(
     const FrameLabellerOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  EGOSIEVE_ASSIGN_OR_RETURN(EvidenceLabeller evidence, EvidenceLabeller::Create(options));
+  FrameLabellerOptions reduced = options;
+  reduced.ignored = ReduceMask(options.ignored, options.longest_side_pixels);
+  EGOSIEVE_ASSIGN_OR_RETURN(EvidenceLabeller evidence, EvidenceLabeller::Create(reduced));
   return std::unique_ptr<FrameLabeller>(
-      new FrameLabeller(std::make_unique<Implementation>(options, std::move(evidence))));
+      new FrameLabeller(std::make_unique<Implementation>(reduced, std::move(evidence))));
 }
 
 absl::StatusOr<LabelledFrame> FrameLabeller::Process(const Frame& frame) {

@@ -76,6 +76,9 @@ struct FrameLabellerOptions {
   // the ground below it moves on.
   cv::Mat1b fixed_pattern;
 
+  // Pictures are reduced to this longer side before anything is measured (reduced_labels.h); 0:
+  // they are not. What is in pixels below is in pixels of the reduced pictures.
+  int longest_side_pixels = 0;
   int frame_gap = 1;         // frames between the two of a pair; 1 to 100; 0: auto
   int feature_count = 0;     // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area
   double match_ratio = 0.8;  // nearest to second-nearest descriptor distance; (0, 1]

@@ -67,6 +67,7 @@ class FrameLabeller::Implementation {
 
  private:
   absl::Status CheckOrder(const ExtractedFrame& frame) const;
+  cv::Size SizeBefore() const { return history_.back()->frame.image.size(); }
   // Frames between the two of the pair that ends in the current one; `before`: how many there are.
   int Gap(int before) const {
     return options_.frame_gap > 0 ? options_.frame_gap : std::min(gap_.gap, before);
@@ -89,12 +90,17 @@ class FrameLabeller::Implementation {
   bool IsEnough(const FramePairs& pairs, LabelledFrame& result) const;
   absl::StatusOr<MotionModel> FindMotion(const std::vector<PointPair>& pairs, int64_t frame_index,
                                          LabelledFrame& result) const;
-  // Between the two of the pair; `world` is set where it is calibrated.
+  // Whether places are followed by the flow grid and the motion between pictures is calibrated.
+  bool FollowsCalibrated() const {
+    return options_.IsCalibrated() && options_.features != FeatureSource::kSiftCorners;
+  }
+  // Between the two of the pair; `world` is set where it is calibrated and was not known.
   absl::StatusOr<MotionModel> MotionOfTracks(const std::vector<TrackedPoint>& points,
                                              const ExtractedFrame& frame, TwoViewMotion& world,
                                              LabelledFrame& result) const;
   // Empty where the motion is not calibrated, or the grid of flow not used.
-  absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead);
+  absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
+                                    LabellingTimes& times);
   Pinhole Camera(cv::Size size) const;
   // A picture later. back: the motion from `frame` to `before`; null: not known.
   void ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,

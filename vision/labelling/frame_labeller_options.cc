@@ -28,6 +28,9 @@ absl::Status FrameLabellerOptions::Validate() const {
                                              : error(name, " is ", value, "; it must be positive");
   };
   EGOSIEVE_RETURN_IF_ERROR(equalization.Validate());
+  if (longest_side_pixels != 0 && longest_side_pixels < 64) {
+    return error("longest_side_pixels is ", longest_side_pixels, "; it must be at least 64, or 0");
+  }
   if (frame_gap < 0 || frame_gap > 100) {
     return error("frame_gap is ", frame_gap, "; it must be from 1 to 100, or 0 for auto");
   }

@@ -2,6 +2,8 @@
 // frame_labeller.h behind the extraction.
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -71,7 +73,7 @@ absl::StatusOr<MotionModel> FrameLabeller::Implementation::FindMotion(
   motion.choice = options_.motion_model;
   motion.seed = MixSeed(options_.seed, static_cast<uint64_t>(frame_index), kGeometryStep);
   EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, EstimateMotionModel(pairs, motion));
-  result.times.geometry_milliseconds = watch.LapMilliseconds();
+  result.times.geometry_milliseconds += watch.LapMilliseconds();
   RecordMotion(model, result);
   return model;
 }
@@ -115,8 +117,13 @@ void FrameLabeller::Implementation::ObserveGround(const ExtractedFrame& before,
 void FrameLabeller::Implementation::MarkFixed(const ExtractedFrame& frame,
                                               std::vector<TrackedPoint>& points) const {
   if (!fixed_) return;
-  const cv::Mat1b reduced = ReducedPicture(frame.grey);
-  if (reduced.size() != fixed_->size()) return;
+  cv::Mat1b reduced = ReducedPicture(frame.grey);
+  // A picture reduced twice may differ by a row from one reduced once.
+  const cv::Size off = reduced.size() - fixed_->size();
+  if (std::max(std::abs(off.width), std::abs(off.height)) > 1) return;
+  if (reduced.size() != fixed_->size()) {
+    cv::resize(reduced, reduced, fixed_->size(), 0.0, 0.0, cv::INTER_AREA);
+  }
   const cv::Mat1b agreeing = fixed_->Agreeing(SmoothPicture(reduced));
   const double scale = static_cast<double>(reduced.cols) / frame.grey.cols;
   for (TrackedPoint& point : points) {
@@ -159,17 +166,23 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
 }
 
 absl::StatusOr<Outlook> FrameLabeller::Implementation::OutlookOf(const ExtractedFrame& frame,
-                                                                 const Pictures& ahead) {
-  if (!options_.IsCalibrated() || options_.features == FeatureSource::kSiftCorners) {
-    return Outlook();
-  }
-  return LookAhead(frame, ahead, Camera(frame.grey.size()), pair_motions_);
+                                                                 const Pictures& ahead,
+                                                                 LabellingTimes& times) {
+  if (!FollowsCalibrated()) return Outlook();
+  Stopwatch watch;
+  const double flow_before = pair_motions_.flows().milliseconds();
+  EGOSIEVE_ASSIGN_OR_RETURN(Outlook outlook,
+                            LookAhead(frame, ahead, Camera(frame.grey.size()), pair_motions_));
+  const double flow = pair_motions_.flows().milliseconds() - flow_before;
+  times.features_milliseconds += flow;
+  times.geometry_milliseconds += watch.LapMilliseconds() - flow;
+  return outlook;
 }
 
 absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame& frame,
                                                            const Pictures& ahead,
                                                            LabelledFrame& result) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead));
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead, result.times));
   if (outlook.empty()) return absl::OkStatus();
   Stopwatch watch;
   if (evidence_.last_frame_index() != frame.frame.index) evidence_.Begin(frame.frame.index);
@@ -202,11 +215,13 @@ absl::StatusOr<MotionModel> FrameLabeller::Implementation::MotionOfTracks(
   if (!options_.IsCalibrated()) return FindMotion(geometry, frame.frame.index, result);
   Stopwatch watch;
   const Pinhole camera = Camera(frame.grey.size());
-  world = EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_));
-  world.ground_slope = GroundSlope(geometry, world, camera);
+  if (!world.found) {
+    world = EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_));
+    world.ground_slope = GroundSlope(geometry, world, camera);
+  }
   MotionModel model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
   RecordMotion(model, result);
-  result.times.geometry_milliseconds = watch.LapMilliseconds();
+  result.times.geometry_milliseconds += watch.LapMilliseconds();
   return model;
 }
 
@@ -232,13 +247,16 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   result.first_index = evidence_.FrameIndexBefore(gap);
   result.second_index = frame.frame.index;
   const Pinhole camera = Camera(frame.grey.size());
-  EGOSIEVE_ASSIGN_OR_RETURN(Outlook outlook, OutlookOf(frame, ahead));
+  EGOSIEVE_ASSIGN_OR_RETURN(Outlook outlook, OutlookOf(frame, ahead, result.times));
   View behind;
-  if (gap > 1 && options_.IsCalibrated() && options_.features != FeatureSource::kSiftCorners) {
+  TwoViewMotion world;
+  if (gap > 1 && FollowsCalibrated()) {
     EGOSIEVE_ASSIGN_OR_RETURN(behind, LookBack(before, frame, camera, pair_motions_));
+  } else if (FollowsCalibrated() && pairs.matches.empty()) {
+    // What looked ahead from the frame before.
+    EGOSIEVE_ASSIGN_OR_RETURN(world, pair_motions_.Between(before, frame, camera));
   }
   std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);
-  TwoViewMotion world;
   EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, MotionOfTracks(points, frame, world, result));
   ObserveGap(model, gap);
   KeepMotion(pairs, 1, frame.grey.size(), model.trusted);

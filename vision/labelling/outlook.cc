@@ -41,7 +41,7 @@ absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
                                   const Pinhole& camera, PairMotions& motions) {
   PairMotions::Pictures pictures = {&frame};
   for (const auto& picture : ahead) {
-    if (picture->grey.size() != frame.grey.size()) break;
+    if (picture->frame.image.size() != frame.frame.image.size()) break;
     if (!SamePixels(picture->frame.image, pictures.back()->frame.image)) {
       pictures.push_back(picture.get());
     }

@@ -8,6 +8,7 @@
 #include "kernels/base/status_macros.h"
 #include "vision/features/flow_growth.h"
 #include "vision/geometry/point_pair.h"
+#include "vision/labelling/stopwatch.h"
 
 namespace egosieve::vision {
 namespace {
@@ -24,9 +25,11 @@ absl::StatusOr<std::shared_ptr<const FlowPair>> FlowCache::Between(const Extract
                                                                    const ExtractedFrame& second) {
   Entry& entry = flows_[first.frame.index];
   if (entry.flow == nullptr || entry.second_index != second.frame.index) {
+    Stopwatch watch;
     EGOSIEVE_ASSIGN_OR_RETURN(FlowPair flow,
                               ComputeFlow(first.grey, second.grey, options_.quality));
     if (options_.searches_lost) GrowFlow(first.grey, second.grey, options_, flow);
+    milliseconds_ += watch.LapMilliseconds();
     entry = {second.frame.index, std::make_shared<FlowPair>(std::move(flow))};
   }
   return entry.flow;

@@ -46,6 +46,8 @@ class FlowCache {
                                                           const ExtractedFrame& second);
   // Drops the flows that begin before the frame `index`.
   void Forget(int64_t index);
+  // What all flows so far took.
+  double milliseconds() const { return milliseconds_; }
 
  private:
   struct Entry {
@@ -53,6 +55,7 @@ class FlowCache {
     std::shared_ptr<const FlowPair> flow;
   };
   FlowGridOptions options_;
+  double milliseconds_ = 0.0;
   std::map<int64_t, Entry> flows_;  // by the first frame's index
 };
 

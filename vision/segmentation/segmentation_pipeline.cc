@@ -43,7 +43,8 @@ class Stages {
 
   // Nothing at the end of the run.
   absl::StatusOr<std::optional<InFlight>> Read() {
-    if (options_.end_frame >= 0 && source_.next_index() >= options_.end_frame + AheadFrames()) {
+    if (options_.end_frame >= 0 &&
+        source_.next_index() >= options_.end_frame + AheadFrames() * options_.frame_step) {
       return std::nullopt;
     }
     if (stop_requested_ && stop_requested_()) {
@@ -191,7 +192,7 @@ class Stages {
 
   bool IsCheckpointDue(const InFlight& item) const {
     return options_.checkpoint_interval > 0 &&
-           (item.result.index + 1) % options_.checkpoint_interval == 0;
+           (item.result.index + 1) % options_.checkpoint_interval < options_.frame_step;
   }
 
   absl::Status CheckpointIfDue(InFlight& item) {
@@ -355,6 +356,10 @@ absl::Status PipelineOptions::Validate() const {
   if (first_frame < 0) {
     return absl::InvalidArgumentError(
         absl::StrFormat("first_frame = %d; it must not be negative", first_frame));
+  }
+  if (frame_step < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("frame_step = %d; it must be at least 1", frame_step));
   }
   if (checkpoint_interval < 0) {
     return absl::InvalidArgumentError(

@@ -36,8 +36,10 @@ struct PipelineOptions {
   int queue_capacity = 3;   // frames between two stages; at least 1
   int64_t first_frame = 0;  // index in the input
   int64_t end_frame = -1;   // index behind the last frame; -1: the end of the input
-  // A checkpoint comes with every frame whose index + 1 is a multiple of this; 0: none. Checkpoints
-  // rebuild the model's factor: runs agree to the last bit only where this agrees.
+  int64_t frame_step = 1;   // between the indices of the source's frames; at least 1
+  // A checkpoint comes with every frame whose index + 1 is a multiple of this, or passes one; 0:
+  // none. Checkpoints rebuild the model's factor: runs agree to the last bit only where this
+  // agrees.
   int64_t checkpoint_interval = 0;
 
   // The frames that get a map; null: all. Frames without one are learnt from all the same.

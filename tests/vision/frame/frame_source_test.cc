@@ -13,6 +13,7 @@
 
 #include "vision/frame/pixel_limit.h"
 #include "vision/frame/quiet_libraries.h"
+#include "vision/frame/stepped_frames.h"
 #include "vision/frame/written_video.h"
 
 namespace egosieve::vision {
@@ -329,6 +330,33 @@ TEST_F(FrameSourceTest, AVideoThatIsNotAllThereIsFoundOut) {
   fs::resize_file(Path("whole.avi"), 100);
   EXPECT_FALSE(CheckWrittenVideo(Path("whole.avi"), 6).ok());
   EXPECT_FALSE(CheckWrittenVideo(Path("none.avi"), 6).ok());
+}
+
+TEST_F(FrameSourceTest, SteppedFramesKeepTheirIndexTimeAndName) {
+  for (int k = 0; k < 9; ++k) {
+    WriteImage(std::to_string(k) + ".png", Solid(CV_8UC3, cv::Scalar::all(10 * k)));
+  }
+  SteppedFrames frames(*OpenFrameSource(folder_.string(), {}), 1, 3);
+  const auto expect_next = [&](int64_t index) {
+    const auto read = frames.Next();
+    ASSERT_TRUE(read.ok()) << read.status();
+    const auto* frame = std::get_if<Frame>(&*read);
+    ASSERT_NE(frame, nullptr);
+    EXPECT_EQ(frame->index, index);
+    EXPECT_DOUBLE_EQ(frame->time_seconds, 0.1 * static_cast<double>(index));
+    EXPECT_EQ(frame->image.at<cv::Vec3b>(0, 0)[0], 10 * index);
+    EXPECT_EQ(frames.image_name(frame->index), std::to_string(index) + ".png");
+  };
+  for (const int64_t index : {1, 4, 7}) expect_next(index);
+  EXPECT_EQ(frames.next_index(), 10);
+  EXPECT_TRUE(std::holds_alternative<EndOfFrames>(*frames.Next()));
+  // To the first that is delivered from there on.
+  for (const auto& [asked, given] : {std::pair(0, 1), {4, 4}, {5, 7}}) {
+    ASSERT_TRUE(frames.SeekTo(asked).ok());
+    EXPECT_EQ(frames.next_index(), given);
+    expect_next(given);
+  }
+  EXPECT_FALSE(frames.SeekTo(-1).ok());
 }
 
 }  // namespace

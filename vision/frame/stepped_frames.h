@@ -1,0 +1,38 @@
+// Each n-th frame of a source, with its index, time and name there. Pictures between are not read,
+// a video's are decoded as far as it cannot seek.
+#ifndef EGOSIEVE_VISION_FRAME_STEPPED_FRAMES_H_
+#define EGOSIEVE_VISION_FRAME_STEPPED_FRAMES_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "vision/frame/frame_source.h"
+
+namespace egosieve::vision {
+
+class SteppedFrames : public FrameSource {
+ public:
+  // Delivers first, first + step, ...; first >= 0, step >= 1.
+  SteppedFrames(std::unique_ptr<FrameSource> source, int64_t first, int64_t step)
+      : source_(std::move(source)), first_(first), step_(step), next_(first) {}
+
+  absl::StatusOr<FrameRead> Next() override;
+  // The first delivered frame from `index` on.
+  absl::Status SeekTo(int64_t index) override;
+  int64_t next_index() const override { return next_; }
+  int64_t expected_frame_count() const override { return source_->expected_frame_count(); }
+  std::vector<std::string> files() const override { return source_->files(); }
+  std::string image_name(int64_t index) const override { return source_->image_name(index); }
+  std::string description() const override { return source_->description(); }
+
+ private:
+  std::unique_ptr<FrameSource> source_;
+  int64_t first_, step_, next_;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_FRAME_STEPPED_FRAMES_H_

@@ -1,0 +1,70 @@
+#include "vision/labelling/reduced_labels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+namespace egosieve::vision {
+namespace {
+
+void EnlargePlaces(double x_scale, double y_scale, std::vector<double>& places) {
+  for (size_t i = 0; i + 1 < places.size(); i += 2) {
+    places[i] = (places[i] + 0.5) * x_scale - 0.5;
+    places[i + 1] = (places[i + 1] + 0.5) * y_scale - 0.5;
+  }
+}
+
+cv::Matx33d Enlarged(MotionModelKind kind, const cv::Matx33d& matrix, const cv::Matx33d& enlarge) {
+  const cv::Matx33d back = enlarge.inv();
+  return kind == MotionModelKind::kFundamental ? back.t() * matrix * back : enlarge * matrix * back;
+}
+
+}  // namespace
+
+cv::Size ReducedSize(cv::Size full, int longest_side_pixels) {
+  const int longer = std::max(full.width, full.height);
+  if (longest_side_pixels == 0 || longer <= longest_side_pixels) return full;
+  const double scale = static_cast<double>(longest_side_pixels) / longer;
+  return {std::max(1, cvRound(full.width * scale)), std::max(1, cvRound(full.height * scale))};
+}
+
+cv::Mat ReducePicture(const cv::Mat& picture, int longest_side_pixels) {
+  const cv::Size size = ReducedSize(picture.size(), longest_side_pixels);
+  if (size == picture.size()) return picture;
+  cv::Mat reduced;
+  cv::resize(picture, reduced, size, 0.0, 0.0, cv::INTER_AREA);
+  return reduced;
+}
+
+cv::Mat1b ReduceMask(const cv::Mat1b& mask, int longest_side_pixels) {
+  const cv::Size size = ReducedSize(mask.size(), longest_side_pixels);
+  if (mask.empty() || size == mask.size()) return mask;
+  cv::Mat1b reduced;
+  cv::resize(mask, reduced, size, 0.0, 0.0, cv::INTER_NEAREST);
+  return reduced;
+}
+
+void EnlargeLabels(cv::Size reduced, cv::Size full, LabelledFrame& labels) {
+  if (reduced == full) return;
+  const double x_scale = static_cast<double>(full.width) / reduced.width;
+  const double y_scale = static_cast<double>(full.height) / reduced.height;
+  const double scale = std::sqrt(x_scale * y_scale);
+  EnlargePlaces(x_scale, y_scale, labels.positions);
+  EnlargePlaces(x_scale, y_scale, labels.other_positions);
+  for (double& residual : labels.residual_pixels) residual *= scale;
+  labels.parallax_pixels *= scale;
+  labels.noise_pixels *= scale;
+  for (cv::Rect& area : labels.own_car) {
+    const cv::Point2d corner(area.br().x * x_scale, area.br().y * y_scale);
+    area = cv::Rect(cv::Point(cvRound(area.x * x_scale), cvRound(area.y * y_scale)),
+                    cv::Point(cvRound(corner.x), cvRound(corner.y)));
+  }
+  const cv::Matx33d enlarge(x_scale, 0.0, 0.5 * (x_scale - 1.0),  //
+                            0.0, y_scale, 0.5 * (y_scale - 1.0),  //
+                            0.0, 0.0, 1.0);
+  labels.motion_matrix = Enlarged(labels.motion_model, labels.motion_matrix, enlarge);
+  labels.rejected_matrix = Enlarged(labels.rejected_model, labels.rejected_matrix, enlarge);
+}
+
+}  // namespace egosieve::vision
