@@ -15,7 +15,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr float kHolds = 0.7f, kAccepted = 0.8f, kSettled = 0.9f;  // of c of (FG1)
+constexpr float kHolds = 0.7f, kAccepted = 0.85f, kSettled = 0.9f;  // of c of (FG1)
 constexpr float kGain = 0.5f;
 constexpr int kSide = 8, kArea = kSide * kSide, kBefore = 3;  // of a patch, from its place, pixels
 constexpr int kWindow = 9;                                    // of Lucas-Kanade, pixels

@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "vision/features/flow_grid.h"
+#include "vision/labelling/reduced_labels.h"
 #include "vision/trajectory/focal_posterior.h"
 #include "vision/trajectory/two_view_motion.h"
 
@@ -20,12 +21,14 @@ namespace {
 constexpr double kPairSeconds = 0.08;  // from the first picture of a pair to the second, at least
 constexpr int kLongestPair = 6;        // frames
 constexpr int kGridStride = 10;        // pixels
+constexpr int kLongestSide = 1280;     // of the pictures that flow is computed on
 constexpr int64_t kFewestLinks = 100;
 constexpr int64_t kUnknownLength = 600;  // frames, where the source does not know its own
 
 struct PicturePair {
-  cv::Mat first, second;  // grey, equalised
-  cv::Mat1b reduced;      // of the first, as it was taken
+  cv::Size size;          // as they were taken
+  cv::Mat first, second;  // grey, equalised, reduced to kLongestSide
+  cv::Mat1b reduced;      // of the first (fixed_pattern.h), not equalised
   double seconds = 0.0, length_seconds = 0.0;
 };
 
@@ -52,27 +55,31 @@ absl::StatusOr<std::optional<PicturePair>> ReadPair(FrameSource& source,
     }
     if (frame->image.size() != first->image.size()) return std::nullopt;
     if (frame->time_seconds - first->time_seconds < kPairSeconds && k < kLongestPair) continue;
-    return PicturePair{EqualizedGrey(first->image, equalization),
-                       EqualizedGrey(frame->image, equalization),
-                       ReducedPicture(EqualizedGrey(first->image, {})), first->time_seconds,
+    return PicturePair{first->image.size(),
+                       EqualizedGrey(ReducePicture(first->image, kLongestSide), equalization),
+                       EqualizedGrey(ReducePicture(frame->image, kLongestSide), equalization),
+                       ReducedPicture(EqualizedGrey(first->image, {})),
+                       first->time_seconds,
                        frame->time_seconds - first->time_seconds};
   }
   return std::nullopt;
 }
 
+// In pixels of the pictures as they were taken.
 absl::StatusOr<std::vector<PointPair>> Links(const PicturePair& pictures,
                                              const cv::Mat1b& ignored) {
   std::vector<PointPair> links;
   if (!IsLargeEnoughForFlow(pictures.first.size())) return links;
   FlowGridOptions options;
   options.stride_pixels = kGridStride;
-  options.ignored = ignored;
+  options.ignored = ReduceMask(ignored, kLongestSide);
   EGOSIEVE_ASSIGN_OR_RETURN(const FlowPair flow,
                             ComputeFlow(pictures.first, pictures.second, options.quality));
   const TrackedGrid grid =
       TrackGrid(flow, pictures.first, pictures.second, /*anchor_second=*/true, options);
   for (size_t i = 0; i < grid.pairs.size(); ++i) {
-    if (grid.is_textured[i] != 0) links.push_back(grid.pairs[i]);
+    if (grid.is_textured[i] == 0) continue;
+    links.push_back(EnlargePair(grid.pairs[i], pictures.first.size(), pictures.size));
   }
   return links;
 }
@@ -94,8 +101,8 @@ absl::StatusOr<DrivePairs> ReadPairs(FrameSource& source, const DriveCameraOptio
     EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<PicturePair> pictures,
                               ReadPair(source, options.equalization));
     if (!pictures) continue;
-    if (drive.pairs.empty()) drive.size = pictures->first.size();
-    if (pictures->first.size() != drive.size) continue;
+    if (drive.pairs.empty()) drive.size = pictures->size;
+    if (pictures->size != drive.size) continue;
     EGOSIEVE_ASSIGN_OR_RETURN(std::vector<PointPair> links, Links(*pictures, options.ignored));
     drive.pairs.push_back(
         {std::move(links), pictures->reduced, pictures->seconds, pictures->length_seconds});

@@ -8,10 +8,13 @@
 namespace egosieve::vision {
 namespace {
 
+// (RL1), of x or y.
+double Enlarged(double place, double scale) { return (place + 0.5) * scale - 0.5; }
+
 void EnlargePlaces(double x_scale, double y_scale, std::vector<double>& places) {
   for (size_t i = 0; i + 1 < places.size(); i += 2) {
-    places[i] = (places[i] + 0.5) * x_scale - 0.5;
-    places[i + 1] = (places[i + 1] + 0.5) * y_scale - 0.5;
+    places[i] = Enlarged(places[i], x_scale);
+    places[i + 1] = Enlarged(places[i + 1], y_scale);
   }
 }
 
@@ -43,6 +46,14 @@ cv::Mat1b ReduceMask(const cv::Mat1b& mask, int longest_side_pixels) {
   cv::Mat1b reduced;
   cv::resize(mask, reduced, size, 0.0, 0.0, cv::INTER_NEAREST);
   return reduced;
+}
+
+PointPair EnlargePair(const PointPair& pair, cv::Size reduced, cv::Size full) {
+  if (reduced == full) return pair;
+  const double x_scale = static_cast<double>(full.width) / reduced.width;
+  const double y_scale = static_cast<double>(full.height) / reduced.height;
+  return {Enlarged(pair.x1, x_scale), Enlarged(pair.y1, y_scale), Enlarged(pair.x2, x_scale),
+          Enlarged(pair.y2, y_scale)};
 }
 
 void EnlargeLabels(cv::Size reduced, cv::Size full, LabelledFrame& labels) {

@@ -9,6 +9,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "vision/geometry/point_pair.h"
 #include "vision/labelling/labelled_frame.h"
 
 namespace egosieve::vision {
@@ -20,6 +21,9 @@ cv::Size ReducedSize(cv::Size full, int longest_side_pixels);
 cv::Mat ReducePicture(const cv::Mat& picture, int longest_side_pixels);
 // A mask's nearest pixels.
 cv::Mat1b ReduceMask(const cv::Mat1b& mask, int longest_side_pixels);
+
+// (RL1) of both places.
+PointPair EnlargePair(const PointPair& pair, cv::Size reduced, cv::Size full);
 
 // Everything in pixels, from pictures of the size `reduced` to those of the size `full`.
 void EnlargeLabels(cv::Size reduced, cv::Size full, LabelledFrame& labels);

@@ -48,7 +48,10 @@ constexpr double kLocationWeight = 0.25;
 constexpr int64_t kInducingPoints = 256;
 constexpr int64_t kFastInducingPoints = 128;
 constexpr int64_t kTrainingPoints = 400;
-// Of the pictures that fast makes labels on.
+// Of the pictures that labels are made on. A drive of 3840 x 2160 (synthetic, enlarged) takes a
+// third of the time and 1.3 instead of 3.3 GB, at the same AUC; one of 1920 x 1080 loses 0.05 of
+// IoU at 1280.
+constexpr int kLongestSide = 1920;
 constexpr int kFastLongestSide = 640;
 constexpr int kLengthDigits = 12;  // of the potential's bytes in a checkpoint
 
@@ -57,6 +60,7 @@ constexpr int kLengthDigits = 12;  // of the potential's bytes in a checkpoint
 OnlineSegmenterOptions OnlineSegmenterOptions::Default() {
   OnlineSegmenterOptions options;
   options.labeller.frame_gap = 0;
+  options.labeller.longest_side_pixels = kLongestSide;
   options.learner.SetDensity(kDefaultDensity);
   options.learner.contradiction_radius = kContradictionRadius;
   options.learner.budget.budget = kDefaultBudget;
