@@ -14,7 +14,7 @@ import unittest
 from documents import code_lines, read, repository
 
 PROGRAM = os.path.abspath('tools/egosieve')
-ELSEWHERE = ('slurm', 'out/live', 'colmap feature_extractor', 'ns-train', './run bag', './run demo', './run test', './run install', 'awk', 'FIRST', 'shared/data')
+ELSEWHERE = ('slurm', 'out/live', 'colmap feature_extractor', 'ns-train', 'out/bag', './run demo', './run test', './run install', 'awk', 'FIRST', 'shared/data')
 FRAMES = 6
 
 
