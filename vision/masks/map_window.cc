@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
+#include "vision/features/flow_growth.h"
 #include "vision/matching/scene_agreement.h"
 
 namespace egosieve::vision {
@@ -105,6 +106,7 @@ absl::Status LinkFrames(std::vector<WindowFrame>& frames) {
     cv::cvtColor(now.small, second, cv::COLOR_BGR2GRAY);
     absl::StatusOr<FlowPair> flow = ComputeFlow(first, second, FlowQuality::kMedium);
     statuses[i] = flow.status();
+    if (flow.ok()) GrowFlow(first, second, {}, *flow);
     if (flow.ok() && ShowOneScene(*flow, first, second)) now.flow = *std::move(flow);
   });
   for (const absl::Status& status : statuses) EGOSIEVE_RETURN_IF_ERROR(status);
