@@ -151,8 +151,7 @@ class SegmentCommand : public Command {
         schedule_.frame_step() > 1) {
       return absl::InvalidArgumentError(
           "a stream is taken as it comes and cannot be gone back to: leave --resume, --from, "
-          "--skip, "
-          "--learn_only and --every out");
+          "--skip, --learn_only and --every out");
     }
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenLiveInput(input_));
     if (record_) {
