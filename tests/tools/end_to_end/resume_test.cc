@@ -214,7 +214,7 @@ TEST_F(Resume, WithTheFrameGapThatItChose) {
   fs::remove_all(root_ + "/frames");
   ASSERT_EQ(
       RunProgram({"synthesize", "--scenario=street", "--frames=18", "--width=192", "--height=108",
-                  "--frames_per_second=15", "--out=" + root_ + "/street", "--progress=none"})
+                  "--frames_per_second=20", "--out=" + root_ + "/street", "--progress=none"})
           .code,
       0);
   fs::rename(root_ + "/street/frames", root_ + "/frames");
