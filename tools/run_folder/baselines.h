@@ -7,8 +7,7 @@
 //   sparse      a run in which a tenth of the pairs or more lie far apart: what moves little or is
 //               small is missed there
 //   thinned     the numbers in the names of a run's pictures (at least kLeastNames) all go up by
-//   the
-//               same step from 2 to kLargestStep: pictures chosen from a video, which flow may
+//               the same step from 2 to kLargestStep: pictures chosen from a video, which flow may
 //               still follow while it no longer sees what moves slowly
 //
 // On davis-train (10 clips) and on synthetic drives at 10 frames a second, no pair lies far apart.
