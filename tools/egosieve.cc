@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/base/kept_memory.h"
 #include "kernels/runtime/pocl_cache.h"
 #include "tools/batch/batch_command.h"
 #include "tools/build_description/build_description.h"
@@ -61,6 +62,7 @@ int RunCommandLine(int argc, char** argv) {
 }  // namespace egosieve::tools
 
 int main(int argc, char** argv) {
+  egosieve::kernels::KeepFreedMemory();
   egosieve::kernels::LetPoclWrite();
   egosieve::tools::TakeStandardStreams();
   egosieve::tools::CatchInterruptions();
