@@ -1,5 +1,6 @@
 #include "vision/masks/temporal_link.h"
 
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -21,14 +22,38 @@ Sums OwnSums(const LinkFrame& frame) {
   return {frame.log_odds.clone(), cv::Mat1f(frame.log_odds.size(), 1.0f)};
 }
 
+// (from + returned)^2 as a factor; `returned` is the flow back, seen along `from`.
+cv::Mat1f AgreementOf(const cv::Mat& from, const cv::Mat& returned, double tolerance_pixels) {
+  const auto scale = static_cast<float>(-0.5 / (tolerance_pixels * tolerance_pixels));
+  cv::Mat1f agreement(from.size());
+  for (int y = 0; y < from.rows; ++y) {
+    const cv::Vec2f* there = from.ptr<cv::Vec2f>(y);
+    const cv::Vec2f* again = returned.ptr<cv::Vec2f>(y);
+    for (int x = 0; x < from.cols; ++x) {
+      const cv::Vec2f error = there[x] + again[x];
+      agreement(y, x) = error.dot(error) * scale;
+    }
+  }
+  cv::exp(agreement, agreement);
+  return agreement;
+}
+
 // Adds what a neighbour has gathered, seen along `flow`, which starts at this frame.
 void TakeOver(const Sums& neighbour, const cv::Mat& flow, const cv::Mat& back, double seconds,
               const TemporalLinkOptions& options, Sums& sums) {
   if (flow.empty()) return;
-  cv::Mat1f factor = FlowAgreement(flow, back, options.tolerance_pixels);
+  // Side by side: one pass over the places serves all.
+  cv::Mat4f neighbours;
+  cv::merge(std::array<cv::Mat, 3>{back, neighbour.weighted, neighbour.weight}, neighbours);
+  const cv::Mat seen = WarpByFlow(neighbours, flow, cv::INTER_LINEAR);
+  std::array<cv::Mat, 3> parts = {cv::Mat2f(flow.size()), cv::Mat1f(flow.size()),
+                                  cv::Mat1f(flow.size())};
+  const int channels[] = {0, 0, 1, 1, 2, 2, 3, 3};
+  cv::mixChannels(&seen, 1, parts.data(), parts.size(), channels, 4);
+  cv::Mat1f factor = AgreementOf(flow, parts[0], options.tolerance_pixels);
   factor *= std::exp(-std::abs(seconds) / options.memory_seconds);
-  sums.weighted += factor.mul(cv::Mat1f(WarpByFlow(neighbour.weighted, flow, cv::INTER_LINEAR)));
-  sums.weight += factor.mul(cv::Mat1f(WarpByFlow(neighbour.weight, flow, cv::INTER_LINEAR)));
+  sums.weighted += factor.mul(parts[1]);
+  sums.weight += factor.mul(parts[2]);
 }
 
 std::vector<Sums> GatherPast(const std::vector<LinkFrame>& frames,
@@ -81,19 +106,7 @@ cv::Mat WarpByFlow(const cv::Mat& values, const cv::Mat& flow, int interpolation
 }
 
 cv::Mat1f FlowAgreement(const cv::Mat& from, const cv::Mat& back, double tolerance_pixels) {
-  const cv::Mat returned = WarpByFlow(back, from, cv::INTER_LINEAR);
-  const auto scale = static_cast<float>(-0.5 / (tolerance_pixels * tolerance_pixels));
-  cv::Mat1f agreement(from.size());
-  for (int y = 0; y < from.rows; ++y) {
-    const cv::Vec2f* there = from.ptr<cv::Vec2f>(y);
-    const cv::Vec2f* again = returned.ptr<cv::Vec2f>(y);
-    for (int x = 0; x < from.cols; ++x) {
-      const cv::Vec2f error = there[x] + again[x];
-      agreement(y, x) = error.dot(error) * scale;
-    }
-  }
-  cv::exp(agreement, agreement);
-  return agreement;
+  return AgreementOf(from, WarpByFlow(back, from, cv::INTER_LINEAR), tolerance_pixels);
 }
 
 std::vector<cv::Mat1f> LinkMaps(const std::vector<LinkFrame>& frames,
