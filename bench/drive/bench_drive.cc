@@ -16,25 +16,22 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
-#include <opencv2/video/tracking.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "bench/drive/drive_measurement.h"
+#include "bench/drive/opencv_work.h"
 #include "bench/drive/played_source.h"
+#include "kernels/base/kept_memory.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/context.h"
@@ -149,41 +146,6 @@ absl::Status LearnCamera(PlayedSource& source, OnlineSegmenterOptions& options) 
   return absl::OkStatus();
 }
 
-// What the motion of a picture's pixels and one fundamental matrix cost, by OpenCV alone.
-absl::StatusOr<Json> MeasureOpenCv(const Clip& clip, int64_t count) {
-  constexpr int kStride = 5;
-  const auto flow = cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_MEDIUM);
-  std::vector<double> seconds, processor_seconds;
-  cv::Mat before;
-  for (int64_t i = 0; i < count; ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    const std::clock_t processor_start = std::clock();
-    EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat picture, clip.read(PictureOf(i, clip.size)));
-    cv::Mat grey, way;
-    cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
-    if (!before.empty()) {
-      flow->calc(before, grey, way);
-      std::vector<cv::Point2f> from, to;
-      for (int y = kStride / 2; y < grey.rows; y += kStride) {
-        for (int x = kStride / 2; x < grey.cols; x += kStride) {
-          from.emplace_back(static_cast<float>(x), static_cast<float>(y));
-          to.push_back(from.back() + way.at<cv::Point2f>(y, x));
-        }
-      }
-      cv::findFundamentalMat(from, to, cv::FM_RANSAC, 1.0, 0.99);
-      seconds.push_back(
-          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-      processor_seconds.push_back(static_cast<double>(std::clock() - processor_start) /
-                                  CLOCKS_PER_SEC);
-    }
-    before = grey;
-  }
-  return Json{{"profile", "opencv"},
-              {"frames", count},
-              {"seconds_per_frame_median", Median(std::move(seconds))},
-              {"processor_seconds_per_frame_median", Median(std::move(processor_seconds))}};
-}
-
 // The clip at the size asked for.
 absl::StatusOr<Clip> ScaledClip(const Clip& clip, double megapixels) {
   if (megapixels == 0.0) return clip;
@@ -251,7 +213,12 @@ absl::StatusOr<bool> MeasureProfiles(const Flags& flags,
     std::cerr << "bench_drive: " << profile.name << " done\n";
   }
   if (is_wanted("opencv")) {
-    EGOSIEVE_ASSIGN_OR_RETURN(results.emplace_back(), MeasureOpenCv(clip, count));
+    EGOSIEVE_ASSIGN_OR_RETURN(OpenCvSeconds seconds, MeasureOpenCv(clip, count));
+    results.push_back(
+        {{"profile", "opencv"},
+         {"frames", count},
+         {"seconds_per_frame_median", Median(std::move(seconds.wall))},
+         {"processor_seconds_per_frame_median", Median(std::move(seconds.processor))}});
   }
   EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat picture, clip.read(0));
   std::cout << Json{{"drive", "kitti-residential, back and forth"},
@@ -290,29 +257,6 @@ Json Snapshot(const DriveMeasurement& drive, size_t begin, size_t end) {
           {"open_files", drive.frames[end - 1].open_files},
           {"model_points", drive.frames[end - 1].model_size}};
 }
-
-// Milliseconds of a piece of work that never changes: what the machine itself was worth at the
-// time.
-class FixedWork {
- public:
-  FixedWork() : a_(128, 416), b_(128, 416), flow_(cv::DISOpticalFlow::create()) {
-    cv::RNG random(1);
-    random.fill(a_, cv::RNG::UNIFORM, 0, 256);
-    cv::GaussianBlur(a_, a_, {}, 2.0);
-    cv::warpAffine(a_, b_, cv::Matx23d(1, 0, 2, 0, 1, 1), a_.size());
-  }
-  double Milliseconds() {
-    const auto start = std::chrono::steady_clock::now();
-    cv::Mat flow;
-    flow_->calc(a_, b_, flow);
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-        .count();
-  }
-
- private:
-  cv::Mat1b a_, b_;
-  cv::Ptr<cv::DISOpticalFlow> flow_;
-};
 
 absl::StatusOr<bool> Soak(const Flags& flags, const std::shared_ptr<kernels::Context>& context) {
   const cv::Size size(416, 128);
@@ -407,4 +351,7 @@ int Main(int argc, char** argv) {
 }  // namespace
 }  // namespace egosieve::bench
 
-int main(int argc, char** argv) { return egosieve::bench::Main(argc, argv); }
+int main(int argc, char** argv) {
+  egosieve::kernels::KeepFreedMemory();
+  return egosieve::bench::Main(argc, argv);
+}
