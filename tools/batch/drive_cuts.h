@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "tools/batch/manifest.h"
 
 namespace egosieve::tools {
@@ -13,9 +14,22 @@ namespace egosieve::tools {
 // of equal length that last `minutes` at most. Nothing where one piece does.
 std::vector<int64_t> EqualCuts(int64_t frames, double seconds_per_frame, double minutes);
 
+// Likewise, but a piece ends where a scene does: with as many scenes as last `minutes` together.
+// One that lasts longer is cut into pieces of its own, of equal length. `scenes`: the frames that
+// begin another one, ascending.
+std::vector<int64_t> CutsAtScenes(int64_t frames, const std::vector<int64_t>& scenes,
+                                  double seconds_per_frame, double minutes);
+
+struct CutOptions {
+  double minutes = 0.0;  // of a piece at most; 0: drives stay as they are
+  bool at_scenes = false;
+};
+
 // Gives cuts to drives that have none, by the length in their headers and the time between their
-// first two frames. Drives that cannot be read stay whole: their task says what is wrong.
-void CutDrives(double minutes, std::vector<BatchEntry>& entries);
+// first two frames. For cuts at scenes a drive is read once: what was found is kept with the notes
+// of its tasks (plan.h). Drives that cannot be read stay whole: their task says what is wrong.
+// Cancelled where the process was asked to stop.
+absl::Status CutDrives(const CutOptions& options, std::vector<BatchEntry>& entries);
 
 }  // namespace egosieve::tools
 

@@ -11,7 +11,6 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
-#include "tools/batch/drive_cuts.h"
 #include "tools/batch/slurm.h"
 #include "tools/batch/task_cost.h"
 #include "tools/cli/checks.h"
@@ -82,12 +81,15 @@ void PlanRun::AddFlags(CLI::App& app) {
       ->check(Between(1, 1000))
       ->capture_default_str()
       ->type_name("N");
-  app.add_option("--piece_minutes", piece_minutes_,
+  app.add_option("--piece_minutes", cut_.minutes,
                  "Learn each drive in pieces of equal length, of this many minutes at most, which "
                  "are merged; the maps are not those of one piece. 0: in one piece, or in those "
                  "of `cuts` in the manifest")
       ->check(AtLeast(0.0))
       ->type_name("MINUTES");
+  app.add_flag("--scene_cuts", cut_.at_scenes,
+               "With --piece_minutes: end pieces where the picture cuts to another scene, as far "
+               "as that leaves them long; each drive is read for it once");
   app.add_option("--cpus", cpus_, "Processors of each task; 0: what the engine gives")
       ->check(Between(0, 1024))
       ->type_name("NUMBER");
@@ -114,7 +116,7 @@ bool PlanRun::IsAskedFor() const {
 absl::Status PlanRun::CheckUncut(const std::vector<BatchEntry>& entries) const {
   const bool is_cut =
       std::any_of(entries.begin(), entries.end(), [](const auto& e) { return !e.cuts.empty(); });
-  if (piece_minutes_ == 0.0 && !is_cut) return absl::OkStatus();
+  if (cut_.minutes == 0.0 && !is_cut) return absl::OkStatus();
   return absl::InvalidArgumentError(
       "pieces of drives (--piece_minutes, cuts) are learnt by --engine=slurm or --task; without "
       "those leave them out");
@@ -125,8 +127,11 @@ absl::StatusOr<ExitCode> PlanRun::Run(const std::string& manifest, std::vector<B
   if ((engine_ != "local") + (task_.has_value()) + plan_ + status_ > 1) {
     return absl::InvalidArgumentError("--engine, --task, --plan and --status exclude each other");
   }
+  if (cut_.at_scenes && cut_.minutes == 0.0) {
+    return absl::InvalidArgumentError("--scene_cuts needs --piece_minutes; give both");
+  }
   EGOSIEVE_RETURN_IF_ERROR(CheckThen(entries));
-  if (piece_minutes_ > 0.0) CutDrives(piece_minutes_, entries);
+  EGOSIEVE_RETURN_IF_ERROR(CutDrives(cut_, entries));
   EGOSIEVE_RETURN_IF_ERROR(CheckCuts(entries));
   const BatchPlan plan(WithAbsolutePaths(std::move(entries)), shards_, cpus_);
   if (task_.has_value()) return RunTask(plan);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "tools/batch/drive_cuts.h"
 #include "tools/batch/manifest.h"
 #include "tools/batch/plan.h"
 #include "tools/cli/exit_code.h"
@@ -44,7 +45,7 @@ class PlanRun {
   std::string engine_ = "local";
   int shards_ = 2;
   int cpus_ = 0;
-  double piece_minutes_ = 0.0;  // 0: drives are cut where the manifest says
+  CutOptions cut_;  // beside those drives that the manifest cuts
   std::optional<int64_t> task_;
   bool plan_ = false;
   bool status_ = false;

@@ -6,12 +6,19 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "tools/masks/cast_shadows.h"
 #include "tools/run_folder/map_image.h"
 
 namespace egosieve::tools {
 namespace {
 
-constexpr int kMostDilation = 1000;
+constexpr int kMostPixels = 1000;
+
+absl::Status CheckPixels(const char* flag, int pixels) {
+  if (pixels >= 0 && pixels <= kMostPixels) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(flag, "=", pixels, "; it must lie in [0, ", kMostPixels, "]"));
+}
 
 absl::StatusOr<cv::Mat> ReadOfType(const std::string& path, int type, cv::Size size) {
   absl::StatusOr<cv::Mat> image = ReadImage(path, cv::IMREAD_UNCHANGED);
@@ -27,11 +34,8 @@ absl::Status FrameMaskOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("--threshold=", *threshold, "; a probability lies in [0, 1]"));
   }
-  if (dilate_pixels < 0 || dilate_pixels > kMostDilation) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--dilate=", dilate_pixels, "; it must lie in [0, ", kMostDilation, "]"));
-  }
-  return absl::OkStatus();
+  EGOSIEVE_RETURN_IF_ERROR(CheckPixels("--dilate", dilate_pixels));
+  return CheckPixels("--shadow_margin", shadow_margin_pixels);
 }
 
 std::string MaskSource(const RunFolder& folder, int64_t index, const FrameMaskOptions& options) {
@@ -40,7 +44,7 @@ std::string MaskSource(const RunFolder& folder, int64_t index, const FrameMaskOp
 }
 
 absl::StatusOr<FrameMask> ReadFrameMask(const RunFolder& folder, const FrameLine& line,
-                                        const FrameMaskOptions& options) {
+                                        const FrameMaskOptions& options, const cv::Mat3b& picture) {
   const cv::Size size(line.width_pixels, line.height_pixels);
   const std::string path = MaskSource(folder, line.index, options);
   FrameMask mask;
@@ -52,6 +56,11 @@ absl::StatusOr<FrameMask> ReadFrameMask(const RunFolder& folder, const FrameLine
     mask.masked = mask.numbers != 0;
   } else {
     EGOSIEVE_ASSIGN_OR_RETURN(mask.masked, ReadOfType(path, CV_8UC1, size));
+  }
+  if (options.shadow_margin_pixels > 0 && !picture.empty()) {
+    cv::Mat shown = picture;
+    if (shown.size() != size) cv::resize(picture, shown, size, 0, 0, cv::INTER_AREA);
+    mask.masked |= FindCastShadows(shown, mask.masked, options.shadow_margin_pixels);
   }
   Dilate(options.dilate_pixels, mask.masked, mask.numbers);
   const cv::Mat1b own = IgnoredIn(line, options.ignored);

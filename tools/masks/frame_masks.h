@@ -2,7 +2,8 @@
 //
 //   moving     reconstruct's mask; with a threshold: p >= threshold in its refined map     (M1)
 //   own        the own vehicle and what the run ignores, where they are wanted             (M2)
-//   dilated    what is nearer than `dilate_pixels` to (M1); numbers go to the nearest one  (M3)
+//   dilated    what is nearer than `dilate_pixels` to (M1) and, where they are wanted, the
+//              shadows that it casts (cast_shadows.h); numbers go to the nearest one       (M3)
 //   masked     the union of (M2) and (M3)
 #ifndef EGOSIEVE_TOOLS_MASKS_FRAME_MASKS_H_
 #define EGOSIEVE_TOOLS_MASKS_FRAME_MASKS_H_
@@ -23,6 +24,7 @@ struct FrameMaskOptions {
   bool own_vehicle = false;         // mask it, and the run's ignored area
   cv::Mat1b ignored;                // RunFolder::ReadIgnoredArea
   int dilate_pixels = 0;
+  int shadow_margin_pixels = 0;  // 0: no shadows; not with numbers
 
   absl::Status Validate() const;
 };
@@ -35,9 +37,11 @@ struct FrameMask {
 // The file of reconstruct that a frame's mask is made from.
 std::string MaskSource(const RunFolder& folder, int64_t index, const FrameMaskOptions& options);
 
-// DataLoss, naming the file, where that is missing, damaged or of another size.
+// DataLoss, naming the file, where that is missing, damaged or of another size. picture: what was
+// segmented, of whatever size; for shadows alone.
 absl::StatusOr<FrameMask> ReadFrameMask(const RunFolder& folder, const FrameLine& line,
-                                        const FrameMaskOptions& options);
+                                        const FrameMaskOptions& options,
+                                        const cv::Mat3b& picture = {});
 
 // (M3), in place. numbers: may be empty.
 void Dilate(int pixels, cv::Mat1b& masked, cv::Mat1w& numbers);

@@ -68,12 +68,13 @@ std::string MaskExport::SequenceName() const {
 absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::string& run,
                                                const MaskExportOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(options.mask.Validate());
-  if (HasNumbers(options.format) && (options.invert || options.mask.threshold ||
-                                     options.mask.own_vehicle || !options.also.empty())) {
+  if (HasNumbers(options.format) &&
+      (options.invert || options.mask.threshold || options.mask.own_vehicle ||
+       options.mask.shadow_margin_pixels > 0 || !options.also.empty())) {
     return absl::InvalidArgumentError(
         "davis, coco and mots take the movers that reconstruct has numbered: leave out "
         "--threshold, "
-        "--unsure, --own_vehicle, --also and --invert, or use --for=plain");
+        "--unsure, --own_vehicle, --shadow_margin, --also and --invert, or use --for=plain");
   }
   const bool is_shared = options.shard.count > 1;
   if (is_shared && (options.format == MaskFormat::kCoco || options.format == MaskFormat::kMots)) {
@@ -137,6 +138,8 @@ absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLin
                              const std::function<bool()>& after_frame) {
   EGOSIEVE_ASSIGN_OR_RETURN(options_.mask.ignored, folder.ReadIgnoredArea());
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(options_.out));
+  kernels::RemoveAbandonedTemporaries(options_.out);
+  if (!options_.frames.empty()) kernels::RemoveAbandonedTemporaries(options_.frames);
   EGOSIEVE_ASSIGN_OR_RETURN(const auto chosen, Chosen(lines));
   std::set<std::string> named;
   for (const auto& [index, line] : chosen) {
@@ -190,7 +193,11 @@ absl::StatusOr<std::vector<std::pair<int64_t, FrameLine>>> MaskExport::Chosen(
 }
 
 absl::Status MaskExport::WriteFrame(const RunFolder& folder, const FrameLine& line, int64_t index) {
-  EGOSIEVE_ASSIGN_OR_RETURN(FrameMask mask, ReadFrameMask(folder, line, options_.mask));
+  cv::Mat3b shown;
+  if (options_.mask.shadow_margin_pixels > 0) {
+    EGOSIEVE_ASSIGN_OR_RETURN(shown, ReadShown(index));
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(FrameMask mask, ReadFrameMask(folder, line, options_.mask, shown));
   MaskedFrame frame;
   frame.index = index;
   frame.image = input_.frames->image_name(index);
@@ -202,7 +209,10 @@ absl::Status MaskExport::WriteFrame(const RunFolder& folder, const FrameLine& li
     frame.picture = picture.pixels;
     orientation = picture.orientation;
   } else if (!options_.frames.empty() || options_.format == MaskFormat::kGaussianSplatting) {
-    EGOSIEVE_ASSIGN_OR_RETURN(frame.picture, ReadVideoFrame(index));
+    frame.picture = shown;
+    if (shown.empty()) {
+      EGOSIEVE_ASSIGN_OR_RETURN(frame.picture, ReadShown(index));
+    }
   }
   if (!frames_.empty()) {
     const bool lies = orientation > 4;  // turned by a quarter
@@ -229,7 +239,7 @@ absl::Status MaskExport::WriteFrame(const RunFolder& folder, const FrameLine& li
   return absl::OkStatus();
 }
 
-absl::StatusOr<cv::Mat3b> MaskExport::ReadVideoFrame(int64_t index) {
+absl::StatusOr<cv::Mat3b> MaskExport::ReadShown(int64_t index) {
   vision::FrameSource& source = *input_.frames;
   if (source.next_index() != index) {
     EGOSIEVE_RETURN_IF_ERROR(AsInputError(source.SeekTo(index)));

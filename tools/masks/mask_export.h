@@ -75,7 +75,8 @@ class MaskExport {
       const std::vector<FrameLine>& lines) const;
   absl::Status WritePicture(const std::string& image, const std::string& path,
                             const cv::Mat& frame);
-  absl::StatusOr<cv::Mat3b> ReadVideoFrame(int64_t index);
+  // The input's picture as it is looked at; a pixel where it cannot be read.
+  absl::StatusOr<cv::Mat3b> ReadShown(int64_t index);
 
   DriveInput input_;
   MaskExportOptions options_;

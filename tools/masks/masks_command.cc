@@ -76,8 +76,11 @@ class MasksCommand : public Command {
         ->type_name("DIR");
     AddWords(app, "--for", options_.format, MaskFormatWords(), "The program that reads the masks");
     app.add_option("--dilate", options_.mask.dilate_pixels,
-                   "Masks what is nearer than this to a mover, too. Shadows are not looked for: "
-                   "what lies farther from its owner than this stays")
+                   "Masks what is nearer than this to a mover, too")
+        ->type_name("PIXELS");
+    app.add_option("--shadow_margin", options_.mask.shadow_margin_pixels,
+                   "Masks shadows that movers cast, too, as far as this from them: what is darker "
+                   "than the ground around it and begins at their feet; default: 0, none")
         ->type_name("PIXELS");
     app.add_option("--threshold", options_.mask.threshold,
                    "Masks where the probability of moving is at least this; default: the masks of "

@@ -17,6 +17,7 @@
 #include "tools/cli/warning.h"
 #include "tools/run_folder/chosen_lines.h"
 #include "tools/run_folder/folder_lock.h"
+#include "tools/run_folder/former_run.h"
 #include "tools/run_folder/line_log.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/trajectory_file.h"
@@ -64,6 +65,7 @@ class MergeCommand : public Command {
       has_pieces |= is_piece;
     }
     EGOSIEVE_RETURN_IF_ERROR(CreateFolder(target.File("grid")));
+    RemoveAbandonedFiles(directory_);
     EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Use(directory_));
     int64_t taken = 0;
     for (const std::string& source : sources_) {

@@ -12,6 +12,7 @@
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
+#include "tools/run_folder/former_run.h"
 #include "vision/masks/mask_image.h"
 
 namespace egosieve::tools {
@@ -137,6 +138,7 @@ absl::StatusOr<std::unique_ptr<ReconstructRun>> ReconstructRun::Open(
 }
 
 absl::Status ReconstructRun::Begin() {
+  RemoveAbandonedFiles(folder_.path());
   if (options_.shard.count > 1) {
     EGOSIEVE_RETURN_IF_ERROR(refined_->Begin());
     for (const auto& chunk : ChunksOf(lines_, options_.shard)) {

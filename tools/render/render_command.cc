@@ -22,6 +22,7 @@
 #include "tools/render/overlay_video.h"
 #include "tools/render/render_run.h"
 #include "tools/run_folder/chosen_lines.h"
+#include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
 
 namespace egosieve::tools {
@@ -81,6 +82,7 @@ class RenderCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(OverlaySource overlays,
                               OverlaySource::Open(device.context, folder, input_));
     overlays.ShowMovers(movers_);
+    RemoveAbandonedFiles(folder.path());
     Progress progress("render", progress_, static_cast<int64_t>(lines.size()));
     if (rate_hz_ == 0.0) rate_hz_ = FrameRate(lines);
     absl::Status status = absl::OkStatus();

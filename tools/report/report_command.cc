@@ -23,6 +23,7 @@
 #include "tools/run_folder/atomic_file.h"
 #include "tools/run_folder/chosen_lines.h"
 #include "tools/run_folder/doubtful_frames.h"
+#include "tools/run_folder/former_run.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -102,6 +103,7 @@ class ReportCommand : public Command {
       if (std::filesystem::exists(folder.File(video))) content.video = video;
     }
     EGOSIEVE_RETURN_IF_ERROR(AddPictures(folder, content));
+    RemoveAbandonedFiles(folder.path());
     const std::string path = folder.File("report.html");
     EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(path, MakeReportPage(content)));
     result_.Tell(name(), {{"report", path}}, absl::StrCat("report in ", path, "\n"));

@@ -149,6 +149,13 @@ absl::StatusOr<std::vector<std::string>> RemoveFormerRun(const std::string& path
   return left;
 }
 
+void RemoveAbandonedFiles(const std::string& path) {
+  kernels::RemoveAbandonedTemporaries(path);
+  for (const FrameFolder& folder : FrameFolders()) {
+    kernels::RemoveAbandonedTemporaries((fs::path(path) / folder.name).string());
+  }
+}
+
 absl::StatusOr<bool> IsBarelyBegun(const std::string& path) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<std::string> names, ListFolder(path));
   for (const std::string& name : names) {

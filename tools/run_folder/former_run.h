@@ -14,6 +14,10 @@ namespace egosieve::tools {
 // are not followed. Returns what is left, but for grid/, by names relative to `path`.
 absl::StatusOr<std::vector<std::string>> RemoveFormerRun(const std::string& path);
 
+// Removes what programs that were killed left half written, in the run folder and in those below it
+// that are its own. Files that are being written, and other names, stay.
+void RemoveAbandonedFiles(const std::string& path);
+
 // Whether the folder holds nothing but what a run leaves that was killed before its run.json.
 absl::StatusOr<bool> IsBarelyBegun(const std::string& path);
 

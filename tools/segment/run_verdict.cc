@@ -15,7 +15,7 @@ RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_wa
   RunVerdict verdict;
   if (counts.other_sizes > 0) {
     verdict.warnings.push_back(
-        absl::StrCat(counts.other_sizes,
+        absl::StrCat(counts.other_sizes, " of ", counts.answered,
                      " frames are of another size than the first; their maps have their size"));
   }
   if (counts.answered > 0 && counts.learnt == 0) {

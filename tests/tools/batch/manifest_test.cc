@@ -159,6 +159,7 @@ TEST(ManifestTest, WhatIsWrongIsSaidWithTheEntrysNumber) {
   EXPECT_THAT(error("[a]\npath = \"a\"\nout = \"x\"\nstride = [1, 2]\n"),
               HasSubstr("entry 1: 'stride' has no single value"));
   EXPECT_THAT(error("[a]\npath = a.mp4\n"), HasSubstr("neither JSON nor TOML: line 2"));
+  EXPECT_THAT(error("[:]\n"), HasSubstr("neither JSON nor TOML: line 1"));
   EXPECT_THAT(error("[a]\npath = \"a\"\npath = \"b\"\n"), HasSubstr("line 3"));
   EXPECT_THAT(error("[a]\npath = \"a\"\nout = \"x\"\nthen = \"sing\"\n"),
               HasSubstr("entry 1: then: 'sing' is none of infer, reconstruct"));

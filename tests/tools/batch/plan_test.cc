@@ -3,8 +3,12 @@
 #include "tools/batch/plan.h"
 
 #include <filesystem>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_replace.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/tools/testing/fresh_folder.h"
@@ -20,6 +24,7 @@ using ::testing::Contains;
 using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::vector<std::string> StageNames(const BatchPlan& plan) {
   std::vector<std::string> names;
@@ -137,6 +142,17 @@ TEST(DriveCuts, AreTheFewestPiecesOfEqualLength) {
   EXPECT_THAT(EqualCuts(-1, 0.1, 5), ElementsAre()) << "a length that no header tells";
 }
 
+TEST(DriveCuts, AtScenesArePiecesOfWholeScenes) {
+  // 600 frames a piece at most.
+  EXPECT_THAT(CutsAtScenes(600, {300}, 0.1, 1), ElementsAre()) << "one piece holds both";
+  EXPECT_THAT(CutsAtScenes(900, {}, 0.1, 1), ElementsAre(450));
+  EXPECT_THAT(CutsAtScenes(900, {200, 500}, 0.1, 1), ElementsAre(500));
+  EXPECT_THAT(CutsAtScenes(1500, {100, 400, 800, 1300}, 0.1, 1), ElementsAre(400, 800, 1300));
+  EXPECT_THAT(CutsAtScenes(1600, {100, 1500}, 0.1, 1), ElementsAre(100, 566, 1033))
+      << "a long scene in thirds, and the short one joins its last";
+  EXPECT_THAT(CutsAtScenes(1000, {1, 999}, 0.1, 1), ElementsAre(1, 500));
+}
+
 class BatchTasks : public testing::Test {
  protected:
   BatchTasks() : root_(FreshFolder()) {
@@ -228,6 +244,35 @@ TEST_F(BatchTasks, PiecesAreMergedAsByHand) {
   const ProgramOutcome here = RunBatch({"--piece_minutes=1"});
   EXPECT_EQ(here.code, 2);
   EXPECT_THAT(here.err, HasSubstr("--engine=slurm or --task"));
+}
+
+TEST_F(BatchTasks, PiecesEndWithScenes) {
+  const PatchDriveOptions scene = SmallPatchDrive(16);
+  WritePatchDrive(root_ + "/a", scene);
+  for (int i = 10; i < 16; ++i) {  // another scene: the same upside down
+    cv::Mat turned;
+    cv::flip(PatchFrame(scene, i), turned, 0);
+    ASSERT_TRUE(cv::imwrite(root_ + absl::StrFormat("/a/frames/%06d.png", i), turned));
+  }
+  const auto plan = [&] {
+    return RunBatch({"--plan", "--json", "--piece_minutes=0.02", "--scene_cuts"});
+  };
+  const ProgramOutcome found = plan();
+  EXPECT_THAT(found.out, HasSubstr("\"--to=9\""));
+  EXPECT_THAT(found.err, HasSubstr("looking for scene cuts in"));
+  // It is kept, and told the tasks; another length of the input makes it void.
+  const std::string notes = root_ + "/out/egosieve_logs/a.tasks/scenes.json";
+  const std::string kept = ReadFile(notes).value_or("");
+  EXPECT_THAT(kept, HasSubstr("\"frames\":16,\"cuts\":[10]"));
+  ASSERT_TRUE(WriteFileAtomically(notes, absl::StrReplaceAll(kept, {{"[10]", "[7]"}})).ok());
+  const ProgramOutcome known = plan();
+  EXPECT_THAT(known.out, HasSubstr("\"--to=6\""));
+  EXPECT_THAT(known.err, Not(HasSubstr("/a/frames")));
+  std::filesystem::remove(root_ + "/a/frames/000015.png");
+  EXPECT_THAT(plan().out, HasSubstr("\"--to=9\""));
+  const ProgramOutcome bare = RunBatch({"--plan", "--scene_cuts"});
+  EXPECT_EQ(bare.code, 2);
+  EXPECT_THAT(bare.err, HasSubstr("--piece_minutes"));
 }
 
 TEST_F(BatchTasks, StatusTellsWhatIsThereAtAnyTime) {

@@ -143,7 +143,7 @@ TEST_F(BadInput, ImagesOfDifferentSizes) {
   const ProgramOutcome outcome = Segment(input_);
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("1 frames are of another size"));
+  EXPECT_THAT(outcome.err, HasSubstr("1 of 4 frames are of another size"));
   const std::vector<FrameLine> lines = ExpectAnswered(4);
   ASSERT_EQ(lines.size(), 4u);
   EXPECT_EQ(lines[2].width_pixels, 120);

@@ -11,6 +11,7 @@
 #include "tests/tools/testing/fake_run.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tools/run_folder/folder_lock.h"
+#include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
 
 namespace egosieve::tools {
@@ -293,6 +294,23 @@ TEST(RunDescription, NamesTheFirstDifference) {
   now = before;
   now.device = "other";
   EXPECT_THAT(DescribeDifference(before, now), HasSubstr("device"));
+}
+
+TEST(RunFolder, WhatKilledProgramsLeftIsRemovedInAllItsFolders) {
+  const std::string root = FreshFolder();
+  const std::vector<std::string> left = {"/report.html.a1B2c3.tmp", "/render/000001.png.a1B2c3.tmp",
+                                         "/full/000001.objects.json.a1B2c3.tmp"};
+  const std::vector<std::string> others = {"/render/000001.png", "/render/notes.tmp",
+                                           "/mine/000001.png.a1B2c3.tmp"};
+  for (const auto* files : {&left, &others}) {
+    for (const std::string& file : *files) {
+      std::filesystem::create_directories(std::filesystem::path(root + file).parent_path());
+      std::ofstream(root + file) << "half";
+    }
+  }
+  RemoveAbandonedFiles(root);
+  for (const std::string& file : left) EXPECT_FALSE(std::filesystem::exists(root + file)) << file;
+  for (const std::string& file : others) EXPECT_TRUE(std::filesystem::exists(root + file)) << file;
 }
 
 }  // namespace
