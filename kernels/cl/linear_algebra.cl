@@ -65,36 +65,35 @@ __kernel __attribute__((reqd_work_group_size(GROUP, GROUP, 1))) void multiply_ti
 
 // Of the `size` x `size` block of A at `first`, the lower triangle becomes its Cholesky factor L, and inverse, TILE x TILE,
 // L^-1 with ones on the diagonal from `size` on. `bad` becomes the first row, counted from `row`, whose pivot is not above its
-// floor or not finite, where it was negative. One work-group.
+// floor or not finite, where it was negative. One work-group; its lower triangle lies row by row in local memory, half of the
+// 32 KiB that every device has.
+#define AT(i, j) ((i) * ((i) + 1) / 2 + (j))
 __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void factor_diagonal(
     __global REAL* a, const long first, const long row_step, const int size, __global const REAL* floors, const int row,
     __global REAL* inverse, const long inverse_first, __global int* bad) {
-  __local REAL l[TILE * STAGED];
+  __local REAL l[TILE * (TILE + 1) / 2];
   const int i = get_local_id(0);
-  for (int j = 0; j < TILE; ++j) {
-    l[i * STAGED + j] = j > i ? (REAL)0 : i < size ? a[first + i * row_step + j] : (REAL)(i == j);
-  }
+  for (int j = 0; j <= i; ++j) l[AT(i, j)] = i < size ? a[first + i * row_step + j] : (REAL)(i == j);
   barrier(CLK_LOCAL_MEM_FENCE);
   for (int c = 0; c < size; ++c) {
     if (i == c) {
-      const REAL pivot = l[c * STAGED + c];
+      const REAL pivot = l[AT(c, c)];
       if (!(pivot > floors[row + c] && pivot < (REAL)INFINITY) && *bad < 0) *bad = row + c;
-      l[c * STAGED + c] = sqrt(pivot);
+      l[AT(c, c)] = sqrt(pivot);
     }
     barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
-    if (i > c) l[i * STAGED + c] /= l[c * STAGED + c];
+    if (i > c) l[AT(i, c)] /= l[AT(c, c)];
     barrier(CLK_LOCAL_MEM_FENCE);
-    const REAL left = l[i * STAGED + c];
-    for (int j = c + 1; j <= i; ++j) l[i * STAGED + j] = fma(-left, l[j * STAGED + c], l[i * STAGED + j]);
+    for (int j = c + 1; j <= i; ++j) l[AT(i, j)] = fma(-l[AT(i, c)], l[AT(j, c)], l[AT(i, j)]);
     barrier(CLK_LOCAL_MEM_FENCE);
   }
-  for (int j = 0; j <= i && i < size; ++j) a[first + i * row_step + j] = l[i * STAGED + j];
+  for (int j = 0; j <= i && i < size; ++j) a[first + i * row_step + j] = l[AT(i, j)];
   // Column i of the inverse, by forward substitution.
   REAL x[TILE];
   for (int r = 0; r < TILE; ++r) {
     REAL sum = (REAL)(r == i);
-    for (int k = i; k < r; ++k) sum = fma(-l[r * STAGED + k], x[k], sum);
-    x[r] = r < i ? (REAL)0 : sum / l[r * STAGED + r];
+    for (int k = i; k < r; ++k) sum = fma(-l[AT(r, k)], x[k], sum);
+    x[r] = r < i ? (REAL)0 : sum / l[AT(r, r)];
     inverse[inverse_first + r * TILE + i] = x[r];
   }
 }

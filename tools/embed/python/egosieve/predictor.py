@@ -246,10 +246,11 @@ class FrozenPosterior(Predictor):
             raise RuntimeError("models with normalize_y=True are not evaluated on a queue")
         results = {"mean": mean, "variance": variance, "probability": probability, "clamped": clamped}
         pairs = {
-            name: (arguments.address(name, value[0]), value[1]) if isinstance(value, tuple) else (arguments.address(name, value), 0)
+            name: value if isinstance(value, tuple) else (value, 0)
             for name, value in results.items()
             if value is not None
         }
+        pairs = {name: (arguments.address(name, memory), element) for name, (memory, element) in pairs.items()}
         wait = [arguments.address("wait_for", event) for event in wait_for]
         queue, queries = arguments.address("queue", queue), arguments.address("queries", queries)
         event = self._core.enqueue(queue, queries, count, first, stride, wait, **pairs)
