@@ -52,6 +52,7 @@ __kernel __attribute__((reqd_work_group_size(GROUP, GROUP, 1))) void multiply_ti
       }
     }
   }
+  barrier(CLK_GLOBAL_MEM_FENCE);  // where C is A or B, all has been read
   for (int i = 0; i < ITEM; ++i) {
     const long r = row + y + i * GROUP;
     for (int j = 0; j < ITEM; ++j) {
