@@ -32,14 +32,16 @@ double FmaPerSecond(Context& context) {
   const int lanes = context.tuning().float_lanes;
   const std::string options =
       "-cl-std=CL1.2 -DVEC=" + std::to_string(lanes) + " -DCHAINS=" + std::to_string(kChains);
-  auto kernel = context.Kernel("roofline.cl", options, "multiply_add");
+  auto workspace = context.Borrow("measuring the roofline");
+  if (!workspace.ok()) return 0.0;
+  auto kernel = (*workspace)->Kernel("roofline.cl", options, "multiply_add");
   if (!kernel.ok()) return 0.0;
   const int items = context.info().compute_units;
   std::vector<float> out(items * lanes);
   for (int repeat = 0; repeat < 10; ++repeat) {
     OutputBuffer<float> result(context, MatrixView<float>(out.data(), 1, items * lanes));
     SetArguments(*kernel, cl_int{kSteps}, 0.999f, 1e-3f, result.buffer());
-    const cl::CommandQueue queue = context.NewQueue();
+    const cl::CommandQueue& queue = (*workspace)->queue();
     const double seconds = SecondsOf([&] {
       queue.enqueueNDRangeKernel(*kernel, cl::NullRange, cl::NDRange(items), cl::NDRange(1));
       result.Finish(queue);

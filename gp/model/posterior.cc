@@ -83,6 +83,16 @@ absl::StatusOr<kernels::PosteriorCounts> Posterior::Evaluate(
   return EvaluateExtended(queries, outputs);
 }
 
+absl::StatusOr<cl_event> Posterior::Enqueue(const kernels::DeviceQueries& queries,
+                                            const kernels::DeviceOutputs& outputs,
+                                            const kernels::DeviceCall& call) const {
+  if (extension_ != nullptr) {
+    return absl::FailedPreconditionError(
+        "models of several outputs or with a mean function are not evaluated on a queue");
+  }
+  return dense_->Enqueue(queries, outputs, call);
+}
+
 absl::StatusOr<kernels::PosteriorCounts> Posterior::EvaluateExtended(
     ConstMatrixView<float> queries, const kernels::PosteriorOutputs& outputs) const {
   const RegressionWeights& weights = extension_->weights;

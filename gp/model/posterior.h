@@ -45,6 +45,12 @@ class Posterior {
   absl::StatusOr<kernels::PosteriorCounts> Evaluate(kernels::ConstMatrixView<float> queries,
                                                     const kernels::PosteriorOutputs& outputs) const;
 
+  // (P1) on the caller's queue, as in kernels/ops/dense_posterior.h. FailedPrecondition for several
+  // outputs and mean functions, which need the host.
+  absl::StatusOr<cl_event> Enqueue(const kernels::DeviceQueries& queries,
+                                   const kernels::DeviceOutputs& outputs,
+                                   const kernels::DeviceCall& call) const;
+
   // (P2) from (P1): the variance of an observation, in place.
   void AddNoiseVariance(absl::Span<float> latent_variances) const;
 

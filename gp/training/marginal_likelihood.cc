@@ -9,6 +9,7 @@
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
+#include "kernels/ops/exact_regression.h"
 
 namespace egosieve::gp {
 namespace {
@@ -33,12 +34,41 @@ void WeightsInPlaceOfFactor(const RegressionWeights& weights, MatrixView<double>
   }
 }
 
+absl::Status RefusedPivot(int64_t row, double noise_variance) {
+  return absl::FailedPreconditionError(absl::StrFormat(
+      "row %d: covariances plus noise variance %g are not positive definite to working precision",
+      row, noise_variance));
+}
+
+// (1)-(3) with the zero mean.
+absl::StatusOr<MarginalLikelihood> ComputeOnDevice(kernels::Context& context,
+                                                   const Hyperparameters& hyperparameters,
+                                                   const Observations& data, bool with_gradient) {
+  const double noise_variance = hyperparameters.noise_variance();
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const kernels::ExactRegression regression,
+      kernels::RegressOnDevice(context, hyperparameters.covariance, data.inputs, data.targets,
+                               noise_variance, data.noise_variances, with_gradient));
+  if (regression.bad_row >= 0) return RefusedPivot(regression.bad_row, noise_variance);
+  MarginalLikelihood result;
+  result.value =
+      -0.5 * regression.fit - static_cast<double>(data.outputs()) *
+                                  (regression.half_log_determinant +
+                                   0.5 * static_cast<double>(data.size()) * std::log(2.0 * M_PI));
+  if (!with_gradient) return result;
+  result.gradient = regression.gradient;
+  for (double& component : result.gradient) component *= 0.5;
+  result.gradient.push_back(noise_variance * regression.trace);
+  return result;
+}
+
 }  // namespace
 
 absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(kernels::Context& context,
                                                              const Hyperparameters& hyperparameters,
                                                              const Observations& data,
-                                                             LikelihoodOrder order) {
+                                                             LikelihoodOrder order,
+                                                             LikelihoodPlace place) {
   EGOSIEVE_RETURN_IF_ERROR(hyperparameters.Validate());
   EGOSIEVE_RETURN_IF_ERROR(data.Validate(hyperparameters.covariance.input_dimension()));
   const int64_t n = data.size();
@@ -50,6 +80,14 @@ absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(kernels::Context& c
     return result;
   }
 
+  const bool zero_mean = hyperparameters.mean == MeanFunction::kZero;
+  if (place == LikelihoodPlace::kDevice && !zero_mean) {
+    return absl::InvalidArgumentError("with a mean function the host factorises");
+  }
+  if (place == LikelihoodPlace::kDevice ||
+      (place == LikelihoodPlace::kAutomatic && zero_mean && kernels::RegressesOnDevice(context))) {
+    return ComputeOnDevice(context, hyperparameters, data, with_gradient);
+  }
   AlignedMatrix storage(n, n);
   const MatrixView<double> k = storage.view();
   EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(context, hyperparameters.covariance,
@@ -57,9 +95,7 @@ absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(kernels::Context& c
                                                              kernels::Triangle::kLower, k));
   for (int64_t i = 0; i < n; ++i) k(i, i) += data.noise_variance(i);
   if (const int64_t bad = FactorizeInParallel(k, PivotFloors(k, n, 1.0)); bad >= 0) {
-    return absl::FailedPreconditionError(absl::StrFormat(
-        "row %d: covariances plus noise variance %g are not positive definite to working precision",
-        bad, noise_variance));
+    return RefusedPivot(bad, noise_variance);
   }
   const RegressionWeights weights =
       SolveWeights(k, hyperparameters.mean, data.inputs, data.targets);

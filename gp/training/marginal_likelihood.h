@@ -10,7 +10,8 @@
 // gradients add.
 //
 // Cost: n^3 / 3 flops for the value, n^3 with the gradient, plus one pass over the pairs for all of
-// theta. Memory: two n x n arrays of float64.
+// theta. Memory: two n x n arrays of float64, in the device's memory where that is its own and the
+// mean is zero (kernels/ops/exact_regression.h).
 #ifndef EGOSIEVE_GP_TRAINING_MARGINAL_LIKELIHOOD_H_
 #define EGOSIEVE_GP_TRAINING_MARGINAL_LIKELIHOOD_H_
 
@@ -30,12 +31,16 @@ struct MarginalLikelihood {
 
 enum class LikelihoodOrder { kValue, kValueAndGradient };
 
+// Where K_y is factorised. kAutomatic: on devices with float64 and memory of their own where the
+// mean is zero, else on the host. kDevice: FailedPrecondition without float64; InvalidArgument with
+// a mean function.
+enum class LikelihoodPlace { kAutomatic, kHost, kDevice };
+
 // n = 0: value 0 and a gradient of zeros. FailedPrecondition where K_y is not positive definite to
 // working precision, or the points do not determine the mean function.
-absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(kernels::Context& context,
-                                                             const Hyperparameters& hyperparameters,
-                                                             const Observations& data,
-                                                             LikelihoodOrder order);
+absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(
+    kernels::Context& context, const Hyperparameters& hyperparameters, const Observations& data,
+    LikelihoodOrder order, LikelihoodPlace place = LikelihoodPlace::kAutomatic);
 
 }  // namespace egosieve::gp
 

@@ -29,6 +29,7 @@ class PointPreparation {
   PointPreparation(const CovarianceParameters& parameters, std::vector<double> centre);
 
   int64_t width() const { return width_; }
+  const std::vector<double>& centre() const { return centre_; }
 
   // Writes value c of p(x), x of D values, to out[c * step].
   template <typename Input, typename Real>

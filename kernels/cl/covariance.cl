@@ -1,13 +1,13 @@
-// C(i, j) = k(x_i, z_j): a work-item computes ROWS rows. `columns` holds z prepared and transposed, POINT x column_stride,
+// C(i, j) = k(x_i, z_j): a work-group of WORK_GROUP work-items, side by side along the columns, computes ROWS rows. `columns` holds z prepared and transposed, POINT x column_stride,
 // padded to whole vectors; `rows` holds x prepared, POINT values a point.
-__kernel __attribute__((reqd_work_group_size(1, 1, 1))) void covariance_block(
+__kernel __attribute__((reqd_work_group_size(WORK_GROUP, 1, 1))) void covariance_block(
     __global const REAL* restrict rows, __global const REAL* restrict columns, const long row_count,
     const long column_count, const long column_stride, const REAL signal_variance, const int lower_only,
     __global REAL* restrict out, const long out_stride) {
-  const long first = (long)get_global_id(0) * ROWS;
+  const long first = (long)get_group_id(0) * ROWS;
   const long last = min(first + ROWS, row_count);
   const long end = lower_only ? min(last, column_count) : column_count;
-  for (long j = 0; j < end; j += VEC) {
+  for (long j = (long)get_local_id(0) * VEC; j < end; j += WORK_GROUP * VEC) {
     REALV z[POINT];
     UNROLL for (int c = 0; c < POINT; ++c) {
       z[c] = LOADV(columns + c * column_stride + j);

@@ -178,7 +178,11 @@ __kernel __attribute__((reqd_work_group_size(WORK_GROUP, 1, 1))) void dense_post
     __global const float* restrict factor, const float signal_variance, const float squash_a, const float squash_b,
     const int micro_tiles, const int outputs, __global float* scratch, const long scratch_stride,
     __global volatile int* counters, __global float* restrict mean, __global float* restrict variance,
-    __global float* restrict probability) {
+    __global float* restrict probability,
+    const long mean_first, const long variance_first, const long probability_first) {
+  mean += mean_first;
+  variance += variance_first;
+  probability += probability_first;
   const int tile_queries = micro_tiles * QUERIES;
   __global float* tile = scratch + get_global_id(0) * scratch_stride;
 #if FACTOR

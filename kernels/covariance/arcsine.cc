@@ -53,6 +53,21 @@ constexpr double kSmallestQuarter = 1e-30;
 
 // $C components, and $B, the h below which the dot product's rounding passes 1e-6 (arcsine.h):
 // there h comes from the difference of vectors, lane by lane. $DOT_SUFFICES: no lane will be below.
+constexpr char kPreparationCode[] = R"(
+static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
+  double half_norm = scales[0] * scales[0];
+  for (int d = 0; d < $D; ++d) {
+    const double a = scales[d + 1] * x[d];
+    half_norm += a * a;
+  }
+  const double e = 1.0 / (1.0 + 2.0 * half_norm);
+  const double factor = sqrt(0.5 * e);
+  point[0] = factor * scales[0];
+  for (int d = 0; d < $D; ++d) point[d + 1] = factor * (scales[d + 1] * x[d]);
+  point[$D + 1] = fmax(0.25 * e, $SMALLEST);
+}
+)";
+
 constexpr char kDeviceCode[] = R"(
 // 4 times this is z. Two chains: half the latency and half the rounding of one.
 static inline REALV half_vectors_dot@(const REALV* a, POINT_SPACE const REAL* b) {
@@ -181,6 +196,12 @@ class Arcsine : public CovarianceDescription {
                             {{"$C", absl::StrCat(components)},
                              {"$B", absl::StrFormat("%.9f", DifferenceThreshold(components))},
                              {"$DOT_SUFFICES", DotSuffices(request) ? "1" : "0"}}),
+        request);
+  }
+  std::string PreparationCode(const DeviceCodeRequest& request) const override {
+    return WithSuffix(
+        absl::StrReplaceAll(kPreparationCode,
+                            {{"$SMALLEST", absl::StrFormat("%.17g", kSmallestQuarter)}}),
         request);
   }
 

@@ -7,6 +7,11 @@
 namespace egosieve::kernels {
 namespace {
 
+constexpr char kPreparationCode[] = R"(
+static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
+}
+)";
+
 constexpr char kDeviceCode[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) { return (REALV)1; }
 static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, const REALV k, const REALV weight,
@@ -24,6 +29,9 @@ class Constant : public Scaleless {
   }
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
     return WithSuffix(kDeviceCode, request);
+  }
+  std::string PreparationCode(const DeviceCodeRequest& request) const override {
+    return WithSuffix(kPreparationCode, request);
   }
 };
 

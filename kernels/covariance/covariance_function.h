@@ -32,6 +32,12 @@
 //                        const REALV weight, REALV* sums)
 //   f(x, x), where value c of p(x) is point[c stride]:
 //     float unit_variance@(__global const float* point, const long stride)
+//
+// and that of its preparation, in a program of its own, one:
+//
+//   p(x), of scales, x and centre in private memory, in float64:
+//     void prepare_point@(const double* scales, const double* x, const double* centre,
+//                         double* point)
 #ifndef EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_FUNCTION_H_
 #define EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_FUNCTION_H_
 
@@ -95,6 +101,7 @@ class CovarianceDescription {
   // f(x, x).
   virtual double Variance(const double* scales, int64_t dimension, const double* x) const = 0;
   virtual std::string DeviceCode(const DeviceCodeRequest& request) const = 0;
+  virtual std::string PreparationCode(const DeviceCodeRequest& request) const = 0;
   // What a log should know of the code, if anything.
   virtual std::string DeviceNote(const DeviceCodeRequest& /*request*/) const { return ""; }
 

@@ -13,6 +13,12 @@
 namespace egosieve::kernels {
 namespace {
 
+constexpr char kPreparationCode[] = R"(
+static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
+  for (int d = 0; d < $D; ++d) point[d] = scales[d] * x[d];
+}
+)";
+
 constexpr char kDeviceCode[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
   REALV sum = (REALV)0;
@@ -70,6 +76,9 @@ class Linear : public CovarianceDescription {
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
     return WithSuffix(kDeviceCode, request);
+  }
+  std::string PreparationCode(const DeviceCodeRequest& request) const override {
+    return WithSuffix(kPreparationCode, request);
   }
 };
 

@@ -19,6 +19,17 @@
 namespace egosieve::kernels {
 namespace {
 
+constexpr char kPreparationCode[] = R"(
+static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
+  for (int d = 0; d < $D; ++d) {
+    const double angle = 2.0 * M_PI * ((x[d] - centre[d]) / scales[$D + d]);
+    point[d] = cos(angle) / scales[d];
+    point[$D + d] = sin(angle) / scales[d];
+    point[2 * $D + d] = angle;
+  }
+}
+)";
+
 constexpr char kDeviceCode[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
   REALV square = (REALV)0;
@@ -92,6 +103,9 @@ class Periodic : public CovarianceDescription {
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
     return WithSuffix(absl::StrCat(kUnitVarianceCode, kDeviceCode), request);
+  }
+  std::string PreparationCode(const DeviceCodeRequest& request) const override {
+    return WithSuffix(kPreparationCode, request);
   }
 
  private:

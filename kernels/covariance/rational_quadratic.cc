@@ -16,6 +16,15 @@
 namespace egosieve::kernels {
 namespace {
 
+constexpr char kPreparationCode[] = R"(
+static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
+  scale_differences@(scales + 1, x, centre, 1.0, point);
+  const double divisor = sqrt(2.0 * scales[0]);
+  for (int d = 0; d < $D; ++d) point[d] /= divisor;
+  point[$D] = scales[0];
+}
+)";
+
 constexpr char kDeviceCode[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
   return exp_of_negative(-a[$D] * log1p(squared_distance@(a, b)));
@@ -70,6 +79,9 @@ class RationalQuadratic : public ScaledDifference {
     return WithSuffix(
         absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode, kDeviceCode),
         request);
+  }
+  std::string PreparationCode(const DeviceCodeRequest& request) const override {
+    return WithSuffix(absl::StrCat(kScaleDifferencesCode, kPreparationCode), request);
   }
 
  protected:

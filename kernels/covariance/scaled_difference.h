@@ -8,9 +8,12 @@
 #define EGOSIEVE_KERNELS_COVARIANCE_SCALED_DIFFERENCE_H_
 
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "kernels/covariance/covariance_function.h"
 
 namespace egosieve::kernels {
@@ -39,6 +42,14 @@ static inline void add_scaled_squares@(const REALV* a, POINT_SPACE const REAL* b
     const REALV difference = a[c] - b[c];
     sums[c] = fma(factor, difference * difference, sums[c]);
   }
+}
+)";
+
+// Device code of point[d] = factor (x_d - c_d) / lengths[d].
+inline constexpr char kScaleDifferencesCode[] = R"(
+static inline void scale_differences@(const double* lengths, const double* x, const double* centre, const double factor,
+                                      double* point) {
+  for (int d = 0; d < $D; ++d) point[d] = factor * ((x[d] - centre[d]) / lengths[d]);
 }
 )";
 
@@ -88,6 +99,16 @@ class ScaledDifference : public CovarianceDescription {
   double Variance(const double* /*scales*/, int64_t /*dimension*/,
                   const double* /*x*/) const override {
     return 1.0;
+  }
+
+  std::string PreparationCode(const DeviceCodeRequest& request) const override {
+    return WithSuffix(
+        absl::StrCat(kScaleDifferencesCode,
+                     "static inline void prepare_point@(const double* scales, const double* x, "
+                     "const double* "
+                     "centre, double* point) {\n  scale_differences@(scales, x, centre, ",
+                     absl::StrFormat("%.17g", multiplier_), ", point);\n}\n"),
+        request);
   }
 
  protected:

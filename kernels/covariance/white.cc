@@ -15,6 +15,12 @@
 namespace egosieve::kernels {
 namespace {
 
+constexpr char kPreparationCode[] = R"(
+static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
+  for (int d = 0; d < $D; ++d) point[d] = x[d] - centre[d];
+}
+)";
+
 constexpr char kDeviceCode[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
   REALV distance = (REALV)0;
@@ -37,6 +43,9 @@ class White : public Scaleless {
   }
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
     return WithSuffix(absl::StrCat(kUnitVarianceCode, kDeviceCode), request);
+  }
+  std::string PreparationCode(const DeviceCodeRequest& request) const override {
+    return WithSuffix(kPreparationCode, request);
   }
 };
 

@@ -27,6 +27,11 @@ class HostPosterior : public DensePosterior {
         posterior_.Evaluate(queries, outputs.mean, outputs.variance, outputs.probability)};
   }
 
+  absl::StatusOr<cl_event> Enqueue(const DeviceQueries&, const DeviceOutputs&,
+                                   const DeviceCall&) const override {
+    return absl::FailedPreconditionError("the reference has no queues: open an OpenCL device");
+  }
+
   std::string description() const override {
     return "reference: float64 on the host, accurate arcsine";
   }

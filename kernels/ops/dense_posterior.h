@@ -28,6 +28,7 @@
 #include "kernels/base/matrix_view.h"
 #include "kernels/base/posterior_model.h"
 #include "kernels/runtime/context.h"
+#include "kernels/runtime/opencl_handles.h"
 
 namespace egosieve::kernels {
 
@@ -45,6 +46,35 @@ struct PosteriorOutputs {
   float* mean = nullptr;
   float* variance = nullptr;
   float* probability = nullptr;
+};
+
+// Arrays of float32 in OpenCL buffers of the posterior's context
+// (kernels/runtime/opencl_context.h).
+struct DeviceQueries {
+  cl_mem memory = nullptr;
+  int64_t count = 0;   // M
+  int64_t first = 0;   // element where the first query begins
+  int64_t stride = 0;  // elements from one query to the next, at least D; 0: D
+};
+
+struct DeviceOutput {
+  cl_mem memory = nullptr;  // null: not wanted, not paid for
+  int64_t first = 0;        // element of the first value; M values lie next to each other
+};
+
+struct DeviceOutputs {
+  DeviceOutput mean;
+  DeviceOutput variance;
+  DeviceOutput probability;
+  // int32: the number of clamped variances.
+  DeviceOutput clamped;
+};
+
+// Where the commands of a call go.
+struct DeviceCall {
+  cl_command_queue queue = nullptr;  // of the same context and device, in order or not
+  const cl_event* wait = nullptr;    // wait_count events that the commands wait for
+  uint32_t wait_count = 0;
 };
 
 struct PosteriorCounts {
@@ -66,6 +96,20 @@ class DensePosterior {
   // then, and the posterior can be asked again.
   virtual absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
                                                    const PosteriorOutputs& outputs) const = 0;
+
+  // The same without waiting, from and to the device's memory: nothing crosses to the host or from
+  // it. The queries are prepared on the device, in float64 (FailedPrecondition on devices without);
+  // who has NaN or infinities among them gets NaN there, and a variance of 0. Results are those of
+  // Evaluate to the bit, but for functions whose preparation calls the device's sine or contracts
+  // multiplications: a rounding of the prepared query.
+  //
+  // The event, which the caller releases, ends with the last command. Commands keep what they need:
+  // this object may go before they end, and so may the caller's handles. InvalidArgument for
+  // handles of other contexts and arrays that are too small. After an error, commands that were
+  // enqueued before it may still write into the outputs.
+  virtual absl::StatusOr<cl_event> Enqueue(const DeviceQueries& queries,
+                                           const DeviceOutputs& outputs,
+                                           const DeviceCall& call) const = 0;
 
   // One line for logs: device, arcsine form chosen and why.
   virtual std::string description() const = 0;

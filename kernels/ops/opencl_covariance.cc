@@ -1,51 +1,128 @@
 #include "kernels/ops/opencl_covariance.h"
 
+#include <memory>
+#include <string>
 #include <type_traits>
+#include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/ops/kernel_options.h"
 #include "kernels/runtime/buffer.h"
 #include "kernels/runtime/opencl_error.h"
 
 namespace egosieve::kernels::opencl {
 namespace {
 
-// Rows a work-item computes: enough to share the loads of the columns, few enough to balance
+// Rows a work-group computes: enough to share the loads of the columns, few enough to balance
 // triangles.
-constexpr int kRows = 4;
+constexpr int64_t kRows = 4;
+// Work-items side by side where the device runs scalar ones so; vectors are enough elsewhere.
+constexpr int64_t kSideBySide = 64;
 
-int64_t WorkItems(int64_t rows) { return (rows + kRows - 1) / kRows; }
+int64_t Groups(int64_t rows) { return (rows + kRows - 1) / kRows; }
 
 }  // namespace
+
+template <typename T>
+CovariancePoints<T>::CovariancePoints(const Context& context,
+                                      const CovarianceParameters& parameters,
+                                      ConstMatrixView<double> x, ConstMatrixView<double> z)
+    : row_count_(x.rows), column_count_(z.rows) {
+  const PointPreparation preparation = std::is_same_v<T, float>
+                                           ? PointPreparation(parameters, CentreOf(x))
+                                           : PointPreparation(parameters);
+  rows_ = PrepareRows<double, T>(preparation, x);
+  columns_ = PrepareColumns<double, T>(preparation, z, Lanes<T>(context));
+  row_buffer_ = InputBuffer(context, rows_);
+  column_buffer_ = InputBuffer(context, columns_.values);
+}
+
+template class CovariancePoints<float>;
+template class CovariancePoints<double>;
+
+template <typename T>
+absl::StatusOr<CovarianceKernels> CovarianceKernels::Create(Context& context, Workspace& workspace,
+                                                            const CovarianceParameters& parameters,
+                                                            int what) {
+  CovarianceKernels kernels;
+  kernels.work_group_ = context.tuning().work_group > 1 ? kSideBySide : 1;
+  kernels.scales_ = static_cast<int64_t>(parameters.scales.size());
+  kernels.signal_variance_ = parameters.signal_stddev * parameters.signal_stddev;
+  const std::string options = absl::StrCat(BuildOptions<T>(context), " -DROWS=", kRows,
+                                           " -DWORK_GROUP=", kernels.work_group_);
+  const std::string& code = CovarianceCode(parameters);
+  if ((what & kBlock) != 0) {
+    EGOSIEVE_ASSIGN_OR_RETURN(kernels.block_,
+                              workspace.Kernel("covariance.cl", options, "covariance_block", code));
+  }
+  if ((what & kGradient) != 0) {
+    EGOSIEVE_ASSIGN_OR_RETURN(kernels.gradient_, workspace.Kernel("covariance_gradient.cl", options,
+                                                                  "covariance_gradient", code));
+  }
+  return kernels;
+}
+
+template absl::StatusOr<CovarianceKernels> CovarianceKernels::Create<double>(
+    Context&, Workspace&, const CovarianceParameters&, int);
+
+template <typename T>
+void CovarianceKernels::EnqueueBlock(const cl::CommandQueue& queue,
+                                     const CovariancePoints<T>& points, bool lower_only,
+                                     const cl::Buffer& out, int64_t out_stride) {
+  SetArguments(block_, points.rows(), points.columns(), cl_long{points.row_count()},
+               cl_long{points.column_count()}, cl_long{points.column_stride()},
+               static_cast<T>(signal_variance_), cl_int{lower_only}, out, cl_long{out_stride});
+  queue.enqueueNDRangeKernel(block_, cl::NullRange,
+                             cl::NDRange(Groups(points.row_count()) * work_group_),
+                             cl::NDRange(work_group_));
+}
+
+template void CovarianceKernels::EnqueueBlock(const cl::CommandQueue&,
+                                              const CovariancePoints<double>&, bool,
+                                              const cl::Buffer&, int64_t);
+
+void CovarianceKernels::EnqueueGradient(const cl::CommandQueue& queue,
+                                        const CovariancePoints<double>& points, bool lower_only,
+                                        const cl::Buffer& weights, int64_t weight_stride,
+                                        const cl::Buffer& out) {
+  SetArguments(gradient_, points.rows(), points.columns(), cl_long{points.row_count()},
+               cl_long{points.column_count()}, cl_long{points.column_stride()}, cl_int{lower_only},
+               weights, cl_long{weight_stride}, out);
+  queue.enqueueNDRangeKernel(gradient_, cl::NullRange,
+                             cl::NDRange(Groups(points.row_count()) * work_group_),
+                             cl::NDRange(work_group_));
+}
+
+int64_t CovarianceKernels::GradientRows(int64_t rows) { return Groups(rows); }
+
+std::vector<double> CovarianceKernels::GradientOf(const std::vector<double>& partial_sums) const {
+  std::vector<double> gradient(GradientColumns(), 0.0);
+  for (size_t i = 0; i < partial_sums.size(); ++i) {
+    gradient[i % gradient.size()] += partial_sums[i];
+  }
+  for (double& value : gradient) value *= signal_variance_;
+  return gradient;
+}
 
 template <typename T>
 absl::Status CovarianceBlock(Context& context, const CovarianceParameters& parameters,
                              ConstMatrixView<double> x, ConstMatrixView<double> z, bool lower_only,
                              MatrixView<T> out) {
   if (out.empty()) return absl::OkStatus();
-  const std::string options = BuildOptions<T>(context) + " -DROWS=" + std::to_string(kRows);
+  constexpr char kDoing[] = "computing a covariance matrix";
+  EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(kDoing));
   EGOSIEVE_ASSIGN_OR_RETURN(
-      cl::Kernel kernel,
-      context.Kernel("covariance.cl", options, "covariance_block", CovarianceCode(parameters)));
-  return CatchOpenClErrors("computing a covariance matrix", [&] {
-    const PointPreparation preparation = std::is_same_v<T, float>
-                                             ? PointPreparation(parameters, CentreOf(x))
-                                             : PointPreparation(parameters);
-    const std::vector<T> rows = PrepareRows<double, T>(preparation, x);
-    const PreparedColumns<T> columns = PrepareColumns<double, T>(preparation, z, Lanes<T>(context));
-    const cl::Buffer row_buffer = InputBuffer(context, rows);
-    const cl::Buffer column_buffer = InputBuffer(context, columns.values);
+      CovarianceKernels kernels,
+      CovarianceKernels::Create<T>(context, *workspace, parameters, CovarianceKernels::kBlock));
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
+    const CovariancePoints<T> points(context, parameters, x, z);
     OutputBuffer<T> result(context, out);
-    const T signal_variance = static_cast<T>(parameters.signal_stddev * parameters.signal_stddev);
-    SetArguments(kernel, row_buffer, column_buffer, cl_long{x.rows}, cl_long{z.rows},
-                 cl_long{columns.stride}, signal_variance, cl_int{lower_only}, result.buffer(),
-                 cl_long{out.stride});
-    const cl::CommandQueue queue = context.NewQueue();
-    const CommandsEnd end(queue);
-    queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(WorkItems(x.rows)),
-                               cl::NDRange(1));
-    result.Finish(queue);
-  });
+    const CommandsEnd end(workspace->queue());
+    kernels.EnqueueBlock(workspace->queue(), points, lower_only, result.buffer(), out.stride);
+    result.Finish(workspace->queue());
+  }));
+  context.GiveBack(std::move(workspace));
+  return absl::OkStatus();
 }
 
 template absl::Status CovarianceBlock(Context&, const CovarianceParameters&,
@@ -60,41 +137,26 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
                                                        ConstMatrixView<double> x,
                                                        ConstMatrixView<double> z,
                                                        ConstMatrixView<double> w, bool lower_only) {
-  const int64_t count = static_cast<int64_t>(parameters.scales.size()) + 1;
-  std::vector<double> gradient(count, 0.0);
-  if (x.rows == 0 || z.rows == 0) return gradient;
-  const std::string options = BuildOptions<double>(context) + " -DROWS=" + std::to_string(kRows);
-  EGOSIEVE_ASSIGN_OR_RETURN(cl::Kernel kernel,
-                            context.Kernel("covariance_gradient.cl", options, "covariance_gradient",
-                                           CovarianceCode(parameters)));
-  std::vector<double> partial_sums(WorkItems(x.rows) * count);
-  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("computing a covariance gradient", [&] {
-    const PointPreparation preparation(parameters);
-    const std::vector<double> rows = PrepareRows<double, double>(preparation, x);
-    const PreparedColumns<double> columns =
-        PrepareColumns<double, double>(preparation, z, Lanes<double>(context));
-    const cl::Buffer row_buffer = InputBuffer(context, rows);
-    const cl::Buffer column_buffer = InputBuffer(context, columns.values);
-    const cl::Buffer weight_buffer = InputBuffer(context, w);
-    OutputBuffer<double> result(context,
-                                MatrixView<double>(partial_sums.data(), WorkItems(x.rows), count));
-    SetArguments(kernel, row_buffer, column_buffer, cl_long{x.rows}, cl_long{z.rows},
-                 cl_long{columns.stride}, cl_int{lower_only}, weight_buffer, cl_long{w.stride},
-                 result.buffer());
-    const cl::CommandQueue queue = context.NewQueue();
-    const CommandsEnd end(queue);
-    queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(WorkItems(x.rows)),
-                               cl::NDRange(1));
-    result.Finish(queue);
+  if (x.rows == 0 || z.rows == 0) return std::vector<double>(parameters.scales.size() + 1, 0.0);
+  constexpr char kDoing[] = "computing a covariance gradient";
+  EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(kDoing));
+  EGOSIEVE_ASSIGN_OR_RETURN(CovarianceKernels kernels,
+                            CovarianceKernels::Create<double>(context, *workspace, parameters,
+                                                              CovarianceKernels::kGradient));
+  const int64_t rows = CovarianceKernels::GradientRows(x.rows);
+  std::vector<double> partial_sums(rows * kernels.GradientColumns());
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
+    const CovariancePoints<double> points(context, parameters, x, z);
+    const cl::Buffer weights = InputBuffer(context, w);
+    OutputBuffer<double> result(
+        context, MatrixView<double>(partial_sums.data(), rows, kernels.GradientColumns()));
+    const CommandsEnd end(workspace->queue());
+    kernels.EnqueueGradient(workspace->queue(), points, lower_only, weights, w.stride,
+                            result.buffer());
+    result.Finish(workspace->queue());
   }));
-  // In order of rows, so that the sum is the same whatever ran where.
-  for (size_t i = 0; i < partial_sums.size(); ++i) {
-    gradient[i % count] += partial_sums[i];
-  }
-  for (double& value : gradient) {
-    value *= parameters.signal_stddev * parameters.signal_stddev;
-  }
-  return gradient;
+  context.GiveBack(std::move(workspace));
+  return kernels.GradientOf(partial_sums);
 }
 
 }  // namespace egosieve::kernels::opencl

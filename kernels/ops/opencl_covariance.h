@@ -2,11 +2,14 @@
 #ifndef EGOSIEVE_KERNELS_OPS_OPENCL_COVARIANCE_H_
 #define EGOSIEVE_KERNELS_OPS_OPENCL_COVARIANCE_H_
 
+#include <CL/opencl.hpp>
+#include <cstdint>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "kernels/base/covariance_parameters.h"
 #include "kernels/base/matrix_view.h"
+#include "kernels/ops/kernel_options.h"
 #include "kernels/runtime/opencl_context.h"
 
 namespace egosieve::kernels::opencl {
@@ -16,6 +19,58 @@ template <typename T>
 absl::Status CovarianceBlock(Context& context, const CovarianceParameters& parameters,
                              ConstMatrixView<double> x, ConstMatrixView<double> z, bool lower_only,
                              MatrixView<T> out);
+
+// The points of a covariance block as its kernels read them; kept until their commands have ended.
+template <typename T>
+class CovariancePoints {
+ public:
+  // Throws cl::Error.
+  CovariancePoints(const Context& context, const CovarianceParameters& parameters,
+                   ConstMatrixView<double> x, ConstMatrixView<double> z);
+
+  int64_t row_count() const { return row_count_; }
+  int64_t column_count() const { return column_count_; }
+  int64_t column_stride() const { return columns_.stride; }
+  const cl::Buffer& rows() const { return row_buffer_; }
+  const cl::Buffer& columns() const { return column_buffer_; }
+
+ private:
+  int64_t row_count_;
+  int64_t column_count_;
+  std::vector<T> rows_;
+  PreparedColumns<T> columns_;
+  cl::Buffer row_buffer_;
+  cl::Buffer column_buffer_;
+};
+
+// C(i, j) or, with `lower_only`, its lower triangle into a buffer of the device's. Throw cl::Error.
+class CovarianceKernels {
+ public:
+  enum What { kBlock = 1, kGradient = 2 };  // the gradient: float64 alone
+  // what: bits of What.
+  template <typename T>
+  static absl::StatusOr<CovarianceKernels> Create(Context& context, Workspace& workspace,
+                                                  const CovarianceParameters& parameters, int what);
+
+  template <typename T>
+  void EnqueueBlock(const cl::CommandQueue& queue, const CovariancePoints<T>& points,
+                    bool lower_only, const cl::Buffer& out, int64_t out_stride);
+  // Into out: GradientRows() x GradientColumns() partial sums.
+  void EnqueueGradient(const cl::CommandQueue& queue, const CovariancePoints<double>& points,
+                       bool lower_only, const cl::Buffer& weights, int64_t weight_stride,
+                       const cl::Buffer& out);
+  static int64_t GradientRows(int64_t rows);
+  int64_t GradientColumns() const { return scales_ + 1; }
+  // From the partial sums, in order of rows, so that the sum is the same whatever ran where.
+  std::vector<double> GradientOf(const std::vector<double>& partial_sums) const;
+
+ private:
+  cl::Kernel block_;
+  cl::Kernel gradient_;
+  int64_t work_group_ = 1;
+  int64_t scales_ = 0;
+  double signal_variance_ = 1.0;
+};
 
 // As kernels/ops/covariance_gradient.h; needs float64. With `lower_only` z is x and w symmetric,
 // its lower triangle read.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,8 +11,11 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/aligned_array.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/ops/device_call_checks.h"
+#include "kernels/ops/device_preparation.h"
 #include "kernels/ops/kernel_options.h"
-#include "kernels/ops/packed_factor.h"
+#include "kernels/ops/opencl_posterior_model.h"
+#include "kernels/ops/posterior_tiling.h"
 #include "kernels/runtime/buffer.h"
 #include "kernels/runtime/fork_guard.h"
 #include "kernels/runtime/opencl_error.h"
@@ -20,34 +23,24 @@
 namespace egosieve::kernels::opencl {
 namespace {
 
-// Tiles in local memory hold the points of a block of rows: where points are too wide for that,
-// each work-item has a tile of its own.
-KernelTuning TuningFor(const Context& context, int64_t point_width) {
-  constexpr int64_t kSumBlock = 64;  // SUM_BLOCK of kernels/cl/posterior_outputs.cl
-  const KernelTuning& tuning = context.tuning();
-  if (!tuning.local_tiles) return tuning;
-  const int64_t rows = std::max<int64_t>(tuning.panel * tuning.panels_a_group, kSumBlock);
-  const int64_t local_bytes =
-      static_cast<int64_t>(context.cl_device().getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
-  if (rows * (point_width + 1) * static_cast<int64_t>(sizeof(float)) <= local_bytes) return tuning;
-  return DefaultTuning(1);
-}
-
-// With local tiles a whole group is read column by column.
-FactorBlocking BlockingOf(const KernelTuning& tuning) {
-  const int group = tuning.panel * tuning.panels_a_group;
-  return {tuning.local_tiles ? group : tuning.panel, group, tuning.depth};
-}
-
-constexpr int64_t kMaxChunkQueries = 65536;
-
 enum OutputBits { kWantMean = 1, kWantVariance = 2, kWantProbability = 4 };
 
-int OutputMask(const PosteriorOutputs& outputs) {
-  return (outputs.mean != nullptr ? kWantMean : 0) |
-         (outputs.variance != nullptr ? kWantVariance : 0) |
-         (outputs.probability != nullptr ? kWantProbability : 0);
+int OutputMask(bool mean, bool variance, bool probability) {
+  return (mean ? kWantMean : 0) | (variance ? kWantVariance : 0) |
+         (probability ? kWantProbability : 0);
 }
+
+int OutputMask(const PosteriorOutputs& outputs) {
+  return OutputMask(outputs.mean != nullptr, outputs.variance != nullptr,
+                    outputs.probability != nullptr);
+}
+
+int OutputMask(const DeviceOutputs& outputs) {
+  return OutputMask(outputs.mean.memory != nullptr, outputs.variance.memory != nullptr,
+                    outputs.probability.memory != nullptr);
+}
+
+bool NeedsVariance(int mask) { return (mask & (kWantVariance | kWantProbability)) != 0; }
 
 int64_t MemoryCapBytes(const DensePosteriorOptions& options, const Context& context) {
   if (options.memory_cap_bytes != DensePosteriorOptions::kCapOfTheDevice) {
@@ -85,67 +78,34 @@ class StagedOutputs {
   std::array<AlignedArray<float>, 3> values_;
 };
 
-// The arrays that the kernel reads, prepared on the host. Kept because a device that shares the
-// host's memory reads them where they are.
-struct HostArrays {
-  std::vector<float> inputs;  // prepared points
-  std::vector<float> alpha;   // sigma_f^2 alpha
-  AlignedArray<float> factor;
+// Some queries of a call, prepared, and where their results go.
+struct Chunk {
+  PreparedColumns<float> columns;
+  int64_t count = 0;
+  PosteriorOutputs outputs;
 };
 
-class DeviceModel {
- public:
-  // `covariance` is the model's, and outlives this.
-  DeviceModel(const Context& context, const PosteriorModel& model,
-              const CovarianceParameters& covariance, const FactorBlocking& blocking)
-      : count_(model.inputs.rows), preparation_(covariance, CentreOfModel(model)) {
-    const double signal_variance = covariance.signal_stddev * covariance.signal_stddev;
-    host_.inputs = PrepareRows<double, float>(preparation_, model.inputs);
-    const ConstMatrixView<float> points(host_.inputs.data(), count_, preparation_.width());
-    code_ = CovarianceCodeFor(covariance, points);
-    DeviceCodeRequest request;
-    request.dimension = covariance.input_dimension();
-    request.points = points;
-    note_ = covariance.function.description().DeviceNote(request);
-    for (int64_t i = 0; i < count_; ++i) {
-      host_.alpha.push_back(static_cast<float>(signal_variance * model.alpha[i]));
-    }
-    // Buffers must not be empty.
-    host_.inputs.resize(std::max<size_t>(host_.inputs.size(), 1));
-    host_.alpha.resize(std::max<size_t>(host_.alpha.size(), 1));
-    inputs_ = InputBuffer(context, host_.inputs);
-    alpha_ = InputBuffer(context, host_.alpha);
-    if (model.factor_kind != FactorKind::kNone && count_ > 0) {
-      host_.factor = PackFactor(model.factor_kind, model.factor, blocking);
-      factor_ = InputBuffer(context, host_.factor);
-    } else {
-      factor_ = alpha_;
-    }
-  }
-
-  int64_t count() const { return count_; }
-  const PointPreparation& preparation() const { return preparation_; }
-  const std::string& covariance_code() const { return code_; }
-  const std::string& note() const { return note_; }
-  const cl::Buffer& inputs() const { return inputs_; }
-  const cl::Buffer& alpha() const { return alpha_; }
-  const cl::Buffer& factor() const { return factor_; }
-
- private:
-  static std::vector<double> CentreOfModel(const PosteriorModel& model) {
-    const int64_t dimension = model.covariance.input_dimension();
-    return model.inputs.rows > 0 ? CentreOf(model.inputs) : std::vector<double>(dimension, 0.0);
-  }
-
-  int64_t count_;
-  PointPreparation preparation_;
-  std::string code_;
-  std::string note_;
-  HostArrays host_;
-  cl::Buffer inputs_;
-  cl::Buffer alpha_;
-  cl::Buffer factor_;
+// What the commands of a call that does not wait use.
+struct InUse {
+  std::shared_ptr<Context> context;
+  std::shared_ptr<const DeviceModel> model;
+  std::shared_ptr<const DevicePreparation> preparation;
+  std::unique_ptr<Workspace> workspace;
 };
+
+void CL_CALLBACK GiveBackWhatWasUsed(cl_event, cl_int status, void* in_use) {
+  const std::unique_ptr<InUse> ended(static_cast<InUse*>(in_use));
+  if (status == CL_COMPLETE) ended->context->GiveBack(std::move(ended->workspace));
+}
+
+// Keeps what is in use until `last` ends.
+void KeepUntil(const cl::Event& last, std::unique_ptr<InUse> in_use) {
+  if (clSetEventCallback(last(), CL_COMPLETE, GiveBackWhatWasUsed, in_use.get()) == CL_SUCCESS) {
+    in_use.release();
+  } else {
+    last.wait();
+  }
+}
 
 class OpenClPosterior : public DensePosterior {
  public:
@@ -153,138 +113,111 @@ class OpenClPosterior : public DensePosterior {
                   const DensePosteriorOptions& options)
       : context_(std::move(context)),
         options_(options),
-        covariance_(model.covariance),
-        factor_kind_(model.inputs.rows == 0 ? FactorKind::kNone : model.factor_kind),
-        squash_a_(static_cast<float>(model.squash_a)),
-        squash_b_(static_cast<float>(model.squash_b)),
-        tuning_(TuningFor(*context_, PreparedWidth(covariance_))),
-        blocking_(BlockingOf(tuning_)),
-        model_(*context_, model, covariance_, blocking_) {}
+        shapes_(*context_, PreparedWidth(model.covariance)),
+        model_(std::make_shared<const DeviceModel>(*context_, model, shapes_.blocking())),
+        preparation_(std::make_shared<const DevicePreparation>(*context_, model_->covariance(),
+                                                               model_->preparation())) {}
 
   absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
                                            const PosteriorOutputs& outputs) const override;
-
-  std::string description() const override;
+  absl::StatusOr<cl_event> Enqueue(const DeviceQueries& queries, const DeviceOutputs& outputs,
+                                   const DeviceCall& call) const override;
+  std::string description() const override {
+    return absl::StrCat(context_->info().name, ": float32, ",
+                        model_->note().empty() ? std::string(model_->covariance().function.text())
+                                               : model_->note());
+  }
 
  private:
-  // Sizes that the memory cap leaves.
-  struct Tiling {
-    int micro_tiles = 1;
-    int work_groups = 1;
-    int work_items = 1;
-    int tiles_at_once = 1;
-    int64_t scratch_floats = 0;  // of a tile: a work-item's or, with local tiles, a group's
-    int64_t tile_queries = 0;
-    int64_t chunk_queries = 0;
+  // What a kernel's commands share.
+  struct Launch {
+    cl::Kernel kernel;
+    PosteriorTiling tiling;
+    int mask = 0;
+    const cl::Buffer& scratch;
   };
-  Tiling ChooseTiling(FactorKind kind, int64_t query_count) const;
-  std::string ProgramOptions(FactorKind kind) const;
-  int Width(FactorKind kind) const {
-    return kind == FactorKind::kNone ? tuning_.mean_width : tuning_.width;
+
+  FactorKind KindFor(int mask) const {
+    return NeedsVariance(mask) ? model_->factor_kind() : FactorKind::kNone;
   }
-  // Work-items side by side along rows, with local tiles.
-  int Panels(FactorKind kind) const {
-    return kind == FactorKind::kNone ? 1 : tuning_.panels_a_group;
+  absl::StatusOr<cl::Kernel> Kernel(Workspace& workspace, FactorKind kind) const {
+    return workspace.Kernel(shapes_.file(), shapes_.BuildOptions(*context_, kind),
+                            "dense_posterior", model_->covariance_code());
   }
-  int MicroTileQueries(FactorKind kind) const {
-    return Width(kind) *
-           (tuning_.local_tiles ? tuning_.work_group / Panels(kind) : tuning_.float_lanes);
-  }
-  // Throws cl::Error. Returns the number of clamped variances.
-  int64_t EvaluateChunk(cl::Kernel& kernel, const cl::CommandQueue& queue, const Tiling& tiling,
-                        const cl::Buffer& scratch, ConstMatrixView<float> queries,
-                        const PosteriorOutputs& outputs) const;
+  Chunk Prepare(ConstMatrixView<float> queries, int64_t begin, const PosteriorTiling& tiling,
+                StagedOutputs& staged) const;
+  // Throws cl::Error. Returns the number of clamped variances. `meanwhile` runs while the device
+  // works.
+  template <typename Meanwhile>
+  int64_t Evaluate(Launch& launch, const cl::CommandQueue& queue, Chunk& chunk,
+                   Meanwhile meanwhile) const;
+  // Throws cl::Error. Starts the kernel on `count` prepared queries.
+  void Start(Launch& launch, const cl::CommandQueue& queue, const cl::Buffer& queries,
+             int64_t stride, int64_t count, const cl::Buffer& counters, const cl::Buffer& mean,
+             const cl::Buffer& variance, const cl::Buffer& probability,
+             const std::array<int64_t, 3>& first_results,
+             const std::vector<cl::Event>* after = nullptr, cl::Event* done = nullptr) const;
+  // Throws cl::Error. Every command waits for `last`, and is it then.
+  void EnqueueChunks(Launch& launch, cl::Kernel& prepare, InUse& in_use,
+                     const DeviceQueries& queries, const DeviceOutputs& outputs,
+                     const cl::CommandQueue& queue, std::vector<cl::Event>& last) const;
 
   std::shared_ptr<Context> context_;
   DensePosteriorOptions options_;
-  CovarianceParameters covariance_;
-  FactorKind factor_kind_;
-  float squash_a_;
-  float squash_b_;
-  KernelTuning tuning_;
-  FactorBlocking blocking_;
-  DeviceModel model_;
+  PosteriorShapes shapes_;
+  std::shared_ptr<const DeviceModel> model_;
+  std::shared_ptr<const DevicePreparation> preparation_;
 };
 
-std::string OpenClPosterior::description() const {
-  const std::string function(covariance_.function.text());
-  return absl::StrCat(context_->info().name, ": float32, ",
-                      model_.note().empty() ? function : model_.note());
+void OpenClPosterior::Start(Launch& launch, const cl::CommandQueue& queue,
+                            const cl::Buffer& queries, int64_t stride, int64_t count,
+                            const cl::Buffer& counters, const cl::Buffer& mean,
+                            const cl::Buffer& variance, const cl::Buffer& probability,
+                            const std::array<int64_t, 3>& first_results,
+                            const std::vector<cl::Event>* after, cl::Event* done) const {
+  const double signal_stddev = model_->covariance().signal_stddev;
+  const PosteriorTiling& tiling = launch.tiling;
+  SetArguments(launch.kernel, queries, cl_long{stride}, cl_long{count}, model_->inputs(),
+               model_->alpha(), static_cast<cl_int>(model_->count()),
+               static_cast<cl_int>(PaddedCount(model_->count(), shapes_.blocking().panel)),
+               model_->factor(), static_cast<float>(signal_stddev * signal_stddev),
+               model_->squash_a(), model_->squash_b(), cl_int{tiling.micro_tiles},
+               cl_int{launch.mask}, launch.scratch, cl_long{tiling.scratch_floats}, counters, mean,
+               variance, probability, cl_long{first_results[0]}, cl_long{first_results[1]},
+               cl_long{first_results[2]});
+  queue.enqueueNDRangeKernel(launch.kernel, cl::NullRange, cl::NDRange(tiling.work_items),
+                             cl::NDRange(tiling.work_group), after, done);
 }
 
-std::string OpenClPosterior::ProgramOptions(FactorKind kind) const {
-  const int factor = kind == FactorKind::kNone ? 0 : kind == FactorKind::kCholesky ? 1 : 2;
-  const std::string shared =
-      absl::StrCat(BuildOptions<float>(*context_), " -DFACTOR=", factor, " -DPANEL=", tuning_.panel,
-                   " -DWIDTH=", Width(kind), " -DDEPTH=", tuning_.depth);
-  if (tuning_.local_tiles) {
-    return absl::StrCat(shared, " -DPOINT_SPACE=__local -DPANELS=", Panels(kind),
-                        " -DCOLUMNS=", tuning_.work_group / Panels(kind));
-  }
-  return absl::StrCat(shared, " -DGROUP=", blocking_.group, " -DWORK_GROUP=", tuning_.work_group);
+Chunk OpenClPosterior::Prepare(ConstMatrixView<float> queries, int64_t begin,
+                               const PosteriorTiling& tiling, StagedOutputs& staged) const {
+  const int64_t end = std::min(begin + tiling.chunk_queries, queries.rows);
+  return {PrepareColumns<float, float>(model_->preparation(), queries.rows_between(begin, end),
+                                       tiling.tile_queries),
+          end - begin, staged.From(begin)};
 }
 
-OpenClPosterior::Tiling OpenClPosterior::ChooseTiling(FactorKind kind, int64_t query_count) const {
-  const int64_t rows = kind == FactorKind::kNone ? 0 : PaddedCount(model_.count(), blocking_.panel);
-  // Without local tiles a tile's sums lie beside it.
-  const int64_t micro_floats = (rows + (tuning_.local_tiles ? 0 : 2)) * MicroTileQueries(kind);
-  const int64_t query_floats = model_.preparation().width() + 3;  // prepared, and the outputs
-  const int64_t cap_floats =
-      MemoryCapBytes(options_, *context_) / static_cast<int64_t>(sizeof(float));
-  const int tiles_a_group = tuning_.local_tiles ? 1 : tuning_.work_group;
-  Tiling tiling;
-  tiling.micro_tiles = tuning_.local_tiles ? 1 : tuning_.micro_tiles;
-  tiling.work_groups = std::max(context_->info().compute_units, 1) * tuning_.groups_a_unit;
-  // Half of the cap for scratch, the other half for queries; a work-group of single micro-tiles is
-  // the least there can be.
-  const auto scratch = [&] {
-    return int64_t{tiling.micro_tiles} * tiling.work_groups * tiles_a_group * micro_floats;
-  };
-  while (tiling.micro_tiles > 1 && scratch() > cap_floats / 2) tiling.micro_tiles /= 2;
-  while (tiling.work_groups > 1 && scratch() > cap_floats / 2) --tiling.work_groups;
-  const int64_t tile = int64_t{tiling.micro_tiles} * MicroTileQueries(kind);
-  // Groups without a tile of their own would take scratch for nothing.
-  tiling.work_groups =
-      static_cast<int>(std::min<int64_t>(tiling.work_groups, (query_count + tile - 1) / tile));
-  tiling.tiles_at_once = tiling.work_groups * tiles_a_group;
-  tiling.work_items = tiling.work_groups * tuning_.work_group;
-  tiling.scratch_floats = tiling.micro_tiles * micro_floats;
-  tiling.tile_queries = tile;
-  const int64_t most = std::min({kMaxChunkQueries, cap_floats / 2 / query_floats, query_count});
-  tiling.chunk_queries = std::max<int64_t>((most + tile - 1) / tile, 1) * tile;
-  return tiling;
-}
-
-int64_t OpenClPosterior::EvaluateChunk(cl::Kernel& kernel, const cl::CommandQueue& queue,
-                                       const Tiling& tiling, const cl::Buffer& scratch,
-                                       ConstMatrixView<float> queries,
-                                       const PosteriorOutputs& outputs) const {
-  const PreparedColumns<float> columns =
-      PrepareColumns<float, float>(model_.preparation(), queries, tiling.tile_queries);
+template <typename Meanwhile>
+int64_t OpenClPosterior::Evaluate(Launch& launch, const cl::CommandQueue& queue, Chunk& chunk,
+                                  Meanwhile meanwhile) const {
   std::vector<cl_int> counters = {0, 0};  // the next tile, clamped variances
   // An output that is not wanted is never written: any array serves in its place.
   float unused = 0.0f;
   const auto output = [&](float* data) {
     if (data == nullptr) return OutputBuffer<float>(*context_, MatrixView<float>(&unused, 1, 1));
-    return OutputBuffer<float>(*context_, MatrixView<float>(data, 1, queries.rows),
+    return OutputBuffer<float>(*context_, MatrixView<float>(data, 1, chunk.count),
                                Unwritten::kNone);
   };
-  OutputBuffer<float> mean = output(outputs.mean);
-  OutputBuffer<float> variance = output(outputs.variance);
-  OutputBuffer<float> probability = output(outputs.probability);
+  OutputBuffer<float> mean = output(chunk.outputs.mean);
+  OutputBuffer<float> variance = output(chunk.outputs.variance);
+  OutputBuffer<float> probability = output(chunk.outputs.probability);
   OutputBuffer<cl_int> counter_buffer(*context_, MatrixView<cl_int>(counters.data(), 1, 2));
-  const cl::Buffer query_buffer = InputBuffer(*context_, columns.values);
-  const float signal_variance =
-      static_cast<float>(covariance_.signal_stddev * covariance_.signal_stddev);
-  SetArguments(kernel, query_buffer, cl_long{columns.stride}, cl_long{queries.rows},
-               model_.inputs(), model_.alpha(), static_cast<cl_int>(model_.count()),
-               static_cast<cl_int>(PaddedCount(model_.count(), blocking_.panel)), model_.factor(),
-               signal_variance, squash_a_, squash_b_, cl_int{tiling.micro_tiles},
-               cl_int{OutputMask(outputs)}, scratch, cl_long{tiling.scratch_floats},
-               counter_buffer.buffer(), mean.buffer(), variance.buffer(), probability.buffer());
+  const cl::Buffer query_buffer = InputBuffer(*context_, chunk.columns.values);
   const CommandsEnd end(queue);
-  queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(tiling.work_items),
-                             cl::NDRange(tuning_.work_group));
+  Start(launch, queue, query_buffer, chunk.columns.stride, chunk.count, counter_buffer.buffer(),
+        mean.buffer(), variance.buffer(), probability.buffer(), {0, 0, 0});
+  queue.flush();
+  meanwhile();
   for (OutputBuffer<float>* result : {&mean, &variance, &probability}) result->Finish(queue);
   counter_buffer.Finish(queue);
   return counters[1];
@@ -292,31 +225,127 @@ int64_t OpenClPosterior::EvaluateChunk(cl::Kernel& kernel, const cl::CommandQueu
 
 absl::StatusOr<PosteriorCounts> OpenClPosterior::Evaluate(ConstMatrixView<float> queries,
                                                           const PosteriorOutputs& outputs) const {
-  EGOSIEVE_RETURN_IF_ERROR(CheckQueries(covariance_.input_dimension(), queries));
-  const bool needs_variance = outputs.variance != nullptr || outputs.probability != nullptr;
-  EGOSIEVE_RETURN_IF_ERROR(CheckOutputs(needs_variance, factor_kind_, model_.count()));
+  EGOSIEVE_RETURN_IF_ERROR(CheckQueries(model_->covariance().input_dimension(), queries));
+  const int mask = OutputMask(outputs);
+  EGOSIEVE_RETURN_IF_ERROR(
+      CheckOutputs(NeedsVariance(mask), model_->factor_kind(), model_->count()));
   PosteriorCounts counts;
-  if (queries.rows == 0 || OutputMask(outputs) == 0) return counts;
-  const FactorKind kind = needs_variance ? factor_kind_ : FactorKind::kNone;
-  const Tiling tiling = ChooseTiling(kind, queries.rows);
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      cl::Kernel kernel,
-      context_->Kernel(tuning_.local_tiles ? "dense_posterior_local.cl" : "dense_posterior.cl",
-                       ProgramOptions(kind), "dense_posterior", model_.covariance_code()));
-  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("evaluating a dense posterior", [&] {
-    const cl::CommandQueue queue = context_->NewQueue();
-    const cl::Buffer scratch = ScratchBuffer(
-        *context_,
-        std::max<int64_t>(tiling.tiles_at_once * tiling.scratch_floats, 1) * sizeof(float));
+  if (queries.rows == 0 || mask == 0) return counts;
+  constexpr char kDoing[] = "evaluating a dense posterior";
+  EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context_->Borrow(kDoing));
+  const FactorKind kind = KindFor(mask);
+  EGOSIEVE_ASSIGN_OR_RETURN(const cl::Kernel kernel, Kernel(*workspace, kind));
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
+    const PosteriorTiling tiling = shapes_.Tile(*context_, kind, model_->count(), queries.rows,
+                                                MemoryCapBytes(options_, *context_));
+    Launch launch{
+        kernel, tiling, mask,
+        workspace->Scratch(Workspace::Memory::kTiles, tiling.all_scratch_floats * sizeof(float))};
     StagedOutputs staged(outputs, queries.rows);
+    Chunk chunk = Prepare(queries, 0, tiling, staged);
     for (int64_t begin = 0; begin < queries.rows; begin += tiling.chunk_queries) {
-      const int64_t end = std::min(begin + tiling.chunk_queries, queries.rows);
-      counts.clamped_variances += EvaluateChunk(
-          kernel, queue, tiling, scratch, queries.rows_between(begin, end), staged.From(begin));
+      Chunk next;
+      counts.clamped_variances += Evaluate(launch, workspace->queue(), chunk, [&] {
+        const int64_t end = begin + tiling.chunk_queries;
+        if (end < queries.rows) next = Prepare(queries, end, tiling, staged);
+      });
+      chunk = std::move(next);
     }
     staged.Commit();
   }));
+  context_->GiveBack(std::move(workspace));
   return counts;
+}
+
+void OpenClPosterior::EnqueueChunks(Launch& launch, cl::Kernel& prepare, InUse& in_use,
+                                    const DeviceQueries& queries, const DeviceOutputs& outputs,
+                                    const cl::CommandQueue& queue,
+                                    std::vector<cl::Event>& last) const {
+  const PosteriorTiling& tiling = launch.tiling;
+  const int64_t width = model_->preparation().width();
+  const cl::Buffer prepared = in_use.workspace->Scratch(
+      Workspace::Memory::kQueries, width * tiling.chunk_queries * sizeof(float));
+  const cl::Buffer counters =
+      in_use.workspace->Scratch(Workspace::Memory::kCounters, 2 * sizeof(cl_int));
+  const cl::Buffer points(queries.memory, /*retainObject=*/true);
+  const auto or_any = [&](const DeviceOutput& output) {
+    return output.memory != nullptr ? cl::Buffer(output.memory, /*retainObject=*/true) : counters;
+  };
+  const int64_t stride =
+      queries.stride == 0 ? model_->covariance().input_dimension() : queries.stride;
+  cl::Event done;
+  const auto next = [&] { last = {done}; };
+  for (int64_t begin = 0; begin < queries.count; begin += tiling.chunk_queries) {
+    const int64_t count = std::min(tiling.chunk_queries, queries.count - begin);
+    // The next tile, and at first the clamped variances.
+    queue.enqueueFillBuffer(counters, cl_int{0}, 0, (begin == 0 ? 2 : 1) * sizeof(cl_int), &last,
+                            &done);
+    next();
+    const int64_t padded =
+        (count + tiling.tile_queries - 1) / tiling.tile_queries * tiling.tile_queries;
+    done = preparation_->Enqueue(prepare, queue,
+                                 {points, queries.first + begin * stride, stride, count},
+                                 {prepared, padded, 1, padded}, last);
+    next();
+    Start(launch, queue, prepared, padded, count, counters, or_any(outputs.mean),
+          or_any(outputs.variance), or_any(outputs.probability),
+          {outputs.mean.first + begin, outputs.variance.first + begin,
+           outputs.probability.first + begin},
+          &last, &done);
+    next();
+  }
+  if (outputs.clamped.memory != nullptr) {
+    queue.enqueueCopyBuffer(counters, cl::Buffer(outputs.clamped.memory, /*retainObject=*/true),
+                            sizeof(cl_int), outputs.clamped.first * sizeof(cl_int), sizeof(cl_int),
+                            &last, &done);
+    next();
+  }
+}
+
+absl::StatusOr<cl_event> OpenClPosterior::Enqueue(const DeviceQueries& queries,
+                                                  const DeviceOutputs& outputs,
+                                                  const DeviceCall& call) const {
+  const int mask = OutputMask(outputs);
+  EGOSIEVE_RETURN_IF_ERROR(
+      CheckOutputs(NeedsVariance(mask), model_->factor_kind(), model_->count()));
+  EGOSIEVE_RETURN_IF_ERROR(CheckDeviceCall(*context_, call));
+  EGOSIEVE_RETURN_IF_ERROR(
+      CheckDeviceArrays(*context_, model_->covariance().input_dimension(), queries, outputs));
+  constexpr char kDoing[] = "enqueuing a dense posterior";
+  EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context_->Borrow(kDoing));
+  auto in_use =
+      std::make_unique<InUse>(InUse{context_, model_, preparation_, std::move(workspace)});
+  const FactorKind kind = KindFor(mask);
+  EGOSIEVE_ASSIGN_OR_RETURN(const cl::Kernel kernel, Kernel(*in_use->workspace, kind));
+  EGOSIEVE_ASSIGN_OR_RETURN(cl::Kernel prepare,
+                            (preparation_->Kernel<float, float>(*context_, *in_use->workspace)));
+  std::vector<cl::Event> last;
+  const absl::Status status = CatchOpenClErrors(kDoing, [&] {
+    for (uint32_t i = 0; i < call.wait_count; ++i) last.emplace_back(call.wait[i], true);
+    const cl::CommandQueue queue(call.queue, /*retainObject=*/true);
+    if (mask == 0 || queries.count == 0) {
+      cl::Event done;
+      queue.enqueueMarkerWithWaitList(&last, &done);
+      last = {done};
+      return;
+    }
+    const PosteriorTiling tiling = shapes_.Tile(*context_, kind, model_->count(), queries.count,
+                                                MemoryCapBytes(options_, *context_));
+    Launch launch{kernel, tiling, mask,
+                  in_use->workspace->Scratch(Workspace::Memory::kTiles,
+                                             tiling.all_scratch_floats * sizeof(float))};
+    EnqueueChunks(launch, prepare, *in_use, queries, outputs, queue, last);
+    queue.flush();
+  });
+  const bool started = !last.empty() && (call.wait_count == 0 || last[0]() != call.wait[0]);
+  cl_event event = nullptr;
+  if (started) {
+    if (status.ok()) clRetainEvent(event = last[0]());
+    EGOSIEVE_RETURN_IF_ERROR(
+        CatchOpenClErrors(kDoing, [&] { KeepUntil(last[0], std::move(in_use)); }));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(status);
+  return event;
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kernels/base/status_macros.h"
@@ -53,10 +55,12 @@ cl_int NearestPixel(double coordinate, int size) {
 
 absl::Status DescriptorField(Context& context, const ImageView& image, const ImageGrid& grid,
                              int window_pixels, MatrixView<float> out) {
+  constexpr char kDoing[] = "computing a descriptor field";
+  EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(kDoing));
   EGOSIEVE_ASSIGN_OR_RETURN(
       cl::Kernel kernel,
-      context.Kernel("image.cl", BuildOptions(image.channels), "descriptor_field"));
-  return CatchOpenClErrors("computing a descriptor field", [&] {
+      workspace->Kernel("image.cl", BuildOptions(image.channels), "descriptor_field"));
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
     const PixelNormalization map = NormalizationForImage(image.width, image.height);
     const Axis x = MakeAxis(
         grid.columns(), [&](int i) { return grid.x_pixels(i); }, map.scale, map.u_offset);
@@ -77,20 +81,24 @@ absl::Status DescriptorField(Context& context, const ImageView& image, const Ima
                  cl_int{image.height}, cl_int{window_pixels / 2}, x_buffer, y_buffer, u_buffer,
                  v_buffer, cl_int{grid.columns()}, cl_int{grid.rows()}, cl_int{rows_per_item},
                  scratch, result.buffer(), cl_long{out.stride});
-    const cl::CommandQueue queue = context.NewQueue();
+    const cl::CommandQueue& queue = workspace->queue();
     const CommandsEnd end(queue);
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(bands), cl::NDRange(1));
     result.Finish(queue);
-  });
+  }));
+  context.GiveBack(std::move(workspace));
+  return absl::OkStatus();
 }
 
 absl::Status DescriptorsAt(Context& context, const ImageView& image, ConstMatrixView<double> points,
                            int window_pixels, MatrixView<float> out) {
   if (points.rows == 0) return absl::OkStatus();
+  constexpr char kDoing[] = "computing descriptors";
+  EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(kDoing));
   EGOSIEVE_ASSIGN_OR_RETURN(
       cl::Kernel kernel,
-      context.Kernel("image.cl", BuildOptions(image.channels), "descriptors_at"));
-  return CatchOpenClErrors("computing descriptors", [&] {
+      workspace->Kernel("image.cl", BuildOptions(image.channels), "descriptors_at"));
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
     const PixelNormalization map = NormalizationForImage(image.width, image.height);
     std::vector<cl_int> pixels;
     std::vector<float> coordinates;
@@ -107,30 +115,36 @@ absl::Status DescriptorsAt(Context& context, const ImageView& image, ConstMatrix
     SetArguments(kernel, image_buffer, cl_long{image.stride_bytes}, cl_int{image.width},
                  cl_int{image.height}, cl_int{window_pixels / 2}, pixel_buffer, coordinate_buffer,
                  cl_long{points.rows}, result.buffer(), cl_long{out.stride});
-    const cl::CommandQueue queue = context.NewQueue();
+    const cl::CommandQueue& queue = workspace->queue();
     const CommandsEnd end(queue);
     const int64_t groups = (points.rows + kGroupPoints - 1) / kGroupPoints;
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(groups * kGroupPoints),
                                cl::NDRange(kGroupPoints));
     result.Finish(queue);
-  });
+  }));
+  context.GiveBack(std::move(workspace));
+  return absl::OkStatus();
 }
 
 absl::Status GridInterpolation(Context& context, const ImageGrid& grid,
                                ConstMatrixView<float> values, MatrixView<float> out) {
+  constexpr char kDoing[] = "interpolating a grid";
+  EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(kDoing));
   EGOSIEVE_ASSIGN_OR_RETURN(cl::Kernel kernel,
-                            context.Kernel("image.cl", BuildOptions(1), "grid_interpolation"));
-  return CatchOpenClErrors("interpolating a grid", [&] {
+                            workspace->Kernel("image.cl", BuildOptions(1), "grid_interpolation"));
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
     const cl::Buffer value_buffer = InputBuffer(context, values);
     OutputBuffer<float> result(context, out);
     SetArguments(kernel, value_buffer, cl_long{values.stride}, cl_int{grid.columns()},
                  cl_int{grid.rows()}, cl_int{grid.stride}, cl_int{grid.width}, cl_int{grid.height},
                  result.buffer(), cl_long{out.stride});
-    const cl::CommandQueue queue = context.NewQueue();
+    const cl::CommandQueue& queue = workspace->queue();
     const CommandsEnd end(queue);
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(grid.height), cl::NDRange(1));
     result.Finish(queue);
-  });
+  }));
+  context.GiveBack(std::move(workspace));
+  return absl::OkStatus();
 }
 
 }  // namespace egosieve::kernels::opencl

@@ -41,10 +41,35 @@ std::string SourceOf(std::string_view file) {
 
 }  // namespace
 
-Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& options)
+Workspace::Workspace(Context& context)
+    : context_(context), queue_(context.cl_context(), context.cl_device()) {}
+
+absl::StatusOr<cl::Kernel> Workspace::Kernel(std::string_view file, const std::string& options,
+                                             const char* name, const std::string& covariance_code) {
+  const std::string key =
+      absl::StrCat(name, "\n", std::string(file), "\n", options, "\n", covariance_code);
+  if (const auto found = kernels_.find(key); found != kernels_.end()) return found->second;
+  EGOSIEVE_ASSIGN_OR_RETURN(const cl::Kernel kernel,
+                            context_.Kernel(file, options, name, covariance_code));
+  kernels_.emplace(key, kernel);
+  return kernel;
+}
+
+const cl::Buffer& Workspace::Scratch(Memory memory, size_t bytes) {
+  Grown& grown = scratch_[static_cast<size_t>(memory)];
+  if (grown.bytes < bytes) {
+    grown = Grown();
+    grown.buffer = cl::Buffer(context_.cl_context(), CL_MEM_READ_WRITE, bytes);
+    grown.bytes = bytes;
+  }
+  return grown.buffer;
+}
+
+Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& options,
+                 cl::Context context)
     : info_(std::move(info)),
       device_(std::move(device)),
-      context_(device_),
+      context_(context() == nullptr ? cl::Context(device_) : std::move(context)),
       program_cache_(options.program_cache) {
   info_.float64 = info_.float64 && options.float64;
   shares_host_memory_ = info_.type == DeviceType::kCpu;
@@ -81,6 +106,53 @@ absl::StatusOr<cl::Kernel> Context::Kernel(std::string_view file, const std::str
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(std::string("creating the kernel ") + name,
                                              [&] { kernel = cl::Kernel(program, name); }));
   return kernel;
+}
+
+absl::StatusOr<std::unique_ptr<Workspace>> Context::Borrow(std::string_view doing) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
+  std::unique_ptr<Workspace> workspace;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!idle_.empty()) {
+      workspace = std::move(idle_.back());
+      idle_.pop_back();
+      return workspace;
+    }
+  }
+  EGOSIEVE_RETURN_IF_ERROR(
+      CatchOpenClErrors(doing, [&] { workspace = std::make_unique<Workspace>(*this); }));
+  return workspace;
+}
+
+void Context::GiveBack(std::unique_ptr<Workspace> workspace) {
+  const std::lock_guard lock(mutex_);
+  idle_.push_back(std::move(workspace));
+}
+
+void Context::ReleaseIdle() {
+  std::vector<std::unique_ptr<Workspace>> idle;
+  const std::lock_guard lock(mutex_);
+  idle.swap(idle_);
+}
+
+absl::StatusOr<std::shared_ptr<Context>> AdoptContext(cl_context context, cl_device_id device,
+                                                      const ContextOptions& options) {
+  if (options.tuning.has_value()) EGOSIEVE_RETURN_IF_ERROR(options.tuning->Validate());
+  if (context == nullptr) return absl::InvalidArgumentError("the OpenCL context is null");
+  EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
+  std::shared_ptr<Context> adopted;
+  bool belongs = false;
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("adopting an OpenCL context", [&] {
+    const cl::Context theirs(context, /*retainObject=*/true);
+    for (const cl::Device& one : theirs.getInfo<CL_CONTEXT_DEVICES>()) {
+      if (device != nullptr && one() != device) continue;
+      belongs = true;
+      adopted = std::make_shared<Context>(DescribeDevice(one), one, options, theirs);
+      break;
+    }
+  }));
+  if (!belongs) return absl::InvalidArgumentError("the device is none of the OpenCL context's");
+  return adopted;
 }
 
 absl::StatusOr<std::shared_ptr<Context>> OpenContext(const ContextOptions& options) {

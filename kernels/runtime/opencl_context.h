@@ -1,17 +1,19 @@
 // What a Context is inside: the device with its OpenCL context and its compiled programs.
 //
 // One Context may be used by several threads at once: programs are built under a lock, once each;
-// every operation makes its own in-order queue and its own kernel objects (whose arguments are not
-// safe to share).
+// every operation borrows a workspace of its own, with an in-order queue, kernel objects (whose
+// arguments are not safe to share) and scratch memory, and gives it back for the next one.
 #ifndef EGOSIEVE_KERNELS_RUNTIME_OPENCL_CONTEXT_H_
 #define EGOSIEVE_KERNELS_RUNTIME_OPENCL_CONTEXT_H_
 
 #include <CL/opencl.hpp>
+#include <array>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "kernels/runtime/context.h"
@@ -20,11 +22,41 @@
 
 namespace egosieve::kernels {
 
+class Context;
+
+// What one operation at a time computes with.
+class Workspace {
+ public:
+  // Throws cl::Error.
+  explicit Workspace(Context& context);
+
+  const cl::CommandQueue& queue() const { return queue_; }
+  // Context::Kernel, the same object in every use; its arguments are those of the last one.
+  absl::StatusOr<cl::Kernel> Kernel(std::string_view file, const std::string& options,
+                                    const char* name, const std::string& covariance_code = "");
+  // At least `bytes` of device memory, as the last use left it. Throws cl::Error.
+  enum class Memory { kTiles, kQueries, kCounters };
+  const cl::Buffer& Scratch(Memory memory, size_t bytes);
+
+ private:
+  struct Grown {
+    cl::Buffer buffer;
+    size_t bytes = 0;
+  };
+
+  Context& context_;
+  cl::CommandQueue queue_;
+  std::map<std::string, cl::Kernel> kernels_;
+  std::array<Grown, 3> scratch_;
+};
+
 class Context {
  public:
   // The reference.
   explicit Context(DeviceInfo info) : info_(std::move(info)) {}
-  Context(DeviceInfo info, cl::Device device, const ContextOptions& options);
+  // A null `context`: one of its own.
+  Context(DeviceInfo info, cl::Device device, const ContextOptions& options,
+          cl::Context context = cl::Context());
 
   const DeviceInfo& info() const { return info_; }
   bool is_reference() const { return info_.type == DeviceType::kReference; }
@@ -35,7 +67,14 @@ class Context {
 
   const cl::Context& cl_context() const { return context_; }
   const cl::Device& cl_device() const { return device_; }
-  cl::CommandQueue NewQueue() const { return cl::CommandQueue(context_, device_); }
+
+  // A workspace that nothing else uses, an idle one where there is one; `doing` is for the error.
+  // An operation that ended well gives it back; after an error it is dropped, since its queue may
+  // be of no use any more.
+  absl::StatusOr<std::unique_ptr<Workspace>> Borrow(std::string_view doing);
+  void GiveBack(std::unique_ptr<Workspace> workspace);
+  // Frees the workspaces that nothing uses, with their memory.
+  void ReleaseIdle();
 
   // A new kernel object of the function `name` in the .cl file `file`, built with `options` the
   // first time, after common.cl and `covariance_code`.
@@ -54,8 +93,14 @@ class Context {
   KernelTuning tuning_;
   // The thread sanitizer sees into this mutex; into Debian's absl::Mutex it does not.
   std::mutex mutex_;
-  std::map<std::string, cl::Program> programs_;  // guarded by mutex_
+  std::map<std::string, cl::Program> programs_;   // guarded by mutex_
+  std::vector<std::unique_ptr<Workspace>> idle_;  // guarded by mutex_
 };
+
+// A context on the caller's OpenCL context, so that operations take its queues and memory; both are
+// retained. device: one of the context's; null: its first. options.device is not read.
+absl::StatusOr<std::shared_ptr<Context>> AdoptContext(cl_context context, cl_device_id device,
+                                                      const ContextOptions& options = {});
 
 }  // namespace egosieve::kernels
 

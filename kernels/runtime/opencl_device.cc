@@ -17,21 +17,6 @@ DeviceType TypeOf(const cl::Device& device) {
   return DeviceType::kAccelerator;
 }
 
-DeviceInfo Describe(const cl::Device& device, const cl::Platform& platform) {
-  DeviceInfo info;
-  info.name = device.getInfo<CL_DEVICE_NAME>();
-  info.vendor = device.getInfo<CL_DEVICE_VENDOR>();
-  info.platform =
-      platform.getInfo<CL_PLATFORM_NAME>() + " " + platform.getInfo<CL_PLATFORM_VERSION>();
-  info.version = device.getInfo<CL_DEVICE_VERSION>();
-  info.driver = device.getInfo<CL_DRIVER_VERSION>();
-  info.type = TypeOf(device);
-  info.compute_units = static_cast<int>(device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>());
-  info.memory_bytes = static_cast<int64_t>(device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>());
-  info.float64 = absl::StrContains(device.getInfo<CL_DEVICE_EXTENSIONS>(), "cl_khr_fp64");
-  return info;
-}
-
 // The bindings throw where the loader finds nothing; that is no error here.
 std::vector<cl::Platform> Platforms() {
   std::vector<cl::Platform> platforms;
@@ -56,13 +41,30 @@ std::vector<cl::Device> Devices(const cl::Platform& platform) {
 
 }  // namespace
 
+DeviceInfo DescribeDevice(const cl::Device& device) {
+  const cl::Platform platform(device.getInfo<CL_DEVICE_PLATFORM>());
+  DeviceInfo info;
+  info.index = -1;
+  info.name = device.getInfo<CL_DEVICE_NAME>();
+  info.vendor = device.getInfo<CL_DEVICE_VENDOR>();
+  info.platform =
+      platform.getInfo<CL_PLATFORM_NAME>() + " " + platform.getInfo<CL_PLATFORM_VERSION>();
+  info.version = device.getInfo<CL_DEVICE_VERSION>();
+  info.driver = device.getInfo<CL_DRIVER_VERSION>();
+  info.type = TypeOf(device);
+  info.compute_units = static_cast<int>(device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>());
+  info.memory_bytes = static_cast<int64_t>(device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>());
+  info.float64 = absl::StrContains(device.getInfo<CL_DEVICE_EXTENSIONS>(), "cl_khr_fp64");
+  return info;
+}
+
 absl::StatusOr<std::vector<OpenClDevice>> ListOpenClDevices() {
   EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
   std::vector<OpenClDevice> found;
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("listing OpenCL devices", [&] {
     for (const cl::Platform& platform : Platforms()) {
       for (const cl::Device& device : Devices(platform)) {
-        found.push_back({device, Describe(device, platform)});
+        found.push_back({device, DescribeDevice(device)});
         found.back().info.index = static_cast<int>(found.size()) - 1;
       }
     }

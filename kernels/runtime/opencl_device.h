@@ -15,6 +15,9 @@ struct OpenClDevice {
   DeviceInfo info;
 };
 
+// Throws cl::Error. The index is that of no device.
+DeviceInfo DescribeDevice(const cl::Device& device);
+
 // Empty when there is no platform or no device.
 absl::StatusOr<std::vector<OpenClDevice>> ListOpenClDevices();
 

@@ -158,6 +158,22 @@ cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocki
                                                          target, count, wait, event);
 }
 
+cl_int clEnqueueFillBuffer(cl_command_queue queue, cl_mem buffer, const void* pattern,
+                           size_t pattern_size, size_t offset, size_t size, cl_uint count,
+                           const cl_event* wait, cl_event* event) {
+  cl_int code;
+  if (Fails(__func__, &code)) return code;
+  return Driver<decltype(clEnqueueFillBuffer)>(__func__)(queue, buffer, pattern, pattern_size,
+                                                         offset, size, count, wait, event);
+}
+
+cl_int clSetEventCallback(cl_event event, cl_int type,
+                          void(CL_CALLBACK* notify)(cl_event, cl_int, void*), void* data) {
+  cl_int code;
+  if (Fails(__func__, &code)) return code;
+  return Driver<decltype(clSetEventCallback)>(__func__)(event, type, notify, data);
+}
+
 cl_int clFinish(cl_command_queue queue) {
   cl_int code;
   if (Fails(__func__, &code)) return code;

@@ -8,6 +8,7 @@
 #include "gp/model/exact_model.h"
 #include "gp/training/gradient_ascent.h"
 #include "gtest/gtest.h"
+#include "kernels/runtime/opencl_context.h"
 #include "tests/gp/learning_problems.h"
 
 namespace egosieve::gp {
@@ -121,6 +122,39 @@ TEST(MarginalLikelihood, GpmlsOptimum) {
   EXPECT_NEAR(-value, 13.29869998982837, 1e-6);
   EXPECT_NEAR(theta[0], -1.590889084812666, 1e-5);
   EXPECT_NEAR(theta[1], 1.130955225185297, 1e-5);
+}
+
+// The device's factorisation gives what the host's does.
+TEST(MarginalLikelihoodOnTheDevice, IsTheHosts) {
+  if (TestContext()->is_reference()) GTEST_SKIP() << "the reference has no device";
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(100, 3, generator);
+  const std::vector<double> y = points.targets();
+  const std::vector<double> noise(100, 0.03);
+  Hyperparameters theta = UnevenHyperparameters(CovarianceFunction::kArcsine, 3);
+  const Observations data(ViewOf(points.inputs), y, noise);
+  const auto at = [&](LikelihoodPlace place) {
+    return ComputeMarginalLikelihood(*TestContext(), theta, data,
+                                     LikelihoodOrder::kValueAndGradient, place);
+  };
+  const auto device = at(LikelihoodPlace::kDevice), host = at(LikelihoodPlace::kHost);
+  ASSERT_TRUE(device.ok() && host.ok()) << device.status() << host.status();
+  // Rounding errors by a condition of about n / 0.09.
+  const double relative = 100.0 * 2.2e-16 * 100.0 / 0.09;
+  EXPECT_NEAR(device->value, host->value, relative * std::abs(host->value));
+  ASSERT_EQ(device->gradient.size(), host->gradient.size());
+  for (size_t t = 0; t < host->gradient.size(); ++t) {
+    EXPECT_NEAR(device->gradient[t], host->gradient[t], relative * 100.0 * 100.0);
+  }
+  theta.noise_stddev = 1e-12;
+  const std::vector<double> none(100, 0.0);
+  RowMatrix twice = points.inputs;
+  twice.row(60) = twice.row(7);
+  const auto refused = ComputeMarginalLikelihood(*TestContext(), theta, {ViewOf(twice), y, none},
+                                                 LikelihoodOrder::kValue, LikelihoodPlace::kDevice);
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kFailedPrecondition);
+  theta.mean = MeanFunction::kConstant;
+  EXPECT_EQ(at(LikelihoodPlace::kDevice).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Devices that run out of memory or vanish: every OpenCL call of every operation fails in turn. The
 // operation says which call failed, writes nothing, and works when it is asked again.
-#include <CL/cl.h>
-
+#include <CL/opencl.hpp>
 #include <algorithm>
 #include <functional>
 #include <memory>
@@ -17,6 +16,7 @@
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/ops/descriptor_field.h"
 #include "kernels/ops/grid_interpolation.h"
+#include "kernels/runtime/opencl_context.h"
 #include "tests/kernels/failing_calls.h"
 #include "tests/kernels/test_data.h"
 
@@ -52,7 +52,12 @@ class DeviceFailureTest : public testing::Test {
                      int64_t size, bool staged) {
     const Outputs empty(outputs, GuardedMatrix<float>(1, size));
     Outputs expected = empty;
-    const absl::Status good = operation(expected);
+    // With nothing that earlier calls left in the context.
+    const auto run = [&](Outputs& out) {
+      TestContext()->ReleaseIdle();
+      return operation(out);
+    };
+    const absl::Status good = run(expected);
     ASSERT_TRUE(good.ok()) << good;
     std::set<std::string> exercised;
     for (const std::string& call : FailingCalls()) {
@@ -62,7 +67,7 @@ class DeviceFailureTest : public testing::Test {
         Outputs actual = empty;
         const bool lost = nth % 2 == 1;
         FailCall(call, nth, lost ? CL_DEVICE_NOT_AVAILABLE : CL_OUT_OF_RESOURCES);
-        const absl::Status status = operation(actual);
+        const absl::Status status = run(actual);
         if (!CallHasFailed()) break;  // there are no more such calls
         if (status.ok()) {
           // A wait that only makes sure of what has ended.
@@ -83,7 +88,7 @@ class DeviceFailureTest : public testing::Test {
           }
         }
         Outputs again = empty;
-        const absl::Status second = operation(again);
+        const absl::Status second = run(again);
         ASSERT_TRUE(second.ok()) << second;
         ExpectSame(again, expected, size);
         ASSERT_LT(nth, kManyCalls - 1);
@@ -153,6 +158,50 @@ TEST_F(DeviceFailureTest, CreationOfADensePosterior) {
     EXPECT_EQ(posterior.status().code(), absl::StatusCode::kResourceExhausted);
   }
   EXPECT_GE(failures, 3);  // inputs, alpha, factor
+}
+
+// Without waiting: what was enqueued before the failure keeps what it uses.
+TEST_F(DeviceFailureTest, EnqueuedPosterior) {
+  Context& context = *TestContext();
+  const Problem problem = MakeProblem(random_, ArcsineParameters({1, 2, 3}), 50, 0.3);
+  constexpr int64_t kQueries = 130;
+  std::vector<float> queries(2 * kQueries, 0.5f);
+  const cl::Buffer points(context.cl_context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
+                          queries.size() * sizeof(float), queries.data());
+  const cl::Buffer mean(context.cl_context(), CL_MEM_WRITE_ONLY, kQueries * sizeof(float));
+  DeviceOutputs outputs;
+  outputs.mean.memory = mean();
+  DensePosteriorOptions options;
+  options.memory_cap_bytes = 1;
+  for (const char* call :
+       {"clCreateCommandQueue", "clCreateKernel", "clCreateBuffer", "clSetKernelArg",
+        "clEnqueueNDRangeKernel", "clEnqueueFillBuffer", "clSetEventCallback"}) {
+    int failures = 0;
+    for (int nth = 0; nth < 1000; ++nth) {
+      SCOPED_TRACE(testing::Message() << call << " number " << nth);
+      auto posterior =
+          DensePosterior::Create(TestContext(), problem.model(FactorKind::kCholesky), options);
+      ASSERT_TRUE(posterior.ok()) << posterior.status();
+      context.ReleaseIdle();
+      const cl::CommandQueue queue(context.cl_context(), context.cl_device());
+      FailCall(call, nth, CL_OUT_OF_RESOURCES);
+      const auto event = (*posterior)->Enqueue({points(), kQueries}, outputs, {queue()});
+      const bool failed = CallHasFailed();
+      posterior->reset();
+      queue.finish();
+      if (event.ok()) clReleaseEvent(*event);
+      if (!failed) {
+        EXPECT_TRUE(event.ok()) << event.status();
+        break;
+      }
+      ++failures;
+      // Where it cannot be told when the commands end, the call waits for them.
+      EXPECT_EQ(event.status().code(), std::string(call) == "clSetEventCallback"
+                                           ? absl::StatusCode::kOk
+                                           : absl::StatusCode::kResourceExhausted);
+    }
+    EXPECT_GE(failures, 1) << call;
+  }
 }
 
 TEST_F(DeviceFailureTest, CovarianceMatrix) {

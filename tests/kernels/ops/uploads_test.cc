@@ -1,4 +1,5 @@
 // What reaches the device: the model once, then the queries alone.
+#include <CL/opencl.hpp>
 #include <cstdint>
 #include <memory>
 #include <random>
@@ -7,7 +8,7 @@
 
 #include "gtest/gtest.h"
 #include "kernels/ops/dense_posterior.h"
-#include "kernels/runtime/context.h"
+#include "kernels/runtime/opencl_context.h"
 #include "tests/kernels/failing_calls.h"
 #include "tests/kernels/ops/posterior_test.h"
 #include "tests/kernels/test_data.h"
@@ -79,9 +80,11 @@ TEST(Uploads, LaterEvaluationsTakeTheQueriesAlone) {
 TEST(Uploads, OneQueryTakesTheScratchOfOneTile) {
   if (TestIsOnReference()) GTEST_SKIP() << "the reference has no scratch";
   constexpr int64_t kPoints = 208;  // a multiple of the group's rows
-  const auto posterior = MakePosterior(OpenLocalTiles(), kPoints);
+  const std::shared_ptr<Context> context = OpenLocalTiles();
+  const auto posterior = MakePosterior(context, kPoints);
   const KernelTuning tuning = SmallLocalTiles();
   const auto scratch_for = [&](int64_t queries) {
+    context->ReleaseIdle();
     TakeScratchBytes();
     Evaluate(*posterior, queries);
     return TakeScratchBytes();
@@ -89,6 +92,42 @@ TEST(Uploads, OneQueryTakesTheScratchOfOneTile) {
   const int64_t columns = tuning.width * tuning.work_group / tuning.panels_a_group;
   EXPECT_EQ(scratch_for(1), kPoints * columns * static_cast<int64_t>(sizeof(float)));
   EXPECT_EQ(scratch_for(columns + 1), 2 * scratch_for(1));
+}
+
+// The context keeps scratch memory for the next call.
+TEST(Uploads, LaterEvaluationsTakeNoScratch) {
+  if (TestIsOnReference()) GTEST_SKIP() << "the reference has no scratch";
+  const auto posterior = MakePosterior(TestContext(), 200);
+  TestContext()->ReleaseIdle();
+  TakeScratchBytes();
+  Evaluate(*posterior, kQueries);
+  EXPECT_GT(TakeScratchBytes(), 0);
+  for (int call = 0; call < 3; ++call) {
+    Evaluate(*posterior, kQueries);
+    EXPECT_EQ(TakeScratchBytes(), 0);
+  }
+}
+
+// With queries and results in the device's memory nothing crosses at all.
+TEST(Uploads, EnqueuedEvaluationsTakeNothing) {
+  if (TestIsOnReference()) GTEST_SKIP() << "the reference has no queues";
+  Context& context = *TestContext();
+  const auto posterior = MakePosterior(TestContext(), 600);
+  std::vector<float> queries(kQueries * 2, 0.25f);
+  const cl::Buffer points(context.cl_context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
+                          queries.size() * sizeof(float), queries.data());
+  const cl::Buffer results(context.cl_context(), CL_MEM_WRITE_ONLY, 2 * kQueries * sizeof(float));
+  const cl::CommandQueue queue(context.cl_context(), context.cl_device());
+  DeviceOutputs outputs;
+  outputs.mean = {results(), 0};
+  outputs.variance = {results(), kQueries};
+  for (int call = 0; call < 3; ++call) {
+    TakeHostBytes();
+    const auto event = posterior->Enqueue({points(), kQueries}, outputs, {queue()});
+    ASSERT_TRUE(event.ok()) << event.status();
+    cl::Event(*event).wait();
+    EXPECT_EQ(TakeHostBytes(), 0);
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // memory, on small inputs that end inside a vector, a panel and a tile, and compares with the
 // reference. Run under a simulator that watches every access, it shows what the kernels touch. Exit
 // code 0: all agree.
+#include <CL/opencl.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -14,6 +15,7 @@
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/ops/descriptor_field.h"
+#include "kernels/ops/exact_regression.h"
 #include "kernels/ops/grid_interpolation.h"
 #include "kernels/reference/covariance.h"
 #include "kernels/reference/dense_posterior.h"
@@ -99,6 +101,31 @@ void RunCovariance(Context& context, const CovarianceParameters& parameters, con
   }
 }
 
+// From and to the device's memory.
+void RunOnQueue(const Context& context, const DensePosterior& posterior, const Inputs& inputs,
+                bool all, std::vector<std::vector<float>*> results) {
+  constexpr size_t kBytes = kQueries * sizeof(float);
+  std::vector<float> copy = inputs.queries;
+  const cl::Buffer queries(context.cl_context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
+                           2 * kBytes, copy.data());
+  const cl::Buffer mean(context.cl_context(), CL_MEM_READ_WRITE, kBytes);
+  const cl::Buffer variance(context.cl_context(), CL_MEM_READ_WRITE, kBytes);
+  const cl::Buffer probability(context.cl_context(), CL_MEM_READ_WRITE, kBytes);
+  const cl::CommandQueue queue(context.cl_context(), context.cl_device());
+  DeviceOutputs outputs;
+  outputs.mean.memory = mean();
+  if (all) outputs.variance.memory = variance();
+  if (all) outputs.probability.memory = probability();
+  const auto event = posterior.Enqueue({queries(), kQueries}, outputs, {queue()});
+  Expect(event.ok(), "enqueuing failed");
+  if (!event.ok()) return;
+  cl::Event(*event).wait();
+  const cl::Buffer* buffers[] = {&mean, &variance, &probability};
+  for (int i = 0; i < (all ? 3 : 1); ++i) {
+    queue.enqueueReadBuffer(*buffers[i], CL_TRUE, 0, kBytes, results[i]->data());
+  }
+}
+
 void RunPosterior(const std::shared_ptr<Context>& context, const CovarianceParameters& parameters,
                   const Inputs& inputs) {
   for (const FactorKind kind :
@@ -126,7 +153,28 @@ void RunPosterior(const std::shared_ptr<Context>& context, const CovarianceParam
     ExpectNear(mean, means, "mean");
     ExpectNear(variance, variances, "variance");
     ExpectNear(probability, probabilities, "probability");
+    RunOnQueue(*context, **posterior, inputs, all, {&mean, &variance, &probability});
+    ExpectNear(mean, means, "mean on a queue");
+    ExpectNear(variance, variances, "variance on a queue");
+    ExpectNear(probability, probabilities, "probability on a queue");
   }
+}
+
+// The factorisation and all that follows from it, against sums over what it gives.
+void RunRegression(Context& context, const CovarianceParameters& parameters, const Inputs& inputs) {
+  const double noise = 0.5;
+  const ConstMatrixView<double> y(inputs.alpha.data(), kPoints, 1);
+  const auto found = RegressOnDevice(context, parameters, inputs.x(), y, noise, {}, true);
+  Expect(found.ok() && found->bad_row == -1, "regression failed");
+  if (!found.ok() || found->bad_row >= 0) return;
+  std::vector<double> k(kPoints * kPoints), product(kPoints);
+  reference::CovarianceBlock<double>(parameters, inputs.x(), inputs.x(), false,
+                                     {k.data(), kPoints, kPoints});
+  for (int64_t i = 0; i < kPoints; ++i) {
+    product[i] = noise * found->alpha[i];
+    for (int64_t j = 0; j < kPoints; ++j) product[i] += k[i * kPoints + j] * found->alpha[j];
+  }
+  ExpectNear(product, inputs.alpha, "regression");
 }
 
 void RunImage(Context& context, std::mt19937_64& random) {
@@ -199,6 +247,7 @@ int Run(const std::string& device) {
       RunCovariance<double>(**context, parameters, inputs);
       RunPosterior(*context, parameters, inputs);
     }
+    RunRegression(**context, EveryFunction(), inputs);
     RunImage(**context, random);
   }
   return failures == 0 ? 0 : 1;

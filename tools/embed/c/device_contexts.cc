@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "kernels/base/status_macros.h"
+#include "kernels/runtime/opencl_context.h"
 
 namespace egosieve::embed {
 
@@ -26,6 +27,12 @@ absl::StatusOr<std::shared_ptr<kernels::Context>> ContextOf(const char* device) 
                             kernels::OpenContext(options));
   known = context;
   return context;
+}
+
+absl::StatusOr<std::shared_ptr<kernels::Context>> ContextOn(void* opencl_context,
+                                                            void* opencl_device) {
+  return kernels::AdoptContext(static_cast<cl_context>(opencl_context),
+                               static_cast<cl_device_id>(opencl_device));
 }
 
 }  // namespace egosieve::embed

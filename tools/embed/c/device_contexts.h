@@ -13,6 +13,11 @@ namespace egosieve::embed {
 // uses it.
 absl::StatusOr<std::shared_ptr<kernels::Context>> ContextOf(const char* device);
 
+// On the caller's OpenCL context and device, or the context's first (kernels/runtime/
+// opencl_context.h).
+absl::StatusOr<std::shared_ptr<kernels::Context>> ContextOn(void* opencl_context,
+                                                            void* opencl_device);
+
 }  // namespace egosieve::embed
 
 #endif  // EGOSIEVE_TOOLS_EMBED_C_DEVICE_CONTEXTS_H_

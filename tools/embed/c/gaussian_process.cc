@@ -276,7 +276,10 @@ egosieve_status egosieve_gp_create(const egosieve_gp_options* options, egosieve_
     EGOSIEVE_ASSIGN_OR_RETURN(const auto hyperparameters,
                               egosieve::embed::HyperparametersOf(wishes));
     EGOSIEVE_ASSIGN_OR_RETURN(const auto sparse, egosieve::embed::SparseOptionsOf(wishes));
-    EGOSIEVE_ASSIGN_OR_RETURN(auto context, egosieve::embed::ContextOf(wishes.device));
+    EGOSIEVE_ASSIGN_OR_RETURN(auto context, wishes.opencl_context == nullptr
+                                                ? egosieve::embed::ContextOf(wishes.device)
+                                                : egosieve::embed::ContextOn(wishes.opencl_context,
+                                                                             wishes.opencl_device));
     egosieve::kernels::DensePosteriorOptions dense;
     dense.memory_cap_bytes = wishes.memory_cap_bytes;
     EGOSIEVE_ASSIGN_OR_RETURN(

@@ -33,6 +33,16 @@ egosieve_status WithModel(const char* function, egosieve_gp* gp, Body&& body) {
   });
 }
 
+// The same of the posterior behind `posterior`.
+template <typename Body>
+egosieve_status WithPosterior(const char* function, egosieve_posterior* posterior, Body&& body) {
+  return Guard(function, [&]() -> absl::Status {
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const DevicePosterior> found,
+                              AllPosteriors().Find("posterior", posterior));
+    return body(*found);
+  });
+}
+
 }  // namespace egosieve::embed
 
 #endif  // EGOSIEVE_TOOLS_EMBED_C_MODEL_HANDLES_H_

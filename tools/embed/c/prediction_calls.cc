@@ -27,15 +27,6 @@ egosieve_status WithCurrentPosterior(const char* function, egosieve_gp* gp, Body
   });
 }
 
-template <typename Body>
-egosieve_status WithPosterior(const char* function, egosieve_posterior* posterior, Body&& body) {
-  return Guard(function, [&]() -> absl::Status {
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const DevicePosterior> found,
-                              AllPosteriors().Find("posterior", posterior));
-    return body(*found);
-  });
-}
-
 absl::Status DescribePixels(const LearningModel& model, const egosieve_image* image,
                             const egosieve_const_array* places, const egosieve_array* out) {
   std::vector<uint8_t> storage;

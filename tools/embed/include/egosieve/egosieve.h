@@ -5,6 +5,7 @@
 #ifndef EGOSIEVE_EGOSIEVE_H_
 #define EGOSIEVE_EGOSIEVE_H_
 
+#include "device_call.h"
 #include "gaussian_process.h"
 #include "joint_posterior.h"
 #include "segmenter.h"

@@ -120,6 +120,9 @@ typedef struct egosieve_gp_options {
   egosieve_mean mean;          /**< Default: #EGOSIEVE_ZERO_MEAN. */
   egosieve_approximation approximation; /**< Default: #EGOSIEVE_EXACT. */
   int64_t inducing_points;              /**< m at most, of a sparse model. Default: 512. */
+  void* opencl_context; /**< A cl_context to compute on, in place of `device` (device_call.h); it is
+                             retained. Default: null. */
+  void* opencl_device;  /**< The cl_device_id of that context; null: its first. */
 } egosieve_gp_options;
 
 /** Sets every field to its default. Null does nothing. */

@@ -54,6 +54,8 @@ struct GaussianProcessOptions {
   double signal_stddev = 1.0;                          /**< sigma_f, positive. */
   double noise_stddev = 0.1;                           /**< sigma_n, positive. */
   std::string device;                                  /**< As in #egosieve_gp_options. */
+  void* opencl_context = nullptr;                      /**< As in #egosieve_gp_options. */
+  void* opencl_device = nullptr;                       /**< As in #egosieve_gp_options. */
   int64_t memory_cap_bytes = int64_t{256} << 20;       /**< Device memory for tiles. */
   Approximation approximation = Approximation::kExact; /**< Of a sparse model. */
   int64_t inducing_points = 512;                       /**< m at most, of a sparse model. */
@@ -125,6 +127,8 @@ class GaussianProcess {
     c.signal_stddev = options.signal_stddev;
     c.noise_stddev = options.noise_stddev;
     c.device = options.device.c_str();
+    c.opencl_context = options.opencl_context;
+    c.opencl_device = options.opencl_device;
     c.memory_cap_bytes = options.memory_cap_bytes;
     c.approximation = static_cast<egosieve_approximation>(options.approximation);
     c.inducing_points = options.inducing_points;

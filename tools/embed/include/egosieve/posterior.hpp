@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "arrays.hpp"
+#include "device_call.h"
 #include "gaussian_process.h"
 #include "result.hpp"
 
@@ -22,6 +23,19 @@ struct Prediction {
   Array probability{};         /**< Of y = +1 against -1. */
   bool of_observation = false; /**< The variance is that of an observation. */
   bool in_float64 = false;     /**< In float64 throughout; GaussianProcess::Predict() alone. */
+};
+
+/** A prediction on an OpenCL queue; a default one has no queries. See device_call.h. */
+class DeviceCall {
+ public:
+  DeviceCall() { egosieve_device_call_init(&call_); }
+  /** The fields, of egosieve_device_call. */
+  egosieve_device_call* operator->() { return &call_; }
+  /** The struct of the C interface. */
+  const egosieve_device_call* c() const { return &call_; }
+
+ private:
+  egosieve_device_call call_;
 };
 
 /** Points on a regular grid; see #egosieve_grid. */
@@ -82,6 +96,28 @@ class Posterior {
     return internal::Predict(prediction, [&](egosieve_prediction* c) {
       return egosieve_posterior_predict_image(handle_, &c_image, stride, c);
     });
+  }
+
+  /** Enqueues and returns. The value: a cl_event, which the caller releases. */
+  Result<void*> Enqueue(const DeviceCall& call) const {
+    void* event = nullptr;
+    Status status = Status::FromC(egosieve_posterior_enqueue(handle_, call.c(), &event));
+    if (!status.ok()) return status;
+    return event;
+  }
+  /** The cl_context that the posterior lies on; it stays while the posterior does. */
+  Result<void*> OpenClContext() const {
+    void* context = nullptr;
+    Status status = Status::FromC(egosieve_posterior_opencl(handle_, &context, nullptr));
+    if (!status.ok()) return status;
+    return context;
+  }
+  /** Its cl_device_id. */
+  Result<void*> OpenClDevice() const {
+    void* device = nullptr;
+    Status status = Status::FromC(egosieve_posterior_opencl(handle_, nullptr, &device));
+    if (!status.ok()) return status;
+    return device;
   }
 
   /** The handle, still owned by this object. */

@@ -7,7 +7,7 @@ import ctypes
 from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_uint64, c_void_p
 
 from . import _library
-from ._library import Array, Grid, GpInfo, GpOptions, Image, OptimizeOptions, OptimizeResult, Prediction
+from ._library import Array, DeviceArray, DeviceCall, Grid, GpInfo, GpOptions, Image, OptimizeOptions, OptimizeResult, Prediction
 from ._library import encoded, fill, image, input_array, output_array
 
 _NAMED_COVARIANCE = 2
@@ -40,6 +40,8 @@ _egosieve = _library.Library("egosieve", {
     "egosieve_posterior_predict_grid": [c_void_p, POINTER(Grid), _PREDICTION],
     "egosieve_posterior_predict_image": [c_void_p, POINTER(Image), c_int32, _PREDICTION],
     "egosieve_posterior_free": [c_void_p],
+    "egosieve_posterior_opencl": [c_void_p, POINTER(c_void_p), POINTER(c_void_p)],
+    "egosieve_posterior_enqueue": [c_void_p, POINTER(DeviceCall), POINTER(c_void_p)],
     "egosieve_gp_set_annotation": [c_void_p, c_void_p, c_int64],
     "egosieve_gp_annotation": _BYTES,
     "egosieve_gp_save": [c_void_p, c_char_p],
@@ -113,6 +115,21 @@ class _Predictor:
 
 class Posterior(_Predictor):
     _prefix = "egosieve_posterior"
+
+    def opencl(self):
+        context, device = c_void_p(), c_void_p()
+        _call("egosieve_posterior_opencl", self._handle, byref(context), byref(device))
+        return context.value, device.value
+
+    def enqueue(self, queue, queries, count, first, stride, wait, **results):
+        call = fill(_egosieve.new(DeviceCall, "egosieve_device_call_init"), queue=queue, queries=queries,
+                    query_count=count, query_first=first, query_stride=stride, wait_count=len(wait))  # fmt: skip
+        call.wait = (c_void_p * len(wait))(*wait)
+        for name, (memory, offset) in results.items():
+            setattr(call, name, fill(DeviceArray(memory), first=offset))
+        event = c_void_p()
+        _call("egosieve_posterior_enqueue", self._handle, byref(call), byref(event))
+        return event.value
 
 
 class Model(_Predictor):

@@ -31,7 +31,19 @@ class GpOptions(ctypes.Structure):
     _fields_ = [("struct_size", c_uint64), ("covariance", c_int32), ("dimension", c_int32), ("scales", POINTER(c_double)),
                 ("scale_count", c_int64), ("signal_stddev", c_double), ("noise_stddev", c_double), ("device", c_char_p),
                 ("memory_cap_bytes", c_int64), ("covariance_text", c_char_p), ("mean", c_int32),
-                ("approximation", c_int64), ("inducing_points", c_int64)]  # fmt: skip
+                ("approximation", c_int64), ("inducing_points", c_int64), ("opencl_context", c_void_p),
+                ("opencl_device", c_void_p)]  # fmt: skip
+
+
+class DeviceArray(ctypes.Structure):
+    _fields_ = [("memory", c_void_p), ("first", c_int64)]
+
+
+class DeviceCall(ctypes.Structure):
+    _fields_ = [("struct_size", c_uint64), ("queue", c_void_p), ("wait", POINTER(c_void_p)), ("wait_count", c_int64),
+                ("queries", c_void_p), ("query_count", c_int64), ("query_first", c_int64), ("query_stride", c_int64),
+                ("mean", DeviceArray), ("variance", DeviceArray), ("probability", DeviceArray),
+                ("clamped", DeviceArray)]  # fmt: skip
 
 
 class GpInfo(ctypes.Structure):

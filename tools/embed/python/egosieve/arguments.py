@@ -165,3 +165,11 @@ def features(estimator, X, count):
             f"X has {X.shape[1]} features, but {type(estimator).__name__} is expecting {count} features as input"
         )
     return X
+
+
+def address(name, handle):
+    """Of an OpenCL object of PyOpenCL's, or the address itself."""
+    value = getattr(handle, "int_ptr", handle)
+    if isinstance(value, bool) or not isinstance(value, int) or value <= 0:
+        raise TypeError(f"{name} is no OpenCL object: it has no int_ptr")
+    return value

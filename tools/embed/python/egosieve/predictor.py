@@ -1,6 +1,7 @@
 """Predictions of a model or of a posterior that was made from one."""
 
 import functools
+import sys
 
 import numpy as np
 
@@ -211,6 +212,50 @@ class FrozenPosterior(Predictor):
     def __init__(self, core, n_features, offset, scale, labels):
         self._core, self._n_features = core, n_features
         self._offset, self._scale, self._labels = offset, scale, labels
+
+    def opencl(self):
+        """Addresses of the cl_context and the cl_device_id that the posterior lies on.
+
+        With PyOpenCL: ``pyopencl.Context.from_int_ptr(address)`` and ``pyopencl.Device.from_int_ptr(address)``.
+        """
+        return self._core.opencl()
+
+    def enqueue(self, queue, queries, count, mean=None, variance=None, probability=None, clamped=None,
+                first=0, stride=0, wait_for=()):
+        """Predicts from and to OpenCL buffers on a command queue, without waiting.
+
+        OpenCL objects are PyOpenCL's, or anything else with their `int_ptr`, or addresses; they belong to the
+        context of `opencl()`. For one output with the zero mean and without normalize_y.
+
+        Parameters
+        ----------
+        queue : a cl_command_queue
+        queries : a cl_mem of float32
+            `count` queries; the first begins at element `first`, the next `stride` elements on (0: n_features).
+        mean, variance, probability : a cl_mem of float32, or (cl_mem, first element), optional
+        clamped : the same of int32
+            One value: how many variances were negative from rounding and set to 0.
+        wait_for : cl_events that come first
+
+        Returns
+        -------
+        event : pyopencl.Event where PyOpenCL has been imported, else the address of a cl_event, which the
+            caller releases
+        """
+        if np.any(self._scale != 1.0) or np.any(self._offset != 0.0):
+            raise RuntimeError("models with normalize_y=True are not evaluated on a queue")
+        results = {"mean": mean, "variance": variance, "probability": probability, "clamped": clamped}
+        pairs = {
+            name: value if isinstance(value, tuple) else (value, 0)
+            for name, value in results.items()
+            if value is not None
+        }
+        pairs = {name: (arguments.address(name, memory), element) for name, (memory, element) in pairs.items()}
+        wait = [arguments.address("wait_for", event) for event in wait_for]
+        queue, queries = arguments.address("queue", queue), arguments.address("queries", queries)
+        event = self._core.enqueue(queue, queries, count, first, stride, wait, **pairs)
+        pyopencl = sys.modules.get("pyopencl")
+        return event if pyopencl is None else pyopencl.Event.from_int_ptr(event, retain=False)
 
     def _fitted(self):
         return self._core, self._n_features

@@ -1,0 +1,72 @@
+"""What every worker computes: data, hyperparameters, and the posterior in float64 that errors are measured against."""
+
+import math
+
+import numpy as np
+
+UPDATE = 64  # points
+WEIGHT, PERIOD, NOISE = 1.5, 1.7, 0.3
+
+
+def length_of(dimension):
+    """With which neighbours are as much alike in any dimension."""
+    return 0.8 * math.sqrt(dimension / 6)
+
+
+def make_data(points, dimension, queries):
+    """Inputs and targets of the model, of 64 updates, and the queries."""
+    random = np.random.default_rng(11)
+    X = random.uniform(-1, 1, (points + 64 * UPDATE, dimension))
+    y = np.tanh(3 * np.sin(2 * X[:, 0]) * X[:, 1] + X[:, -1]) + random.normal(0, NOISE, len(X))
+    return X, y, random.uniform(-1, 1, (queries, dimension))
+
+
+def squared_distances(a, b):
+    """Over the squared length."""
+    squares = (a**2).sum(1)[:, None] + (b**2).sum(1)[None] - 2 * a @ b.T
+    return np.maximum(squares, 0) / length_of(a.shape[1]) ** 2
+
+
+def arcsine(a, b):
+    """The neural network covariance."""
+    norms = [1 + 2 * WEIGHT**2 * (1 + (x**2).sum(1)) for x in (a, b)]
+    return np.arcsin(2 * WEIGHT**2 * (1 + a @ b.T) / np.sqrt(norms[0][:, None] * norms[1][None]))
+
+
+def periodic(a, b):
+    """Over every input; the length of one."""
+    exponent = sum(np.sin(np.pi * (a[:, d, None] - b[None, :, d]) / PERIOD) ** 2 for d in range(a.shape[1]))
+    return np.exp(-2 * exponent / length_of(a.shape[1]) ** 2)
+
+
+def matern(polynomial, factor):
+    """Of the distance times `factor`."""
+
+    def covariance(a, b):
+        scaled = factor * np.sqrt(squared_distances(a, b))
+        return polynomial(scaled) * np.exp(-scaled)
+
+    return covariance
+
+
+# In float64, by the formulas.
+COVARIANCES = {
+    "squared_exponential": lambda a, b: np.exp(-0.5 * squared_distances(a, b)),
+    "matern12": matern(lambda r: 1, 1),
+    "matern32": matern(lambda r: 1 + r, math.sqrt(3)),
+    "matern52": matern(lambda r: 1 + r + r**2 / 3, math.sqrt(5)),
+    "rational_quadratic": lambda a, b: 1 / (1 + 0.5 * squared_distances(a, b)),
+    "periodic": periodic,
+    "linear": lambda a, b: a @ b.T,
+    "arcsine": arcsine,
+}
+
+
+def float64_posterior(covariance, X, y, queries):
+    """Mean and joint covariance of f, the measure of all errors."""
+    from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+    factor = cho_factor(covariance(X, X) + NOISE**2 * np.eye(len(X)), lower=True)
+    cross = covariance(X, queries)
+    half = solve_triangular(factor[0], cross, lower=True)
+    return cross.T @ cho_solve(factor, y), covariance(queries, queries) - half.T @ half

@@ -1,0 +1,70 @@
+#include "kernels/ops/device_preparation.h"
+
+#include <type_traits>
+
+#include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/runtime/buffer.h"
+
+namespace egosieve::kernels::opencl {
+namespace {
+
+// As many points, whatever their number: PoCL compiles a kernel anew for every size of a group.
+constexpr int64_t kGroup = 64;
+
+std::string CodeOf(const CovarianceParameters& parameters) {
+  DeviceCodeRequest request;
+  request.dimension = parameters.input_dimension();
+  return absl::StrCat(
+      "#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n#pragma OPENCL FP_CONTRACT OFF\n",
+      "#define DIMENSION ", request.dimension, "\n#define POINT ", PreparedWidth(parameters),
+      "\n#define SCALES ", parameters.scales.size(), "\n",
+      parameters.function.description().PreparationCode(request));
+}
+
+template <typename T>
+const char* NameOf() {
+  return std::is_same_v<T, float> ? "float" : "double";
+}
+
+}  // namespace
+
+DevicePreparation::DevicePreparation(const Context& context, const CovarianceParameters& parameters,
+                                     const PointPreparation& preparation)
+    : code_(CodeOf(parameters)), scales_and_centre_(parameters.scales) {
+  const std::vector<double>& centre = preparation.centre();
+  scales_and_centre_.insert(scales_and_centre_.end(), centre.begin(), centre.end());
+  buffer_ = InputBuffer(context, scales_and_centre_);
+}
+
+template <typename Input, typename Output>
+absl::StatusOr<cl::Kernel> DevicePreparation::Kernel(const Context& context,
+                                                     Workspace& workspace) const {
+  if (!context.info().float64) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        context.info().name,
+        " has no float64, in which points are prepared: ", "hand them over in the host's memory"));
+  }
+  return workspace.Kernel("prepare_points.cl",
+                          absl::StrCat("-cl-std=CL1.2 -DVEC=1 -DINPUT=", NameOf<Input>(),
+                                       " -DOUTPUT=", NameOf<Output>()),
+                          "prepare_points", code_);
+}
+
+cl::Event DevicePreparation::Enqueue(cl::Kernel& kernel, const cl::CommandQueue& queue,
+                                     const PointsAt& points, const PreparedAt& out,
+                                     const std::vector<cl::Event>& after) const {
+  SetArguments(kernel, points.memory, cl_long{points.first}, cl_long{points.stride},
+               cl_long{points.count}, cl_long{out.padded_count}, buffer_, out.buffer,
+               cl_long{out.component_step}, cl_long{out.point_step});
+  cl::Event done;
+  const int64_t groups = (out.padded_count + kGroup - 1) / kGroup;
+  queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(groups * kGroup),
+                             cl::NDRange(kGroup), &after, &done);
+  return done;
+}
+
+template absl::StatusOr<cl::Kernel> DevicePreparation::Kernel<float, float>(const Context&,
+                                                                            Workspace&) const;
+
+}  // namespace egosieve::kernels::opencl

@@ -1,0 +1,56 @@
+// Points prepared on the device (kernels/base/prepared_points.h), from the device's memory to the
+// device's memory.
+#ifndef EGOSIEVE_KERNELS_OPS_DEVICE_PREPARATION_H_
+#define EGOSIEVE_KERNELS_OPS_DEVICE_PREPARATION_H_
+
+#include <CL/opencl.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "kernels/base/prepared_points.h"
+#include "kernels/runtime/opencl_context.h"
+
+namespace egosieve::kernels::opencl {
+
+// Elements of a matrix of points in a buffer.
+struct PointsAt {
+  cl::Buffer memory;
+  int64_t first = 0;   // element where the first point begins
+  int64_t stride = 0;  // elements from one point to the next
+  int64_t count = 0;
+};
+
+// Where prepared points go: value c of point i to element c component_step + i point_step, zeros
+// for the points from the count to padded_count.
+struct PreparedAt {
+  cl::Buffer buffer;
+  int64_t component_step = 1;
+  int64_t point_step = 1;
+  int64_t padded_count = 0;
+};
+
+class DevicePreparation {
+ public:
+  // Throws cl::Error.
+  DevicePreparation(const Context& context, const CovarianceParameters& parameters,
+                    const PointPreparation& preparation);
+
+  // The kernel for points of type Input that become Output, float or double. FailedPrecondition on
+  // devices without float64.
+  template <typename Input, typename Output>
+  absl::StatusOr<cl::Kernel> Kernel(const Context& context, Workspace& workspace) const;
+  // Throws cl::Error.
+  cl::Event Enqueue(cl::Kernel& kernel, const cl::CommandQueue& queue, const PointsAt& points,
+                    const PreparedAt& out, const std::vector<cl::Event>& after) const;
+
+ private:
+  std::string code_;
+  std::vector<double> scales_and_centre_;  // read where it is by devices that share host memory
+  cl::Buffer buffer_;
+};
+
+}  // namespace egosieve::kernels::opencl
+
+#endif  // EGOSIEVE_KERNELS_OPS_DEVICE_PREPARATION_H_

@@ -1,0 +1,51 @@
+// Exact Gaussian process regression on the device, from the points to what training needs:
+//
+//   L L^T = K + diag(noise_variance + v),   alpha = (L L^T)^-1 Y                             (1)
+//   half_log_determinant = sum_i log L_ii,  fit = sum_ic Y_ic alpha_ic                       (2)
+//   gradient_t = sum_ij (sum_c alpha_ic alpha_jc - k (K + ...)^-1_ij) dK_ij / d theta_t      (3)
+//   trace = sum_i of the same weights (i, i)
+//
+// with Y of k outputs; (3) is that of kernels/ops/covariance_gradient.h, twice the gradient of the
+// log marginal likelihood. Float64. Covariances, factor, inverse and weights stay in the device's
+// memory, two n x n arrays: n (D + 2 k + 2) values cross to it, n (k + 2) and n / 4 of each
+// parameter back. Cost: n^3 / 3 flops, n^3 with the gradient (kernels/ops/device_linear_algebra.h
+// counts them and the bytes), and one pass or two over the pairs.
+#ifndef EGOSIEVE_KERNELS_OPS_EXACT_REGRESSION_H_
+#define EGOSIEVE_KERNELS_OPS_EXACT_REGRESSION_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "kernels/base/covariance_parameters.h"
+#include "kernels/base/matrix_view.h"
+#include "kernels/runtime/context.h"
+
+namespace egosieve::kernels {
+
+struct ExactRegression {
+  int64_t bad_row =
+      -1;  // whose pivot was refused, as by a floor of n eps K(i, i); all else is empty
+  double half_log_determinant = 0.0;
+  double fit = 0.0;
+  std::vector<double> alpha;     // n x k
+  std::vector<double> gradient;  // (3), empty where it was not asked for
+  double trace = 0.0;
+};
+
+// Whether that is the place for it: the device has float64 and memory of its own.
+bool RegressesOnDevice(const Context& context);
+
+// x: n x D; y: n x k, k >= 1; variances: n values of v, or none: all 0. InvalidArgument on other
+// shapes and NaN or infinite values; FailedPrecondition on devices without float64.
+absl::StatusOr<ExactRegression> RegressOnDevice(Context& context,
+                                                const CovarianceParameters& parameters,
+                                                ConstMatrixView<double> x,
+                                                ConstMatrixView<double> y, double noise_variance,
+                                                absl::Span<const double> variances,
+                                                bool with_gradient);
+
+}  // namespace egosieve::kernels
+
+#endif  // EGOSIEVE_KERNELS_OPS_EXACT_REGRESSION_H_

@@ -1,0 +1,91 @@
+#include "kernels/ops/posterior_tiling.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "kernels/ops/kernel_options.h"
+
+namespace egosieve::kernels::opencl {
+namespace {
+
+// Queries of a chunk at least, where there are as many and the cap allows: enough that starting a
+// kernel costs nothing beside it.
+constexpr int64_t kUsualChunk = 65536;
+
+KernelTuning TuningFor(const Context& context, int64_t point_width) {
+  constexpr int64_t kSumBlock = 64;  // SUM_BLOCK of kernels/cl/posterior_outputs.cl
+  const KernelTuning& tuning = context.tuning();
+  if (!tuning.local_tiles) return tuning;
+  const int64_t rows = std::max<int64_t>(tuning.panel * tuning.panels_a_group, kSumBlock);
+  const int64_t local_bytes =
+      static_cast<int64_t>(context.cl_device().getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
+  if (rows * (point_width + 1) * static_cast<int64_t>(sizeof(float)) <= local_bytes) return tuning;
+  return DefaultTuning(1);
+}
+
+// With local tiles a whole group is read column by column.
+FactorBlocking BlockingOf(const KernelTuning& tuning) {
+  const int group = tuning.panel * tuning.panels_a_group;
+  return {tuning.local_tiles ? group : tuning.panel, group, tuning.depth};
+}
+
+int64_t RoundUp(int64_t count, int64_t multiple) {
+  return (count + multiple - 1) / multiple * multiple;
+}
+
+}  // namespace
+
+PosteriorShapes::PosteriorShapes(const Context& context, int64_t point_width)
+    : tuning_(TuningFor(context, point_width)),
+      blocking_(BlockingOf(tuning_)),
+      point_width_(point_width) {}
+
+std::string PosteriorShapes::BuildOptions(const Context& context, FactorKind kind) const {
+  const int factor = kind == FactorKind::kNone ? 0 : kind == FactorKind::kCholesky ? 1 : 2;
+  const std::string shared = absl::StrCat(kernels::BuildOptions<float>(context),
+                                          " -DFACTOR=", factor, " -DPANEL=", tuning_.panel,
+                                          " -DWIDTH=", Width(kind), " -DDEPTH=", tuning_.depth);
+  if (tuning_.local_tiles) {
+    return absl::StrCat(shared, " -DPOINT_SPACE=__local -DPANELS=", Panels(kind),
+                        " -DCOLUMNS=", tuning_.work_group / Panels(kind));
+  }
+  return absl::StrCat(shared, " -DGROUP=", blocking_.group, " -DWORK_GROUP=", tuning_.work_group);
+}
+
+PosteriorTiling PosteriorShapes::Tile(const Context& context, FactorKind kind, int64_t count,
+                                      int64_t query_count, int64_t cap_bytes) const {
+  const int64_t rows = kind == FactorKind::kNone ? 0 : PaddedCount(count, blocking_.panel);
+  // Without local tiles a tile's sums lie beside it.
+  const int64_t micro_floats = (rows + (tuning_.local_tiles ? 0 : 2)) * MicroTileQueries(kind);
+  // Prepared, those of the next chunk too, and the outputs.
+  const int64_t query_floats = 2 * point_width_ + 3;
+  const int64_t cap_floats = cap_bytes / static_cast<int64_t>(sizeof(float));
+  const int tiles_a_group = tuning_.local_tiles ? 1 : tuning_.work_group;
+  PosteriorTiling tiling;
+  tiling.work_group = tuning_.work_group;
+  tiling.micro_tiles = tuning_.local_tiles ? 1 : tuning_.micro_tiles;
+  tiling.work_groups = std::max(context.info().compute_units, 1) * tuning_.groups_a_unit;
+  // A work-group of single micro-tiles is the least there can be.
+  const auto scratch = [&] {
+    return int64_t{tiling.micro_tiles} * tiling.work_groups * tiles_a_group * micro_floats;
+  };
+  while (tiling.micro_tiles > 1 && scratch() > cap_floats / 2) tiling.micro_tiles /= 2;
+  while (tiling.work_groups > 1 && scratch() > cap_floats / 2) --tiling.work_groups;
+  const int64_t tile = int64_t{tiling.micro_tiles} * MicroTileQueries(kind);
+  const int64_t wave = tile * tiles_a_group * tiling.work_groups;
+  int64_t most = std::min(RoundUp(kUsualChunk, wave), query_count);
+  const int64_t fitting = cap_floats / 2 / query_floats;
+  if (most > fitting) most = fitting >= wave ? fitting / wave * wave : fitting;
+  tiling.chunk_queries = std::max<int64_t>(RoundUp(most, tile), tile);
+  // Groups without a tile of their own would take scratch for nothing.
+  tiling.work_groups =
+      static_cast<int>(std::min<int64_t>(tiling.work_groups, (query_count + tile - 1) / tile));
+  tiling.work_items = tiling.work_groups * tuning_.work_group;
+  tiling.scratch_floats = tiling.micro_tiles * micro_floats;
+  tiling.all_scratch_floats =
+      std::max<int64_t>(tiling.work_groups * tiles_a_group * tiling.scratch_floats, 1);
+  tiling.tile_queries = tile;
+  return tiling;
+}
+
+}  // namespace egosieve::kernels::opencl

@@ -1,0 +1,63 @@
+// How the queries of a dense posterior are shared out among tiles, work-groups and chunks, and the
+// build options that go with that.
+#ifndef EGOSIEVE_KERNELS_OPS_POSTERIOR_TILING_H_
+#define EGOSIEVE_KERNELS_OPS_POSTERIOR_TILING_H_
+
+#include <cstdint>
+#include <string>
+
+#include "kernels/base/posterior_model.h"
+#include "kernels/ops/packed_factor.h"
+#include "kernels/runtime/opencl_context.h"
+
+namespace egosieve::kernels::opencl {
+
+// Sizes that the memory cap leaves.
+struct PosteriorTiling {
+  int micro_tiles = 1;
+  int work_groups = 1;
+  int work_items = 1;
+  int work_group = 1;
+  int64_t scratch_floats = 0;  // of a tile: a work-item's or, with local tiles, a group's
+  int64_t all_scratch_floats = 0;
+  int64_t tile_queries = 0;
+  // As many as all work-groups take at once, or a multiple: none of them waits at a chunk's end.
+  int64_t chunk_queries = 0;
+};
+
+class PosteriorShapes {
+ public:
+  // The device's tuning; tiles of one work-item where points of `point_width` values are too wide
+  // for tiles in local memory.
+  PosteriorShapes(const Context& context, int64_t point_width);
+
+  const FactorBlocking& blocking() const { return blocking_; }
+  const char* file() const {
+    return tuning_.local_tiles ? "dense_posterior_local.cl" : "dense_posterior.cl";
+  }
+  std::string BuildOptions(const Context& context, FactorKind kind) const;
+  // count: the model's points. cap_bytes: half for scratch, the other half for queries.
+  PosteriorTiling Tile(const Context& context, FactorKind kind, int64_t count, int64_t query_count,
+                       int64_t cap_bytes) const;
+
+ private:
+  int Width(FactorKind kind) const {
+    return kind == FactorKind::kNone ? tuning_.mean_width : tuning_.width;
+  }
+  // Work-items side by side along rows, with local tiles.
+  int Panels(FactorKind kind) const {
+    return kind == FactorKind::kNone ? 1 : tuning_.panels_a_group;
+  }
+  int MicroTileQueries(FactorKind kind) const {
+    return Width(kind) *
+           (tuning_.local_tiles ? tuning_.work_group / Panels(kind) : tuning_.float_lanes);
+  }
+
+  KernelTuning tuning_;
+  FactorBlocking blocking_;
+  int64_t point_width_;
+};
+
+}  // namespace egosieve::kernels::opencl
+
+#endif  // EGOSIEVE_KERNELS_OPS_POSTERIOR_TILING_H_

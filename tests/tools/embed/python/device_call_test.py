@@ -1,0 +1,96 @@
+"""Predictions on an OpenCL queue from Python, with OpenCL by ctypes in place of PyOpenCL."""
+
+import ctypes
+import ctypes.util
+import unittest
+from ctypes import byref, c_int32, c_size_t, c_uint64, c_void_p
+
+import egosieve
+import numpy as np
+
+COUNT, FEATURES = 70, 2
+
+
+class Handle:
+    """As PyOpenCL's objects: an address in int_ptr."""
+
+    def __init__(self, address):
+        self.int_ptr = address
+
+
+class OpenCl:
+    """The few calls of OpenCL that a test needs."""
+
+    def __init__(self):
+        self.library = ctypes.CDLL(ctypes.util.find_library("OpenCL"))
+        self.library.clCreateBuffer.restype = self.library.clCreateCommandQueue.restype = c_void_p
+
+    def buffer(self, context, array):
+        copy_host_pointer = 1 << 5
+        error = c_int32()
+        address = self.library.clCreateBuffer(
+            c_void_p(context), c_uint64(copy_host_pointer), c_size_t(array.nbytes), c_void_p(array.ctypes.data), byref(error)
+        )
+        assert error.value == 0
+        return Handle(address)
+
+    def queue(self, context, device):
+        error = c_int32()
+        address = self.library.clCreateCommandQueue(c_void_p(context), c_void_p(device), c_uint64(0), byref(error))
+        assert error.value == 0
+        return Handle(address)
+
+    def read(self, queue, buffer, count, event):
+        values = np.empty(count, np.float32)
+        status = self.library.clEnqueueReadBuffer(
+            c_void_p(queue.int_ptr), c_void_p(buffer.int_ptr), 1, c_size_t(0), c_size_t(values.nbytes),
+            c_void_p(values.ctypes.data), 1, byref(c_void_p(event)), None,
+        )  # fmt: skip
+        assert status == 0
+        return values
+
+
+class DeviceCall(unittest.TestCase):
+    def setUp(self):
+        random = np.random.default_rng(5)
+        X = random.uniform(-1, 1, (40, FEATURES))
+        y = np.where(X[:, 0] > X[:, 1], 1.0, -1.0)
+        self.queries = random.uniform(-1, 1, (COUNT, FEATURES)).astype(np.float32)
+        self.model = egosieve.GaussianProcess("matern52", optimize=False).fit(X, y)
+        self.frozen = self.model.freeze()
+        try:
+            self.context, self.device = self.frozen.opencl()
+        except RuntimeError as error:
+            self.skipTest(str(error))
+
+    def test_gives_what_predict_gives(self):
+        opencl = OpenCl()
+        queue = opencl.queue(self.context, self.device)
+        at = opencl.buffer(self.context, self.queries)
+        out = opencl.buffer(self.context, np.zeros(2 * COUNT, np.float32))
+        event = self.frozen.enqueue(queue, at, COUNT, mean=out, variance=(out, COUNT))
+        found = opencl.read(queue, out, 2 * COUNT, event)
+        mean, variance = self.frozen.predict(self.queries, return_var=True)
+        np.testing.assert_array_equal(found[:COUNT], mean)
+        np.testing.assert_array_equal(found[COUNT:], variance)
+        event = self.frozen.enqueue(queue, at, COUNT - 1, mean=out, first=FEATURES, wait_for=[event])
+        found = opencl.read(queue, out, COUNT - 1, event)
+        np.testing.assert_array_equal(found, mean[1:])
+
+    def test_refuses_what_it_cannot_take(self):
+        opencl = OpenCl()
+        queue = opencl.queue(self.context, self.device)
+        at = opencl.buffer(self.context, self.queries)
+        with self.assertRaisesRegex(TypeError, "queue"):
+            self.frozen.enqueue(None, at, COUNT)
+        with self.assertRaisesRegex(TypeError, "mean"):
+            self.frozen.enqueue(queue, at, COUNT, mean=self.queries)
+        with self.assertRaisesRegex(ValueError, "queries"):
+            self.frozen.enqueue(queue, at, COUNT + 1)
+        normalized = egosieve.GaussianProcess(optimize=False, normalize_y=True).fit(self.queries, self.queries[:, 0])
+        with self.assertRaisesRegex(RuntimeError, "normalize_y"):
+            normalized.freeze().enqueue(queue, at, COUNT)
+
+
+if __name__ == "__main__":
+    unittest.main()

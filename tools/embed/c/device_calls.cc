@@ -1,0 +1,90 @@
+#include <memory>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/runtime/opencl_context.h"
+#include "tools/embed/c/model_handles.h"
+#include "tools/embed/c/options.h"
+#include "tools/embed/include/egosieve/device_call.h"
+
+namespace egosieve::embed {
+namespace {
+
+absl::Status CheckOnDevice(const DevicePosterior& at) {
+  if (!at.context->is_reference()) return absl::OkStatus();
+  return absl::FailedPreconditionError("the device \"reference\" has no OpenCL context");
+}
+
+absl::Status Enqueue(const DevicePosterior& at, const egosieve_device_call* call, void** event) {
+  egosieve_device_call given;
+  egosieve_device_call_init(&given);
+  EGOSIEVE_RETURN_IF_ERROR(ReadStruct("call", call, given));
+  EGOSIEVE_RETURN_IF_ERROR(CheckOnDevice(at));
+  if (given.probability.memory != nullptr) EGOSIEVE_RETURN_IF_ERROR(at.labels);
+  constexpr int64_t kMostEvents = 1 << 20;
+  if (given.wait_count < 0 || given.wait_count > kMostEvents) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("call.wait_count = %d; it must be 0 to 2^20", given.wait_count));
+  }
+  if (given.wait_count > 0) EGOSIEVE_RETURN_IF_ERROR(CheckPointer("call.wait", given.wait));
+  std::vector<cl_event> wait;
+  for (int64_t i = 0; i < given.wait_count; ++i) {
+    wait.push_back(static_cast<cl_event>(given.wait[i]));
+  }
+  const auto output = [](const egosieve_device_array& array) {
+    return kernels::DeviceOutput{static_cast<cl_mem>(array.memory), array.first};
+  };
+  kernels::DeviceOutputs outputs;
+  outputs.mean = output(given.mean);
+  outputs.variance = output(given.variance);
+  outputs.probability = output(given.probability);
+  outputs.clamped = output(given.clamped);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const cl_event done,
+      at.posterior->Enqueue({static_cast<cl_mem>(given.queries), given.query_count,
+                             given.query_first, given.query_stride},
+                            outputs,
+                            {static_cast<cl_command_queue>(given.queue), wait.data(),
+                             static_cast<uint32_t>(wait.size())}));
+  if (event != nullptr) {
+    *event = done;
+  } else {
+    clReleaseEvent(done);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+}  // namespace egosieve::embed
+
+using egosieve::embed::DevicePosterior;
+using egosieve::embed::WithPosterior;
+
+extern "C" {
+
+void egosieve_device_call_init(egosieve_device_call* call) {
+  if (call == nullptr) return;
+  *call = egosieve_device_call{};
+  call->struct_size = sizeof *call;
+}
+
+egosieve_status egosieve_posterior_opencl(egosieve_posterior* posterior, void** opencl_context,
+                                          void** opencl_device) {
+  return WithPosterior(__func__, posterior, [&](const DevicePosterior& found) -> absl::Status {
+    EGOSIEVE_RETURN_IF_ERROR(egosieve::embed::CheckOnDevice(found));
+    if (opencl_context != nullptr) *opencl_context = found.context->cl_context()();
+    if (opencl_device != nullptr) *opencl_device = found.context->cl_device()();
+    return absl::OkStatus();
+  });
+}
+
+egosieve_status egosieve_posterior_enqueue(egosieve_posterior* posterior,
+                                           const egosieve_device_call* call, void** event) {
+  return WithPosterior(__func__, posterior, [&](const DevicePosterior& found) {
+    return egosieve::embed::Enqueue(found, call, event);
+  });
+}
+
+}  // extern "C"
