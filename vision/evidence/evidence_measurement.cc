@@ -227,7 +227,8 @@ RoadPlane EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Mot
   std::vector<size_t> owners;
   for (size_t i = 0; i < frame.points.size(); ++i) {
     const EvidencePoint& point = frame.points[i];
-    if (!IsKnown(point.now) || !IsKnown(point.before) || is_own(point.now)) continue;
+    if (!IsKnown(point.now) || !IsKnown(point.before) || point.is_fixed || is_own(point.now))
+      continue;
     view.pairs.push_back(PairOf(point));
     view.is_textured.push_back(point.estimates);
     owners.push_back(i);

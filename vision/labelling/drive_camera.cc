@@ -13,73 +13,85 @@
 #include "vision/features/flow_grid.h"
 #include "vision/labelling/reduced_labels.h"
 #include "vision/trajectory/focal_posterior.h"
+#include "vision/trajectory/ground_direction.h"
+#include "vision/trajectory/ground_search.h"
 #include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
 namespace {
 
-constexpr double kPairSeconds = 0.08;  // from the first picture of a pair to the second, at least
-constexpr int kLongestPair = 6;        // frames
-constexpr int kGridStride = 10;        // pixels
-constexpr int kLongestSide = 1280;     // of the pictures that flow is computed on
+constexpr double kPairSeconds = 0.08;    // from the first picture of a pair to the second, at least
+constexpr double kGroundSeconds = 0.15;  // from the first picture to the last that shows the ground
+constexpr int kLongestPair = 6;          // frames
+constexpr int kGridStride = 10;          // pixels
+constexpr int kLongestSide = 1280;       // of the pictures that flow is computed on
 constexpr int64_t kFewestLinks = 100;
 constexpr int64_t kUnknownLength = 600;  // frames, where the source does not know its own
 
+struct TimedPicture {
+  cv::Mat grey;  // equalised, reduced to kLongestSide
+  double seconds = 0.0;
+};
+
 struct PicturePair {
-  cv::Size size;          // as they were taken
-  cv::Mat first, second;  // grey, equalised, reduced to kLongestSide
-  cv::Mat1b reduced;      // of the first (fixed_pattern.h), not equalised
-  double seconds = 0.0, length_seconds = 0.0;
+  cv::Size size;                       // as they were taken
+  std::vector<TimedPicture> pictures;  // the first of the pair, and those after it
+  size_t second = 0;                   // of the pair, in `pictures`
+  cv::Mat1b reduced;                   // of the first (fixed_pattern.h), not equalised
+
+  double seconds() const { return pictures[0].seconds; }
+  double length_seconds() const { return pictures[second].seconds - pictures[0].seconds; }
 };
 
 // What is kept of a pair.
 struct LinkedPair {
+  PicturePair pictures;
   std::vector<PointPair> links;  // between places with texture
-  cv::Mat1b reduced;
-  double seconds = 0.0;         // when its first picture was taken
-  double length_seconds = 0.0;  // between the two
 };
 
-// Nothing at the end of the input, and where the pictures of a pair cannot be used.
+// Nothing at the end of the input, and where the pictures of a pair cannot be used. most_pictures:
+// as many are read, or until the pair is whole.
 absl::StatusOr<std::optional<PicturePair>> ReadPair(FrameSource& source,
-                                                    const EqualizationOptions& equalization) {
-  std::optional<Frame> first;
+                                                    const EqualizationOptions& equalization,
+                                                    int64_t most_pictures) {
+  PicturePair pair;
   for (int k = 0; k <= kLongestPair; ++k) {
     EGOSIEVE_ASSIGN_OR_RETURN(FrameRead read, source.Next());
-    if (std::holds_alternative<EndOfFrames>(read)) return std::nullopt;
+    if (std::holds_alternative<EndOfFrames>(read)) break;
     auto* frame = std::get_if<Frame>(&read);
     if (frame == nullptr) continue;
-    if (!first) {
-      first = std::move(*frame);
-      continue;
+    if (pair.pictures.empty()) {
+      pair.size = frame->image.size();
+      pair.reduced = ReducedPicture(EqualizedGrey(frame->image, {}));
     }
-    if (frame->image.size() != first->image.size()) return std::nullopt;
-    if (frame->time_seconds - first->time_seconds < kPairSeconds && k < kLongestPair) continue;
-    return PicturePair{first->image.size(),
-                       EqualizedGrey(ReducePicture(first->image, kLongestSide), equalization),
-                       EqualizedGrey(ReducePicture(frame->image, kLongestSide), equalization),
-                       ReducedPicture(EqualizedGrey(first->image, {})),
-                       first->time_seconds,
-                       frame->time_seconds - first->time_seconds};
+    if (frame->image.size() != pair.size) break;
+    pair.pictures.push_back({EqualizedGrey(ReducePicture(frame->image, kLongestSide), equalization),
+                             frame->time_seconds});
+    const double length = frame->time_seconds - pair.seconds();
+    if (pair.second == 0 && (length >= kPairSeconds || k == kLongestPair)) {
+      pair.second = pair.pictures.size() - 1;
+    }
+    if (length >= kGroundSeconds || (pair.second > 0 && k + 1 >= most_pictures)) break;
   }
-  return std::nullopt;
+  if (pair.second == 0) return std::nullopt;
+  return pair;
 }
 
 // In pixels of the pictures as they were taken.
 absl::StatusOr<std::vector<PointPair>> Links(const PicturePair& pictures,
                                              const cv::Mat1b& ignored) {
   std::vector<PointPair> links;
-  if (!IsLargeEnoughForFlow(pictures.first.size())) return links;
+  const cv::Mat &first = pictures.pictures[0].grey,
+                &second = pictures.pictures[pictures.second].grey;
+  if (!IsLargeEnoughForFlow(first.size())) return links;
   FlowGridOptions options;
   options.stride_pixels = kGridStride;
   options.ignored = ReduceMask(ignored, kLongestSide);
-  EGOSIEVE_ASSIGN_OR_RETURN(const FlowPair flow,
-                            ComputeFlow(pictures.first, pictures.second, options.quality));
-  const TrackedGrid grid =
-      TrackGrid(flow, pictures.first, pictures.second, /*anchor_second=*/true, options);
+  EGOSIEVE_ASSIGN_OR_RETURN(const FlowPair flow, ComputeFlow(first, second, options.quality));
+  const TrackedGrid grid = TrackGrid(flow, first, second, /*anchor_second=*/true, options);
   for (size_t i = 0; i < grid.pairs.size(); ++i) {
     if (grid.is_textured[i] == 0) continue;
-    links.push_back(EnlargePair(grid.pairs[i], pictures.first.size(), pictures.size));
+    links.push_back(EnlargePair(grid.pairs[i], first.size(), pictures.size));
   }
   return links;
 }
@@ -98,22 +110,37 @@ absl::StatusOr<DrivePairs> ReadPairs(FrameSource& source, const DriveCameraOptio
     const int64_t index = options.first_frame + k * step;
     if (index < source.next_index()) continue;
     EGOSIEVE_RETURN_IF_ERROR(source.SeekTo(index));
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<PicturePair> pictures,
-                              ReadPair(source, options.equalization));
+    EGOSIEVE_ASSIGN_OR_RETURN(std::optional<PicturePair> pictures,
+                              ReadPair(source, options.equalization, step));
     if (!pictures) continue;
     if (drive.pairs.empty()) drive.size = pictures->size;
     if (pictures->size != drive.size) continue;
     EGOSIEVE_ASSIGN_OR_RETURN(std::vector<PointPair> links, Links(*pictures, options.ignored));
-    drive.pairs.push_back(
-        {std::move(links), pictures->reduced, pictures->seconds, pictures->length_seconds});
+    drive.pairs.push_back({*std::move(pictures), std::move(links)});
   }
   return drive;
 }
 
 // How many times as long it is to the next pair as between the two pictures of pair k.
 double TimesAsLong(const std::vector<LinkedPair>& pairs, size_t k) {
-  if (k + 1 >= pairs.size() || !(pairs[k].length_seconds > 0.0)) return 1.0;
-  return std::max(1.0, (pairs[k + 1].seconds - pairs[k].seconds) / pairs[k].length_seconds);
+  const double length = pairs[k].pictures.length_seconds();
+  if (k + 1 >= pairs.size() || !(length > 0.0)) return 1.0;
+  return std::max(1.0, (pairs[k + 1].pictures.seconds() - pairs[k].pictures.seconds()) / length);
+}
+
+// motion: that of the pair; ignored: of the pictures as they were taken.
+GroundSearchView ViewOfGround(const PicturePair& pair, const TwoViewMotion& motion,
+                              double focal_ratio, const cv::Mat1b& ignored) {
+  GroundSearchView view;
+  const cv::Size size = pair.pictures[0].grey.size();
+  view.camera = Pinhole::Of(size, focal_ratio * std::max(size.width, size.height));
+  view.ignored = ReduceMask(ignored, kLongestSide);
+  for (const TimedPicture& picture : pair.pictures) {
+    const double later = picture.seconds - pair.seconds();
+    view.pictures.push_back(
+        {picture.grey, later, PartOfRotation(motion.rotation, later / pair.length_seconds())});
+  }
+  return view;
 }
 
 }  // namespace
@@ -134,7 +161,7 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   EGOSIEVE_ASSIGN_OR_RETURN(const DrivePairs drive, ReadPairs(source, options));
   DriveCamera camera;
   std::vector<cv::Mat1b> pictures;
-  for (const LinkedPair& pair : drive.pairs) pictures.push_back(pair.reduced);
+  for (const LinkedPair& pair : drive.pairs) pictures.push_back(pair.pictures.reduced);
   FixedPlaces fixed;
   if (options.finds_own_vehicle) {
     fixed = FindFixedPlaces(pictures, drive.size, options.own_vehicle);
@@ -148,6 +175,7 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   std::vector<std::vector<PointPair>> links_of;
   std::vector<TwoViewMotion> motions;
   std::vector<double> times_of;
+  std::vector<size_t> pair_of;
   for (size_t k = 0; k < drive.pairs.size(); ++k) {
     const LinkedPair& pair = drive.pairs[k];
     std::vector<PointPair> links;
@@ -161,6 +189,7 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
     posterior.Observe(links, guess, motions.back(), drive.size);
     links_of.push_back(std::move(links));
     times_of.push_back(TimesAsLong(drive.pairs, k));
+    pair_of.push_back(k);
   }
   camera.pair_count = static_cast<int>(links_of.size());
   camera.focal_ratio = focal_ratio();
@@ -178,6 +207,18 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   }
   camera.travel = FitTravelPrior(directions);
   camera.own_vehicle = ProveOwnVehicle(fixed, worlds, learnt, options.own_vehicle);
+  if (!camera.travel.IsKnown()) return camera;
+  cv::Mat1b ignored = options.ignored.clone();
+  if (ignored.empty())
+    ignored = camera.own_vehicle;
+  else if (!camera.own_vehicle.empty())
+    ignored |= camera.own_vehicle;
+  std::vector<GroundSearchView> views;
+  for (size_t k = 0; k < pair_of.size(); ++k) {
+    views.push_back(ViewOfGround(drive.pairs[pair_of[k]].pictures, worlds[k].motion,
+                                 camera.focal_ratio, ignored));
+  }
+  camera.travel.direction = DirectionByGround(camera.travel, std::move(views));
   return camera;
 }
 

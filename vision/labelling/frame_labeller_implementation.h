@@ -104,7 +104,7 @@ class FrameLabeller::Implementation {
   Pinhole Camera(cv::Size size) const;
   // A picture later. back: the motion from `frame` to `before`; null: not known.
   void ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
-                     const TwoViewMotion* back);
+                     const TwoViewMotion* back, const View& far, const Pictures& ahead);
   // Sets is_fixed of the points where the frame agrees with the drive's fixed pattern.
   void MarkFixed(const ExtractedFrame& frame, std::vector<TrackedPoint>& points) const;
   // Bounds the motion's ground by the speed over the drive.

@@ -96,21 +96,27 @@ void FrameLabeller::Implementation::KeepMotion(const FramePairs& pairs, int pict
 
 void FrameLabeller::Implementation::ObserveGround(const ExtractedFrame& before,
                                                   const ExtractedFrame& frame,
-                                                  const TwoViewMotion* back) {
+                                                  const TwoViewMotion* back, const View& far,
+                                                  const Pictures& ahead) {
   const double seconds = frame.frame.time_seconds - before.frame.time_seconds;
   if (!options_.travel.IsKnown() || !(seconds > 0.0)) return;
-  if (back == nullptr) {
-    ground_.Advance(seconds, {});
-    return;
-  }
   GroundSearchView view;
-  view.before = before.grey;
-  view.now = frame.grey;
-  view.seconds = seconds;
-  view.rotation = back->rotation;
-  view.direction = -options_.travel.direction;
+  view.direction = options_.travel.direction;
   view.camera = Camera(frame.grey.size());
   view.ignored = options_.ignored;
+  view.pictures.push_back({frame.grey});
+  if (far.frame != nullptr) {
+    const double whole = far.frame->frame.time_seconds - frame.frame.time_seconds;
+    for (const auto& picture : ahead) {
+      const double later = picture->frame.time_seconds - frame.frame.time_seconds;
+      view.pictures.push_back(
+          {picture->grey, later, PartOfRotation(far.motion.rotation, later / whole)});
+      if (picture.get() == far.frame) break;
+    }
+  }
+  if (back != nullptr) {
+    view.pictures.push_back({before.grey, -seconds, back->rotation});
+  }
   ground_.Advance(seconds, LikelihoodOfSpeeds(view));
 }
 
@@ -137,9 +143,10 @@ void FrameLabeller::Implementation::MarkFixed(const ExtractedFrame& frame,
 void FrameLabeller::Implementation::BoundGround(const ExtractedFrame& a, const ExtractedFrame& b,
                                                 TwoViewMotion& motion) const {
   const double seconds = std::abs(b.frame.time_seconds - a.frame.time_seconds);
-  const double slope = SlopeOfHeights(ground_.Low() * seconds);
+  const double heights = ground_.Low() * seconds, slope = SlopeOfHeights(heights);
   if (slope > 0.0 && (!(motion.ground_slope > 0.0) || slope < motion.ground_slope)) {
     motion.ground_slope = slope;
+    motion.ground_heights = heights;
   }
 }
 
@@ -217,7 +224,7 @@ absl::StatusOr<MotionModel> FrameLabeller::Implementation::MotionOfTracks(
   const Pinhole camera = Camera(frame.grey.size());
   if (!world.found) {
     world = EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_));
-    world.ground_slope = GroundSlope(geometry, world, camera);
+    FindGround(geometry, camera, world);
   }
   MotionModel model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
   RecordMotion(model, result);
@@ -266,7 +273,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
     const ExtractedFrame* first = InHistory(result.first_index);
     const TwoViewMotion to_before = gap > 1 ? behind.motion : Inverse(world);
     const bool is_known = gap > 1 ? behind.frame != nullptr : world.found;
-    ObserveGround(before, frame, is_known ? &to_before : nullptr);
+    ObserveGround(before, frame, is_known ? &to_before : nullptr, outlook.far, ahead);
     if (first != nullptr) BoundGround(*first, frame, world);
     for (View* view : {&behind, &outlook.near, &outlook.far}) {
       if (view->frame != nullptr) BoundGround(frame, *view->frame, view->motion);

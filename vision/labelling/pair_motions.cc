@@ -98,7 +98,7 @@ TwoViewMotion PairMotions::Along(const ExtractedFrame& first, const ExtractedFra
     pairs.push_back({node.x, node.y, places[n].x, places[n].y});
   }
   known->second = EstimateTwoViewMotion(pairs, camera, motion_options_);
-  known->second.ground_slope = GroundSlope(pairs, known->second, camera);
+  FindGround(pairs, camera, known->second);
   return known->second;
 }
 

@@ -108,7 +108,7 @@ CameraStep MeasureStep(const Eigen::Matrix3d& rotation, const StepViews& views,
     step.direction = views.ahead->rotation.transpose() * views.ahead->translation;
   }
   const auto heights = [](const TwoViewMotion& motion, int pictures) {
-    return CameraHeights(motion.ground_slope) / pictures;
+    return motion.ground_heights / pictures;
   };
   if (behind) step.heights = heights(*views.behind, views.pictures_behind);
   if (!ahead) return step;

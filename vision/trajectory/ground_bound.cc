@@ -7,9 +7,9 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kGroundShare = 0.6;
+constexpr double kGroundShare = 0.6, kSpeedShare = 0.85;
 constexpr double kForward = 0.7;        // least part of the motion along the line of sight
-constexpr double kHorizonError = 0.01;  // rays
+constexpr double kHorizonError = 0.005;  // rays
 constexpr double kPeak = 0.15;          // of log(r / below), to both sides of the mode
 constexpr double kLeastShare = 0.2;     // of the places agree with the mode
 constexpr size_t kFewestPlaces = 40;
@@ -48,7 +48,7 @@ double GroundSlopeOf(const std::vector<BelowHorizon>& places) {
 
 double CameraHeights(double ground_slope) { return ground_slope / kGroundShare; }
 
-double SlopeOfHeights(double heights) { return kGroundShare * heights; }
+double SlopeOfHeights(double heights) { return kSpeedShare * heights; }
 
 bool MovesForwardOrBack(const Eigen::Vector3d& tau) { return std::abs(tau(2)) >= kForward; }
 

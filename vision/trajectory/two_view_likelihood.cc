@@ -26,7 +26,8 @@ RayPairs<1> RaysOf(const Pinhole& camera, const PointPair& pair) {
 
 // Of what is static, for the ground; 0: the ground says nothing.
 double LeastParallax(const TwoViewMotion& motion, const State& state, const Vector2d& p) {
-  const double least = ParallaxOf(LeastInverseDepth(motion.ground_slope, p, state.tau), state.tau);
+  const double depth = LeastInverseDepth(motion.ground_slope, p, motion.travel.value_or(state.tau));
+  const double least = ParallaxOf(depth, state.tau);
   const double length = (state.tau.head<2>() - state.tau(2) * p).norm();
   return least * length <= kReach ? least : 0.0;
 }
@@ -61,20 +62,21 @@ Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& camera) 
   return k * motion.rotation * k.inverse();
 }
 
-double GroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
-                   const Pinhole& camera) {
-  if (!motion.HasParallax()) return 0.0;
+void FindGround(const std::vector<PointPair>& pairs, const Pinhole& camera, TwoViewMotion& motion) {
+  motion.ground_slope = motion.ground_heights = 0.0;
+  if (!motion.HasParallax()) return;
   const PreparedState state(StateOf(motion));
   std::vector<BelowHorizon> places;
   for (const PointPair& pair : pairs) {
     const RayPairs<1> rays = RaysOf(camera, pair);
-    const double below = Below(rays.P(0), state.tau);
+    const double below = Below(rays.P(0), motion.travel.value_or(state.tau));
     if (!(below > 0.0)) continue;
     const Terms<1> terms = TermsOf(rays, state);
     if (terms.log_static(0) < terms.log_moving(0) || terms.s(0) < kShowing * state.noise) continue;
     places.push_back({InverseDepthOf(terms.s(0) / terms.length(0), state.tau), below});
   }
-  return GroundSlopeOf(places);
+  motion.ground_slope = GroundSlopeOf(places);
+  motion.ground_heights = CameraHeights(motion.ground_slope);
 }
 
 PairLikelihood LikelihoodOf(const TwoViewMotion& motion, const Pinhole& camera,

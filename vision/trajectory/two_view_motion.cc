@@ -368,7 +368,11 @@ TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const P
   const auto best =
       std::max_element(states.begin(), states.end(),
                        [](const State& a, const State& b) { return a.score < b.score; });
-  return MotionOf(rays, camera, *best);
+  TwoViewMotion motion = MotionOf(rays, camera, *best);
+  if (options.travel.IsKnown() && options.travel.Membership(best->tau) > 0.5) {
+    motion.travel = options.travel.direction;
+  }
+  return motion;
 }
 
 TwoViewMotion RefineTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,

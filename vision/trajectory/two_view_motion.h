@@ -36,6 +36,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -71,7 +72,11 @@ struct TwoViewMotion {
   double noise_pixels = 0.0;                               // sigma
   double parallax_pixels = 0.0;                            // median of s over the static points
   Eigen::Matrix3d rotation_covariance = Eigen::Matrix3d::Zero();  // radians^2
-  double ground_slope = 0.0;  // g of ground_bound.h; 0: not known. The estimate leaves it at 0
+  // Of ground_bound.h: the least g, and |t| in heights of the camera; 0: not known. The estimate
+  // leaves them at 0.
+  double ground_slope = 0.0, ground_heights = 0.0;
+  // The drive's direction of travel, which tells the horizon, where the motion agrees with it.
+  std::optional<Eigen::Vector3d> travel;
 
   // Whether the translation shows: half of the static points moved by more than two deviations.
   bool HasParallax() const { return found && 2.0 * noise_pixels < parallax_pixels; }
@@ -101,10 +106,9 @@ Eigen::Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& c
 // Found where the translation shows.
 RelativePose PoseOf(const TwoViewMotion& motion);
 
-// g from the pairs that the motion was estimated from: those that are static, with a parallax that
-// shows. 0 where the translation does not show.
-double GroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
-                   const Pinhole& camera);
+// Sets ground_slope and ground_heights by the pairs that the motion was estimated from: those that
+// are static, with a parallax that shows. 0 where the translation does not show.
+void FindGround(const std::vector<PointPair>& pairs, const Pinhole& camera, TwoViewMotion& motion);
 
 // One pair under a motion. Where the ground is known and bounds it, (TV4) is that of inverse depths
 // from LeastInverseDepth on.

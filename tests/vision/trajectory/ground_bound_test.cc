@@ -77,7 +77,7 @@ TEST(GroundBound, TheSlopeOfANearRoadIsThatOfItsInverseDepths) {
   }
   TwoViewMotion motion = Forward(0.2, 50.0);
   motion.parallax_pixels = 20.0;
-  motion.ground_slope = GroundSlope(pairs, motion, kCamera);
+  FindGround(pairs, kCamera, motion);
   // The share of the bound, and the horizon's error at 45 rows below it.
   EXPECT_NEAR(motion.ground_slope, 0.6 * step / height, 0.15 * step / height);
   // No place of the road is farther than its bound, and the farthest is not far above it.
