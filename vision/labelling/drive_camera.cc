@@ -121,6 +121,10 @@ absl::StatusOr<DrivePairs> ReadPairs(FrameSource& source, const DriveCameraOptio
   return drive;
 }
 
+Pinhole CameraOf(cv::Size size, double focal_ratio) {
+  return Pinhole::Of(size, focal_ratio * std::max(size.width, size.height));
+}
+
 // How many times as long it is to the next pair as between the two pictures of pair k.
 double TimesAsLong(const std::vector<LinkedPair>& pairs, size_t k) {
   const double length = pairs[k].pictures.length_seconds();
@@ -128,19 +132,57 @@ double TimesAsLong(const std::vector<LinkedPair>& pairs, size_t k) {
   return std::max(1.0, (pairs[k + 1].pictures.seconds() - pairs[k].pictures.seconds()) / length);
 }
 
-// motion: that of the pair; ignored: of the pictures as they were taken.
-GroundSearchView ViewOfGround(const PicturePair& pair, const TwoViewMotion& motion,
-                              double focal_ratio, const cv::Mat1b& ignored) {
-  GroundSearchView view;
-  const cv::Size size = pair.pictures[0].grey.size();
-  view.camera = Pinhole::Of(size, focal_ratio * std::max(size.width, size.height));
-  view.ignored = ReduceMask(ignored, kLongestSide);
-  for (const TimedPicture& picture : pair.pictures) {
-    const double later = picture.seconds - pair.seconds();
-    view.pictures.push_back(
-        {picture.grey, later, PartOfRotation(motion.rotation, later / pair.length_seconds())});
+// A pair that moves enough places of the world.
+struct WorldPair {
+  const LinkedPair* pair = nullptr;
+  std::vector<PointPair> links;  // of what is not fixed in the image
+  TwoViewMotion motion;
+  double times_as_long = 1.0;  // TimesAsLong
+};
+
+// posterior: learns from each pair; focal_ratio: 0 where it is to be learnt.
+std::vector<WorldPair> PairsOfTheWorld(const DrivePairs& drive, const FixedPlaces& fixed,
+                                       double focal_ratio, FocalPosterior& posterior) {
+  std::vector<WorldPair> found;
+  for (size_t k = 0; k < drive.pairs.size(); ++k) {
+    WorldPair world{&drive.pairs[k]};
+    std::copy_if(world.pair->links.begin(), world.pair->links.end(),
+                 std::back_inserter(world.links), [&](const PointPair& p) {
+                   return !fixed.IsFixed(p.x1, p.y1) && !fixed.IsFixed(p.x2, p.y2);
+                 });
+    if (static_cast<int64_t>(world.links.size()) < kFewestLinks) continue;
+    const Pinhole guess =
+        CameraOf(drive.size, focal_ratio > 0.0 ? focal_ratio : posterior.Estimate());
+    world.motion = EstimateTwoViewMotion(world.links, guess, {});
+    world.times_as_long = TimesAsLong(drive.pairs, k);
+    posterior.Observe(world.links, guess, world.motion, drive.size);
+    found.push_back(std::move(world));
   }
-  return view;
+  return found;
+}
+
+cv::Mat1b United(const cv::Mat1b& a, const cv::Mat1b& b) {
+  if (a.empty() || b.empty()) return a.empty() ? b : a;
+  return a | b;
+}
+
+// The direction of `travel`, sharpened by the ground. ignored: of the pictures as they were taken.
+Eigen::Vector3d SharpenedDirection(const TravelPrior& travel, const std::vector<WorldPair>& worlds,
+                                   double focal_ratio, const cv::Mat1b& ignored) {
+  std::vector<GroundSearchView> views;
+  for (const WorldPair& world : worlds) {
+    const PicturePair& pair = world.pair->pictures;
+    GroundSearchView& view = views.emplace_back();
+    view.camera = CameraOf(pair.pictures[0].grey.size(), focal_ratio);
+    view.ignored = ReduceMask(ignored, kLongestSide);
+    for (const TimedPicture& picture : pair.pictures) {
+      const double later = picture.seconds - pair.seconds();
+      view.pictures.push_back(
+          {picture.grey, later,
+           PartOfRotation(world.motion.rotation, later / pair.length_seconds())});
+    }
+  }
+  return DirectionByGround(travel, std::move(views));
 }
 
 }  // namespace
@@ -167,58 +209,30 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
     fixed = FindFixedPlaces(pictures, drive.size, options.own_vehicle);
     camera.fixed_pattern = fixed.median;
   }
-  const double longer_side = std::max(drive.size.width, drive.size.height);
   FocalPosterior posterior;
-  const auto focal_ratio = [&] {
-    return options.focal_ratio > 0.0 ? options.focal_ratio : posterior.Estimate();
-  };
-  std::vector<std::vector<PointPair>> links_of;
-  std::vector<TwoViewMotion> motions;
-  std::vector<double> times_of;
-  std::vector<size_t> pair_of;
-  for (size_t k = 0; k < drive.pairs.size(); ++k) {
-    const LinkedPair& pair = drive.pairs[k];
-    std::vector<PointPair> links;
-    std::copy_if(pair.links.begin(), pair.links.end(), std::back_inserter(links),
-                 [&](const PointPair& p) {
-                   return !fixed.IsFixed(p.x1, p.y1) && !fixed.IsFixed(p.x2, p.y2);
-                 });
-    if (static_cast<int64_t>(links.size()) < kFewestLinks) continue;
-    const Pinhole guess = Pinhole::Of(drive.size, focal_ratio() * longer_side);
-    motions.push_back(EstimateTwoViewMotion(links, guess, {}));
-    posterior.Observe(links, guess, motions.back(), drive.size);
-    links_of.push_back(std::move(links));
-    times_of.push_back(TimesAsLong(drive.pairs, k));
-    pair_of.push_back(k);
-  }
-  camera.pair_count = static_cast<int>(links_of.size());
-  camera.focal_ratio = focal_ratio();
-  camera.log_focal_deviation = options.focal_ratio > 0.0 ? 0.0 : posterior.LogDeviation();
+  std::vector<WorldPair> worlds = PairsOfTheWorld(drive, fixed, options.focal_ratio, posterior);
+  const bool is_given = options.focal_ratio > 0.0;
+  camera.pair_count = static_cast<int>(worlds.size());
+  camera.focal_ratio = is_given ? options.focal_ratio : posterior.Estimate();
+  camera.log_focal_deviation = is_given ? 0.0 : posterior.LogDeviation();
   if (drive.pairs.empty()) return camera;
-  const Pinhole learnt = Pinhole::Of(drive.size, camera.focal_ratio * longer_side);
-  std::vector<PairWorld> worlds;
+  const Pinhole learnt = CameraOf(drive.size, camera.focal_ratio);
+  std::vector<PairWorld> pairs;
   std::vector<Eigen::Vector3d> directions;
-  for (size_t k = 0; k < links_of.size(); ++k) {
-    const TwoViewMotion motion = RefineTwoViewMotion(links_of[k], learnt, motions[k], {});
-    worlds.push_back({motion, times_of[k], LeastGroundSlope(links_of[k], motion, learnt)});
+  for (WorldPair& world : worlds) {
+    TwoViewMotion& motion = world.motion;
+    motion = RefineTwoViewMotion(world.links, learnt, motion, {});
+    pairs.push_back({motion, world.times_as_long, LeastGroundSlope(world.links, motion, learnt)});
     if (motion.HasParallax()) {
       directions.push_back(motion.rotation.transpose() * motion.translation);
     }
   }
   camera.travel = FitTravelPrior(directions);
-  camera.own_vehicle = ProveOwnVehicle(fixed, worlds, learnt, options.own_vehicle);
-  if (!camera.travel.IsKnown()) return camera;
-  cv::Mat1b ignored = options.ignored.clone();
-  if (ignored.empty())
-    ignored = camera.own_vehicle;
-  else if (!camera.own_vehicle.empty())
-    ignored |= camera.own_vehicle;
-  std::vector<GroundSearchView> views;
-  for (size_t k = 0; k < pair_of.size(); ++k) {
-    views.push_back(ViewOfGround(drive.pairs[pair_of[k]].pictures, worlds[k].motion,
-                                 camera.focal_ratio, ignored));
+  camera.own_vehicle = ProveOwnVehicle(fixed, pairs, learnt, options.own_vehicle);
+  if (camera.travel.IsKnown()) {
+    camera.travel.direction = SharpenedDirection(camera.travel, worlds, camera.focal_ratio,
+                                                 United(options.ignored, camera.own_vehicle));
   }
-  camera.travel.direction = DirectionByGround(camera.travel, std::move(views));
   return camera;
 }
 

@@ -7,7 +7,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kLeastRatio = 0.4, kMostRatio = 4.0;
+constexpr double kLeastRatio = 0.25, kMostRatio = 4.0;
 constexpr double kPriorRatio = 0.7, kPriorDeviation = 0.4;
 constexpr double kPointsPerPair = 2.0;  // c
 constexpr int kPairs = 300;             // of a pair of pictures that are used

@@ -112,7 +112,7 @@ TEST(DriveCamera, NoPairsLeaveThePrior) {
   PictureSource source({});
   const DriveCamera camera = *LearnDriveCamera(source, {});
   EXPECT_EQ(camera.pair_count, 0);
-  EXPECT_NEAR(camera.focal_ratio, 0.9, 0.1);
+  EXPECT_NEAR(camera.focal_ratio, 0.7, 0.1);
 }
 
 TEST(DriveCamera, OptionsNameWhatIsWrong) {
