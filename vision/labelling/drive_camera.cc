@@ -145,7 +145,8 @@ std::vector<WorldPair> PairsOfTheWorld(const DrivePairs& drive, const FixedPlace
                                        double focal_ratio, FocalPosterior& posterior) {
   std::vector<WorldPair> found;
   for (size_t k = 0; k < drive.pairs.size(); ++k) {
-    WorldPair world{&drive.pairs[k]};
+    WorldPair world;
+    world.pair = &drive.pairs[k];
     std::copy_if(world.pair->links.begin(), world.pair->links.end(),
                  std::back_inserter(world.links), [&](const PointPair& p) {
                    return !fixed.IsFixed(p.x1, p.y1) && !fixed.IsFixed(p.x2, p.y2);

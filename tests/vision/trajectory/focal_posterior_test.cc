@@ -31,7 +31,7 @@ TEST(FocalPosterior, TurningTellsTheFocalLength) {
     options.noise_pixels = 0.2;
     options.travel = {0.0, 0.0, 0.05};
     const FocalPosterior posterior = Learn(options, 12);
-    // Candidates are 29 % apart.
+    // Candidates are 36 % apart.
     EXPECT_NEAR(std::log(posterior.Estimate()), std::log(focal / 800), 0.15) << focal;
     EXPECT_LT(posterior.LogDeviation(), 0.25);
   }
