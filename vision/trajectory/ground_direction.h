@@ -3,8 +3,7 @@
 // Flow tells the direction in which a camera travels to a degree or two, for it can hardly be told
 // from a rotation. Lane marks and patches of the road move along lines through the point that the
 // camera moves to, and the nearer that point is to their row the less they move: how well several
-// pictures of the ground agree (ground_search.h) depends on the direction d to a few tenths of a
-// degree. It maximises
+// pictures of the ground agree (ground_search.h) depends on the direction d. It maximises
 //
 //   J(d) = log p(d) + sum over views of log( exp(L_none(d)) / 2 + mean over v of exp(L_v(d)) / 2 )
 //                                                                                          (GD1)
