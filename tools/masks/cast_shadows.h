@@ -3,7 +3,7 @@
 //   near      pixels of no mover, nearer than the margin to this one, not above the lower quarter
 //             of its box
 //   dark      brightness, smoothed by 2 pixels, below 0.6 of the ground's: the 70th percentile of
-//             what is near                                                              (CS1)
+//             what is near                                                              (SH1)
 //   shadow    connected parts of what is near and dark that reach the mover within 4 pixels (CS2)
 //
 // A shadow is told from the ground by its darkness alone: what else is dark and begins at the feet,
