@@ -2,10 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <utility>
@@ -109,8 +107,7 @@ SpeedLikelihood GroundSearch::Likelihood(const Eigen::Vector3d& direction) const
     ratios = (ratios - best).max(-kMostOfCell).exp();
     const Eigen::Array<double, kSpeeds + 1, 1> other = (prior * ratios.matrix()).array();
     for (int v = 0; v < kSpeeds; ++v) {
-      result[v] +=
-          best + std::log(0.5 * ratios(GroundSearch::kOtherSpeeds.size() + v) + 0.5 * other(v));
+      result[v] += best + std::log(0.5 * ratios(kOtherSpeeds.size() + v) + 0.5 * other(v));
     }
     result[kSpeeds] += best + std::log(other(kSpeeds));
   }
@@ -155,17 +152,26 @@ void GroundSearch::Add(cv::Point place, const Eigen::Vector3d& direction, const 
                        CellSums& sums) const {
   const Eigen::Vector3d ray = view_.camera.Ray(place.x, place.y);
   const double below = std::max(0.0, ray(1) - direction(1) / direction(2));
-  for (int v = 0; v < GroundSearch::kAllSpeeds; ++v) {
+  // The place in the cameras of the pictures: still + speed * moved.
+  struct Line {
+    const cv::Mat& changes;
+    Eigen::Vector3d still, moved;
+  };
+  std::vector<Line> lines;
+  for (size_t k = 0; k < changes_.size(); ++k) {
+    const GroundPicture& picture = view_.pictures[k];
+    if (std::abs(picture.seconds) > kStackSeconds) continue;
+    lines.push_back({changes_[k], picture.rotation * ray,
+                     picture.rotation * (below * picture.seconds * direction)});
+  }
+  for (int v = 0; v < kAllSpeeds; ++v) {
     double sum = 0.0, squares = 0.0;
     int count = 0;
-    for (size_t k = 0; k < changes_.size(); ++k) {
-      const GroundPicture& picture = view_.pictures[k];
-      if (std::abs(picture.seconds) > kStackSeconds) continue;
-      const Eigen::Vector3d point =
-          picture.rotation * (ray + below * speeds(v) * picture.seconds * direction);
+    for (const Line& line : lines) {
+      const Eigen::Vector3d point = line.still + speeds(v) * line.moved;
       if (!(point(2) > kNearest)) continue;
       const Eigen::Vector2d there = view_.camera.Project(point);
-      const double change = SampleAt(changes_[k], there(0), there(1)) - kNought;
+      const double change = SampleAt(line.changes, there(0), there(1)) - kNought;
       if (std::isnan(change)) continue;
       sum += change;
       squares += change * change;
