@@ -307,7 +307,7 @@ absl::Status ReconstructRun::RunChunk(size_t begin, size_t end) {
     const size_t seen = options_.window.link.causal ? now + 1 : window_.size();
     while (tracked.size() < seen) {
       const vision::WindowFrame& frame = window_[tracked.size()];
-      tracked.push_back({frame.time_seconds, frame.small, frame.flow});
+      tracked.push_back({frame.time_seconds, frame.small, frame.estimated});
     }
     const cv::Mat1b small = vision::SmallMask(results[i].mask, window_[now].small.size());
     const cv::Mat1w numbers = tracker_.Add(tracked, now, small);

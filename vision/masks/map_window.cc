@@ -106,8 +106,15 @@ absl::Status LinkFrames(std::vector<WindowFrame>& frames) {
     cv::cvtColor(now.small, second, cv::COLOR_BGR2GRAY);
     absl::StatusOr<FlowPair> flow = ComputeFlow(first, second, FlowQuality::kMedium);
     statuses[i] = flow.status();
-    if (flow.ok()) GrowFlow(first, second, {}, *flow);
-    if (flow.ok() && ShowOneScene(*flow, first, second)) now.flow = *std::move(flow);
+    FlowPair estimated;
+    if (flow.ok()) {
+      estimated = {flow->forward.clone(), flow->backward.clone()};
+      GrowFlow(first, second, {}, *flow);
+    }
+    if (flow.ok() && ShowOneScene(*flow, first, second)) {
+      now.flow = *std::move(flow);
+      now.estimated = estimated;
+    }
   });
   for (const absl::Status& status : statuses) EGOSIEVE_RETURN_IF_ERROR(status);
   return absl::OkStatus();

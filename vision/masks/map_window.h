@@ -47,6 +47,7 @@ struct WindowFrame {
   cv::Mat1f log_odds;  // of the map
   bool has_map = true;
   FlowPair flow;           // from the frame before to this one; empty: nothing is taken over
+  FlowPair estimated;      // the same before it was grown (vision/features/flow_growth.h)
   bool is_linked = false;  // LinkFrames has been here
 };
 

@@ -10,6 +10,7 @@
 #include "absl/types/span.h"
 #include "vision/masks/motion_split.h"
 #include "vision/masks/regions.h"
+#include "vision/masks/stray_pieces.h"
 #include "vision/masks/temporal_link.h"
 
 namespace egosieve::vision {
@@ -20,8 +21,6 @@ constexpr int kNumbers = 65535;
 constexpr float kLeastAgreement = 0.5f;
 constexpr double kMotionScale = 0.7;  // pixels, of a mover's motion between two frames
 constexpr int kMotionStep = 2;        // every second pixel says enough of it
-// Of the largest piece of a number: smaller pieces are errors, given to what is around.
-constexpr double kLeastStray = 0.1;
 // A piece that no mover explains is looked at from so many times the pixels of a speck.
 constexpr int kLargeInSpecks = 4;
 // Fewer pixels that touch another mover are more often a part of it than another.
@@ -91,17 +90,6 @@ double ColourDistance(absl::Span<const double> a, absl::Span<const double> b) {
   return std::sqrt(std::max(0.0, 1.0 - overlap));
 }
 
-void DropStrays(int min_pixels, cv::Mat1w& numbers) {
-  for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
-    const std::vector<Piece> pieces = PiecesOf(numbers == number);
-    for (const Piece& piece : pieces) {
-      if (piece.area < kLeastStray * pieces.front().area || 2 * piece.area < min_pixels) {
-        numbers.setTo(0, piece.pixels);
-      }
-    }
-  }
-}
-
 }  // namespace
 
 struct MoverTracker::Scene {
@@ -142,7 +130,7 @@ cv::Mat1w MoverTracker::Add(const std::vector<TrackedFrame>& frames, size_t now,
     }
     numbers = AssignKnown(scene);
   }
-  DropStrays(options_.min_pixels, numbers);
+  DropStrays(mask, options_.min_pixels, numbers);
   FillRegions(scene, numbers);
   SplitMovers(scene, numbers);
   MergeMovers(scene, numbers);
@@ -275,7 +263,22 @@ uint16_t MoverTracker::NumberOfPart(const Scene& scene, const cv::Mat1b& part, u
   return nearest && nearest->first < 1.0 ? nearest->second : NumberFor(seen, numbers);
 }
 
+void MoverTracker::RememberApart(const Scene& scene, const cv::Mat1w& numbers) {
+  const RegionLabels regions(scene.pictures.mask);
+  std::map<uint16_t, Piece> largest;
+  for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
+    if (count < kFragmentInSpecks * options_.min_pixels) continue;
+    largest.emplace(number, PiecesOf(numbers == number).front());
+  }
+  for (const auto& [a, piece_a] : largest) {
+    for (const auto& [b, piece_b] : largest) {
+      if (a < b && regions.LieApart(piece_a, piece_b)) apart_.insert({a, b});
+    }
+  }
+}
+
 void MoverTracker::MergeMovers(const Scene& scene, cv::Mat1w& numbers) {
+  RememberApart(scene, numbers);
   std::vector<std::pair<int, uint16_t>> by_size;
   for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
     by_size.emplace_back(count, number);
@@ -310,6 +313,7 @@ uint16_t MoverTracker::PartnerOf(const Scene& scene, uint16_t number, const cv::
   for (const auto& [other, contact] : CountNumbers(numbers, ring)) {
     const auto others = cells.find(other);
     if (contact < least || others == cells.end()) continue;
+    if (apart_.count(std::minmax(number, other)) > 0) continue;
     const std::optional<double> distance =
         MotionDistance(scene.cells, own->second, others->second, kIsOne);
     int& votes = votes_[{number, other}];
@@ -356,6 +360,10 @@ void MoverTracker::Remember(const Scene& scene, const cv::Mat1w& numbers) {
   for (auto mover = movers_.begin(); mover != movers_.end();) {
     const bool is_gone = scene.time_seconds - mover->second.last_seconds > options_.lost_seconds;
     mover = is_gone ? movers_.erase(mover) : std::next(mover);
+  }
+  for (auto pair = apart_.begin(); pair != apart_.end();) {
+    const bool is_known = movers_.count(pair->first) > 0 && movers_.count(pair->second) > 0;
+    pair = is_known ? std::next(pair) : apart_.erase(pair);
   }
   for (auto vote = votes_.begin(); vote != votes_.end();) {
     const bool is_known = vote->second > 0 && movers_.count(vote->first.first) > 0 &&

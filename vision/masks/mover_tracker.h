@@ -1,7 +1,8 @@
 // Movers told apart and numbered, frame by frame.
 //
 //   known       a pixel of the mask takes the mover of the frame before that explains it best
-//               (pixel_assignment.h), each carried by a motion of its own                     (M1)
+//               (pixel_assignment.h), each carried by a motion of its own; a piece of it that is
+//               apart from its largest (stray_pieces.h) loses the number                      (M1)
 //   regions     what no mover explains goes with a mover of its region that moves alike, else with
 //               the nearest where too little is known of its motion, else it is new           (M2)
 //   new         a mover that was lost for at most lost_seconds, where place, size and colours
@@ -9,15 +10,12 @@
 //   split       a mover whose cells move as two (motion_split.h) within look_seconds: the smaller
 //               part goes with a mover that it touches and moves with, else as (M3); what moves as
 //               the world around it, such as the road before a car, is no mover              (M4)
-//   merge       two that touch and for merge_votes frames move as one are the older of the two (M5)
+//   merge       two that touch, for merge_votes frames move as one, and were never apart, are the
+//               older of the two                                                              (M5)
 //   fragments   of fewer than 8 min_pixels go with the mover that they touch                  (M6)
 //
 // Numbers run from 1 to 65535 and begin anew after that. Specks of fewer than min_pixels that
 // nobody explains are no movers.
-//
-// Chosen on synthetic drives (the demo; junction, street, crossing and oncoming of seed 2, 60
-// frames). Mean IDF1 0.45; 0.30 with numbers carried along the flow of their pixels, and 0.67 with
-// the truth's borders within these masks. Six drives of seed 100: 0.43, where the flow gives 0.32.
 //
 // A tracker that was restored from its text goes on to the last bit.
 #ifndef EGOSIEVE_VISION_MASKS_MOVER_TRACKER_H_
@@ -27,6 +25,7 @@
 #include <map>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -54,7 +53,7 @@ struct MoverTrackerOptions {
 struct TrackedFrame {
   double time_seconds = 0.0;
   cv::Mat3b image;
-  FlowPair flow;  // from the frame before to this one; empty where there is none
+  FlowPair flow;  // from the frame before to this one, not grown; empty where there is none
 };
 
 class MoverTracker {
@@ -90,6 +89,7 @@ class MoverTracker {
   static std::optional<std::pair<double, uint16_t>> NearestMotion(
       const Scene& scene, const cv::Mat1b& piece, const std::map<uint16_t, int>& among,
       const cv::Mat1w& numbers);
+  void RememberApart(const Scene& scene, const cv::Mat1w& numbers);
   void MergeMovers(const Scene& scene, cv::Mat1w& numbers);  // (M5)
   uint16_t PartnerOf(const Scene& scene, uint16_t number, const cv::Mat1w& numbers);
   void DropFragments(cv::Mat1w& numbers) const;  // (M6)
@@ -101,6 +101,7 @@ class MoverTracker {
   cv::Mat1w last_;
   std::map<uint16_t, Mover> movers_;
   std::map<std::pair<uint16_t, uint16_t>, int> votes_;  // (M5), the smaller mover first
+  std::set<std::pair<uint16_t, uint16_t>> apart_;       // (M5), the smaller number first
   int next_number_ = 1;
 };
 

@@ -18,7 +18,8 @@ std::string MoverTracker::ToText() const {
                                  {"last_size", {last_.cols, last_.rows}},
                                  {"last_runs", runs},
                                  {"movers", nlohmann::ordered_json::array()},
-                                 {"votes", nlohmann::ordered_json::array()}};
+                                 {"votes", nlohmann::ordered_json::array()},
+                                 {"apart", apart_}};
   for (const auto& [number, mover] : movers_) {
     json["movers"].push_back({{"number", number},
                               {"first_seconds", mover.first_seconds},
@@ -66,6 +67,9 @@ absl::StatusOr<MoverTracker> MoverTracker::Restore(const MoverTrackerOptions& op
     for (const nlohmann::json& entry : json.at("votes")) {
       const auto vote = entry.get<std::array<int, 3>>();
       tracker.votes_[{static_cast<uint16_t>(vote[0]), static_cast<uint16_t>(vote[1])}] = vote[2];
+    }
+    for (const nlohmann::json& entry : json.at("apart")) {
+      tracker.apart_.insert(entry.get<std::pair<uint16_t, uint16_t>>());
     }
   } catch (const nlohmann::json::exception& error) {
     return absl::DataLossError(

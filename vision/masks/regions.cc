@@ -11,7 +11,9 @@ std::vector<Piece> PiecesOf(const cv::Mat1b& region) {
   const int count = cv::connectedComponentsWithStats(region, labels, stats, centres, 8, CV_32S);
   std::vector<Piece> pieces;
   for (int i = 1; i < count; ++i) {
-    pieces.push_back({labels == i, stats.at<int>(i, cv::CC_STAT_AREA)});
+    const cv::Rect box(stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
+                       stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT));
+    pieces.push_back({labels == i, stats.at<int>(i, cv::CC_STAT_AREA), box});
   }
   std::stable_sort(pieces.begin(), pieces.end(),
                    [](const Piece& a, const Piece& b) { return a.area > b.area; });

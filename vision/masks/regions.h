@@ -12,6 +12,7 @@ namespace egosieve::vision {
 struct Piece {
   cv::Mat1b pixels;
   int area = 0;
+  cv::Rect box;
 };
 
 // 8-connected, the largest first; equal ones in the order of their first pixels.

@@ -191,6 +191,38 @@ TEST(MoverTracker, PartsThatMoveAsOneBecomeOne) {
   EXPECT_EQ(numbers(30, 60), numbers(30, 100));
 }
 
+TEST(MoverTracker, PiecesThatCameApartAreTwo) {
+  // Blue drives behind red, as fast; the mask joins them in the first frame.
+  const std::vector<Body> bodies = {{{10, 20, 30, 30}, 3, kBlue}, {{60, 20, 30, 30}, 3, kRed}};
+  cv::Mat1b mask = SceneAt(bodies, 0).mask;
+  mask(cv::Rect(40, 30, 20, 10)) = 255;
+  MoverTracker tracker({});
+  cv::Mat1w numbers = tracker.Add(FramesOf(bodies, 0), 0, mask);
+  EXPECT_EQ(numbers(30, 20), numbers(30, 70));
+  numbers = Track(tracker, bodies, 1);
+  EXPECT_NE(numbers(30, 23), 0);
+  EXPECT_NE(numbers(30, 73), 0);
+  EXPECT_NE(numbers(30, 23), numbers(30, 73));
+}
+
+TEST(MoverTracker, MoversThatWereApartStayTwo) {
+  // Red stops behind blue and goes on with it.
+  MoverTracker tracker({});
+  const std::vector<Body> apart = {{{10, 20, 30, 30}, 3, kRed}, {{70, 20, 30, 30}, 0, kBlue}};
+  cv::Mat1w numbers;
+  for (int t = 0; t <= 10; ++t) numbers = Track(tracker, apart, t);
+  std::vector<TrackedFrame> frames = FramesOf(apart, 10);
+  const std::vector<Body> together = {{{40, 20, 30, 30}, 1, kRed}, {{70, 20, 30, 30}, 1, kBlue}};
+  for (int t = 1; t <= 8; ++t) {
+    const Scene scene = SceneAt(together, t);
+    frames.push_back({1.0 + 0.1 * t, scene.image, scene.flow});
+    numbers = tracker.Add(frames, frames.size() - 1, scene.mask);
+  }
+  EXPECT_NE(numbers(30, 55), 0);
+  EXPECT_NE(numbers(30, 100), 0);
+  EXPECT_NE(numbers(30, 55), numbers(30, 100));
+}
+
 TEST(MaskOf, FillsHolesAndKeepsUnsurePixelsStatic) {
   cv::Mat1f p(200, 200, 0.5f);  // the prior: likely everywhere, sure nowhere
   EXPECT_EQ(cv::countNonZero(MaskOf(p, {0.5, 0.7}, {})), 0);
