@@ -18,7 +18,8 @@ constexpr double kStepsPerPixel = 2.0;
 constexpr int kMostSteps = 400;
 // Two patches that differ by less are no two exposures: half a grey level each is rounding alone.
 constexpr double kCopyLevels = 0.7;
-constexpr size_t kFewestFresh = 20;
+constexpr double kMovedPixels = 1.0;
+constexpr size_t kFewest = 20;          // places, for their median to count
 constexpr double kLeastScaling = 0.05;  // a sixth of a pixel at the patch's edge
 
 // The patch around a place, sampled bilinearly. False where it leaves the picture.
@@ -153,13 +154,16 @@ PhotometricSupport::PhotometricSupport(cv::Mat before, cv::Mat now,
     if (!Sample(before_, befores[i], p) || !Sample(now_, nows[i], q)) return;
     apart[i] = std::sqrt(SquaredDifference(p, q) / kPatchPixels);
   });
-  std::vector<double> all, fresh;
-  for (const double levels : apart) {
-    if (levels >= 0.0) all.push_back(levels);
-    if (levels >= kCopyLevels) fresh.push_back(levels);
+  std::vector<double> all, fresh, moved;
+  for (size_t i = 0; i < apart.size(); ++i) {
+    if (apart[i] >= 0.0) all.push_back(apart[i]);
+    if (apart[i] < kCopyLevels) continue;
+    fresh.push_back(apart[i]);
+    if (cv::norm(nows[i] - befores[i]) >= kMovedPixels) moved.push_back(apart[i]);
   }
   noise_levels_ = kNoiseFloorLevels;
-  std::vector<double>& levels = fresh.size() >= kFewestFresh ? fresh : all;
+  std::vector<double>& levels =
+      moved.size() >= kFewest ? moved : (fresh.size() >= kFewest ? fresh : all);
   if (levels.empty()) return;
   const auto middle = levels.begin() + static_cast<int64_t>(levels.size() / 2);
   std::nth_element(levels.begin(), middle, levels.end());
@@ -173,8 +177,10 @@ std::optional<double> PhotometricSupport::LogRatio(cv::Point2f before, cv::Point
 }
 
 double PhotometricSupport::RatioOf(double still, double found, double place_variance) const {
-  const double variance =
-      std::max(noise_levels_ * noise_levels_, std::min(found, still) / kPatchPixels);
+  const double least = kPatchPixels * noise_levels_ * noise_levels_;
+  still = std::max(still, least);
+  found = std::max(found, least);
+  const double variance = std::min(found, still) / kPatchPixels;
   return kIndependentShare * (still - found) / (2.0 * (variance + place_variance));
 }
 

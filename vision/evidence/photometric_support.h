@@ -5,13 +5,15 @@
 // place that was found for it in the current frame, and around the place where it would be if it
 // stood still, each less its mean, and N = 49:
 //
-//   E_1 = |P - Q|^2,  E_0 = |P - S|^2,  v = max(sigma^2, min(E_0, E_1) / N)
+//   E_1 = max(|P - Q|^2, N sigma^2),  E_0 = max(|P - S|^2, N sigma^2),  v = min(E_0, E_1) / N
 //   l = max(0, kappa (E_0 - E_1) / (2 v))                                                    (S1)
 //
 // the log-likelihood ratio of the pictures, found place against standing still. No residual may say
 // more for moving than l: where both places look alike, nothing was seen. sigma is the median of
-// sqrt(E_1 / N) over the points of the frame, at least the floor, without copies: compressed video
-// repeats what stands still to the bit. kappa < 1 because neighbouring pixels share their noise.
+// |P - Q| / sqrt(N) over the points of the frame that moved, at least the floor: compressed video
+// repeats what stays in place to the bit, noise and all. What fits better than sigma does so by
+// chance, or since the found place was searched for, and says nothing. kappa < 1 because
+// neighbouring pixels share their noise.
 //
 // Where the depth is not known, a static point can be anywhere on a segment of its epipolar line.
 // What slides along an edge, or looks like its surroundings, has a place there that fits as well:

@@ -77,7 +77,7 @@ absl::Status FrameLabeller::Implementation::Restore(absl::string_view bytes) {
   gap_ = state.gap;
   motion_ = std::move(state.motion);
   history_.clear();
-  pair_motions_ = PairMotions(GridOptionsOf(options_), MotionOptionsOf(options_));
+  pair_motions_ = PairMotions(GridOptionsOf(options_), MotionOptionsOf(options_), pattern_);
   return absl::OkStatus();
 }
 

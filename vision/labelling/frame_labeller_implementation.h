@@ -40,6 +40,14 @@ inline TwoViewMotionOptions MotionOptionsOf(const FrameLabellerOptions& options)
   return motion;
 }
 
+// Null where the drive's is not known.
+inline std::shared_ptr<const FixedPattern> PatternOf(const FrameLabellerOptions& options) {
+  if (options.fixed_pattern.empty()) return nullptr;
+  cv::Mat1f median;
+  options.fixed_pattern.convertTo(median, CV_32F);
+  return std::make_shared<FixedPattern>(median, FixedPatternOptions());
+}
+
 class FrameLabeller::Implementation {
  public:
   using Pictures = std::vector<std::shared_ptr<const ExtractedFrame>>;
@@ -47,14 +55,9 @@ class FrameLabeller::Implementation {
   Implementation(const FrameLabellerOptions& options, EvidenceLabeller evidence)
       : options_(options),
         gathers_(!options.evidence.IsEpipolarAlone()),
-        pair_motions_(GridOptionsOf(options), MotionOptionsOf(options)),
-        evidence_(std::move(evidence)) {
-    if (!options.fixed_pattern.empty()) {
-      cv::Mat1f median;
-      options.fixed_pattern.convertTo(median, CV_32F);
-      fixed_.emplace(median, FixedPatternOptions());
-    }
-  }
+        pattern_(PatternOf(options)),
+        pair_motions_(GridOptionsOf(options), MotionOptionsOf(options), pattern_),
+        evidence_(std::move(evidence)) {}
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
   absl::StatusOr<LabelledFrame> Label(std::shared_ptr<const ExtractedFrame> frame,
@@ -97,7 +100,7 @@ class FrameLabeller::Implementation {
   // Between the two of the pair; `world` is set where it is calibrated and was not known.
   absl::StatusOr<MotionModel> MotionOfTracks(const std::vector<TrackedPoint>& points,
                                              const ExtractedFrame& frame, TwoViewMotion& world,
-                                             LabelledFrame& result) const;
+                                             LabelledFrame& result);
   // Empty where the motion is not calibrated, or the grid of flow not used.
   absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
                                     LabellingTimes& times);
@@ -106,7 +109,7 @@ class FrameLabeller::Implementation {
   void ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
                      const TwoViewMotion* back, const View& far, const Pictures& ahead);
   // Sets is_fixed of the points where the frame agrees with the drive's fixed pattern.
-  void MarkFixed(const ExtractedFrame& frame, std::vector<TrackedPoint>& points) const;
+  void MarkFixed(const ExtractedFrame& frame, std::vector<TrackedPoint>& points);
   // Bounds the motion's ground by the speed over the drive.
   void BoundGround(const ExtractedFrame& a, const ExtractedFrame& b, TwoViewMotion& motion) const;
   void ObserveGap(const MotionModel& model, int gap);
@@ -115,7 +118,7 @@ class FrameLabeller::Implementation {
 
   const FrameLabellerOptions options_;
   const bool gathers_;  // evidence beyond the epipolar distance
-  std::optional<FixedPattern> fixed_;
+  const std::shared_ptr<const FixedPattern> pattern_;
   std::deque<std::shared_ptr<const ExtractedFrame>> history_;  // at most frame_gap, oldest first
   MixtureState mixture_;
   GapState gap_;

@@ -21,7 +21,8 @@ namespace egosieve::vision {
 namespace {
 
 constexpr uint64_t kGeometryStep = 1;
-constexpr int kNoGap = 1 << 20;  // pictures that no track reaches back
+constexpr int kNoGap = 1 << 20;        // pictures that no track reaches back
+constexpr double kLeastOfSpeed = 0.5;  // of the slope that the ground's speed lets expect
 
 cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
   cv::Matx33d result;
@@ -121,30 +122,18 @@ void FrameLabeller::Implementation::ObserveGround(const ExtractedFrame& before,
 }
 
 void FrameLabeller::Implementation::MarkFixed(const ExtractedFrame& frame,
-                                              std::vector<TrackedPoint>& points) const {
-  if (!fixed_) return;
-  cv::Mat1b reduced = ReducedPicture(frame.grey);
-  // A picture reduced twice may differ by a row from one reduced once.
-  const cv::Size off = reduced.size() - fixed_->size();
-  if (std::max(std::abs(off.width), std::abs(off.height)) > 1) return;
-  if (reduced.size() != fixed_->size()) {
-    cv::resize(reduced, reduced, fixed_->size(), 0.0, 0.0, cv::INTER_AREA);
-  }
-  const cv::Mat1b agreeing = fixed_->Agreeing(SmoothPicture(reduced));
-  const double scale = static_cast<double>(reduced.cols) / frame.grey.cols;
-  for (TrackedPoint& point : points) {
-    const cv::Point2f now = point.evidence.now;
-    const int column = std::clamp(cvRound((now.x + 0.5) * scale - 0.5), 0, reduced.cols - 1);
-    const int row = std::clamp(cvRound((now.y + 0.5) * scale - 0.5), 0, reduced.rows - 1);
-    point.evidence.is_fixed = agreeing(row, column) != 0;
-  }
+                                              std::vector<TrackedPoint>& points) {
+  const PatternPlaces& fixed = pair_motions_.FixedIn(frame);
+  if (fixed.empty()) return;
+  for (TrackedPoint& point : points) point.evidence.is_fixed = fixed.Contain(point.evidence.now);
 }
 
 void FrameLabeller::Implementation::BoundGround(const ExtractedFrame& a, const ExtractedFrame& b,
                                                 TwoViewMotion& motion) const {
   const double seconds = std::abs(b.frame.time_seconds - a.frame.time_seconds);
   const double heights = ground_.Low() * seconds, slope = SlopeOfHeights(heights);
-  if (slope > 0.0 && (!(motion.ground_slope > 0.0) || slope < motion.ground_slope)) {
+  // A pair that shows hardly any slope shows something else, such as traffic on the road.
+  if (slope > 0.0 && (slope < motion.ground_slope || motion.ground_slope < kLeastOfSpeed * slope)) {
     motion.ground_slope = slope;
     motion.ground_heights = heights;
   }
@@ -213,11 +202,14 @@ absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame&
 
 absl::StatusOr<MotionModel> FrameLabeller::Implementation::MotionOfTracks(
     const std::vector<TrackedPoint>& points, const ExtractedFrame& frame, TwoViewMotion& world,
-    LabelledFrame& result) const {
+    LabelledFrame& result) {
   std::vector<PointPair> geometry;
+  const PatternPlaces& fixed = pair_motions_.FixedIn(frame);
   for (const TrackedPoint& point : points) {
     const cv::Point2f a = point.evidence.before, b = point.evidence.now;
-    if (point.is_textured && point.evidence.HasBefore()) geometry.push_back({a.x, a.y, b.x, b.y});
+    if (point.is_textured && point.evidence.HasBefore() && !fixed.Contain(b)) {
+      geometry.push_back({a.x, a.y, b.x, b.y});
+    }
   }
   if (!options_.IsCalibrated()) return FindMotion(geometry, frame.frame.index, result);
   Stopwatch watch;

@@ -50,6 +50,12 @@ int64_t NodeAt(double x, double y, int columns, int stride_pixels) {
   return row * columns + column;
 }
 
+const PatternPlaces& PairMotions::FixedIn(const ExtractedFrame& picture) {
+  const auto [places, is_new] = fixed_.try_emplace(picture.frame.index);
+  if (is_new) places->second = PatternPlaces(pattern_.get(), picture.grey);
+  return places->second;
+}
+
 absl::StatusOr<GridLinks> PairMotions::Follow(const Pictures& pictures) {
   GridLinks links;
   const cv::Mat& first = pictures[0]->grey;
@@ -90,11 +96,13 @@ TwoViewMotion PairMotions::Along(const ExtractedFrame& first, const ExtractedFra
                                  const Pinhole& camera) {
   const auto [known, is_new] = motions_.try_emplace({first.frame.index, last.frame.index});
   if (!is_new) return known->second;
+  const PatternPlaces& fixed = FixedIn(first);
   std::vector<PointPair> pairs;
   for (size_t n = 0; n < places.size(); ++n) {
     if (links.is_textured[n] == 0 || !IsKnown(places[n])) continue;
     const cv::Point2f node =
         PlaceOfNode(static_cast<int>(n), links.nodes.width, options_.stride_pixels);
+    if (fixed.Contain(node)) continue;
     pairs.push_back({node.x, node.y, places[n].x, places[n].y});
   }
   known->second = EstimateTwoViewMotion(pairs, camera, motion_options_);
@@ -113,6 +121,7 @@ absl::StatusOr<TwoViewMotion> PairMotions::Between(const ExtractedFrame& first,
 
 void PairMotions::Forget(int64_t index) {
   flows_.Forget(index);
+  fixed_.erase(fixed_.begin(), fixed_.lower_bound(index));
   motions_.erase(motions_.begin(), motions_.lower_bound({index, 0}));
 }
 

@@ -22,6 +22,8 @@
 #include "absl/status/statusor.h"
 #include "vision/features/flow_grid.h"
 #include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/pattern_places.h"
+#include "vision/own_vehicle/fixed_pattern.h"
 #include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
@@ -67,10 +69,19 @@ class PairMotions {
  public:
   using Pictures = std::vector<const ExtractedFrame*>;  // of one size, in order
 
-  PairMotions(const FlowGridOptions& options, const TwoViewMotionOptions& motion_options)
-      : options_(options), motion_options_(motion_options), flows_(options) {}
+  // pattern: the drive's; null: not known.
+  PairMotions(const FlowGridOptions& options, const TwoViewMotionOptions& motion_options,
+              std::shared_ptr<const FixedPattern> pattern)
+      : options_(options),
+        motion_options_(motion_options),
+        pattern_(std::move(pattern)),
+        flows_(options) {}
 
   FlowCache& flows() { return flows_; }
+
+  // The places of a picture that agree with the drive's fixed pattern. They tell nothing of the
+  // camera's motion.
+  const PatternPlaces& FixedIn(const ExtractedFrame& picture);
 
   // From the first of at least two pictures; empty where they are too small for flow.
   absl::StatusOr<GridLinks> Follow(const Pictures& pictures);
@@ -88,7 +99,9 @@ class PairMotions {
  private:
   FlowGridOptions options_;
   TwoViewMotionOptions motion_options_;
+  std::shared_ptr<const FixedPattern> pattern_;
   FlowCache flows_;
+  std::map<int64_t, PatternPlaces> fixed_;                        // by index
   std::map<std::pair<int64_t, int64_t>, TwoViewMotion> motions_;  // by first and last index
 };
 

@@ -62,8 +62,39 @@ TEST(PhotometricSupport, TheRatioIsThatOfItsDefinition) {
   cv::Mat before = cv::Mat::zeros(kSide, kSide, CV_8UC1);
   before.at<uint8_t>(20, 20) = 49;
   const PhotometricSupport support(before, before, {{20, 20}}, {{20, 20}});
-  // E_0 = 48 (0 - (-1))^2 + (48 - 0)^2 = 48 + 2304, E_1 = 0, v = 1.5^2, kappa = 1/4.
-  EXPECT_NEAR(*support.LogRatio({20, 20}, {20, 20}, {40, 40}), 0.25 * 2352 / (2 * 2.25), 1e-3);
+  // E_0 = 48 (0 - (-1))^2 + (48 - 0)^2 = 48 + 2304, E_1 = N sigma^2 = 49 * 1.5^2, v = 1.5^2,
+  // kappa = 1/4.
+  EXPECT_NEAR(*support.LogRatio({20, 20}, {20, 20}, {40, 40}), 0.25 * (2352 - 110.25) / (2 * 2.25),
+              1e-3);
+}
+
+TEST(PhotometricSupport, NoiseThatIsRepeatedSaysNothing) {
+  // Of variance 2/3: a place that differs by twice that fits no worse than sigma^2 = 1.5^2.
+  cv::Mat before(kSide, kSide, CV_8UC1);
+  cv::RNG random(5);
+  random.fill(before, cv::RNG::UNIFORM, 100, 103);
+  const PhotometricSupport support(before, before, {{20, 20}}, {{20, 20}});
+  EXPECT_EQ(*support.LogRatio({20, 20}, {20, 20}, {23, 20}), 0.0);
+  EXPECT_EQ(*support.LogRatioOnSegment({20, 20}, {20, 20}, {{23, 20}, {29, 20}, 1.0, 1.0}), 0.0);
+}
+
+TEST(PhotometricSupport, NoiseIsThatOfWhatMoved) {
+  // The left half moves and is noisy, the right half stays in place and is less so.
+  cv::Mat before = HalfTextured(), now = Shifted(before, 3), noise(before.size(), CV_8UC1);
+  before.colRange(kSide / 2, kSide).copyTo(now.colRange(kSide / 2, kSide));
+  cv::RNG random(3);
+  random.fill(noise, cv::RNG::UNIFORM, 0, 20);  // standard deviation 5.77
+  noise.colRange(kSide / 2, kSide) /= 5;
+  cv::add(now, noise, now);
+  Places befores, nows;
+  for (int y = 8; y < kSide - 8; y += 4) {
+    for (int x = 8; x < kSide - 8; x += 2) {
+      befores.emplace_back(x, y);
+      nows.emplace_back(x < kSide / 2 - 8 ? x + 3 : x, y);
+    }
+  }
+  const PhotometricSupport support(before, now, befores, nows);
+  EXPECT_NEAR(support.noise_levels(), 5.77, 0.6);
 }
 
 TEST(PhotometricSupport, NoiseIsThatOfTheFrame) {

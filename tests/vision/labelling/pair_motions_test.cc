@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <memory>
 #include <opencv2/imgproc.hpp>
@@ -41,7 +42,7 @@ int NodeNear(const GridLinks& links, double x, double y, int stride) {
 
 TEST(PairMotions, FollowsOverOnePictureAndOverSeveral) {
   FlowGridOptions options;
-  PairMotions motions(options, {});
+  PairMotions motions(options, {}, nullptr);
   const auto a = PictureOf(0, 4), b = PictureOf(1, 4), c = PictureOf(2, 4);
   const GridLinks links = *motions.Follow({a.get(), b.get(), c.get()});
   ASSERT_FALSE(links.empty());
@@ -60,7 +61,7 @@ TEST(PairMotions, FollowsOverOnePictureAndOverSeveral) {
 TEST(PairMotions, BetweenIsTheNearMotion) {
   const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
   const auto a = PictureOf(0, 4), b = PictureOf(1, 4), c = PictureOf(2, 4);
-  PairMotions cached({}, {}), afresh({}, {});
+  PairMotions cached({}, {}, nullptr), afresh({}, {}, nullptr);
   const Outlook outlook = *LookAhead(*a, {b, c}, camera, cached);
   ASSERT_NE(outlook.near.frame, nullptr);
   EXPECT_EQ(outlook.near.frame, b.get());
@@ -73,9 +74,32 @@ TEST(PairMotions, BetweenIsTheNearMotion) {
   EXPECT_EQ(known.mean_parallax, found.mean_parallax);
 }
 
+TEST(PairMotions, TheFixedPatternTellsNothingOfTheMotion) {
+  // Three quarters of the picture stay in place, as in a windscreen full of reflections.
+  const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
+  const auto a = PictureOf(0, 4), b = PictureOf(1, 4), still = PictureOf(5, 4);
+  const cv::Rect fixed(0, 0, kWidth, kHeight * 3 / 4);
+  cv::Mat1f pattern(kHeight, kWidth, 100.0f);
+  still->grey(fixed).convertTo(pattern(fixed), CV_32F);
+  for (const auto& picture : {a, b}) still->grey(fixed).copyTo(picture->grey(fixed));
+  const auto known = std::make_shared<FixedPattern>(pattern, FixedPatternOptions());
+  PairMotions with({}, {}, known), without({}, {}, nullptr);
+  EXPECT_TRUE(with.FixedIn(*a).Contain({120, 60}));
+  EXPECT_FALSE(with.FixedIn(*a).Contain({120, 145}));
+  // In front of the camera, places move with the wall by kShift pixels, and not at all else.
+  const auto shift_of = [&](PairMotions& motions) {
+    const TwoViewMotion motion = *motions.Between(*a, *b, camera);
+    const double turned =
+        (RotationHomography(motion, camera) * Eigen::Vector3d(120, 140, 1)).hnormalized().x() - 120;
+    return turned + (motion.HasParallax() ? motion.parallax_pixels : 0.0);
+  };
+  EXPECT_NEAR(shift_of(with), kShift, 0.5);
+  EXPECT_NEAR(shift_of(without), 0.0, 0.5);
+}
+
 TEST(LookAhead, PassesOverRepeatedPicturesAndStopsAtAnotherSize) {
   const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
-  PairMotions motions({}, {});
+  PairMotions motions({}, {}, nullptr);
   const auto a = PictureOf(0, 4), same = PictureOf(0, 4), b = PictureOf(1, 4);
   same->frame.index = 7;
   b->frame.index = 8;
@@ -89,7 +113,7 @@ TEST(LookAhead, PassesOverRepeatedPicturesAndStopsAtAnotherSize) {
 
 TEST(LookAhead, AnotherSceneSaysNothing) {
   const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
-  PairMotions motions({}, {});
+  PairMotions motions({}, {}, nullptr);
   const auto a = PictureOf(0, 4), cut = PictureOf(1, 4);
   cv::RNG random(9);
   random.fill(cut->grey, cv::RNG::UNIFORM, 0, 256);
