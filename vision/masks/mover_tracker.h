@@ -11,7 +11,7 @@
 //               part goes with a mover that it touches and moves with, else as (M3); what moves as
 //               the world around it, such as the road before a car, is no mover              (M4)
 //   merge       two that touch, for merge_votes frames move as one, and were never apart, are the
-//               older of the two                                                              (M5)
+//               older of the two (M5)
 //   fragments   of fewer than 8 min_pixels go with the mover that they touch                  (M6)
 //
 // Numbers run from 1 to 65535 and begin anew after that. Specks of fewer than min_pixels that
