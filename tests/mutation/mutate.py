@@ -8,8 +8,8 @@
 Works in a clone of HEAD (`--tree`), never in the working tree. A place is a binary operator of a
 .cc or .cl file below the folders of `--layers` (but for vision/synthetic), outside comments, strings
 and preprocessor lines. Each mutant replaces one operator by its opposite (`FLIPS`) and runs up to
-`--tests` small or medium tests: those that reach the file over the fewest dependencies, first
-those that bear its name.
+`--tests` small or medium tests of its package, or where none of these reaches the file those that
+reach it over the fewest dependencies.
 A mutant counts as noticed if a test fails or runs out of time, as survived if all pass; one that
 does not compile is replaced by the next place. The tests must pass without a mutant: those that
 do not are named and left out.
@@ -77,12 +77,13 @@ def nearest_tests(tree, name, count):
     chosen = []
     for depth in (2, 3, 4, 5, 6):
         query = f'attr(size, "small|medium", kind("cc_test", rdeps(//tests/..., {target}, {depth})))'
-        tests = [test for test in bazel(tree, 'query', query).stdout.split() if test not in chosen]
-        # The test of the same name first, then those of the same room.
+        tests = [test for test in bazel(tree, 'query', query).stdout.split() if test not in chosen and '/fuzz' not in test]
+        # The test of the same name first, then those of the same package.
         chosen += sorted(tests, key=lambda test: (test.rpartition(':')[2] != stem + '_test', f'//tests/{package}:' not in test, test))
         if len(chosen) >= count:
             break
-    return chosen[:count]
+    own = [test for test in chosen if f'//tests/{package}:' in test]
+    return (own or chosen)[:count]
 
 
 def run_tests(tree, tests):
