@@ -2,13 +2,13 @@
 // probabilities (paper, eq. 6; Rasmussen & Williams, 6.5 and eq. 6.41, whose square root the
 // paper's line lacks).
 //
-//   p(t = +1 | x) = Phi( (a mu + b) / sqrt(1 + a^2 s^2) )                               (S1)
+//   p(t = +1 | x) = Phi( (a mu + b) / sqrt(1 + a^2 s^2) )                              (LS1)
 //
 // a, b maximise the leave-one-out likelihood, where a label p_i in [0, 1] weights both classes and
 // (mu_i, s_i^2) is the prediction of point i without point i:
 //
 //   l(a, b) = sum_i  p_i log Phi(z_i) + (1 - p_i) log Phi(-z_i),
-//   z_i = (a mu_i + b) / sqrt(1 + a^2 s_i^2)                                            (S2)
+//   z_i = (a mu_i + b) / sqrt(1 + a^2 s_i^2)                                           (LS2)
 //
 // Where the points are not a fair sample of what is predicted, w and v weigh the two terms of each:
 // w = share of the class wanted / its share in the sample, v likewise for the other class.
@@ -30,7 +30,7 @@ struct SquashParameters {
   double a = 1.0;
   double b = 0.0;
 
-  // (S1).
+  // (LS1).
   double Probability(double mean, double variance) const;
 };
 
@@ -48,16 +48,16 @@ struct SquashFitOptions {
 
 struct SquashFit {
   SquashParameters parameters;
-  double log_likelihood = 0.0;  // (S2), without the prior
+  double log_likelihood = 0.0;  // (LS2), without the prior
   int iterations = 0;
   bool at_bound = false;  // a or b lies on its bound
 };
 
-// (S2) at the parameters given.
+// (LS2) at the parameters given.
 double SquashLogLikelihood(const SquashParameters& parameters, absl::Span<const double> means,
                            absl::Span<const double> variances, absl::Span<const double> labels);
 
-// Maximises (S2) from `start`. No points: `start`, clamped to the bounds. InvalidArgument on sizes
+// Maximises (LS2) from `start`. No points: `start`, clamped to the bounds. InvalidArgument on sizes
 // that differ, a start with a <= 0 or not finite, labels outside [0, 1], negative or non-finite
 // variances, non-finite means. class_share: of +1 where predictions will be made, in (0, 1); 0:
 // that of the points.

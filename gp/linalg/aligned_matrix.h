@@ -1,5 +1,5 @@
 // Owned row-major float64 storage, aligned to 64 bytes, rows padded to whole cache lines. Contents
-// are not initialised. Large matrices ask for huge pages: tiles touch many rows, each of them on
+// are not initialised. Large matrices request huge pages: tiles touch many rows, each of them on
 // pages of its own.
 #ifndef EGOSIEVE_GP_LINALG_ALIGNED_MATRIX_H_
 #define EGOSIEVE_GP_LINALG_ALIGNED_MATRIX_H_

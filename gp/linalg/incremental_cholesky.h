@@ -6,17 +6,17 @@
 //
 //   operation                       cost (flops)                     equation
 //   Append, k rows                  k n^2 + k^2 n + k^3/3            (A1)-(A2)
-//   Remove, k rows, first row i     2 k (n - i)^2                    (R1)-(R3)
+//   Remove, k rows, first row i     2 k (n - i)^2                    (IC1)-(IC3)
 //   Factorize                       n^3 / 3
 //   Solve, c columns                2 c n^2
 //   HalfSolve, c columns            c n^2
 //
 //   (A1) X = K21 L^-T,  S = K22 - X X^T
 //   (A2) S = M M^T                              the new rows of the factor are [X, M]
-//   (R1) L33' L33'^T = L33 L33^T + L32 L32^T    2: removed rows, 3: rows below; a positive update:
+//   (IC1) L33' L33'^T = L33 L33^T + L32 L32^T   2: removed rows, 3: rows below; a positive update:
 //                                               it cannot fail
-//   (R2) [L33, L32] = [L33', 0] Q               an LQ factorisation by Householder reflectors
-//   (R3) Q = prod_p (I - V_p T_p V_p^T)         compact WY form, a panel of columns p at a time:
+//   (IC2) [L33, L32] = [L33', 0] Q              an LQ factorisation by Householder reflectors
+//   (IC3) Q = prod_p (I - V_p T_p V_p^T)        compact WY form, a panel of columns p at a time:
 //                                               everything but the panels is matrix multiplication
 //
 // The rows that remain keep their order. Work is shared among the library's threads in tiles whose

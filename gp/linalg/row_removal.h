@@ -1,4 +1,4 @@
-// Takes rows and columns out of a factored matrix (R1)-(R3) of gp/linalg/incremental_cholesky.h.
+// Takes rows and columns out of a factored matrix (IC1)-(IC3) of gp/linalg/incremental_cholesky.h.
 //
 // With the removed rows of L set aside and the others moved together, the rows below the first
 // removed one hold [C1, C2]: C1 lower triangular (what is left of L's columns), C2 with a column

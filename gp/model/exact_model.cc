@@ -71,7 +71,7 @@ absl::Status ExactModel::Add(ConstMatrixView<float> inputs, absl::Span<const dou
 
 absl::Status ExactModel::Add(ConstMatrixView<double> inputs, absl::Span<const double> labels,
                              int64_t frame) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> targets, TargetsOfLabels(labels));  // (M1)
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> targets, TargetsOfLabels(labels));  // (EM1)
   return AddTargets(inputs, targets, frame);
 }
 

@@ -1,15 +1,15 @@
 // Exact Gaussian process regression, learnt online: points are added and removed in batches, the
 // Cholesky factor follows.
 //
-//   y_i = 2 p_i - 1 for a label p_i in [0, 1]; else any targets, of k outputs                (M1)
-//   K_y = K + diag(sigma_n^2 + v_i + jitter) = L L^T,  v_i the point's own noise variance    (M2)
+//   y_i = 2 p_i - 1 for a label p_i in [0, 1]; else any targets, of k outputs               (EM1)
+//   K_y = K + diag(sigma_n^2 + v_i + jitter) = L L^T,  v_i the point's own noise variance   (EM2)
 //   alpha = K_y^-1 (Y - H B);  H, B: mean function and its coefficients, with all that follows from
 //   them, as in gp/model/regression_weights.h; the mean is zero at first
-//   mean(x) = alpha^T k* + B^T h(x),  variance of f(x) = k** - |L^-1 k*|^2 + |M^-1 r(x)|^2   (M3)
-//   covariance of f(x), f(x') = k(x, x') - (L^-1 k*).(L^-1 k*') + (M^-1 r).(M^-1 r')         (M4)
-//   d mean / dx = sum_i alpha_i dk(x, x_i) / dx + B^T dh / dx                                (M5)
+//   mean(x) = alpha^T k* + B^T h(x),  variance of f(x) = k** - |L^-1 k*|^2 + |M^-1 r(x)|^2   (EM3)
+//   covariance of f(x), f(x') = k(x, x') - (L^-1 k*).(L^-1 k*') + (M^-1 r).(M^-1 r')        (EM4)
+//   d mean / dx = sum_i alpha_i dk(x, x_i) / dx + B^T dh / dx                               (EM5)
 //   d variance / dx = dk** / dx - 2 sum_i (K_y^-1 k* + W u)_i dk(x, x_i) / dx + 2 u^T dh / dx,
-//     u = A^-1 r                                                                             (M6)
+//     u = A^-1 r                                                                            (EM6)
 //
 // The outputs share covariance, noise and so the factor: variances and covariances are the same for
 // all. Without points the model is the prior.
@@ -60,7 +60,7 @@ namespace egosieve::gp {
 
 struct Prediction {
   std::vector<double> mean;       // M x k
-  std::vector<double> variance;   // of f, M; empty where it was not asked for
+  std::vector<double> variance;   // of f, M; empty where it was not wanted
   int64_t clamped_variances = 0;  // negative from rounding, set to 0
 };
 
@@ -132,7 +132,8 @@ class ExactModel {
   absl::Status SetHyperparameters(const Hyperparameters& hyperparameters);
 
   // Rebuilds the factor from the points: its bits then depend on points and hyperparameters alone,
-  // not on the history. A checkpoint and the run that wrote it go on alike after this.
+  // not on the history. A run continued from a checkpoint and the run that wrote it are the same
+  // after this.
   absl::Status Refactorize();
 
   ExactModelState State() const;
@@ -155,24 +156,24 @@ class ExactModel {
   const RegressionWeights& weights() const { return weights_; }
   absl::Span<const double> alpha() const { return weights_.alpha; }  // n x k
 
-  // Means (M3) at N x D points on the context's device in float32, N x k; the prior's 0 for an
+  // Means (EM3) at N x D points on the context's device in float32, N x k; the prior's 0 for an
   // empty model.
   absl::StatusOr<std::vector<float>> PredictMean(kernels::ConstMatrixView<float> points) const;
   // The mean at the model's own points, n x k, in float64 and without covariances: y - (sigma_n^2 +
   // v + jitter) alpha; y itself where the mean's coefficients are not determined.
   std::vector<double> PredictOwnMean() const;
-  // (M3) at N x D points, in float64.
+  // (EM3) at N x D points, in float64.
   absl::StatusOr<Prediction> Predict(kernels::ConstMatrixView<double> points,
                                      PredictWhat what) const;
 
-  // (M4) at M x D points, in float64. Cost: M n^2 + M^2 n flops; memory: M n + M^2 values.
+  // (EM4) at M x D points, in float64. Cost: M n^2 + M^2 n flops; memory: M n + M^2 values.
   absl::StatusOr<JointPrediction> PredictJoint(kernels::ConstMatrixView<double> points) const;
   // Samples from the joint distribution of f, or y, at M x D points (gp/linalg/normal_samples.h):
   // from the posterior, or from the prior where the model is empty.
   absl::StatusOr<NormalSamples> Sample(kernels::ConstMatrixView<double> points,
                                        const SampleOptions& options) const;
 
-  // (M5), (M6) at M x D points, in float64. Cost: M n D k for the mean, 2 M n^2 for the variance.
+  // (EM5), (EM6) at M x D points, in float64. Cost: M n D k for the mean, 2 M n^2 for the variance.
   absl::StatusOr<InputGradients> PredictGradients(kernels::ConstMatrixView<double> points,
                                                   PredictWhat what) const;
 
@@ -199,7 +200,7 @@ class ExactModel {
   };
 
   absl::Status AppendToFactor(const Observations& added);
-  // (M6), points.rows x D.
+  // (EM6), points.rows x D.
   absl::Status VarianceGradients(kernels::ConstMatrixView<double> points,
                                  kernels::MatrixView<double> out) const;
   // The solution for `points` with the first jitter that works: `jitter` itself, or where that was

@@ -28,7 +28,7 @@ double Square(const double* values, int64_t n) {
   return sum;
 }
 
-// (M3): means (M x k) from k*, one row for each of the points.
+// (EM3): means (M x k) from k*, one row for each of the points.
 void MeansOf(const RegressionWeights& weights, ConstMatrixView<double> points,
              ConstMatrixView<double> k, double* means) {
   kernels::ParallelFor(points.rows, 2.0 * k.rows * k.cols * weights.outputs, [&](int64_t i) {
@@ -130,7 +130,7 @@ absl::StatusOr<JointPrediction> ExactModel::PredictJoint(ConstMatrixView<double>
   MeansOf(weights_, points, cross.view(), joint.mean.data());
   const AlignedMatrix reduced = ReducedBases(weights_, points, cross.view());
   AppendRows(factor_.Factor(), cross.view());
-  AddRowProducts(cross.view(), -1, covariance);  // (M4)
+  AddRowProducts(cross.view(), -1, covariance);  // (EM4)
   AddRowProducts(reduced.view(), 1, covariance);
   for (int64_t i = 0; i < points.rows; ++i) covariance(i, i) = std::max(0.0, covariance(i, i));
   MirrorLower(covariance);
@@ -163,7 +163,7 @@ absl::StatusOr<InputGradients> ExactModel::PredictGradients(ConstMatrixView<doub
   InputGradients gradients;
   if (points.rows == 0) return gradients;
   gradients.mean.resize(points.rows * k * dimension);
-  for (int64_t c = 0; c < k; ++c) {  // (M5)
+  for (int64_t c = 0; c < k; ++c) {  // (EM5)
     std::vector<double> alpha(n);
     for (int64_t i = 0; i < n; ++i) alpha[i] = weights_.alpha[i * k + c];
     EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceInputGradient(
@@ -213,7 +213,7 @@ absl::Status ExactModel::VarianceGradients(ConstMatrixView<double> points,
   EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceInputGradient(hyperparameters_.covariance, points,
                                                             inputs(), rows.view(), out));
   std::vector<double> prior(points.cols);
-  for (int64_t i = 0; i < points.rows; ++i) {  // (M6)
+  for (int64_t i = 0; i < points.rows; ++i) {  // (EM6)
     kernels::PriorVarianceGradient(hyperparameters_.covariance, points.row(i), prior.data());
     for (int64_t d = 0; d < points.cols; ++d) {
       out(i, d) = prior[d] - 2.0 * out(i, d);

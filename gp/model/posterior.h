@@ -1,8 +1,8 @@
 // What a Gaussian process believes at one moment: immutable, safe to use from any number of threads
 // while the model that made it goes on learning.
 //
-//   mean, variance of f, probability as in kernels/ops/dense_posterior.h     (P1)
-//   variance of y = variance of f + sigma_n^2                                (P2)
+//   mean, variance of f, probability as in kernels/ops/dense_posterior.h    (PO1)
+//   variance of y = variance of f + sigma_n^2                               (PO2)
 //
 // Mean functions and several outputs add (W3), (W4) of gp/model/regression_weights.h. The device
 // gives k*.alpha of one output and k** - |L^-1 k*|^2 in float32; the means of several outputs and
@@ -39,19 +39,19 @@ class Posterior {
       const Hyperparameters& hyperparameters, const SquashParameters& squash,
       const RegressionWeights& weights, const kernels::DensePosteriorOptions& options = {});
 
-  // (P1): queries M x D; outputs are the caller's arrays, null where not wanted: the mean of M x k
+  // (PO1): queries M x D; outputs are the caller's arrays, null where not wanted: the mean of M x k
   // values, variance (of f) and probability of M. InvalidArgument on NaN or infinite queries,
   // naming the row, and for the probability of several outputs; nothing is written then.
   absl::StatusOr<kernels::PosteriorCounts> Evaluate(kernels::ConstMatrixView<float> queries,
                                                     const kernels::PosteriorOutputs& outputs) const;
 
-  // (P1) on the caller's queue, as in kernels/ops/dense_posterior.h. FailedPrecondition for several
-  // outputs and mean functions, which need the host.
+  // (PO1) on the caller's queue, as in kernels/ops/dense_posterior.h. FailedPrecondition for
+  // several outputs and mean functions, which need the host.
   absl::StatusOr<cl_event> Enqueue(const kernels::DeviceQueries& queries,
                                    const kernels::DeviceOutputs& outputs,
                                    const kernels::DeviceCall& call) const;
 
-  // (P2) from (P1): the variance of an observation, in place.
+  // (PO2) from (PO1): the variance of an observation, in place.
   void AddNoiseVariance(absl::Span<float> latent_variances) const;
 
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }

@@ -2,27 +2,24 @@
 // too much. Three approximations of Quinonero-Candela & Rasmussen (2005), "A unifying view of
 // sparse approximate Gaussian process regression":
 //
-//   L L^T = K_uu + jitter I,  v_i = L^-1 k_u(x_i),  q_ii = |v_i|^2                            (S1)
-//   lambda_i = sigma_n^2 + v_i                  subset of regressors, DTC (the same training)
-//   lambda_i = sigma_n^2 + v_i + k_ii - q_ii    FITC; v_i: the point's own noise variance      (S2)
-//   A = I + sum_i v_i v_i^T / lambda_i,  c = sum_i v_i y_i / lambda_i                         (S3)
-//   mean(x) = v(x).A^-1 c                                                                     (S4)
+//   v, lambda, A, c                   (SP1) to (SP3) of gp/model/sparse_solution.h
+//   mean(x) = v(x).A^-1 c                                                                    (SP4)
 //   variance(x) = |L_A^-1 v(x)|^2                           subset of regressors: it vanishes
 //                                                           far from the inducing inputs
-//   variance(x) = k(x, x) - |v(x)|^2 + |L_A^-1 v(x)|^2      DTC, FITC                         (S5)
-//   cov(x, x') = k(x, x') - v(x).v(x') + (L_A^-1 v(x)).(L_A^-1 v(x')); the subset of regressors has
-//                the last term alone                                                        (S7)
-//   log p(y) = -1/2 (sum_i log lambda_i + log|A| + y^T Lambda^-1 y - c.A^-1 c + n log 2 pi)   (S6)
+//   variance(x) = k(x, x) - |v(x)|^2 + |L_A^-1 v(x)|^2      DTC, FITC                        (SP5)
+//   log p(y) = -1/2 (sum_i log lambda_i + log|A| + y^T Lambda^-1 y - c.A^-1 c + n log 2 pi)   (SP6)
+//   cov(x, x') = k(x, x') - v(x).v(x') + (L_A^-1 v(x)).(L_A^-1 v(x'));                       (SP7)
+//                the subset of regressors has the last term alone
 //
-// A point enters or leaves through its own term of (S3): m^2 flops, and m^3 / 3 for L_A once a
-// batch. The inducing inputs are chosen anew (n m^2) when a share of the points has changed or the
+// A point enters or leaves through its own term of (SP3): m^2 flops, and m^3 / 3 for L_A once per
+// batch. The inducing inputs are chosen again (n m^2) when a share of the points has changed or the
 // hyperparameters have; A is then summed afresh, which also ends the rounding that removals leave.
 //
 // Where K_uu's factorisation refuses a pivot, the jitter climbs by tens to 1e-4 sigma_f^2, from at
 // least 1e-10 sigma_f^2 on; jitter() reports it. A change that fails leaves the model as it was,
 // also where memory runs out (std::bad_alloc).
 //
-// The posterior on a device takes (S5) as k** - |R k_u|^2 with R^T R = L^-T (I - A^-1) L^-1, R
+// The posterior on a device takes (SP5) as k** - |R k_u|^2 with R^T R = L^-T (I - A^-1) L^-1, R
 // lower triangular.
 //
 // One output and the zero mean: other points are InvalidArgument, other mean functions
@@ -66,7 +63,7 @@ class SparseModel {
   SparseModel(SparseModel&&) = default;
   SparseModel& operator=(SparseModel&&) = default;
 
-  // As ExactModel's, errors included.
+  // As ExactModel's, errors included. The two share no base class: callers hold a std::variant.
   absl::Status Add(kernels::ConstMatrixView<double> inputs, absl::Span<const double> labels,
                    int64_t frame);
   absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
@@ -81,8 +78,8 @@ class SparseModel {
 
   // Takes these inducing inputs (m x D) until the next refresh.
   absl::Status SetInducingInputs(kernels::ConstMatrixView<double> inputs);
-  // Chooses the inducing inputs anew and sums everything afresh: what follows then depends on the
-  // points and hyperparameters alone.
+  // Chooses the inducing inputs and computes all sums again: the state then depends on the points
+  // and hyperparameters alone.
   absl::Status Refresh();
 
   // What Restore takes; gp/io/model_file.h stores it. A run that calls Refresh when it writes, and
@@ -105,10 +102,10 @@ class SparseModel {
     return {solution_.inducing_inputs.data(), inducing_size(), input_dimension()};
   }
 
-  // (S4), (S5) at N x D points in float64; the prior for an empty model.
+  // (SP4), (SP5) at N x D points in float64; the prior for an empty model.
   absl::StatusOr<Prediction> Predict(kernels::ConstMatrixView<double> points,
                                      PredictWhat what) const;
-  // (S7) at M x D points, and samples from it, as ExactModel's.
+  // (SP7) at M x D points, and samples from it, as ExactModel's.
   absl::StatusOr<JointPrediction> PredictJoint(kernels::ConstMatrixView<double> points) const;
   absl::StatusOr<NormalSamples> Sample(kernels::ConstMatrixView<double> points,
                                        const SampleOptions& options) const;
@@ -118,10 +115,10 @@ class SparseModel {
                                                   PredictWhat what) const;
   // The mean at the model's own points, from what is at hand.
   std::vector<double> PredictOwnMean() const;
-  // (S6); 0 for an empty model.
+  // (SP6); 0 for an empty model.
   double LogMarginalLikelihood() const;
   // Leave-one-out predictions of all points under the approximation's own covariance of y, Q +
-  // Lambda, inverted by (S3): n m^2 flops.
+  // Lambda, inverted by (SP3): n m^2 flops.
   LeaveOneOut PredictLeaveOneOut() const;
 
   // Unimplemented for the subset of regressors, whose variance no device form has: DTC has its
@@ -134,7 +131,7 @@ class SparseModel {
 
   // Made once for a solution: m^3 flops.
   absl::StatusOr<std::shared_ptr<const SparsePosteriorForm>> PosteriorForm() const;
-  // The variance is (S4)'s own, which vanishes where no inducing input is near.
+  // The variance is (SP4)'s own, which vanishes where no inducing input is near.
   bool IsDegenerate() const {
     return options_.approximation == SparseApproximation::kSubsetOfRegressors && size() > 0;
   }

@@ -67,12 +67,12 @@ absl::StatusOr<Prediction> SparseModel::Predict(ConstMatrixView<double> points,
         ProjectPoints(*context_, options_, hyperparameters_, solution_, tile, {}, v, unused));
     std::vector<double> explained;
     for (int64_t i = 0; i < tile.rows; ++i) {
-      prediction.mean.push_back(Dot(v.row(i), solution_.weights.data(), m));  // (S4)
+      prediction.mean.push_back(Dot(v.row(i), solution_.weights.data(), m));  // (SP4)
       explained.push_back(Square(v.row(i), m));
     }
     if (what == PredictWhat::kMean) continue;
     if (m > 0) AppendRows(solution_.sum_factor.view(), v.view());
-    for (int64_t i = 0; i < tile.rows; ++i) {  // (S5)
+    for (int64_t i = 0; i < tile.rows; ++i) {  // (SP5)
       const double prior = PriorVariance(hyperparameters_.covariance, tile.row(i));
       const double learnt = Square(v.row(i), m);
       const double variance = degenerate ? learnt : prior - explained[i] + learnt;
@@ -99,7 +99,7 @@ absl::StatusOr<JointPrediction> SparseModel::PredictJoint(ConstMatrixView<double
   const MatrixView<double> covariance = joint.covariance.view();
   EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(
       *context_, hyperparameters_.covariance, points, 0.0, kernels::Triangle::kLower, covariance));
-  AddRowProducts(v.view(), -1, covariance);  // (S7)
+  AddRowProducts(v.view(), -1, covariance);  // (SP7)
   if (degenerate) {
     for (int64_t i = 0; i < points.rows; ++i) std::fill_n(covariance.row(i), points.rows, 0.0);
   }
@@ -137,7 +137,7 @@ absl::StatusOr<InputGradients> SparseModel::PredictGradients(ConstMatrixView<dou
   return gradients;
 }
 
-// (S5) is k(x, x) - k_u^T S k_u with S = L^-T (I - A^-1) L^-1, and k_u^T S k_u with S = L^-T A^-1
+// (SP5) is k(x, x) - k_u^T S k_u with S = L^-T (I - A^-1) L^-1, and k_u^T S k_u with S = L^-T A^-1
 // L^-1 for the subset of regressors: the gradients are those of k(x, x) and 2 S k_u.
 absl::Status SparseModel::VarianceGradients(ConstMatrixView<double> points,
                                             MatrixView<double> out) const {

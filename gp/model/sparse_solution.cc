@@ -178,9 +178,9 @@ absl::Status ProjectPoints(kernels::Context& context, const SparseModelOptions& 
                                          hyperparameters.covariance.input_dimension());
   EGOSIEVE_RETURN_IF_ERROR(kernels::CrossCovariance<double>(context, hyperparameters.covariance,
                                                             inputs, inducing, v.view()));
-  AppendRows(solution.factor.view(), v.view());  // (S1)
+  AppendRows(solution.factor.view(), v.view());  // (SP1)
   if (options.approximation != SparseApproximation::kFitc) return absl::OkStatus();
-  for (int64_t i = 0; i < inputs.rows; ++i) {  // (S2)
+  for (int64_t i = 0; i < inputs.rows; ++i) {  // (SP2)
     const double prior = PriorVariance(hyperparameters.covariance, inputs.row(i));
     lambda[i] += std::max(0.0, prior - Square(v.row(i), m));
   }

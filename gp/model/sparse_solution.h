@@ -1,10 +1,10 @@
 // What a sparse model computes from its points: the projections on m inducing inputs u and the sums
 // over them.
 //
-//   L L^T = K_uu + jitter I,  v_i = L^-1 k_u(x_i),  q_ii = |v_i|^2                            (S1)
+//   L L^T = K_uu + jitter I,  v_i = L^-1 k_u(x_i),  q_ii = |v_i|^2                           (SP1)
 //   lambda_i = sigma_n^2 + v_i                  subset of regressors, DTC (the same training)
-//   lambda_i = sigma_n^2 + v_i + k_ii - q_ii    FITC; v_i: the point's own noise variance      (S2)
-//   A = I + sum_i v_i v_i^T / lambda_i,  c = sum_i v_i y_i / lambda_i                         (S3)
+//   lambda_i = sigma_n^2 + v_i + k_ii - q_ii    FITC; v_i: the point's own noise variance     (SP2)
+//   A = I + sum_i v_i v_i^T / lambda_i,  c = sum_i v_i y_i / lambda_i                        (SP3)
 //
 // Where K_uu's factorisation refuses a pivot, the jitter climbs by tens to 1e-4 sigma_f^2, from at
 // least 1e-10 sigma_f^2 on.
@@ -76,7 +76,7 @@ absl::StatusOr<SparseSolution> ChooseAndSolveSparse(kernels::Context& context,
                                                     const Hyperparameters& hyperparameters,
                                                     const PointSet& points);
 
-// (S1), (S2) for points of these noise variances (empty: all 0): rows of v (inputs.rows x m) and
+// (SP1), (SP2) for points of these noise variances (empty: all 0): rows of v (inputs.rows x m) and
 // their lambdas.
 absl::Status ProjectPoints(kernels::Context& context, const SparseModelOptions& options,
                            const Hyperparameters& hyperparameters, const SparseSolution& solution,

@@ -63,7 +63,7 @@ absl::StatusOr<BudgetDecision> EnforceBudget(absl::Span<const double> labels,
     const int64_t share =
         static_cast<int64_t>(std::floor(options.rare_class_share * options.budget));
     int64_t droppable[2] = {class_sizes[0], class_sizes[1]};
-    droppable[rare] -= std::min(class_sizes[rare], share);  // (B1)
+    droppable[rare] -= std::min(class_sizes[rare], share);  // (BU1)
     std::sort(left.begin(), left.end(), [&](int64_t i, int64_t j) {
       return std::make_tuple(birth_frames[i], rank.empty() ? 0.0 : rank[i], i) <
              std::make_tuple(birth_frames[j], rank.empty() ? 0.0 : rank[j], j);

@@ -4,7 +4,7 @@
 // and that are older than `maximum_dynamic_age_frames`: what moves is no longer where it was. Of
 // the rest, n - budget go, oldest first; but the rarer class is not cut below
 //
-//   protected = min(its size, floor(rare_class_share * budget)),                          (B1)
+//   protected = min(its size, floor(rare_class_share * budget)),                         (BU1)
 //
 // so that ten static points for each dynamic one do not push the dynamic ones out. Ties of age
 // are broken by `rank`: the smaller goes first.

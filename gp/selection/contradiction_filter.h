@@ -1,7 +1,7 @@
 // Drops points of the model that what is seen now contradicts.
 //
 //   A point is dropped where the nearest of the newer points is closer than r and has its label
-//   on the other side of 1/2.                                                               (C1)
+//   on the other side of 1/2.                                                              (CF1)
 //
 // Inputs name places in the image, and what moves leaves its place: old points say of it that it is
 // where it was, and of where it is now that nothing moves. Measured against the labels themselves,

@@ -1,7 +1,7 @@
 // Thins points that say the same thing (paper, section IV-E, steps 1 and 4).
 //
 //   A point is dropped where a point kept before it lies closer than r and has its label on the
-//   same side of 1/2.                                                                      (D1)
+//   same side of 1/2.                                                                     (DF1)
 //
 // Points are taken in the caller's order of preference, so which one of a cluster stays is the
 // caller's choice (for a model: the newest, say). Every dropped point has a kept one of its side

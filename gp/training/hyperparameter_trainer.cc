@@ -48,6 +48,19 @@ absl::Status NotNegative(const char* name, double value) {
       absl::StrFormat("%s = %g; it must not be negative", name, value));
 }
 
+absl::Status CheckSizes(const Observations& points) {
+  if (points.targets.rows != points.size()) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%d inputs and %d targets", points.size(), points.targets.rows));
+  }
+  const size_t variances = points.noise_variances.size();
+  if (variances != 0 && static_cast<int64_t>(variances) != points.size()) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%d inputs and %d noise variances", points.size(), variances));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 struct HyperparameterTrainer::Subset {
@@ -184,14 +197,7 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(
     kernels::Context& context, ConstMatrixView<double> inputs, absl::Span<const double> targets,
     absl::Span<const double> noise_variances) {
   const Observations points(inputs, targets, noise_variances);
-  if (static_cast<int64_t>(targets.size()) != inputs.rows) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d inputs and %d targets", inputs.rows, targets.size()));
-  }
-  if (!noise_variances.empty() && noise_variances.size() != targets.size()) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d inputs and %d noise variances", inputs.rows, noise_variances.size()));
-  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckSizes(points));
   TrainingReport report;
   const int64_t positives =
       std::count_if(targets.begin(), targets.end(), [](double y) { return y >= 0.0; });

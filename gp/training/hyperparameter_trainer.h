@@ -1,5 +1,5 @@
 // Online training of the hyperparameters (paper, section IV-B): simulated annealing and many
-// gradient steps at first, then a few gradient steps a frame, warm-started from the frame before.
+// gradient steps at first, then a few gradient steps per frame, warm-started from the frame before.
 //
 //   J(theta) = log p(y_S | X_S, theta) / |S| - 1/2 sum_t ((theta_t - theta0_t) / prior_stddev)^2 /
 //   |S|

@@ -6,8 +6,8 @@
 //   K_y = K + diag(sigma_n^2 + v_i);  dK_y/d log sigma_n = 2 sigma_n^2 I                 (3)
 //
 // With a mean function (1) is the restricted likelihood (W5) of gp/model/regression_weights.h, and
-// P stands for K_y^-1 in (2): d (log|K_y| + log|A|) = tr(P dK_y). Of k outputs the values and
-// gradients add.
+// P takes the place of K_y^-1 in (2): d (log|K_y| + log|A|) = tr(P dK_y). Of k outputs the values
+// and gradients add.
 //
 // Cost: n^3 / 3 flops for the value, n^3 with the gradient, plus one pass over the pairs for all of
 // theta. Memory: two n x n arrays of float64, in the device's memory where that is its own and the

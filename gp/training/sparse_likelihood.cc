@@ -84,7 +84,7 @@ absl::StatusOr<Terms> ComputeTerms(kernels::Context& context,
   return terms;
 }
 
-// (V4).
+// (SL4).
 struct PointDerivatives {
   std::vector<double> prior;  // r
   double noise = 0.0;         // sum of s
@@ -109,7 +109,7 @@ PointDerivatives DerivativesOf(const Terms& terms, SparseObjective objective) {
   return derivatives;
 }
 
-// (V5), m x n.
+// (SL5), m x n.
 AlignedMatrix CrossWeights(const Terms& terms, const std::vector<double>& prior) {
   const int64_t n = terms.points(), m = terms.inducing();
   AlignedMatrix u(m, n);
@@ -127,7 +127,7 @@ AlignedMatrix CrossWeights(const Terms& terms, const std::vector<double>& prior)
   return u;
 }
 
-// (V6), m x m, lower triangle.
+// (SL6), m x m, lower triangle.
 AlignedMatrix InducingWeights(const Terms& terms, const std::vector<double>& prior) {
   const int64_t m = terms.inducing();
   AlignedMatrix b(m, m), inverse(m, m);
@@ -179,7 +179,7 @@ absl::StatusOr<MarginalLikelihood> ComputeSparseLikelihood(kernels::Context& con
   double sum = static_cast<double>(n) * std::log(2.0 * M_PI);
   for (int64_t j = 0; j < m; ++j) sum += 2.0 * std::log(solution.sum_factor.row(j)[j]);
   for (int64_t i = 0; i < n; ++i) {
-    sum += std::log(solution.lambda[i]) + points.targets[i] * terms.beta[i];  // (V1)
+    sum += std::log(solution.lambda[i]) + points.targets[i] * terms.beta[i];  // (SL1)
     if (options.objective == SparseObjective::kVfe) sum += terms.missed[i] / solution.lambda[i];
   }
   MarginalLikelihood result;

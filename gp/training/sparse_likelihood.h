@@ -1,24 +1,27 @@
-// Objectives that train the hyperparameters of a sparse model, with their gradients by theta.
+// Objectives that train the hyperparameters of a sparse model, with their gradients by theta:
+// of n points and m inducing inputs.
 //
-//   Q = V V^T, V of (S1), A and c of (S3) in gp/model/sparse_solution.h;  n points, m inducing
-//   inputs log N(y; 0, Q + Lambda) = -1/2 (sum_i log lambda_i + log|A| + y.beta + n log 2 pi) (V1)
+//   Q = V V^T, V of (SP1), A and c of (SP3) in gp/model/sparse_solution.h
+//
+//   log N(y; 0, Q + Lambda) = -1/2 (sum_i log lambda_i + log|A| + y.beta + n log 2 pi)       (SL1)
 //     beta = (Q + Lambda)^-1 y = Lambda^-1 (y - V a),  a = A^-1 c
-//   VFE    (V1) with lambda_i = sigma_n^2 + v_i, less 1/2 sum_i (k_ii - q_ii) / lambda_i       (V2)
-//   FITC   (V1) with lambda_i = sigma_n^2 + v_i + k_ii - q_ii                                  (V3)
+//   VFE    (SL1) with lambda_i = sigma_n^2 + v_i, less 1/2 sum_i (k_ii - q_ii) / lambda_i    (SL2)
+//   FITC   (SL1) with lambda_i = sigma_n^2 + v_i + k_ii - q_ii                               (SL3)
 //
-// (V2) is a lower bound of the exact log marginal likelihood, and equals it where the inducing
+// (SL2) is a lower bound of the exact log marginal likelihood, and equals it where the inducing
 // inputs are the points: it rewards inducing inputs that explain the points and does not take what
-// they miss for noise, as (V1) without the trace would. Predictions of a model trained by it are
-// DTC's. (V3) is no bound, but its own model's likelihood.
+// they miss for noise, as (SL1) without the trace would. Predictions of a model trained by it are
+// DTC's. (SL3) is no bound, but its own model's likelihood.
 //
 // With g_i = beta_i^2 - (1 / lambda_i - |L_A^-1 v_i|^2 / lambda_i^2), r_i the derivative by k_ii
 // and e_i that by q_ii, e_i = -r_i:
 //
-//   VFE    r_i = -1 / (2 lambda_i),  s_i = g_i / 2 + (k_ii - q_ii) / (2 lambda_i^2)            (V4)
+//   VFE    r_i = -1 / (2 lambda_i),  s_i = g_i / 2 + (k_ii - q_ii) / (2 lambda_i^2)          (SL4)
 //   FITC   r_i = s_i = g_i / 2
-//   d = sum_ij U_ij dk(u_i, x_j) + sum_ij B_ij dk(u_i, u_j) + sum_i r_i dk_ii + sum_i s_i
-//   dsigma_n^2 U = L^-T (a beta^T - A^-1 V^T Lambda^-1 + 2 V^T diag(e)) (V5) B = -L^-T (1/2 (a a^T
-//   - I + A^-1) + V^T diag(e) V) L^-1                                    (V6)
+//   d = sum_ij U_ij dk(u_i, x_j) + sum_ij B_ij dk(u_i, u_j)
+//       + sum_i r_i dk_ii + sum_i s_i dsigma_n^2
+//   U = L^-T (a beta^T - A^-1 V^T Lambda^-1 + 2 V^T diag(e))                                 (SL5)
+//   B = -L^-T (1/2 (a a^T - I + A^-1) + V^T diag(e) V) L^-1                                  (SL6)
 //
 // The inducing inputs are held fixed; the jitter on K_uu is a fixed share of sigma_n^2 and part of
 // the derivative by log sigma_n. Cost: 2 n m^2 flops and n m + m^2 / 2 derivatives of covariances.

@@ -25,7 +25,7 @@ struct CovarianceParameters {
   // D, where it does not follow from the number of scales; 0: it does.
   int64_t dimension = 0;
 
-  // D; 0 where it cannot be told.
+  // D; 0 where it is not determined.
   int64_t input_dimension() const;
   // InvalidArgument, naming field and value, unless 1 <= D <= kMaxInputDimension, the scales are as
   // many as the function has for D inputs, and every parameter is finite and positive.

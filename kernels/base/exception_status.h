@@ -2,7 +2,7 @@
 // piece of work as a whole fails: a stage of a pipeline, a command, a thread.
 //
 //   std::bad_alloc, std::length_error, and
-//   whatever tells of insufficient memory     ResourceExhausted
+//   any exception for insufficient memory     ResourceExhausted
 //   std::system_error                         Unavailable: a thread or another system resource
 //   any other                                 Internal, with its text
 #ifndef EGOSIEVE_KERNELS_BASE_EXCEPTION_STATUS_H_

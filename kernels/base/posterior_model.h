@@ -1,4 +1,4 @@
-// What a Gaussian process posterior is made of; the formulas stand in
+// What a Gaussian process posterior is made of; the formulas are in
 // kernels/ops/dense_posterior.h.
 #ifndef EGOSIEVE_KERNELS_BASE_POSTERIOR_MODEL_H_
 #define EGOSIEVE_KERNELS_BASE_POSTERIOR_MODEL_H_

@@ -1,7 +1,7 @@
 // How many processors this process may use.
 //
 //   affinity   those that its threads may run on (taskset, cpusets)
-//   quota      processor time a second that control groups allow it, rounded up: the least along
+//   quota      processor time per second that control groups allow it, rounded up: the least along
 //              the path from its group to the root, by cpu.max (version 2) or cpu.cfs_quota_us over
 //              cpu.cfs_period_us (version 1)
 #ifndef EGOSIEVE_KERNELS_BASE_PROCESSORS_H_
@@ -11,7 +11,7 @@
 
 namespace egosieve::kernels {
 
-// The lesser of the two, at least 1. Asks the system anew.
+// The lesser of the two, at least 1. Queries the system each time.
 int AvailableProcessors();
 
 // The quota of a process: `membership` is its /proc/self/cgroup, `root` the folder where control

@@ -1,6 +1,7 @@
 // Partial sums of sum_ij W_ij dk(x_i, z_j) / dlog theta / sigma_f^2: a work-group of WORK_GROUP work-items, side by side
-// along the columns, sums ROWS rows and writes its SCALES + 1 values, added up in the order of the work-items. `points` holds x prepared, POINT values a point; `columns` z transposed, padded to whole vectors. With
-// `lower_only` z is x, W symmetric, and pairs below the diagonal count twice in place of those above. The formulas stand
+// along the columns, sums ROWS rows and writes its SCALES + 1 values, added up in the order of the work-items. `points`
+// holds x prepared, POINT values per point; `columns` z transposed, padded to whole vectors. With
+// `lower_only` z is x, W symmetric, and pairs below the diagonal count twice in place of those above. The formulas are
 // with the functions in kernels/covariance.
 __kernel __attribute__((reqd_work_group_size(WORK_GROUP, 1, 1))) void covariance_gradient(
     __global const REAL* restrict points, __global const REAL* restrict columns, const long count,

@@ -1,5 +1,5 @@
 // Sums, products and shared scales of covariance functions: descriptions made of descriptions. The
-// grammar stands in covariance_function.h.
+// grammar is in covariance_function.h.
 //
 //   sum        p = (p_1, a_2, p_2, ...)   v = v_1 + a_2 a_2' v_2 + ...
 //                                         dv/dlog a_2 = 2 a_2 a_2' v_2

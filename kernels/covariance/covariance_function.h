@@ -1,5 +1,6 @@
-// Covariance functions, one description each: all that the library knows of a function stands in
-// its file in this folder, which registers it by name. Nothing else asks which function it has.
+// Covariance functions, one description each: all that the library knows of a function is in
+// its file in this folder, which registers it by name. Nothing else depends on which function it
+// is.
 //
 //   k(x, x') = sigma_f^2 f(x, x'; s),   s > 0: scales, optimised as logarithms    (1)
 //
@@ -23,7 +24,7 @@
 // isotropic(...), where all inputs share one: "matern52 + linear * isotropic(periodic)".
 //
 // The OpenCL text of a function defines three functions, static inline, @ standing for a suffix of
-// its own and $D for D; UNROLL stands before loops over the values of a point.
+// its own and $D for D; UNROLL precedes loops over the values of a point.
 //
 //   v(a, b):
 //     REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b)
@@ -102,7 +103,7 @@ class CovarianceDescription {
   virtual double Variance(const double* scales, int64_t dimension, const double* x) const = 0;
   virtual std::string DeviceCode(const DeviceCodeRequest& request) const = 0;
   virtual std::string PreparationCode(const DeviceCodeRequest& request) const = 0;
-  // What a log should know of the code, if anything.
+  // A note on the code for the log; may be empty.
   virtual std::string DeviceNote(const DeviceCodeRequest& /*request*/) const { return ""; }
 
  protected:

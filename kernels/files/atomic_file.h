@@ -7,8 +7,8 @@
 //   ReadFile              every byte or an error: a read that fails is no end of the file
 //
 // A temporary file is `path`.XXXXXX.tmp with random X. It is created exclusively, so that no link
-// is followed, and locked until it has its name: what a kill left of one is told by the missing
-// lock.
+// is followed, and locked until it has its name: a file left by a killed program is recognised by
+// the missing lock.
 //
 // Errors name the path, the system's reason and what to do: NotFound, PermissionDenied,
 // ResourceExhausted for a full disk, quota or memory, FailedPrecondition for what is no regular
@@ -49,7 +49,7 @@ absl::Status SyncFolderOf(const std::string& path);
 
 class TemporaryFile {
  public:
-  // `extension` comes last in the temporary's name, for libraries that go by it.
+  // `extension` comes last in the temporary's name, for libraries that depend on it.
   static absl::StatusOr<TemporaryFile> Create(const std::string& path,
                                               const std::string& extension = "");
   TemporaryFile(TemporaryFile&& other) noexcept;

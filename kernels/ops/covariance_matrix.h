@@ -7,7 +7,7 @@
 // was; of a device that is lost in the middle `out` may hold parts.
 //
 // T is float or double; in float the arcsine's error is at most 1e-6 sigma_f^2, that of other
-// functions stands in their files in kernels/covariance. On a device without float64 the double
+// functions is in their files in kernels/covariance. On a device without float64 the double
 // versions are computed on the host.
 #ifndef EGOSIEVE_KERNELS_OPS_COVARIANCE_MATRIX_H_
 #define EGOSIEVE_KERNELS_OPS_COVARIANCE_MATRIX_H_

@@ -41,7 +41,7 @@ struct DensePosteriorOptions {
   absl::Status Validate() const;
 };
 
-// Caller's arrays, one value a query; null: not wanted, not paid for.
+// Caller's arrays, one value per query; null: not wanted, not paid for.
 struct PosteriorOutputs {
   float* mean = nullptr;
   float* variance = nullptr;
@@ -93,7 +93,7 @@ class DensePosterior {
 
   // queries: M x D. InvalidArgument, naming the first bad row, on NaN or infinite inputs;
   // ResourceExhausted or Unavailable where the device has no memory or is lost. Nothing is written
-  // then, and the posterior can be asked again.
+  // then, and the posterior can be evaluated again.
   virtual absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
                                                    const PosteriorOutputs& outputs) const = 0;
 

@@ -16,7 +16,7 @@ KernelTuning TuningFor(const Context& context, int64_t point_width) {
   constexpr int64_t kSumBlock = 64;  // SUM_BLOCK of kernels/cl/posterior_outputs.cl
   const KernelTuning& tuning = context.tuning();
   if (!tuning.local_tiles) return tuning;
-  const int64_t rows = std::max<int64_t>(tuning.panel * tuning.panels_a_group, kSumBlock);
+  const int64_t rows = std::max<int64_t>(tuning.panel * tuning.panels_per_group, kSumBlock);
   const int64_t local_bytes =
       static_cast<int64_t>(context.cl_device().getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
   if (rows * (point_width + 1) * static_cast<int64_t>(sizeof(float)) <= local_bytes) return tuning;
@@ -25,7 +25,7 @@ KernelTuning TuningFor(const Context& context, int64_t point_width) {
 
 // With local tiles a whole group is read column by column.
 FactorBlocking BlockingOf(const KernelTuning& tuning) {
-  const int group = tuning.panel * tuning.panels_a_group;
+  const int group = tuning.panel * tuning.panels_per_group;
   return {tuning.local_tiles ? group : tuning.panel, group, tuning.depth};
 }
 
@@ -60,19 +60,19 @@ PosteriorTiling PosteriorShapes::Tile(const Context& context, FactorKind kind, i
   // Prepared, those of the next chunk too, and the outputs.
   const int64_t query_floats = 2 * point_width_ + 3;
   const int64_t cap_floats = cap_bytes / static_cast<int64_t>(sizeof(float));
-  const int tiles_a_group = tuning_.local_tiles ? 1 : tuning_.work_group;
+  const int tiles_per_group = tuning_.local_tiles ? 1 : tuning_.work_group;
   PosteriorTiling tiling;
   tiling.work_group = tuning_.work_group;
   tiling.micro_tiles = tuning_.local_tiles ? 1 : tuning_.micro_tiles;
-  tiling.work_groups = std::max(context.info().compute_units, 1) * tuning_.groups_a_unit;
+  tiling.work_groups = std::max(context.info().compute_units, 1) * tuning_.groups_per_unit;
   // A work-group of single micro-tiles is the least there can be.
   const auto scratch = [&] {
-    return int64_t{tiling.micro_tiles} * tiling.work_groups * tiles_a_group * micro_floats;
+    return int64_t{tiling.micro_tiles} * tiling.work_groups * tiles_per_group * micro_floats;
   };
   while (tiling.micro_tiles > 1 && scratch() > cap_floats / 2) tiling.micro_tiles /= 2;
   while (tiling.work_groups > 1 && scratch() > cap_floats / 2) --tiling.work_groups;
   const int64_t tile = int64_t{tiling.micro_tiles} * MicroTileQueries(kind);
-  const int64_t wave = tile * tiles_a_group * tiling.work_groups;
+  const int64_t wave = tile * tiles_per_group * tiling.work_groups;
   int64_t most = std::min(RoundUp(kUsualChunk, wave), query_count);
   const int64_t fitting = cap_floats / 2 / query_floats;
   if (most > fitting) most = fitting >= wave ? fitting / wave * wave : fitting;
@@ -83,7 +83,7 @@ PosteriorTiling PosteriorShapes::Tile(const Context& context, FactorKind kind, i
   tiling.work_items = tiling.work_groups * tuning_.work_group;
   tiling.scratch_floats = tiling.micro_tiles * micro_floats;
   tiling.all_scratch_floats =
-      std::max<int64_t>(tiling.work_groups * tiles_a_group * tiling.scratch_floats, 1);
+      std::max<int64_t>(tiling.work_groups * tiles_per_group * tiling.scratch_floats, 1);
   tiling.tile_queries = tile;
   return tiling;
 }

@@ -46,7 +46,7 @@ class PosteriorShapes {
   }
   // Work-items side by side along rows, with local tiles.
   int Panels(FactorKind kind) const {
-    return kind == FactorKind::kNone ? 1 : tuning_.panels_a_group;
+    return kind == FactorKind::kNone ? 1 : tuning_.panels_per_group;
   }
   int MicroTileQueries(FactorKind kind) const {
     return Width(kind) *

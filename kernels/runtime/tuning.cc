@@ -16,6 +16,7 @@ struct Field {
   int KernelTuning::*member;
   int least;
   int most;
+  const char* former_name = "";  // in tables of earlier versions
 };
 
 constexpr std::array<Field, 10> kFields = {{
@@ -23,11 +24,11 @@ constexpr std::array<Field, 10> kFields = {{
     {"mean_width", &KernelTuning::mean_width, 1, 8},
     {"width", &KernelTuning::width, 1, 8},
     {"panel", &KernelTuning::panel, 1, 32},
-    {"panels_a_group", &KernelTuning::panels_a_group, 1, 64},
+    {"panels_per_group", &KernelTuning::panels_per_group, 1, 64, "panels_a_group"},
     {"depth", &KernelTuning::depth, 8, 4096},
     {"micro_tiles", &KernelTuning::micro_tiles, 1, 64},
     {"work_group", &KernelTuning::work_group, 1, 1024},
-    {"groups_a_unit", &KernelTuning::groups_a_unit, 1, 64},
+    {"groups_per_unit", &KernelTuning::groups_per_unit, 1, 64, "groups_a_unit"},
     {"local_tiles", &KernelTuning::local_tiles, 0, 1},
 }};
 
@@ -46,12 +47,14 @@ absl::Status KernelTuning::Validate() const {
         absl::StrFormat("float_lanes = %d; it must be 1, 4, 8 or 16", float_lanes));
   }
   if (local_tiles == 0) return absl::OkStatus();
-  if (float_lanes != 1 || work_group % panels_a_group != 0 || panel * panels_a_group % depth != 0) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "local_tiles = 1 with float_lanes = %d, panel = %d, panels_a_group = %d, work_group = %d, "
-        "depth = %d; float_lanes must be 1, panels_a_group divide work_group, and depth divide "
-        "panel * panels_a_group",
-        float_lanes, panel, panels_a_group, work_group, depth));
+  if (float_lanes != 1 || work_group % panels_per_group != 0 ||
+      panel * panels_per_group % depth != 0) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("local_tiles = 1 with float_lanes = %d, panel = %d, panels_per_group = %d, "
+                        "work_group = %d, depth = %d; float_lanes must be 1, panels_per_group "
+                        "divide work_group, and depth divide "
+                        "panel * panels_per_group",
+                        float_lanes, panel, panels_per_group, work_group, depth));
   }
   return absl::OkStatus();
 }
@@ -64,11 +67,11 @@ KernelTuning DefaultGpuTuning() {
   tuning.mean_width = 4;
   tuning.width = 8;
   tuning.panel = 8;
-  tuning.panels_a_group = 16;
+  tuning.panels_per_group = 16;
   tuning.depth = 16;
   tuning.micro_tiles = 1;
   tuning.work_group = 128;
-  tuning.groups_a_unit = 4;
+  tuning.groups_per_unit = 4;
   return tuning;
 }
 
@@ -80,7 +83,7 @@ KernelTuning DefaultTuning(int float_lanes) {
     tuning.mean_width = 1;
     tuning.width = 2;
     tuning.panel = 6;
-    tuning.panels_a_group = 16;
+    tuning.panels_per_group = 16;
   }
   if (float_lanes == 1) {
     tuning.width = 8;
@@ -104,7 +107,7 @@ KernelTuning ParseTuning(std::string_view text, const KernelTuning& defaults) {
     int value;
     if (words.size() != 2 || !absl::SimpleAtoi(words[1], &value)) continue;
     for (const Field& field : kFields) {
-      if (words[0] == field.name) tuning.*field.member = value;
+      if (words[0] == field.name || words[0] == field.former_name) tuning.*field.member = value;
     }
   }
   return tuning.Validate().ok() ? tuning : defaults;

@@ -15,18 +15,18 @@
 namespace egosieve::kernels {
 
 struct KernelTuning {
-  int float_lanes = 4;      // lanes of a float vector: 1, 4, 8 or 16
-  int mean_width = 2;       // vectors of queries at once where means alone are wanted: 1 to 8
-  int width = 3;            // vectors of queries in a register block of the factor's kernel: 1 to 8
-  int panel = 8;            // rows of the factor in a register block: 1 to 32
-  int panels_a_group = 12;  // register blocks in a cache block of rows: 1 to 64
-  int depth = 192;          // columns of the factor in a cache block: 8 to 4096
-  int micro_tiles = 4;      // register blocks of queries in a tile: 1 to 64
-  int work_group = 1;       // work-items side by side, each with its own tile: 1 to 1024
-  int groups_a_unit = 1;    // work-groups a compute unit: 1 to 64
+  int float_lanes = 4;  // lanes of a float vector: 1, 4, 8 or 16
+  int mean_width = 2;   // vectors of queries at once where means alone are wanted: 1 to 8
+  int width = 3;        // vectors of queries in a register block of the factor's kernel: 1 to 8
+  int panel = 8;        // rows of the factor in a register block: 1 to 32
+  int panels_per_group = 12;  // register blocks in a cache block of rows: 1 to 64
+  int depth = 192;            // columns of the factor in a cache block: 8 to 4096
+  int micro_tiles = 4;        // register blocks of queries in a tile: 1 to 64
+  int work_group = 1;         // work-items side by side, each with its own tile: 1 to 1024
+  int groups_per_unit = 1;    // work-groups per compute unit: 1 to 64
   // 1: the kernels of kernels/cl/dense_posterior_local.cl, in which a work-group shares a tile and
-  // stages it in local memory. Then float_lanes is 1, panels_a_group divides work_group, and depth
-  // divides panel * panels_a_group. 0: those of dense_posterior.cl.
+  // stages it in local memory. Then float_lanes is 1, panels_per_group divides work_group, and
+  // depth divides panel * panels_per_group. 0: those of dense_posterior.cl.
   int local_tiles = 0;
 
   // InvalidArgument, naming field and value.

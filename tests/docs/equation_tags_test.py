@@ -9,10 +9,8 @@ from documents import repository
 FOLDERS = ('kernels', 'gp', 'vision', 'tools', 'bench')
 # At the end of a line of comment, behind what it names.
 DEFINED = re.compile(r'^\s*//.*\S {2,}\(([A-Z]{1,3}\d{1,2})\)$', re.MULTILINE)
-# Tags that several headers still give. A tag leaves this list when it is one header's own.
-SHARED = {
-    'B1', 'C1', 'D1', 'L1', 'M1', 'M2', 'M3', 'M4', 'M6', 'P1', 'P2', 'R1', 'R2', 'S1', 'S2', 'S3', 'V2', 'V3',
-}
+# Tags that several headers of vision/ still give. A tag leaves this list when it is one header's own.
+SHARED = {'D1', 'L1', 'M1', 'M2', 'P1', 'R1', 'R2', 'S1', 'S2'}
 
 
 def tags(text):

@@ -6,10 +6,10 @@
     tests/mutation/mutate.py --only=gp/model/point_set.cc:38 --results=again.md
 
 Works in a clone of HEAD (`--tree`), never in the working tree. A place is a binary operator of a
-.cc or .cl file below kernels, gp or vision (but for vision/synthetic), outside comments, strings
+.cc or .cl file below the folders of `--layers` (but for vision/synthetic), outside comments, strings
 and preprocessor lines. Each mutant replaces one operator by its opposite (`FLIPS`) and runs up to
-`--tests` small or medium tests: those that reach the file over the fewest dependencies, first
-those that bear its name.
+`--tests` small or medium tests of its package, or where none of these reaches the file those that
+reach it over the fewest dependencies.
 A mutant counts as noticed if a test fails or runs out of time, as survived if all pass; one that
 does not compile is replaced by the next place. The tests must pass without a mutant: those that
 do not are named and left out.
@@ -24,7 +24,6 @@ import sys
 
 FLIPS = {'+': '-', '-': '+', '*': '/', '/': '*', '<': '>=', '>=': '<', '>': '<=', '<=': '>',
          '==': '!=', '!=': '==', '&&': '||', '||': '&&', '+=': '-=', '-=': '+='}
-LAYERS = ('kernels', 'gp', 'vision')
 # Paints the pictures of other tests; most of its operators shape a texture.
 UNTESTED = 'vision/synthetic/'
 # clang-format puts spaces around binary operators, and none around template brackets, pointers
@@ -78,12 +77,13 @@ def nearest_tests(tree, name, count):
     chosen = []
     for depth in (2, 3, 4, 5, 6):
         query = f'attr(size, "small|medium", kind("cc_test", rdeps(//tests/..., {target}, {depth})))'
-        tests = [test for test in bazel(tree, 'query', query).stdout.split() if test not in chosen]
-        # The test of the same name first, then those of the same room.
+        tests = [test for test in bazel(tree, 'query', query).stdout.split() if test not in chosen and '/fuzz' not in test]
+        # The test of the same name first, then those of the same package.
         chosen += sorted(tests, key=lambda test: (test.rpartition(':')[2] != stem + '_test', f'//tests/{package}:' not in test, test))
         if len(chosen) >= count:
             break
-    return chosen[:count]
+    own = [test for test in chosen if f'//tests/{package}:' in test]
+    return (own or chosen)[:count]
 
 
 def run_tests(tree, tests):
@@ -108,14 +108,14 @@ def line_at(tree, place):
 
 
 class Report:
-    def __init__(self, path, seed, commit):
-        self.path, self.seed, self.commit, self.rows = path, seed, commit, []
+    def __init__(self, path, flags, commit):
+        self.path, self.flags, self.commit, self.rows = path, flags, commit, []
 
     def add(self, name, line, source, operator, outcome, tests):
         self.rows.append((name, line, source, operator, outcome, tests))
         noticed = sum(row[4] == 'noticed' for row in self.rows)
         with open(self.path, 'w') as out:
-            print(f'# Mutants\n\n`tests/mutation/mutate.py --seed={self.seed}` at {self.commit}: '
+            print(f'# Mutants\n\n`tests/mutation/mutate.py {self.flags}` at {self.commit}: '
                   f'{len(self.rows)} mutants, {noticed} noticed.\n', file=out)
             print('| place | source | flip | outcome | tests |\n|---|---|---|---|---|', file=out)
             for name, line, source, operator, outcome, tests in self.rows:
@@ -160,6 +160,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--count', type=int, default=50)
+    parser.add_argument('--layers', default='kernels,gp,vision', help='folders, by commas, in turn')
     parser.add_argument('--tests', type=int, default=4, help='tests for each mutant')
     parser.add_argument('--only', default='', help='places of a former run, PATH:LINE, by commas: these and no others')
     parser.add_argument('--tree', default='/tmp/egosieve_mutants', help='the clone to work in')
@@ -173,17 +174,19 @@ def main():
             subprocess.run(['cp', os.path.join(root, '.bazelrc.user'), tree], check=True)
     commit = subprocess.run(['git', 'rev-parse', '--short', 'HEAD'], cwd=tree, check=True, capture_output=True, text=True).stdout.strip()
     chooser = random.Random(arguments.seed)
-    by_layer = {layer: places(tree, layer) for layer in LAYERS}
+    layers = arguments.layers.split(',')
+    by_layer = {layer: places(tree, layer) for layer in layers}
     for found in by_layer.values():
         chooser.shuffle(found)
-    order = [by_layer[LAYERS[turn % len(LAYERS)]].pop() for turn in range(3 * min(map(len, by_layer.values())))]
+    order = [by_layer[layers[turn % len(layers)]].pop() for turn in range(len(layers) * min(map(len, by_layer.values())))]
     if arguments.only:
         # A line has several operators: the one that the former run took is the first in its order.
         first = {}
         for place in order:
             first.setdefault(f'{place[0]}:{line_at(tree, place)}', place)
         order = [first[place] for place in arguments.only.split(',')]
-    report = Report(arguments.results, arguments.seed, commit)
+    flags = f'--seed={arguments.seed} --layers={arguments.layers} --count={arguments.count}'
+    report = Report(arguments.results, flags, commit)
     broken, counted = set(), 0
     for place in order:
         if counted == arguments.count:

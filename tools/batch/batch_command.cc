@@ -48,8 +48,8 @@ class BatchCommand : public Command {
  public:
   std::string name() const override { return "batch"; }
   std::string summary() const override {
-    return "Segments many drives, and what else is asked for, here or as jobs of Slurm; does what "
-           "is missing, ends with a table and a page.";
+    return "Segments many drives and runs further commands on them, here or as jobs of Slurm; does "
+           "what is missing, ends with a table and a page.";
   }
   std::string example() const override {
     return "egosieve batch videos --out=out --jobs=2 --then=reconstruct,masks,render,report\n"
@@ -58,7 +58,7 @@ class BatchCommand : public Command {
            "--status\n"
            "  # [defaults] with out = \"out\", then = [\"reconstruct\", \"masks\"] and segment's "
            "flags,\n"
-           "  # [defaults.masks] with those of masks; then a table a drive, [a] with path = "
+           "  # [defaults.masks] with those of masks; then a table per drive, [a] with path = "
            "\"a.mp4\";\n"
            "  # or JSON, a list of {\"path\": ..., \"out\": ..., \"flags\": {...}}";
   }

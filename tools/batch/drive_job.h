@@ -1,7 +1,7 @@
 // One drive of a batch: segment and what follows it, each in a process of its own, so that what
 // happens to it stays there.
 //
-// segment is started with --resume: a run that is whole is left as it is, half of one goes on, and
+// segment is started with --resume: a whole run stays as it is, half of one is continued, and
 // a run with other flags is refused. What follows is done where it has not been done with these
 // flags on this run; masks go to OUT.masks. What they say goes to egosieve_logs/OUT.log beside the
 // run folder, and what has been done is noted in egosieve_logs/OUT.then.

@@ -145,15 +145,16 @@ std::string IndexPage(const std::string& path, const std::vector<BatchEntry>& en
     return o.state == State::kRunning;
   });
   std::string html = absl::StrCat(
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">", kGenerator,
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">",
-      is_running ? absl::StrCat("<meta http-equiv=\"refresh\" content=\"", kRefreshSeconds, "\">")
-                 : "",
-      "<title>egosieve batch</title><style>", PageStyle(),
-      "table{margin-top:24px}td:first-child{min-width:14em}.pill{margin-left:0;white-space:nowrap}<"
-      "/style></head>\n<body><main><header><h1>Drives</"
-      "h1><p>",
-      Counts(outcomes), "</p></header>\n<table><thead><tr><th>drive</th><th>state</th>",
+      PageHead("egosieve batch",
+               absl::StrCat(PageStyle(),
+                            "table{margin-top:24px}td:first-child{min-width:14em}"
+                            ".pill{margin-left:0;white-space:nowrap}"),
+               absl::StrCat(kGenerator,
+                            is_running ? absl::StrCat("<meta http-equiv=\"refresh\" content=\"",
+                                                      kRefreshSeconds, "\">")
+                                       : "")),
+      "<main><header><h1>Drives</h1><p>", Counts(outcomes),
+      "</p></header>\n<table><thead><tr><th>drive</th><th>state</th>",
       "<th class=\"number\">exit code</th><th class=\"number\">answered</th>",
       "<th class=\"number\">failed</th><th class=\"number\">time</th><th>files</th></tr></thead>",
       "<tbody>\n");

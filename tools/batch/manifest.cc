@@ -11,8 +11,6 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "absl/strings/str_split.h"
-#include "absl/strings/strip.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/toml_entries.h"
 #include "tools/run_folder/atomic_file.h"
@@ -26,8 +24,6 @@ using Flags = BatchSettings::Flags;
 
 constexpr char kSegment[] = "segment";
 constexpr char kDefaults[] = "defaults";
-// Flags that belong to the batch itself.
-constexpr const char* kReserved[] = {"out", "resume", "overwrite", "config", "print_config"};
 
 struct Drive {
   std::string name;   // of its table; empty in a list
@@ -42,46 +38,6 @@ struct Manifest {
   std::vector<Drive> drives;
 };
 
-absl::Status Refused(const std::string& where, const std::string& what) {
-  return absl::InvalidArgumentError(where.empty() ? what : absl::StrCat(where, ": ", what));
-}
-
-// A flag that is there already gets the later value.
-void SetFlag(const std::string& name, const std::string& value, Flags& flags) {
-  const auto found = std::find_if(flags.begin(), flags.end(),
-                                  [&](const auto& flag) { return flag.first == name; });
-  if (found == flags.end()) {
-    flags.emplace_back(name, value);
-  } else {
-    found->second = value;
-  }
-}
-
-absl::Status AddFlag(const std::string& where, const std::string& name, const std::string& value,
-                     Flags& flags) {
-  for (const char* reserved : kReserved) {
-    if (name == reserved) {
-      return Refused(where, absl::StrCat("the flag '", name, "' is the batch's own; leave it out"));
-    }
-  }
-  SetFlag(name, value, flags);
-  return absl::OkStatus();
-}
-
-bool IsFollowing(const std::string& word) {
-  const std::vector<std::string>& all = FollowingCommands();
-  return std::find(all.begin(), all.end(), word) != all.end();
-}
-
-absl::Status SetThen(const std::string& where, const std::vector<std::string>& words,
-                     BatchSettings& settings) {
-  const auto then = ParseThen(absl::StrJoin(words, ","));
-  if (!then.ok()) return Refused(where, std::string(then.status().message()));
-  settings.then = *then;
-  settings.says_then = true;
-  return absl::OkStatus();
-}
-
 std::vector<std::string> Words(const Flags& flags) {
   std::vector<std::string> words;
   for (const auto& [name, value] : flags) {
@@ -90,17 +46,6 @@ std::vector<std::string> Words(const Flags& flags) {
                                     : absl::StrCat("--", name, "=", value));
   }
   return words;
-}
-
-void PutBefore(const BatchSettings& later, BatchSettings& settings) {
-  if (!later.out.empty()) settings.out = later.out;
-  if (later.says_then) {
-    settings.then = later.then;
-    settings.says_then = true;
-  }
-  for (const auto& [command, flags] : later.flags) {
-    for (const auto& [name, value] : flags) SetFlag(name, value, settings.flags[command]);
-  }
 }
 
 BatchEntry Entry(const std::string& path, const std::string& out, const BatchSettings& settings) {
@@ -320,38 +265,6 @@ std::string OutOf(const Drive& drive, const std::string& folder, const BatchSett
 
 }  // namespace
 
-const std::vector<std::string>& FollowingCommands() {
-  static const auto& commands =
-      *new std::vector<std::string>{"infer", "reconstruct", "masks", "render", "report"};
-  return commands;
-}
-
-absl::StatusOr<std::vector<std::string>> ParseThen(absl::string_view text) {
-  std::vector<std::string> words = absl::StrSplit(text, ',', absl::SkipWhitespace());
-  for (std::string& word : words) {
-    word = std::string(absl::StripAsciiWhitespace(word));
-    if (!IsFollowing(word)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("then: '", word, "' is none of ", absl::StrJoin(FollowingCommands(), ", ")));
-    }
-  }
-  return words;
-}
-
-absl::StatusOr<Flags> ParseFlags(absl::string_view text) {
-  Flags flags;
-  for (absl::string_view word : absl::StrSplit(text, ' ', absl::SkipEmpty())) {
-    if (!absl::ConsumePrefix(&word, "--")) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("'", word, "' is no flag; write flags as --name=value"));
-    }
-    const std::vector<std::string> parts = absl::StrSplit(word, absl::MaxSplits('=', 1));
-    EGOSIEVE_RETURN_IF_ERROR(
-        AddFlag("", parts.front(), parts.size() == 2 ? parts.back() : "true", flags));
-  }
-  return flags;
-}
-
 BatchEntry MakeEntry(const std::string& name, const std::string& path, const BatchSettings& given) {
   return Entry(path, From(given.out, name), given);
 }
@@ -368,8 +281,8 @@ absl::StatusOr<std::vector<BatchEntry>> ParseManifest(absl::string_view text,
     const std::string out = OutOf(drive, folder, given, manifest.defaults);
     if (out.empty()) return Refused(drive.where, "no 'out', the run folder to write");
     BatchSettings settings = manifest.defaults;
-    PutBefore(drive.settings, settings);
-    PutBefore(given, settings);
+    Override(drive.settings, settings);
+    Override(given, settings);
     entries.push_back(Entry(From(folder, drive.path), out, settings));
     entries.back().cuts = drive.cuts;
   }

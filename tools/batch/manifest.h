@@ -1,8 +1,8 @@
 // The drives of a batch, and what is done with each.
 //
-// A manifest in TOML: a table a drive, in the file's order, whose keys are its input, its run
-// folder and flags of `segment`; tables below it hold flags of what comes behind. The table
-// `defaults` holds what all drives share, and what a drive says goes before it:
+// A manifest in TOML: one table per drive, in the file's order, whose keys are its input, its run
+// folder and flags of `segment`; tables below it hold flags of the commands that follow. The table
+// `defaults` holds what all drives share, and a drive's own keys override it:
 //
 //   [defaults]
 //   out = "out"                        # run folders are out/NAME where a drive names none
@@ -28,13 +28,12 @@
 #define EGOSIEVE_TOOLS_BATCH_MANIFEST_H_
 
 #include <cstdint>
-#include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "tools/batch/batch_settings.h"
 
 namespace egosieve::tools {
 
@@ -51,30 +50,11 @@ struct BatchEntry {
   std::vector<int64_t> cuts = {};    // frames at which a further piece begins, ascending
 };
 
-// What is said of drives, one or all; what is not said is empty.
-struct BatchSettings {
-  using Flags = std::vector<std::pair<std::string, std::string>>;  // name, value
-
-  std::string out;
-  std::vector<std::string> then;
-  bool says_then = false;
-  std::map<std::string, Flags> flags;  // by command
-};
-
-// The commands that may follow segment.
-const std::vector<std::string>& FollowingCommands();
-
-// Words by commas. InvalidArgument for one that is none of FollowingCommands().
-absl::StatusOr<std::vector<std::string>> ParseThen(absl::string_view text);
-// "--stride=2 --learn_only". InvalidArgument for words that are no flags, and for flags that the
-// batch sets itself.
-absl::StatusOr<BatchSettings::Flags> ParseFlags(absl::string_view text);
-
 // A drive of that name, which becomes its run folder in `given.out`.
 BatchEntry MakeEntry(const std::string& name, const std::string& path, const BatchSettings& given);
 
 // InvalidArgument, naming the entry's number, from 1, and what is wrong with it; also where there
-// is none. `folder`: the manifest's. `given` goes before what the manifest says, but for its out.
+// is none. `folder`: the manifest's. `given` overrides what the manifest says, except its out.
 absl::StatusOr<std::vector<BatchEntry>> ParseManifest(absl::string_view text,
                                                       const std::string& folder,
                                                       const BatchSettings& given = {});

@@ -20,7 +20,7 @@
 //
 // Of D drives and S stages, task t (from 0) is stage t / D of drive t mod D: each stage is a range
 // of numbers, in the manifest's order, and what a task needs has a lower number. A task that is
-// done may be run again and does nothing but check; one that was cut off goes on. What follows
+// done may be run again and does nothing but check; one that was cut off continues. What follows
 // infer is done where a note says so, egosieve_logs/OUT.tasks/STAGE: for this run, with these
 // flags.
 #ifndef EGOSIEVE_TOOLS_BATCH_PLAN_H_

@@ -3,7 +3,7 @@
 // Each array depends on the arrays of the stages that it needs, element by element (aftercorr): a
 // drive goes on as soon as its own tasks are done, and one that fails stops no other. Nodes that
 // fail and time limits requeue a task (--requeue, --signal): a minute before its limit it gets
-// SIGTERM, ends with what it wrote whole, and its next start goes on from there.
+// SIGTERM, ends with what it wrote whole, and its next start continues from there.
 //
 // In the jobs' folder: drives.json, the batch as it was submitted; a script and logs for each
 // array; jobs.json, Slurm's numbers.

@@ -131,7 +131,8 @@ void AddAllFlags(Command& command, CLI::App& app, bool& print_config) {
   command.AddFlags(app);
   app.set_help_flag("-h,--help", "Print this text and exit");
   app.config_formatter(std::make_shared<ConfigFile>());
-  app.set_config("--config", "", "Read flags from a TOML file; the command line goes before it")
+  app.set_config("--config", "",
+                 "Read flags from a TOML file; flags of the command line override it")
       ->type_name("FILE")
       ->check(NoPipe());
   app.allow_config_extras(CLI::config_extras_mode::error);

@@ -96,7 +96,7 @@ std::string FlagNames(const CLI::App& app) {
 const std::vector<std::pair<int, std::string>>& ExitCodeTexts() {
   static const auto& texts =
       *new std::vector<std::pair<int, std::string>>{{0, "done"},
-                                                    {1, "the machine is in the way (device, disk)"},
+                                                    {1, "the device, the disk or memory failed"},
                                                     {2, "usage"},
                                                     {3, "the input cannot be read"},
                                                     {4, "finished with some frames failed"},

@@ -1,10 +1,10 @@
 // The process's standard streams, at the start of the program.
 //
 // stderr is the program's own. Libraries (libpng, libjpeg, FFmpeg, PoCL, LLVM) print there, too:
-// what they say is in our statuses already, or concerns nobody. So descriptor 2 becomes a pipe that
+// what they print is in our statuses already, or of no use. So descriptor 2 becomes a pipe that
 // keeps the first 64 KiB and drops the rest, and std::cerr goes on to where stderr led.
 //
-// Where a library ends the process (abort, an exception that nobody catches), its last words are
+// Where a library ends the process (abort, an exception that nobody catches), its last lines are
 // reported as the program's one line, with what may help, and the exit code is 1.
 //
 // None of this where the environment has EGOSIEVE_LIBRARY_LINES, OPENCV_LOG_LEVEL,

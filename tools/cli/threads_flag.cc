@@ -9,8 +9,8 @@
 namespace egosieve::tools {
 void ThreadsFlag::AddFlag(CLI::App& app) {
   app.add_option("--threads", threads_,
-                 "Threads of the host and of a device that is the processor; with 1 the stages do "
-                 "not overlap either; 0: $EGOSIEVE_THREADS, else the processors that affinity and "
+                 "Threads on the host and on a CPU as device; 1: the stages do not overlap either; "
+                 "0: $EGOSIEVE_THREADS, else the processors that affinity and "
                  "control groups allow. The output is the same")
       ->check(Between(0, kernels::kMostThreads))
       ->type_name("NUMBER");

@@ -11,8 +11,8 @@
 namespace egosieve::tools {
 
 struct TomlEntry {
-  // The names of its tables and its own. A table of an array goes by its rank: [[a]] and its second
-  // table's b are "a", "1", "b".
+  // The names of its tables and its own. A table of an array is named by its rank: [[a]] and its
+  // second table's b are "a", "1", "b".
   std::vector<std::string> path;
   std::vector<std::string> values;  // as text; one but for arrays
   bool is_array = false;

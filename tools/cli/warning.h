@@ -1,4 +1,4 @@
-// What a command has to say although it goes on: one line on stderr.
+// A warning of a command that continues: one line on stderr.
 #ifndef EGOSIEVE_TOOLS_CLI_WARNING_H_
 #define EGOSIEVE_TOOLS_CLI_WARNING_H_
 

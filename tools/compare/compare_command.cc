@@ -51,7 +51,7 @@ class CompareCommand : public Command {
  public:
   std::string name() const override { return "compare"; }
   std::string summary() const override {
-    return "Compares the segmenter with its rivals on the same features, frames and pixels.";
+    return "Compares the segmenter with other methods on the same features, frames and pixels.";
   }
   std::string example() const override {
     return "egosieve compare drive/frames --truth=drive/masks --out=out/compare\n"
@@ -72,13 +72,13 @@ class CompareCommand : public Command {
     app.add_option("--out", out_, "Folder for compare.json, compare.csv and the page of plots")
         ->required()
         ->type_name("DIR");
-    app.add_option("--methods", methods_, "By commas; the others are told against the first")
+    app.add_option("--methods", methods_, "By commas; the others are compared with the first")
         ->capture_default_str()
         ->type_name("NAMES");
     scenarios_option_ =
         app.add_option("--scenarios", scenarios_,
                        "Synthetic drives to make in OUT/drives, by commas; with a folder of "
-                       "sequences they stand beside these, where they are asked for")
+                       "sequences they are added to these, where they are asked for")
             ->capture_default_str()
             ->type_name("NAMES");
     app.add_option("--frames", synthetic_frames_, "Frames of each synthetic drive")
@@ -92,7 +92,7 @@ class CompareCommand : public Command {
         ->check(AtLeast(1))
         ->capture_default_str();
     app.add_option("--jobs", jobs_,
-                   "Drives at a time; times a frame are those of a machine that is shared then")
+                   "Drives at a time; times per frame are then those of a shared machine")
         ->check(Between(1, 256))
         ->capture_default_str();
     app.add_option("--threshold", options_.evaluate.scores.threshold,

@@ -226,7 +226,7 @@ std::vector<Figure> FiguresOf(const ProfileComparison& profile) {
 
 PlotPage MakeComparisonPage(const std::vector<ProfileComparison>& profiles) {
   PlotPage page;
-  page.title = "Egosieve and its rivals";
+  page.title = "Egosieve and other methods";
   page.table = ToTable(profiles);
   const bool several = profiles.size() > 1;
   std::vector<std::vector<Figure>> figures;

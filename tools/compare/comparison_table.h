@@ -57,7 +57,7 @@ ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
 std::optional<double> BestIou(const DriveScores& scores);
 
 std::string ToTable(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary);
-// A line a drive, method and frame: prefix, sequence, method, frame, AUC, model size, own and
+// One line per drive, method and frame: prefix, sequence, method, frame, AUC, model size, own and
 // shared milliseconds.
 void AppendCsv(const std::string& prefix, const std::vector<DriveComparison>& drives,
                std::string* csv);

@@ -138,8 +138,8 @@ class EvaluateCommand : public Command {
                    "scene.json: segments and scores them all")
         ->type_name("DIR");
     app.add_option("--out", suite_options_.out,
-                   "With --suite: the folder for its runs, suite.json, .csv and .md; runs that are "
-                   "there already are taken or gone on with")
+                   "With --suite: the folder for its runs, suite.json, .csv and .md; existing runs "
+                   "are used or continued")
         ->type_name("DIR");
     app.add_option("--profiles", profiles_, "With --suite: profiles of segment, by commas")
         ->capture_default_str()

@@ -45,7 +45,7 @@ std::string ToText(const Evaluation& evaluation);
 // DataLoss, naming the field. Of the frames' figures, the AUC and the counts must be there.
 absl::StatusOr<Evaluation> EvaluationFromText(absl::string_view text);
 
-// A line a frame under a header; an absent figure is an empty field.
+// One line per frame under a header; an absent figure is an empty field.
 std::string ToCsv(const Evaluation& evaluation);
 
 // For people: the same as an aligned table, what was left out and why, and, last, the line

@@ -2,8 +2,7 @@
 //
 //   boxes.csv        things in boxes (box_truth.h): which are marked (box_scores.h)
 //   poses.txt        the camera's poses (KITTI's format, row k is frame k), camera.json its lens
-//   and
-//                    rate: against the run's trajectory.txt (TUM) and camera.json
+//                    and rate: against the run's trajectory.txt (TUM) and camera.json
 //                    (trajectory_errors.h)
 //   own_vehicle.png  255 where the camera's own vehicle is seen: the share of it that is marked
 //   scene.json       a synthetic drive: with boxes.csv what a run's potential is compared with

@@ -18,7 +18,7 @@ enum class ScoredPixels { kGrid, kFull };
 absl::StatusOr<FrameMaps> ReadScoredMaps(const RunFolder& folder, const RunDescription& description,
                                          const FrameLine& line, ScoredPixels pixels);
 
-// The pixels of the image at which those maps stand.
+// The pixels of the image at which those maps are given.
 kernels::ImageGrid ScoredGrid(const FrameLine& line, const RunDescription& description,
                               ScoredPixels pixels);
 

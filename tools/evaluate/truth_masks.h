@@ -3,10 +3,9 @@
 //   pixel   0 static, 128 void (the truth does not say), anything else dynamic; of a colour mask a
 //           pixel is dynamic where any channel is not 0 (void: all channels 128)
 //   frame   by name, where the input was a folder and every mask has the name, without extension,
-//   of
-//           a frame in it; else by number, where every mask's name has one (its last run of digits)
-//           and no two are the same: NNNNN.png is the mask of the frame with index NNNNN; else by
-//           order: the k-th file in natural order is the mask of the k-th frame
+//           of a frame in it; else by number, where every mask's name has one (its last run of
+//           digits) and no two are the same: NNNNN.png is the mask of the frame with index NNNNN;
+//           else by order: the k-th file in natural order is the mask of the k-th frame
 #ifndef EGOSIEVE_TOOLS_EVALUATE_TRUTH_MASKS_H_
 #define EGOSIEVE_TOOLS_EVALUATE_TRUTH_MASKS_H_
 

@@ -68,14 +68,14 @@ void FeatureFlags::AddFlags(CLI::App& app) {
            {{"ultrafast", vision::FlowQuality::kUltrafast},
             {"fast", vision::FlowQuality::kFast},
             {"medium", vision::FlowQuality::kMedium}},
-           "Of the dense flow behind the grid")
+           "Quality of the dense flow at the grid")
       ->group(kGroup);
   AddWords(app, "--motion_model", options_.labeller.motion_model,
            {{"auto", vision::MotionModelChoice::kAuto},
             {"fundamental", vision::MotionModelChoice::kFundamental},
             {"homography", vision::MotionModelChoice::kHomography},
             {"calibrated", vision::MotionModelChoice::kCalibrated}},
-           "What the camera's motion does to the static world's image")
+           "Model of the static world's image motion")
       ->group(kGroup);
 }
 

@@ -1,13 +1,13 @@
 // How many labelled boxes a map marks, by class, motion and distance, and how much it marks beside
 // them.
 //
-//   (B1) m = mean over the pixels of the box's middle of p, interpolated linearly; the middle is
+//   (BX1) m = mean over the pixels of the box's middle of p, interpolated linearly; the middle is
 //        the rectangle about the box's centre with `middle` of each of its sides, clipped to the
 //        image
-//   (B2) a box is marked where m >= threshold
-//   (B3) outside = pixels of the map in no box at all; marked outside = of these, p >= threshold
+//   (BX2) a box is marked where m >= threshold
+//   (BX3) outside = pixels of the map in no box at all; marked outside = of these, p >= threshold
 //
-// Left out of (B2), not of (B3): boxes that are largely truncated or largely occluded (levels of
+// Left out of (BX2), not of (BX3): boxes that are largely truncated or largely occluded (levels of
 // box_truth.h above the options'), whose motion is unknown, whose class is untold, or whose middle
 // lies outside the image.
 #ifndef EGOSIEVE_TOOLS_EVALUATION_BOX_SCORES_H_
@@ -41,7 +41,7 @@ struct BoxCount {
   int64_t marked = 0;
 };
 
-// (B1); negative where the middle lies outside the image.
+// (BX1); negative where the middle lies outside the image.
 double MeanInMiddle(const LabelledBox& box, const cv::Mat1f& probability,
                     const kernels::ImageGrid& grid, double middle);
 
@@ -58,7 +58,7 @@ class BoxScores {
   // Of "moving vehicle", "standing person" and so on, at one distance (kBoxDistances) or at "all".
   BoxCount Of(const std::string& kind, const std::string& distance) const;
   int64_t left_out() const { return left_out_; }
-  // (B3); 0 where nothing is outside.
+  // (BX3); 0 where nothing is outside.
   double OutsideShare() const;
 
   nlohmann::ordered_json ToJson() const;

@@ -1,5 +1,5 @@
-// Truth files: a header of field names, then a line a row, fields by commas in any order; further
-// fields are ignored.
+// Truth files: a header of field names, then one line per row, fields by commas in any order;
+// further fields are ignored.
 #ifndef EGOSIEVE_TOOLS_EVALUATION_CSV_TABLE_H_
 #define EGOSIEVE_TOOLS_EVALUATION_CSV_TABLE_H_
 

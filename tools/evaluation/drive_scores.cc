@@ -352,7 +352,7 @@ std::string DriveScores::Summary() const {
                           options_.objects.thresholds.low, options_.objects.thresholds.high, group,
                           r.found, r.objects, options_.objects.iou_threshold);
   }
-  AppendFigure("false objects a frame", FalseObjectsPerFrame(), &text);
+  AppendFigure("false objects per frame", FalseObjectsPerFrame(), &text);
   return text;
 }
 

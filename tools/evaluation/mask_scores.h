@@ -3,9 +3,8 @@
 //
 //   J   IoU of the mask in frames with movers, mean over frames
 //   F   boundary measure (boundary.h), likewise
-//   T   temporal instability (temporal_stability.h) between consecutive frames, mean over pairs;
-//   the
-//       truth's own beside it
+//   T   temporal instability (temporal_stability.h) between consecutive frames, mean over pairs,
+//       and that of the true masks
 //   ids IDF1 and HOTA (identity.h), where the truth tells its objects apart
 //
 // Frames are added in their order. Void pixels are static in both masks.

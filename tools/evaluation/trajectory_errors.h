@@ -46,7 +46,7 @@ struct TimedPose {
 // DataLoss, naming the line.
 absl::StatusOr<std::vector<TimedPose>> ParseTumTrajectory(absl::string_view text);
 
-// The KITTI format: a line a frame with the 12 numbers of [R c], row by row; line k, from 0, is
+// The KITTI format: one line per frame with the 12 numbers of [R c], row by row; line k, from 0, is
 // frame k. DataLoss, naming the line.
 absl::StatusOr<Trajectory> ParseKittiPoses(absl::string_view text);
 

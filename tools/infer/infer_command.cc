@@ -73,7 +73,7 @@ class InferCommand : public Command {
                    "on different frames at the same time")
         ->type_name("DIR");
     app.add_flag("--overwrite", target_.overwrite,
-                 "Replace the run that --out holds; without --out, make maps again that are there");
+                 "Replace the run that --out holds; without --out, make existing maps again");
     app.add_option("--input", input_, "Where the run's input is now, if it was moved")
         ->type_name("PATH");
     range_.AddFlags(app);

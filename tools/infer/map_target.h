@@ -25,7 +25,7 @@ struct MapTarget {
   absl::Status CheckApartFrom(const vision::FrameSource& frames) const;
 
   // `description` is the run's. A folder of --out is made anew, or is one that an earlier call has
-  // begun: AlreadyExists where it holds other maps. Another device may go on with it.
+  // begun: AlreadyExists where it holds other maps. Another device may continue it.
   absl::StatusOr<MapBook> Open(const RunFolder& folder, const RunDescription& description,
                                int stride_pixels, const std::string& device) const;
 

@@ -1,4 +1,4 @@
-// The model of any frame of a run that keeps its models: from a checkpoint and the steps behind it
+// The model of any frame of a run that keeps its models: from a checkpoint and the steps after it
 // (tools/segment/resume.h).
 #ifndef EGOSIEVE_TOOLS_INFER_MODEL_REPLAY_H_
 #define EGOSIEVE_TOOLS_INFER_MODEL_REPLAY_H_

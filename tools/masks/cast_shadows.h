@@ -6,8 +6,8 @@
 //             what is near                                                              (SH1)
 //   shadow    connected parts of what is near and dark that reach the mover within 4 pixels (CS2)
 //
-// A shadow is told from the ground by its darkness alone: what else is dark and begins at the feet,
-// a hole, a hedge, a flower pot, is taken for one; what lies in shadow already has none.
+// A shadow is distinguished from the ground by its darkness alone: what else is dark and begins at
+// the feet, a hole, a hedge, a flower pot, is taken for one; what lies in shadow already has none.
 #ifndef EGOSIEVE_TOOLS_MASKS_CAST_SHADOWS_H_
 #define EGOSIEVE_TOOLS_MASKS_CAST_SHADOWS_H_
 

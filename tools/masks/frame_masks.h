@@ -1,10 +1,10 @@
 // What is masked in the frames of a run.
 //
-//   moving     reconstruct's mask; with a threshold: p >= threshold in its refined map     (M1)
-//   own        the own vehicle and what the run ignores, where they are wanted             (M2)
-//   dilated    what is nearer than `dilate_pixels` to (M1) and, where they are wanted, the
-//              shadows that it casts (cast_shadows.h); numbers go to the nearest one       (M3)
-//   masked     the union of (M2) and (M3)
+//   moving     reconstruct's mask; with a threshold: p >= threshold in its refined map    (FM1)
+//   own        the own vehicle and what the run ignores, where they are wanted            (FM2)
+//   dilated    what is nearer than `dilate_pixels` to (FM1) and, where they are wanted, the
+//              shadows that it casts (cast_shadows.h); numbers go to the nearest one      (FM3)
+//   masked     the union of (FM2) and (FM3)
 #ifndef EGOSIEVE_TOOLS_MASKS_FRAME_MASKS_H_
 #define EGOSIEVE_TOOLS_MASKS_FRAME_MASKS_H_
 
@@ -43,7 +43,7 @@ absl::StatusOr<FrameMask> ReadFrameMask(const RunFolder& folder, const FrameLine
                                         const FrameMaskOptions& options,
                                         const cv::Mat3b& picture = {});
 
-// (M3), in place. numbers: may be empty.
+// (FM3), in place. numbers: may be empty.
 void Dilate(int pixels, cv::Mat1b& masked, cv::Mat1w& numbers);
 
 }  // namespace egosieve::tools

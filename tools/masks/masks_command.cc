@@ -87,8 +87,9 @@ class MasksCommand : public Command {
                    "reconstruct, by its own thresholds")
         ->type_name("P");
     AddWords(app, "--unsure", unsure_, TreatmentWords(),
-             absl::StrCat("What is neither surely moving nor surely static; mask: as --threshold=",
-                          ClassThresholds().static_below, "; default: keep"));
+             absl::StrCat(
+                 "Pixels that are neither clearly moving nor clearly static; mask: as --threshold=",
+                 ClassThresholds().static_below, "; default: keep"));
     AddWords(app, "--own_vehicle", own_vehicle_, TreatmentWords(),
              "The camera's own vehicle, where it was found, and what --ignore names; default: mask "
              "it for programs that build a scene, keep it for others");

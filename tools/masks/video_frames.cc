@@ -16,7 +16,7 @@ namespace {
 
 const cv::Size kThumbnail(64, 36);
 
-// A row of (V1).
+// A row of (VF1).
 cv::Mat1f Thumbnail(const cv::Mat3b& image) {
   cv::Mat small, grey;
   cv::resize(image, small, kThumbnail, 0, 0, cv::INTER_AREA);

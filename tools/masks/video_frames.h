@@ -3,8 +3,8 @@
 //
 // A picture and a frame are compared as thumbnails of 64 x 36 grey pixels, mean 0 and length 1:
 //
-//   (V1) s(a, b) = a . b            1 for the same picture, whatever its brightness and contrast
-//   (V2) frame of p = argmax_k s(p, k), the first of equals
+//   (VF1) s(a, b) = a . b            1 for the same picture, whatever its brightness and contrast
+//   (VF2) frame of p = argmax_k s(p, k), the first of equals
 //
 // A picture is in the video where s is kLeastAgreement or more.
 #ifndef EGOSIEVE_TOOLS_MASKS_VIDEO_FRAMES_H_

@@ -47,7 +47,7 @@ class MergeCommand : public Command {
         ->configurable(false);
     app.add_option("FROM", sources_,
                    "Copies of it, with maps of other frames; or runs of the same input that began "
-                   "at later frames, which give what lies behind its last frame")
+                   "at later frames, which give the frames after its last one")
         ->required()
         ->type_name("")
         ->configurable(false);

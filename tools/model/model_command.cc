@@ -101,7 +101,7 @@ class ModelCommand : public Command {
  public:
   std::string name() const override { return "model"; }
   std::string summary() const override {
-    return "Tells what a checkpoint of the model holds; writes its points as CSV.";
+    return "Prints what a checkpoint of the model holds; writes its points as CSV.";
   }
   std::string example() const override {
     return "egosieve model out/drive\negosieve model out/drive/model/000049.npz --csv=points.csv";

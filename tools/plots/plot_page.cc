@@ -10,6 +10,7 @@
 #include "absl/strings/str_replace.h"
 #include "kernels/base/status_macros.h"
 #include "tools/plots/embedded_script.h"
+#include "tools/report/html.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/suite/child_process.h"
 
@@ -24,10 +25,6 @@ constexpr char kStyle[] =
     "figure{margin:2em 0;border-top:1px solid #ccc;padding-top:1em}"
     "figure svg{max-width:100%;height:auto}figcaption{max-width:60em}"
     "pre{font-size:11px;overflow-x:auto;background:#f6f6f6;padding:1em}";
-
-std::string Escaped(const std::string& text) {
-  return absl::StrReplaceAll(text, {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}});
-}
 
 // Without the XML declaration and the document type. Ids in it are the library's, which repeat from
 // one figure to the next: each figure gets its own.
@@ -73,27 +70,26 @@ absl::Status WritePlotPage(const std::string& folder, const PlotPage& page,
   EGOSIEVE_RETURN_IF_ERROR(
       WriteFileAtomically(absl::StrCat(folder, "/figures.json"), ToJson(figures).dump(1) + "\n"));
   EGOSIEVE_RETURN_IF_ERROR(Draw(folder, python));
-  std::string html = absl::StrCat(
-      "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>", Escaped(page.title),
-      "</title><style>", kStyle, "</style></head><body><h1>", Escaped(page.title), "</h1>\n");
+  std::string html =
+      absl::StrCat(PageHead(page.title, kStyle), "<h1>", EscapeHtml(page.title), "</h1>\n");
   for (const std::string& paragraph : page.paragraphs) {
-    absl::StrAppend(&html, "<p>", Escaped(paragraph), "</p>\n");
+    absl::StrAppend(&html, "<p>", EscapeHtml(paragraph), "</p>\n");
   }
   for (const TextList& list : page.lists) {
-    absl::StrAppend(&html, "<h2>", Escaped(list.title), "</h2>\n<ul>\n");
+    absl::StrAppend(&html, "<h2>", EscapeHtml(list.title), "</h2>\n<ul>\n");
     for (const std::string& item : list.items) {
-      absl::StrAppend(&html, "<li>", Escaped(item), "</li>\n");
+      absl::StrAppend(&html, "<li>", EscapeHtml(item), "</li>\n");
     }
     absl::StrAppend(&html, "</ul>\n");
   }
-  if (!page.table.empty()) absl::StrAppend(&html, "<pre>", Escaped(page.table), "</pre>\n");
+  if (!page.table.empty()) absl::StrAppend(&html, "<pre>", EscapeHtml(page.table), "</pre>\n");
   absl::StrAppend(&html, "<main style=\"grid-template-columns:repeat(", page.columns,
                   ",minmax(0,1fr))\">\n");
   for (const Figure& figure : figures) {
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string svg,
                               ReadFile(absl::StrCat(folder, "/", figure.id, ".svg")));
     absl::StrAppend(&html, figure.full_width ? "<figure class=\"full\">" : "<figure>",
-                    InlineSvg(svg, figure.id), "<figcaption>", Escaped(figure.caption),
+                    InlineSvg(svg, figure.id), "<figcaption>", EscapeHtml(figure.caption),
                     " (<a href=\"", figure.id, ".svg\">SVG</a>, <a href=\"", figure.id,
                     ".png\">PNG</a>)</figcaption></figure>\n");
   }

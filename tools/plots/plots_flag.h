@@ -15,7 +15,7 @@ class PlotsFlag {
   void AddFlag(CLI::App& app);
 
   // Draws where that is wanted and says on stderr where the page is. A plotting library that is
-  // missing is a warning on stderr: the figures' data are written and the command goes on.
+  // missing is a warning on stderr: the figures' data are written and the command continues.
   absl::Status Write(const std::string& folder, const PlotPage& page) const;
 
  private:

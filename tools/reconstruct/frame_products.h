@@ -11,7 +11,7 @@
 //
 // Boxes and areas in pixels; probability is the mean over the mover's pixels, sure is
 // 1 - 2 mean sqrt(p (1 - p)): 1 where every p is 0 or 1, 0 where all are 1/2. That is what finds a
-// map's errors; the deviation tells where data is missing.
+// map's errors; the deviation shows where data is missing.
 #ifndef EGOSIEVE_TOOLS_RECONSTRUCT_FRAME_PRODUCTS_H_
 #define EGOSIEVE_TOOLS_RECONSTRUCT_FRAME_PRODUCTS_H_
 
@@ -46,7 +46,7 @@ struct FrameResult {
   int64_t index = 0;
   double time_seconds = 0.0;
   cv::Mat1f probability;  // refined
-  cv::Mat1f deviation;    // empty where there is none, or nobody asked for it
+  cv::Mat1f deviation;    // empty where there is none, or it is not wanted
   cv::Mat1b mask;
   cv::Mat1w ids;
 };

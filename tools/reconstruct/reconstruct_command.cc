@@ -28,7 +28,8 @@ class ReconstructCommand : public Command {
  public:
   std::string name() const override { return "reconstruct"; }
   std::string summary() const override {
-    return "Makes a run's maps into masks at the picture's edges, movers with numbers, and tracks.";
+    return "Turns a run's maps into masks that follow the picture's edges, numbered movers and "
+           "tracks.";
   }
   std::string example() const override {
     return "egosieve reconstruct out/drive\n"
@@ -59,11 +60,10 @@ class ReconstructCommand : public Command {
         ->type_name("P");
     app.add_flag("--causal", options_.window.link.causal,
                  "Each frame from itself and the frames before it, as for a live camera");
-    app.add_flag("--resume", options_.resume,
-                 "Go on where the same command stopped; what is done stays");
+    app.add_flag("--resume", options_.resume, "Continue where the same command stopped");
     app.add_option("--shard", shard_,
                    "Refines the K-th of N shares of the maps, from 1 on, and writes nothing else: "
-                   "the call without this that follows numbers the movers, frame after frame")
+                   "a call without --shard then numbers the movers, frame after frame")
         ->type_name("K/N");
     app.add_option("--input", options_.input, "Where the run's input is now, if it was moved")
         ->type_name("PATH");

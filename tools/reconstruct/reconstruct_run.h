@@ -3,8 +3,8 @@
 //   chunk    up to 32 consecutive frames of one size. Frames around it, as far as a result reaches
 //            (vision/masks/map_window.h), are read with it and kept for the next
 //   files    of a chunk: frame products, then rows of tracks.csv, then reconstruct.json, which
-//            says what is done and holds the tracker's state. A run that was killed goes on at its
-//            last chunk, and gives the same bytes
+//            says what is done and holds the tracker's state. A run that was killed continues at
+//            its last chunk, and gives the same bytes
 //   shares   chunk c belongs to share c mod N, which refines its maps (refined_maps.h) and leaves
 //            the rest, that goes from frame to frame, to the call without a share
 //
@@ -40,7 +40,7 @@ struct ReconstructOptions {
   vision::MapWindowOptions window;
   vision::MoverTrackerOptions tracker;
   std::string input;    // replaces the path in run.json where it is not empty
-  bool resume = false;  // go on where a former call with the same options stopped
+  bool resume = false;  // continue where a former call with the same options stopped
   Shard shard;          // more than one: refines the maps of its chunks, and no more
 
   absl::Status Validate() const;

@@ -11,8 +11,12 @@ namespace egosieve::tools {
 // Text as it must be written between tags or in an attribute.
 std::string EscapeHtml(absl::string_view text);
 
-// Their style sheet, page.css.
+// The style sheet of reports and batches, page.css.
 absl::string_view PageStyle();
+
+// From the document type to <body>. title: plain text; style: CSS; further_head: HTML.
+std::string PageHead(absl::string_view title, absl::string_view style,
+                     absl::string_view further_head = "");
 
 }  // namespace egosieve::tools
 

@@ -344,11 +344,9 @@ std::string DescribeRanges(absl::Span<const int64_t> indices, size_t max_ranges)
 
 std::string MakeReportPage(const ReportContent& content) {
   const RunDescription& description = content.description;
-  std::string html = absl::StrCat(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta "
-      "name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>Egosieve: ",
-      EscapeHtml(Title(description)), "</title>\n<style>\n", kDygraphsCss, PageStyle(),
-      "</style>\n</head>\n<body>\n<main>\n");
+  std::string html = absl::StrCat(PageHead(absl::StrCat("Egosieve: ", Title(description)),
+                                           absl::StrCat(kDygraphsCss, PageStyle())),
+                                  "<main>\n");
   absl::StrAppend(&html, Header(content), Tiles(content));
   if (!content.pictures.empty() || !content.picture_notes.empty() || !content.tracks.empty()) {
     absl::StrAppend(&html, Pictures(content));

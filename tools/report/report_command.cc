@@ -61,7 +61,8 @@ class ReportCommand : public Command {
  public:
   std::string name() const override { return "report"; }
   std::string summary() const override {
-    return "Makes one self-contained HTML page of a run: overlays, charts, what was not learnt.";
+    return "Makes one self-contained HTML page of a run: overlays, charts, frames that were not "
+           "learnt from.";
   }
   std::string example() const override { return "egosieve report out/drive"; }
 

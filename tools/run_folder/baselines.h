@@ -10,9 +10,9 @@
 //               the same step from 2 to kLargestStep: pictures chosen from a video, which flow may
 //               still follow while it no longer sees what moves slowly
 //
-// On davis-train (10 clips) and on synthetic drives at 10 frames a second, no pair lies far apart.
-// Of every sixth picture of lucia none does, as on the roads of KITTI at 10 frames a second. Of
-// every twelfth picture, 4 of 5 pairs of lucia, 5 of 6 of bus and 6 of 7 of stroller do.
+// On davis-train (10 clips) and on synthetic drives at 10 frames per second, no pair lies far
+// apart. Of every sixth picture of lucia none does, as on the roads of KITTI at 10 frames per
+// second. Of every twelfth picture, 4 of 5 pairs of lucia, 5 of 6 of bus and 6 of 7 of stroller do.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_BASELINES_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_BASELINES_H_
 

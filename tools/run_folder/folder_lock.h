@@ -1,5 +1,5 @@
 // Locks on a run folder. They end with the object or the process, however that ends, and leave no
-// file. File systems that know no locks give some that keep nobody out.
+// file. File systems without locks grant every lock.
 //
 //   Take    what writes the log of the frames: segment, from beginning to end
 //   Use     what needs the run to stay: infer, in the run whose models it reads and in the one that

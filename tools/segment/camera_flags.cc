@@ -19,8 +19,8 @@ void CameraFlags::AddFlags(CLI::App& app) {
                  "over the drive where it is not given")
       ->type_name("FILE");
   app.add_option("--ignore", ignore_path_,
-                 "Image of the frames' size: where it is not black, nothing is the world, and "
-                 "nothing is marked")
+                 "Image of the frames' size: what is not black is left out of labels and camera "
+                 "motion, and nothing is marked there")
       ->type_name("MASK");
   app.add_flag("--own_vehicle,!--no_own_vehicle", finds_own_vehicle_,
                "Find what is fixed in the image (bonnet, dashboard, time stamp, reflections) in "

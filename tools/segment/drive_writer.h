@@ -58,7 +58,7 @@ class DriveWriter {
                                            const RunDescription& description,
                                            DriveWriterOptions options = {});
 
-  // `folder` holds a run of which `lines` are kept: the log is cut behind them.
+  // `folder` holds a run of which `lines` are kept: the log is cut after them.
   static absl::StatusOr<DriveWriter> Continue(const RunFolder& folder,
                                               const RunDescription& description,
                                               const std::vector<FrameLine>& lines,

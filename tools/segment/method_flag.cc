@@ -19,8 +19,8 @@ void MethodFlag::AddFlag(CLI::App& app) {
   std::vector<std::string> names;
   for (const vision::MethodName& method : vision::MethodNames()) names.push_back(method.name);
   app.add_option("--method", name_,
-                 "What answers: the process (the first two, as --covariance) or a rival of it, for "
-                 "comparison; rivals keep no checkpoints and, but for svm, no memory")
+                 "The method: the Gaussian process (the first two, as --covariance) or a baseline, "
+                 "for comparison; baselines write no checkpoints and, except svm, learn nothing")
       ->check(OneOf(names))
       ->type_name(absl::StrJoin(names, "|"));
 }

@@ -7,9 +7,12 @@
 #include <utility>
 #include <variant>
 
+#include "absl/status/status.h"
 #include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
 #include "gp/io/model_file.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/files/atomic_file.h"
 
 namespace egosieve::tools {
 namespace {
@@ -91,6 +94,17 @@ absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder,
   return lines;
 }
 
+absl::Status CheckSameRun(const RunDescription& before, const RunDescription& now,
+                          bool has_other_device, const std::string& directory) {
+  const std::string difference = DescribeDifference(before, now);
+  if (difference.empty()) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("the run in ", directory, " is another: ", difference,
+                   has_other_device ? "; give it the same, choose another folder for --out, or add "
+                                      "--allow_other_device"
+                                    : "; give it the same, or choose another folder for --out"));
+}
+
 absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t from,
                                             std::vector<FrameLine> lines) {
   ResumePoint point;
@@ -127,6 +141,20 @@ absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource&
     if (recent.size() == static_cast<size_t>(count) || first == from) {
       return std::vector<vision::Frame>(recent.begin(), recent.end());
     }
+  }
+}
+
+bool EndsBefore(int64_t index, vision::FrameSource& source, std::string& warning) {
+  if (!source.SeekTo(index).ok()) return false;
+  const absl::StatusOr<vision::FrameRead> read = source.Next();
+  if (!read.ok() || !std::holds_alternative<vision::EndOfFrames>(*read)) return false;
+  warning = std::get<vision::EndOfFrames>(*read).warning;
+  return true;
+}
+
+void RemoveAbandonedFiles(const RunFolder& folder) {
+  for (const char* name : {"", "grid", "potential", "model", "steps"}) {
+    kernels::RemoveAbandonedTemporaries(folder.File(name));
   }
 }
 

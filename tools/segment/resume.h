@@ -1,13 +1,13 @@
-// Going on with a drive that ended before its end, however it ended.
+// Continuing a run that ended before its drive did, however it ended.
 //
 // Checkpoints lie in model/NNNNNN.npz (gp/io/model_file.h), each the state after frame NNNNNN,
-// whole or absent; the last two are kept. A run goes on behind the newest checkpoint whose frame
+// whole or absent; the last two are kept. A run continues after the newest checkpoint whose frame
 // has its line; what had been written after it is written again, with the same bytes. A frame whose
-// maps are gone counts as not written, nor do those behind it.
+// maps are gone counts as not written, nor do those after it.
 //
 // A run whose maps are made later keeps all its checkpoints, and in steps/NNNNNN.npz what each
 // frame did to the model (vision/segmentation/learning_step.h): from a checkpoint and the steps
-// behind it follows the model of any frame.
+// after it follows the model of any frame.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_RESUME_H_
 #define EGOSIEVE_TOOLS_SEGMENT_RESUME_H_
 
@@ -32,7 +32,7 @@ absl::Status WriteStep(const RunFolder& folder, int64_t index, const std::string
 absl::StatusOr<std::string> ReadStep(const RunFolder& folder, int64_t index);
 
 struct CheckpointBytes {
-  int64_t next_frame = 0;  // the frame behind it
+  int64_t next_frame = 0;  // the frame after it
   std::string bytes;
 };
 
@@ -45,6 +45,11 @@ absl::StatusOr<std::optional<CheckpointBytes>> FindCheckpoint(const RunFolder& f
 // run that keeps them.
 absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder,
                                                       const RunDescription& description);
+
+// FailedPrecondition, naming the difference and what to do, where the run `before` in `directory`
+// is not the one that `now` describes. has_other_device: that of the call differs.
+absl::Status CheckSameRun(const RunDescription& before, const RunDescription& now,
+                          bool has_other_device, const std::string& directory);
 
 struct ResumePoint {
   int64_t next_frame = 0;        // index of the first frame to segment
@@ -60,6 +65,13 @@ absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t fro
 // fewer. Leaves the source anywhere.
 absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource& source,
                                                             int64_t from, int64_t last, int count);
+
+// Whether the source has no frame `index`; then `warning` is that of its end. Leaves it anywhere.
+bool EndsBefore(int64_t index, vision::FrameSource& source, std::string& warning);
+
+// Temporary files of killed programs in the run folder. Those of running programs are locked and
+// stay.
+void RemoveAbandonedFiles(const RunFolder& folder);
 
 }  // namespace egosieve::tools
 

@@ -1,5 +1,5 @@
 // The camera of a run: learnt in a first pass over the drive and kept in the run folder, from which
-// a run that goes on takes it.
+// a resumed run takes it.
 //
 // camera.json, as evaluation/trajectory_errors.h reads it:
 //   focal_pixels, width, height

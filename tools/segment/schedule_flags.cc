@@ -11,24 +11,23 @@ namespace egosieve::tools {
 
 void ScheduleFlags::AddFlags(CLI::App& app) {
   app.add_option("--checkpoint_every", checkpoint_every_,
-                 "Frames between checkpoints, from which --resume goes on; 0: none")
+                 "Frames between checkpoints, from which --resume continues; 0: none")
       ->check(AtLeast<int64_t>(0))
       ->type_name("FRAMES");
   range_.AddFlags(app);
   app.add_option("--every", every_,
-                 "Makes the map of each N-th frame only, from the first on; those between are "
-                 "learnt from all the same, and infer can make their maps later")
+                 "Makes the map of each N-th frame only, from the first on; the frames between are "
+                 "learnt from, too, and infer can make their maps later")
       ->check(AtLeast<int64_t>(1))
       ->type_name("N");
   app.add_option("--skip", skip_,
-                 "Passes over N frames between two that are segmented: they are neither learnt "
-                 "from nor mapped, and cost what reading them costs")
+                 "Skips N frames between two that are segmented: they are read, but neither learnt "
+                 "from nor mapped")
       ->check(AtLeast<int64_t>(0))
       ->type_name("N");
   app.add_flag("--learn_only", learn_only_,
                "Makes no maps but keeps the model of every frame, for infer to make them later");
-  app.add_option("--fps", source_.nominal_rate_hz,
-                 "Frames per second of a folder of images, which has no clock")
+  app.add_option("--fps", source_.nominal_rate_hz, "Frames per second of a folder of images")
       ->check(AtLeast(1e-3))
       ->capture_default_str();
   app.add_option("--times", source_.times,

@@ -7,7 +7,6 @@
 #include <string>
 #include <system_error>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -48,7 +47,7 @@ class SegmentCommand : public Command {
  public:
   std::string name() const override { return "segment"; }
   std::string summary() const override {
-    return "Segments a drive: maps of what moves by itself, with the account of every frame.";
+    return "Segments a drive: maps of what moves by itself, and a line of the log per frame.";
   }
   std::string example() const override {
     return "egosieve segment drive.mp4 --out=out/drive\n"
@@ -66,13 +65,13 @@ class SegmentCommand : public Command {
     app.add_option("--out", directory_, "The run folder to write")->required()->type_name("DIR");
     app.add_flag("--overwrite", overwrite_, "Replace the run that the folder holds");
     app.add_flag("--resume", resume_,
-                 "Go on with the run that the folder holds, as if it had never been interrupted; "
+                 "Continue the run that the folder holds, with the bytes of an uninterrupted run; "
                  "start it where there is none");
     app.add_flag("--record", record_,
                  "Keep a stream's pictures in the run folder, frames/, for reconstruct and others");
     app.add_flag("--allow_other_device", allow_other_device_,
-                 "With --resume: go on although the run began on another device; the lines of the "
-                 "frames from here on name it");
+                 "With --resume: continue although the run began on another device; the log lines "
+                 "of the frames from here on name it");
     flags_.AddFlags(app);
     camera_.AddFlags(app);
     method_.AddFlag(app);
@@ -150,7 +149,7 @@ class SegmentCommand : public Command {
     if (resume_ || schedule_.first_frame() > 0 || schedule_.LeavesMaps() ||
         schedule_.frame_step() > 1) {
       return absl::InvalidArgumentError(
-          "a stream is taken as it comes and cannot be gone back to: leave --resume, --from, "
+          "a stream is read once, as it comes: leave --resume, --from, "
           "--skip, --learn_only and --every out");
     }
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenLiveInput(input_));
@@ -207,15 +206,9 @@ class SegmentCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription before, folder.ReadDescription());
     const std::string device = description.device;
     if (allow_other_device_) description.device = before.device;
-    if (const std::string difference = DescribeDifference(before, description);
-        !difference.empty()) {
-      return absl::FailedPreconditionError(absl::StrCat(
-          "the run in ", directory_, " is another: ", difference,
-          before.device == device ? "; give it the same, or choose another folder for --out"
-                                  : "; give it the same, choose another folder for --out, or add "
-                                    "--allow_other_device"));
-    }
-    RemoveAbandoned(folder);
+    EGOSIEVE_RETURN_IF_ERROR(
+        CheckSameRun(before, description, before.device != device, directory_));
+    RemoveAbandonedFiles(folder);
     EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, ReadWholeLines(folder, before));
     if (before.ended == "done" && IsComplete(lines, *input.frames, beginning.warning)) {
       beginning.counts.emplace(before);
@@ -251,25 +244,12 @@ class SegmentCommand : public Command {
     return writer;
   }
 
-  // What killed programs left. Maps may be in other programs' hands, which keep theirs locked.
-  static void RemoveAbandoned(const RunFolder& folder) {
-    for (const char* name : {"", "grid", "potential", "model", "steps"}) {
-      kernels::RemoveAbandonedTemporaries(folder.File(name));
-    }
-  }
-
-  // Whether no frame is behind those of `lines`; then `warning` is that of the input's end.
   bool IsComplete(const std::vector<FrameLine>& lines, vision::FrameSource& source,
                   std::string& warning) const {
-    const int64_t behind =
+    const int64_t next =
         lines.empty() ? schedule_.first_frame() : lines.back().index + schedule_.frame_step();
     const int64_t end = schedule_.MakePipeline(1, schedule_.first_frame()).end_frame;
-    if (end >= 0 && behind >= end) return true;
-    if (!source.SeekTo(behind).ok()) return false;
-    const absl::StatusOr<vision::FrameRead> read = source.Next();
-    if (!read.ok() || !std::holds_alternative<vision::EndOfFrames>(*read)) return false;
-    warning = std::get<vision::EndOfFrames>(*read).warning;
-    return true;
+    return (end >= 0 && next >= end) || EndsBefore(next, source, warning);
   }
 
   absl::StatusOr<ExitCode> Segment(const DriveInput& input, const vision::PipelineOptions& pipeline,

@@ -53,10 +53,9 @@ void AddWordFlag(CLI::App& app, const std::string& flag, std::optional<std::stri
 }  // namespace
 
 void SegmentFlags::AddFlags(CLI::App& app) {
-  app.add_option(
-         "--profile", profile_,
-         "default: the most accurate that keeps up; paper: faithful to the paper's sections "
-         "III to V; fast: every stage chosen for speed. Flags below override what the profile says")
+  app.add_option("--profile", profile_,
+                 "default: the most accurate; paper: as in the paper's sections III to V; fast: "
+                 "every stage chosen for speed. Flags below override the profile")
       ->check(OneOf(NamesOf(Profiles())))
       ->type_name(absl::StrJoin(NamesOf(Profiles()), "|"));
   app.add_option("--seed", seed_, "Of everything random")
@@ -97,15 +96,16 @@ void SegmentFlags::AddModelFlags(CLI::App& app) {
       ->check(Between(0.0, 1.0))
       ->type_name("DISTANCE");
   app.add_option("--dynamic_age", dynamic_age_,
-                 "Frames for which the model keeps points of what moves: it leaves its place")
+                 "Frames for which the model keeps points of what moves, which leaves its place")
       ->check(Between(int64_t{0}, kUnlimitedAge))
       ->type_name("FRAMES");
   app.add_option("--arrival_share", arrival_share_,
                  "The most points that one frame brings, as a share of the budget")
       ->check(Between(0.01, 1.0))
       ->type_name("SHARE");
-  app.add_option("--location_prior", location_prior_,
-                 "How much it counts where in the image things have moved so far; 0: nothing")
+  app.add_option(
+         "--location_prior", location_prior_,
+         "Weight of the location prior: where in the image things have moved so far; 0: none")
       ->check(Between(0.0, 1.0))
       ->type_name("WEIGHT");
   app.add_flag("--potential", potential_,
@@ -115,8 +115,8 @@ void SegmentFlags::AddModelFlags(CLI::App& app) {
 
 void SegmentFlags::AddLabelFlags(CLI::App& app) {
   app.add_option("--frame_gap", frame_gap_,
-                 "Frames between the two of a pair; auto: by the parallax that is seen. Every "
-                 "frame has its map")
+                 "Frames between the two pictures of a pair; auto: by the measured parallax. Every "
+                 "frame has a map")
       ->check(GapOrAutomatic())
       ->type_name("FRAMES|auto");
   app.add_option(
@@ -143,9 +143,9 @@ void SegmentFlags::AddLabelFlags(CLI::App& app) {
                  "learnt in a first pass over the drive where it is not given")
       ->check(Between(0.1, 20.0))
       ->type_name("RATIO");
-  app.add_option("--ahead", ahead_,
-                 "Frames behind the current one that its labels may rest on; 0: none, as a live "
-                 "camera has it")
+  app.add_option(
+         "--ahead", ahead_,
+         "Frames after the current one that its labels may use; 0: none, as for a live camera")
       ->check(Between(0, 100))
       ->type_name("FRAMES");
   AddWordFlag(app, "--labels", labels_, LabelWords(),
@@ -172,14 +172,13 @@ void SegmentFlags::AddLearnerFlags(CLI::App& app) {
                               "\"matern52 + linear * isotropic(periodic)\""))
       ->check(CLI::Validator([](std::string& text) { return CovarianceError(text); }, ""))
       ->type_name("FUNCTION");
-  AddWordFlag(
-      app, "--novelty_filter", novelty_filter_, SwitchWords(),
-      "Of new points only those are taken that the model gets wrong (the paper's filter 2)");
+  AddWordFlag(app, "--novelty_filter", novelty_filter_, SwitchWords(),
+              "Add only those new points that the model misclassifies (the paper's filter 2)");
   AddWordFlag(app, "--consistency_filter", consistency_filter_, SwitchWords(),
-              "Points that the model gets wrong though it holds them are dropped (filter 3)");
+              "Drop points that the model misclassifies although it holds them (filter 3)");
   app.add_option("--zero_label", zero_label_,
-                 "Label that the process takes for zero, its prior mean: what is above it counts "
-                 "as dynamic to the filters")
+                 "Label that becomes the target zero, the process's prior mean; the filters count "
+                 "labels above it as dynamic")
       ->check(Between(0.01, 0.5))
       ->type_name("PROBABILITY");
 }

@@ -55,7 +55,7 @@ std::string ObjectTable(const std::vector<SequenceResult>& results) {
     }
     table.push_back('\n');
   }
-  absl::StrAppendFormat(&table, "%-32s %8s", "false objects a frame", "");
+  absl::StrAppendFormat(&table, "%-32s %8s", "false objects per frame", "");
   for (const std::string& variant : variants) {
     const Objects& own = pooled[variant];
     absl::StrAppendFormat(&table, " %12.3f",

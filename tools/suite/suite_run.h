@@ -1,7 +1,7 @@
 // Many sequences under several variants of segment, profiles or others: each is segmented where no
 // run of it is there yet, then evaluated.
 //
-//   out/runs/VARIANT/NAME       the run folder; one that is there goes on or is taken as it is
+//   out/runs/VARIANT/NAME       the run folder; an existing one is continued or used as it is
 //   out/runs/VARIANT/egosieve_logs/NAME.log   what segmenting printed; NAME.masks.log: what
 //                                             reconstruct printed
 //

@@ -18,7 +18,7 @@ std::string CameraText(const vision::Scenario& scenario);
 // A line of poses.txt: the 12 numbers of [R centre], row by row.
 std::string PoseLine(const vision::Pose& pose);
 
-// The document's text: a line a frame.
+// The document's text: one line per frame.
 std::string SceneText(const nlohmann::ordered_json& scene);
 
 }  // namespace egosieve::tools

@@ -5,7 +5,7 @@
 //                       vehicle hides it, else 0
 //   ids/NNNNNN.png      16 bits: the object that the pixel shows, 0 for scenery
 //   own_vehicle.png     255 where the camera's own vehicle is seen; only where it is
-//   poses.txt           the camera's poses, a line a frame: the 12 numbers of world_from_camera
+//   poses.txt           the camera's poses, one line per frame: the 12 numbers of world_from_camera
 //   camera.json         focal_pixels, radial (camera.h, C1), width, height, frames_per_second
 //   scene.json          scenario, seed, intrinsics; per frame: time, pose, visible objects
 //

@@ -48,7 +48,7 @@ class SynthesizeCommand : public Command {
                    "Folder for frames/, masks/, ids/, poses.txt, camera.json and scene.json")
         ->type_name("DIR");
     app.add_option("--seed", options_.seed,
-                   "Another town, other traffic; 1 to 9 are for choosing constants, 100 to 109 for "
+                   "Seed of town and traffic; 1 to 9 are for choosing constants, 100 to 109 for "
                    "figures that are reported")
         ->capture_default_str();
     app.add_option("--frames", rendering.frames, "How many")->capture_default_str();
@@ -66,12 +66,12 @@ class SynthesizeCommand : public Command {
                    "The lens's radial distortion k: r becomes r (1 + k r^2), r in focal lengths")
         ->capture_default_str();
     app.add_option("--exposure_swing", rendering.exposure_swing,
-                   "How far the exposure wanders: amplitude of its logarithm")
+                   "Variation of the exposure: amplitude of its logarithm")
         ->capture_default_str();
     AddWords(
         app, "--compression", options_.compression,
         {{"none", Compression::kNone}, {"jpeg", Compression::kJpeg}, {"h264", Compression::kH264}},
-        "Artefacts that the pictures get: those of a JPEG of low quality, or of a video");
+        "Artefacts added to the pictures: those of a JPEG of low quality, or of a video");
     app.add_option("--threads", rendering.threads, "The result does not depend on them")
         ->capture_default_str();
     app.add_flag("--video", options_.video, "Write video.mp4 (lossy) instead of frames/");

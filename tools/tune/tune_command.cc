@@ -20,7 +20,7 @@ class TuneCommand : public Command {
  public:
   std::string name() const override { return "tune"; }
   std::string summary() const override {
-    return "Searches the kernels' shapes that are fastest on a device, and keeps them.";
+    return "Searches the kernels' tile shapes that are fastest on a device, and stores them.";
   }
   std::string example() const override { return "egosieve tune --device=gpu"; }
 
@@ -32,7 +32,7 @@ class TuneCommand : public Command {
     app.add_option("--repeats", options_.repeats, "Runs of each shape, the fastest of which counts")
         ->check(Between(1, 1000))
         ->type_name("NUMBER");
-    app.add_flag("--dry_run", dry_run_, "Search, but keep nothing");
+    app.add_flag("--dry_run", dry_run_, "Search, but store nothing");
     app.add_flag("--quiet", quiet_, "Do not print the shapes that are timed");
     result_.AddFlag(app);
   }

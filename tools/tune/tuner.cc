@@ -176,7 +176,7 @@ absl::StatusOr<TuneResult> Search::Run() {
     SearchVectors(mean, variance);
   }
   if (context->is_gpu()) {
-    TryField("groups_a_unit", &KernelTuning::groups_a_unit, {1, 2, 4, 8, 16, 32},
+    TryField("groups_per_unit", &KernelTuning::groups_per_unit, {1, 2, 4, 8, 16, 32},
              Workload::kVariance, variance);
   }
   result_.mean_seconds_after = mean.seconds;
@@ -189,7 +189,7 @@ void Search::SearchLocalTiles(Timing& mean, Timing& variance) {
   TryField("mean_width", &KernelTuning::mean_width, {1, 2, 4, 8}, Workload::kMean, mean);
   TryField("width", &KernelTuning::width, {2, 4, 8}, Workload::kVariance, variance);
   TryField("panel", &KernelTuning::panel, {4, 8}, Workload::kVariance, variance);
-  TryField("panels_a_group", &KernelTuning::panels_a_group, {4, 8, 16, 32}, Workload::kVariance,
+  TryField("panels_per_group", &KernelTuning::panels_per_group, {4, 8, 16, 32}, Workload::kVariance,
            variance);
   TryField("work_group", &KernelTuning::work_group, {32, 64, 128, 256}, Workload::kVariance,
            variance);
@@ -203,8 +203,8 @@ void Search::SearchVectors(Timing& mean, Timing& variance) {
   TryField("panel", &KernelTuning::panel, {4, 6, 8, 9, 10, 12, 14}, Workload::kVariance, variance);
   TryField("depth", &KernelTuning::depth, {64, 128, 192, 256, 384, 512}, Workload::kVariance,
            variance);
-  TryField("panels_a_group", &KernelTuning::panels_a_group, {4, 8, 12, 16, 24}, Workload::kVariance,
-           variance);
+  TryField("panels_per_group", &KernelTuning::panels_per_group, {4, 8, 12, 16, 24},
+           Workload::kVariance, variance);
   TryField("micro_tiles", &KernelTuning::micro_tiles, {1, 2, 4, 8}, Workload::kVariance, variance);
 }
 

@@ -50,7 +50,7 @@ class TuneDefaultsCommand : public Command {
         ->type_name("GRID");
     app.add_option("--profile", profile_, "The profile that the settings change")
         ->capture_default_str();
-    app.add_option("--noise", noise_, "Differences in AUC up to this decide nothing")
+    app.add_option("--noise", noise_, "Differences in AUC up to this count as equal")
         ->check(Between(0.0, 1.0))
         ->capture_default_str();
     app.add_option("--max_frames", options_.max_frames, "Frames of each sequence at most; 0: all")

@@ -16,6 +16,27 @@ using kernels::CovarianceFunction;
 
 constexpr int64_t kDimension = 3;
 
+// By input d, with steps of 1e-4.
+template <typename Model>
+Prediction CentralDifferences(const Model& model, const RowMatrix& queries, int64_t d) {
+  constexpr double kStep = 1e-4;
+  RowMatrix ahead = queries, behind = queries;
+  ahead.col(d).array() += kStep;
+  behind.col(d).array() -= kStep;
+  const auto right = model.Predict(ViewOf(ahead), PredictWhat::kMeanAndVariance);
+  const auto left = model.Predict(ViewOf(behind), PredictWhat::kMeanAndVariance);
+  EXPECT_TRUE(right.ok() && left.ok());
+  if (!right.ok() || !left.ok()) return {};
+  Prediction slope = *right;
+  for (size_t i = 0; i < slope.mean.size(); ++i) {
+    slope.mean[i] = (right->mean[i] - left->mean[i]) / (2.0 * kStep);
+  }
+  for (size_t i = 0; i < slope.variance.size(); ++i) {
+    slope.variance[i] = (right->variance[i] - left->variance[i]) / (2.0 * kStep);
+  }
+  return slope;
+}
+
 class InputGradient : public testing::TestWithParam<MeanFunction> {};
 
 TEST_P(InputGradient, EqualsFiniteDifferences) {
@@ -34,22 +55,14 @@ TEST_P(InputGradient, EqualsFiniteDifferences) {
     const auto at = model->PredictGradients(ViewOf(queries), PredictWhat::kMeanAndVariance);
     ASSERT_TRUE(at.ok()) << at.status();
     for (int64_t d = 0; d < kDimension; ++d) {
-      constexpr double kStep = 1e-4;
-      RowMatrix ahead = queries, behind = queries;
-      ahead.col(d).array() += kStep;
-      behind.col(d).array() -= kStep;
-      const auto right = model->Predict(ViewOf(ahead), PredictWhat::kMeanAndVariance);
-      const auto left = model->Predict(ViewOf(behind), PredictWhat::kMeanAndVariance);
-      ASSERT_TRUE(right.ok() && left.ok());
+      const Prediction slope = CentralDifferences(*model, queries, d);
       for (int64_t i = 0; i < queries.rows(); ++i) {
         // Central differences: h^2 / 6 times third derivatives of up to 1e2, and rounding 1e-12 /
         // h.
-        EXPECT_NEAR(at->variance[i * kDimension + d],
-                    (right->variance[i] - left->variance[i]) / (2.0 * kStep), 2e-6)
+        EXPECT_NEAR(at->variance[i * kDimension + d], slope.variance[i], 2e-6)
             << text << " query " << i << " input " << d;
         for (int64_t c = 0; c < 2; ++c) {
-          EXPECT_NEAR(at->mean[(i * 2 + c) * kDimension + d],
-                      (right->mean[2 * i + c] - left->mean[2 * i + c]) / (2.0 * kStep), 2e-6)
+          EXPECT_NEAR(at->mean[(i * 2 + c) * kDimension + d], slope.mean[2 * i + c], 2e-6)
               << text << " query " << i << " input " << d;
         }
       }
@@ -81,19 +94,12 @@ TEST(InputGradient, OfSparseModelsEqualsFiniteDifferences) {
     const auto at = model->PredictGradients(ViewOf(queries), PredictWhat::kMeanAndVariance);
     ASSERT_TRUE(at.ok()) << at.status();
     for (int64_t d = 0; d < kDimension; ++d) {
-      constexpr double kStep = 1e-4;
-      RowMatrix ahead = queries, behind = queries;
-      ahead.col(d).array() += kStep;
-      behind.col(d).array() -= kStep;
-      const auto right = model->Predict(ViewOf(ahead), PredictWhat::kMeanAndVariance);
-      const auto left = model->Predict(ViewOf(behind), PredictWhat::kMeanAndVariance);
-      ASSERT_TRUE(right.ok() && left.ok());
+      const Prediction slope = CentralDifferences(*model, queries, d);
       for (int64_t i = 0; i < queries.rows(); ++i) {
         // As above.
         const int64_t entry = i * kDimension + d;
-        EXPECT_NEAR(at->variance[entry], (right->variance[i] - left->variance[i]) / (2.0 * kStep),
-                    2e-6);
-        EXPECT_NEAR(at->mean[entry], (right->mean[i] - left->mean[i]) / (2.0 * kStep), 2e-6);
+        EXPECT_NEAR(at->variance[entry], slope.variance[i], 2e-6);
+        EXPECT_NEAR(at->mean[entry], slope.mean[i], 2e-6);
       }
     }
   }

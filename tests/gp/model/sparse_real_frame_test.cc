@@ -85,6 +85,13 @@ std::vector<double> Probabilities(const Prediction& prediction, const LeaveOneOu
   return probabilities;
 }
 
+std::vector<double> SortedDifferences(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> differences;
+  for (size_t i = 0; i < a.size(); ++i) differences.push_back(std::abs(a[i] - b[i]));
+  std::sort(differences.begin(), differences.end());
+  return differences;
+}
+
 TEST(SparseRealFrame, LosesLittleAgainstTheExactModel) {
   const char* folder = std::getenv("EGOSIEVE_DATA");
   if (folder == nullptr) GTEST_SKIP() << "EGOSIEVE_DATA is not set";
@@ -132,11 +139,7 @@ TEST(SparseRealFrame, LosesLittleAgainstTheExactModel) {
     ASSERT_TRUE(prediction.ok()) << prediction.status();
     const std::vector<double> found =
         Probabilities(*prediction, model->PredictLeaveOneOut(), theta, frame.labels);
-    std::vector<double> differences;
-    for (size_t i = 0; i < found.size(); ++i) {
-      differences.push_back(std::abs(found[i] - expected[i]));
-    }
-    std::sort(differences.begin(), differences.end());
+    const std::vector<double> differences = SortedDifferences(found, expected);
     const double mean =
         std::accumulate(differences.begin(), differences.end(), 0.0) / differences.size();
     const double loss = area - AreaUnderCurve(found, frame.truth.data() + kTraining);

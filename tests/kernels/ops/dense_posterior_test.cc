@@ -232,7 +232,7 @@ TEST_P(DensePosteriorTest, ShapesOfTheKernelsChangeRoundingAlone) {
     if (lanes == 1) shapes.back().work_group = 4;
     shapes.back().panel = panel;
     shapes.back().depth = 24;
-    shapes.back().panels_a_group = 3;
+    shapes.back().panels_per_group = 3;
   }
   for (const KernelTuning& shape : shapes) {
     ContextOptions options;

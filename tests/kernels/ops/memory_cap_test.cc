@@ -8,6 +8,7 @@
 
 #include "gtest/gtest.h"
 #include "kernels/ops/dense_posterior.h"
+#include "tests/kernels/ops/posterior_test.h"
 #include "tests/kernels/test_data.h"
 
 namespace egosieve::kernels {
@@ -26,19 +27,9 @@ TEST(MemoryCap, TheWholeCovarianceIsNeverInMemory) {
   std::mt19937_64 random = TestRandom();
   const int64_t n = 1000;
   const int64_t m = 60000;
-  const std::vector<double> inputs = RandomPoints(random, n, 2);
-  const std::vector<double> alpha = RandomPoints(random, n, 1);
-  std::vector<double> factor(n * n, 0.0);
-  for (int64_t i = 0; i < n; ++i) factor[i * n + i] = 100.0;
-  PosteriorModel model;
-  model.covariance = ArcsineParameters({1, 2, 3});
-  model.inputs = ConstMatrixView<double>(inputs.data(), n, 2);
-  model.alpha = alpha.data();
-  model.factor_kind = FactorKind::kCholesky;
-  model.factor = ConstMatrixView<double>(factor.data(), n, n);
   DensePosteriorOptions options;
   options.memory_cap_bytes = int64_t{16} << 20;
-  auto posterior = DensePosterior::Create(TestContext(), model, options);
+  auto posterior = MakeDiagonalPosterior(TestContext(), n, options);
   ASSERT_TRUE(posterior.ok()) << posterior.status();
   std::vector<float> queries(m * 2);
   for (float& value : queries) value = static_cast<float>(Uniform(random, -1, 1));

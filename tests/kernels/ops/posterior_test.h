@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <memory>
 #include <random>
+#include <utility>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "gtest/gtest.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/runtime/context.h"
@@ -30,6 +32,22 @@ inline std::vector<float> RandomQueries(std::mt19937_64& random, int64_t m, int6
   return queries;
 }
 
+// A posterior of n points of two inputs whose factor is 100 I.
+inline absl::StatusOr<std::unique_ptr<DensePosterior>> MakeDiagonalPosterior(
+    std::shared_ptr<Context> context, int64_t n, const DensePosteriorOptions& options = {}) {
+  std::mt19937_64 random = TestRandom();
+  const std::vector<double> inputs = RandomPoints(random, n, 2), alpha = RandomPoints(random, n, 1);
+  std::vector<double> factor(n * n, 0.0);
+  for (int64_t i = 0; i < n; ++i) factor[i * n + i] = 100.0;
+  PosteriorModel model;
+  model.covariance = ArcsineParameters({1, 2, 3});
+  model.inputs = ConstMatrixView<double>(inputs.data(), n, 2);
+  model.alpha = alpha.data();
+  model.factor_kind = FactorKind::kCholesky;
+  model.factor = ConstMatrixView<double>(factor.data(), n, n);
+  return DensePosterior::Create(std::move(context), model, options);
+}
+
 // Whether the tests run with the device's own shapes or with the tiles in local memory that GPUs
 // take: small ones, so that every size is around some block of theirs.
 enum class Shapes { kOfTheDevice, kLocalTiles };
@@ -37,7 +55,7 @@ enum class Shapes { kOfTheDevice, kLocalTiles };
 inline KernelTuning SmallLocalTiles() {
   KernelTuning tuning = DefaultGpuTuning();
   tuning.panel = 2;
-  tuning.panels_a_group = 8;
+  tuning.panels_per_group = 8;
   tuning.depth = 8;
   tuning.width = 2;
   tuning.mean_width = 1;

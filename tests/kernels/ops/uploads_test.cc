@@ -18,19 +18,8 @@ namespace {
 
 constexpr int64_t kQueries = 500;
 
-// A posterior of n points whose factor is 100 I.
 std::unique_ptr<DensePosterior> MakePosterior(std::shared_ptr<Context> context, int64_t n) {
-  std::mt19937_64 random = TestRandom();
-  const std::vector<double> inputs = RandomPoints(random, n, 2), alpha = RandomPoints(random, n, 1);
-  std::vector<double> factor(n * n, 0.0);
-  for (int64_t i = 0; i < n; ++i) factor[i * n + i] = 100.0;
-  PosteriorModel model;
-  model.covariance = ArcsineParameters({1, 2, 3});
-  model.inputs = ConstMatrixView<double>(inputs.data(), n, 2);
-  model.alpha = alpha.data();
-  model.factor_kind = FactorKind::kCholesky;
-  model.factor = ConstMatrixView<double>(factor.data(), n, n);
-  auto posterior = DensePosterior::Create(std::move(context), model);
+  auto posterior = MakeDiagonalPosterior(std::move(context), n);
   EXPECT_TRUE(posterior.ok()) << posterior.status();
   return *std::move(posterior);
 }
@@ -89,7 +78,7 @@ TEST(Uploads, OneQueryTakesTheScratchOfOneTile) {
     Evaluate(*posterior, queries);
     return TakeScratchBytes();
   };
-  const int64_t columns = tuning.width * tuning.work_group / tuning.panels_a_group;
+  const int64_t columns = tuning.width * tuning.work_group / tuning.panels_per_group;
   EXPECT_EQ(scratch_for(1), kPoints * columns * static_cast<int64_t>(sizeof(float)));
   EXPECT_EQ(scratch_for(columns + 1), 2 * scratch_for(1));
 }

@@ -78,13 +78,19 @@ TEST(Tuning, DamagedTablesAreIgnored) {
   EXPECT_EQ(ParseTuning("nonsense\npanel 9\nnonsense", defaults).panel, 9);
 }
 
+TEST(Tuning, TablesOfEarlierVersionsAreRead) {
+  const KernelTuning tuning = ParseTuning("panels_a_group 7\ngroups_a_unit 3\n", DefaultTuning(8));
+  EXPECT_EQ(tuning.panels_per_group, 7);
+  EXPECT_EQ(tuning.groups_per_unit, 3);
+}
+
 TEST(Tuning, DefaultsAreValid) {
   for (const int lanes : {1, 4, 8, 16}) EXPECT_TRUE(DefaultTuning(lanes).Validate().ok()) << lanes;
   EXPECT_TRUE(DefaultGpuTuning().Validate().ok());
   using Misfit = std::pair<int KernelTuning::*, int>;
   for (const auto& [field, value] :
        {Misfit{&KernelTuning::float_lanes, 4}, Misfit{&KernelTuning::work_group, 100},
-        Misfit{&KernelTuning::panels_a_group, 12}, Misfit{&KernelTuning::depth, 24}}) {
+        Misfit{&KernelTuning::panels_per_group, 12}, Misfit{&KernelTuning::depth, 24}}) {
     KernelTuning tuning = DefaultGpuTuning();
     tuning.*field = value;
     EXPECT_NE(tuning.Validate().message().find("local_tiles = 1"), std::string::npos)

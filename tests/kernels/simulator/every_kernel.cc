@@ -212,7 +212,7 @@ int Run(const std::string& device) {
   for (const int lanes : {1, 4, 16}) {
     shapes.push_back(DefaultTuning(lanes));
     if (lanes == 1) shapes.back().work_group = 4;
-    shapes.back().panels_a_group = 2;
+    shapes.back().panels_per_group = 2;
     shapes.back().panel = 4;
     shapes.back().depth = 12;
     shapes.back().width = 2;
@@ -220,7 +220,7 @@ int Run(const std::string& device) {
   // Blocks of 16 rows, tiles of 6 queries with the factor and of 16 without.
   shapes.push_back(DefaultGpuTuning());
   shapes.back().panel = 4;
-  shapes.back().panels_a_group = 4;
+  shapes.back().panels_per_group = 4;
   shapes.back().depth = 8;
   shapes.back().work_group = 8;
   shapes.back().width = 3;
@@ -230,7 +230,7 @@ int Run(const std::string& device) {
     options.device = device;
     options.program_cache = false;
     options.tuning = shape;
-    options.tuning->groups_a_unit = 2;
+    options.tuning->groups_per_unit = 2;
     const auto context = OpenContext(options);
     if (!context.ok()) {
       std::fprintf(stderr, "%s\n", context.status().ToString().c_str());

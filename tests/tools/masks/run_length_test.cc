@@ -16,7 +16,7 @@ TEST(RunLengths, GoDownTheColumnsAndBeginWithZeros) {
   EXPECT_THAT(RunLengths(cv::Mat1b(2, 2, uint8_t{0})), ElementsAre(4));
 }
 
-// By hand from (R2), and what COCO's annotations have for these runs. 40 = 8 + 32: two groups;
+// By hand from (RU2), and what COCO's annotations have for these runs. 40 = 8 + 32: two groups;
 // 5 - 40 = -35 = 29 - 64: 29 and then -2 in five bits, 30; 21 - 5 = 16 needs a group for its sign.
 TEST(RunLengthText, IsCocos) {
   EXPECT_EQ(RunLengthText({6, 1, 40, 4, 5, 4, 5, 4, 21}), "61X13mN000`0");

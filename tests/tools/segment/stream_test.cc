@@ -140,7 +140,7 @@ TEST_F(Stream, ThatIsNotRecordedIsGone) {
   for (const char* flag : {"--resume", "--learn_only", "--from=3"}) {
     const ProgramOutcome refused = RunProgram(Segment(sender.address(), {flag}));
     EXPECT_EQ(refused.code, 2) << flag;
-    EXPECT_THAT(refused.err, HasSubstr("cannot be gone back to"));
+    EXPECT_THAT(refused.err, HasSubstr("a stream is read once, as it comes"));
   }
   run_ = root_ + "/nothing";
   const ProgramOutcome nobody = RunProgram(Segment("tcp://me:secret@127.0.0.1:1"));

@@ -42,7 +42,7 @@ TEST(ObjectTable, TellsRecallByGroupAndFalseObjectsByVariant) {
   EXPECT_THAT(table, ContainsRegex("\nrelation ahead +2 +0.500 +0.000\n"));
   EXPECT_THAT(table, ContainsRegex("\nahead within 40 m +2 +0.500 +0.000\n"));
   EXPECT_THAT(table, ContainsRegex("\nrelation oncoming +2 +0.500 +0.000\n"));
-  EXPECT_THAT(table, ContainsRegex("\nfalse objects a frame +0.000 +1.000\n"));
+  EXPECT_THAT(table, ContainsRegex("\nfalse objects per frame +0.000 +1.000\n"));
 }
 
 TEST(ObjectTable, SaysNothingWhereObjectsAreNotToldApart) {

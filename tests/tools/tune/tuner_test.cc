@@ -74,7 +74,7 @@ TEST(Tune, SearchesTilesInLocalMemory) {
   TuneOptions options = SmallSearch();
   options.begin = kernels::DefaultGpuTuning();
   options.begin->panel = 4;
-  options.begin->panels_a_group = 4;
+  options.begin->panels_per_group = 4;
   options.begin->width = 2;
   options.begin->mean_width = 1;
   options.begin->work_group = 16;

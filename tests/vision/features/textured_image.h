@@ -1,3 +1,4 @@
+// A picture with texture everywhere, for tests of features and flow.
 #ifndef EGOSIEVE_TESTS_VISION_FEATURES_TEXTURED_IMAGE_H_
 #define EGOSIEVE_TESTS_VISION_FEATURES_TEXTURED_IMAGE_H_
 

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/vision/frame/folder_test.h"
 #include "vision/frame/pixel_limit.h"
-#include "vision/frame/quiet_libraries.h"
 #include "vision/frame/stepped_frames.h"
 #include "vision/frame/written_video.h"
 
@@ -22,18 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-class FrameSourceTest : public ::testing::Test {
+class FrameSourceTest : public FolderTest {
  protected:
-  void SetUp() override {
-    QuietLibraries();
-    folder_ = fs::path(::testing::TempDir()) /
-              ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-
-  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
-
   void WriteImage(const std::string& name, const cv::Mat& image) const {
     ASSERT_TRUE(cv::imwrite(Path(name), image));
   }
@@ -54,8 +44,6 @@ class FrameSourceTest : public ::testing::Test {
       writer.write(image);
     }
   }
-
-  fs::path folder_;
 };
 
 cv::Mat Solid(int type, const cv::Scalar& value) { return cv::Mat(6, 8, type, value); }

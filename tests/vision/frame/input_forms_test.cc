@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/vision/frame/folder_test.h"
 #include "vision/frame/frame_source.h"
-#include "vision/frame/quiet_libraries.h"
 
 namespace egosieve::vision {
 namespace {
@@ -22,18 +22,8 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-class InputFormsTest : public ::testing::Test {
+class InputFormsTest : public FolderTest {
  protected:
-  void SetUp() override {
-    QuietLibraries();
-    folder_ = fs::path(::testing::TempDir()) /
-              ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-
-  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
-
   // A picture all of whose pixels have the value.
   void WritePicture(const std::string& name, int value) const {
     fs::create_directories((folder_ / name).parent_path());
@@ -55,8 +45,6 @@ class InputFormsTest : public ::testing::Test {
   std::string ErrorOf(const std::string& name, const FrameSourceOptions& options = {}) const {
     return std::string(OpenFrameSource(Path(name), options).status().message());
   }
-
-  fs::path folder_;
 };
 
 struct Seen {

@@ -26,7 +26,7 @@ namespace egosieve::embed {
 
 enum class HandleKind : uint64_t { kGaussianProcess = 1, kPosterior = 2, kSegmenter = 3 };
 
-// Handle: the opaque struct of the C interface; Object: what it stands for.
+// Handle: the opaque struct of the C interface; Object: what it refers to.
 template <HandleKind kKind, typename Handle, typename Object>
 class HandleTable {
   static_assert(sizeof(uintptr_t) == 8, "handles need 64 bits");

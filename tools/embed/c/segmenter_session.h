@@ -41,7 +41,7 @@ namespace egosieve::embed {
 
 inline constexpr int64_t kSessionVersion = 2;
 
-enum class Profile { kDefault = 0, kPaper = 1, kFast = 2 };  // the numbers stand in files
+enum class Profile { kDefault = 0, kPaper = 1, kFast = 2 };  // the numbers are written to files
 
 struct SessionOptions {
   Profile profile = Profile::kDefault;

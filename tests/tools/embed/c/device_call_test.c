@@ -27,6 +27,23 @@ static egosieve_posterior* new_posterior(cl_context context, cl_device_id device
   return posterior;
 }
 
+/* Arguments that are wrong in one field each; `call` is right. */
+static void expect_refusals(egosieve_posterior* posterior, egosieve_device_call call) {
+  void* event = NULL;
+  call.variance.first = M + 1;
+  CHECK_CALL(egosieve_posterior_enqueue(posterior, &call, &event), EGOSIEVE_INVALID_ARGUMENT,
+             "variance");
+  call.wait_count = -1;
+  CHECK_CALL(egosieve_posterior_enqueue(posterior, &call, &event), EGOSIEVE_INVALID_ARGUMENT,
+             "wait_count");
+  call.struct_size = 12;
+  CHECK_CALL(egosieve_posterior_enqueue(posterior, &call, &event), EGOSIEVE_INVALID_ARGUMENT,
+             "struct_size");
+  CHECK_CALL(egosieve_posterior_enqueue(posterior, NULL, &event), EGOSIEVE_INVALID_ARGUMENT,
+             "call");
+  CHECK_CALL(egosieve_posterior_enqueue(NULL, &call, &event), EGOSIEVE_INVALID_HANDLE, "posterior");
+}
+
 static void expect_the_hosts(egosieve_posterior* posterior, cl_context context,
                              cl_device_id device) {
   float packed[M][D], mean[M], variance[M], results[2 * M];
@@ -73,18 +90,7 @@ static void expect_the_hosts(egosieve_posterior* posterior, cl_context context,
   CHECK_OK(egosieve_posterior_enqueue(posterior, &call, NULL));
   CHECK(clFinish(queue) == CL_SUCCESS);
 
-  call.variance.first = M + 1;
-  CHECK_CALL(egosieve_posterior_enqueue(posterior, &call, &event), EGOSIEVE_INVALID_ARGUMENT,
-             "variance");
-  call.wait_count = -1;
-  CHECK_CALL(egosieve_posterior_enqueue(posterior, &call, &event), EGOSIEVE_INVALID_ARGUMENT,
-             "wait_count");
-  call.struct_size = 12;
-  CHECK_CALL(egosieve_posterior_enqueue(posterior, &call, &event), EGOSIEVE_INVALID_ARGUMENT,
-             "struct_size");
-  CHECK_CALL(egosieve_posterior_enqueue(posterior, NULL, &event), EGOSIEVE_INVALID_ARGUMENT,
-             "call");
-  CHECK_CALL(egosieve_posterior_enqueue(NULL, &call, &event), EGOSIEVE_INVALID_HANDLE, "posterior");
+  expect_refusals(posterior, call);
   clReleaseEvent(done);
   clReleaseMemObject(at);
   clReleaseMemObject(out);
