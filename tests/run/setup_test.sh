@@ -27,7 +27,8 @@ for name in "$@"; do case $name in -* | install) ;; *)
   grep -qx -- "$name" '"$tree"'/lacking && exit 100
   echo "$name" >>'"$tree"'/installed ;;
 esac; done'
-stand_in bazel "mkdir -p $tree/bazel-bin/tools; touch $tree/bazel-bin/tools/egosieve"
+stand_in bazel "mkdir -p $tree/bazel-bin/tools; touch $tree/bazel-bin/tools/egosieve
+echo '[12 / 1,345] Compiling vision/a.cc; 3s linux-sandbox' >&2"
 
 setup() {
   rm -rf "$tree/.build"
@@ -40,6 +41,7 @@ said=$(setup) || fail "stopped where an optional package is lacking: $said"
 [[ $said == *"no oclgrind here"* ]] || fail "does not say what is lacking: $said"
 grep -qx doxygen "$tree/installed" || fail "left out an optional package that there is"
 [ -e "$tree/.build/egosieve" ] || fail "built nothing"
+[[ $said == *"run: 12 of 1,345 steps are done"* ]] || fail "shows no progress: $said"
 said=$(setup) || fail "the second call stopped: $said"
 [[ $said != *installing* ]] || fail "installs again: $said"
 
@@ -47,3 +49,8 @@ said=$(setup) || fail "the second call stopped: $said"
 echo libpng-dev >"$tree/lacking"
 ! said=$(setup) || fail "goes on without a needed package: $said"
 [ ! -e "$tree/.build/egosieve" ] || fail "built without a needed package"
+
+: >"$tree/lacking"
+stand_in bazel "echo 'a.cc:1: error: no' >&2; exit 1"
+! said=$(setup) || fail "goes on without a build: $said"
+[[ $said == *"a.cc:1: error: no"*"the build failed"* ]] || fail "does not say why: $said"

@@ -33,8 +33,15 @@ void SmoothAxis(std::vector<float>& values, int stride) {
   }
 }
 
-// (C1)
-cv::Mat1w BinsOf(const cv::Mat3b& image) {
+}  // namespace
+
+absl::Status ColourModelOptions::Validate() const {
+  if (support_pixels > 0.0 && limit > 0.0) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrFormat(
+      "support_pixels = %g, limit = %g; both must be positive", support_pixels, limit));
+}
+
+cv::Mat1w ColourBins(const cv::Mat3b& image) {
   cv::Mat3b colours;
   cv::cvtColor(image, colours, cv::COLOR_BGR2Lab);
   cv::Mat1w bins(image.size());
@@ -48,18 +55,9 @@ cv::Mat1w BinsOf(const cv::Mat3b& image) {
   return bins;
 }
 
-}  // namespace
-
-absl::Status ColourModelOptions::Validate() const {
-  if (support_pixels > 0.0 && limit > 0.0) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrFormat(
-      "support_pixels = %g, limit = %g; both must be positive", support_pixels, limit));
-}
-
 ColourModel::ColourModel() : moving_(kColours, 0.0f), still_(kColours, 0.0f) {}
 
-void ColourModel::Add(const cv::Mat3b& image, const cv::Mat1f& probability) {
-  const cv::Mat1w bins = BinsOf(image);
+void ColourModel::Add(const cv::Mat1w& bins, const cv::Mat1f& probability) {
   for (int y = 0; y < bins.rows; ++y) {
     for (int x = 0; x < bins.cols; ++x) {
       const float p = probability(y, x), q = 1.0f - p;
@@ -75,7 +73,7 @@ void ColourModel::Add(const ColourModel& other) {
   std::transform(still_.begin(), still_.end(), other.still_.begin(), still_.begin(), std::plus<>());
 }
 
-cv::Mat1f ColourModel::Evidence(const cv::Mat3b& image, const ColourModelOptions& options) const {
+cv::Mat1f ColourModel::Evidence(const cv::Mat1w& bins, const ColourModelOptions& options) const {
   std::vector<float> moving = moving_, still = still_;
   for (std::vector<float>* values : {&moving, &still}) {
     for (int stride = 1; stride < kColours; stride *= kSteps) SmoothAxis(*values, stride);
@@ -91,7 +89,6 @@ cv::Mat1f ColourModel::Evidence(const cv::Mat3b& image, const ColourModelOptions
     const float g = still[bin] / std::max(all_still, 1e-6f) + kFloor;
     evidence_of[bin] = std::clamp(known * std::log(f / g), -limit, limit);
   }
-  const cv::Mat1w bins = BinsOf(image);
   cv::Mat1f evidence(bins.size());
   for (int y = 0; y < bins.rows; ++y) {
     for (int x = 0; x < bins.cols; ++x) evidence(y, x) = evidence_of[bins(y, x)];

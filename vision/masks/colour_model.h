@@ -28,16 +28,19 @@ struct ColourModelOptions {
   absl::Status Validate() const;
 };
 
+// (C1) of a picture, B G R: the number of each pixel's bin, below 4,096.
+cv::Mat1w ColourBins(const cv::Mat3b& image);
+
 class ColourModel {
  public:
   ColourModel();
 
-  // image: B G R; probability: of moving, of the same size.
-  void Add(const cv::Mat3b& image, const cv::Mat1f& probability);
+  // bins: ColourBins of a picture; probability: of moving, of the same size.
+  void Add(const cv::Mat1w& bins, const cv::Mat1f& probability);
   void Add(const ColourModel& other);
 
-  // (C3) of a picture; `options` must be valid.
-  cv::Mat1f Evidence(const cv::Mat3b& image, const ColourModelOptions& options) const;
+  // (C3) of a picture of these bins; `options` must be valid.
+  cv::Mat1f Evidence(const cv::Mat1w& bins, const ColourModelOptions& options) const;
 
  private:
   std::vector<float> moving_, still_;  // F, G before smoothing

@@ -47,18 +47,18 @@ std::vector<cv::Mat1f> JoinColours(const std::vector<WindowFrame>& frames,
                                    const MapWindowOptions& options) {
   std::vector<LinkFrame> links;
   for (const WindowFrame& frame : frames) {
-    links.push_back({frame.time_seconds, frame.log_odds, frame.has_map, frame.flow});
+    links.push_back({frame.time_seconds, frame.log_odds, frame.has_map, frame.flow, frame.errors});
   }
   std::vector<cv::Mat1f> joined = LinkMaps(links, options.link);
   std::vector<ColourModel> colours(frames.size());
   const auto all = static_cast<int64_t>(frames.size());
   kernels::ParallelFor(all,
-                       [&](int64_t i) { colours[i].Add(frames[i].small, Probability(joined[i])); });
+                       [&](int64_t i) { colours[i].Add(frames[i].bins, Probability(joined[i])); });
   kernels::ParallelFor(all, [&](int64_t t) {
     ColourModel around;
     const auto [from, to] = ColourRange(frames, t, options);
     for (size_t s = from; s <= to; ++s) around.Add(colours[s]);
-    joined[t] += around.Evidence(frames[t].small, options.colour);
+    joined[t] += around.Evidence(frames[t].bins, options.colour);
   });
   return joined;
 }
@@ -87,6 +87,7 @@ WindowFrame MakeWindowFrame(double time_seconds, const cv::Mat3b& image,
   frame.time_seconds = time_seconds;
   frame.image = image;
   frame.small = ToWorkingSize(image, step);
+  frame.bins = ColourBins(frame.small);
   frame.log_odds = LogOdds(ToWorkingSize(probability, step));
   frame.has_map = has_map;
   return frame;
@@ -106,15 +107,13 @@ absl::Status LinkFrames(std::vector<WindowFrame>& frames) {
     cv::cvtColor(now.small, second, cv::COLOR_BGR2GRAY);
     absl::StatusOr<FlowPair> flow = ComputeFlow(first, second, FlowQuality::kMedium);
     statuses[i] = flow.status();
-    FlowPair estimated;
-    if (flow.ok()) {
-      estimated = {flow->forward.clone(), flow->backward.clone()};
-      GrowFlow(first, second, {}, *flow);
-    }
-    if (flow.ok() && ShowOneScene(*flow, first, second)) {
-      now.flow = *std::move(flow);
-      now.estimated = estimated;
-    }
+    if (!flow.ok()) return;
+    const FlowPair estimated = {flow->forward.clone(), flow->backward.clone()};
+    GrowFlow(first, second, {}, *flow);
+    if (!ShowOneScene(*flow, first, second)) return;
+    now.flow = *std::move(flow);
+    now.estimated = estimated;
+    now.errors = ReturnErrorsOf(now.flow);
   });
   for (const absl::Status& status : statuses) EGOSIEVE_RETURN_IF_ERROR(status);
   return absl::OkStatus();
@@ -132,7 +131,7 @@ std::vector<cv::Mat1f> RefineWindow(const std::vector<WindowFrame>& frames, int 
   steady.memory_seconds = options.steady_seconds;
   std::vector<LinkFrame> links;
   for (size_t t = 0; t < frames.size(); ++t) {
-    links.push_back({frames[t].time_seconds, sharp[t], true, frames[t].flow});
+    links.push_back({frames[t].time_seconds, sharp[t], true, frames[t].flow, frames[t].errors});
   }
   const std::vector<cv::Mat1f> linked = LinkMaps(links, steady);
   std::vector<cv::Mat1f> refined(count);

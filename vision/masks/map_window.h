@@ -44,10 +44,12 @@ struct WindowFrame {
   double time_seconds = 0.0;
   cv::Mat3b image;     // B G R, full resolution; needed where the frame itself is refined
   cv::Mat3b small;     // at working resolution (edge_refinement.h), as all that follows
+  cv::Mat1w bins;      // ColourBins of `small`
   cv::Mat1f log_odds;  // of the map
   bool has_map = true;
   FlowPair flow;           // from the frame before to this one; empty: nothing is taken over
   FlowPair estimated;      // the same before it was grown (vision/features/flow_growth.h)
+  ReturnErrors errors;     // of `flow`
   bool is_linked = false;  // LinkFrames has been here
 };
 

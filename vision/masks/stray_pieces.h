@@ -2,7 +2,7 @@
 //
 //   apart    two pieces in different regions of the mask, so that static pixels and no other mover
 //            lie between them, whose boxes are farther from each other than kApart times the root
-//            of the smaller one's area                                                    (SP1)
+//            of the smaller one's area                                                    (MP1)
 //   stray    a piece that is apart from the largest piece of its number, or much smaller than it
 //
 // What stands before a mover and cuts it in two, such as a pole, is narrower than the parts.
@@ -20,7 +20,7 @@ class RegionLabels {
  public:
   explicit RegionLabels(const cv::Mat1b& mask);
 
-  // (SP1); the pieces lie in the mask.
+  // (MP1); the pieces lie in the mask.
   bool LieApart(const Piece& a, const Piece& b) const;
 
  private:

@@ -22,38 +22,42 @@ Sums OwnSums(const LinkFrame& frame) {
   return {frame.log_odds.clone(), cv::Mat1f(frame.log_odds.size(), 1.0f)};
 }
 
-// (from + returned)^2 as a factor; `returned` is the flow back, seen along `from`.
-cv::Mat1f AgreementOf(const cv::Mat& from, const cv::Mat& returned, double tolerance_pixels) {
-  const auto scale = static_cast<float>(-0.5 / (tolerance_pixels * tolerance_pixels));
-  cv::Mat1f agreement(from.size());
+// (from + returned)^2; `back` is sampled where `from` leads.
+cv::Mat1f ReturnError(const cv::Mat& from, const cv::Mat& back) {
+  const cv::Mat returned = WarpByFlow(back, from, cv::INTER_LINEAR);
+  cv::Mat1f errors(from.size());
   for (int y = 0; y < from.rows; ++y) {
     const cv::Vec2f* there = from.ptr<cv::Vec2f>(y);
     const cv::Vec2f* again = returned.ptr<cv::Vec2f>(y);
     for (int x = 0; x < from.cols; ++x) {
       const cv::Vec2f error = there[x] + again[x];
-      agreement(y, x) = error.dot(error) * scale;
+      errors(y, x) = error.dot(error);
     }
   }
+  return errors;
+}
+
+// k of its squared errors.
+cv::Mat1f AgreementOf(const cv::Mat1f& errors, double tolerance_pixels) {
+  const auto scale = static_cast<float>(-0.5 / (tolerance_pixels * tolerance_pixels));
+  cv::Mat1f agreement = errors * scale;
   cv::exp(agreement, agreement);
   return agreement;
 }
 
 // Adds what a neighbour has gathered, seen along `flow`, which starts at this frame.
-void TakeOver(const Sums& neighbour, const cv::Mat& flow, const cv::Mat& back, double seconds,
+void TakeOver(const Sums& neighbour, const cv::Mat& flow, const cv::Mat1f& errors, double seconds,
               const TemporalLinkOptions& options, Sums& sums) {
   if (flow.empty()) return;
-  // Side by side: one pass over the places serves all.
-  cv::Mat4f neighbours;
-  cv::merge(std::array<cv::Mat, 3>{back, neighbour.weighted, neighbour.weight}, neighbours);
-  const cv::Mat seen = WarpByFlow(neighbours, flow, cv::INTER_LINEAR);
-  std::array<cv::Mat, 3> parts = {cv::Mat2f(flow.size()), cv::Mat1f(flow.size()),
-                                  cv::Mat1f(flow.size())};
-  const int channels[] = {0, 0, 1, 1, 2, 2, 3, 3};
-  cv::mixChannels(&seen, 1, parts.data(), parts.size(), channels, 4);
-  cv::Mat1f factor = AgreementOf(flow, parts[0], options.tolerance_pixels);
+  // Side by side: one pass over the places serves both.
+  cv::Mat2f neighbours;
+  cv::merge(std::array<cv::Mat, 2>{neighbour.weighted, neighbour.weight}, neighbours);
+  std::array<cv::Mat, 2> seen;
+  cv::split(WarpByFlow(neighbours, flow, cv::INTER_LINEAR), seen);
+  cv::Mat1f factor = AgreementOf(errors, options.tolerance_pixels);
   factor *= std::exp(-std::abs(seconds) / options.memory_seconds);
-  sums.weighted += factor.mul(parts[1]);
-  sums.weight += factor.mul(parts[2]);
+  sums.weighted += factor.mul(seen[0]);
+  sums.weight += factor.mul(seen[1]);
 }
 
 std::vector<Sums> GatherPast(const std::vector<LinkFrame>& frames,
@@ -62,7 +66,7 @@ std::vector<Sums> GatherPast(const std::vector<LinkFrame>& frames,
   for (size_t t = 0; t < frames.size(); ++t) {
     Sums sums = OwnSums(frames[t]);
     if (t > 0) {
-      TakeOver(all.back(), frames[t].flow.backward, frames[t].flow.forward,
+      TakeOver(all.back(), frames[t].flow.backward, frames[t].errors.backward,
                frames[t].time_seconds - frames[t - 1].time_seconds, options, sums);
     }
     all.push_back(std::move(sums));
@@ -76,7 +80,7 @@ std::vector<Sums> GatherFuture(const std::vector<LinkFrame>& frames,
   for (size_t t = frames.size(); t-- > 0;) {
     all[t] = OwnSums(frames[t]);
     if (t + 1 < frames.size()) {
-      TakeOver(all[t + 1], frames[t + 1].flow.forward, frames[t + 1].flow.backward,
+      TakeOver(all[t + 1], frames[t + 1].flow.forward, frames[t + 1].errors.forward,
                frames[t + 1].time_seconds - frames[t].time_seconds, options, all[t]);
     }
   }
@@ -106,7 +110,12 @@ cv::Mat WarpByFlow(const cv::Mat& values, const cv::Mat& flow, int interpolation
 }
 
 cv::Mat1f FlowAgreement(const cv::Mat& from, const cv::Mat& back, double tolerance_pixels) {
-  return AgreementOf(from, WarpByFlow(back, from, cv::INTER_LINEAR), tolerance_pixels);
+  return AgreementOf(ReturnError(from, back), tolerance_pixels);
+}
+
+ReturnErrors ReturnErrorsOf(const FlowPair& flow) {
+  if (flow.forward.empty()) return {};
+  return {ReturnError(flow.forward, flow.backward), ReturnError(flow.backward, flow.forward)};
 }
 
 std::vector<cv::Mat1f> LinkMaps(const std::vector<LinkFrame>& frames,

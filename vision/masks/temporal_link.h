@@ -31,13 +31,22 @@ struct TemporalLinkOptions {
   absl::Status Validate() const;
 };
 
+// e^2 of k above, along `flow.forward` and along `flow.backward`.
+struct ReturnErrors {
+  cv::Mat1f forward, backward;  // pixels^2
+};
+
 struct LinkFrame {
   double time_seconds = 0.0;
   cv::Mat1f log_odds;
   bool has_map = true;
   // Between the frame before (first) and this one (second); empty: nothing is taken over.
   FlowPair flow;
+  ReturnErrors errors;  // ReturnErrorsOf(flow)
 };
+
+// Empty where the flow is.
+ReturnErrors ReturnErrorsOf(const FlowPair& flow);
 
 // How well flow holds at each pixel of the side `from` starts at: k above.
 cv::Mat1f FlowAgreement(const cv::Mat& from, const cv::Mat& back, double tolerance_pixels);

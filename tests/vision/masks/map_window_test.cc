@@ -30,6 +30,7 @@ TEST(LinkMaps, CarriesEvidenceAlongTheFlow) {
     frames[t].time_seconds = 0.1 * t;
     frames[t].log_odds = cv::Mat1f::zeros(40, 60);
     if (t > 0) frames[t].flow = ConstantFlow({60, 40}, {5.0f, 0.0f});
+    frames[t].errors = ReturnErrorsOf(frames[t].flow);
   }
   frames[0].has_map = false;
   frames[1].log_odds(20, 30) = 4.0f;
@@ -53,6 +54,7 @@ TEST(LinkMaps, TakesNothingOverWhereFlowDoesNotHold) {
   frames[1].time_seconds = 0.1;
   frames[1].flow = ConstantFlow({60, 40}, {9.0f, 0.0f});
   frames[1].flow.backward.setTo(cv::Scalar(9.0, 0.0));  // does not return: 18 pixels off
+  frames[1].errors = ReturnErrorsOf(frames[1].flow);
   EXPECT_NEAR(LinkMaps(frames, {})[1](20, 30), 1.0f, 1e-6);
   frames[1].flow = {};
   EXPECT_EQ(LinkMaps(frames, {})[1](20, 30), 1.0f);
@@ -63,10 +65,11 @@ TEST(ColourModel, KnowsColoursOfBothKindsAndNoOthers) {
   image(cv::Rect(0, 0, 50, 100)) = cv::Vec3b(40, 40, 220);
   cv::Mat1f p(image.size(), 0.05f);
   p(cv::Rect(0, 0, 40, 100)) = 0.95f;
+  const cv::Mat1w bins = ColourBins(image);
   ColourModel model;
-  EXPECT_EQ(cv::countNonZero(model.Evidence(image, {})), 0);  // nothing was seen
-  model.Add(image, p);
-  const cv::Mat1f evidence = model.Evidence(image, {});
+  EXPECT_EQ(cv::countNonZero(model.Evidence(bins, {})), 0);  // nothing was seen
+  model.Add(bins, p);
+  const cv::Mat1f evidence = model.Evidence(bins, {});
   EXPECT_GT(evidence(50, 45), 0.5f);  // a likely colour where the map missed it
   EXPECT_LT(evidence(50, 80), -1.5f);
   double low = 0.0, high = 0.0;
@@ -74,8 +77,8 @@ TEST(ColourModel, KnowsColoursOfBothKindsAndNoOthers) {
   EXPECT_GE(low, -3.0);
   EXPECT_LE(high, 3.0);
   ColourModel all_still;
-  all_still.Add(image, cv::Mat1f(image.size(), 0.002f));
-  EXPECT_LT(cv::norm(all_still.Evidence(image, {}), cv::NORM_INF), 0.01);
+  all_still.Add(bins, cv::Mat1f(image.size(), 0.002f));
+  EXPECT_LT(cv::norm(all_still.Evidence(bins, {}), cv::NORM_INF), 0.01);
 }
 
 TEST(RefineProbability, MovesTheStepToTheEdge) {
@@ -123,6 +126,7 @@ TEST(MapWindow, WhatOnePictureAloneSaysChangesLittle) {
     p.colRange(86, kWidth) = 0.95f;
     frames.push_back(MakeWindowFrame(0.1 * t, image, p, true));
     if (t > 0) frames.back().flow = ConstantFlow({kWidth, kHeight}, {0.0f, 0.0f});
+    frames.back().errors = ReturnErrorsOf(frames.back().flow);
   }
   MapWindowOptions options;
   options.colour_seconds = 0.0;
