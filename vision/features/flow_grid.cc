@@ -1,15 +1,14 @@
 #include "vision/features/flow_grid.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/parallel_for.h"
-#include "vision/features/inverse_search.h"
 #include "vision/frame/ignored_area.h"
 
 namespace egosieve::vision {
@@ -17,16 +16,23 @@ namespace {
 
 constexpr int kMinimumSide = 16;
 
-InverseSearchOptions SearchOptionsOf(FlowQuality quality) {
+cv::Ptr<cv::DISOpticalFlow> MakeFlow(FlowQuality quality) {
+  constexpr int kPatchStride = 2, kRefinements = 2;
   switch (quality) {
     case FlowQuality::kUltrafast:
-      return {.finest_level = 2, .patch_stride = 4, .refinements = 0};
-    case FlowQuality::kFast:
-      return {.finest_level = 2, .patch_stride = 2};
+      return cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_ULTRAFAST);
+    case FlowQuality::kFast: {
+      const auto flow = cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_FAST);
+      flow->setPatchStride(kPatchStride);
+      flow->setVariationalRefinementIterations(kRefinements);
+      return flow;
+    }
     case FlowQuality::kMedium:
       break;
   }
-  return {.finest_level = 1, .patch_stride = 3};
+  const auto flow = cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_MEDIUM);
+  flow->setVariationalRefinementIterations(kRefinements);
+  return flow;
 }
 
 // Patches of a picture against those of another, warped onto it by a flow.
@@ -134,15 +140,14 @@ absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second
     return absl::InvalidArgumentError(
         absl::StrCat("flow needs images of at least ", kMinimumSide, " pixels in each direction"));
   }
-  const InverseSearchOptions options = SearchOptionsOf(quality);
   FlowPair flow;
   try {
-    std::array<std::optional<SearchPyramid>, 2> pyramids;
-    kernels::ParallelFor(
-        2, [&](int64_t k) { pyramids[k].emplace(k == 0 ? first : second, options.finest_level); });
     kernels::ParallelFor(2, [&](int64_t direction) {
-      cv::Mat& field = direction == 0 ? flow.forward : flow.backward;
-      field = SearchFlow(*pyramids[direction], *pyramids[1 - direction], options);
+      if (direction == 0) {
+        MakeFlow(quality)->calc(first, second, flow.forward);
+      } else {
+        MakeFlow(quality)->calc(second, first, flow.backward);
+      }
     });
   } catch (const cv::Exception& error) {
     return absl::InternalError(absl::StrCat("flow: ", error.err));

@@ -1,6 +1,5 @@
 #include "vision/features/flow_growth.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -24,11 +23,9 @@ constexpr double kMostReturn = 0.5;                           // pixels
 constexpr double kAlikeFloor = 1.0, kAlikeSlope = 0.05;       // of displacements, pixels
 constexpr int kMostSweeps = 12;
 
-using Row = Eigen::Array<float, kSide, 1>;  // of a patch
-
 struct Patch {
-  std::array<Row, kSide> levels;  // about their mean
-  float norm = 0.0f;              // root of their sum of squares
+  std::array<float, kArea> levels;  // about their mean
+  float norm = 0.0f;                // root of their sum of squares
 };
 
 // The patch at a place; nothing where it leaves the picture.
@@ -40,31 +37,30 @@ std::optional<Patch> PatchAt(const cv::Mat& picture, cv::Point2f place) {
   const int x = static_cast<int>(left), y = static_cast<int>(top);
   const float fx = left - x, fy = top - y;
   const float a = (1 - fy) * (1 - fx), b = (1 - fy) * fx, c = fy * (1 - fx), d = fy * fx;
-  const auto pixels = [&](int row, int column) -> Row {
-    using Bytes = Eigen::Map<const Eigen::Array<uint8_t, kSide, 1>>;
-    return Bytes(picture.ptr<uint8_t>(y + row) + x + column).cast<float>();
-  };
   Patch patch;
-  Row sum = Row::Zero(), squares = Row::Zero();
+  float sum = 0.0f;
   for (int v = 0; v < kSide; ++v) {
-    patch.levels[v] =
-        a * pixels(v, 0) + b * pixels(v, 1) + c * pixels(v + 1, 0) + d * pixels(v + 1, 1);
-    sum += patch.levels[v];
+    const uint8_t* p = picture.ptr<uint8_t>(y + v) + x;
+    const uint8_t* q = picture.ptr<uint8_t>(y + v + 1) + x;
+    float* out = patch.levels.data() + v * kSide;
+    for (int u = 0; u < kSide; ++u) out[u] = a * p[u] + b * p[u + 1] + c * q[u] + d * q[u + 1];
   }
-  const float mean = sum.sum() / kArea;
-  for (Row& row : patch.levels) {
-    row -= mean;
-    squares += row * row;
+  for (const float level : patch.levels) sum += level;
+  const float mean = sum / kArea;
+  float squares = 0.0f;
+  for (float& level : patch.levels) {
+    level -= mean;
+    squares += level * level;
   }
-  patch.norm = std::sqrt(squares.sum());
+  patch.norm = std::sqrt(squares);
   return patch;
 }
 
 float Correlation(const Patch& a, const Patch& b) {
-  Row sum = Row::Zero();
-  for (int v = 0; v < kSide; ++v) sum += a.levels[v] * b.levels[v];
+  float sum = 0.0f;
+  for (int i = 0; i < kArea; ++i) sum += a.levels[i] * b.levels[i];
   const float norms = a.norm * b.norm;
-  return norms > 0.0f ? sum.sum() / norms : 0.0f;
+  return norms > 0.0f ? sum / norms : 0.0f;
 }
 
 struct Place {
