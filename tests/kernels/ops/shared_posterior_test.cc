@@ -63,7 +63,9 @@ TEST_F(SharedPosteriorTest, EveryDeviceHasItsPart) {
              of_both.probability(0, q) == one.probability(0, q);
     };
     ASSERT_TRUE(is(of_device) || is(of_host)) << q;
-    if (q < piece) ASSERT_TRUE(is(of_device)) << q;
+    if (q < piece) {
+      ASSERT_TRUE(is(of_device)) << q;
+    }
     if (q >= piece && q < 2 * piece) {
       ASSERT_TRUE(is(of_host)) << q;
       different += is(of_device) ? 0 : 1;
