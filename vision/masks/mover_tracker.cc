@@ -95,6 +95,7 @@ double ColourDistance(absl::Span<const double> a, absl::Span<const double> b) {
 struct MoverTracker::Scene {
   double time_seconds = 0.0, step_seconds = 0.0;  // since the frame before
   AssignmentPictures pictures;
+  RegionLabels regions;  // of the mask
   MovingCells cells;
   std::vector<FlowPair> links;
 };
@@ -117,6 +118,7 @@ cv::Mat1w MoverTracker::Add(const std::vector<TrackedFrame>& frames, size_t now,
   scene.time_seconds = frames[now].time_seconds;
   scene.pictures.now = frames[now].image;
   scene.pictures.mask = mask;
+  scene.regions = RegionLabels(mask);
   scene.links = LinksFrom(frames, now, options_.look_seconds);
   scene.cells = FollowCells(mask, scene.links);
   cv::Mat1w numbers = cv::Mat1w::zeros(mask.size());
@@ -130,7 +132,7 @@ cv::Mat1w MoverTracker::Add(const std::vector<TrackedFrame>& frames, size_t now,
     }
     numbers = AssignKnown(scene);
   }
-  DropStrays(mask, options_.min_pixels, numbers);
+  DropStrays(scene.regions, options_.min_pixels, numbers);
   FillRegions(scene, numbers);
   SplitMovers(scene, numbers);
   MergeMovers(scene, numbers);
@@ -264,7 +266,6 @@ uint16_t MoverTracker::NumberOfPart(const Scene& scene, const cv::Mat1b& part, u
 }
 
 void MoverTracker::RememberApart(const Scene& scene, const cv::Mat1w& numbers) {
-  const RegionLabels regions(scene.pictures.mask);
   std::map<uint16_t, Piece> largest;
   for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
     if (count < kFragmentInSpecks * options_.min_pixels) continue;
@@ -272,7 +273,7 @@ void MoverTracker::RememberApart(const Scene& scene, const cv::Mat1w& numbers) {
   }
   for (const auto& [a, piece_a] : largest) {
     for (const auto& [b, piece_b] : largest) {
-      if (a < b && regions.LieApart(piece_a, piece_b)) apart_.insert({a, b});
+      if (a < b && scene.regions.LieApart(piece_a, piece_b)) apart_.insert({a, b});
     }
   }
 }
@@ -357,19 +358,15 @@ void MoverTracker::Remember(const Scene& scene, const cv::Mat1w& numbers) {
     }
     movers_[number] = now;
   }
-  for (auto mover = movers_.begin(); mover != movers_.end();) {
-    const bool is_gone = scene.time_seconds - mover->second.last_seconds > options_.lost_seconds;
-    mover = is_gone ? movers_.erase(mover) : std::next(mover);
-  }
-  for (auto pair = apart_.begin(); pair != apart_.end();) {
-    const bool is_known = movers_.count(pair->first) > 0 && movers_.count(pair->second) > 0;
-    pair = is_known ? std::next(pair) : apart_.erase(pair);
-  }
-  for (auto vote = votes_.begin(); vote != votes_.end();) {
-    const bool is_known = vote->second > 0 && movers_.count(vote->first.first) > 0 &&
-                          movers_.count(vote->first.second) > 0;
-    vote = is_known ? std::next(vote) : votes_.erase(vote);
-  }
+  std::erase_if(movers_, [&](const auto& mover) {
+    return scene.time_seconds - mover.second.last_seconds > options_.lost_seconds;
+  });
+  const auto are_known = [&](const std::pair<uint16_t, uint16_t>& pair) {
+    return movers_.count(pair.first) > 0 && movers_.count(pair.second) > 0;
+  };
+  std::erase_if(apart_, [&](const auto& pair) { return !are_known(pair); });
+  std::erase_if(votes_,
+                [&](const auto& vote) { return vote.second == 0 || !are_known(vote.first); });
 }
 
 uint16_t MoverTracker::NewNumber() {

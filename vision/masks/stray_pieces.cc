@@ -8,7 +8,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kApart = 0.5;
+constexpr double kApart = 0.5;       // (MP1)
 constexpr double kLeastStray = 0.1;  // of the largest piece of a number: smaller ones are errors
 
 // Between the nearest pixels of two boxes.
@@ -35,8 +35,7 @@ bool RegionLabels::LieApart(const Piece& a, const Piece& b) const {
          LabelOf(a) != LabelOf(b);
 }
 
-void DropStrays(const cv::Mat1b& mask, int min_pixels, cv::Mat1w& numbers) {
-  const RegionLabels regions(mask);
+void DropStrays(const RegionLabels& regions, int min_pixels, cv::Mat1w& numbers) {
   for (const auto& [number, count] : CountNumbers(numbers, numbers != 0)) {
     const std::vector<Piece> pieces = PiecesOf(numbers == number);
     const Piece& largest = pieces.front();

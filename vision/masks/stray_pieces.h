@@ -1,8 +1,8 @@
 // Which pieces of a numbered mover are not its own.
 //
 //   apart    two pieces in different regions of the mask, so that static pixels and no other mover
-//            lie between them, whose boxes are farther from each other than kApart times the root
-//            of the smaller one's area                                                    (MP1)
+//            lie between them, whose boxes are farther from each other than half the root of the
+//            smaller one's area                                                           (MP1)
 //   stray    a piece that is apart from the largest piece of its number, or much smaller than it
 //
 // What stands before a mover and cuts it in two, such as a pole, is narrower than the parts.
@@ -18,6 +18,7 @@ namespace egosieve::vision {
 // The connected regions of a mask.
 class RegionLabels {
  public:
+  RegionLabels() = default;  // none
   explicit RegionLabels(const cv::Mat1b& mask);
 
   // (MP1); the pieces lie in the mask.
@@ -29,8 +30,9 @@ class RegionLabels {
   cv::Mat1i labels_;
 };
 
-// Takes their number from stray pieces, and from those of fewer than half min_pixels.
-void DropStrays(const cv::Mat1b& mask, int min_pixels, cv::Mat1w& numbers);
+// Takes their number from stray pieces, and from those of fewer than half min_pixels. regions: of
+// the mask that the numbers lie in.
+void DropStrays(const RegionLabels& regions, int min_pixels, cv::Mat1w& numbers);
 
 }  // namespace egosieve::vision
 

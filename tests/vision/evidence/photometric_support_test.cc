@@ -87,10 +87,15 @@ TEST(PhotometricSupport, NoiseIsThatOfWhatMoved) {
   noise.colRange(kSide / 2, kSide) /= 5;
   cv::add(now, noise, now);
   Places befores, nows;
+  // Most places stay.
   for (int y = 8; y < kSide - 8; y += 4) {
-    for (int x = 8; x < kSide - 8; x += 2) {
+    for (const int x : {10, 15, 20}) {
       befores.emplace_back(x, y);
-      nows.emplace_back(x < kSide / 2 - 8 ? x + 3 : x, y);
+      nows.emplace_back(x + 3, y);
+    }
+    for (int x = 40; x < kSide - 8; x += 2) {
+      befores.emplace_back(x, y);
+      nows.emplace_back(x, y);
     }
   }
   const PhotometricSupport support(before, now, befores, nows);
