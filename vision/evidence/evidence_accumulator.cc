@@ -115,9 +115,13 @@ void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
         now += VisibleLogRatio(term, evidence.log_ratio[k]);
       }
       double sum = sums[i].sums[k];
-      if (term == EvidenceTerm::kEpipolar && evidence.views_log_ratio) {
+      const std::optional<double> of_views =
+          term == EvidenceTerm::kEpipolar ? evidence.views_log_ratio
+          : term == EvidenceTerm::kRoad   ? evidence.views_road_log_ratio
+                                          : std::nullopt;
+      if (of_views) {
         evidence.judged = true;
-        sum += *evidence.views_log_ratio;
+        sum += *of_views;
       }
       if (sum == 0.0) continue;
       parts[k] = VisibleLogRatio(term, tempering * sum);
@@ -166,8 +170,13 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
   const Motion motion = MotionOf(frame, next);
   const std::optional<PhotometricSupport> pictures = PicturesOf(frame);
   const PhotometricSupport* both = pictures ? &*pictures : nullptr;
+  const std::vector<CalibratedPair> views = PairsOfViews(frame);
+  if (options_.epipolar) {
+    MeasureCalibrated(frame, both, views, motion.kind != MotionModelKind::kNone, result);
+  }
   Measure(frame, motion, both, result);
   const RoadPlane road = MeasureRoad(frame, motion, both, next, result);
+  MeasureRoadAhead(frame, views, next, result);
   result.road = road.found;
   if (options_.own_car && !frame.grey.empty()) {
     const WorldMotion world = {motion.pose.found(), motion.matrix, motion.pose,

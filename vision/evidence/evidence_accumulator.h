@@ -33,6 +33,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "vision/evidence/calibrated_pairs.h"
 #include "vision/evidence/evidence_options.h"
 #include "vision/evidence/fusion.h"
 #include "vision/evidence/guided_match.h"
@@ -96,6 +97,7 @@ struct PointEvidence {
   std::array<double, kEvidenceTerms> log_ratio{};
   std::array<bool, kEvidenceTerms> present{};
   std::optional<double> views_log_ratio;              // of all `views`, a part of the epipolar term
+  std::optional<double> views_road_log_ratio;         // of the longest view, a part of the road's
   bool judged = false;                                // anything known, now or from before
   EvidenceTerm decided_by = EvidenceTerm::kEpipolar;  // greatest part of L in its direction
   bool from_memory = false;  // the current frame alone would decide otherwise, or not at all
@@ -156,9 +158,12 @@ class EvidenceAccumulator {
 
   struct Motion;
   Motion MotionOf(const EvidenceFrame& frame, EvidenceState& next) const;
-  // The epipolar term by calibrated_pairs.h; pictures: null where there are not both.
+  static std::vector<CalibratedPair> PairsOfViews(const EvidenceFrame& frame);
+  // The epipolar term by calibrated_pairs.h; pictures: null where there are not both; views: those
+  // of the frame as pairs.
   void MeasureCalibrated(const EvidenceFrame& frame, const PhotometricSupport* pictures,
-                         bool has_motion, EvidenceResult& result) const;
+                         const std::vector<CalibratedPair>& views, bool has_motion,
+                         EvidenceResult& result) const;
   // The other terms of two and three views.
   void Measure(const EvidenceFrame& frame, const Motion& motion, const PhotometricSupport* pictures,
                EvidenceResult& result) const;
@@ -166,6 +171,9 @@ class EvidenceAccumulator {
   RoadPlane MeasureRoad(const EvidenceFrame& frame, const Motion& motion,
                         const PhotometricSupport* pictures, EvidenceState& next,
                         EvidenceResult& result) const;
+  // The same from the longest of `views`: its depths are the surest.
+  void MeasureRoadAhead(const EvidenceFrame& frame, const std::vector<CalibratedPair>& views,
+                        const EvidenceState& next, EvidenceResult& result) const;
   void Fuse(const EvidenceFrame& frame, EvidenceState& next, EvidenceResult& result) const;
 
   EvidenceOptions options_;

@@ -70,7 +70,36 @@ CalibratedPair PairOf(const EvidenceFrame& frame, const EvidenceView& view) {
   return pair;
 }
 
+// The part of a road's view that every pair of pictures has; `owners` gets the points of its pairs.
+// before: one place a point, where it is in the other picture.
+RoadView RoadViewOf(const EvidenceFrame& frame, const Pinhole& camera, const RelativePose& pose,
+                    const std::vector<cv::Point2f>& before, const OwnCarState& own_car,
+                    std::vector<size_t>& owners) {
+  RoadView view;
+  view.camera = camera;
+  view.pose = pose;
+  view.size = frame.size;
+  view.now = frame.grey;
+  for (size_t i = 0; i < frame.points.size(); ++i) {
+    const EvidencePoint& point = frame.points[i];
+    if (!IsKnown(point.now) || !IsKnown(before[i]) || point.is_fixed ||
+        IsOwnCar(own_car, point.now)) {
+      continue;
+    }
+    view.pairs.push_back({before[i].x, before[i].y, point.now.x, point.now.y});
+    view.is_textured.push_back(point.estimates);
+    owners.push_back(i);
+  }
+  return view;
+}
+
 }  // namespace
+
+std::vector<CalibratedPair> EvidenceAccumulator::PairsOfViews(const EvidenceFrame& frame) {
+  std::vector<CalibratedPair> pairs;
+  for (const EvidenceView& view : frame.views) pairs.push_back(PairOf(frame, view));
+  return pairs;
+}
 
 EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& frame,
                                                           EvidenceState& next) const {
@@ -133,8 +162,9 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
 }
 
 void EvidenceAccumulator::MeasureCalibrated(const EvidenceFrame& frame,
-                                            const PhotometricSupport* pictures, bool has_motion,
-                                            EvidenceResult& result) const {
+                                            const PhotometricSupport* pictures,
+                                            const std::vector<CalibratedPair>& views,
+                                            bool has_motion, EvidenceResult& result) const {
   const bool has_world = frame.world && has_motion;
   std::vector<CalibratedPair> pairs;
   if (has_world) {
@@ -144,7 +174,7 @@ void EvidenceAccumulator::MeasureCalibrated(const EvidenceFrame& frame,
     for (const EvidencePoint& point : frame.points) pair.places.push_back(PairOf(point));
     if (pictures != nullptr) pair.support = *pictures;
   }
-  for (const EvidenceView& view : frame.views) pairs.push_back(PairOf(frame, view));
+  pairs.insert(pairs.end(), views.begin(), views.end());
   std::vector<bool> is_fixed;
   for (const EvidencePoint& point : frame.points) is_fixed.push_back(point.is_fixed);
   const auto ratios = CalibratedLogRatios(pairs, frame.camera, is_fixed);
@@ -165,9 +195,6 @@ void EvidenceAccumulator::MeasureCalibrated(const EvidenceFrame& frame,
 void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& motion,
                                   const PhotometricSupport* pictures,
                                   EvidenceResult& result) const {
-  if (options_.epipolar) {
-    MeasureCalibrated(frame, pictures, motion.kind != MotionModelKind::kNone, result);
-  }
   if (motion.kind == MotionModelKind::kNone) return;
   const auto measure = [&](size_t i) {
     const EvidencePoint& point = frame.points[i];
@@ -216,25 +243,15 @@ RoadPlane EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Mot
                                            const PhotometricSupport* pictures, EvidenceState& next,
                                            EvidenceResult& result) const {
   if (!options_.road || !motion.pose.found()) return {};
-  RoadView view;
-  view.camera = motion.camera;
-  view.pose = motion.pose;
-  view.size = frame.size;
-  view.before = frame.grey_before;
-  view.now = frame.grey;
-  view.pictures = pictures;
-  const auto is_own = [&](cv::Point2f now) { return IsOwnCar(next.own_car, now); };
+  std::vector<cv::Point2f> before;
+  for (const EvidencePoint& point : frame.points) before.push_back(point.before);
   std::vector<size_t> owners;
-  for (size_t i = 0; i < frame.points.size(); ++i) {
-    const EvidencePoint& point = frame.points[i];
-    if (!IsKnown(point.now) || !IsKnown(point.before) || point.is_fixed || is_own(point.now))
-      continue;
-    view.pairs.push_back(PairOf(point));
-    view.is_textured.push_back(point.estimates);
-    owners.push_back(i);
-  }
+  RoadView view = RoadViewOf(frame, motion.camera, motion.pose, before, next.own_car, owners);
+  view.before = frame.grey_before;
+  view.pictures = pictures;
   std::remove_copy_if(frame.unfollowed.begin(), frame.unfollowed.end(),
-                      std::back_inserter(view.unfollowed), is_own);
+                      std::back_inserter(view.unfollowed),
+                      [&](cv::Point2f now) { return IsOwnCar(next.own_car, now); });
   RoadEvidence evidence =
       egosieve::vision::MeasureRoad(view, next.road, static_cast<uint64_t>(frame.index));
   const RoadPlane& road = evidence.road;
@@ -248,6 +265,36 @@ RoadPlane EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Mot
   }
   result.standing = std::move(evidence.standing);
   return road;
+}
+
+void EvidenceAccumulator::MeasureRoadAhead(const EvidenceFrame& frame,
+                                           const std::vector<CalibratedPair>& views,
+                                           const EvidenceState& next,
+                                           EvidenceResult& result) const {
+  if (!options_.road) return;
+  size_t longest = views.size();
+  for (size_t k = 0; k < views.size(); ++k) {
+    const bool is_usable =
+        views[k].pictures > 0 && views[k].support && views[k].motion.HasParallax();
+    if (is_usable && (longest == views.size() || views[k].pictures > views[longest].pictures)) {
+      longest = k;
+    }
+  }
+  if (longest == views.size()) return;
+  const RelativePose pose = PoseOf(Inverse(views[longest].motion));
+  if (!pose.found()) return;
+  std::vector<size_t> owners;
+  RoadView view =
+      RoadViewOf(frame, frame.camera, pose, frame.views[longest].places, next.own_car, owners);
+  const PhotometricSupport support = views[longest].support->Reversed();
+  view.before = frame.views[longest].grey;
+  view.pictures = &support;
+  const RoadEvidence evidence =
+      egosieve::vision::MeasureRoad(view, next.road, static_cast<uint64_t>(frame.index));
+  if (!evidence.road.found) return;
+  for (size_t k = 0; k < owners.size(); ++k) {
+    result.points[owners[k]].views_road_log_ratio = evidence.log_ratios[k];
+  }
 }
 
 }  // namespace egosieve::vision
