@@ -14,6 +14,7 @@
 #include "vision/evidence/road_evidence.h"
 #include "vision/evidence/road_plane.h"
 #include "vision/geometry/residual.h"
+#include "vision/trajectory/ground_bound.h"
 
 namespace egosieve::vision {
 namespace {
@@ -68,6 +69,14 @@ CalibratedPair PairOf(const EvidenceFrame& frame, const EvidenceView& view) {
     pair.support.emplace(frame.grey, view.grey, nows, theres, view.motion.LineDeviationPixels());
   }
   return pair;
+}
+
+// m of the ground that the motion knows, in the picture that it begins in; upright cameras.
+std::optional<Eigen::Vector3d> GroundPlaneOf(const TwoViewMotion& motion) {
+  const Eigen::Vector3d tau =
+      motion.travel.value_or(motion.rotation.transpose() * motion.translation);
+  if (!(motion.ground_heights > 0.0) || !MovesForwardOrBack(tau)) return std::nullopt;
+  return motion.ground_heights * Eigen::Vector3d(0.0, 1.0, -tau(1) / tau(2));
 }
 
 // The part of a road's view that every pair of pictures has; `owners` gets the points of its pairs.
@@ -288,6 +297,7 @@ void EvidenceAccumulator::MeasureRoadAhead(const EvidenceFrame& frame,
       RoadViewOf(frame, frame.camera, pose, frame.views[longest].places, next.own_car, owners);
   const PhotometricSupport support = views[longest].support->Reversed();
   view.before = frame.views[longest].grey;
+  view.plane = GroundPlaneOf(views[longest].motion);
   view.pictures = &support;
   const RoadEvidence evidence =
       egosieve::vision::MeasureRoad(view, next.road, static_cast<uint64_t>(frame.index));

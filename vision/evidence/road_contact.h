@@ -14,11 +14,13 @@
 // plane's, times what the places of road around the object have of it.
 //
 // Flow is smooth and carries a mover's motion some places over the road below it, where the
-// pictures know better: against_road tells road from what is not, and (R2) says no more than it. Of
-// what is too near, the columns of one surface (surfaces.h) speak for all of it, those without a
-// contact in sight included: the mean of what they say, less where few of its columns have one,
-// nothing where it is taller than a vehicle. One column alone often takes for its contact what is
-// the blank side of a car in front.
+// pictures know better: against_road tells road from what is not, and (R2) says no more than it.
+// Lane lines and walls along the road slide along themselves, and the road's place is only known as
+// well as its speed is: nor does (R2) say more than against_static, which asks for all depths from
+// the road's on. Of what is too near, the columns of one surface (surfaces.h) speak for all of it,
+// those without a contact in sight included: the mean of what they say, less where few of its
+// columns have one, nothing where it is taller than a vehicle. One column alone often takes for its
+// contact what is the blank side of a car in front.
 //
 // Nothing is said without a plane. Reference: Klappstein, Stein & Franke (2006), positive height
 // constraint.
@@ -46,6 +48,8 @@ class RoadComparison {
                  const PhotometricSupport& pictures);
 
   std::optional<double> AgainstRoad(const RoadPlane& road, const PointPair& pair) const;
+  // (S2) against everything static: from the road's inverse depth, less the slack of (R2), on.
+  std::optional<double> AgainstStatic(const RoadPlane& road, const PointPair& pair) const;
 
  private:
   Pinhole camera_;

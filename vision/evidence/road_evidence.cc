@@ -38,6 +38,7 @@ RoadEvidence MeasureRoad(const RoadView& view, const RoadSlope& last, uint64_t s
     };
   }
   result.road = FitRoad(depths, last, seed, is_seen_off);
+  if (!result.road.found && view.plane) result.road = {true, *view.plane};
   if (!result.road.found) return result;
 
   std::vector<GuidedPlace> guided;

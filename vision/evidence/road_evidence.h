@@ -1,6 +1,7 @@
 // The road's part in a frame's evidence, step by step:
 //
 //   1. inverse depths of the places that were followed, and the plane    road_plane.h
+//      that they show; else a given one
 //   2. with both pictures: road among the places that were not           guided_match.h
 //   3. what the pictures, R2 and R3 say of all of them                   road_contact.h
 //
@@ -8,8 +9,10 @@
 #ifndef EGOSIEVE_VISION_EVIDENCE_ROAD_EVIDENCE_H_
 #define EGOSIEVE_VISION_EVIDENCE_ROAD_EVIDENCE_H_
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "vision/evidence/guided_match.h"
@@ -30,6 +33,7 @@ struct RoadView {
   std::vector<cv::Point2f> unfollowed;  // places of the current frame that were not
   cv::Mat before, now;                  // CV_8UC1 of `size`; not read without `pictures`
   const PhotometricSupport* pictures = nullptr;
+  std::optional<Eigen::Vector3d> plane;  // m of (R1), where flow shows none
 };
 
 struct RoadEvidence {

@@ -47,6 +47,9 @@ struct InverseDepth {
   bool moves = true;                               // in the image, by more than noise
   // What the pictures say for this depth against the road's (S1), signed.
   double against_road = std::numeric_limits<double>::infinity();
+  // The same against every depth that something static can have here, the road's and nearer (S2);
+  // not negative.
+  double against_static = std::numeric_limits<double>::infinity();
 };
 
 // pose: first frame of the pairs to second, found. One a pair, of the second frame's place.
