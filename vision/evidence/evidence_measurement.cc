@@ -79,6 +79,8 @@ std::optional<Eigen::Vector3d> GroundPlaneOf(const TwoViewMotion& motion) {
   return motion.ground_heights * Eigen::Vector3d(0.0, 1.0, -tau(1) / tau(2));
 }
 
+RoadSlope SlopeOf(const Eigen::Vector3d& m) { return {true, m(0) / m(1), -m(2) / m(1)}; }
+
 // The part of a road's view that every pair of pictures has; `owners` gets the points of its pairs.
 // before: one place a point, where it is in the other picture.
 RoadView RoadViewOf(const EvidenceFrame& frame, const Pinhole& camera, const RelativePose& pose,
@@ -266,7 +268,7 @@ RoadPlane EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Mot
   const RoadPlane& road = evidence.road;
   next.road = {};
   if (!road.found) return road;
-  next.road = {true, road.m(0) / road.m(1), -road.m(2) / road.m(1)};
+  next.road = SlopeOf(road.m);
   for (size_t k = 0; k < owners.size(); ++k) {
     PointEvidence& point = result.points[owners[k]];
     point.log_ratio[static_cast<int>(EvidenceTerm::kRoad)] = evidence.log_ratios[k];
@@ -283,8 +285,7 @@ void EvidenceAccumulator::MeasureRoadAhead(const EvidenceFrame& frame,
   if (!options_.road) return;
   size_t longest = views.size();
   for (size_t k = 0; k < views.size(); ++k) {
-    const bool is_usable =
-        views[k].pictures > 0 && views[k].support && views[k].motion.HasParallax();
+    const bool is_usable = views[k].pictures > 0 && views[k].motion.HasParallax();
     if (is_usable && (longest == views.size() || views[k].pictures > views[longest].pictures)) {
       longest = k;
     }
@@ -295,12 +296,17 @@ void EvidenceAccumulator::MeasureRoadAhead(const EvidenceFrame& frame,
   std::vector<size_t> owners;
   RoadView view =
       RoadViewOf(frame, frame.camera, pose, frame.views[longest].places, next.own_car, owners);
-  const PhotometricSupport support = views[longest].support->Reversed();
-  view.before = frame.views[longest].grey;
   view.plane = GroundPlaneOf(views[longest].motion);
-  view.pictures = &support;
+  // A plane that this pair alone shows may be anything.
+  RoadSlope slope = next.road;
+  if (!slope.known && view.plane) slope = SlopeOf(*view.plane);
+  if (!slope.known) return;
+  std::optional<PhotometricSupport> support;
+  if (views[longest].support) support = views[longest].support->Reversed();
+  view.before = frame.views[longest].grey;
+  view.pictures = support ? &*support : nullptr;
   const RoadEvidence evidence =
-      egosieve::vision::MeasureRoad(view, next.road, static_cast<uint64_t>(frame.index));
+      egosieve::vision::MeasureRoad(view, slope, static_cast<uint64_t>(frame.index));
   if (!evidence.road.found) return;
   for (size_t k = 0; k < owners.size(); ++k) {
     result.points[owners[k]].views_road_log_ratio = evidence.log_ratios[k];
