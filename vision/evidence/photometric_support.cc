@@ -22,6 +22,8 @@ constexpr double kMovedPixels = 1.0;
 constexpr size_t kFewest = 20;          // places, for their median to count
 constexpr double kLeastScaling = 0.05;  // a sixth of a pixel at the patch's edge
 
+constexpr int kLanes = kPatchSide + 1;  // of a patch's row, which fills a vector register
+
 // The patch around a place, sampled bilinearly. False where it leaves the picture.
 bool SampleLevels(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
   const float left = place.x - kPatchRadius, top = place.y - kPatchRadius;
@@ -31,20 +33,19 @@ bool SampleLevels(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
   }
   const int column = static_cast<int>(left), row = static_cast<int>(top);
   const float fx = left - column, fy = top - row;
-  constexpr int kColumns = kPatchSide + 1;  // fills a vector register
   const auto between_columns = [&](int y, float* levels) {
     const uint8_t* pixels = picture.ptr<uint8_t>(row + y) + column;
-    float at[kColumns + 1] = {};
-    for (int x = 0; x < kColumns; ++x) at[x] = pixels[x];
-    for (int x = 0; x < kColumns; ++x) levels[x] = at[x] + fx * (at[x + 1] - at[x]);
+    float at[kLanes + 1] = {};
+    for (int x = 0; x < kLanes; ++x) at[x] = pixels[x];
+    for (int x = 0; x < kLanes; ++x) levels[x] = at[x] + fx * (at[x + 1] - at[x]);
   };
-  float above[kColumns], below[kColumns];
+  float above[kLanes], below[kLanes];
   between_columns(0, above);
   for (int y = 0; y < kPatchSide; ++y) {
     between_columns(y + 1, below);
-    for (int x = 0; x < kColumns; ++x) above[x] = above[x] + fy * (below[x] - above[x]);
+    for (int x = 0; x < kLanes; ++x) above[x] = above[x] + fy * (below[x] - above[x]);
     std::copy_n(above, kPatchSide, &patch[y * kPatchSide]);
-    std::copy_n(below, kColumns, above);
+    std::copy_n(below, kLanes, above);
   }
   return true;
 }
@@ -57,8 +58,8 @@ bool Sample(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
 
 // Where the pixels of a patch are along one axis.
 struct ScaledAxis {
-  std::array<int, kPatchSide> first;     // of the two pixels around it
-  std::array<float, kPatchSide> beyond;  // from there
+  std::array<int, kPatchSide> first;   // of the two pixels around it
+  std::array<float, kLanes> beyond{};  // from there
 };
 
 // False where it leaves the picture.
@@ -79,16 +80,27 @@ bool SampleScaledLevels(const cv::Mat& picture, cv::Point2f place, double scale,
   if (!MakeAxis(place.x, scale, picture.cols, x) || !MakeAxis(place.y, scale, picture.rows, y)) {
     return false;
   }
-  for (int v = 0; v < kPatchSide; ++v) {
-    const uint8_t* upper = picture.ptr<uint8_t>(y.first[v]);
-    const uint8_t* lower = picture.ptr<uint8_t>(y.first[v] + 1);
+  const auto between_columns = [&](int row, std::array<float, kLanes>& levels) {
+    const uint8_t* pixels = picture.ptr<uint8_t>(row);
+    std::array<float, kLanes> left{}, right{};
     for (int u = 0; u < kPatchSide; ++u) {
-      const int column = x.first[u];
-      const float fx = x.beyond[u];
-      const float above = upper[column] + fx * (upper[column + 1] - upper[column]);
-      const float below = lower[column] + fx * (lower[column + 1] - lower[column]);
-      patch[v * kPatchSide + u] = above + y.beyond[v] * (below - above);
+      left[u] = pixels[x.first[u]];
+      right[u] = pixels[x.first[u] + 1];
     }
+    for (int u = 0; u < kLanes; ++u) levels[u] = left[u] + x.beyond[u] * (right[u] - left[u]);
+  };
+  // Rows of the patch share those of the picture.
+  std::array<float, kLanes> above, below, levels;
+  for (int v = 0; v < kPatchSide; ++v) {
+    const int row = y.first[v], moved = v > 0 ? row - y.first[v - 1] : kPatchSide;
+    if (moved == 1) {
+      above = below;
+    } else if (moved != 0) {
+      between_columns(row, above);
+    }
+    if (moved != 0) between_columns(row + 1, below);
+    for (int u = 0; u < kLanes; ++u) levels[u] = above[u] + y.beyond[v] * (below[u] - above[u]);
+    std::copy_n(levels.begin(), kPatchSide, &patch[v * kPatchSide]);
   }
   return true;
 }

@@ -1,14 +1,15 @@
 #include "vision/features/flow_grid.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/video/tracking.hpp>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/parallel_for.h"
+#include "vision/features/inverse_search.h"
 #include "vision/frame/ignored_area.h"
 
 namespace egosieve::vision {
@@ -16,23 +17,17 @@ namespace {
 
 constexpr int kMinimumSide = 16;
 
-cv::Ptr<cv::DISOpticalFlow> MakeFlow(FlowQuality quality) {
-  constexpr int kPatchStride = 2, kRefinements = 2;
+// Presets of OpenCV's DIS, with fewer refinements.
+InverseSearchOptions SearchOptionsOf(FlowQuality quality) {
   switch (quality) {
     case FlowQuality::kUltrafast:
-      return cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_ULTRAFAST);
-    case FlowQuality::kFast: {
-      const auto flow = cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_FAST);
-      flow->setPatchStride(kPatchStride);
-      flow->setVariationalRefinementIterations(kRefinements);
-      return flow;
-    }
+      return {.finest_level = 2, .patch_stride = 4, .most_steps = 6, .refinements = 0};
+    case FlowQuality::kFast:
+      return {.finest_level = 2, .patch_stride = 2, .most_steps = 8};
     case FlowQuality::kMedium:
       break;
   }
-  const auto flow = cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_MEDIUM);
-  flow->setVariationalRefinementIterations(kRefinements);
-  return flow;
+  return {.finest_level = 1, .patch_stride = 3, .most_steps = 12};
 }
 
 // Patches of a picture against those of another, warped onto it by a flow.
@@ -140,14 +135,15 @@ absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second
     return absl::InvalidArgumentError(
         absl::StrCat("flow needs images of at least ", kMinimumSide, " pixels in each direction"));
   }
+  const InverseSearchOptions options = SearchOptionsOf(quality);
   FlowPair flow;
   try {
+    std::array<std::optional<SearchPyramid>, 2> pyramids;
+    kernels::ParallelFor(2,
+                         [&](int64_t k) { pyramids[k].emplace(k == 0 ? first : second, options); });
     kernels::ParallelFor(2, [&](int64_t direction) {
-      if (direction == 0) {
-        MakeFlow(quality)->calc(first, second, flow.forward);
-      } else {
-        MakeFlow(quality)->calc(second, first, flow.backward);
-      }
+      cv::Mat& field = direction == 0 ? flow.forward : flow.backward;
+      field = SearchFlow(*pyramids[direction], *pyramids[1 - direction], options);
     });
   } catch (const cv::Exception& error) {
     return absl::InternalError(absl::StrCat("flow: ", error.err));

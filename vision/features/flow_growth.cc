@@ -1,5 +1,6 @@
 #include "vision/features/flow_growth.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,9 +24,11 @@ constexpr double kMostReturn = 0.5;                           // pixels
 constexpr double kAlikeFloor = 1.0, kAlikeSlope = 0.05;       // of displacements, pixels
 constexpr int kMostSweeps = 12;
 
+using Row = Eigen::Array<float, kSide, 1>;  // of a patch
+
 struct Patch {
-  std::array<float, kArea> levels;  // about their mean
-  float norm = 0.0f;                // root of their sum of squares
+  std::array<Row, kSide> levels;  // about their mean
+  float norm = 0.0f;              // root of their sum of squares
 };
 
 // The patch at a place; nothing where it leaves the picture.
@@ -37,30 +40,31 @@ std::optional<Patch> PatchAt(const cv::Mat& picture, cv::Point2f place) {
   const int x = static_cast<int>(left), y = static_cast<int>(top);
   const float fx = left - x, fy = top - y;
   const float a = (1 - fy) * (1 - fx), b = (1 - fy) * fx, c = fy * (1 - fx), d = fy * fx;
+  const auto pixels = [&](int row, int column) -> Row {
+    using Bytes = Eigen::Map<const Eigen::Array<uint8_t, kSide, 1>>;
+    return Bytes(picture.ptr<uint8_t>(y + row) + x + column).cast<float>();
+  };
   Patch patch;
-  float sum = 0.0f;
+  Row sum = Row::Zero(), squares = Row::Zero();
   for (int v = 0; v < kSide; ++v) {
-    const uint8_t* p = picture.ptr<uint8_t>(y + v) + x;
-    const uint8_t* q = picture.ptr<uint8_t>(y + v + 1) + x;
-    float* out = patch.levels.data() + v * kSide;
-    for (int u = 0; u < kSide; ++u) out[u] = a * p[u] + b * p[u + 1] + c * q[u] + d * q[u + 1];
+    patch.levels[v] =
+        a * pixels(v, 0) + b * pixels(v, 1) + c * pixels(v + 1, 0) + d * pixels(v + 1, 1);
+    sum += patch.levels[v];
   }
-  for (const float level : patch.levels) sum += level;
-  const float mean = sum / kArea;
-  float squares = 0.0f;
-  for (float& level : patch.levels) {
-    level -= mean;
-    squares += level * level;
+  const float mean = sum.sum() / kArea;
+  for (Row& row : patch.levels) {
+    row -= mean;
+    squares += row * row;
   }
-  patch.norm = std::sqrt(squares);
+  patch.norm = std::sqrt(squares.sum());
   return patch;
 }
 
 float Correlation(const Patch& a, const Patch& b) {
-  float sum = 0.0f;
-  for (int i = 0; i < kArea; ++i) sum += a.levels[i] * b.levels[i];
+  Row sum = Row::Zero();
+  for (int v = 0; v < kSide; ++v) sum += a.levels[v] * b.levels[v];
   const float norms = a.norm * b.norm;
-  return norms > 0.0f ? sum / norms : 0.0f;
+  return norms > 0.0f ? sum.sum() / norms : 0.0f;
 }
 
 struct Place {
@@ -76,16 +80,27 @@ struct Candidates {
   std::vector<cv::Point2f> starts, displacements;
 };
 
+// With its gradients, as Lucas-Kanade takes them.
+struct Picture {
+  const cv::Mat& grey;
+  std::vector<cv::Mat> gradients;
+
+  explicit Picture(const cv::Mat& picture) : grey(picture) {
+    cv::buildOpticalFlowPyramid(grey, gradients, cv::Size(kWindow, kWindow), 0);
+  }
+};
+
 class Growth {
  public:
-  Growth(const cv::Mat& from, const cv::Mat& to, const FlowGridOptions& options)
-      : from_(from), to_(to), options_(options) {
+  Growth(const Picture& from, const Picture& to, const FlowGridOptions& options)
+      : from_(from.grey),
+        to_(to.grey),
+        options_(options),
+        from_gradients_(from.gradients),
+        to_gradients_(to.gradients) {
     const int stride = options.stride_pixels, first = stride / 2;
-    columns_ = (from.cols - first + stride - 1) / stride;
-    rows_ = (from.rows - first + stride - 1) / stride;
-    const cv::Size window(kWindow, kWindow);
-    cv::buildOpticalFlowPyramid(from, from_gradients_, window, 0);
-    cv::buildOpticalFlowPyramid(to, to_gradients_, window, 0);
+    columns_ = (from_.cols - first + stride - 1) / stride;
+    rows_ = (from_.rows - first + stride - 1) / stride;
   }
 
   std::vector<Place> Run(const cv::Mat& there, const cv::Mat& back) {
@@ -223,7 +238,8 @@ class Growth {
   const cv::Mat& from_;
   const cv::Mat& to_;
   const FlowGridOptions& options_;
-  std::vector<cv::Mat> from_gradients_, to_gradients_;
+  const std::vector<cv::Mat>& from_gradients_;
+  const std::vector<cv::Mat>& to_gradients_;
   int columns_ = 0, rows_ = 0;
   std::vector<Place> places_;
 };
@@ -239,11 +255,14 @@ void Fill(cv::Mat& field, cv::Point2f centre, int side, cv::Point2f displacement
 
 int64_t GrowFlow(const cv::Mat& first, const cv::Mat& second, const FlowGridOptions& options,
                  FlowPair& flow) {
+  std::array<std::optional<Picture>, 2> pictures;
+  kernels::ParallelFor(2, [&](int64_t k) { pictures[k].emplace(k == 0 ? first : second); });
   std::array<std::vector<Place>, 2> places;
   kernels::ParallelFor(2, [&](int64_t direction) {
-    places[direction] = direction == 0
-                            ? Growth(first, second, options).Run(flow.forward, flow.backward)
-                            : Growth(second, first, options).Run(flow.backward, flow.forward);
+    const cv::Mat& there = direction == 0 ? flow.forward : flow.backward;
+    const cv::Mat& back = direction == 0 ? flow.backward : flow.forward;
+    places[direction] =
+        Growth(*pictures[direction], *pictures[1 - direction], options).Run(there, back);
   });
   // A match holds in both directions; a place's own comes last.
   int64_t count = 0;

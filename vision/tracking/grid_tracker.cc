@@ -104,10 +104,9 @@ Track GridTracker::Inherit(cv::Point2f node, cv::Point2f before, cv::Size image_
       for (int n = 0; n < 4; ++n) {
         mean += weights[n] * Offset(*around[n], k);
         const cv::Point2f other = Step(*around[n], k);
-        spread = std::max(spread, std::hypot<double>(other.x - step.x, other.y - step.y));
+        spread = std::max(spread, cv::norm(other - step));
       }
-      agree = spread <= options_.agreement_floor +
-                            options_.agreement_slope * std::hypot<double>(step.x, step.y);
+      agree = spread <= options_.agreement_floor + options_.agreement_slope * cv::norm(step);
       if (agree) offset = mean;
     }
     const cv::Point2f place = before + offset;
