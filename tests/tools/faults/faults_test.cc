@@ -99,7 +99,7 @@ class Faults : public testing::TestWithParam<std::string> {
     }
     std::vector<std::string> command = {name, run_, "--progress=none"};
     if (name == "masks") {
-      command.insert(command.end(), {"--for=colmap", "--overwrite", "--out=" + world_ + "/masks"});
+      command.insert(command.end(), {"--for=colmap", "--overwrite", "--out=" + MasksFolder()});
     }
     return {name,
             Segment(name == "infer" ? std::vector<std::string>{"--learn_only"}
@@ -109,15 +109,22 @@ class Faults : public testing::TestWithParam<std::string> {
 
   // Every file outside the folders that commands write to, with its bytes.
   std::map<std::string, std::string> Outside() const {
+    std::map<std::string, std::string> files = FilesIn(world_);
+    std::erase_if(files, [&](const auto& file) {
+      const std::string& path = file.first;
+      return path.rfind(run_ + "/", 0) == 0 || path.rfind(world_ + "/egosieve_logs/", 0) == 0 ||
+             path.rfind(MasksFolder() + "/", 0) == 0 || path == world_ + "/batch.html";
+    });
+    return files;
+  }
+
+  std::string MasksFolder() const { return world_ + "/masks"; }  // of the command masks
+
+  static std::map<std::string, std::string> FilesIn(const std::string& folder) {
     std::map<std::string, std::string> files;
-    for (const auto& entry : fs::recursive_directory_iterator(world_)) {
-      const std::string path = entry.path().string();
-      if (!entry.is_regular_file() || path.rfind(run_ + "/", 0) == 0 ||
-          path.rfind(world_ + "/egosieve_logs/", 0) == 0 ||
-          path.rfind(world_ + "/masks/", 0) == 0 || path == world_ + "/batch.html") {
-        continue;
-      }
-      files[path] = *ReadFile(path);
+    if (!fs::exists(folder)) return files;
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+      if (entry.is_regular_file()) files[entry.path().string()] = *ReadFile(entry.path().string());
     }
     return files;
   }
@@ -159,7 +166,7 @@ class Faults : public testing::TestWithParam<std::string> {
   void Restore(const Case& test) const {
     fs::remove_all(run_);
     fs::remove_all(world_ + "/egosieve_logs");
-    fs::remove_all(world_ + "/masks");
+    fs::remove_all(MasksFolder());
     if (!test.before.empty()) fs::copy(base_ + "/before", run_, fs::copy_options::recursive);
   }
 
@@ -193,6 +200,8 @@ TEST_P(Faults, NeitherLoseNorHideAnything) {
   ASSERT_EQ(Run(test.arguments, FaultKind::kRead, -1), 0) << Said();
   const std::array<int64_t, kFaultKinds> counts = Counts();
   const std::string whole = base_ + "/whole";
+  const auto masks = FilesIn(MasksFolder());
+  EXPECT_EQ(masks.size(), test.name == "masks" ? 5u : 0u);
   fs::rename(run_, whole);
   Restore(test);
   const auto outside = Outside();
@@ -213,6 +222,7 @@ TEST_P(Faults, NeitherLoseNorHideAnything) {
         if (!is_told) {
           EXPECT_EQ(CompareRuns(whole, run_), "") << where << ", exit code 0";
         }
+        EXPECT_TRUE(FilesIn(MasksFolder()) == masks) << where << ", exit code 0";
       } else if (code != kHung && test.name != "batch") {  // which tells of its drives, too
         EXPECT_EQ(CountLines(Said()), 1) << where << ":\n" << Said();
         EXPECT_LT(code, 128) << where;
@@ -220,6 +230,7 @@ TEST_P(Faults, NeitherLoseNorHideAnything) {
       const std::string said = Said();
       EXPECT_EQ(Run(test.again, FaultKind::kRead, -1), 0) << where << "\n" << said << Said();
       EXPECT_EQ(CompareRuns(whole, run_), "") << where << ", resumed\n" << said;
+      EXPECT_TRUE(FilesIn(MasksFolder()) == masks) << where << ", resumed";
     }
     std::string line =
         absl::StrFormat("%s, %s: %d calls", test.name, kFaultNames[kind], counts[kind]);

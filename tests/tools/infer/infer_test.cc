@@ -1,4 +1,6 @@
 // Maps that are made after the run have the bytes that segment would have written.
+#include <signal.h>
+
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -12,7 +14,6 @@
 #include "gtest/gtest.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
-#include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -37,7 +38,12 @@ class Infer : public testing::TestWithParam<const char*> {
     EXPECT_EQ(Segment(whole_), 4);
   }
 
-  int Segment(const std::string& out, std::vector<std::string> more = {}) const {
+  int Segment(const std::string& out, const std::vector<std::string>& more = {}) const {
+    return RunProgram(SegmentArguments(out, more)).code;
+  }
+
+  std::vector<std::string> SegmentArguments(const std::string& out,
+                                            const std::vector<std::string>& more) const {
     std::vector<std::string> arguments = {"segment",
                                           root_ + "/frames",
                                           "--out=" + out,
@@ -48,7 +54,7 @@ class Infer : public testing::TestWithParam<const char*> {
                                           "--inducing_points=50",
                                           absl::StrFormat("--model=%s", GetParam())};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    return RunProgram(arguments).code;
+    return arguments;
   }
 
   ProgramOutcome InferMaps(std::vector<std::string> more = {}) const {
@@ -79,14 +85,18 @@ class Infer : public testing::TestWithParam<const char*> {
     return indices;
   }
 
-  // Until that many maps have been entered later; not for ever, where a program has crashed.
-  void WaitForMaps(size_t count) const {
-    for (int wait = 0; wait < 30000; ++wait) {
-      const std::vector<FrameLine> lines = *RunFolder::Open(run_)->ReadLines();
-      const auto has_map = [](const FrameLine& line) { return line.has_map(); };
-      if (std::count_if(lines.begin(), lines.end(), has_map) >= static_cast<int>(count)) return;
+  // Not for ever, where a program has crashed.
+  template <typename Condition>
+  static void WaitUntil(Condition condition) {
+    for (int wait = 0; wait < 30000 && !condition(); ++wait) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
+  }
+
+  int64_t MapsEntered() const {
+    const std::vector<FrameLine> lines = *RunFolder::Open(run_)->ReadLines();
+    return std::count_if(lines.begin(), lines.end(),
+                         [](const FrameLine& line) { return line.has_map(); });
   }
 
   static std::vector<int64_t> Range(int64_t begin, int64_t end, int64_t step = 1) {
@@ -94,6 +104,8 @@ class Infer : public testing::TestWithParam<const char*> {
     for (int64_t i = begin; i < end; i += step) range.push_back(i);
     return range;
   }
+
+  std::string Said(int number) const { return root_ + absl::StrCat("/err", number); }
 
   std::string root_, whole_, run_;
 };
@@ -177,27 +189,32 @@ TEST_P(Infer, GoesOnWithAFolderThatItHasBegun) {
   EXPECT_THAT(other.err, HasSubstr("--stride is '8' there and '4' here"));
 }
 
-// While segment writes: what it will have learnt later is waited for. The test stands for segment.
+// Two shards in the folder that segment writes: what it will have learnt later is waited for. It is
+// stopped in the middle until the maps of the frames so far are there.
 TEST_P(Infer, BesideSegmentItGivesTheBytesOfOneAfterTheOther) {
-  ASSERT_EQ(Segment(run_, {"--learn_only"}), 4);
-  const std::string log = run_ + "/frames.jsonl", text = *ReadFile(log);
-  ASSERT_TRUE(LineLog::OpenTruncated(log, 6).ok());
-  std::vector<pid_t> shards;
-  {
-    const absl::StatusOr<FolderLock> segment = FolderLock::Take(run_);
-    ASSERT_TRUE(segment.ok()) << segment.status();
-    const auto infer = [&](int shard) {
-      return StartProgram({"infer", run_, absl::StrCat("--shard=", shard, "/2")},
-                          root_ + absl::StrCat("/out", shard), root_ + absl::StrCat("/err", shard));
-    };
-    shards = {infer(1), infer(2)};
-    WaitForMaps(6);
-    std::ofstream(log, std::ios::app) << text.substr(fs::file_size(log));
-  }
-  EXPECT_EQ(WaitForProgram(shards[0]), 4) << *ReadFile(root_ + "/err1");  // it has frame 9
-  EXPECT_EQ(WaitForProgram(shards[1]), 0) << *ReadFile(root_ + "/err2");
+  constexpr int64_t kBefore = 6;
+  const auto learnt = [&]() -> int64_t {
+    const absl::StatusOr<std::string> log = ReadFile(run_ + "/frames.jsonl");
+    return log.ok() ? std::count(log->begin(), log->end(), '\n') : 0;
+  };
+  const auto start = [&](const std::vector<std::string>& arguments, int number) {
+    return StartProgram(arguments, root_ + "/out", Said(number));
+  };
+  const pid_t segment = start(SegmentArguments(run_, {"--learn_only"}), 0);
+  WaitUntil([&] { return learnt() >= kBefore; });
+  kill(segment, SIGSTOP);
+  EXPECT_GE(learnt(), kBefore);
+  EXPECT_LT(learnt(), kFrames);
+  const pid_t first = start({"infer", run_, "--shard=1/2"}, 1);
+  const pid_t second = start({"infer", run_, "--shard=2/2"}, 2);
+  WaitUntil([&] { return MapsEntered() >= kBefore; });
+  EXPECT_GE(MapsEntered(), kBefore);
+  kill(segment, SIGCONT);
+  EXPECT_EQ(WaitForProgram(segment), 4) << *ReadFile(Said(0));
+  EXPECT_EQ(WaitForProgram(first), 4) << *ReadFile(Said(1));  // it has the damaged frame
+  EXPECT_EQ(WaitForProgram(second), 0) << *ReadFile(Said(2));
   EXPECT_EQ(CheckedMaps(run_), Range(0, kFrames));
-  EXPECT_EQ(*ReadFile(log), text);
+  EXPECT_EQ(learnt(), kFrames);
 }
 
 TEST_P(Infer, ShardsInAFolderOfTheirOwnAreThoseOfOneProgram) {
