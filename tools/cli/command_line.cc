@@ -101,7 +101,9 @@ std::string ConfigText(const CLI::App& app) {
   for (const absl::string_view entry : absl::StrSplit(
            app.config_to_str(/*default_also=*/true, /*write_description=*/true), "\n\n")) {
     const absl::string_view line = absl::StripAsciiWhitespace(entry);
-    if (!absl::EndsWith(line, "=\"\"") && !absl::EndsWith(line, "=\"[]\"")) {
+    // An empty list is [] to CLI11 2.3 and {} to 2.4.
+    if (!absl::EndsWith(line, "=\"\"") && !absl::EndsWith(line, "=\"[]\"") &&
+        !absl::EndsWith(line, "=\"{}\"")) {
       absl::StrAppend(&text, absl::StripAsciiWhitespace(entry), "\n\n");
     }
   }
