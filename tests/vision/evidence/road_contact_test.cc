@@ -207,8 +207,9 @@ TEST(RoadContact, PicturesTellRoadFromPlacesThatWereCarriedAlong) {
   EXPECT_GT(seen, 0.6 * carried);
 }
 
-// A stripe along the way of travel, as a lane line is, and a dark spot beside it, neither of which
-// moves in the image; and a camera whose direction of travel is known to a pixel.
+// A stripe along the way of travel, as a lane line is, wider where it is nearer, and a dark spot
+// beside it, neither of which moves in the image; and a camera whose direction of travel is known
+// to a pixel and a half.
 TEST(RoadContact, ALaneLineSlidesAlongItself) {
   constexpr double kPlacePixels = 0.7;
   const Pinhole camera = Pinhole::Of(kImage, 420);
@@ -218,7 +219,8 @@ TEST(RoadContact, ALaneLineSlidesAlongItself) {
   for (int y = 0; y < kImage.height; ++y) {
     for (int x = 0; x < kImage.width; ++x) {
       const double across = x - camera.centre_x - slope * (y - camera.centre_y);
-      if (std::abs(across) < 4.0) picture(y, x) = 180;
+      const double inside = 0.05 * (y - camera.centre_y) - std::abs(across);
+      picture(y, x) = static_cast<uint8_t>(100.0 + 80.0 * std::clamp(0.5 + inside, 0.0, 1.0));
       if (std::hypot(x - spot.x, y - spot.y) < 3.0) picture(y, x) = 30;
     }
   }
@@ -226,16 +228,16 @@ TEST(RoadContact, ALaneLineSlidesAlongItself) {
   const PhotometricSupport pictures(picture, picture, places, places, kPlacePixels);
   RelativePose pose;
   pose.outcome = PoseOutcome::kFound;
-  pose.translation = -Eigen::Vector3d(0.8 / camera.focal_pixels, 0.0, 1.0).normalized();
+  pose.translation = -Eigen::Vector3d(1.5 / camera.focal_pixels, 0.0, 1.0).normalized();
   pose.noise_pixels = 0.1;
   RoadPlane road;
   road.found = true;
   road.m = Eigen::Vector3d(0.0, 2.0, 0.0);
   const RoadComparison comparison(camera, pose, pictures);
   const auto standing = [](cv::Point2f at) { return PointPair{at.x, at.y, at.x, at.y}; };
-  EXPECT_GT(comparison.AgainstRoad(road, standing(line)).value(), 3.0);
-  EXPECT_LT(comparison.AgainstStatic(road, standing(line)).value(), 1.5);
-  EXPECT_GT(comparison.AgainstStatic(road, standing(spot)).value(), 6.0);
+  EXPECT_GT(comparison.AgainstRoad(road, standing(line)).value(), 100.0);
+  EXPECT_LT(comparison.AgainstStatic(road, standing(line)).value(), 3.0);
+  EXPECT_GT(comparison.AgainstStatic(road, standing(spot)).value(), 10.0);
   EXPECT_FALSE(comparison.AgainstStatic(road, standing({320.0f, 60.0f})).has_value());
 }
 
