@@ -79,8 +79,6 @@ std::optional<Eigen::Vector3d> GroundPlaneOf(const TwoViewMotion& motion) {
   return motion.ground_heights * Eigen::Vector3d(0.0, 1.0, -tau(1) / tau(2));
 }
 
-RoadSlope SlopeOf(const Eigen::Vector3d& m) { return {true, m(0) / m(1), -m(2) / m(1)}; }
-
 // The part of a road's view that every pair of pictures has; `owners` gets the points of its pairs.
 // before: one place a point, where it is in the other picture.
 RoadView RoadViewOf(const EvidenceFrame& frame, const Pinhole& camera, const RelativePose& pose,
@@ -268,7 +266,7 @@ RoadPlane EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Mot
   const RoadPlane& road = evidence.road;
   next.road = {};
   if (!road.found) return road;
-  next.road = SlopeOf(road.m);
+  next.road = {true, road.m(0) / road.m(1), -road.m(2) / road.m(1)};
   for (size_t k = 0; k < owners.size(); ++k) {
     PointEvidence& point = result.points[owners[k]];
     point.log_ratio[static_cast<int>(EvidenceTerm::kRoad)] = evidence.log_ratios[k];
@@ -298,15 +296,13 @@ void EvidenceAccumulator::MeasureRoadAhead(const EvidenceFrame& frame,
       RoadViewOf(frame, frame.camera, pose, frame.views[longest].places, next.own_car, owners);
   view.plane = GroundPlaneOf(views[longest].motion);
   // A plane that this pair alone shows may be anything.
-  RoadSlope slope = next.road;
-  if (!slope.known && view.plane) slope = SlopeOf(*view.plane);
-  if (!slope.known) return;
+  if (!next.road.known && !view.plane) return;
   std::optional<PhotometricSupport> support;
   if (views[longest].support) support = views[longest].support->Reversed();
   view.before = frame.views[longest].grey;
   view.pictures = support ? &*support : nullptr;
   const RoadEvidence evidence =
-      egosieve::vision::MeasureRoad(view, slope, static_cast<uint64_t>(frame.index));
+      egosieve::vision::MeasureRoad(view, next.road, static_cast<uint64_t>(frame.index));
   if (!evidence.road.found) return;
   for (size_t k = 0; k < owners.size(); ++k) {
     result.points[owners[k]].views_road_log_ratio = evidence.log_ratios[k];
