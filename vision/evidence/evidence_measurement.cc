@@ -281,25 +281,23 @@ void EvidenceAccumulator::MeasureRoadAhead(const EvidenceFrame& frame,
                                            const EvidenceState& next,
                                            EvidenceResult& result) const {
   if (!options_.road) return;
-  size_t longest = views.size();
-  for (size_t k = 0; k < views.size(); ++k) {
-    const bool is_usable = views[k].pictures > 0 && views[k].motion.HasParallax();
-    if (is_usable && (longest == views.size() || views[k].pictures > views[longest].pictures)) {
-      longest = k;
-    }
+  const CalibratedPair* longest = nullptr;
+  for (const CalibratedPair& pair : views) {
+    const bool is_usable = pair.pictures > 0 && pair.motion.HasParallax();
+    if (is_usable && (longest == nullptr || pair.pictures > longest->pictures)) longest = &pair;
   }
-  if (longest == views.size()) return;
-  const RelativePose pose = PoseOf(Inverse(views[longest].motion));
-  if (!pose.found()) return;
-  std::vector<size_t> owners;
-  RoadView view =
-      RoadViewOf(frame, frame.camera, pose, frame.views[longest].places, next.own_car, owners);
-  view.plane = GroundPlaneOf(views[longest].motion);
+  if (longest == nullptr) return;
+  const std::optional<Eigen::Vector3d> plane = GroundPlaneOf(longest->motion);
   // A plane that this pair alone shows may be anything.
-  if (!next.road.known && !view.plane) return;
+  if (!next.road.known && !plane) return;
+  const EvidenceView& ahead = frame.views[longest - views.data()];
+  std::vector<size_t> owners;
+  RoadView view = RoadViewOf(frame, frame.camera, PoseOf(Inverse(longest->motion)), ahead.places,
+                             next.own_car, owners);
+  view.plane = plane;
   std::optional<PhotometricSupport> support;
-  if (views[longest].support) support = views[longest].support->Reversed();
-  view.before = frame.views[longest].grey;
+  if (longest->support) support = longest->support->Reversed();
+  view.before = ahead.grey;
   view.pictures = support ? &*support : nullptr;
   const RoadEvidence evidence =
       egosieve::vision::MeasureRoad(view, next.road, static_cast<uint64_t>(frame.index));

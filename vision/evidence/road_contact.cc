@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kSlack = 0.25;  // of the road's inverse depth: hollows and slopes far ahead
 constexpr double kMostLogRatio = 6.0;
-// Of the road's inverse depth: the nearest that is tried; least depth before, of that now.
-constexpr double kNearest = 2.5, kLeastDepth = 0.1;
+constexpr double kNearest = 2.5;     // of the road's inverse depth: the nearest that is tried
+constexpr double kLeastDepth = 0.1;  // before, of the depth now
 // Of a surface: the columns that must be judged for what they say to count in full; what many of
 // them say counts more, up to kMostWeight; and its rise above the ground contact, camera heights.
 constexpr double kEnoughColumns = 0.5, kMostWeight = 1.5, kSurfaceRise = 1.5;
@@ -88,7 +88,7 @@ std::optional<cv::Point2f> PlaceOfRoadBefore(const RoadPlane& road, const Pinhol
   const Eigen::Vector3d ray = camera.Ray(place.x, place.y);
   const double inverse_depth = road.At(ray);
   const Eigen::Vector3d point = back.rotation * ray + inverse_depth * back.translation;
-  if (!(inverse_depth > 0.0) || !(point(2) > 0.1)) return std::nullopt;
+  if (!(inverse_depth > 0.0) || !(point(2) > kLeastDepth)) return std::nullopt;
   const Eigen::Vector2d before = camera.Project(point);
   return cv::Point2f(static_cast<float>(before(0)), static_cast<float>(before(1)));
 }

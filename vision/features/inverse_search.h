@@ -38,8 +38,10 @@ struct InverseSearchOptions {
 // A picture at the levels of a search, the finest first.
 class SearchPyramid {
  public:
-  static constexpr int kPatchSide = 8;
-  static constexpr int kBorder = 16;  // pixels around `padded`
+  static constexpr int kPatchSide = 8;  // OpenCV's presets'
+  // Pixels around `padded`; OpenCV's, for its bytes: places are rounded with it. A patch's side
+  // would do.
+  static constexpr int kBorder = 16;
 
   struct Level {
     cv::Mat1b grey;

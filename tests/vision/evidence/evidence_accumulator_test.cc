@@ -125,6 +125,16 @@ double MeanRoadRatioAhead(const View& view, const EvidenceResult& result, What w
   return sum / count;
 }
 
+double MeanProbability(const View& view, const EvidenceResult& result, What what) {
+  double sum = 0.0, count = 0.0;
+  for (size_t i = 0; i < result.points.size(); ++i) {
+    if (view.what[i] != what) continue;
+    ++count;
+    sum += result.points[i].probability;
+  }
+  return sum / count;
+}
+
 TEST(EvidenceAccumulator, APairAheadTellsCarsByTheGround) {
   const View view = MakeView(0.05);
   EvidenceAccumulator accumulator = Accumulator();
@@ -134,12 +144,14 @@ TEST(EvidenceAccumulator, APairAheadTellsCarsByTheGround) {
   EXPECT_GT(MeanRoadRatioAhead(view, result, What::kOncoming), 4.0);
   EXPECT_LT(MeanRoadRatioAhead(view, result, What::kStanding), 0.1);
   EXPECT_LT(MeanRoadRatioAhead(view, result, What::kRoad), 0.1);
+  // It is a part of the probability, of cars that move along their epipolar lines.
+  EXPECT_GT(MeanProbability(view, result, What::kOncoming), 0.6);
   EvidenceOptions options;
   options.road = false;
   EvidenceAccumulator without = Accumulator(options);
-  EXPECT_EQ(MeanRoadRatioAhead(view, *without.Add(FrameBeforeRoadView(view, kTravel / kHeight)),
-                               What::kAhead),
-            0.0);
+  const EvidenceResult plain = *without.Add(FrameBeforeRoadView(view, kTravel / kHeight));
+  EXPECT_EQ(MeanRoadRatioAhead(view, plain, What::kAhead), 0.0);
+  EXPECT_LT(MeanProbability(view, plain, What::kOncoming), 0.3);
 }
 
 // A plane that only the pair ahead shows is not believed.

@@ -241,6 +241,27 @@ TEST(RoadContact, ALaneLineSlidesAlongItself) {
   EXPECT_FALSE(comparison.AgainstStatic(road, standing({320.0f, 60.0f})).has_value());
 }
 
+// Places of the road that seem infinitely far: they count as far as the pictures say that nothing
+// static looks like them.
+TEST(RoadContact, WhatLooksLikeSomethingStaticIsNotBelowTheRoad) {
+  const View view = MakeView(0.05);
+  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
+  const RoadPlane road = FitRoad(depths, {}, 1);
+  ASSERT_TRUE(road.found);
+  std::vector<size_t> below;
+  for (size_t i = 0; i < depths.size(); i += 97) {
+    if (view.what[i] != What::kRoad || depths[i].ray(1) < 0.15) continue;
+    depths[i].value = 0.0;
+    below.push_back(i);
+  }
+  ASSERT_GT(below.size(), 10);
+  for (const double against_static : {5.0, 0.0}) {
+    for (const size_t i : below) depths[i].against_static = against_static;
+    const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
+    for (const size_t i : below) EXPECT_EQ(ratios[i], against_static) << view.places[i];
+  }
+}
+
 // A car that seems a fifth too far: by the plane, which is right to 0.07, it moves; it may stand
 // where the road around it lies a seventh lower.
 TEST(RoadContact, TheRoadAroundAnObjectIsWhatItStandsOn) {
