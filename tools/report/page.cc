@@ -125,7 +125,7 @@ std::string Tiles(const ReportContent& content) {
                                          ? content.description.seconds / static_cast<double>(frames)
                                          : MedianOrZero(milliseconds) / 1000.0;
     absl::StrAppend(
-        &html, Tile(absl::StrFormat("%.2f s", seconds_per_frame), "a frame"),
+        &html, Tile(absl::StrFormat("%.2f s", seconds_per_frame), "per frame"),
         Tile(DescribeDuration(content.description.seconds), "in all"),
         Tile(absl::StrCat(content.lines.back().model_size), "points in the model at the end"));
   }
