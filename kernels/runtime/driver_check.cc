@@ -6,8 +6,10 @@
 #include <filesystem>
 #include <fstream>
 #include <system_error>
+#include <vector>
 
 #include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "kernels/runtime/pocl_cache.h"
 
@@ -23,10 +25,13 @@ fs::path VendorFolder() {
   return vendors != nullptr && *vendors != '\0' ? vendors : "/etc/OpenCL/vendors";
 }
 
-}  // namespace
+struct Driver {
+  std::string file;     // that names it to the loader
+  std::string library;  // its name
+};
 
-std::string WhyNoDevice() {
-  std::string loaded;
+std::vector<Driver> InstalledDrivers() {
+  std::vector<Driver> drivers;
   std::error_code error;
   for (fs::directory_iterator it(VendorFolder(), error), end; !error && it != end;
        it.increment(error)) {
@@ -35,14 +40,34 @@ std::string WhyNoDevice() {
     std::ifstream file(it->path());
     std::getline(file, library);
     absl::StripAsciiWhitespace(&library);
-    if (library.empty()) continue;
+    if (!library.empty()) drivers.push_back({it->path().string(), library});
+  }
+  return drivers;
+}
+
+}  // namespace
+
+absl::Status CheckDriversCanStart(const std::string& processors) {
+  std::error_code error;
+  if (fs::exists(processors, error)) return absl::OkStatus();
+  for (const Driver& driver : InstalledDrivers()) {
+    if (!absl::StrContains(driver.library, "pocl")) continue;
+    return absl::UnavailableError(
+        absl::StrCat("the OpenCL driver ", driver.library, " cannot find the processors, as ",
+                     processors, " is missing; mount /sys (mount -t sysfs sysfs /sys)", kElse));
+  }
+  return absl::OkStatus();
+}
+
+std::string WhyNoDevice() {
+  std::string loaded;
+  for (const auto& [file, library] : InstalledDrivers()) {
     void* handle = dlopen(library.c_str(), RTLD_LAZY | RTLD_LOCAL);
     if (handle == nullptr) {
       const char* reason = dlerror();
-      return absl::StrCat("the OpenCL driver of ", it->path().string(), " does not load (",
-                          reason != nullptr ? reason : library,
-                          "); give the process more memory (see ulimit -v), mend the driver",
-                          kElse);
+      return absl::StrCat(
+          "the OpenCL driver of ", file, " does not load (", reason != nullptr ? reason : library,
+          "); give the process more memory (see ulimit -v), mend the driver", kElse);
     }
     dlclose(handle);
     absl::StrAppend(&loaded, loaded.empty() ? "" : ", ", library);

@@ -1,8 +1,10 @@
-// Why there is no OpenCL device.
+// Why there is no OpenCL device, and whether the drivers can be asked for theirs.
 #ifndef EGOSIEVE_KERNELS_RUNTIME_DRIVER_CHECK_H_
 #define EGOSIEVE_KERNELS_RUNTIME_DRIVER_CHECK_H_
 
 #include <string>
+
+#include "absl/status/status.h"
 
 namespace egosieve::kernels {
 
@@ -10,6 +12,11 @@ namespace egosieve::kernels {
 // drivers that the loader looks at (OCL_ICD_VENDORS, else /etc/OpenCL/vendors): none is installed,
 // one does not load, with the system's reason, or one loads and gives no device.
 std::string WhyNoDevice();
+
+// Unavailable, with what to do, where PoCL is installed and would abort the process as it looks for
+// the processors: `processors`, where the kernel lists them, is missing because /sys is not
+// mounted.
+absl::Status CheckDriversCanStart(const std::string& processors = "/sys/devices/system/cpu");
 
 }  // namespace egosieve::kernels
 

@@ -4,6 +4,7 @@
 
 #include "absl/strings/match.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/runtime/driver_check.h"
 #include "kernels/runtime/fork_guard.h"
 #include "kernels/runtime/opencl_error.h"
 
@@ -60,6 +61,7 @@ DeviceInfo DescribeDevice(const cl::Device& device) {
 
 absl::StatusOr<std::vector<OpenClDevice>> ListOpenClDevices() {
   EGOSIEVE_RETURN_IF_ERROR(CheckNotForked());
+  EGOSIEVE_RETURN_IF_ERROR(CheckDriversCanStart());
   std::vector<OpenClDevice> found;
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors("listing OpenCL devices", [&] {
     for (const cl::Platform& platform : Platforms()) {

@@ -39,6 +39,19 @@ absl::StatusOr<std::vector<int64_t>> ListCheckpoints(const RunFolder& folder) {
   return indices;
 }
 
+// One too many does no harm.
+void RemoveCheckpoint(const RunFolder& folder, int64_t index) {
+  std::error_code error;
+  fs::remove(folder.FrameFile("model", index, kSuffix), error);
+}
+
+// All but the last two of the frames named, increasing.
+void RemoveOldest(const RunFolder& folder, const std::vector<int64_t>& indices) {
+  for (size_t i = 0; i + kKeptCheckpoints < indices.size(); ++i) {
+    RemoveCheckpoint(folder, indices[i]);
+  }
+}
+
 }  // namespace
 
 absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::string& bytes,
@@ -47,10 +60,7 @@ absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.FrameFile("model", index, kSuffix), bytes));
   if (keep_all) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> indices, ListCheckpoints(folder));
-  for (size_t i = 0; i + kKeptCheckpoints < indices.size(); ++i) {
-    std::error_code error;  // one too many does no harm
-    fs::remove(folder.FrameFile("model", indices[i], kSuffix), error);
-  }
+  RemoveOldest(folder, indices);
   return absl::OkStatus();
 }
 
@@ -156,6 +166,17 @@ void RemoveAbandonedFiles(const RunFolder& folder) {
   for (const char* name : {"", "grid", "potential", "model", "steps"}) {
     kernels::RemoveAbandonedTemporaries(folder.File(name));
   }
+}
+
+absl::Status RemoveOtherCheckpoints(const RunFolder& folder, const RunDescription& description,
+                                    int64_t next_frame) {
+  if (KeepsModels(description)) return absl::OkStatus();
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> indices, ListCheckpoints(folder));
+  for (; !indices.empty() && indices.back() >= next_frame; indices.pop_back()) {
+    RemoveCheckpoint(folder, indices.back());
+  }
+  RemoveOldest(folder, indices);
+  return absl::OkStatus();
 }
 
 }  // namespace egosieve::tools

@@ -73,6 +73,12 @@ bool EndsBefore(int64_t index, vision::FrameSource& source, std::string& warning
 // stay.
 void RemoveAbandonedFiles(const RunFolder& folder);
 
+// Removes the checkpoints after the frames from `next_frame` on, which are written again, and of
+// the others all but the last two: a kill between the writing of one and the removal of the oldest
+// leaves three. Does nothing in a run that keeps all.
+absl::Status RemoveOtherCheckpoints(const RunFolder& folder, const RunDescription& description,
+                                    int64_t next_frame);
+
 }  // namespace egosieve::tools
 
 #endif  // EGOSIEVE_TOOLS_SEGMENT_RESUME_H_

@@ -213,10 +213,13 @@ class SegmentCommand : public Command {
     if (before.ended == "done" && IsComplete(lines, *input.frames, beginning.warning)) {
       beginning.counts.emplace(before);
       for (const FrameLine& line : lines) beginning.counts->Add(line);
+      const int64_t end = lines.empty() ? schedule_.first_frame() : lines.back().index + 1;
+      EGOSIEVE_RETURN_IF_ERROR(RemoveOtherCheckpoints(folder, before, end));
       return beginning;
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const ResumePoint point,
                               FindResumePoint(folder, schedule_.first_frame(), std::move(lines)));
+    EGOSIEVE_RETURN_IF_ERROR(RemoveOtherCheckpoints(folder, before, point.next_frame));
     if (!point.checkpoint.empty()) {
       EGOSIEVE_ASSIGN_OR_RETURN(
           const std::vector<vision::Frame> recent,

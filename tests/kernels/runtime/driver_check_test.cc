@@ -51,5 +51,17 @@ TEST_F(DriverCheck, ADriverWithoutDevicesIsNotToBeInstalled) {
   EXPECT_TRUE(Says("/some/cache"));
 }
 
+TEST_F(DriverCheck, PoclIsNotStartedWhereItWouldAbort) {
+  EXPECT_TRUE(CheckDriversCanStart("/nowhere").ok()) << "no driver is installed";
+  Install("libother.so.1");
+  EXPECT_TRUE(CheckDriversCanStart("/nowhere").ok()) << "others need no list of processors";
+  Install("libpocl.so.2");
+  EXPECT_TRUE(CheckDriversCanStart(testing::TempDir()).ok());
+  const absl::Status status = CheckDriversCanStart("/nowhere");
+  EXPECT_TRUE(absl::IsUnavailable(status)) << status;
+  EXPECT_NE(status.message().find("libpocl.so.2"), std::string::npos) << status;
+  EXPECT_NE(status.message().find("mount /sys"), std::string::npos) << status;
+}
+
 }  // namespace
 }  // namespace egosieve::kernels

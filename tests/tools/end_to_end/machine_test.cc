@@ -93,6 +93,22 @@ TEST_F(Machine, ADamagedCacheOfCompiledKernels) {
   EXPECT_EQ(Shell(segment).code, 0);
 }
 
+// PoCL aborts there by itself.
+TEST_F(Machine, ASystemWithoutSys) {
+  const std::string hidden = "unshare --map-root-user --mount sh -c 'mount -t tmpfs none /sys && ";
+  if (Shell(hidden + "true'").code != 0) GTEST_SKIP() << "cannot hide /sys";
+  const bool has_pocl = Shell("grep -q pocl /etc/OpenCL/vendors/*.icd").code == 0;
+  if (!has_pocl) GTEST_SKIP() << "PoCL is not installed";
+  WritePatchDrive(root_, SmallPatchDrive(3));
+  const std::string segment =
+      absl::StrCat("exec \"$EGOSIEVE\" segment ", root_,
+                   "/frames --budget=100 --progress=none --out=", root_, "/run");
+  for (const std::string& command : {std::string("exec \"$EGOSIEVE\" devices"), segment}) {
+    ExpectOneLine(Shell(hidden + command + "' > /dev/null"), "mount /sys");
+  }
+  EXPECT_EQ(Shell(hidden + segment + " --device=reference' > /dev/null").code, 0);
+}
+
 // libpng tells of a broken checksum on stderr by itself.
 TEST_F(Machine, WhatLibrariesPrintIsNotPassedOn) {
   WritePatchDrive(root_, SmallPatchDrive(3));

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <random>
 #include <set>
 #include <thread>
@@ -98,6 +99,15 @@ class Resume : public testing::Test {
     fs::remove(run_ + absl::StrFormat("/grid/%06d.prob.png", frame));
   }
 
+  static std::vector<std::string> CheckpointsIn(const std::string& run) {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(run + "/model")) {
+      names.push_back(entry.path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
   // Until the log has some lines; not for ever, where the program has crashed.
   void WaitForLines(int count) const {
     const std::string log = run_ + "/frames.jsonl";
@@ -171,6 +181,35 @@ TEST_F(Resume, FromEveryStateThatAKillCanLeave) {
   EXPECT_EQ(resume(), "");
 }
 
+// Killed between the writing of a checkpoint and the removal of the oldest, and in the middle of a
+// writing; also where nothing is left to do.
+TEST_F(Resume, RemovesTheCheckpointThatAKillLeft) {
+  const std::string begun = root_ + "/begun";
+  ASSERT_EQ(RunProgram(Arguments(begun, {"--max_frames=10"})).code, 4);
+  const auto leave = [&](const std::string& ended) {
+    fs::remove_all(run_);
+    fs::copy(whole_, run_, fs::copy_options::recursive);
+    RunDescription description = *RunFolder::Open(run_)->ReadDescription();
+    description.ended = ended;
+    ASSERT_TRUE(RunFolder::Open(run_)->WriteDescription(description).ok());
+    fs::copy(begun + "/model/000007.npz", run_ + "/model/000007.npz");
+    ASSERT_TRUE(fs::exists(run_ + "/model/000011.npz") && fs::exists(run_ + "/model/000015.npz"));
+    std::ofstream(run_ + "/model/000015.npz.aB3dE6.tmp") << "half";
+  };
+  for (const char* ended : {"running", "done"}) {
+    leave(ended);
+    EXPECT_EQ(RunProgram(Arguments(run_, {"--resume"})).code, 4);
+    EXPECT_EQ(CompareRuns(whole_, run_), "") << ended;
+  }
+  // Those after the place where the run goes on are no reason to remove the newest before it.
+  leave("running");
+  fs::remove(run_ + "/grid/000010.prob.png");
+  EXPECT_EQ(RunProgram(Arguments(run_, {"--resume", "--max_frames=11"})).code, 4);
+  EXPECT_EQ(CheckpointsIn(run_), (std::vector<std::string>{"000007.npz"}));
+  EXPECT_EQ(RunProgram(Arguments(run_, {"--resume"})).code, 4);
+  EXPECT_EQ(CompareRuns(whole_, run_), "");
+}
+
 // Asked to end once the first frame has its line.
 TEST_F(Resume, AnInterruptionEndsBetweenFramesAndSaysSo) {
   for (const int signal : {SIGINT, SIGTERM}) {
@@ -204,6 +243,8 @@ TEST_F(Resume, OfAnyModelAndMode) {
     arguments.push_back("--resume");
     const int code = RunProgram(arguments).code;
     EXPECT_EQ(code, 4);
+    EXPECT_EQ(CompareRuns(whole_, run_), "") << mode.front();
+    EXPECT_EQ(RunProgram(arguments).code, 4);  // nothing left to do
     EXPECT_EQ(CompareRuns(whole_, run_), "") << mode.front();
   }
 }
