@@ -124,6 +124,11 @@ absl::StatusOr<TruthMasks> ListTruthMasks(const std::string& folder,
     masks.paths = ByNumber(files);
     if (!masks.paths.empty()) return masks;
   }
+  if (automatic && !frame_names.empty() && files.size() != frame_names.size()) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "the %d masks in %s have neither the names nor the numbers of the %d frames; rename them",
+        files.size(), folder, frame_names.size()));
+  }
   if (automatic || match == MatchMasks::kOrder) {
     masks.matched_by = "order";
     masks.paths = ByOrder(files);

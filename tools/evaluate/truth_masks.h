@@ -5,7 +5,8 @@
 //   frame   by name, where the input was a folder and every mask has the name, without extension,
 //           of a frame in it; else by number, where every mask's name has one (its last run of
 //           digits) and no two are the same: NNNNN.png is the mask of the frame with index NNNNN;
-//           else by order: the k-th file in natural order is the mask of the k-th frame
+//           else by order, where there are as many masks as frames, as far as these are known
+//           beforehand: the k-th file in natural order is the mask of the k-th frame
 #ifndef EGOSIEVE_TOOLS_EVALUATE_TRUTH_MASKS_H_
 #define EGOSIEVE_TOOLS_EVALUATE_TRUTH_MASKS_H_
 
@@ -29,8 +30,8 @@ struct TruthMasks {
 };
 
 // `frame_names`: the frames' file names without extension, by index; empty where they have none.
-// NotFound where there is no such folder or no image in it; InvalidArgument where masks are to be
-// matched by name or number and cannot be.
+// NotFound where there is no such folder or no image in it; InvalidArgument where masks cannot
+// be matched as they are to be.
 absl::StatusOr<TruthMasks> ListTruthMasks(const std::string& folder,
                                           const std::vector<std::string>& frame_names,
                                           MatchMasks match);

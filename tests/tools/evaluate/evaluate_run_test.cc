@@ -144,6 +144,12 @@ TEST(EvaluateRun, MasksMatchByNameNumberOrOrder) {
   EXPECT_EQ(Evaluate(run)->matched_by, "order");
   EXPECT_EQ(Evaluate(run)->pooled_auc, 1.0);
   EXPECT_EQ(Evaluate(run, options).status().code(), absl::StatusCode::kInvalidArgument);
+
+  // One too few: whose masks they are is not known, unless the order is asked for.
+  std::filesystem::remove(run.masks + "/f.png");
+  EXPECT_EQ(Evaluate(run).status().code(), absl::StatusCode::kInvalidArgument);
+  options.match = MatchMasks::kOrder;
+  EXPECT_EQ(Evaluate(run, options)->matched_by, "order");
 }
 
 TEST(EvaluateRun, MasksThatDoNotFitAreRefused) {

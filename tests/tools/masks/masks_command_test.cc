@@ -1,6 +1,7 @@
 #include "tools/masks/masks_command.h"
 
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
@@ -191,6 +192,10 @@ TEST_F(MasksTest, SaysWhatIsWrong) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
   const std::string path = run.folder.path();
   fs::create_directories(root_ + "/empty");
+  fs::create_directories(root_ + "/foreign");
+  cv::imwrite(root_ + "/foreign/other.png", cv::Mat1b(64, 96, uint8_t{255}));
+  std::ofstream(root_ + "/none.txt") << "# nothing\n";
+  std::ofstream(root_ + "/missing.txt") << run.frames << "/absent.png\n";
   cv::imwrite(root_ + "/small.png", cv::Mat1b(5, 5, uint8_t{255}));
   ASSERT_TRUE(
       WriteFileAtomically(root_ + "/other.json", R"({"frames": [{"file_path": "a.png"}]})").ok());
@@ -202,6 +207,7 @@ TEST_F(MasksTest, SaysWhatIsWrong) {
   };
   const std::vector<Case> cases = {
       {{path, "--for=colmap", "--also=" + root_ + "/empty"}, 3, "holds no mask of any image"},
+      {{path, "--for=colmap", "--also=" + root_ + "/foreign"}, 3, "holds no mask of any image"},
       {{path, "--for=colmap", "--also=" + root_ + "/none"}, 3, "no such folder or picture"},
       {{path, "--for=colmap", "--also=" + root_ + "/small.png"}, 2, "5 x 5 pixels, its image 96"},
       {{path, "--for=nerfstudio"}, 3, "there is no transforms.json"},
@@ -223,6 +229,9 @@ TEST_F(MasksTest, SaysWhatIsWrong) {
       {{path, "--for=colmap", "--profile=fast"}, 2, "leave --profile out"},
       {{path, "--for=colmap", "--frames=" + run.frames}, 2, "lies in what is read"},
       {{path, "--for=colmap", "--truth=" + root_ + "/empty"}, 3, "no image in"},
+      {{path, "--for=colmap", "--truth=" + root_ + "/foreign"}, 2, "neither the names nor the"},
+      {{root_ + "/none.txt", "--for=colmap"}, 3, "the list names no picture"},
+      {{root_ + "/missing.txt", "--for=colmap"}, 3, "line 1: no such file"},
       {{root_ + "/none", "--for=colmap"}, 3, "no such file or folder"},
       {{root_ + "/empty", "--for=colmap"}, 3, "no pictures in this folder"}};
   for (const Case& bad : cases) {
