@@ -12,7 +12,8 @@ mkdir "$copy"
 cp -r --parents ./*.md docs bench/results tools/embed tools/examples tools/schema "$copy"
 echo '[nowhere](nowhere.md)' >>"$copy/docs/concepts.md"
 cd "$copy"
-if docs/build_site "$TEST_TMPDIR/broken" 2>/dev/null; then
+if docs/build_site "$TEST_TMPDIR/broken" 2>"$TEST_TMPDIR/errors"; then
   echo "FAILED: a broken link passed"
   exit 1
 fi
+grep -q 'nowhere\.md' "$TEST_TMPDIR/errors" || { echo "FAILED: the broken link is not named"; cat "$TEST_TMPDIR/errors"; exit 1; }

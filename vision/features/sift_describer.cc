@@ -15,7 +15,7 @@ constexpr float kFirstSigma = 0.8F;
 constexpr float kCameraBlur = 0.5F;  // that pictures have to begin with
 constexpr int kSmallestSide = 12;    // of an octave, samples
 constexpr int kCells = 4, kOrientations = 8;
-// Grey levels: sixteen roundings of 255 in float, more than blurring leaves in a flat picture.
+// Grey levels: sixteen roundings of 255 in float. Blurring leaves up to six in a flat picture.
 constexpr double kRounding = 0x1p-12;
 constexpr float kCellWidth = 3.0F;  // in sigmas
 constexpr float kLargestEntry = 0.2F;

@@ -75,8 +75,10 @@ TEST(SiftDescriber, TurnsWithTheImage) {
 TEST(SiftDescriber, FlatSurroundingsAndPlacesAtTheBorder) {
   std::vector<uint8_t> bytes(kSiftDescriptorBytes, 1);
   const DescribedPlace corner{cv::Point2f(0, 0), 2.0F, 359.999F};
-  SiftDescriber(cv::Mat(30, 30, CV_8U, cv::Scalar(90))).Describe({corner}, 1, bytes.data());
-  EXPECT_TRUE(std::all_of(bytes.begin(), bytes.end(), [](uint8_t b) { return b == 0; }));
+  for (int grey = 0; grey < 256; ++grey) {
+    SiftDescriber(cv::Mat(30, 30, CV_8U, cv::Scalar(grey))).Describe({corner}, 1, bytes.data());
+    EXPECT_TRUE(std::all_of(bytes.begin(), bytes.end(), [](uint8_t b) { return b == 0; })) << grey;
+  }
   const SiftDescriber tiny(TexturedImage(3, 2, 1));
   for (const float sigma : {0.1F, 1.0F, 30.0F, 1e6F}) {
     for (const float degrees : {-720.0F, -1.0F, 0.0F, 360.0F}) {
