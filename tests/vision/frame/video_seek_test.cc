@@ -1,15 +1,38 @@
-// A frame is the same picture, at the same time, however it was reached.
+// A frame is the same picture, at the same time, however it was reached, and a frame far ahead is
+// reached from a key frame near it.
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <string>
+#include <tuple>
 #include <vector>
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+}
 
 #include "vision/frame/frame_source.h"
 #include "vision/frame/quiet_libraries.h"
+
+namespace {
+
+std::atomic<int64_t> decoded_pictures = 0;
+
+}  // namespace
+
+// The program's own comes before FFmpeg's: OpenCV takes every decoded picture through it.
+extern "C" int avcodec_receive_frame(AVCodecContext* context, AVFrame* frame) {
+  static const auto receive =
+      reinterpret_cast<decltype(&avcodec_receive_frame)>(dlsym(RTLD_NEXT, "avcodec_receive_frame"));
+  const int code = receive(context, frame);
+  if (code == 0) ++decoded_pictures;
+  return code;
+}
 
 namespace egosieve::vision {
 namespace {
@@ -74,6 +97,36 @@ TEST(VideoSeek, GivesTheFramesOfSequentialDecoding) {
     const std::string path = WriteVideo(name, codec);
     if (path.empty()) continue;
     ExpectSameFrames(path, {250, 100, 299, 0, 180, 143, 144, 145, 297});
+  }
+}
+
+// Pictures that are decoded so that frame `index` is delivered by a source that has delivered none.
+int64_t PicturesDecodedFor(const std::string& path, int64_t index) {
+  const auto source = OpenFrameSource(path);
+  if (!source.ok() || !(*source)->SeekTo(index).ok()) return -1;
+  decoded_pictures = 0;
+  const absl::StatusOr<FrameRead> read = (*source)->Next();
+  if (!read.ok() || !std::holds_alternative<Frame>(*read)) return -1;
+  return decoded_pictures;
+}
+
+// OpenCV goes back 16 frames from the one that it is asked for, which is 2 before a key frame, and
+// then to the key frame before that.
+TEST(VideoSeek, DecodesFromAKeyFrameNearby) {
+  QuietLibraries();
+  constexpr int64_t kBack = 18;
+  constexpr int64_t kGroup = 12;  // OpenCV's writer: frames from one key frame to the next
+  for (const auto& [name, codec, interval] :
+       {std::tuple("near.avi", "MJPG", int64_t{1}), std::tuple("near.mp4", "mp4v", kGroup),
+        std::tuple("near.mkv", "mp4v", kGroup)}) {
+    const std::string path = WriteVideo(name, codec);
+    if (path.empty()) continue;
+    EXPECT_GE(PicturesDecodedFor(path, 60), 60) << "the pictures are not counted";
+    for (const int64_t index : {100, 143, 144, 200, 250, 298}) {
+      const int64_t decoded = PicturesDecodedFor(path, index);
+      EXPECT_GE(decoded, 1) << path << " " << index;
+      EXPECT_LE(decoded, 2 * interval + kBack) << path << " " << index;
+    }
   }
 }
 
