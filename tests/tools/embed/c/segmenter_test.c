@@ -167,6 +167,10 @@ static void test_bad_input(void) {
   egosieve_image image = image_of(0);
   egosieve_map map;
   float small[4];
+  static float right[ROWS][COLUMNS];
+  egosieve_frame_report report, report_before;
+  int64_t rows = -7, frames_waiting = -7;
+  int32_t width = -7;
   egosieve_segmenter_options_init(&options);
   options.stride = 0;
   CHECK_CALL(egosieve_segmenter_create(&options, &segmenter), EGOSIEVE_INVALID_ARGUMENT,
@@ -198,6 +202,21 @@ static void test_bad_input(void) {
   map.mean = floats_out(small, 2, 2);
   CHECK_CALL(egosieve_segmenter_process(segmenter, &image, 0.0, &map, NULL),
              EGOSIEVE_INVALID_ARGUMENT, "map.mean: 2 x 2");
+  /* The right results of a call with a wrong one are not written either. */
+  memset(&report, 0x5a, sizeof report);
+  report.struct_size = sizeof report;
+  report_before = report;
+  right[0][0] = right[ROWS - 1][COLUMNS - 1] = -7.0f;
+  map.probability = floats_out(&right[0][0], ROWS, COLUMNS);
+  CHECK_CALL(egosieve_segmenter_process(segmenter, &image, 0.0, &map, &report),
+             EGOSIEVE_INVALID_ARGUMENT, "map.mean: 2 x 2");
+  CHECK(right[0][0] == -7.0f && right[ROWS - 1][COLUMNS - 1] == -7.0f);
+  CHECK(memcmp(&report, &report_before, sizeof report) == 0);
+  CHECK_CALL(egosieve_segmenter_grid_size(segmenter, WIDTH, HEIGHT, &rows, NULL),
+             EGOSIEVE_INVALID_ARGUMENT, "columns is null");
+  CHECK_CALL(egosieve_segmenter_waiting(segmenter, &frames_waiting, &width, NULL),
+             EGOSIEVE_INVALID_ARGUMENT, "height is null");
+  CHECK(rows == -7 && frames_waiting == -7 && width == -7);
   CHECK_CALL(egosieve_segmenter_load("/nowhere/at/all", NULL, &segmenter), EGOSIEVE_NOT_FOUND,
              "/nowhere/at/all");
   CHECK_OK(egosieve_segmenter_free(segmenter));
