@@ -1,12 +1,15 @@
 // PoCL compiles a kernel for each shape of a launch and keeps every one on disk: what differs from
-// frame to frame, the number of features, must not be part of the shape.
+// frame to frame, the numbers of features and of the model's points, must not be part of the shape.
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "gtest/gtest.h"
+#include "kernels/base/covariance_parameters.h"
+#include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/descriptor_field.h"
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/opencl_context.h"
@@ -28,25 +31,55 @@ std::set<std::string> Variants(const std::string& folder, const std::string& ker
   return variants;
 }
 
-TEST(KernelVariants, TheNumberOfPointsMakesNoNewOnes) {
-  const std::string folder = testing::TempDir() + "/pocl";
-  fs::create_directories(folder);
-  setenv("POCL_CACHE_DIR", folder.c_str(), 1);
-  ContextOptions options;
-  options.program_cache = false;
-  const auto context = OpenContext(options);
-  ASSERT_TRUE(context.ok()) << context.status();
+class KernelVariants : public testing::Test {
+ protected:
+  // PoCL reads the variable once in a process.
+  static void SetUpTestSuite() {
+    fs::create_directories(Folder());
+    setenv("POCL_CACHE_DIR", Folder().c_str(), 1);
+  }
+  static std::string Folder() { return testing::TempDir() + "/pocl"; }
+
+  void SetUp() override {
+    ContextOptions options;
+    options.program_cache = false;
+    const auto context = OpenContext(options);
+    ASSERT_TRUE(context.ok()) << context.status();
+    context_ = *context;
+  }
+
+  std::shared_ptr<Context> context_;
+};
+
+TEST_F(KernelVariants, TheNumberOfPointsMakesNoNewOnes) {
   const std::vector<uint8_t> pixels(32 * 24, 100);
   const ImageView image = {pixels.data(), 32, 24, 1, 32};
-  constexpr int kMost = 24;
-  for (int64_t count = 1; count <= kMost; ++count) {
+  std::vector<int64_t> counts = {63, 64, 65, 127, 128, 129, 1000, 2001};
+  for (int64_t count = 1; count <= 24; ++count) counts.push_back(count);
+  for (const int64_t count : counts) {
     const std::vector<double> points(2 * count, 5.0);
     std::vector<float> out(kDescriptorDimension * count);
-    ASSERT_TRUE(DescriptorsAt(**context, image, {points.data(), count, 2}, {},
+    ASSERT_TRUE(DescriptorsAt(*context_, image, {points.data(), count, 2}, {},
                               {out.data(), count, kDescriptorDimension})
                     .ok());
   }
-  const std::set<std::string> variants = Variants(folder, "descriptors_at");
+  const std::set<std::string> variants = Variants(Folder(), "descriptors_at");
+  if (variants.empty()) GTEST_SKIP() << "this device keeps nothing in POCL_CACHE_DIR";
+  EXPECT_EQ(variants.size(), 1u);
+}
+
+TEST_F(KernelVariants, TheSizeOfTheModelMakesNoNewOnes) {
+  constexpr int64_t kDimension = 6;
+  const CovarianceParameters parameters = {CovarianceFunction::kArcsine,
+                                           std::vector<double>(kDimension + 1, 1.0), 1.0};
+  for (const int64_t size : {1, 2, 3, 5, 7, 16, 17, 31, 64, 65, 200, 301}) {
+    const std::vector<double> x(size * kDimension, 0.5);
+    std::vector<double> out(size * size);
+    ASSERT_TRUE(CovarianceMatrix<double>(*context_, parameters, {x.data(), size, kDimension}, 0.01,
+                                         Triangle::kLower, {out.data(), size, size})
+                    .ok());
+  }
+  const std::set<std::string> variants = Variants(Folder(), "covariance_block");
   if (variants.empty()) GTEST_SKIP() << "this device keeps nothing in POCL_CACHE_DIR";
   EXPECT_EQ(variants.size(), 1u);
 }
