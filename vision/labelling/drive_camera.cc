@@ -3,16 +3,14 @@
 #include <algorithm>
 #include <iterator>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
-#include "vision/features/flow_grid.h"
+#include "vision/labelling/drive_pictures.h"
 #include "vision/labelling/reduced_labels.h"
-#include "vision/trajectory/focal_posterior.h"
+#include "vision/trajectory/bundle_adjustment.h"
 #include "vision/trajectory/ground_direction.h"
 #include "vision/trajectory/ground_search.h"
 #include "vision/trajectory/two_view_motion.h"
@@ -20,129 +18,29 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kPairSeconds = 0.08;    // from the first picture of a pair to the second, at least
-constexpr double kGroundSeconds = 0.15;  // from the first picture to the last that shows the ground
-constexpr int kLongestPair = 6;          // frames
-constexpr int kGridStride = 10;          // pixels
-constexpr int kLongestSide = 1280;       // of the pictures that flow is computed on
 constexpr int64_t kFewestLinks = 100;
-constexpr int64_t kUnknownLength = 600;  // frames, where the source does not know its own
-
-struct TimedPicture {
-  cv::Mat grey;  // equalised, reduced to kLongestSide
-  double seconds = 0.0;
-};
-
-struct PicturePair {
-  cv::Size size;                       // as they were taken
-  std::vector<TimedPicture> pictures;  // the first of the pair, and those after it
-  size_t second = 0;                   // of the pair, in `pictures`
-  cv::Mat1b reduced;                   // of the first (fixed_pattern.h), not equalised
-
-  double seconds() const { return pictures[0].seconds; }
-  double length_seconds() const { return pictures[second].seconds - pictures[0].seconds; }
-};
-
-// What is kept of a pair.
-struct LinkedPair {
-  PicturePair pictures;
-  std::vector<PointPair> links;  // between places with texture
-};
-
-// Nothing at the end of the input, and where the pictures of a pair cannot be used. most_pictures:
-// as many are read, or until the pair is whole.
-absl::StatusOr<std::optional<PicturePair>> ReadPair(FrameSource& source,
-                                                    const EqualizationOptions& equalization,
-                                                    int64_t most_pictures) {
-  PicturePair pair;
-  for (int k = 0; k <= kLongestPair; ++k) {
-    EGOSIEVE_ASSIGN_OR_RETURN(FrameRead read, source.Next());
-    if (std::holds_alternative<EndOfFrames>(read)) break;
-    auto* frame = std::get_if<Frame>(&read);
-    if (frame == nullptr) continue;
-    if (pair.pictures.empty()) {
-      pair.size = frame->image.size();
-      pair.reduced = ReducedPicture(EqualizedGrey(frame->image, {}));
-    }
-    if (frame->image.size() != pair.size) break;
-    pair.pictures.push_back({EqualizedGrey(ReducePicture(frame->image, kLongestSide), equalization),
-                             frame->time_seconds});
-    const double length = frame->time_seconds - pair.seconds();
-    if (pair.second == 0 && (length >= kPairSeconds || k == kLongestPair)) {
-      pair.second = pair.pictures.size() - 1;
-    }
-    if (length >= kGroundSeconds || (pair.second > 0 && k + 1 >= most_pictures)) break;
-  }
-  if (pair.second == 0) return std::nullopt;
-  return pair;
-}
-
-// In pixels of the pictures as they were taken.
-absl::StatusOr<std::vector<PointPair>> Links(const PicturePair& pictures,
-                                             const cv::Mat1b& ignored) {
-  std::vector<PointPair> links;
-  const cv::Mat &first = pictures.pictures[0].grey,
-                &second = pictures.pictures[pictures.second].grey;
-  if (!IsLargeEnoughForFlow(first.size())) return links;
-  FlowGridOptions options;
-  options.stride_pixels = kGridStride;
-  options.ignored = ReduceMask(ignored, kLongestSide);
-  EGOSIEVE_ASSIGN_OR_RETURN(const FlowPair flow, ComputeFlow(first, second, options.quality));
-  const TrackedGrid grid = TrackGrid(flow, first, second, /*anchor_second=*/true, options);
-  for (size_t i = 0; i < grid.pairs.size(); ++i) {
-    if (grid.is_textured[i] == 0) continue;
-    links.push_back(EnlargePair(grid.pairs[i], first.size(), pictures.size));
-  }
-  return links;
-}
-
-struct DrivePairs {
-  cv::Size size;
-  std::vector<LinkedPair> pairs;  // of pictures of that size
-};
-
-absl::StatusOr<DrivePairs> ReadPairs(FrameSource& source, const DriveCameraOptions& options) {
-  const int64_t known = source.expected_frame_count() - options.first_frame;
-  const int64_t length = std::min(known > 0 ? known : kUnknownLength, options.longest_frames);
-  const int64_t step = std::max<int64_t>(length / options.pairs, 1);
-  DrivePairs drive;
-  for (int k = 0; k < options.pairs; ++k) {
-    const int64_t index = options.first_frame + k * step;
-    if (index < source.next_index()) continue;
-    EGOSIEVE_RETURN_IF_ERROR(source.SeekTo(index));
-    EGOSIEVE_ASSIGN_OR_RETURN(std::optional<PicturePair> pictures,
-                              ReadPair(source, options.equalization, step));
-    if (!pictures) continue;
-    if (drive.pairs.empty()) drive.size = pictures->size;
-    if (pictures->size != drive.size) continue;
-    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<PointPair> links, Links(*pictures, options.ignored));
-    drive.pairs.push_back({*std::move(pictures), std::move(links)});
-  }
-  return drive;
-}
 
 Pinhole CameraOf(cv::Size size, double focal_ratio) {
   return Pinhole::Of(size, focal_ratio * std::max(size.width, size.height));
 }
 
 // How many times as long it is to the next pair as between the two pictures of pair k.
-double TimesAsLong(const std::vector<LinkedPair>& pairs, size_t k) {
-  const double length = pairs[k].pictures.length_seconds();
+double TimesAsLong(const std::vector<PicturePair>& pairs, size_t k) {
+  const double length = pairs[k].length_seconds();
   if (k + 1 >= pairs.size() || !(length > 0.0)) return 1.0;
-  return std::max(1.0, (pairs[k + 1].pictures.seconds() - pairs[k].pictures.seconds()) / length);
+  return std::max(1.0, (pairs[k + 1].seconds() - pairs[k].seconds()) / length);
 }
 
 // A pair that moves enough places of the world.
 struct WorldPair {
-  const LinkedPair* pair = nullptr;
+  const PicturePair* pair = nullptr;
   std::vector<PointPair> links;  // of what is not fixed in the image
   TwoViewMotion motion;
   double times_as_long = 1.0;  // TimesAsLong
 };
 
-// posterior: learns from each pair; focal_ratio: 0 where it is to be learnt.
-std::vector<WorldPair> PairsOfTheWorld(const DrivePairs& drive, const FixedPlaces& fixed,
-                                       double focal_ratio, FocalPosterior& posterior) {
+std::vector<WorldPair> PairsOfTheWorld(const DrivePictures& drive, const FixedPlaces& fixed,
+                                       const Pinhole& camera) {
   std::vector<WorldPair> found;
   for (size_t k = 0; k < drive.pairs.size(); ++k) {
     WorldPair world;
@@ -152,14 +50,23 @@ std::vector<WorldPair> PairsOfTheWorld(const DrivePairs& drive, const FixedPlace
                    return !fixed.IsFixed(p.x1, p.y1) && !fixed.IsFixed(p.x2, p.y2);
                  });
     if (static_cast<int64_t>(world.links.size()) < kFewestLinks) continue;
-    const Pinhole guess =
-        CameraOf(drive.size, focal_ratio > 0.0 ? focal_ratio : posterior.Estimate());
-    world.motion = EstimateTwoViewMotion(world.links, guess, {});
+    world.motion = EstimateTwoViewMotion(world.links, camera, {});
     world.times_as_long = TimesAsLong(drive.pairs, k);
-    posterior.Observe(world.links, guess, world.motion, drive.size);
     found.push_back(std::move(world));
   }
   return found;
+}
+
+// Without what is fixed in the image.
+std::vector<TrackWindow> WindowsOfTheWorld(std::vector<TrackWindow> windows,
+                                           const FixedPlaces& fixed) {
+  for (TrackWindow& window : windows) {
+    std::erase_if(window.tracks, [&](const std::vector<cv::Point2d>& track) {
+      return fixed.IsFixed(track.front().x, track.front().y) &&
+             fixed.IsFixed(track.back().x, track.back().y);
+    });
+  }
+  return windows;
 }
 
 cv::Mat1b United(const cv::Mat1b& a, const cv::Mat1b& b) {
@@ -172,10 +79,10 @@ Eigen::Vector3d SharpenedDirection(const TravelPrior& travel, const std::vector<
                                    double focal_ratio, const cv::Mat1b& ignored) {
   std::vector<GroundSearchView> views;
   for (const WorldPair& world : worlds) {
-    const PicturePair& pair = world.pair->pictures;
+    const PicturePair& pair = *world.pair;
     GroundSearchView& view = views.emplace_back();
     view.camera = CameraOf(pair.pictures[0].grey.size(), focal_ratio);
-    view.ignored = ReduceMask(ignored, kLongestSide);
+    view.ignored = ReduceMask(ignored, kLongestDriveSide);
     for (const TimedPicture& picture : pair.pictures) {
       const double later = picture.seconds - pair.seconds();
       view.pictures.push_back(
@@ -201,28 +108,39 @@ absl::Status DriveCameraOptions::Validate() const {
 absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
                                              const DriveCameraOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  EGOSIEVE_ASSIGN_OR_RETURN(const DrivePairs drive, ReadPairs(source, options));
+  DrivePicturesOptions pictures_options;
+  pictures_options.pairs = options.pairs;
+  pictures_options.first_frame = options.first_frame;
+  pictures_options.longest_frames = options.longest_frames;
+  pictures_options.ignored = options.ignored;
+  pictures_options.equalization = options.equalization;
+  const bool is_given = options.focal_ratio > 0.0;
+  if (is_given) pictures_options.windows = 0;
+  EGOSIEVE_ASSIGN_OR_RETURN(DrivePictures drive, ReadDrivePictures(source, pictures_options));
   DriveCamera camera;
-  std::vector<cv::Mat1b> pictures;
-  for (const LinkedPair& pair : drive.pairs) pictures.push_back(pair.pictures.reduced);
   FixedPlaces fixed;
   if (options.finds_own_vehicle) {
+    std::vector<cv::Mat1b> pictures;
+    for (const PicturePair& pair : drive.pairs) pictures.push_back(pair.reduced);
     fixed = FindFixedPlaces(pictures, drive.size, options.own_vehicle);
     camera.fixed_pattern = fixed.median;
   }
-  FocalPosterior posterior;
-  std::vector<WorldPair> worlds = PairsOfTheWorld(drive, fixed, options.focal_ratio, posterior);
-  const bool is_given = options.focal_ratio > 0.0;
-  camera.pair_count = static_cast<int>(worlds.size());
-  camera.focal_ratio = is_given ? options.focal_ratio : posterior.Estimate();
-  camera.log_focal_deviation = is_given ? 0.0 : posterior.LogDeviation();
+  if (is_given) {
+    camera.focal_ratio = options.focal_ratio;
+  } else {
+    const AdjustedLens lens =
+        AdjustLens(WindowsOfTheWorld(std::move(drive.windows), fixed), drive.size);
+    camera.focal_ratio = lens.focal_ratio;
+    camera.log_focal_deviation = lens.log_focal_deviation;
+  }
   if (drive.pairs.empty()) return camera;
   const Pinhole learnt = CameraOf(drive.size, camera.focal_ratio);
+  const std::vector<WorldPair> worlds = PairsOfTheWorld(drive, fixed, learnt);
+  camera.pair_count = static_cast<int>(worlds.size());
   std::vector<PairWorld> pairs;
   std::vector<Eigen::Vector3d> directions;
-  for (WorldPair& world : worlds) {
-    TwoViewMotion& motion = world.motion;
-    motion = RefineTwoViewMotion(world.links, learnt, motion, {});
+  for (const WorldPair& world : worlds) {
+    const TwoViewMotion& motion = world.motion;
     pairs.push_back({motion, world.times_as_long, LeastGroundSlope(world.links, motion, learnt)});
     if (motion.HasParallax()) {
       directions.push_back(motion.rotation.transpose() * motion.translation);

@@ -52,14 +52,13 @@ TEST(DriveCamera, ATurnTellsTheFocalLength) {
   PictureSource source(pictures);
   const DriveCamera camera = *LearnDriveCamera(source, {});
   EXPECT_EQ(camera.pair_count, 8);  // a pair takes two of the 16 pictures
-  // Candidates are 29 % apart.
-  EXPECT_NEAR(std::log(camera.focal_ratio), std::log(truth), 0.26);
-  EXPECT_LT(camera.log_focal_deviation, 0.4);
+  EXPECT_NEAR(std::log(camera.focal_ratio), std::log(truth), 0.05);
+  EXPECT_LT(camera.log_focal_deviation, 0.2);
   // The same again, and with torn pictures nearly so.
   PictureSource again(pictures);
   EXPECT_EQ(LearnDriveCamera(again, {})->focal_ratio, camera.focal_ratio);
   PictureSource torn(pictures, {2, 3, 9});
-  EXPECT_NEAR(std::log(LearnDriveCamera(torn, {})->focal_ratio), std::log(truth), 0.26);
+  EXPECT_NEAR(std::log(LearnDriveCamera(torn, {})->focal_ratio), std::log(truth), 0.1);
 }
 
 // Pairs of a drive, `step` frames from one to the next.

@@ -1,0 +1,128 @@
+#include "vision/trajectory/bundle_adjustment.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/vision/evidence/point_street.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kPictures = 6;
+
+// Of the frames first, first + 1, ... of a street, seen through a lens with the distortion kappa.
+TrackWindow WindowOf(const PointStreet& street, int first, double kappa = 0.0) {
+  const Pinhole& camera = street.camera();
+  TrackWindow window;
+  window.pictures = kPictures;
+  for (int64_t i = 0; i < street.size(); ++i) {
+    std::vector<cv::Point2d> track;
+    for (int k = 0; k < kPictures; ++k) {
+      const Eigen::Vector2d place = street.Place(i, first + k);
+      if (!street.Inside(place)) break;
+      const Eigen::Vector3d ray = camera.Ray(place(0), place(1));
+      const double factor = 1.0 + kappa * ray.head<2>().squaredNorm();
+      const Eigen::Vector2d bent = camera.Project({factor * ray(0), factor * ray(1), 1.0});
+      track.emplace_back(bent(0), bent(1));
+    }
+    if (track.size() >= 3) window.tracks.push_back(track);
+  }
+  return window;
+}
+
+std::vector<TrackWindow> WindowsOf(const StreetOptions& options, double kappa = 0.0) {
+  std::vector<TrackWindow> windows;
+  for (uint64_t seed = 1; seed <= 4; ++seed) {
+    StreetOptions changed = options;
+    changed.seed = seed;
+    windows.push_back(WindowOf(PointStreet(changed), 0, kappa));
+  }
+  return windows;
+}
+
+StreetOptions Turning(double focal) {
+  StreetOptions options;
+  options.size = {800, 600};
+  options.focal_pixels = focal;
+  options.static_count = 300;
+  options.yaw = 0.03;
+  options.pitch = 0.01;
+  options.noise_pixels = 0.2;
+  options.travel = {0.0, 0.0, 0.2};
+  return options;
+}
+
+// The noise is independent here, so the errors are smaller than what a window that counts as 30
+// observations lets expect.
+void ExpectWithinDeviations(const AdjustedLens& lens, double ratio, double kappa) {
+  EXPECT_LT(std::abs(std::log(lens.focal_ratio / ratio)), lens.log_focal_deviation);
+  EXPECT_LT(std::abs(lens.radial - kappa), lens.radial_deviation);
+  EXPECT_EQ(lens.windows, 4);
+}
+
+TEST(BundleAdjustment, TurnsTellTheLens) {
+  for (const double focal : {400.0, 560.0, 1400.0}) {
+    for (const double kappa : {0.0, -0.08}) {
+      const AdjustedLens lens = AdjustLens(WindowsOf(Turning(focal), kappa), {800, 600});
+      ExpectWithinDeviations(lens, focal / 800, kappa);
+      EXPECT_LT(lens.log_focal_deviation, 0.05) << focal;
+      EXPECT_NEAR(lens.noise_pixels, 0.2, 0.05) << focal;
+    }
+  }
+}
+
+TEST(BundleAdjustment, ACameraThatOnlyTurnsTellsTheFocalLength) {
+  StreetOptions options = Turning(560.0);
+  options.travel.setZero();
+  const AdjustedLens lens = AdjustLens(WindowsOf(options), {800, 600});
+  ExpectWithinDeviations(lens, 560.0 / 800, 0.0);
+  EXPECT_LT(lens.log_focal_deviation, 0.1);
+}
+
+TEST(BundleAdjustment, MoversAreOutliers) {
+  StreetOptions options = Turning(560.0);
+  options.mover_count = 100;
+  options.mover_travel = {0.3, 0.0, 0.5};
+  ExpectWithinDeviations(AdjustLens(WindowsOf(options), {800, 600}), 560.0 / 800, 0.0);
+}
+
+TEST(BundleAdjustment, ADriveStraightAheadIsNotCertain) {
+  StreetOptions options = Turning(560.0);
+  options.yaw = options.pitch = 0.0;
+  options.travel = {0.0, 0.0, 0.5};
+  EXPECT_GT(AdjustLens(WindowsOf(options), {800, 600}).log_focal_deviation, 0.2);
+}
+
+TEST(BundleAdjustment, WithoutPlacesThePriorsStand) {
+  for (const AdjustedLens& lens :
+       {AdjustLens({}, {640, 480}), AdjustLens({TrackWindow{4, {}}}, {640, 480})}) {
+    EXPECT_EQ(lens.windows, 0);
+    EXPECT_EQ(lens.focal_ratio, 0.7);
+    EXPECT_EQ(lens.radial, 0.0);
+  }
+  // Nothing moves.
+  TrackWindow still{4, {}};
+  for (int i = 0; i < 100; ++i) {
+    still.tracks.emplace_back(4, cv::Point2d(37.0 * i - 640.0 * (37 * i / 640), 4.0 * i + 20.0));
+  }
+  const AdjustedLens lens = AdjustLens({still}, {640, 480});
+  EXPECT_NEAR(lens.focal_ratio, 0.7, 0.07);
+  EXPECT_GT(lens.log_focal_deviation, 0.35);
+}
+
+TEST(BundleAdjustment, GivesTheSameBitsAgain) {
+  const std::vector<TrackWindow> windows = WindowsOf(Turning(560.0));
+  const AdjustedLens first = AdjustLens(windows, {800, 600});
+  // Other addresses.
+  const std::vector<std::vector<double>> held(50, std::vector<double>(1000));
+  const AdjustedLens second = AdjustLens(std::vector<TrackWindow>(windows), {800, 600});
+  EXPECT_EQ(first.focal_ratio, second.focal_ratio);
+  EXPECT_EQ(first.log_focal_deviation, second.log_focal_deviation);
+  EXPECT_EQ(first.radial, second.radial);
+}
+
+}  // namespace
+}  // namespace egosieve::vision

@@ -1,0 +1,63 @@
+// What the first pass over a drive reads: pairs of pictures for the camera's motion, and windows of
+// pictures for its lens.
+//
+// Pairs are about 0.08 s long. Their pictures reach to 0.15 s, for the ground. A window lasts 0.6
+// s; windows are spread over the drive and do not overlap.
+#ifndef EGOSIEVE_VISION_LABELLING_DRIVE_PICTURES_H_
+#define EGOSIEVE_VISION_LABELLING_DRIVE_PICTURES_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "vision/frame/equalization.h"
+#include "vision/frame/frame_source.h"
+#include "vision/geometry/point_pair.h"
+#include "vision/trajectory/bundle_adjustment.h"
+
+namespace egosieve::vision {
+
+// Longer side, in pixels, to which the pictures are reduced.
+inline constexpr int kLongestDriveSide = 1280;
+
+struct TimedPicture {
+  cv::Mat grey;  // equalised, reduced to kLongestDriveSide
+  double seconds = 0.0;
+};
+
+struct PicturePair {
+  std::vector<TimedPicture> pictures;  // the first of the pair, and those after it
+  size_t second = 0;                   // of the pair, in `pictures`
+  cv::Mat1b reduced;                   // of the first (fixed_pattern.h), not equalised
+  std::vector<PointPair>
+      links;  // between textured places, pixels of the pictures as they were taken
+
+  double seconds() const { return pictures[0].seconds; }
+  double length_seconds() const { return pictures[second].seconds - pictures[0].seconds; }
+};
+
+struct DrivePictures {
+  cv::Size size;  // as they were taken; pictures of another size are left out
+  std::vector<PicturePair> pairs;
+  std::vector<TrackWindow> windows;  // pixels of the pictures as they were taken
+};
+
+struct DrivePicturesOptions {
+  int pairs = 24;                 // at most; positive
+  int windows = 8;                // at most; not negative
+  int64_t first_frame = 0;        // where the drive begins in the input
+  int64_t longest_frames = 3000;  // of the drive that are looked at; positive
+  cv::Mat1b ignored;              // ignored_area.h
+  EqualizationOptions equalization;
+};
+
+// Reads from `source`, forwards only. Frames that cannot be read are passed over; errors are the
+// source's.
+absl::StatusOr<DrivePictures> ReadDrivePictures(FrameSource& source,
+                                                const DrivePicturesOptions& options);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_DRIVE_PICTURES_H_
