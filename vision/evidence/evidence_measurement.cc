@@ -79,6 +79,15 @@ std::optional<Eigen::Vector3d> GroundPlaneOf(const TwoViewMotion& motion) {
   return motion.ground_heights * Eigen::Vector3d(0.0, 1.0, -tau(1) / tau(2));
 }
 
+// Whether the plane lies as the ground of a camera that keeps its direction of travel: level, its
+// horizon where the camera moves to.
+bool LiesAlongTravel(const RoadSlope& slope, const std::optional<TwoViewMotion>& motion) {
+  if (!motion || !motion->travel || !MovesForwardOrBack(*motion->travel)) return false;
+  RoadSlope level;
+  level.horizon = (*motion->travel)(1) / (*motion->travel)(2);
+  return AreAlike(slope, level);
+}
+
 // The part of a road's view that every pair of pictures has; `owners` gets the points of its pairs.
 // before: one place a point, where it is in the other picture.
 RoadView RoadViewOf(const EvidenceFrame& frame, const Pinhole& camera, const RelativePose& pose,
@@ -261,12 +270,16 @@ RoadPlane EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Mot
   std::remove_copy_if(frame.unfollowed.begin(), frame.unfollowed.end(),
                       std::back_inserter(view.unfollowed),
                       [&](cv::Point2f now) { return IsOwnCar(next.own_car, now); });
+  const RoadSlope last = next.road;
   RoadEvidence evidence =
-      egosieve::vision::MeasureRoad(view, next.road, static_cast<uint64_t>(frame.index));
+      egosieve::vision::MeasureRoad(view, last, static_cast<uint64_t>(frame.index));
   const RoadPlane& road = evidence.road;
   next.road = {};
   if (!road.found) return road;
-  next.road = {true, road.m(0) / road.m(1), -road.m(2) / road.m(1)};
+  next.road = road.slope();
+  next.road.known = last.known || (last.proposed && AreAlike(last, next.road)) ||
+                    LiesAlongTravel(next.road, frame.world);
+  if (!next.road.known) return {};
   for (size_t k = 0; k < owners.size(); ++k) {
     PointEvidence& point = result.points[owners[k]];
     point.log_ratio[static_cast<int>(EvidenceTerm::kRoad)] = evidence.log_ratios[k];

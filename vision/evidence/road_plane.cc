@@ -32,10 +32,11 @@ double DeviationFrom(const Eigen::Vector3d& m, const InverseDepth& point) {
 
 bool IsPlausible(const Eigen::Vector3d& m, const RoadSlope& last) {
   if (!(m(1) > 0.0)) return false;
-  const double across = m(0) / m(1), horizon = -m(2) / m(1);
-  if (!(std::abs(across) < kMostAcross && std::abs(horizon) < kMostHorizon)) return false;
-  return !last.known || (std::abs(across - last.across) < kSlopeChange &&
-                         std::abs(horizon - last.horizon) < kSlopeChange);
+  const RoadSlope slope = RoadPlane{true, m}.slope();
+  if (!(std::abs(slope.across) < kMostAcross && std::abs(slope.horizon) < kMostHorizon)) {
+    return false;
+  }
+  return !last.known || AreAlike(slope, last);
 }
 
 // Indices of points.
@@ -90,6 +91,11 @@ Eigen::Vector3d Refine(Eigen::Vector3d m, const std::vector<InverseDepth>& point
 }
 
 }  // namespace
+
+bool AreAlike(const RoadSlope& a, const RoadSlope& b) {
+  return std::abs(a.across - b.across) < kSlopeChange &&
+         std::abs(a.horizon - b.horizon) < kSlopeChange;
+}
 
 std::vector<InverseDepth> InverseDepths(const Pinhole& camera, const RelativePose& pose,
                                         const std::vector<PointPair>& pairs) {

@@ -7,9 +7,11 @@
 //
 // m is found among the points of the lower middle of the image that move, for what stands still
 // there is a bonnet or a blank road that flow does not follow; by seeded sampling of three and
-// reweighted least squares, near the last frame's slope m / m_y. It counts as a road where it has
-// support and hardly anything lies below it; of blank asphalt flow says anything, and what seems to
-// lie below counts only where the pictures agree. What a road says of points: road_contact.h.
+// reweighted least squares, near the last frame's slope m / m_y where that is known. It counts as a
+// road where it has support and hardly anything lies below it; of blank asphalt flow says anything,
+// and what seems to lie below counts only where the pictures agree. One picture alone shows some
+// such plane among rocks, too: it has to be confirmed (RoadSlope). What a road says of points:
+// road_contact.h.
 //
 // Reference: Klappstein, Stein & Franke (2006), positive height constraint.
 #ifndef EGOSIEVE_VISION_EVIDENCE_ROAD_PLANE_H_
@@ -29,12 +31,16 @@
 
 namespace egosieve::vision {
 
-// m over m_y of the last frame.
+// m over m_y of the last frame's plane.
 struct RoadSlope {
-  bool known = false;
-  double across = 0.0;   // m_x / m_y: roll
-  double horizon = 0.0;  // -m_z / m_y: A_y of the horizon in the middle of the image
+  bool known = false;     // confirmed: by another picture, or by the direction of travel
+  bool proposed = false;  // one picture alone has shown it so far
+  double across = 0.0;    // m_x / m_y: roll
+  double horizon = 0.0;   // -m_z / m_y: A_y of the horizon in the middle of the image
 };
+
+// Within what a jolt changes from picture to picture.
+bool AreAlike(const RoadSlope& a, const RoadSlope& b);
 
 inline constexpr double kRoadUnevenness = 0.08;  // of r, deviation of a road from a plane
 
@@ -59,6 +65,8 @@ std::vector<InverseDepth> InverseDepths(const Pinhole& camera, const RelativePos
 struct RoadPlane {
   bool found = false;
   Eigen::Vector3d m = Eigen::Vector3d::Zero();
+
+  RoadSlope slope() const { return {false, true, m(0) / m(1), -m(2) / m(1)}; }
   double support = 0.0;  // share of the points of the lower middle that are on it
 
   double At(const Eigen::Vector3d& ray) const { return m.dot(ray); }

@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
+#include <utility>
 
 #include "vision/features/corner_detector.h"
 #include "vision/features/spread.h"
+#include "vision/statistics/median.h"
 
 namespace egosieve::vision {
 namespace {
@@ -50,43 +52,39 @@ void Follow(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
 
 }  // namespace
 
-std::vector<CornerTrack> TrackCorners(const std::vector<cv::Mat>& pictures,
-                                      const CornerTrackOptions& options) {
-  std::vector<CornerTrack> tracks;
-  if (pictures.empty()) return tracks;
-  std::vector<cv::Point2f> places = SpreadCorners(pictures[0], options.corners);
-  for (const cv::Point2f& place : places) tracks.push_back({place});
-  std::vector<size_t> alive(tracks.size());
-  for (size_t i = 0; i < alive.size(); ++i) alive[i] = i;
-
-  const cv::Rect2f inside(kBorder, kBorder, pictures[0].cols - 2.0f * kBorder,
-                          pictures[0].rows - 2.0f * kBorder);
-  std::vector<cv::Mat> before = Pyramid(pictures[0]);
-  for (size_t k = 1; k < pictures.size() && !alive.empty(); ++k) {
-    std::vector<cv::Mat> pyramid = Pyramid(pictures[k]);
-    std::vector<cv::Point2f> ends, back;
+void CornerTracker::Add(const cv::Mat& picture) {
+  std::vector<cv::Mat> pyramid = Pyramid(picture);
+  if (++pictures_ == 1) {
+    for (const cv::Point2f& place : SpreadCorners(picture, corners_)) {
+      alive_.push_back(tracks_.size());
+      tracks_.push_back({place});
+    }
+  } else if (!alive_.empty()) {
+    std::vector<cv::Point2f> places, ends, back;
+    for (const size_t i : alive_) places.push_back(tracks_[i].back());
     std::vector<uint8_t> is_found, is_back;
-    Follow(before, pyramid, places, ends, is_found);
-    Follow(pyramid, before, ends, back, is_back);
-    size_t kept = 0;
-    for (size_t i = 0; i < alive.size(); ++i) {
-      if (is_found[i] == 0 || is_back[i] == 0 || !inside.contains(ends[i]) ||
-          !(cv::norm(back[i] - places[i]) < kMostReturn)) {
+    Follow(pyramid_, pyramid, places, ends, is_found);
+    Follow(pyramid, pyramid_, ends, back, is_back);
+    const cv::Rect2f inside(kBorder, kBorder, picture.cols - 2.0f * kBorder,
+                            picture.rows - 2.0f * kBorder);
+    std::vector<size_t> kept;
+    for (size_t k = 0; k < alive_.size(); ++k) {
+      if (is_found[k] == 0 || is_back[k] == 0 || !inside.contains(ends[k]) ||
+          !(cv::norm(back[k] - places[k]) < kMostReturn)) {
         continue;
       }
-      tracks[alive[i]].push_back(ends[i]);
-      alive[kept] = alive[i];
-      places[kept] = ends[i];
-      ++kept;
+      tracks_[alive_[k]].push_back(ends[k]);
+      kept.push_back(alive_[k]);
     }
-    alive.resize(kept);
-    places.resize(kept);
-    before = std::move(pyramid);
+    alive_ = std::move(kept);
   }
-  std::erase_if(tracks, [&](const CornerTrack& track) {
-    return static_cast<int>(track.size()) < options.least_pictures;
-  });
-  return tracks;
+  pyramid_ = std::move(pyramid);
+}
+
+double CornerTracker::MedianMotion() const {
+  std::vector<double> motions;
+  for (const size_t i : alive_) motions.push_back(cv::norm(tracks_[i].back() - tracks_[i].front()));
+  return motions.empty() ? 0.0 : MedianInPlace(motions);
 }
 
 }  // namespace egosieve::vision

@@ -19,7 +19,8 @@ namespace {
 
 constexpr double kPairSeconds = 0.08;    // from the first picture of a pair to the second, at least
 constexpr double kGroundSeconds = 0.15;  // from the first picture to the last that shows the ground
-constexpr double kWindowSeconds = 0.6;
+constexpr double kWindowSeconds = 0.6, kLongestWindowSeconds = 2.0;
+constexpr double kWindowMotion = 0.025;   // median, of the longer side
 constexpr int kLongestPair = 6;          // frames
 constexpr int kLongestWindow = 36;       // frames
 constexpr int kWindowViews = 5;          // pictures of a window that are kept, beside the first
@@ -141,7 +142,8 @@ struct ReadWindow {
 absl::StatusOr<ReadWindow> ReadWindowAt(PictureReader& reader, int64_t index, cv::Size size,
                                         const cv::Mat1b& ignored) {
   ReadWindow read;
-  std::vector<cv::Mat> pictures;
+  CornerTracker tracker;
+  cv::Size reduced;
   double start = 0.0;
   for (int k = 0; k <= kLongestWindow; ++k) {
     EGOSIEVE_ASSIGN_OR_RETURN(const ReadPicture* picture, reader.At(index + k));
@@ -149,23 +151,25 @@ absl::StatusOr<ReadWindow> ReadWindowAt(PictureReader& reader, int64_t index, cv
     read.end = index + k + 1;
     if (picture == nullptr) continue;
     if (picture->size != size) break;
-    if (pictures.empty()) start = picture->picture.seconds;
-    pictures.push_back(picture->picture.grey);
-    if (picture->picture.seconds - start >= kWindowSeconds - 1e-6) break;
+    if (tracker.pictures() == 0) start = picture->picture.seconds;
+    reduced = picture->picture.grey.size();
+    tracker.Add(picture->picture.grey);
+    const double seconds = picture->picture.seconds - start + 1e-6;
+    const bool has_moved =
+        tracker.MedianMotion() >= kWindowMotion * std::max(reduced.width, reduced.height);
+    if (seconds >= kLongestWindowSeconds || (seconds >= kWindowSeconds && has_moved)) break;
   }
-  const int last = static_cast<int>(pictures.size()) - 1;
-  const int views = std::min(kWindowViews, last);
+  const int last = tracker.pictures() - 1, views = std::min(kWindowViews, last);
   if (views < 2) return read;
   read.window.pictures = views + 1;
   const cv::Mat1b reduced_ignored = ReduceMask(ignored, kLongestDriveSide);
-  for (const CornerTrack& corners : TrackCorners(pictures, {})) {
-    if (IsIgnored(reduced_ignored, pictures[0].size(), corners[0].x, corners[0].y)) continue;
+  for (const CornerTrack& corners : tracker.tracks()) {
+    if (IsIgnored(reduced_ignored, reduced, corners[0].x, corners[0].y)) continue;
     std::vector<cv::Point2d> track;
     for (int view = 0; view <= views; ++view) {
       const auto k = static_cast<size_t>(std::lround(static_cast<double>(view) * last / views));
       if (k >= corners.size()) break;
-      const PointPair full =
-          EnlargePair({corners[k].x, corners[k].y, 0.0, 0.0}, pictures[0].size(), size);
+      const PointPair full = EnlargePair({corners[k].x, corners[k].y, 0.0, 0.0}, reduced, size);
       track.emplace_back(full.x1, full.y1);
     }
     if (track.size() >= 3) read.window.tracks.push_back(std::move(track));

@@ -166,6 +166,7 @@ void WalkEvidence(Archive& archive, State& evidence) {
   archive.Flag(evidence.road.known);
   archive.Plain(evidence.road.across);
   archive.Plain(evidence.road.horizon);
+  archive.Flag(evidence.road.proposed);
   WalkOwnCar(archive, evidence.own_car);
 }
 

@@ -16,6 +16,7 @@
 #include <optional>
 #include <utility>
 
+#include "kernels/base/parallel_for.h"
 #include "vision/evidence/pinhole.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/statistics/median.h"
@@ -24,15 +25,18 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kLogFocalDeviation = 0.4, kRadialDeviation = 0.1, kScaleDeviation = 0.1;
+constexpr double kLogFocalScale = 0.4, kScaleDeviation = 0.1;
 constexpr double kCauchyScale = 2.0;
-constexpr double kStartNoisePixels = 1.0, kLeastNoisePixels = 0.1;
+constexpr double kStartNoisePixels = 1.0, kLeastNoisePixels = 0.1, kMostNoisePixels = 0.5;
 constexpr size_t kFewestTracks = 20;
-constexpr int kUndistortSteps = 4;
-constexpr int kIterations = 50;
-constexpr std::array<double, 3> kStartRatios = {0.5, 0.9, 1.8};  // f / L
+constexpr int kIterations = 50, kWindowIterations = 15;
+constexpr std::array<double, 7> kStartRatios = {0.35, 0.5, 0.75, 1.1, 1.6, 2.4, 3.5};  // f / L
+constexpr int kPose = 6;                                                               // unknowns
+constexpr double kLeastDepth = 1e-3;        // of X, nearer points are taken to be there
+constexpr double kLeastParallax = 1e-3;     // that the search begins with
+constexpr double kLeastInformation = 1e-9;  // of unknowns that no place tells
 
-// (BA3) / sigma of one observation. lens: log(f / L), kappa. pose: R as angle times axis, then t.
+// (BA3) / sigma of one observation. log_ratio: log(f / L). pose: R as angle times axis, then t.
 struct Reprojection {
   cv::Point2d start,
       seen;            // in the first picture and in this one, from the principal point, pixels
@@ -40,24 +44,15 @@ struct Reprojection {
   double noise = 0.0;  // sigma
 
   template <typename T>
-  bool operator()(const T* lens, const T* pose, const T* inverse_depth, T* residual) const {
-    const T focal = exp(lens[0]) * side;
-    const T ux = start.x / focal, uy = start.y / focal;
-    T ray[3] = {ux, uy, T(1.0)};
-    // The fixed point of v = u / (1 + kappa |v|^2).
-    for (int k = 0; k < kUndistortSteps; ++k) {
-      const T factor = 1.0 + lens[1] * (ray[0] * ray[0] + ray[1] * ray[1]);
-      ray[0] = ux / factor;
-      ray[1] = uy / factor;
-    }
+  bool operator()(const T* log_ratio, const T* pose, const T* inverse_depth, T* residual) const {
+    const T focal = exp(*log_ratio) * side;
+    const T ray[3] = {start.x / focal, start.y / focal, T(1.0)};
     T point[3];
     ceres::AngleAxisRotatePoint(pose, ray, point);
     for (int k = 0; k < 3; ++k) point[k] += *inverse_depth * pose[3 + k];
-    if (!(point[2] > 1e-3)) return false;
-    const T x = point[0] / point[2], y = point[1] / point[2];
-    const T scale = focal * (1.0 + lens[1] * (x * x + y * y));
-    residual[0] = (scale * x - seen.x) / noise;
-    residual[1] = (scale * y - seen.y) / noise;
+    const T depth = point[2] > kLeastDepth ? point[2] : T(kLeastDepth);
+    residual[0] = (focal * point[0] / depth - seen.x) / noise;
+    residual[1] = (focal * point[1] / depth - seen.y) / noise;
     return true;
   }
 };
@@ -66,115 +61,132 @@ struct ScaleGauge {
   template <typename T>
   bool operator()(const T* pose, T* residual) const {
     const T square = pose[3] * pose[3] + pose[4] * pose[4] + pose[5] * pose[5];
-    if (!(square > 1e-12)) return false;
-    residual[0] = (sqrt(square) - 1.0) / kScaleDeviation;
+    residual[0] = (sqrt(square + 1e-12) - 1.0) / kScaleDeviation;
     return true;
   }
 };
 
-struct LensPrior {
+struct FocalPrior {
   template <typename T>
-  bool operator()(const T* lens, T* residual) const {
-    residual[0] = (lens[0] - std::log(AdjustedLens().focal_ratio)) / kLogFocalDeviation;
-    residual[1] = lens[1] / kRadialDeviation;
+  bool operator()(const T* log_ratio, T* residual) const {
+    residual[0] = (*log_ratio - std::log(AdjustedLens().focal_ratio)) / kLogFocalScale;
     return true;
   }
 };
+
+// -log t_3 of a residual, without its constant.
+ceres::LossFunction* StudentThree() {
+  return new ceres::ScaledLoss(new ceres::CauchyLoss(std::sqrt(3.0)), 4.0 / 3.0,
+                               ceres::TAKE_OWNERSHIP);
+}
 
 // All unknowns in one array, so that their order in memory, by which Ceres orders them, is always
-// the same: the lens, then window by window the poses of pictures 1..K and the inverse depths.
+// the same: log(f / L), then window by window the poses of pictures 1..K and the inverse depths.
 using State = std::vector<double>;
 
 struct Observation {
-  size_t window = 0;
   size_t pose = 0, inverse_depth = 0;  // in the State
   cv::Point2d start, seen;             // as in Reprojection
 };
 
+struct Window {
+  const TrackWindow* tracks = nullptr;
+  size_t first_pose = 0, first_depth = 0, end = 0;  // in the State
+  std::vector<Observation> observations;
+
+  size_t last_pose() const { return first_depth - kPose; }
+};
+
+Eigen::Map<Eigen::Vector3d> AsVector(double* three) { return Eigen::Map<Eigen::Vector3d>(three); }
+
 class Adjustment {
  public:
-  Adjustment(std::vector<const TrackWindow*> windows, cv::Size image)
-      : windows_(std::move(windows)), image_(image), side_(std::max(image.width, image.height)) {
+  Adjustment(const std::vector<const TrackWindow*>& windows, cv::Size image)
+      : image_(image), side_(std::max(image.width, image.height)) {
     const cv::Point2d centre(0.5 * (image.width - 1), 0.5 * (image.height - 1));
-    size_ = kLens;
-    for (size_t w = 0; w < windows_.size(); ++w) {
-      const TrackWindow& window = *windows_[w];
-      first_pose_.push_back(size_);
-      const size_t first_depth = size_ + kPose * (window.pictures - 1);
-      size_ = first_depth + window.tracks.size();
-      for (size_t i = 0; i < window.tracks.size(); ++i) {
-        const auto& track = window.tracks[i];
+    for (const TrackWindow* tracks : windows) {
+      Window& window = windows_.emplace_back();
+      window.tracks = tracks;
+      window.first_pose = size_;
+      window.first_depth = size_ + kPose * (tracks->pictures - 1);
+      window.end = size_ = window.first_depth + tracks->tracks.size();
+      for (size_t i = 0; i < tracks->tracks.size(); ++i) {
+        const auto& track = tracks->tracks[i];
         for (size_t k = 1; k < track.size(); ++k) {
-          observations_.push_back({w, first_pose_[w] + kPose * (k - 1), first_depth + i,
-                                   track[0] - centre, track[k] - centre});
+          window.observations.push_back({window.first_pose + kPose * (k - 1),
+                                         window.first_depth + i, track[0] - centre,
+                                         track[k] - centre});
         }
       }
     }
   }
 
-  // Motions and depths by pairs of pictures.
-  State Start(double focal_ratio) const {
-    State state(size_, 0.0);
-    state[0] = std::log(focal_ratio);
-    const Pinhole camera = Pinhole::Of(image_, focal_ratio * side_);
-    for (size_t w = 0; w < windows_.size(); ++w) {
-      const size_t pictures = windows_[w]->pictures;
-      double* pose = &state[first_pose_[w]];
-      double* const depths = pose + kPose * (pictures - 1);
-      double parallax = 0.0;
-      for (size_t k = 1; k < pictures; ++k, pose += kPose) {
-        const TwoViewMotion motion = EstimateTwoViewMotion(PairsOf(*windows_[w], k), camera, {});
-        const Eigen::AngleAxisd turn(motion.rotation);
-        parallax = std::max(motion.mean_parallax, kLeastParallax);
-        AsVector(pose) = turn.angle() * turn.axis();
-        AsVector(pose + 3) = parallax * motion.translation;
+  // The best of the windows' solutions at the focal lengths kStartRatios.
+  State Search() const {
+    constexpr size_t kRatios = kStartRatios.size();
+    std::vector<State> states(kRatios, State(size_, 0.0));
+    std::vector<std::vector<double>> values(windows_.size(), std::vector<double>(kRatios));
+    for (size_t j = 0; j < kRatios; ++j) states[j][0] = std::log(kStartRatios[j]);
+    kernels::ParallelFor(static_cast<int64_t>(windows_.size()), [&](int64_t w) {
+      const Window& window = windows_[w];
+      const auto improve = [&](size_t j, State candidate) {
+        const double value = MinimiseWindow(window, candidate);
+        if (!(value < values[w][j])) return;
+        values[w][j] = value;
+        std::copy(candidate.begin() + window.first_pose, candidate.begin() + window.end,
+                  states[j].begin() + window.first_pose);
+      };
+      for (size_t j = 0; j < kRatios; ++j) {
+        values[w][j] = std::numeric_limits<double>::infinity();
+        improve(j, ByPairs(window, kStartRatios[j]));
+        if (j > 0)
+          improve(j, Rescaled(window, states[j - 1], kStartRatios[j] / kStartRatios[j - 1]));
       }
-      for (pose = &state[first_pose_[w]]; pose != depths; pose += kPose) {
-        AsVector(pose + 3) /= parallax;
+      for (size_t j = kRatios - 1; j-- > 0;) {
+        improve(j, Rescaled(window, states[j + 1], kStartRatios[j] / kStartRatios[j + 1]));
       }
-      std::fill_n(depths, windows_[w]->tracks.size(), parallax);
+    });
+    size_t best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (size_t j = 0; j < kRatios; ++j) {
+      const double z = (states[j][0] - std::log(AdjustedLens().focal_ratio)) / kLogFocalScale;
+      double value = 2.0 * std::log1p(z * z / 3.0);
+      for (size_t w = 0; w < windows_.size(); ++w) value += values[w][j];
+      if (value < least) {
+        least = value;
+        best = j;
+      }
     }
-    return state;
+    return states[best];
   }
 
   // (BA4) from `state` on; returns its value, NaN where there is none.
   double Minimise(double noise, State& state) const {
     ceres::Problem problem;
-    Build(noise, state, problem);
-    ceres::Solver::Options options;
-    options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-    for (const Observation& at : observations_) {
-      options.linear_solver_ordering->AddElementToGroup(&state[at.inverse_depth], 0);
-      options.linear_solver_ordering->AddElementToGroup(&state[at.pose], 1);
-    }
-    options.linear_solver_ordering->AddElementToGroup(state.data(), 1);
-    options.linear_solver_type = ceres::DENSE_SCHUR;
-    options.max_num_iterations = kIterations;
-    options.num_threads = 1;
-    options.logging_type = ceres::SILENT;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
-    return summary.IsSolutionUsable() ? summary.final_cost : std::nan("");
+    for (const Window& window : windows_) Add(window, noise, state, problem);
+    AddPrior(state, problem);
+    return Solve(problem, kIterations, windows_.data(), windows_.size(), state);
   }
 
-  // sigma of the residuals, of which |e| has a Rayleigh distribution.
+  // Leaves out the windows that no rigid world explains. Whether any are left.
+  bool DropNoisyWindows(const State& state) {
+    std::erase_if(windows_, [&](const Window& window) {
+      return !(NoiseOf(&window, 1, state) < kMostNoisePixels);
+    });
+    return !windows_.empty();
+  }
+
+  int windows() const { return static_cast<int>(windows_.size()); }
+
   double Noise(const State& state) const {
-    std::vector<double> lengths;
-    for (const Observation& at : observations_) {
-      double e[2];
-      if (ReprojectionOf(at, 1.0)(state.data(), &state[at.pose], &state[at.inverse_depth], e)) {
-        lengths.push_back(std::hypot(e[0], e[1]));
-      }
-    }
-    if (lengths.empty()) return kStartNoisePixels;
-    return std::clamp(MedianInPlace(lengths) / std::sqrt(2.0 * std::log(2.0)), kLeastNoisePixels,
-                      kStartNoisePixels);
+    return std::max(NoiseOf(windows_.data(), windows_.size(), state), kLeastNoisePixels);
   }
 
-  // Covariance of the lens at the optimum of (BA4); nothing where it cannot be computed.
-  std::optional<Eigen::Matrix2d> LensCovariance(double noise, State& state) const {
+  // Of log(f / L) at the optimum of (BA4); nothing where it cannot be computed.
+  std::optional<double> FocalVariance(double noise, State& state) const {
     ceres::Problem problem;
-    Build(noise, state, problem);
+    for (const Window& window : windows_) Add(window, noise, state, problem);
+    AddPrior(state, problem);
     ceres::Problem::EvaluateOptions options;
     problem.GetParameterBlocks(&options.parameter_blocks);
     std::sort(options.parameter_blocks.begin(), options.parameter_blocks.end());
@@ -187,61 +199,121 @@ class Adjustment {
     for (int k = 0; k < normal.cols(); ++k) normal.coeffRef(k, k) += kLeastInformation;
     const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(normal);
     if (factor.info() != Eigen::Success) return std::nullopt;
-    const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(normal.cols(), kLens);
-    return factor.solve(unit).topRows<kLens>();
+    const Eigen::VectorXd first = Eigen::VectorXd::Unit(normal.cols(), 0);
+    return Eigen::VectorXd(factor.solve(first))(0);
   }
 
  private:
-  static constexpr int kLens = 2, kPose = 6;         // unknowns
-  static constexpr double kLeastParallax = 1e-3;     // that the search begins with
-  static constexpr double kLeastInformation = 1e-9;  // of unknowns that no place tells
-
-  static Eigen::Map<Eigen::Vector3d> AsVector(double* three) {
-    return Eigen::Map<Eigen::Vector3d>(three);
+  // sigma of the residuals, of which |e| has a Rayleigh distribution.
+  double NoiseOf(const Window* windows, size_t count, const State& state) const {
+    std::vector<double> lengths;
+    for (const Window* window = windows; window != windows + count; ++window) {
+      for (const Observation& at : window->observations) {
+        double e[2];
+        Reprojection{at.start, at.seen, side_, 1.0}(state.data(), &state[at.pose],
+                                                    &state[at.inverse_depth], e);
+        lengths.push_back(std::hypot(e[0], e[1]));
+      }
+    }
+    return MedianInPlace(lengths) / std::sqrt(2.0 * std::log(2.0));
   }
 
-  static std::vector<PointPair> PairsOf(const TrackWindow& window, size_t k) {
-    std::vector<PointPair> pairs;
-    for (const auto& track : window.tracks) {
-      if (track.size() > k) pairs.push_back({track[0].x, track[0].y, track[k].x, track[k].y});
+  // A state of which the focal length and this window are set: motions and depths by pairs of
+  // pictures.
+  State ByPairs(const Window& window, double focal_ratio) const {
+    State state(size_, 0.0);
+    state[0] = std::log(focal_ratio);
+    const Pinhole camera = Pinhole::Of(image_, focal_ratio * side_);
+    double parallax = 0.0;
+    for (int k = 1; k < window.tracks->pictures; ++k) {
+      std::vector<PointPair> pairs;
+      for (const auto& track : window.tracks->tracks) {
+        if (static_cast<int>(track.size()) <= k) continue;
+        pairs.push_back({track[0].x, track[0].y, track[k].x, track[k].y});
+      }
+      const TwoViewMotion motion = EstimateTwoViewMotion(pairs, camera, {});
+      const Eigen::AngleAxisd turn(motion.rotation);
+      double* pose = &state[window.first_pose + kPose * (k - 1)];
+      parallax = std::max(motion.mean_parallax, kLeastParallax);
+      AsVector(pose) = turn.angle() * turn.axis();
+      AsVector(pose + 3) = parallax * motion.translation;
     }
-    return pairs;
+    for (size_t pose = window.first_pose; pose < window.first_depth; pose += kPose) {
+      AsVector(&state[pose + 3]) /= parallax;
+    }
+    std::fill(state.begin() + window.first_depth, state.begin() + window.end, parallax);
+    return state;
   }
 
-  Reprojection ReprojectionOf(const Observation& at, double noise) const {
-    return {at.start, at.seen, side_, noise};
+  // What gives nearly the same places at `ratio` times the focal length.
+  State Rescaled(const Window& window, State state, double ratio) const {
+    state[0] += std::log(ratio);
+    for (size_t pose = window.first_pose; pose < window.first_depth; pose += kPose) {
+      state[pose] /= ratio;
+      state[pose + 1] /= ratio;
+      state[pose + 5] *= ratio;
+    }
+    const double scale = AsVector(&state[window.last_pose() + 3]).norm();
+    if (!(scale > 0.0)) return state;
+    for (size_t pose = window.first_pose; pose < window.first_depth; pose += kPose) {
+      AsVector(&state[pose + 3]) /= scale;
+    }
+    for (size_t i = window.first_depth; i < window.end; ++i) state[i] *= scale / ratio;
+    return state;
   }
 
-  void Build(double noise, State& state, ceres::Problem& problem) const {
-    std::vector<int64_t> counts(windows_.size(), 0);
-    for (const Observation& at : observations_) ++counts[at.window];
-    std::vector<ceres::LossFunction*> losses;
-    for (const int64_t count : counts) {
-      losses.push_back(new ceres::ScaledLoss(
-          new ceres::CauchyLoss(kCauchyScale),
-          TwoViewMotion::kIndependentPairs / static_cast<double>(count), ceres::TAKE_OWNERSHIP));
-    }
-    for (const Observation& at : observations_) {
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, kLens, kPose, 1>(
-                                   new Reprojection(ReprojectionOf(at, noise))),
-                               losses[at.window], state.data(), &state[at.pose],
-                               &state[at.inverse_depth]);
-    }
-    for (size_t w = 0; w < windows_.size(); ++w) {
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<ScaleGauge, 1, kPose>(new ScaleGauge), nullptr,
-          &state[first_pose_[w] + kPose * (windows_[w]->pictures - 2)]);
-    }
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<LensPrior, 2, kLens>(new LensPrior),
-                             nullptr, state.data());
+  // The window's part of (BA4) at a fixed focal length.
+  double MinimiseWindow(const Window& window, State& state) const {
+    ceres::Problem problem;
+    Add(window, kStartNoisePixels, state, problem);
+    problem.SetParameterBlockConstant(state.data());
+    return Solve(problem, kWindowIterations, &window, 1, state);
   }
 
-  std::vector<const TrackWindow*> windows_;
+  static double Solve(ceres::Problem& problem, int iterations, const Window* windows, size_t count,
+                      State& state) {
+    ceres::Solver::Options options;
+    options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+    ceres::ParameterBlockOrdering& order = *options.linear_solver_ordering;
+    for (const Window* window = windows; window != windows + count; ++window) {
+      for (const Observation& at : window->observations) {
+        order.AddElementToGroup(&state[at.inverse_depth], 0);
+        order.AddElementToGroup(&state[at.pose], 1);
+      }
+    }
+    order.AddElementToGroup(state.data(), 1);
+    options.linear_solver_type = ceres::DENSE_SCHUR;
+    options.max_num_iterations = iterations;
+    options.num_threads = 1;
+    options.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    return summary.IsSolutionUsable() ? summary.final_cost : std::nan("");
+  }
+
+  void Add(const Window& window, double noise, State& state, ceres::Problem& problem) const {
+    auto* loss = new ceres::ScaledLoss(
+        new ceres::CauchyLoss(kCauchyScale),
+        TwoViewMotion::kIndependentPairs / static_cast<double>(window.observations.size()),
+        ceres::TAKE_OWNERSHIP);
+    for (const Observation& at : window.observations) {
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, 1, kPose, 1>(
+                                   new Reprojection{at.start, at.seen, side_, noise}),
+                               loss, state.data(), &state[at.pose], &state[at.inverse_depth]);
+    }
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ScaleGauge, 1, kPose>(new ScaleGauge),
+                             nullptr, &state[window.last_pose()]);
+  }
+
+  static void AddPrior(State& state, ceres::Problem& problem) {
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<FocalPrior, 1, 1>(new FocalPrior),
+                             StudentThree(), state.data());
+  }
+
   cv::Size image_;
   double side_;
-  std::vector<size_t> first_pose_;  // one per window, in the State
-  std::vector<Observation> observations_;
-  size_t size_ = 0;  // of the State
+  std::vector<Window> windows_;
+  size_t size_ = 1;  // of the State
 };
 
 }  // namespace
@@ -253,28 +325,18 @@ AdjustedLens AdjustLens(const std::vector<TrackWindow>& windows, cv::Size image)
   }
   AdjustedLens lens;
   if (usable.empty()) return lens;
-  const Adjustment adjustment(usable, image);
-  State best;
-  double least = std::numeric_limits<double>::infinity();
-  for (const double ratio : kStartRatios) {
-    State state = adjustment.Start(ratio);
-    const double value = adjustment.Minimise(kStartNoisePixels, state);
-    if (value < least) {
-      least = value;
-      best = std::move(state);
-    }
-  }
-  if (best.empty()) return lens;
+  Adjustment adjustment(usable, image);
+  State best = adjustment.Search();
+  const double start = adjustment.Minimise(kStartNoisePixels, best);
+  if (!adjustment.DropNoisyWindows(best)) return lens;
   const double noise = adjustment.Noise(best);
-  if (std::isnan(adjustment.Minimise(noise, best))) return lens;
-  const auto covariance = adjustment.LensCovariance(noise, best);
-  if (!covariance) return lens;
+  const double value = adjustment.Minimise(noise, best);
+  const std::optional<double> variance = adjustment.FocalVariance(noise, best);
+  if (std::isnan(start + value) || !variance) return lens;
   lens.focal_ratio = std::exp(best[0]);
-  lens.log_focal_deviation = std::sqrt((*covariance)(0, 0));
-  lens.radial = best[1];
-  lens.radial_deviation = std::sqrt((*covariance)(1, 1));
+  lens.log_focal_deviation = std::sqrt(*variance);
   lens.noise_pixels = noise;
-  lens.windows = static_cast<int>(usable.size());
+  lens.windows = adjustment.windows();
   return lens;
 }
 

@@ -21,9 +21,9 @@ TEST(RoadPlane, IsFoundAmongCarsAndHouses) {
 TEST(RoadPlane, FollowsTheLastSlopeOnly) {
   const View view = MakeView(0.1);
   const auto depths = InverseDepths(view.camera, view.pose, view.pairs);
-  EXPECT_TRUE(FitRoad(depths, {true, 0.0, 0.01}, 1).found);
+  EXPECT_TRUE(FitRoad(depths, {true, true, 0.0, 0.01}, 1).found);
   // Ten degrees of roll from one frame to the next are another plane.
-  EXPECT_FALSE(FitRoad(depths, {true, 0.14, 0.0}, 1).found);
+  EXPECT_FALSE(FitRoad(depths, {true, true, 0.14, 0.0}, 1).found);
 }
 
 // Flow creeps where the picture stands still or has nothing to follow.
