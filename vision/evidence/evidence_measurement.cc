@@ -71,11 +71,13 @@ CalibratedPair PairOf(const EvidenceFrame& frame, const EvidenceView& view) {
   return pair;
 }
 
-// m of the ground that the motion knows, in the picture that it begins in; upright cameras.
+// m of the ground whose speed the motion knows, in the picture that it begins in: of an upright
+// camera that keeps its direction of travel. Other cameras have no horizon that is known.
 std::optional<Eigen::Vector3d> GroundPlaneOf(const TwoViewMotion& motion) {
-  const Eigen::Vector3d tau =
-      motion.travel.value_or(motion.rotation.transpose() * motion.translation);
-  if (!(motion.ground_heights > 0.0) || !MovesForwardOrBack(tau)) return std::nullopt;
+  if (!(motion.ground_heights > 0.0) || !motion.travel || !MovesForwardOrBack(*motion.travel)) {
+    return std::nullopt;
+  }
+  const Eigen::Vector3d& tau = *motion.travel;
   return motion.ground_heights * Eigen::Vector3d(0.0, 1.0, -tau(1) / tau(2));
 }
 

@@ -24,6 +24,7 @@ EvidenceFrame FrameBeforeRoadView(const View& view, double ground_heights) {
   ahead.motion.moving_scale = 0.02;
   ahead.motion.parallax_pixels = 3.0;
   ahead.motion.ground_heights = ground_heights;
+  ahead.motion.travel = Eigen::Vector3d::UnitZ();
   for (size_t i = 0; i < view.places.size(); ++i) {
     EvidencePoint& point = frame.points.emplace_back();
     point.now = view.places[i];
@@ -79,6 +80,16 @@ TEST(RoadAhead, APairAheadNeedsAGroundThatIsKnown) {
   const View view = MakeView(0.05);
   EvidenceAccumulator accumulator = *EvidenceAccumulator::Create({});
   const EvidenceResult result = *accumulator.Add(FrameBeforeRoadView(view, 0.0));
+  for (const PointEvidence& point : result.points) EXPECT_FALSE(point.views_road_log_ratio);
+}
+
+// Where the camera moves to is its horizon only if it keeps its direction of travel.
+TEST(RoadAhead, AHandHeldCameraHasNoKnownGround) {
+  const View view = MakeView(0.05);
+  EvidenceFrame frame = FrameBeforeRoadView(view, kTravel / kHeight);
+  frame.views[0].motion.travel.reset();
+  EvidenceAccumulator accumulator = *EvidenceAccumulator::Create({});
+  const EvidenceResult result = *accumulator.Add(frame);
   for (const PointEvidence& point : result.points) EXPECT_FALSE(point.views_road_log_ratio);
 }
 
