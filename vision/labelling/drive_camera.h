@@ -1,9 +1,10 @@
 // The camera of a recorded drive, learnt in a first pass over some of its pictures.
 //
-// Pairs of pictures about 0.08 s apart, spread over the drive, tell what of the image is the own
-// vehicle (own_vehicle.h) and, without it, the focal length (focal_posterior.h) and the direction
-// of travel (travel_prior.h), which a few pictures more of the ground sharpen (ground_direction.h).
-// A recording can be read twice, a live camera cannot.
+// Pairs of pictures, spread over the drive (drive_pictures.h), tell what of the image is the own
+// vehicle (own_vehicle.h). Without it, windows of pictures tell the focal length
+// (bundle_adjustment.h), and the pairs the direction of travel (travel_prior.h), which a few
+// pictures more of the ground sharpen (ground_direction.h). A recording can be read twice, a live
+// camera cannot.
 #ifndef EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
 #define EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
 
