@@ -20,6 +20,7 @@ namespace egosieve::vision {
 namespace {
 
 constexpr size_t kFewestResiduals = 20;
+constexpr int kRoadMemory = 5;         // frames for which a slope is remembered that is not seen
 constexpr double kPoseExplains = 1.1;  // greatest scale of the pose's distances over the given F's
 
 PointPair PairOf(const EvidencePoint& point) {
@@ -276,8 +277,11 @@ RoadPlane EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Mot
   RoadEvidence evidence =
       egosieve::vision::MeasureRoad(view, last, static_cast<uint64_t>(frame.index));
   const RoadPlane& road = evidence.road;
-  next.road = {};
-  if (!road.found) return road;
+  if (!road.found) {
+    next.road.unseen = last.unseen + 1;
+    if (next.road.unseen > kRoadMemory) next.road = {};
+    return road;
+  }
   next.road = road.slope();
   next.road.known = last.known || (last.proposed && AreAlike(last, next.road)) ||
                     LiesAlongTravel(next.road, frame.world);

@@ -31,12 +31,13 @@
 
 namespace egosieve::vision {
 
-// m over m_y of the last frame's plane.
+// m over m_y of the last plane that was seen.
 struct RoadSlope {
   bool known = false;     // confirmed: by another picture, or by the direction of travel
   bool proposed = false;  // one picture alone has shown it so far
   double across = 0.0;    // m_x / m_y: roll
   double horizon = 0.0;   // -m_z / m_y: A_y of the horizon in the middle of the image
+  int unseen = 0;         // frames since it was seen
 };
 
 // Within what a jolt changes from picture to picture.

@@ -167,6 +167,7 @@ void WalkEvidence(Archive& archive, State& evidence) {
   archive.Plain(evidence.road.across);
   archive.Plain(evidence.road.horizon);
   archive.Flag(evidence.road.proposed);
+  archive.Plain(evidence.road.unseen);
   WalkOwnCar(archive, evidence.own_car);
 }
 
