@@ -16,8 +16,6 @@ namespace {
 // Rows a work-group computes: enough to share the loads of the columns, few enough to balance
 // triangles.
 constexpr int64_t kRows = 4;
-// Work-items side by side where the device runs scalar ones so; vectors are enough elsewhere.
-constexpr int64_t kSideBySide = 64;
 
 int64_t Groups(int64_t rows) { return (rows + kRows - 1) / kRows; }
 
@@ -45,7 +43,7 @@ absl::StatusOr<CovarianceKernels> CovarianceKernels::Create(Context& context, Wo
                                                             const CovarianceParameters& parameters,
                                                             int what) {
   CovarianceKernels kernels;
-  kernels.work_group_ = context.tuning().work_group > 1 ? kSideBySide : 1;
+  kernels.work_group_ = SideBySide(context);
   kernels.scales_ = static_cast<int64_t>(parameters.scales.size());
   kernels.signal_variance_ = parameters.signal_stddev * parameters.signal_stddev;
   const std::string options = absl::StrCat(BuildOptions<T>(context), " -DROWS=", kRows,

@@ -135,4 +135,12 @@ std::shared_ptr<Context> TestContext() {
 
 bool TestIsOnReference() { return TestContext()->is_reference(); }
 
+std::shared_ptr<Context> SideBySideContext() {
+  ContextOptions options;
+  options.tuning = DefaultGpuTuning();
+  static const absl::StatusOr<std::shared_ptr<Context>> context = OpenContext(options);
+  EXPECT_TRUE(context.ok()) << context.status();
+  return context.ok() ? *context : nullptr;
+}
+
 }  // namespace egosieve::kernels

@@ -105,6 +105,9 @@ std::shared_ptr<Context> TestContext();
 
 bool TestIsOnReference();
 
+// The same device, asked to compute as GPUs do, with scalar work-items side by side in groups.
+std::shared_ptr<Context> SideBySideContext();
+
 }  // namespace egosieve::kernels
 
 #endif  // EGOSIEVE_TESTS_KERNELS_TEST_DATA_H_
