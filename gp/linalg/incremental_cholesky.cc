@@ -99,14 +99,21 @@ absl::Status IncrementalCholesky::Factorize(ConstMatrixView<double> k) {
 
 absl::Status IncrementalCholesky::Factorize(
     int64_t n, absl::FunctionRef<absl::Status(MatrixView<double>)> fill) {
+  return Adopt(n, [&](MatrixView<double> a) -> absl::StatusOr<int64_t> {
+    if (absl::Status status = fill(a); !status.ok()) return status;
+    return FactorizeInParallel(a, PivotFloors(a, n, options_.pivot_floor));
+  });
+}
+
+absl::Status IncrementalCholesky::Adopt(
+    int64_t n, absl::FunctionRef<absl::StatusOr<int64_t>(MatrixView<double>)> factorize) {
   absl::StatusOr<AlignedMatrix> memory =
       ZeroMatrix(std::max({n, factor_.rows(), options_.least_capacity}));
   if (!memory.ok()) return memory.status();
   AlignedMatrix fresh = *std::move(memory);
-  const MatrixView<double> a = fresh.block(n, n);
-  if (absl::Status status = fill(a); !status.ok()) return status;
-  const int64_t bad = FactorizeInParallel(a, PivotFloors(a, n, options_.pivot_floor));
-  if (bad >= 0) return RefusedPivot(bad);
+  const absl::StatusOr<int64_t> bad = factorize(fresh.block(n, n));
+  if (!bad.ok()) return bad.status();
+  if (*bad >= 0) return RefusedPivot(*bad);
   factor_ = std::move(fresh);
   size_ = n;
   return absl::OkStatus();

@@ -114,7 +114,7 @@ absl::Status CovarianceBlock(Context& context, const CovarianceParameters& param
       CovarianceKernels::Create<T>(context, *workspace, parameters, CovarianceKernels::kBlock));
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
     const CovariancePoints<T> points(context, parameters, x, z);
-    OutputBuffer<T> result(context, out);
+    OutputBuffer<T> result(context, out, lower_only ? Unwritten::kKept : Unwritten::kPadding);
     const CommandsEnd end(workspace->queue());
     kernels.EnqueueBlock(workspace->queue(), points, lower_only, result.buffer(), out.stride);
     result.Finish(workspace->queue());
@@ -147,7 +147,8 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
     const CovariancePoints<double> points(context, parameters, x, z);
     const cl::Buffer weights = InputBuffer(context, w);
     OutputBuffer<double> result(
-        context, MatrixView<double>(partial_sums.data(), rows, kernels.GradientColumns()));
+        context, MatrixView<double>(partial_sums.data(), rows, kernels.GradientColumns()),
+        Unwritten::kNone);
     const CommandsEnd end(workspace->queue());
     kernels.EnqueueGradient(workspace->queue(), points, lower_only, weights, w.stride,
                             result.buffer());

@@ -78,7 +78,7 @@ absl::Status DescriptorField(Context& context, const ImageView& image, const Ima
     const cl::Buffer u_buffer = InputBuffer(context, x.coordinates);
     const cl::Buffer v_buffer = InputBuffer(context, y.coordinates);
     cl::Buffer scratch;
-    OutputBuffer<float> result(context, out);
+    OutputBuffer<float> result(context, out, Unwritten::kPadding);
     cl::NDRange items, group;
     if (side_by_side > 1) {
       SetArguments(kernel, image_buffer, cl_long{image.stride_bytes}, cl_int{image.width},
@@ -129,7 +129,7 @@ absl::Status DescriptorsAt(Context& context, const ImageView& image, ConstMatrix
     const cl::Buffer image_buffer = ImageBuffer(context, image);
     const cl::Buffer pixel_buffer = InputBuffer(context, pixels);
     const cl::Buffer coordinate_buffer = InputBuffer(context, coordinates);
-    OutputBuffer<float> result(context, out);
+    OutputBuffer<float> result(context, out, Unwritten::kPadding);
     SetArguments(kernel, image_buffer, cl_long{image.stride_bytes}, cl_int{image.width},
                  cl_int{image.height}, cl_int{window_pixels / 2}, pixel_buffer, coordinate_buffer,
                  cl_long{points.rows}, result.buffer(), cl_long{out.stride});
@@ -155,7 +155,7 @@ absl::Status GridInterpolation(Context& context, const ImageGrid& grid,
                         side_by_side > 1 ? "grid_interpolation_by_pixel" : "grid_interpolation"));
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
     const cl::Buffer value_buffer = InputBuffer(context, values);
-    OutputBuffer<float> result(context, out);
+    OutputBuffer<float> result(context, out, Unwritten::kPadding);
     SetArguments(kernel, value_buffer, cl_long{values.stride}, cl_int{grid.columns()},
                  cl_int{grid.rows()}, cl_int{grid.stride}, cl_int{grid.width}, cl_int{grid.height},
                  result.buffer(), cl_long{out.stride});
