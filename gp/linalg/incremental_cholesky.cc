@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "gp/linalg/cholesky.h"
 #include "gp/linalg/lower_tiles.h"
+#include "gp/linalg/not_positive_definite.h"
 #include "gp/linalg/row_removal.h"
 #include "gp/linalg/tile_operations.h"
 #include "kernels/base/parallel_for.h"
@@ -23,7 +24,7 @@ constexpr int64_t kMinimumCapacity = 64;
 constexpr int64_t kCornerTile = 64;
 
 absl::Status RefusedPivot(int64_t row) {
-  return absl::FailedPreconditionError(absl::StrFormat(
+  return NotPositiveDefinite(absl::StrFormat(
       "row %d: pivot not above its floor, the matrix is not positive definite to working "
       "precision; drop the row (a duplicate?) or add noise to the diagonal",
       row));

@@ -7,6 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/jitter_ladder.h"
+#include "gp/linalg/not_positive_definite.h"
 #include "gp/model/model_checks.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
@@ -105,7 +106,7 @@ absl::Status ExactModel::AddObservations(const Observations& added, int64_t fram
     return absl::OkStatus();
   }
   const absl::Status status = AppendToFactor(added);
-  if (absl::IsFailedPrecondition(status)) {
+  if (IsNotPositiveDefinite(status)) {
     EGOSIEVE_ASSIGN_OR_RETURN(Solution solution, Solve(hyperparameters_, points, jitter_, true));
     Commit(std::move(solution), std::move(points));
     return absl::OkStatus();
@@ -150,10 +151,10 @@ absl::StatusOr<ExactModel::Solution> ExactModel::Solve(const Hyperparameters& hy
       solution.weights = WeightsOf(solution.factor, hyperparameters, points);
       return solution;
     }
-    if (!absl::IsFailedPrecondition(status)) return status;
+    if (!IsNotPositiveDefinite(status)) return status;
     refused = true;
   }
-  return absl::FailedPreconditionError(
+  return NotPositiveDefinite(
       absl::StrFormat("%s; jitter up to %g did not help", status.message(), kLastJitter * unit));
 }
 

@@ -26,6 +26,16 @@ static_assert(EGOSIEVE_ZERO_MEAN == static_cast<int>(gp::MeanFunction::kZero) &&
               EGOSIEVE_LINEAR_MEAN == static_cast<int>(gp::MeanFunction::kLinear));
 
 absl::StatusOr<kernels::CovarianceFunction> CovarianceOf(const egosieve_gp_options& options) {
+  const std::string text = options.covariance_text == nullptr ? "" : options.covariance_text;
+  if (!text.empty() && options.covariance == EGOSIEVE_SQUARED_EXPONENTIAL) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("options.covariance = EGOSIEVE_SQUARED_EXPONENTIAL, and "
+                        "options.covariance_text = \"%s\"; set one of them",
+                        text));
+  }
+  if (!text.empty() && options.covariance == EGOSIEVE_ARCSINE) {
+    return kernels::CovarianceFunction::Parse(text);
+  }
   switch (options.covariance) {
     case EGOSIEVE_ARCSINE:
       return kernels::CovarianceFunction::kArcsine;
@@ -58,8 +68,9 @@ absl::StatusOr<gp::Hyperparameters> HyperparametersOf(const egosieve_gp_options&
   std::vector<double>& scales = hyperparameters.covariance.scales;
   const int64_t expected = options.scales == nullptr ? 0 : static_cast<int64_t>(scales.size());
   if (options.scale_count != expected) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "options.scale_count = %d; %d scales are expected", options.scale_count, expected));
+    return absl::InvalidArgumentError(
+        absl::StrFormat("options.scale_count = %d; %s of %d inputs has %d scales",
+                        options.scale_count, function.text(), options.dimension, scales.size()));
   }
   if (options.scales != nullptr) scales.assign(options.scales, options.scales + expected);
   hyperparameters.covariance.signal_stddev = options.signal_stddev;
