@@ -105,8 +105,8 @@ std::shared_ptr<Context> TestContext();
 
 bool TestIsOnReference();
 
-// The same device, asked to compute as GPUs do: scalar work-items side by side in groups, and arrays
-// copied to memory of its own.
+// The same device, asked to compute as GPUs do: scalar work-items side by side in groups, and
+// arrays copied to memory of its own.
 std::shared_ptr<Context> SideBySideContext();
 
 }  // namespace egosieve::kernels

@@ -28,10 +28,8 @@ static_assert(EGOSIEVE_ZERO_MEAN == static_cast<int>(gp::MeanFunction::kZero) &&
 absl::StatusOr<kernels::CovarianceFunction> CovarianceOf(const egosieve_gp_options& options) {
   const std::string text = options.covariance_text == nullptr ? "" : options.covariance_text;
   if (!text.empty() && options.covariance == EGOSIEVE_SQUARED_EXPONENTIAL) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("options.covariance = EGOSIEVE_SQUARED_EXPONENTIAL, and "
-                        "options.covariance_text = \"%s\"; set one of them",
-                        text));
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "options.covariance = %d and covariance_text = \"%s\"; set one", options.covariance, text));
   }
   if (!text.empty() && options.covariance == EGOSIEVE_ARCSINE) {
     return kernels::CovarianceFunction::Parse(text);
@@ -43,7 +41,7 @@ absl::StatusOr<kernels::CovarianceFunction> CovarianceOf(const egosieve_gp_optio
       return kernels::CovarianceFunction::kSquaredExponential;
     case EGOSIEVE_NAMED_COVARIANCE:
       EGOSIEVE_RETURN_IF_ERROR(CheckPointer("options.covariance_text", options.covariance_text));
-      return kernels::CovarianceFunction::Parse(options.covariance_text);
+      return kernels::CovarianceFunction::Parse(text);
     default:
       return absl::InvalidArgumentError(
           absl::StrFormat("options.covariance = %d; it must be EGOSIEVE_ARCSINE, "

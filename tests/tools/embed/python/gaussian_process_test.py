@@ -307,10 +307,9 @@ class Layouts(unittest.TestCase):
                     lambda: egosieve.GaussianProcess(approximation="dtc").fit(X, y),
                     lambda: gp.partial_fit(X + 0.01, y),
                 ):
-                    try:
+                    with self.assertRaisesRegex(RuntimeError, "^((?!jitter).)*spawn((?!jitter).)*$"):
                         call()
-                    except RuntimeError as error:
-                        told += "spawn" in str(error) and "jitter" not in str(error)
+                    told += 1
             finally:
                 os._exit(5 - told)
         self.assertEqual(os.waitpid(child, 0)[1], 0)
