@@ -3,9 +3,11 @@
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <string>
 #include <vector>
 
+#include "kernels/runtime/device.h"
 #include "kernels/runtime/pocl_cache.h"
 
 namespace {
@@ -21,6 +23,15 @@ class ShortNames : public Reporter {
     Reporter::ReportRuns(renamed);
   }
 };
+
+// The results say what computed.
+void NameDevice() {
+  const auto devices = egosieve::kernels::ListDevices();
+  if (!devices.ok()) return;
+  const char* choice = std::getenv("EGOSIEVE_DEVICE");
+  const auto device = egosieve::kernels::ChooseDevice(*devices, choice == nullptr ? "" : choice);
+  if (device.ok()) benchmark::AddCustomContext("device", device->name);
+}
 
 }  // namespace
 
@@ -44,6 +55,7 @@ int main(int argc, char** argv) {
   int count = static_cast<int>(pointers.size());
   benchmark::Initialize(&count, pointers.data());
   if (benchmark::ReportUnrecognizedArguments(count, pointers.data())) return 2;
+  NameDevice();
   ShortNames<benchmark::ConsoleReporter> console(isatty(STDOUT_FILENO)
                                                      ? benchmark::ConsoleReporter::OO_Color
                                                      : benchmark::ConsoleReporter::OO_None);

@@ -95,7 +95,7 @@ void BM_CovarianceGradient(benchmark::State& state) {
     w[i] = 1e-3 * static_cast<double>(i * 2654435761 % 2001 - 1000);
   const ConstMatrixView<double> weights(w.data(), n, n);
   std::vector<double> gradient;
-  const double peak = FmaPerSecond(*context) / 2;  // float64
+  const double peak = FmaPerSecond<double>(*context);
   // The first call compiles.
   (void)CovarianceGradient(*context, parameters, x, weights);
   const LoopTimer timer;

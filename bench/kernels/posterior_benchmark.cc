@@ -103,7 +103,7 @@ void BM_DensePosteriorMean(benchmark::State& state, BenchmarkKernel kernel) {
   const std::vector<float> queries = ImageQueries(1);
   const int64_t m = static_cast<int64_t>(queries.size()) / 6;
   std::vector<float> mean(m);
-  const double peak = FmaPerSecond(*context);
+  const double peak = FmaPerSecond<float>(*context);
   // The first call compiles.
   (void)(*posterior)->Evaluate(ConstMatrixView<float>(queries.data(), 1, 6), {mean.data()});
   const LoopTimer timer;
@@ -172,6 +172,9 @@ void EvaluateAll(benchmark::State& state, const PosteriorModel& model, int strid
   state.counters["queries_per_second"] =
       benchmark::Counter(static_cast<double>(m), benchmark::Counter::kIsIterationInvariantRate);
   const double n = static_cast<double>(model.inputs.rows);
+  // n^2 / 2 multiply-adds a query: of the variance alone.
+  state.counters["fraction_of_fma_peak"] =
+      0.5 * n * n * m / FmaPerSecond<float>(*BenchmarkContext()) / seconds;
   state.counters["gflops"] =
       benchmark::Counter(1e-9 * n * n * m, benchmark::Counter::kIsIterationInvariantRate);
   if (strsm_seconds > 0.0) {
@@ -195,6 +198,24 @@ BENCHMARK_CAPTURE(BM_DensePosteriorVariance, arcsine, BenchmarkKernel::kSteepArc
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_DensePosteriorVariance, squared_exponential,
                   BenchmarkKernel::kSquaredExponential)
+    ->ArgName("n")
+    ->Arg(4000)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+// Exact mean, variance and probability of every pixel: enough work to fill a GPU.
+void BM_DensePosteriorPicture(benchmark::State& state) {
+  EvaluateAll(state,
+              ModelOf(state.range(0), BenchmarkKernel::kSteepArcsine).model(FactorKind::kCholesky),
+              1, 0.0);
+  constexpr double kPixelsOfKitti = 1242.0 * 375.0;
+  state.counters["kitti_pictures_per_second"] =
+      benchmark::Counter(static_cast<double>(ImageQueries(1).size()) / 6.0 / kPixelsOfKitti,
+                         benchmark::Counter::kIsIterationInvariantRate);
+}
+BENCHMARK(BM_DensePosteriorPicture)
+    ->Name("BM_DensePosteriorPicture/arcsine")
     ->ArgName("n")
     ->Arg(4000)
     ->MeasureProcessCPUTime()

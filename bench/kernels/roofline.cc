@@ -24,32 +24,43 @@ double SecondsOf(const std::function<void()>& body) {
 
 }  // namespace
 
+template <typename T>
 double FmaPerSecond(Context& context) {
-  if (context.is_reference()) return 0.0;
+  if (context.is_reference() || (sizeof(T) == sizeof(double) && !context.info().float64))
+    return 0.0;
   static double best = 0.0;
   constexpr int kSteps = 1 << 20;
   constexpr int kChains = 16;
-  const int lanes = context.tuning().float_lanes;
-  const std::string options =
-      "-cl-std=CL1.2 -DVEC=" + std::to_string(lanes) + " -DCHAINS=" + std::to_string(kChains);
+  // On GPUs as many work-items as a unit holds at most.
+  const int group = context.tuning().work_group > 1 ? 128 : 1;
+  constexpr int kItemsOfAUnit = 2048;
+  const bool is_double = sizeof(T) == sizeof(double);
+  const int lanes =
+      is_double ? std::max(context.tuning().float_lanes / 2, 1) : context.tuning().float_lanes;
+  const std::string options = "-cl-std=CL1.2 -DVEC=" + std::to_string(lanes) +
+                              " -DCHAINS=" + std::to_string(kChains) +
+                              (is_double ? " -DREAL_IS_DOUBLE" : "");
   auto workspace = context.Borrow("measuring the roofline");
   if (!workspace.ok()) return 0.0;
   auto kernel = (*workspace)->Kernel("roofline.cl", options, "multiply_add");
   if (!kernel.ok()) return 0.0;
-  const int items = context.info().compute_units;
-  std::vector<float> out(items * lanes);
+  const int64_t items = int64_t{context.info().compute_units} * (group > 1 ? kItemsOfAUnit : 1);
+  std::vector<T> out(items * lanes);
   for (int repeat = 0; repeat < 10; ++repeat) {
-    OutputBuffer<float> result(context, MatrixView<float>(out.data(), 1, items * lanes));
-    SetArguments(*kernel, cl_int{kSteps}, 0.999f, 1e-3f, result.buffer());
+    OutputBuffer<T> result(context, MatrixView<T>(out.data(), 1, items * lanes));
+    SetArguments(*kernel, cl_int{kSteps}, T{0.999}, T{1e-3}, result.buffer());
     const cl::CommandQueue& queue = (*workspace)->queue();
     const double seconds = SecondsOf([&] {
-      queue.enqueueNDRangeKernel(*kernel, cl::NullRange, cl::NDRange(items), cl::NDRange(1));
+      queue.enqueueNDRangeKernel(*kernel, cl::NullRange, cl::NDRange(items), cl::NDRange(group));
       result.Finish(queue);
     });
     best = std::max(best, static_cast<double>(kSteps) * kChains * lanes * items / seconds);
   }
   return best;
 }
+
+template double FmaPerSecond<float>(Context&);
+template double FmaPerSecond<double>(Context&);
 
 double StrsmSeconds(int64_t n, int64_t m) {
   std::vector<float> factor(n * n, 0.0f);

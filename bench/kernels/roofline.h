@@ -10,8 +10,10 @@
 namespace egosieve::kernels {
 
 // Vector arithmetic operations (a multiply-add counts one) times lanes, a second, of the device: a
-// kernel of independent float32 multiply-adds in registers. The best of all runs in this process: a
-// peak that a noisy moment lowered would flatter what is compared with it.
+// kernel of independent multiply-adds of T, float or double, in registers. The best of all runs in
+// this process: a peak that a noisy moment lowered would flatter what is compared with it. 0 where
+// there is no such device.
+template <typename T>
 double FmaPerSecond(Context& context);
 
 // Seconds of OpenBLAS's strsm, or Eigen's triangular solve on all cores, the better of the two:

@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "gp/linalg/cholesky.h"
 #include "gp/linalg/lower_tiles.h"
+#include "gp/linalg/not_positive_definite.h"
 #include "gp/linalg/row_removal.h"
 #include "gp/linalg/tile_operations.h"
 #include "kernels/base/parallel_for.h"
@@ -23,7 +24,7 @@ constexpr int64_t kMinimumCapacity = 64;
 constexpr int64_t kCornerTile = 64;
 
 absl::Status RefusedPivot(int64_t row) {
-  return absl::FailedPreconditionError(absl::StrFormat(
+  return NotPositiveDefinite(absl::StrFormat(
       "row %d: pivot not above its floor, the matrix is not positive definite to working "
       "precision; drop the row (a duplicate?) or add noise to the diagonal",
       row));
@@ -99,14 +100,21 @@ absl::Status IncrementalCholesky::Factorize(ConstMatrixView<double> k) {
 
 absl::Status IncrementalCholesky::Factorize(
     int64_t n, absl::FunctionRef<absl::Status(MatrixView<double>)> fill) {
+  return Adopt(n, [&](MatrixView<double> a) -> absl::StatusOr<int64_t> {
+    if (absl::Status status = fill(a); !status.ok()) return status;
+    return FactorizeInParallel(a, PivotFloors(a, n, options_.pivot_floor));
+  });
+}
+
+absl::Status IncrementalCholesky::Adopt(
+    int64_t n, absl::FunctionRef<absl::StatusOr<int64_t>(MatrixView<double>)> factorize) {
   absl::StatusOr<AlignedMatrix> memory =
       ZeroMatrix(std::max({n, factor_.rows(), options_.least_capacity}));
   if (!memory.ok()) return memory.status();
   AlignedMatrix fresh = *std::move(memory);
-  const MatrixView<double> a = fresh.block(n, n);
-  if (absl::Status status = fill(a); !status.ok()) return status;
-  const int64_t bad = FactorizeInParallel(a, PivotFloors(a, n, options_.pivot_floor));
-  if (bad >= 0) return RefusedPivot(bad);
+  const absl::StatusOr<int64_t> bad = factorize(fresh.block(n, n));
+  if (!bad.ok()) return bad.status();
+  if (*bad >= 0) return RefusedPivot(*bad);
   factor_ = std::move(fresh);
   size_ = n;
   return absl::OkStatus();

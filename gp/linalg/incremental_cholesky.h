@@ -75,6 +75,11 @@ class IncrementalCholesky {
   absl::Status Factorize(int64_t n,
                          absl::FunctionRef<absl::Status(kernels::MatrixView<double>)> fill);
 
+  // Replaces the factor by what `factorize` writes: the lower triangle of an n x n matrix of zeros.
+  // It returns the row whose pivot it refused (FailedPrecondition as above) or -1.
+  absl::Status Adopt(
+      int64_t n, absl::FunctionRef<absl::StatusOr<int64_t>(kernels::MatrixView<double>)> factorize);
+
   // Appends k rows. below: k x n, K21; corner: k x k, K22, lower triangle read. FailedPrecondition,
   // naming the row of the whole matrix, as for Factorize; the factor is then unchanged.
   absl::Status Append(kernels::ConstMatrixView<double> below,

@@ -7,9 +7,11 @@
 #include "absl/strings/str_format.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/jitter_ladder.h"
+#include "gp/linalg/not_positive_definite.h"
 #include "gp/model/model_checks.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
+#include "kernels/ops/exact_regression.h"
 
 namespace egosieve::gp {
 namespace {
@@ -32,6 +34,22 @@ absl::Status NoisyCovariance(kernels::Context& context, const Hyperparameters& h
       kernels::Triangle::kLower, out));
   for (int64_t i = 0; i < points.size(); ++i) out(i, i) += points.noise_variance(i);
   return absl::OkStatus();
+}
+
+// That of K_y for points of this noise: of covariances and n^3 / 3 flops on the device where that
+// is the place for them.
+absl::Status Factorize(kernels::Context& context, const Hyperparameters& hyperparameters,
+                       const Observations& points, double jitter, IncrementalCholesky& factor) {
+  if (points.size() > 0 && kernels::RegressesOnDevice(context)) {
+    return factor.Adopt(points.size(), [&](MatrixView<double> out) {
+      return kernels::FactorizeOnDevice(context, hyperparameters.covariance, points.inputs,
+                                        hyperparameters.noise_variance() + jitter,
+                                        points.noise_variances, out);
+    });
+  }
+  return factor.Factorize(points.size(), [&](MatrixView<double> out) {
+    return NoisyCovariance(context, hyperparameters, points, jitter, out);
+  });
 }
 
 }  // namespace
@@ -82,8 +100,13 @@ absl::Status ExactModel::AddObservations(const Observations& added, int64_t fram
   PointSet points = points_;
   points.Append(added, frame);
   const int64_t before = size();
+  if (added.size() >= before && kernels::RegressesOnDevice(*context_)) {
+    EGOSIEVE_ASSIGN_OR_RETURN(Solution solution, Solve(hyperparameters_, points, jitter_, false));
+    Commit(std::move(solution), std::move(points));
+    return absl::OkStatus();
+  }
   const absl::Status status = AppendToFactor(added);
-  if (absl::IsFailedPrecondition(status)) {
+  if (IsNotPositiveDefinite(status)) {
     EGOSIEVE_ASSIGN_OR_RETURN(Solution solution, Solve(hyperparameters_, points, jitter_, true));
     Commit(std::move(solution), std::move(points));
     return absl::OkStatus();
@@ -123,17 +146,15 @@ absl::StatusOr<ExactModel::Solution> ExactModel::Solve(const Hyperparameters& hy
       if (!next.has_value()) break;
       solution.jitter = *next;
     }
-    status = solution.factor.Factorize(points.size(), [&](MatrixView<double> out) {
-      return NoisyCovariance(*context_, hyperparameters, observations, solution.jitter, out);
-    });
+    status = Factorize(*context_, hyperparameters, observations, solution.jitter, solution.factor);
     if (status.ok()) {
       solution.weights = WeightsOf(solution.factor, hyperparameters, points);
       return solution;
     }
-    if (!absl::IsFailedPrecondition(status)) return status;
+    if (!IsNotPositiveDefinite(status)) return status;
     refused = true;
   }
-  return absl::FailedPreconditionError(
+  return NotPositiveDefinite(
       absl::StrFormat("%s; jitter up to %g did not help", status.message(), kLastJitter * unit));
 }
 

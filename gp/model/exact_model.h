@@ -22,6 +22,10 @@
 // unit is sigma_f^2, and the factor is rebuilt; jitter() reports it. It goes back to zero when the
 // hyperparameters are set.
 //
+// On devices with float64 and memory of their own a factor is rebuilt there, also for a batch that
+// at least doubles the points, and comes to the host, which updates it
+// (kernels/ops/exact_regression.h).
+//
 // Cost: Add of k points k n^2 + k^2 n; Remove 2 k n^2 (or a rebuild where that is cheaper);
 // SetHyperparameters n^3 / 3 and n^2 / 2 covariances. Memory: one n x n array of float64, another
 // while a factor is rebuilt.

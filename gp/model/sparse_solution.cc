@@ -10,6 +10,7 @@
 #include "gp/linalg/cholesky.h"
 #include "gp/linalg/jitter_ladder.h"
 #include "gp/linalg/lower_tiles.h"
+#include "gp/linalg/not_positive_definite.h"
 #include "gp/linalg/tile_operations.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
@@ -54,7 +55,7 @@ absl::Status FactorizeInducing(kernels::Context& context, const SparseModelOptio
     if (bad < 0) return absl::OkStatus();
     const std::optional<double> next = NextJitter(solution.jitter, unit);
     if (!next.has_value()) {
-      return absl::FailedPreconditionError(
+      return NotPositiveDefinite(
           absl::StrFormat("inducing input %d is explained by those before it to working precision; "
                           "jitter up to %g did not help",
                           bad, solution.jitter));

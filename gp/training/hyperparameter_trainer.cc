@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_format.h"
 #include "gp/calibration/leave_one_out.h"
+#include "gp/linalg/not_positive_definite.h"
 #include "gp/training/marginal_likelihood.h"
 #include "gp/training/simulated_annealing.h"
 #include "kernels/base/splitmix.h"
@@ -141,7 +142,7 @@ absl::StatusOr<double> HyperparameterTrainer::Objective(kernels::Context& contex
   const auto likelihood = ComputeMarginalLikelihood(
       context, hyperparameters, subset.view(),
       gradient == nullptr ? LikelihoodOrder::kValue : LikelihoodOrder::kValueAndGradient);
-  if (absl::IsFailedPrecondition(likelihood.status())) {
+  if (IsNotPositiveDefinite(likelihood.status())) {
     if (gradient != nullptr) gradient->assign(theta.size(), 0.0);
     return -std::numeric_limits<double>::infinity();
   }

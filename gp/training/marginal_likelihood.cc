@@ -5,6 +5,7 @@
 #include "absl/strings/str_format.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/cholesky.h"
+#include "gp/linalg/not_positive_definite.h"
 #include "gp/model/regression_weights.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_gradient.h"
@@ -35,7 +36,7 @@ void WeightsInPlaceOfFactor(const RegressionWeights& weights, MatrixView<double>
 }
 
 absl::Status RefusedPivot(int64_t row, double noise_variance) {
-  return absl::FailedPreconditionError(absl::StrFormat(
+  return NotPositiveDefinite(absl::StrFormat(
       "row %d: covariances plus noise variance %g are not positive definite to working precision",
       row, noise_variance));
 }

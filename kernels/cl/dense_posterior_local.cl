@@ -21,6 +21,16 @@
 // GROUP values, those of the diagonal block last. Traffic for a multiply-add: 4 / GROUP bytes of scratch, 4 / QUERIES of
 // the factor, and (PANEL + WIDTH) / (PANEL WIDTH) values of local memory. The columns of a tile never mix, and the work
 // and order of the sums are the same in each: results do not depend on the tile that a query falls in.
+//
+// On an H200 (33.5 T multiply-adds a second in float32, 4.8 TB/s, 132 units of 2,048 work-items, 64 k registers and 228 kB of
+// local memory each), counted, not measured, with DefaultGpuTuning, n = 4000, D = 6 and every pixel of 1242 x 375. Groups of
+// 128, 4 a unit: 512 work-items, 0.25 of the places, which is what 128 registers each allow (64 sums and two times 8 factors).
+//
+//                 tiles of       multiply-adds       local memory       scratch and factor                    least time
+//   variance      64 queries     4.0 T, 0.120 s      4.0 TB, 0.120 s    126 GB, 0.026 s; 252 GB from cache    0.120 s
+//   mean alone    512 queries    0.080 T, 0.0024 s   0.017 TB           none; 0.1 GB from cache               0.0024 s
+//
+// 12.3 kB of local memory a group, 0.55 GB of scratch for 528 groups. So two pictures a second need 0.24 of the peak.
 #define GROUP (PANEL * PANELS)
 #define QUERIES (WIDTH * COLUMNS)
 #define WORK_GROUP (PANELS * COLUMNS)

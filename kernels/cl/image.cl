@@ -1,6 +1,6 @@
 // Descriptors of image windows and reconstruction from a grid. Needs CHANNELS (1 or 3) beside common.cl's macros.
 
-// The four intensities of a window: sums of 8-bit values over `count` pixels, mapped to [-1, 1]. Both kernels below end
+// The four intensities of a window: sums of 8-bit values over `count` pixels, mapped to [-1, 1]. All kernels of descriptors end
 // here, so that they agree bit for bit.
 static inline void write_descriptor(float u, float v, int blue_sum, int green_sum, int red_sum, int count,
                              __global float* out) {
@@ -31,7 +31,7 @@ static inline void add_row(__global const uchar* row, int size, int sign, __glob
   }
 }
 
-// A work-item computes `rows_per_item` rows of the grid. Its two scratch rows hold the sums of each column of bytes over
+// For devices with one work-item a core: a work-item computes `rows_per_item` rows of the grid. Its two scratch rows hold the sums of each column of bytes over
 // the window's rows, which slide from one grid row to the next, and their running sums along the row.
 __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void descriptor_field(
     __global const uchar* restrict image, const long stride_bytes, const int width, const int height, const int radius,
@@ -79,6 +79,36 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void descriptor_field(
   }
 }
 
+// The window around the pixel (x, y), clipped at the border.
+static inline void describe_window(__global const uchar* restrict image, const long stride_bytes, const int width,
+                                   const int height, const int radius, const int x, const int y, const float u,
+                                   const float v, __global float* out) {
+  const int left = max(x - radius, 0);
+  const int right = min(x + radius + 1, width);
+  const int top = max(y - radius, 0);
+  const int bottom = min(y + radius + 1, height);
+  int sums[CHANNELS];
+  for (int c = 0; c < CHANNELS; ++c) sums[c] = 0;
+  for (int j = top; j < bottom; ++j) {
+    __global const uchar* row = image + j * stride_bytes;
+    for (int i = left; i < right; ++i) {
+      for (int c = 0; c < CHANNELS; ++c) sums[c] += row[i * CHANNELS + c];
+    }
+  }
+  write_descriptor(u, v, sums[0], sums[CHANNELS / 2], sums[CHANNELS - 1], (right - left) * (bottom - top), out);
+}
+
+// A work-item computes one point of the grid: (column, row) is its global id. Those right of the grid fill work-groups up.
+__kernel void descriptor_field_by_point(
+    __global const uchar* restrict image, const long stride_bytes, const int width, const int height, const int radius,
+    __global const int* restrict x_pixels, __global const int* restrict y_pixels, __global const float* restrict u,
+    __global const float* restrict v, const int columns, __global float* restrict out, const long out_stride) {
+  const int column = get_global_id(0), row = get_global_id(1);
+  if (column >= columns) return;
+  describe_window(image, stride_bytes, width, height, radius, x_pixels[column], y_pixels[row], u[column], v[row],
+                  out + ((long)row * columns + column) * out_stride);
+}
+
 // A work-item describes one point: the window around the pixel (x, y), coordinates u, v of its own. Those behind the
 // last point fill its work-group up.
 __kernel void descriptors_at(__global const uchar* restrict image, const long stride_bytes, const int width,
@@ -87,45 +117,71 @@ __kernel void descriptors_at(__global const uchar* restrict image, const long st
                              __global float* restrict out, const long out_stride) {
   const long i = get_global_id(0);
   if (i >= count) return;
-  const int left = max(pixels[i].x - radius, 0);
-  const int right = min(pixels[i].x + radius + 1, width);
-  const int top = max(pixels[i].y - radius, 0);
-  const int bottom = min(pixels[i].y + radius + 1, height);
-  int sums[CHANNELS];
-  for (int c = 0; c < CHANNELS; ++c) sums[c] = 0;
-  for (int y = top; y < bottom; ++y) {
-    __global const uchar* row = image + y * stride_bytes;
-    for (int x = left; x < right; ++x) {
-      for (int c = 0; c < CHANNELS; ++c) sums[c] += row[x * CHANNELS + c];
-    }
-  }
-  write_descriptor(coordinates[i].x, coordinates[i].y, sums[0], sums[CHANNELS / 2], sums[CHANNELS - 1],
-                   (right - left) * (bottom - top), out + i * out_stride);
+  describe_window(image, stride_bytes, width, height, radius, pixels[i].x, pixels[i].y, coordinates[i].x,
+                  coordinates[i].y, out + i * out_stride);
 }
 
-// A work-item reconstructs one image row: (1 - f) left + f right, exact where f is 0 or 1.
+// The two rows of the grid around an image row, and how far it is from the first.
+typedef struct {
+  __global const float* upper;
+  __global const float* lower;
+  float f;
+} RowPair;
+
+static inline RowPair rows_around(__global const float* restrict values, const long value_stride, const int rows,
+                                  const int stride, const int height, const int y) {
+  const int row0 = y / stride;
+  const int row1 = min(row0 + 1, rows - 1);
+  const int y0 = row0 * stride;
+  const int span = min(row1 * stride, height - 1) - y0;
+  RowPair pair;
+  pair.upper = values + row0 * value_stride;
+  pair.lower = values + row1 * value_stride;
+  pair.f = span > 0 ? (float)(y - y0) / (float)span : 0.0f;
+  return pair;
+}
+
+// (1 - f) upper + f lower, exact where f is 0 or 1.
+static inline float between_rows(const RowPair pair, const int column) {
+  return fma(pair.f, pair.lower[column], (1.0f - pair.f) * pair.upper[column]);
+}
+
+// At column x of the image, x0 <= x <= x1: (1 - f) left + f right, exact where f is 0 or 1.
+static inline float between_columns(const float left, const float right, const int x0, const int x1, const int x) {
+  const float f = (float)(x - x0) / (float)(x1 - x0);
+  return fma(f, right, (1.0f - f) * left);
+}
+
+// A work-item reconstructs one image row.
 __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void grid_interpolation(
     __global const float* restrict values, const long value_stride, const int columns, const int rows,
     const int stride, const int width, const int height, __global float* restrict out, const long out_stride) {
   const int y = get_global_id(0);
-  const int row0 = y / stride;
-  const int row1 = min(row0 + 1, rows - 1);
-  const int y0 = row0 * stride;
-  const int span_y = min(row1 * stride, height - 1) - y0;
-  const float fy = span_y > 0 ? (float)(y - y0) / (float)span_y : 0.0f;
-  __global const float* upper = values + row0 * value_stride;
-  __global const float* lower = values + row1 * value_stride;
-  float left = fma(fy, lower[0], (1.0f - fy) * upper[0]);
+  const RowPair pair = rows_around(values, value_stride, rows, stride, height, y);
   __global float* target = out + (long)y * out_stride;
+  float left = between_rows(pair, 0);
   target[0] = left;
   for (int column = 1; column < columns; ++column) {
-    const float right = fma(fy, lower[column], (1.0f - fy) * upper[column]);
+    const float right = between_rows(pair, column);
     const int x0 = (column - 1) * stride;
     const int x1 = min(column * stride, width - 1);
-    for (int x = x0 + 1; x <= x1; ++x) {
-      const float f = (float)(x - x0) / (float)(x1 - x0);
-      target[x] = fma(f, right, (1.0f - f) * left);
-    }
+    for (int x = x0 + 1; x <= x1; ++x) target[x] = between_columns(left, right, x0, x1, x);
     left = right;
   }
+}
+
+// A work-item reconstructs one pixel: (x, y) is its global id. Those right of the image fill work-groups up.
+__kernel void grid_interpolation_by_pixel(__global const float* restrict values, const long value_stride,
+                                          const int columns, const int rows, const int stride, const int width,
+                                          const int height, __global float* restrict out, const long out_stride) {
+  const int x = get_global_id(0), y = get_global_id(1);
+  if (x >= width) return;
+  const RowPair pair = rows_around(values, value_stride, rows, stride, height, y);
+  const int column = (x + stride - 1) / stride;  // on the right of the pixel, or at it
+  float value = between_rows(pair, column);
+  if (column > 0) {
+    const int x0 = (column - 1) * stride;
+    value = between_columns(between_rows(pair, column - 1), value, x0, min(column * stride, width - 1), x);
+  }
+  out[(long)y * out_stride + x] = value;
 }

@@ -103,6 +103,21 @@ absl::StatusOr<std::string> ReadToEnd(int descriptor, const std::string& path, i
   return bytes;
 }
 
+std::string FolderOf(const std::string& path) {
+  const fs::path parent = fs::path(path).parent_path();
+  return parent.empty() ? "." : parent.string();
+}
+
+Descriptor OpenFolder(const std::string& folder) {
+  return Descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+}
+
+absl::Status SyncFolder(const Descriptor& descriptor, const std::string& folder) {
+  // Some file systems do not sync folders; their rename is as durable as they make it.
+  return fsync(descriptor.get()) == 0 || errno == EINVAL ? absl::OkStatus()
+                                                         : WriteError(folder, errno);
+}
+
 }  // namespace
 
 absl::Status WriteError(const std::string& path, int error) {
@@ -132,13 +147,9 @@ absl::Status WriteAll(int descriptor, std::string_view bytes, const std::string&
 }
 
 absl::Status SyncFolderOf(const std::string& path) {
-  const fs::path parent = fs::path(path).parent_path();
-  const std::string folder = parent.empty() ? "." : parent.string();
-  const Descriptor descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (descriptor.get() < 0) return WriteError(folder, errno);
-  // Some file systems do not sync folders; their rename is as durable as they make it.
-  return fsync(descriptor.get()) == 0 || errno == EINVAL ? absl::OkStatus()
-                                                         : WriteError(folder, errno);
+  const std::string folder = FolderOf(path);
+  const Descriptor descriptor = OpenFolder(folder);
+  return descriptor.get() < 0 ? WriteError(folder, errno) : SyncFolder(descriptor, folder);
 }
 
 absl::StatusOr<TemporaryFile> TemporaryFile::Create(const std::string& path,
@@ -181,11 +192,15 @@ TemporaryFile::~TemporaryFile() {
 }
 
 absl::Status TemporaryFile::Commit() {
+  // Before the rename, so that a folder that may not be read leaves the old file.
+  const std::string folder = FolderOf(path_);
+  const Descriptor descriptor = OpenFolder(folder);
+  if (descriptor.get() < 0) return WriteError(folder, errno);
   if (fsync(descriptor_) != 0 || rename(name_.c_str(), path_.c_str()) != 0) {
     return WriteError(path_, errno);
   }
   name_.clear();
-  return SyncFolderOf(path_);
+  return SyncFolder(descriptor, folder);
 }
 
 absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes) {

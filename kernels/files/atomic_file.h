@@ -2,7 +2,9 @@
 // reads or writes itself goes through here.
 //
 //   WriteFileAtomically   bytes to a temporary file beside `path`, fsync, rename over `path`, fsync
-//                         of the folder. After an error the old file, if any, is as it was.
+//                         of the folder. After an error the old file, if any, is as it was; but
+//                         where it is the folder's fsync that fails, as on a dying disk, the new
+//                         file has its name and is whole, and may lose the name with the power.
 //   TemporaryFile         the same for files that a library writes by their name
 //   ReadFile              every byte or an error: a read that fails is no end of the file
 //

@@ -1,5 +1,9 @@
 // Points prepared on the device (kernels/base/prepared_points.h), from the device's memory to the
 // device's memory.
+//
+// On an H200 (4.8 TB/s, 132 units of 2,048 work-items), counted, not measured: of 465,750 queries
+// with D = 6 the arcsine's preparation reads 24 and writes 32 bytes each, 26 MB, 0.005 ms, and has
+// some 30 operations in float64 each; a work-item a query fills the units 1.7 times.
 #ifndef EGOSIEVE_KERNELS_OPS_DEVICE_PREPARATION_H_
 #define EGOSIEVE_KERNELS_OPS_DEVICE_PREPARATION_H_
 

@@ -1,5 +1,6 @@
 #include "kernels/ops/exact_regression.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -22,16 +23,13 @@ using opencl::DeviceFactor;
 using opencl::DeviceLinearAlgebra;
 using opencl::DeviceMatrix;
 
-absl::Status CheckProblem(const CovarianceParameters& parameters, ConstMatrixView<double> x,
-                          ConstMatrixView<double> y, double noise_variance,
-                          absl::Span<const double> variances) {
+absl::Status CheckPoints(const CovarianceParameters& parameters, ConstMatrixView<double> x,
+                         double noise_variance, absl::Span<const double> variances) {
   EGOSIEVE_RETURN_IF_ERROR(parameters.Validate());
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("x", x, x.rows, parameters.input_dimension()));
   EGOSIEVE_RETURN_IF_ERROR(CheckFinite("x", x));
-  EGOSIEVE_RETURN_IF_ERROR(CheckShape("y", y, x.rows, y.cols));
-  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("y", y));
-  if (x.rows < 1 || x.rows > std::numeric_limits<int32_t>::max() || y.cols < 1) {
-    return absl::InvalidArgumentError("regression needs points and at least one output");
+  if (x.rows < 1 || x.rows > std::numeric_limits<int32_t>::max()) {
+    return absl::InvalidArgumentError("regression needs points");
   }
   if (!variances.empty() && static_cast<int64_t>(variances.size()) != x.rows) {
     return absl::InvalidArgumentError(
@@ -48,6 +46,13 @@ absl::Status CheckProblem(const CovarianceParameters& parameters, ConstMatrixVie
     }
   }
   return absl::OkStatus();
+}
+
+absl::Status CheckTargets(ConstMatrixView<double> x, ConstMatrixView<double> y) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape("y", y, x.rows, y.cols));
+  EGOSIEVE_RETURN_IF_ERROR(CheckFinite("y", y));
+  return y.cols >= 1 ? absl::OkStatus()
+                     : absl::InvalidArgumentError("regression needs at least one output");
 }
 
 // The values, packed, in the device's memory.
@@ -67,30 +72,97 @@ std::vector<double> Download(const cl::CommandQueue& queue, const cl::Buffer& bu
   return values;
 }
 
+// What a computation on the device works with.
+struct Tools {
+  std::unique_ptr<Workspace> workspace;
+  DeviceLinearAlgebra algebra;
+  CovarianceKernels covariance;
+};
+
+absl::StatusOr<Tools> Prepare(Context& context, const CovarianceParameters& parameters,
+                              bool with_gradient, const char* doing) {
+  if (context.is_reference()) {
+    return absl::FailedPreconditionError("the reference has no device: open an OpenCL device");
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(doing));
+  EGOSIEVE_ASSIGN_OR_RETURN(DeviceLinearAlgebra algebra,
+                            DeviceLinearAlgebra::Create(context, *workspace));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      CovarianceKernels covariance,
+      CovarianceKernels::Create<double>(
+          context, *workspace, parameters,
+          CovarianceKernels::kBlock | (with_gradient ? CovarianceKernels::kGradient : 0)));
+  return Tools{std::move(workspace), std::move(algebra), std::move(covariance)};
+}
+
+// The noise of each of `count` points.
+std::vector<double> Filled(absl::Span<const double> variances, int64_t count) {
+  std::vector<double> noise(variances.begin(), variances.end());
+  noise.resize(count, 0.0);
+  return noise;
+}
+
+struct Factored {
+  DeviceFactor factor;
+  int64_t bad_row = -1;
+};
+
+// L of (1). Throws cl::Error.
+Factored Factorize(const Context& context, const cl::CommandQueue& queue, Tools& tools,
+                   const CovariancePoints<double>& points, double noise_variance,
+                   const std::vector<double>& variances) {
+  const int64_t n = points.row_count();
+  DeviceMatrix matrix = opencl::NewDeviceMatrix(context, n, n);
+  tools.covariance.EnqueueBlock(queue, points, /*lower_only=*/true, matrix.buffer, n);
+  const DeviceMatrix of_points = Upload(context, queue, variances, 1);
+  DeviceMatrix floors = opencl::NewDeviceMatrix(context, n, 1);
+  tools.algebra.AddNoise(matrix, noise_variance, of_points,
+                         static_cast<double>(n) * std::numeric_limits<double>::epsilon(), floors);
+  const cl::Buffer bad(context.cl_context(), CL_MEM_READ_WRITE, sizeof(cl_int));
+  queue.enqueueFillBuffer(bad, cl_int{-1}, 0, sizeof(cl_int));
+  Factored factored{tools.algebra.Factorize(std::move(matrix), floors, bad)};
+  cl_int bad_row = -1;
+  queue.enqueueReadBuffer(bad, CL_TRUE, 0, sizeof bad_row, &bad_row);
+  factored.bad_row = bad_row;
+  return factored;
+}
+
+// The lower triangle into `out`, from bands of rows that are as wide as their last one. Throws
+// cl::Error, when `out` may hold parts.
+void DownloadLower(const cl::CommandQueue& queue, const DeviceMatrix& matrix,
+                   MatrixView<double> out) {
+  constexpr int64_t kBand = 256;
+  std::vector<double> band;
+  for (int64_t first = 0; first < matrix.rows; first += kBand) {
+    const int64_t rows = std::min(kBand, matrix.rows - first), width = first + rows;
+    band.resize(rows * width);
+    const size_t row_bytes = width * sizeof(double);
+    queue.enqueueReadBufferRect(matrix.buffer, CL_TRUE, {0, static_cast<size_t>(first), 0},
+                                {0, 0, 0}, {row_bytes, static_cast<size_t>(rows), 1},
+                                matrix.columns * sizeof(double), 0, row_bytes, 0, band.data());
+    for (int64_t i = 0; i < rows; ++i) {
+      std::copy_n(&band[i * width], first + i + 1, out.row(first + i));
+    }
+  }
+}
+
 // Throws cl::Error.
-ExactRegression Regress(const Context& context, const cl::CommandQueue& queue,
-                        DeviceLinearAlgebra& algebra, CovarianceKernels& covariance,
+ExactRegression Regress(const Context& context, const cl::CommandQueue& queue, Tools& tools,
                         const CovariancePoints<double>& points, ConstMatrixView<double> y,
                         double noise_variance, const std::vector<double>& variances,
                         bool with_gradient) {
   const int64_t n = points.row_count(), k = y.cols;
   std::vector<double> targets;
   for (int64_t i = 0; i < n; ++i) targets.insert(targets.end(), y.row(i), y.row(i) + k);
-  DeviceMatrix matrix = opencl::NewDeviceMatrix(context, n, n);
-  covariance.EnqueueBlock(queue, points, /*lower_only=*/true, matrix.buffer, n);
-  const DeviceMatrix of_points = Upload(context, queue, variances, 1);
-  DeviceMatrix values = opencl::NewDeviceMatrix(context, n, 1);  // floors, then a diagonal
-  algebra.AddNoise(matrix, noise_variance, of_points,
-                   static_cast<double>(n) * std::numeric_limits<double>::epsilon(), values);
-  const cl::Buffer bad(context.cl_context(), CL_MEM_READ_WRITE, sizeof(cl_int));
-  queue.enqueueFillBuffer(bad, cl_int{-1}, 0, sizeof(cl_int));
-  const DeviceFactor factor = algebra.Factorize(std::move(matrix), values, bad);
-  cl_int bad_row = -1;
-  queue.enqueueReadBuffer(bad, CL_TRUE, 0, sizeof bad_row, &bad_row);
+  const auto [factor, bad_row] =
+      Factorize(context, queue, tools, points, noise_variance, variances);
   ExactRegression result;
   result.bad_row = bad_row;
   if (bad_row >= 0) return result;
 
+  DeviceLinearAlgebra& algebra = tools.algebra;
+  CovarianceKernels& covariance = tools.covariance;
+  DeviceMatrix values = opencl::NewDeviceMatrix(context, n, 1);  // a diagonal
   algebra.GetDiagonal(factor.lower, values);
   DeviceMatrix alpha = Upload(context, queue, targets, k);
   algebra.SolveLower(factor, alpha);
@@ -127,30 +199,42 @@ absl::StatusOr<ExactRegression> RegressOnDevice(Context& context,
                                                 ConstMatrixView<double> y, double noise_variance,
                                                 absl::Span<const double> variances,
                                                 bool with_gradient) {
-  EGOSIEVE_RETURN_IF_ERROR(CheckProblem(parameters, x, y, noise_variance, variances));
-  if (context.is_reference()) {
-    return absl::FailedPreconditionError("the reference has no device: open an OpenCL device");
-  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(parameters, x, noise_variance, variances));
+  EGOSIEVE_RETURN_IF_ERROR(CheckTargets(x, y));
   constexpr char kDoing[] = "regressing on the device";
-  EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(kDoing));
-  EGOSIEVE_ASSIGN_OR_RETURN(DeviceLinearAlgebra algebra,
-                            DeviceLinearAlgebra::Create(context, *workspace));
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      CovarianceKernels covariance,
-      CovarianceKernels::Create<double>(
-          context, *workspace, parameters,
-          CovarianceKernels::kBlock | (with_gradient ? CovarianceKernels::kGradient : 0)));
-  std::vector<double> noise(variances.begin(), variances.end());
-  noise.resize(x.rows, 0.0);
+  EGOSIEVE_ASSIGN_OR_RETURN(Tools tools, Prepare(context, parameters, with_gradient, kDoing));
+  const std::vector<double> noise = Filled(variances, x.rows);
   ExactRegression result;
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
     const CovariancePoints<double> points(context, parameters, x, x);
-    const CommandsEnd end(workspace->queue());
-    result = Regress(context, workspace->queue(), algebra, covariance, points, y, noise_variance,
-                     noise, with_gradient);
+    const cl::CommandQueue queue = tools.workspace->queue();
+    const CommandsEnd end(queue);
+    result = Regress(context, queue, tools, points, y, noise_variance, noise, with_gradient);
   }));
-  context.GiveBack(std::move(workspace));
+  context.GiveBack(std::move(tools.workspace));
   return result;
+}
+
+absl::StatusOr<int64_t> FactorizeOnDevice(Context& context, const CovarianceParameters& parameters,
+                                          ConstMatrixView<double> x, double noise_variance,
+                                          absl::Span<const double> variances,
+                                          MatrixView<double> out) {
+  EGOSIEVE_RETURN_IF_ERROR(CheckPoints(parameters, x, noise_variance, variances));
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape("out", out, x.rows, x.rows));
+  constexpr char kDoing[] = "factorising on the device";
+  EGOSIEVE_ASSIGN_OR_RETURN(Tools tools, Prepare(context, parameters, false, kDoing));
+  const std::vector<double> noise = Filled(variances, x.rows);
+  int64_t bad_row = -1;
+  EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
+    const CovariancePoints<double> points(context, parameters, x, x);
+    const cl::CommandQueue queue = tools.workspace->queue();
+    const CommandsEnd end(queue);
+    const Factored factored = Factorize(context, queue, tools, points, noise_variance, noise);
+    bad_row = factored.bad_row;
+    if (bad_row < 0) DownloadLower(queue, factored.factor.lower, out);
+  }));
+  context.GiveBack(std::move(tools.workspace));
+  return bad_row;
 }
 
 }  // namespace egosieve::kernels

@@ -46,6 +46,16 @@ absl::StatusOr<ExactRegression> RegressOnDevice(Context& context,
                                                 absl::Span<const double> variances,
                                                 bool with_gradient);
 
+// The factor alone, for a caller that goes on with it on the host: covariances, noise and n^3 / 3
+// flops on the device, n (2 D + 1) values to it and (n^2 + 256 n) / 2 back. x, noise_variance,
+// variances and errors as above. Returns -1, and the lower triangle of `out`, n x n, is L; or the
+// row whose pivot was refused, and `out` is as it was; so it stays above the diagonal. After an
+// error of the device it may hold parts.
+absl::StatusOr<int64_t> FactorizeOnDevice(Context& context, const CovarianceParameters& parameters,
+                                          ConstMatrixView<double> x, double noise_variance,
+                                          absl::Span<const double> variances,
+                                          MatrixView<double> out);
+
 }  // namespace egosieve::kernels
 
 #endif  // EGOSIEVE_KERNELS_OPS_EXACT_REGRESSION_H_

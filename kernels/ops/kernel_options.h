@@ -3,6 +3,7 @@
 #define EGOSIEVE_KERNELS_OPS_KERNEL_OPTIONS_H_
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <mutex>
 #include <string>
@@ -32,6 +33,12 @@ template <typename T>
 std::string BuildOptions(const Context& context) {
   return absl::StrCat("-cl-std=CL1.2", sizeof(T) == sizeof(double) ? " -DREAL_IS_DOUBLE" : "",
                       " -DVEC=", Lanes<T>(context));
+}
+
+// Work-items of a group where each has a value, or a column of them, of its own: 64 side by side
+// where the device runs scalar ones so, else one, which takes vectors or a whole row.
+inline int64_t SideBySide(const Context& context) {
+  return context.tuning().work_group > 1 ? 64 : 1;
 }
 
 // The covariance's functions and macros, which follow common.cl. points: the model's prepared

@@ -16,8 +16,6 @@ namespace {
 // Rows a work-group computes: enough to share the loads of the columns, few enough to balance
 // triangles.
 constexpr int64_t kRows = 4;
-// Work-items side by side where the device runs scalar ones so; vectors are enough elsewhere.
-constexpr int64_t kSideBySide = 64;
 
 int64_t Groups(int64_t rows) { return (rows + kRows - 1) / kRows; }
 
@@ -45,7 +43,7 @@ absl::StatusOr<CovarianceKernels> CovarianceKernels::Create(Context& context, Wo
                                                             const CovarianceParameters& parameters,
                                                             int what) {
   CovarianceKernels kernels;
-  kernels.work_group_ = context.tuning().work_group > 1 ? kSideBySide : 1;
+  kernels.work_group_ = SideBySide(context);
   kernels.scales_ = static_cast<int64_t>(parameters.scales.size());
   kernels.signal_variance_ = parameters.signal_stddev * parameters.signal_stddev;
   const std::string options = absl::StrCat(BuildOptions<T>(context), " -DROWS=", kRows,
@@ -116,7 +114,7 @@ absl::Status CovarianceBlock(Context& context, const CovarianceParameters& param
       CovarianceKernels::Create<T>(context, *workspace, parameters, CovarianceKernels::kBlock));
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
     const CovariancePoints<T> points(context, parameters, x, z);
-    OutputBuffer<T> result(context, out);
+    OutputBuffer<T> result(context, out, lower_only ? Unwritten::kKept : Unwritten::kPadding);
     const CommandsEnd end(workspace->queue());
     kernels.EnqueueBlock(workspace->queue(), points, lower_only, result.buffer(), out.stride);
     result.Finish(workspace->queue());
@@ -149,7 +147,8 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
     const CovariancePoints<double> points(context, parameters, x, z);
     const cl::Buffer weights = InputBuffer(context, w);
     OutputBuffer<double> result(
-        context, MatrixView<double>(partial_sums.data(), rows, kernels.GradientColumns()));
+        context, MatrixView<double>(partial_sums.data(), rows, kernels.GradientColumns()),
+        Unwritten::kNone);
     const CommandsEnd end(workspace->queue());
     kernels.EnqueueGradient(workspace->queue(), points, lower_only, weights, w.stride,
                             result.buffer());

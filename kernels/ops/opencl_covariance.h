@@ -1,4 +1,16 @@
 // Covariance matrices and their gradient on an OpenCL device. Arguments are taken as valid.
+//
+// On an H200 (33.5 TFLOP/s in float64 without tensor cores, 4.8 TB/s, 132 units of 2,048
+// work-items), counted, not measured, for the arcsine, D = 6 and the lower triangle of n = 4000,
+// 8.0 million pairs: a work-group of 64 takes 4 rows, so 1,000 groups lie on 132 units, 485
+// work-items a unit, 0.24 of the places; local memory: 0.5 kB of the gradient's.
+//
+//   kernel               flops                        bytes of device memory    least time
+//   covariance_block     98 a pair: 0.8 G, 0.023 ms   64 MB written, 0.013 ms   0.023 ms
+//   covariance_gradient  170 a pair: 1.4 G, 0.041 ms  64 MB read, 0.013 ms      0.041 ms
+//
+// The prepared columns, 0.26 MB, are read by each group: 128 MB in all from the cache. Division and
+// square root are counted as one and as five operations.
 #ifndef EGOSIEVE_KERNELS_OPS_OPENCL_COVARIANCE_H_
 #define EGOSIEVE_KERNELS_OPS_OPENCL_COVARIANCE_H_
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kernels/base/status_macros.h"
+#include "kernels/ops/kernel_options.h"
 #include "kernels/runtime/buffer.h"
 #include "kernels/runtime/opencl_error.h"
 
@@ -20,6 +21,9 @@ constexpr int kMaxBands = 64;
 // Points of a work-group. Fixed: PoCL compiles a kernel anew for every size of a work-group, and
 // where it may choose the size, it chooses another for nearly every number of points.
 constexpr int64_t kGroupPoints = 64;
+
+// `count` work-items and those that fill the last group up.
+int64_t WholeGroups(int64_t count, int64_t group) { return (count + group - 1) / group * group; }
 
 std::string BuildOptions(int channels) {
   return "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=" + std::to_string(channels);
@@ -56,34 +60,48 @@ cl_int NearestPixel(double coordinate, int size) {
 absl::Status DescriptorField(Context& context, const ImageView& image, const ImageGrid& grid,
                              int window_pixels, MatrixView<float> out) {
   constexpr char kDoing[] = "computing a descriptor field";
+  const int64_t side_by_side = SideBySide(context);
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(kDoing));
   EGOSIEVE_ASSIGN_OR_RETURN(
       cl::Kernel kernel,
-      workspace->Kernel("image.cl", BuildOptions(image.channels), "descriptor_field"));
+      workspace->Kernel("image.cl", BuildOptions(image.channels),
+                        side_by_side > 1 ? "descriptor_field_by_point" : "descriptor_field"));
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
     const PixelNormalization map = NormalizationForImage(image.width, image.height);
     const Axis x = MakeAxis(
         grid.columns(), [&](int i) { return grid.x_pixels(i); }, map.scale, map.u_offset);
     const Axis y = MakeAxis(
         grid.rows(), [&](int i) { return grid.y_pixels(i); }, map.scale, map.v_offset);
-    const int rows_per_item = (grid.rows() + kMaxBands - 1) / kMaxBands;
-    const int bands = (grid.rows() + rows_per_item - 1) / rows_per_item;
-    const size_t scratch_ints =
-        2 * static_cast<size_t>(image.width) * image.channels + image.channels;
     const cl::Buffer image_buffer = ImageBuffer(context, image);
     const cl::Buffer x_buffer = InputBuffer(context, x.pixels);
     const cl::Buffer y_buffer = InputBuffer(context, y.pixels);
     const cl::Buffer u_buffer = InputBuffer(context, x.coordinates);
     const cl::Buffer v_buffer = InputBuffer(context, y.coordinates);
-    const cl::Buffer scratch = ScratchBuffer(context, bands * scratch_ints * sizeof(cl_int));
-    OutputBuffer<float> result(context, out);
-    SetArguments(kernel, image_buffer, cl_long{image.stride_bytes}, cl_int{image.width},
-                 cl_int{image.height}, cl_int{window_pixels / 2}, x_buffer, y_buffer, u_buffer,
-                 v_buffer, cl_int{grid.columns()}, cl_int{grid.rows()}, cl_int{rows_per_item},
-                 scratch, result.buffer(), cl_long{out.stride});
+    cl::Buffer scratch;
+    OutputBuffer<float> result(context, out, Unwritten::kPadding);
+    cl::NDRange items, group;
+    if (side_by_side > 1) {
+      SetArguments(kernel, image_buffer, cl_long{image.stride_bytes}, cl_int{image.width},
+                   cl_int{image.height}, cl_int{window_pixels / 2}, x_buffer, y_buffer, u_buffer,
+                   v_buffer, cl_int{grid.columns()}, result.buffer(), cl_long{out.stride});
+      items = cl::NDRange(WholeGroups(grid.columns(), side_by_side), grid.rows());
+      group = cl::NDRange(side_by_side, 1);
+    } else {
+      const int rows_per_item = (grid.rows() + kMaxBands - 1) / kMaxBands;
+      const int bands = (grid.rows() + rows_per_item - 1) / rows_per_item;
+      const size_t scratch_ints =
+          2 * static_cast<size_t>(image.width) * image.channels + image.channels;
+      scratch = ScratchBuffer(context, bands * scratch_ints * sizeof(cl_int));
+      SetArguments(kernel, image_buffer, cl_long{image.stride_bytes}, cl_int{image.width},
+                   cl_int{image.height}, cl_int{window_pixels / 2}, x_buffer, y_buffer, u_buffer,
+                   v_buffer, cl_int{grid.columns()}, cl_int{grid.rows()}, cl_int{rows_per_item},
+                   scratch, result.buffer(), cl_long{out.stride});
+      items = cl::NDRange(bands);
+      group = cl::NDRange(1);
+    }
     const cl::CommandQueue& queue = workspace->queue();
     const CommandsEnd end(queue);
-    queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(bands), cl::NDRange(1));
+    queue.enqueueNDRangeKernel(kernel, cl::NullRange, items, group);
     result.Finish(queue);
   }));
   context.GiveBack(std::move(workspace));
@@ -111,14 +129,14 @@ absl::Status DescriptorsAt(Context& context, const ImageView& image, ConstMatrix
     const cl::Buffer image_buffer = ImageBuffer(context, image);
     const cl::Buffer pixel_buffer = InputBuffer(context, pixels);
     const cl::Buffer coordinate_buffer = InputBuffer(context, coordinates);
-    OutputBuffer<float> result(context, out);
+    OutputBuffer<float> result(context, out, Unwritten::kPadding);
     SetArguments(kernel, image_buffer, cl_long{image.stride_bytes}, cl_int{image.width},
                  cl_int{image.height}, cl_int{window_pixels / 2}, pixel_buffer, coordinate_buffer,
                  cl_long{points.rows}, result.buffer(), cl_long{out.stride});
     const cl::CommandQueue& queue = workspace->queue();
     const CommandsEnd end(queue);
-    const int64_t groups = (points.rows + kGroupPoints - 1) / kGroupPoints;
-    queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(groups * kGroupPoints),
+    queue.enqueueNDRangeKernel(kernel, cl::NullRange,
+                               cl::NDRange(WholeGroups(points.rows, kGroupPoints)),
                                cl::NDRange(kGroupPoints));
     result.Finish(queue);
   }));
@@ -130,17 +148,26 @@ absl::Status GridInterpolation(Context& context, const ImageGrid& grid,
                                ConstMatrixView<float> values, MatrixView<float> out) {
   constexpr char kDoing[] = "interpolating a grid";
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(kDoing));
-  EGOSIEVE_ASSIGN_OR_RETURN(cl::Kernel kernel,
-                            workspace->Kernel("image.cl", BuildOptions(1), "grid_interpolation"));
+  const int64_t side_by_side = SideBySide(context);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      cl::Kernel kernel,
+      workspace->Kernel("image.cl", BuildOptions(1),
+                        side_by_side > 1 ? "grid_interpolation_by_pixel" : "grid_interpolation"));
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
     const cl::Buffer value_buffer = InputBuffer(context, values);
-    OutputBuffer<float> result(context, out);
+    OutputBuffer<float> result(context, out, Unwritten::kPadding);
     SetArguments(kernel, value_buffer, cl_long{values.stride}, cl_int{grid.columns()},
                  cl_int{grid.rows()}, cl_int{grid.stride}, cl_int{grid.width}, cl_int{grid.height},
                  result.buffer(), cl_long{out.stride});
     const cl::CommandQueue& queue = workspace->queue();
     const CommandsEnd end(queue);
-    queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(grid.height), cl::NDRange(1));
+    if (side_by_side > 1) {
+      queue.enqueueNDRangeKernel(kernel, cl::NullRange,
+                                 cl::NDRange(WholeGroups(grid.width, side_by_side), grid.height),
+                                 cl::NDRange(side_by_side, 1));
+    } else {
+      queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(grid.height), cl::NDRange(1));
+    }
     result.Finish(queue);
   }));
   context.GiveBack(std::move(workspace));

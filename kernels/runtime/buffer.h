@@ -38,8 +38,9 @@ cl::Buffer InputBuffer(const Context& context, const MatrixView<T>& view) {
 cl::Buffer ScratchBuffer(const Context& context, size_t bytes);
 
 // What becomes of elements that a kernel does not write: they keep their values, at the cost of an
-// upload to devices with memory of their own, or the kernel writes all.
-enum class Unwritten { kKept, kNone };
+// upload to devices with memory of their own; or the kernel writes all of the matrix, and what lies
+// between its rows is kept; or there is nothing that it does not write.
+enum class Unwritten { kKept, kPadding, kNone };
 
 // The caller's matrix as a kernel's output.
 template <typename T>
@@ -50,8 +51,10 @@ class OutputBuffer {
       : shared_(context.shares_host_memory()),
         view_(view),
         bytes_(((view.rows - 1) * view.stride + view.cols) * sizeof(T)),
-        buffer_(context.cl_context(), CL_MEM_READ_WRITE | HostFlag(shared_, unwritten), bytes_,
-                shared_ || unwritten == Unwritten::kKept ? view.data : nullptr) {}
+        kept_(unwritten == Unwritten::kKept ||
+              (unwritten == Unwritten::kPadding && view.stride != view.cols)),
+        buffer_(context.cl_context(), CL_MEM_READ_WRITE | HostFlag(shared_, kept_), bytes_,
+                shared_ || kept_ ? view.data : nullptr) {}
 
   const cl::Buffer& buffer() const { return buffer_; }
 
@@ -67,14 +70,15 @@ class OutputBuffer {
   }
 
  private:
-  static cl_mem_flags HostFlag(bool shared, Unwritten unwritten) {
+  static cl_mem_flags HostFlag(bool shared, bool kept) {
     if (shared) return CL_MEM_USE_HOST_PTR;
-    return unwritten == Unwritten::kKept ? CL_MEM_COPY_HOST_PTR : 0;
+    return kept ? CL_MEM_COPY_HOST_PTR : 0;
   }
 
   bool shared_;
   MatrixView<T> view_;
   size_t bytes_;
+  bool kept_;
   cl::Buffer buffer_;
 };
 

@@ -72,7 +72,7 @@ Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& optio
       context_(context() == nullptr ? cl::Context(device_) : std::move(context)),
       program_cache_(options.program_cache) {
   info_.float64 = info_.float64 && options.float64;
-  shares_host_memory_ = info_.type == DeviceType::kCpu;
+  shares_host_memory_ = info_.type == DeviceType::kCpu && options.shared_memory;
   tuning_ = options.tuning.has_value() ? *options.tuning
                                        : LoadTuning(info_, DefaultsOf(device_, info_.type));
 }

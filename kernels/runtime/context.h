@@ -19,6 +19,9 @@ struct ContextOptions {
   bool program_cache = true;
   // False: as on a device without it; what needs it is computed on the host.
   bool float64 = true;
+  // False: as on a device with memory of its own, which a CPU has not: arrays are copied to it and
+  // back.
+  bool shared_memory = true;
   // Shapes of the kernels. Unset: the device's table in the user's cache folder, else defaults.
   std::optional<KernelTuning> tuning;
 };

@@ -109,6 +109,8 @@ cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void*
 cl_int clEnqueueWriteBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset,
                             size_t size, const void* source, cl_uint count, const cl_event* wait,
                             cl_event* event) {
+  cl_int code;
+  if (Fails(__func__, &code)) return code;
   CountBytes(/*of_host=*/true, size);
   return Driver<decltype(clEnqueueWriteBuffer)>(__func__)(queue, buffer, blocking, offset, size,
                                                           source, count, wait, event);

@@ -135,4 +135,13 @@ std::shared_ptr<Context> TestContext() {
 
 bool TestIsOnReference() { return TestContext()->is_reference(); }
 
+std::shared_ptr<Context> SideBySideContext() {
+  ContextOptions options;
+  options.tuning = DefaultGpuTuning();
+  options.shared_memory = false;
+  static const absl::StatusOr<std::shared_ptr<Context>> context = OpenContext(options);
+  EXPECT_TRUE(context.ok()) << context.status();
+  return context.ok() ? *context : nullptr;
+}
+
 }  // namespace egosieve::kernels

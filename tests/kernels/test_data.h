@@ -105,6 +105,10 @@ std::shared_ptr<Context> TestContext();
 
 bool TestIsOnReference();
 
+// The same device, asked to compute as GPUs do: scalar work-items side by side in groups, and
+// arrays copied to memory of its own.
+std::shared_ptr<Context> SideBySideContext();
+
 }  // namespace egosieve::kernels
 
 #endif  // EGOSIEVE_TESTS_KERNELS_TEST_DATA_H_

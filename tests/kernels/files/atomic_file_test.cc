@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdarg>
 #include <filesystem>
 #include <fstream>
 
@@ -19,7 +20,10 @@
 
 namespace {
 
-int reads_until_failure = -1;  // negative: none fails
+// Negative: none fails.
+int reads_until_failure = -1;
+int syncs_until_failure = -1;
+bool folders_open = true;
 
 }  // namespace
 
@@ -29,6 +33,26 @@ extern "C" ssize_t read(int descriptor, void* bytes, size_t count) {
     return -1;
   }
   return syscall(SYS_read, descriptor, bytes, count);
+}
+
+extern "C" int fsync(int descriptor) {
+  if (syncs_until_failure >= 0 && syncs_until_failure-- == 0) {
+    errno = EIO;
+    return -1;
+  }
+  return static_cast<int>(syscall(SYS_fsync, descriptor));
+}
+
+extern "C" int open(const char* path, int flags, ...) {
+  va_list more;
+  va_start(more, flags);
+  const int mode = (flags & O_CREAT) != 0 ? va_arg(more, int) : 0;
+  va_end(more);
+  if (!folders_open && (flags & O_DIRECTORY) != 0) {
+    errno = EACCES;
+    return -1;
+  }
+  return static_cast<int>(syscall(SYS_openat, AT_FDCWD, path, flags, mode));
 }
 
 namespace egosieve::kernels {
@@ -81,6 +105,32 @@ TEST_F(AtomicFile, AFullDiskLeavesTheOldFile) {
   waitpid(child, &status, 0);
   EXPECT_EQ(status, 0);
   EXPECT_EQ(*ReadFile(At("a")), "old");
+  EXPECT_THAT(*ListFolder(folder_), ElementsAre("a"));
+}
+
+// All that can fail before the rename does.
+TEST_F(AtomicFile, AnErrorBeforeTheRenameLeavesTheOldFile) {
+  ASSERT_TRUE(WriteFileAtomically(At("a"), "old").ok());
+  folders_open = false;
+  absl::Status status = WriteFileAtomically(At("a"), "new");
+  folders_open = true;
+  EXPECT_EQ(status.code(), absl::StatusCode::kPermissionDenied) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr(folder_));
+  EXPECT_EQ(*ReadFile(At("a")), "old");
+  syncs_until_failure = 0;  // the file's
+  status = WriteFileAtomically(At("a"), "new");
+  EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable) << status;
+  EXPECT_EQ(*ReadFile(At("a")), "old");
+  EXPECT_THAT(*ListFolder(folder_), ElementsAre("a"));
+}
+
+TEST_F(AtomicFile, AFolderThatIsNotSyncedIsAnErrorAndTheNewFileIsThere) {
+  ASSERT_TRUE(WriteFileAtomically(At("a"), "old").ok());
+  syncs_until_failure = 1;  // the folder's, after the rename
+  const absl::Status status = WriteFileAtomically(At("a"), "new");
+  EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr(folder_));
+  EXPECT_EQ(*ReadFile(At("a")), "new");
   EXPECT_THAT(*ListFolder(folder_), ElementsAre("a"));
 }
 

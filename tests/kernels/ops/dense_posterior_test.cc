@@ -298,10 +298,9 @@ TEST_P(DensePosteriorTest, NegativeVariancesAreClampedAndCounted) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, DensePosteriorTest,
-                         testing::Values(Shapes::kOfTheDevice, Shapes::kLocalTiles),
-                         [](const testing::TestParamInfo<Shapes>& info) {
-                           return info.param == Shapes::kLocalTiles ? "LocalTiles" : "OfTheDevice";
-                         });
+                         testing::Values(Shapes::kOfTheDevice, Shapes::kLocalTiles,
+                                         Shapes::kOwnMemory),
+                         NameOf);
 
 }  // namespace
 }  // namespace egosieve::kernels

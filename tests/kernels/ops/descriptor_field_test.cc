@@ -36,6 +36,9 @@ void ExpectFieldMatchesReference(const ImageView& image, int stride, int window)
   const absl::Status status = DescriptorField(*TestContext(), image, grid, options, field.view());
   ASSERT_TRUE(status.ok()) << status;
   EXPECT_TRUE(field.guards_intact());
+  GuardedMatrix<float> by_point(grid.size(), kDescriptorDimension, 2);
+  ASSERT_TRUE(DescriptorField(*SideBySideContext(), image, grid, options, by_point.view()).ok());
+  EXPECT_TRUE(by_point.guards_intact());
   GuardedMatrix<float> expected(grid.size(), kDescriptorDimension);
   reference::DescriptorField(image, grid, window, expected.view());
   std::vector<double> points;
@@ -53,6 +56,7 @@ void ExpectFieldMatchesReference(const ImageView& image, int stride, int window)
     for (int d = 0; d < kDescriptorDimension; ++d) {
       ASSERT_NEAR(field(i, d), expected(i, d), kTolerance) << "grid point " << i << ", input " << d;
       ASSERT_EQ(field(i, d), at(i, d)) << "grid point " << i << ", input " << d;
+      ASSERT_EQ(field(i, d), by_point(i, d)) << "grid point " << i << ", input " << d;
     }
   }
 }

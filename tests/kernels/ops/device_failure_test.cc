@@ -15,6 +15,7 @@
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/ops/descriptor_field.h"
+#include "kernels/ops/exact_regression.h"
 #include "kernels/ops/grid_interpolation.h"
 #include "kernels/runtime/opencl_context.h"
 #include "tests/kernels/failing_calls.h"
@@ -52,9 +53,10 @@ class DeviceFailureTest : public testing::Test {
                      int64_t size, bool staged) {
     const Outputs empty(outputs, GuardedMatrix<float>(1, size));
     Outputs expected = empty;
-    // With nothing that earlier calls left in the context.
+    // With nothing that earlier calls left in the contexts.
     const auto run = [&](Outputs& out) {
       TestContext()->ReleaseIdle();
+      SideBySideContext()->ReleaseIdle();
       return operation(out);
     };
     const absl::Status good = run(expected);
@@ -254,32 +256,71 @@ TEST_F(DeviceFailureTest, CrossCovarianceAndItsGradient) {
       1, 4, /*staged=*/true);
 }
 
+// The matrices stay on the device; only what goes to the caller must be whole or not there.
+TEST_F(DeviceFailureTest, ExactRegression) {
+  constexpr int64_t kPoints = 70;  // two diagonal blocks
+  const std::vector<double> points = RandomPoints(random_, kPoints, 2);
+  const std::vector<double> targets = RandomPoints(random_, kPoints, 1);
+  const auto regress = [&] {
+    TestContext()->ReleaseIdle();
+    return RegressOnDevice(*TestContext(), ArcsineParameters({1, 2, 3}),
+                           {points.data(), kPoints, 2}, {targets.data(), kPoints, 1}, 0.1, {},
+                           /*with_gradient=*/true);
+  };
+  const auto good = regress();
+  ASSERT_TRUE(good.ok()) << good.status();
+  for (const char* call : {"clCreateKernel", "clCreateCommandQueue", "clCreateBuffer",
+                           "clSetKernelArg", "clEnqueueNDRangeKernel", "clEnqueueFillBuffer",
+                           "clEnqueueReadBuffer", "clEnqueueWriteBuffer"}) {
+    int failures = 0;
+    for (int nth = 0; nth < 1000; ++nth) {
+      SCOPED_TRACE(testing::Message() << call << " number " << nth);
+      FailCall(call, nth, CL_OUT_OF_RESOURCES);
+      const auto result = regress();
+      if (!CallHasFailed()) {
+        EXPECT_TRUE(result.ok()) << result.status();
+        break;
+      }
+      ++failures;
+      EXPECT_EQ(result.status().code(), absl::StatusCode::kResourceExhausted);
+      EXPECT_TRUE(absl::StrContains(absl::AsciiStrToLower(result.status().message()),
+                                    absl::AsciiStrToLower(call)))
+          << result.status();
+      const auto again = regress();
+      ASSERT_TRUE(again.ok()) << again.status();
+      EXPECT_EQ(again->alpha, good->alpha);
+      EXPECT_EQ(again->gradient, good->gradient);
+    }
+    EXPECT_GE(failures, 1) << call << " never failed";
+  }
+}
+
 TEST_F(DeviceFailureTest, Images) {
   std::vector<uint8_t> pixels(19 * 11 * 3);
   for (uint8_t& pixel : pixels) pixel = static_cast<uint8_t>(random_());
   const ImageView image = {pixels.data(), 19, 11, 3, 19 * 3};
   const ImageGrid grid = {19, 11, 5};
-  FailEveryCall(
-      [&](Outputs& out) {
-        return DescriptorField(*TestContext(), image, grid, {}, {out[0].data(), grid.size(), 6});
-      },
-      1, grid.size() * 6, /*staged=*/false);
   const std::vector<double> points = {0.0, 0.0, 18.0, 10.0, 7.3, 4.6};
-  FailEveryCall(
-      [&](Outputs& out) {
-        return DescriptorsAt(*TestContext(), image, {points.data(), 3, 2}, {},
-                             {out[0].data(), 3, 6});
-      },
-      1, 18, /*staged=*/false);
   std::vector<float> values(grid.size());
   for (float& value : values) value = static_cast<float>(Uniform(random_, 0.0, 1.0));
-  FailEveryCall(
-      [&](Outputs& out) {
-        return GridInterpolation(*TestContext(), grid,
-                                 ConstMatrixView<float>(values.data(), grid.rows(), grid.columns()),
-                                 {out[0].data(), 11, 19});
-      },
-      1, 11 * 19, /*staged=*/false);
+  const ConstMatrixView<float> map(values.data(), grid.rows(), grid.columns());
+  for (const auto& context : {TestContext(), SideBySideContext()}) {
+    FailEveryCall(
+        [&](Outputs& out) {
+          return DescriptorField(*context, image, grid, {}, {out[0].data(), grid.size(), 6});
+        },
+        1, grid.size() * 6, /*staged=*/false);
+    FailEveryCall(
+        [&](Outputs& out) {
+          return DescriptorsAt(*context, image, {points.data(), 3, 2}, {}, {out[0].data(), 3, 6});
+        },
+        1, 18, /*staged=*/false);
+    FailEveryCall(
+        [&](Outputs& out) {
+          return GridInterpolation(*context, grid, map, {out[0].data(), 11, 19});
+        },
+        1, 11 * 19, /*staged=*/false);
+  }
 }
 
 }  // namespace

@@ -281,10 +281,7 @@ TEST(Reference, HasNoQueues) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, DeviceQueueTest,
-                         testing::Values(Shapes::kOfTheDevice, Shapes::kLocalTiles),
-                         [](const auto& info) {
-                           return info.param == Shapes::kLocalTiles ? "LocalTiles" : "OfTheDevice";
-                         });
+                         testing::Values(Shapes::kOfTheDevice, Shapes::kLocalTiles), NameOf);
 
 }  // namespace
 }  // namespace egosieve::kernels

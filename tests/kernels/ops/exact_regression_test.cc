@@ -127,6 +127,58 @@ TEST(ExactRegression, NothingSquareCrosses) {
   EXPECT_GE(bytes(256), 256 * of_a_point);
 }
 
+// Around a tile, and around a band of the download.
+TEST(ExactRegression, TheFactorComesToTheHost) {
+  if (TestIsOnReference()) GTEST_SKIP() << "the reference has no device";
+  for (const int64_t n : {1, 63, 64, 65, 256, 257, 300}) {
+    SCOPED_TRACE(n);
+    const Data data(n, 3, 1);
+    const CovarianceParameters parameters = ParametersOf("matern52", 3);
+    GuardedMatrix<double> out(n, n, 3);
+    const auto bad =
+        FactorizeOnDevice(*TestContext(), parameters, data.x(), kNoise, data.variances, out.view());
+    ASSERT_TRUE(bad.ok()) << bad.status();
+    EXPECT_EQ(*bad, -1);
+    EXPECT_TRUE(out.guards_intact());
+    Matrix covariance(n, n);
+    reference::CovarianceBlock<double>(parameters, data.x(), data.x(), false,
+                                       {covariance.data(), n, n});
+    for (int64_t i = 0; i < n; ++i) covariance(i, i) += kNoise + data.variances[i];
+    Matrix l = Matrix::Zero(n, n);
+    for (int64_t i = 0; i < n; ++i) {
+      for (int64_t j = 0; j < n; ++j) {
+        if (j <= i) l(i, j) = out(i, j);
+        if (j > i) {
+          ASSERT_EQ(out(i, j), GuardedMatrix<double>::kCanary) << i << ", " << j;
+        }
+      }
+    }
+    // Backward error: n eps |K| for the factor, 20 for inverted blocks, whose condition is that of
+    // K.
+    EXPECT_LE(
+        (l * l.transpose() - covariance).cwiseAbs().maxCoeff(),
+        20.0 * static_cast<double>(n) * std::numeric_limits<double>::epsilon() * covariance.norm());
+  }
+}
+
+TEST(ExactRegression, ARefusedFactorIsNotWritten) {
+  if (TestIsOnReference()) GTEST_SKIP() << "the reference has no device";
+  Data data(80, 2, 1);
+  std::copy_n(&data.points[2 * 5], 2, &data.points[2 * 71]);
+  GuardedMatrix<double> out(80, 80);
+  const CovarianceParameters parameters = ParametersOf("matern12", 2);
+  const auto bad = FactorizeOnDevice(*TestContext(), parameters, data.x(), 0.0, {}, out.view());
+  ASSERT_TRUE(bad.ok()) << bad.status();
+  EXPECT_EQ(*bad, 71);
+  EXPECT_TRUE(out.untouched());
+  GuardedMatrix<double> small(79, 80);
+  EXPECT_EQ(FactorizeOnDevice(*TestContext(), parameters, data.x(), 0.1, {}, small.view())
+                .status()
+                .code(),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_TRUE(small.untouched());
+}
+
 TEST(ExactRegression, RefusesWhatItCannotTake) {
   const Data data(10, 2, 1);
   const CovarianceParameters parameters = ParametersOf("matern52", 2);

@@ -30,10 +30,16 @@ TEST(GridInterpolation, AgreesWithTheReferenceAndIsExactAtGridPixels) {
           GridInterpolation(*TestContext(), grid, values.view(), out.view());
       ASSERT_TRUE(status.ok()) << status;
       EXPECT_TRUE(out.guards_intact());
+      GuardedMatrix<float> by_pixel(height, width, 3);
+      ASSERT_TRUE(
+          GridInterpolation(*SideBySideContext(), grid, values.view(), by_pixel.view()).ok());
+      EXPECT_TRUE(by_pixel.guards_intact());
       reference::GridInterpolation(grid, values.view(), expected.view());
       for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x)
+        for (int x = 0; x < width; ++x) {
           ASSERT_NEAR(out(y, x), expected(y, x), kTolerance) << x << ", " << y;
+          ASSERT_EQ(out(y, x), by_pixel(y, x)) << x << ", " << y;
+        }
       }
       for (int i = 0; i < grid.rows(); ++i) {
         for (int j = 0; j < grid.columns(); ++j)

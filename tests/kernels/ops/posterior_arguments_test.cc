@@ -99,10 +99,9 @@ TEST_P(PosteriorArgumentsTest, VariancesOfAModelWithoutAFactorAreRefused) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, PosteriorArgumentsTest,
-                         testing::Values(Shapes::kOfTheDevice, Shapes::kLocalTiles),
-                         [](const testing::TestParamInfo<Shapes>& info) {
-                           return info.param == Shapes::kLocalTiles ? "LocalTiles" : "OfTheDevice";
-                         });
+                         testing::Values(Shapes::kOfTheDevice, Shapes::kLocalTiles,
+                                         Shapes::kOwnMemory),
+                         NameOf);
 
 }  // namespace
 }  // namespace egosieve::kernels

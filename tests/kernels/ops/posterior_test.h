@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <random>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -48,9 +49,16 @@ inline absl::StatusOr<std::unique_ptr<DensePosterior>> MakeDiagonalPosterior(
   return DensePosterior::Create(std::move(context), model, options);
 }
 
-// Whether the tests run with the device's own shapes or with the tiles in local memory that GPUs
-// take: small ones, so that every size is around some block of theirs.
-enum class Shapes { kOfTheDevice, kLocalTiles };
+// Whether the tests run with the device's own shapes; with the tiles in local memory that GPUs
+// take, small ones, so that every size is around some block of theirs; or with copies of all
+// arrays, as devices with memory of their own need them.
+enum class Shapes { kOfTheDevice, kLocalTiles, kOwnMemory };
+
+inline std::string NameOf(const testing::TestParamInfo<Shapes>& info) {
+  return info.param == Shapes::kLocalTiles  ? "LocalTiles"
+         : info.param == Shapes::kOwnMemory ? "OwnMemory"
+                                            : "OfTheDevice";
+}
 
 inline KernelTuning SmallLocalTiles() {
   KernelTuning tuning = DefaultGpuTuning();
@@ -71,15 +79,25 @@ inline std::shared_ptr<Context> OpenLocalTiles() {
   return context.ok() ? *context : nullptr;
 }
 
+inline std::shared_ptr<Context> OpenOwnMemory() {
+  ContextOptions options;
+  options.shared_memory = false;
+  static const absl::StatusOr<std::shared_ptr<Context>> context = OpenContext(options);
+  EXPECT_TRUE(context.ok()) << context.status();
+  return context.ok() ? *context : nullptr;
+}
+
 class PosteriorTest : public testing::TestWithParam<Shapes> {
  protected:
   void SetUp() override {
-    if (GetParam() == Shapes::kLocalTiles && TestIsOnReference()) {
+    if (GetParam() != Shapes::kOfTheDevice && TestIsOnReference()) {
       GTEST_SKIP() << "the reference has no shapes";
     }
   }
   std::shared_ptr<Context> context() const {
-    return GetParam() == Shapes::kLocalTiles ? OpenLocalTiles() : TestContext();
+    return GetParam() == Shapes::kLocalTiles  ? OpenLocalTiles()
+           : GetParam() == Shapes::kOwnMemory ? OpenOwnMemory()
+                                              : TestContext();
   }
 
   std::mt19937_64 random_ = TestRandom();

@@ -99,6 +99,10 @@ void RunCovariance(Context& context, const CovarianceParameters& parameters, con
                                              {inputs.factor.data(), kPoints, kPoints}),
                "covariance gradient");
   }
+  const auto cross =
+      CrossCovarianceGradient(context, parameters, inputs.x(), inputs.x().rows_between(2, 7),
+                              {inputs.factor.data(), kPoints, 5, kPoints});
+  Expect(cross.ok(), "cross gradient failed");
 }
 
 // From and to the device's memory.

@@ -26,6 +26,14 @@ static_assert(EGOSIEVE_ZERO_MEAN == static_cast<int>(gp::MeanFunction::kZero) &&
               EGOSIEVE_LINEAR_MEAN == static_cast<int>(gp::MeanFunction::kLinear));
 
 absl::StatusOr<kernels::CovarianceFunction> CovarianceOf(const egosieve_gp_options& options) {
+  const std::string text = options.covariance_text == nullptr ? "" : options.covariance_text;
+  if (!text.empty() && options.covariance == EGOSIEVE_SQUARED_EXPONENTIAL) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "options.covariance = %d and covariance_text = \"%s\"; set one", options.covariance, text));
+  }
+  if (!text.empty() && options.covariance == EGOSIEVE_ARCSINE) {
+    return kernels::CovarianceFunction::Parse(text);
+  }
   switch (options.covariance) {
     case EGOSIEVE_ARCSINE:
       return kernels::CovarianceFunction::kArcsine;
@@ -33,7 +41,7 @@ absl::StatusOr<kernels::CovarianceFunction> CovarianceOf(const egosieve_gp_optio
       return kernels::CovarianceFunction::kSquaredExponential;
     case EGOSIEVE_NAMED_COVARIANCE:
       EGOSIEVE_RETURN_IF_ERROR(CheckPointer("options.covariance_text", options.covariance_text));
-      return kernels::CovarianceFunction::Parse(options.covariance_text);
+      return kernels::CovarianceFunction::Parse(text);
     default:
       return absl::InvalidArgumentError(
           absl::StrFormat("options.covariance = %d; it must be EGOSIEVE_ARCSINE, "
@@ -58,8 +66,9 @@ absl::StatusOr<gp::Hyperparameters> HyperparametersOf(const egosieve_gp_options&
   std::vector<double>& scales = hyperparameters.covariance.scales;
   const int64_t expected = options.scales == nullptr ? 0 : static_cast<int64_t>(scales.size());
   if (options.scale_count != expected) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "options.scale_count = %d; %d scales are expected", options.scale_count, expected));
+    return absl::InvalidArgumentError(
+        absl::StrFormat("options.scale_count = %d; %s of %d inputs has %d scales",
+                        options.scale_count, function.text(), options.dimension, scales.size()));
   }
   if (options.scales != nullptr) scales.assign(options.scales, options.scales + expected);
   hyperparameters.covariance.signal_stddev = options.signal_stddev;

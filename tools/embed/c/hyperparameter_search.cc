@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "gp/linalg/not_positive_definite.h"
 #include "gp/model/inducing_points.h"
 #include "gp/training/gradient_ascent.h"
 #include "gp/training/marginal_likelihood.h"
@@ -70,7 +71,7 @@ class Objective {
     absl::StatusOr<gp::MarginalLikelihood> likelihood =
         Likelihood(hyperparameters, gradient == nullptr ? gp::LikelihoodOrder::kValue
                                                         : gp::LikelihoodOrder::kValueAndGradient);
-    if (absl::IsFailedPrecondition(likelihood.status())) return kMinusInfinity;
+    if (gp::IsNotPositiveDefinite(likelihood.status())) return kMinusInfinity;
     EGOSIEVE_RETURN_IF_ERROR(likelihood.status());
     const double share = 1.0 / static_cast<double>(subset_.points.size());
     if (gradient != nullptr) {

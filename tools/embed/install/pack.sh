@@ -52,5 +52,6 @@ for template in "${templates[@]}"; do
 done
 find "$tree" -type d -exec chmod 755 {} +
 find "$tree" -type f -exec chmod 644 {} +
-chmod 755 "$tree"/bin/* "$tree"/lib/*.so.*
+find "$tree/bin" -type f -exec chmod 755 {} +
+chmod 755 "$tree"/lib/*.so.*
 tar --create --file="$out" --directory="$tree" --sort=name --mtime=@0 --owner=0 --group=0 --numeric-owner .

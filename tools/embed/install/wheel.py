@@ -1,4 +1,4 @@
-"""Makes a wheel of the installed tree that pack.sh packs: wheel.py ARCHIVE.tar FOLDER; prints its path.
+"""Makes a wheel of the tree that pack.sh packs: wheel.py ARCHIVE.tar FOLDER; prints its path.
 
 The module calls the C interface by ctypes, so one wheel serves every Python 3 and NumPy. The system's libraries that ours
 need are not in it: `auditwheel repair` copies them in.

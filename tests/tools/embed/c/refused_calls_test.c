@@ -124,7 +124,13 @@ static void test_bad_options(void) {
   options.dimension = 1;
   options.covariance = 5;
   CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "covariance = 5");
-  options.covariance = EGOSIEVE_ARCSINE;
+  options.covariance = EGOSIEVE_SQUARED_EXPONENTIAL;
+  options.covariance_text = "matern52";
+  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "set one");
+  options.covariance = EGOSIEVE_ARCSINE; /* the default: the text counts */
+  options.covariance_text = "matern53";
+  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "matern53");
+  options.covariance_text = NULL;
   options.scales = scales;
   options.scale_count = 1;
   CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "scale_count = 1");

@@ -114,6 +114,7 @@ class Posterior(unittest.TestCase):
         bound = 6 * np.sqrt((np.outer(np.diag(joint), np.diag(joint)) + joint**2) / 20000)
         self.assertTrue((np.abs(np.cov(samples) - joint) < bound).all())
         np.testing.assert_array_equal(gp.sample_y(self.queries[:3], 7, random_state=1), samples[:, :7])
+        self.assertEqual(gp.sample_y(self.queries[:3], 0).shape, (3, 0))
         self.assertTrue((gp.sample_y(self.queries[:3], 7, random_state=2) != samples[:, :7]).any())
         generator = np.random.default_rng(0)
         a, b = (gp.sample_y(self.queries[:3], 1, random_state=generator) for _ in range(2))

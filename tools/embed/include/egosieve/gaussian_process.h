@@ -116,7 +116,8 @@ typedef struct egosieve_gp_options {
                                     Null or empty: the variable EGOSIEVE_DEVICE, else a GPU, else a
                                     CPU. */
   int64_t memory_cap_bytes;    /**< Device memory for tiles. Default: 256 MiB. */
-  const char* covariance_text; /**< Of #EGOSIEVE_NAMED_COVARIANCE. Default: null. */
+  const char* covariance_text; /**< Names the covariance; `covariance` is then
+                                    #EGOSIEVE_NAMED_COVARIANCE or its default. Default: null. */
   egosieve_mean mean;          /**< Default: #EGOSIEVE_ZERO_MEAN. */
   egosieve_approximation approximation; /**< Default: #EGOSIEVE_EXACT. */
   int64_t inducing_points;              /**< m at most, of a sparse model. Default: 512. */

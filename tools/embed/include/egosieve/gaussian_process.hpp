@@ -47,7 +47,7 @@ enum class Approximation : int64_t {
 /** What a model is made from. */
 struct GaussianProcessOptions {
   Covariance covariance = Covariance::kArcsine;        /**< Function. */
-  std::string covariance_text;                         /**< Of Covariance::kNamed. */
+  std::string covariance_text;                         /**< As in #egosieve_gp_options. */
   Mean mean = Mean::kZero;                             /**< Mean function. */
   int32_t dimension = 0;                               /**< D, 1 to 256; must be set. */
   std::vector<double> scales;                          /**< Positive; empty: the function's own. */

@@ -34,7 +34,8 @@ class ExactPredictor(Predictor):
         else:
             core, offset, scale = self._new_model(X.shape[1]), 0.0, 1.0
         samples = np.empty((len(X) * np.size(scale), n_samples))
-        core.sample(X, arguments.seed(random_state) % 2**64, samples, of_observation)
+        if n_samples:
+            core.sample(X, arguments.seed(random_state) % 2**64, samples, of_observation)
         if np.ndim(scale):
             samples = samples.reshape(len(X), len(scale), n_samples)
             scale, offset = scale[:, None], offset[:, None]

@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+"""The table of `./run bench_gpu` from Google Benchmark's JSON: gpu_table.py FILE.json
+
+A benchmark a row: its time, and what it counts, of which `fraction_of_` is of the device's own peak in the same run.
+"""
+
+import json
+import sys
+
+COLUMNS = (
+    ("queries_per_second", "queries/s"),
+    ("evaluations_per_second", "evaluations/s"),
+    ("pairs_per_second", "pairs/s"),
+    ("points_per_second", "points/s"),
+    ("kitti_pictures_per_second", "pictures of 1242x375 /s"),
+    ("gflops", "GFLOP/s"),
+    ("fraction_of_fma_peak", "of the multiply-add peak"),
+)
+
+
+def cell(value):
+    """Three digits that count."""
+    return "" if value is None else f"{value:,.0f}" if value >= 1000 else f"{value:.3g}"
+
+
+def table(results, device):
+    """Markdown."""
+    runs = [run for run in results["benchmarks"] if run.get("run_type") != "aggregate"]
+    columns = [column for column in COLUMNS if any(column[0] in run for run in runs)]
+    lines = [
+        f"# Benchmarks on {device}",
+        "",
+        f"| benchmark | time | {' | '.join(title for _, title in columns)} |",
+        "|---|---:|" + "---:|" * len(columns),
+    ]
+    for run in runs:
+        name = run["name"].replace("/real_time", "").replace("/process_time", "")
+        if run.get("error_occurred"):
+            lines.append(f"| {name} | {run['error_message']} |" + " |" * len(columns))
+            continue
+        cells = " | ".join(cell(run.get(key)) for key, _ in columns)
+        lines.append(f"| {name} | {cell(run['real_time'])} {run['time_unit']} | {cells} |")
+    return "\n".join(lines)
+
+
+def main():
+    """Prints the table."""
+    if len(sys.argv) != 2:
+        sys.exit(f"usage: {sys.argv[0]} FILE.json")
+    with open(sys.argv[1]) as file:
+        results = json.load(file)
+    print(table(results, results["context"].get("device", "an unnamed device")))
+
+
+if __name__ == "__main__":
+    main()
