@@ -1,6 +1,6 @@
 // What the machine can refuse: room for the results, a cache that is whole, threads. Each gives one
 // line with the reason and exit code 1; nothing ends by a signal.
-#include <sys/wait.h>
+#include "tests/tools/end_to_end/machine.h"
 
 #include <cstdlib>
 #include <filesystem>
@@ -9,47 +9,14 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
-#include "tests/tools/testing/program.h"
 #include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-class Machine : public testing::Test {
- protected:
-  Machine() : root_(FreshFolder()) {}
-  ~Machine() override {
-    unsetenv("POCL_CACHE_DIR");
-    unsetenv("EGOSIEVE_CACHE_DIR");
-  }
-
-  // `line` for the shell, where "$EGOSIEVE" is the program.
-  ProgramOutcome Shell(const std::string& line) const {
-    const std::string err = root_ + "/err.txt";
-    setenv("EGOSIEVE", ProgramPath().c_str(), 1);
-    const int status = std::system(absl::StrCat("{ ", line, "; } 2> ", err).c_str());
-    ProgramOutcome outcome;
-    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    outcome.err = *ReadFile(err);
-    return outcome;
-  }
-
-  static void ExpectOneLine(const ProgramOutcome& outcome, const std::string& what) {
-    EXPECT_EQ(outcome.code, 1) << outcome.err;
-    EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
-    EXPECT_THAT(outcome.err, StartsWith("egosieve: "));
-    EXPECT_THAT(outcome.err, HasSubstr("; ")) << "it does not say what to do";
-    EXPECT_THAT(outcome.err, HasSubstr(what));
-  }
-
-  std::string root_;
-};
 
 TEST_F(Machine, AStdoutThatTakesNothing) {
   for (const char* arguments : {"--help", "--version", "devices", "segment --print_config"}) {
@@ -91,22 +58,6 @@ TEST_F(Machine, ADamagedCacheOfCompiledKernels) {
   ExpectOneLine(Shell(segment), cache);
   fs::remove_all(cache);
   EXPECT_EQ(Shell(segment).code, 0);
-}
-
-// PoCL aborts there by itself.
-TEST_F(Machine, ASystemWithoutSys) {
-  const std::string hidden = "unshare --map-root-user --mount sh -c 'mount -t tmpfs none /sys && ";
-  if (Shell(hidden + "true'").code != 0) GTEST_SKIP() << "cannot hide /sys";
-  const bool has_pocl = Shell("grep -q pocl /etc/OpenCL/vendors/*.icd").code == 0;
-  if (!has_pocl) GTEST_SKIP() << "PoCL is not installed";
-  WritePatchDrive(root_, SmallPatchDrive(3));
-  const std::string segment =
-      absl::StrCat("exec \"$EGOSIEVE\" segment ", root_,
-                   "/frames --budget=100 --progress=none --out=", root_, "/run");
-  for (const std::string& command : {std::string("exec \"$EGOSIEVE\" devices"), segment}) {
-    ExpectOneLine(Shell(hidden + command + "' > /dev/null"), "mount /sys");
-  }
-  EXPECT_EQ(Shell(hidden + segment + " --device=reference' > /dev/null").code, 0);
 }
 
 // libpng tells of a broken checksum on stderr by itself.
