@@ -2,11 +2,15 @@
 // line with the reason and exit code 1; nothing ends by a signal.
 #include "tests/tools/end_to_end/machine.h"
 
+#include <signal.h>
+#include <unistd.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/tools/testing/patch_drive.h"
@@ -58,6 +62,39 @@ TEST_F(Machine, ADamagedCacheOfCompiledKernels) {
   ExpectOneLine(Shell(segment), cache);
   fs::remove_all(cache);
   EXPECT_EQ(Shell(segment).code, 0);
+}
+
+// What a library that reaches for memory it was refused, or that aborts, does to the program.
+TEST_F(Machine, ASignalByWhichALibraryEndsTheProgram) {
+  WritePatchDrive(root_, SmallPatchDrive(3));
+  const std::string err = root_ + "/signal.txt";
+  for (const int signal : {SIGSEGV, SIGBUS, SIGABRT}) {
+    const pid_t process = StartProgram({"segment", root_ + "/frames", "--out=" + root_ + "/run",
+                                        "--overwrite", "--budget=100", "--progress=none"},
+                                       "/dev/null", err);
+    const auto catches = [&] {
+      const absl::StatusOr<std::string> status =
+          ReadFile(absl::StrFormat("/proc/%d/status", process));
+      const size_t place = status.ok() ? status->find("SigCgt:") : std::string::npos;
+      return place != std::string::npos &&
+             (std::stoull(status->substr(place + 7), nullptr, 16) >> (signal - 1) & 1) != 0;
+    };
+    for (int wait = 0; wait < 60000 && !catches(); ++wait) usleep(1000);
+    kill(process, signal);
+    ProgramOutcome outcome;
+    outcome.code = WaitForProgram(process);
+    outcome.err = *ReadFile(err);
+    ExpectOneLine(outcome, "a library ended the program");
+  }
+}
+
+// As LLVM, which has its own handler for SIGABRT from the moment that it is loaded.
+TEST_F(Machine, ALibraryThatAbortsWithAHandlerOfItsOwn) {
+  WritePatchDrive(root_, SmallPatchDrive(3));
+  const std::string library = fs::absolute("tests/tools/end_to_end/libaborting.so").string();
+  ExpectOneLine(Shell(absl::StrCat("LD_PRELOAD=", library, " \"$EGOSIEVE\" segment ", root_,
+                                   "/frames --budget=100 --out=", root_, "/run > /dev/null")),
+                "a library ended the program");
 }
 
 // libpng tells of a broken checksum on stderr by itself.
