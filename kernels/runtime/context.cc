@@ -91,6 +91,12 @@ absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::s
         const std::string source = SourceOf("common.cl") + covariance_code + SourceOf(file);
         program = BuildProgram(context_, device_, info_, source, options, program_cache_);
       });
+  if (!status.ok()) {
+    // As the program that failed (program_cache.cc): PoCL 3.1 may have kept its compiler's lock,
+    // for which the release of any program waits.
+    for (auto& [name, built] : programs_) built() = nullptr;
+    programs_.clear();
+  }
   if (!status.ok() && absl::StrContains(info_.platform, kPocl) && !PoclCanWrite()) {
     return absl::Status(status.code(), absl::StrCat(status.message(), kPoclHint));
   }

@@ -31,6 +31,18 @@ std::string Decode(const std::string& key, const std::string& file) {
   return file.substr(prefix.size(), end - prefix.size());
 }
 
+// A program whose build has failed is given up, not released: PoCL 3.1 leaves some failures, such
+// as a lack of memory, with the program's lock held, and clReleaseProgram would wait for it for
+// ever.
+void Build(cl::Program& program, const cl::Device& device, const std::string& options) {
+  try {
+    program.build(device, options.c_str());
+  } catch (...) {
+    program() = nullptr;
+    throw;
+  }
+}
+
 // A null program when the driver refuses the binary, as it may after an update that its version
 // does not show.
 cl::Program FromBinary(const cl::Context& context, const cl::Device& device,
@@ -38,7 +50,7 @@ cl::Program FromBinary(const cl::Context& context, const cl::Device& device,
   try {
     cl::Program program(context, {device},
                         {std::vector<unsigned char>(binary.begin(), binary.end())});
-    program.build(device, options.c_str());
+    Build(program, device, options);
     return program;
   } catch (const cl::Error&) {
     return cl::Program();
@@ -81,7 +93,7 @@ cl::Program BuildProgram(const cl::Context& context, const cl::Device& device,
     }
   }
   cl::Program program(context, source);
-  program.build(device, options.c_str());
+  Build(program, device, options);
   if (use_cache) {
     const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
     if (binaries.size() == 1 && !binaries[0].empty()) {

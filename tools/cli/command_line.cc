@@ -58,6 +58,24 @@ std::string DescribeUnknownFlag(const CLI::App& app) {
   return "";
 }
 
+// The first flag that takes a value and is given none; "" where there is none. CLI11 gives it the
+// argument that follows, be that a flag.
+std::string FlagWithoutValue(const CLI::App& app, const std::vector<std::string>& arguments) {
+  for (size_t i = 0; i < arguments.size() && arguments[i] != "--"; ++i) {
+    const std::string name = arguments[i].substr(0, arguments[i].find('='));
+    if (!absl::StartsWith(name, "--")) continue;
+    const CLI::Option* const option = app.get_option_no_throw(name);
+    if (option == nullptr || option->get_items_expected_max() == 0) continue;
+    const bool follows = name == arguments[i];
+    if (!follows && name.size() + 1 < arguments[i].size()) continue;
+    if (!follows || i + 1 == arguments.size() || absl::StartsWith(arguments[i + 1], "--")) {
+      return name;
+    }
+    ++i;
+  }
+  return "";
+}
+
 // CLI11's messages in this program's words.
 std::string DescribeParseError(const CLI::App& app, const CLI::ParseError& error) {
   const std::string message = error.what();
@@ -272,6 +290,12 @@ int CommandLine::RunCommand(Command& command, std::vector<std::string> arguments
     }
   }
 
+  if (const std::string flag = FlagWithoutValue(app, arguments); !flag.empty()) {
+    err << ErrorLine(absl::StrCat(flag, " has no value; give one as ", flag, "=VALUE; see ", name,
+                                  " --help"))
+        << "\n";
+    return static_cast<int>(ExitCode::kUsage);
+  }
   try {
     std::reverse(arguments.begin(), arguments.end());
     app.parse(std::move(arguments));

@@ -69,9 +69,11 @@ const char* LastWords() {
   return words.data() + begin;
 }
 
-extern "C" void TellOfAbort(int /*signal*/) {
+extern "C" void TellOfAbort(int signal) {
   const char* last = LastWords();
   Say("egosieve: a library ended the program");
+  if (signal != SIGABRT)
+    Say(", or a fault of its own did, by reaching for memory that is not there");
   if (*last != '\0') {
     Say(": ");
     Say(last);
@@ -93,6 +95,18 @@ extern "C" void TellOfAbort(int /*signal*/) {
 }
 
 }  // namespace
+}  // namespace egosieve::tools
+
+// Before the C library's own, for libraries, too: one that loads LLVM has its handler for SIGABRT
+// in place before WatchForAborts has been called again.
+extern "C" void abort() noexcept {
+  if (egosieve::tools::own_stderr != STDERR_FILENO) egosieve::tools::TellOfAbort(SIGABRT);
+  signal(SIGABRT, SIG_DFL);
+  raise(SIGABRT);
+  _exit(128 + SIGABRT);
+}
+
+namespace egosieve::tools {
 
 void TakeStandardStreams() {
   OpenMissingDescriptors();
@@ -122,7 +136,7 @@ void WatchForAborts() {
   struct sigaction action = {};
   action.sa_handler = TellOfAbort;
   action.sa_flags = static_cast<int>(SA_RESETHAND);
-  sigaction(SIGABRT, &action, nullptr);
+  for (const int signal : {SIGABRT, SIGSEGV, SIGBUS}) sigaction(signal, &action, nullptr);
 }
 
 int StderrDescriptor() { return own_stderr; }

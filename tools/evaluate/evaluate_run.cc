@@ -13,6 +13,7 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "tools/evaluate/same_drive.h"
+#include "tools/run_folder/map_image.h"
 
 namespace egosieve::tools {
 namespace {
@@ -78,7 +79,7 @@ class RunScorer {
     EGOSIEVE_ASSIGN_OR_RETURN(frame.truth_ids, truth_.ReadIds(line.index, size));
     const std::string ids_path = folder_.FrameFile("ids", line.index, ".png");
     if (!frame.truth_ids.empty() && std::filesystem::exists(ids_path)) {
-      const cv::Mat ids = cv::imread(ids_path, cv::IMREAD_UNCHANGED);
+      EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat ids, ReadImage(ids_path, cv::IMREAD_UNCHANGED));
       if (ids.type() != CV_16UC1 || ids.size() != size) {
         return absl::DataLossError(
             absl::StrCat(ids_path, " is damaged; run egosieve reconstruct again"));

@@ -12,6 +12,7 @@
 #include "tools/cli/exit_code.h"
 #include "tools/reconstruct/full_maps.h"
 #include "tools/run_folder/doubtful_frames.h"
+#include "tools/run_folder/map_image.h"
 #include "vision/statistics/median.h"
 
 namespace egosieve::tools {
@@ -50,7 +51,7 @@ absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
                                               DoubtOf(line).empty() ? "" : "  unreliable");
   const std::string ids_path = folder_.FrameFile("ids", line.index, ".png");
   if (shows_movers_ && std::filesystem::exists(ids_path)) {
-    const cv::Mat ids = cv::imread(ids_path, cv::IMREAD_UNCHANGED);
+    EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat ids, ReadImage(ids_path, cv::IMREAD_UNCHANGED));
     if (ids.type() != CV_16UC1 || ids.size() != frame->image.size()) {
       return absl::DataLossError(
           absl::StrCat(ids_path, " is damaged; run egosieve reconstruct again"));

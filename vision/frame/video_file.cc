@@ -163,7 +163,8 @@ class VideoFile : public FrameSource {
   VideoFile(std::string path, double nominal_rate_hz, int timeout_seconds = 0)
       : path_(std::move(path)),
         nominal_rate_hz_(nominal_rate_hz),
-        timeout_seconds_(timeout_seconds) {}
+        timeout_seconds_(timeout_seconds),
+        has_looked_for_index_(timeout_seconds > 0) {}
 
   absl::Status Open() {
     try {
@@ -198,24 +199,32 @@ class VideoFile : public FrameSource {
     }
     position_ = 0;
     ended_ = false;
+    has_jumped_ = has_other_times_ = false;
     return absl::OkStatus();
   }
 
   absl::StatusOr<FrameRead> Next() override {
+    if (!has_looked_for_index_) index_ = VideoIndex::Read(path_);
+    has_looked_for_index_ = true;
     if (next_index_ - position_ > kFar) EGOSIEVE_RETURN_IF_ERROR(Approach(next_index_));
-    while (position_ < next_index_ && Grab()) {
-    }
-    const bool is_there = position_ >= next_index_ && Grab();
-    if (std::exchange(has_jumped_, false) && !(is_there && FrameGrabbed() == next_index_)) {
-      index_.reset();  // the decoder delivers other frames than the packets tell
+    GrabUntil(next_index_);
+    if (has_jumped_ && (has_other_times_ || (ended_ && position_ != index_->size()))) {
+      may_jump_ = false;
       EGOSIEVE_RETURN_IF_ERROR(Open());
-      return Next();
+      GrabUntil(next_index_);
     }
-    if (!is_there) return FrameRead(End());
+    if (position_ <= next_index_) return FrameRead(End());
     const int64_t index = next_index_++;
+    if (index < position_ - 1) return FrameRead(DamagedFrame{index, CannotBeDecoded(index)});
     absl::StatusOr<Frame> frame = Retrieve(index);
     if (!frame.ok()) return FrameRead(DamagedFrame{index, std::string(frame.status().message())});
     return FrameRead(*std::move(frame));
+  }
+
+  absl::StatusOr<bool> DeliversAFrame() {
+    const bool delivers = Grab();
+    EGOSIEVE_RETURN_IF_ERROR(Open());
+    return delivers;
   }
 
   absl::Status SeekTo(int64_t index) override {
@@ -232,17 +241,14 @@ class VideoFile : public FrameSource {
   std::string description() const override { return path_; }
 
  private:
-  // From a key frame towards a frame far ahead, where the video has an index; else nothing.
+  // From a key frame towards a frame far ahead, or the last one, where the video has an index; else
+  // nothing.
   absl::Status Approach(int64_t index) {
-    if (!has_looked_for_index_) index_ = VideoIndex::Read(path_);
-    has_looked_for_index_ = true;
-    if (!index_ || index >= index_->size()) return absl::OkStatus();
-    const int64_t key = index_->KeyOf(index);
+    if (!index_ || !may_jump_) return absl::OkStatus();
+    const int64_t key = index_->KeyOf(std::min(index, index_->size() - 1));
     if (key <= position_ + kFar) return absl::OkStatus();
-    has_jumped_ = JumpBefore(key);
-    if (has_jumped_) return absl::OkStatus();
-    index_.reset();  // the decoder has other times than the packets
-    return Open();
+    has_jumped_ = true;
+    return JumpBefore(key) ? absl::OkStatus() : Open();
   }
 
   // Grabs one of the kFar frames before `key`; false where none of them is there. OpenCV seeks by
@@ -256,28 +262,49 @@ class VideoFile : public FrameSource {
       return false;
     }
     ended_ = false;
-    if (!Grab()) return false;
-    const int64_t frame = FrameGrabbed();
-    if (frame >= key || frame < key - kFar) return false;
-    position_ = frame + 1;
-    return true;
+    return Grab() && !has_other_times_ && position_ <= key && position_ > key - kFar;
   }
 
-  // By the index; -1 where it has none of that time.
-  int64_t FrameGrabbed() {
-    return index_->FrameAt(capture_.get(cv::CAP_PROP_POS_MSEC) / 1000.0).value_or(-1);
+  void GrabUntil(int64_t index) {
+    while (position_ <= index && Grab()) {
+    }
   }
 
   bool Grab() {
-    if (ended_) return false;
-    try {
-      ended_ = !capture_.grab();
-    } catch (const cv::Exception&) {
-      ended_ = true;
+    for (int64_t attempts = AttemptsToGrab(); !ended_ && attempts > 0; --attempts) {
+      try {
+        if (!capture_.grab()) continue;
+      } catch (const cv::Exception&) {
+        ended_ = true;
+        break;
+      }
+      const int64_t index = IndexGrabbed();
+      seconds_ = Seconds(index);
+      position_ = index + 1;
+      return true;
     }
-    if (ended_) return false;
-    seconds_ = Seconds(position_++);
-    return true;
+    ended_ = true;
+    return false;
+  }
+
+  // A packet that cannot be decoded looks to OpenCV's callers like the end, and the next call goes
+  // on behind it.
+  int64_t AttemptsToGrab() const {
+    if (timeout_seconds_ > 0) return 1;
+    return index_ ? std::max<int64_t>(index_->size() - position_, 1) : kFar;
+  }
+
+  // What cannot be decoded is not delivered; the frames behind it keep their index. From the first
+  // frame on whose time is not that of a packet, a video that is read from its beginning is
+  // counted.
+  int64_t IndexGrabbed() {
+    if (!index_) return position_;
+    const std::optional<int64_t> index =
+        index_->FrameAt(capture_.get(cv::CAP_PROP_POS_MSEC) / 1000.0);
+    if (index && *index >= position_) return *index;
+    has_other_times_ = has_jumped_;
+    if (!has_jumped_) index_.reset();
+    return position_;
   }
 
   // Of the frame that was just grabbed.
@@ -295,7 +322,7 @@ class VideoFile : public FrameSource {
       picture.release();
     }
     if (picture.empty()) {
-      return absl::DataLossError(absl::StrCat(path_, ": frame ", index, " cannot be decoded"));
+      return absl::DataLossError(CannotBeDecoded(index));
     }
     // The decoder reuses its buffer for the next frame.
     absl::StatusOr<DecodedImage> decoded = ConvertToBgr(Turned(picture, degrees_));
@@ -306,6 +333,10 @@ class VideoFile : public FrameSource {
     frame.image = decoded->image;
     frame.is_grey = decoded->is_grey;
     return frame;
+  }
+
+  std::string CannotBeDecoded(int64_t index) const {
+    return absl::StrCat(path_, ": frame ", index, " cannot be decoded");
   }
 
   EndOfFrames End() const {
@@ -325,11 +356,12 @@ class VideoFile : public FrameSource {
   int64_t expected_frame_count_ = -1;
   int degrees_ = 0;         // by which pictures are turned, clockwise
   double seconds_ = 0.0;    // of the last frame grabbed
-  int64_t position_ = 0;    // frames grabbed so far: the stream's own next index
+  int64_t position_ = 0;    // index behind the last frame grabbed
   int64_t next_index_ = 0;  // that Next() returns; ahead of position_ after a seek
   bool ended_ = false;
-  bool has_looked_for_index_ = false;
-  bool has_jumped_ = false;  // and not yet seen where to
+  bool has_looked_for_index_;
+  bool has_jumped_ = false, has_other_times_ = false;  // since the video was opened
+  bool may_jump_ = true;
   std::optional<VideoIndex> index_;
 };
 
@@ -340,12 +372,11 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenVideoFile(const std::string& pa
   QuietLibraries();
   auto video = std::make_unique<VideoFile>(path, options.nominal_rate_hz);
   EGOSIEVE_RETURN_IF_ERROR(video->Open());
-  EGOSIEVE_ASSIGN_OR_RETURN(const FrameRead first, video->Next());
-  if (std::holds_alternative<EndOfFrames>(first)) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const bool delivers, video->DeliversAFrame());
+  if (!delivers) {
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": opens as a video but delivers no frame; check that it plays"));
   }
-  EGOSIEVE_RETURN_IF_ERROR(video->SeekTo(0));
   return std::unique_ptr<FrameSource>(std::move(video));
 }
 

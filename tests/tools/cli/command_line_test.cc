@@ -118,12 +118,8 @@ TEST(CommandLine, UsageErrorsNameTheFlagAndPointToHelp) {
   EXPECT_EQ(word.err,
             "egosieve: --seed: cannot read 'many' as its value; see egosieve sift --help\n");
 
-  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"sift", "--name="},
-                                                    {"sift", "--name=a", "--name=b"},
-                                                    {"sift", "--name"}}) {
-    EXPECT_EQ(Invoke(arguments).err,
-              "egosieve: --name takes one value; give it once; see egosieve sift --help\n");
-  }
+  EXPECT_EQ(Invoke({"sift", "--name=a", "--name=b"}).err,
+            "egosieve: --name takes one value; give it once; see egosieve sift --help\n");
 
   const Outcome extra = Invoke({"sift", "a.mp4"});
   EXPECT_EQ(extra.code, 2);
@@ -141,6 +137,27 @@ TEST(CommandLine, UsageErrorsNameTheFlagAndPointToHelp) {
   EXPECT_EQ(command.code, 2);
   EXPECT_EQ(command.err,
             "egosieve: unknown command shift; did you mean sift? see egosieve --help\n");
+}
+
+TEST(CommandLine, AFlagIsNoFlagsValue) {
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"sift", "--name="},
+                                                    {"sift", "--name"},
+                                                    {"sift", "--name=", "--stride=3"},
+                                                    {"sift", "--name=", "a.mp4"},
+                                                    {"sift", "--name", "--stride=3"},
+                                                    {"sift", "--stride", "3", "--name"}}) {
+    FakeCommand::last_stride = 0;
+    const Outcome outcome = Invoke(arguments);
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_EQ(outcome.err,
+              "egosieve: --name has no value; give one as --name=VALUE; see egosieve sift "
+              "--help\n");
+    EXPECT_EQ(FakeCommand::last_stride, 0);
+  }
+  EXPECT_EQ(Invoke({"sift", "--name=--stride=3"}).err, "");
+  EXPECT_EQ(FakeCommand::last_stride, 5);
+  EXPECT_EQ(Invoke({"sift", "--name", "a", "--stride", "3"}).err, "");
+  EXPECT_EQ(FakeCommand::last_stride, 3);
 }
 
 TEST(CommandLine, AStatusBecomesOneLineAndItsExitCode) {

@@ -93,6 +93,28 @@ TEST_F(BadInput, APipe) {
   }
 }
 
+TEST_F(BadInput, APipeWhereARunHasItsNumbers) {
+  const std::string drive = root_ + "/drive";
+  ASSERT_EQ(RunProgram({"synthesize", "--scenario=street", "--frames=3", "--width=96",
+                        "--height=64", "--out=" + drive, "--progress=none"})
+                .code,
+            0);
+  ASSERT_EQ(Segment(drive + "/frames").code, 0);
+  ASSERT_EQ(RunProgram({"reconstruct", out_, "--progress=none"}).code, 0);
+  const std::string pipe = out_ + "/ids/000001.png";
+  fs::remove(pipe);
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"render", out_, "--no_video", "--progress=none"},
+        {"evaluate", out_, "--truth=" + drive + "/masks", "--no_plots"},
+        {"report", out_, "--progress=none"}}) {
+    const ProgramOutcome outcome = RunProgram(command);
+    EXPECT_EQ(outcome.code, command[0] == "report" ? 0 : 2) << command[0];
+    EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(pipe + " is not a regular file")) << command[0];
+  }
+}
+
 TEST_F(BadInput, AnEmptyFile) {
   std::ofstream(root_ + "/empty.mp4");
   ExpectRefused(Segment(root_ + "/empty.mp4"), 3, "empty.mp4");

@@ -1,55 +1,26 @@
 // What the machine can refuse: room for the results, a cache that is whole, threads. Each gives one
 // line with the reason and exit code 1; nothing ends by a signal.
-#include <sys/wait.h>
+#include "tests/tools/end_to_end/machine.h"
+
+#include <signal.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
-#include "tests/tools/testing/program.h"
 #include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-class Machine : public testing::Test {
- protected:
-  Machine() : root_(FreshFolder()) {}
-  ~Machine() override {
-    unsetenv("POCL_CACHE_DIR");
-    unsetenv("EGOSIEVE_CACHE_DIR");
-  }
-
-  // `line` for the shell, where "$EGOSIEVE" is the program.
-  ProgramOutcome Shell(const std::string& line) const {
-    const std::string err = root_ + "/err.txt";
-    setenv("EGOSIEVE", ProgramPath().c_str(), 1);
-    const int status = std::system(absl::StrCat("{ ", line, "; } 2> ", err).c_str());
-    ProgramOutcome outcome;
-    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    outcome.err = *ReadFile(err);
-    return outcome;
-  }
-
-  static void ExpectOneLine(const ProgramOutcome& outcome, const std::string& what) {
-    EXPECT_EQ(outcome.code, 1) << outcome.err;
-    EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
-    EXPECT_THAT(outcome.err, StartsWith("egosieve: "));
-    EXPECT_THAT(outcome.err, HasSubstr("; ")) << "it does not say what to do";
-    EXPECT_THAT(outcome.err, HasSubstr(what));
-  }
-
-  std::string root_;
-};
 
 TEST_F(Machine, AStdoutThatTakesNothing) {
   for (const char* arguments : {"--help", "--version", "devices", "segment --print_config"}) {
@@ -93,20 +64,37 @@ TEST_F(Machine, ADamagedCacheOfCompiledKernels) {
   EXPECT_EQ(Shell(segment).code, 0);
 }
 
-// PoCL aborts there by itself.
-TEST_F(Machine, ASystemWithoutSys) {
-  const std::string hidden = "unshare --map-root-user --mount sh -c 'mount -t tmpfs none /sys && ";
-  if (Shell(hidden + "true'").code != 0) GTEST_SKIP() << "cannot hide /sys";
-  const bool has_pocl = Shell("grep -q pocl /etc/OpenCL/vendors/*.icd").code == 0;
-  if (!has_pocl) GTEST_SKIP() << "PoCL is not installed";
+// What a library that reaches for memory it was refused, or that aborts, does to the program.
+TEST_F(Machine, ASignalByWhichALibraryEndsTheProgram) {
   WritePatchDrive(root_, SmallPatchDrive(3));
-  const std::string segment =
-      absl::StrCat("exec \"$EGOSIEVE\" segment ", root_,
-                   "/frames --budget=100 --progress=none --out=", root_, "/run");
-  for (const std::string& command : {std::string("exec \"$EGOSIEVE\" devices"), segment}) {
-    ExpectOneLine(Shell(hidden + command + "' > /dev/null"), "mount /sys");
+  const std::string err = root_ + "/signal.txt";
+  for (const int signal : {SIGSEGV, SIGBUS, SIGABRT}) {
+    const pid_t process = StartProgram({"segment", root_ + "/frames", "--out=" + root_ + "/run",
+                                        "--overwrite", "--budget=100", "--progress=none"},
+                                       "/dev/null", err);
+    const auto catches = [&] {
+      const absl::StatusOr<std::string> status =
+          ReadFile(absl::StrFormat("/proc/%d/status", process));
+      const size_t place = status.ok() ? status->find("SigCgt:") : std::string::npos;
+      return place != std::string::npos &&
+             (std::stoull(status->substr(place + 7), nullptr, 16) >> (signal - 1) & 1) != 0;
+    };
+    for (int wait = 0; wait < 60000 && !catches(); ++wait) usleep(1000);
+    kill(process, signal);
+    ProgramOutcome outcome;
+    outcome.code = WaitForProgram(process);
+    outcome.err = *ReadFile(err);
+    ExpectOneLine(outcome, "a library ended the program");
   }
-  EXPECT_EQ(Shell(hidden + segment + " --device=reference' > /dev/null").code, 0);
+}
+
+// As LLVM, which has its own handler for SIGABRT from the moment that it is loaded.
+TEST_F(Machine, ALibraryThatAbortsWithAHandlerOfItsOwn) {
+  WritePatchDrive(root_, SmallPatchDrive(3));
+  const std::string library = fs::absolute("tests/tools/end_to_end/libaborting.so").string();
+  ExpectOneLine(Shell(absl::StrCat("LD_PRELOAD=", library, " \"$EGOSIEVE\" segment ", root_,
+                                   "/frames --budget=100 --out=", root_, "/run > /dev/null")),
+                "a library ended the program");
 }
 
 // libpng tells of a broken checksum on stderr by itself.

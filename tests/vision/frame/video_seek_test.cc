@@ -5,7 +5,10 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <string>
@@ -56,13 +59,15 @@ std::string WriteVideo(const std::string& name, const char* codec) {
   return path;
 }
 
+// Those that cannot be decoded have an empty picture.
 std::vector<Frame> ReadAll(const std::string& path) {
   const auto source = OpenFrameSource(path);
   std::vector<Frame> frames;
   while (source.ok()) {
     const absl::StatusOr<FrameRead> read = (*source)->Next();
-    if (!read.ok() || !std::holds_alternative<Frame>(*read)) break;
-    frames.push_back(std::get<Frame>(*read));
+    if (!read.ok() || std::holds_alternative<EndOfFrames>(*read)) break;
+    const auto* frame = std::get_if<Frame>(&*read);
+    frames.push_back(frame != nullptr ? *frame : Frame());
   }
   return frames;
 }
@@ -76,7 +81,13 @@ void ExpectSameFrames(const std::string& path, const std::vector<int64_t>& indic
     ASSERT_TRUE((*source)->SeekTo(at).ok());
     for (int64_t i = at; i < std::min<int64_t>(at + 3, count); ++i) {
       const absl::StatusOr<FrameRead> read = (*source)->Next();
-      ASSERT_TRUE(read.ok() && std::holds_alternative<Frame>(*read)) << path << " " << i;
+      ASSERT_TRUE(read.ok()) << path << " " << i << ": " << read.status();
+      if (frames[i].image.empty()) {
+        ASSERT_TRUE(std::holds_alternative<DamagedFrame>(*read)) << path << " " << i;
+        EXPECT_EQ(std::get<DamagedFrame>(*read).index, i);
+        continue;
+      }
+      ASSERT_TRUE(std::holds_alternative<Frame>(*read)) << path << " " << i;
       const Frame& frame = std::get<Frame>(*read);
       EXPECT_EQ(frame.index, i);
       EXPECT_EQ(frame.time_seconds, frames[i].time_seconds) << path << " " << i;
@@ -98,6 +109,73 @@ TEST(VideoSeek, GivesTheFramesOfSequentialDecoding) {
     if (path.empty()) continue;
     ExpectSameFrames(path, {250, 100, 299, 0, 180, 143, 144, 145, 297});
   }
+}
+
+// Three videos of one folder.
+std::string WriteChapters(const std::string& name, const char* codec, const char* extension) {
+  const fs::path folder = fs::path(::testing::TempDir()) / name;
+  fs::create_directories(folder);
+  for (const char* chapter : {"1", "2", "3"}) {
+    if (WriteVideo(name + "/" + chapter + extension, codec).empty()) return "";
+  }
+  return folder.string();
+}
+
+TEST(VideoSeek, GivesTheFramesOfChapters) {
+  QuietLibraries();
+  for (const auto& [name, codec, extension] :
+       {std::tuple("key_frame_chapters", "MJPG", ".avi"), {"chapters", "mp4v", ".mp4"}}) {
+    const std::string path = WriteChapters(name, codec, extension);
+    ASSERT_NE(path, "") << name;
+    ExpectSameFrames(path, {899, 250, 600, 598, 0, 299, 301, 750});
+  }
+}
+
+// Overwrites the pictures with these indices in an AVI file of JPEGs: nothing of them is decoded. A
+// picture's size, 32 bits with the least first, comes before it.
+void DamagePictures(const std::string& path, const std::vector<int>& indices) {
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  std::vector<size_t> pictures;
+  for (size_t at = 0; (at = bytes.find("\xff\xd8\xff", at)) != std::string::npos; ++at) {
+    pictures.push_back(at);
+  }
+  ASSERT_EQ(pictures.size(), static_cast<size_t>(kFrames));
+  for (const int index : indices) {
+    uint32_t size = 0;
+    std::memcpy(&size, &bytes[pictures[index] - sizeof(size)], sizeof(size));
+    ASSERT_LT(pictures[index] + size, bytes.size());
+    bytes.replace(pictures[index], size, std::string(size, 'x'));
+  }
+  file.seekp(0);
+  file << bytes;
+}
+
+TEST(VideoSeek, KeepsTheIndicesBehindWhatCannotBeDecoded) {
+  QuietLibraries();
+  const std::string path = WriteVideo("damaged.avi", "MJPG");
+  ASSERT_NE(path, "");
+  const std::vector<Frame> whole = ReadAll(path);
+  ASSERT_NO_FATAL_FAILURE(DamagePictures(path, {100, 210, 211}));
+  const std::vector<Frame> frames = ReadAll(path);
+  ASSERT_EQ(frames.size(), whole.size());
+  for (int i = 0; i < kFrames; ++i) {
+    ASSERT_EQ(frames[i].image.empty(), i == 100 || i == 210 || i == 211) << i;
+    if (frames[i].image.empty()) continue;
+    EXPECT_EQ(cv::norm(frames[i].image, whole[i].image, cv::NORM_INF), 0.0) << i;
+    EXPECT_EQ(frames[i].time_seconds, whole[i].time_seconds) << i;
+  }
+  ExpectSameFrames(path, {250, 100, 99, 209, 210, 211, 212, 299, 0, 101});
+}
+
+// The last ones are no damaged frames, for a video that is cut short ends there, too.
+TEST(VideoSeek, FindsTheSameEnd) {
+  QuietLibraries();
+  const std::string path = WriteVideo("end.avi", "MJPG");
+  ASSERT_NE(path, "");
+  ASSERT_NO_FATAL_FAILURE(DamagePictures(path, {298, 299}));
+  ASSERT_EQ(ReadAll(path).size(), 298u);
+  ExpectSameFrames(path, {296, 150});
 }
 
 // Pictures that are decoded so that frame `index` is delivered by a source that has delivered none.
@@ -126,6 +204,24 @@ TEST(VideoSeek, DecodesFromAKeyFrameNearby) {
       const int64_t decoded = PicturesDecodedFor(path, index);
       EXPECT_GE(decoded, 1) << path << " " << index;
       EXPECT_LE(decoded, 2 * interval + kBack) << path << " " << index;
+    }
+  }
+}
+
+TEST(VideoSeek, DecodesTheEndsOfChaptersBefore) {
+  QuietLibraries();
+  constexpr int64_t kBack = 18;
+  constexpr int64_t kOpening = 1;  // each video shows that it has pictures
+  for (const auto& [name, codec, extension, interval] :
+       {std::tuple("key_frame_ends", "MJPG", ".avi", int64_t{1}),
+        {"ends", "mp4v", ".mp4", int64_t{12}}}) {
+    const std::string path = WriteChapters(name, codec, extension);
+    ASSERT_NE(path, "") << name;
+    for (const int64_t index : {500, 898}) {
+      const int64_t videos = index / kFrames + 1;
+      const int64_t decoded = PicturesDecodedFor(path, index);
+      EXPECT_GE(decoded, videos) << path << " " << index;
+      EXPECT_LE(decoded, videos * (2 * interval + kBack + kOpening)) << path << " " << index;
     }
   }
 }

@@ -1,0 +1,77 @@
+// Where the driver could not build a program, neither that nor another of the context is released:
+// PoCL keeps its locks after some failures, and clReleaseProgram then waits for ever.
+#include <CL/cl.h>
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <string>
+
+#include "kernels/runtime/context.h"
+#include "kernels/runtime/opencl_context.h"
+
+namespace {
+
+std::atomic<bool> fails = false;
+std::atomic<bool> has_failed = false;
+std::atomic<int> releases = 0;  // since then
+
+template <typename Function>
+Function* Driver(const char* name) {
+  return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
+}
+
+}  // namespace
+
+extern "C" {
+
+cl_int clBuildProgram(cl_program program, cl_uint device_count, const cl_device_id* devices,
+                      const char* options, void(CL_CALLBACK* notify)(cl_program, void*),
+                      void* data) {
+  if (fails.exchange(false)) {
+    has_failed = true;
+    return CL_OUT_OF_HOST_MEMORY;
+  }
+  return Driver<decltype(clBuildProgram)>(__func__)(program, device_count, devices, options, notify,
+                                                    data);
+}
+
+cl_int clReleaseProgram(cl_program program) {
+  if (has_failed) ++releases;
+  return Driver<decltype(clReleaseProgram)>(__func__)(program);
+}
+
+}  // extern "C"
+
+namespace egosieve::kernels {
+namespace {
+
+TEST(FailedBuild, IsNotReleased) {
+  ContextOptions options;
+  options.program_cache = false;
+  auto context = OpenContext(options);
+  ASSERT_TRUE(context.ok()) << context.status();
+  if ((*context)->is_reference()) GTEST_SKIP() << "the reference compiles nothing";
+  const auto builds = [&](const std::string& more) {
+    const std::string flags = "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=1" + more;
+    return (*context)->Kernel("image.cl", flags, "grid_interpolation").ok();
+  };
+  ASSERT_TRUE(builds(""));
+  fails = true;
+  EXPECT_FALSE(builds(" -DOTHER"));
+  EXPECT_TRUE(has_failed);
+  (*context).reset();
+  EXPECT_EQ(releases, 0);
+
+  // Where the driver has recovered, a context builds again what it had.
+  has_failed = false;
+  context = OpenContext(options);
+  ASSERT_TRUE(context.ok() && builds(""));
+  fails = true;
+  EXPECT_FALSE(builds(" -DOTHER"));
+  EXPECT_TRUE(builds(" -DOTHER"));
+  EXPECT_TRUE(builds(""));
+}
+
+}  // namespace
+}  // namespace egosieve::kernels

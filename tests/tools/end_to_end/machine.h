@@ -1,0 +1,51 @@
+// The program in a shell of its own, where the machine can refuse what it asks for.
+#ifndef EGOSIEVE_TESTS_TOOLS_END_TO_END_MACHINE_H_
+#define EGOSIEVE_TESTS_TOOLS_END_TO_END_MACHINE_H_
+
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/tools/testing/fresh_folder.h"
+#include "tests/tools/testing/program.h"
+#include "tools/run_folder/atomic_file.h"
+
+namespace egosieve::tools {
+
+class Machine : public ::testing::Test {
+ protected:
+  Machine() : root_(FreshFolder()) {}
+  ~Machine() override {
+    unsetenv("POCL_CACHE_DIR");
+    unsetenv("EGOSIEVE_CACHE_DIR");
+  }
+
+  // `line` for the shell, where "$EGOSIEVE" is the program.
+  ProgramOutcome Shell(const std::string& line) const {
+    const std::string err = root_ + "/err.txt";
+    setenv("EGOSIEVE", ProgramPath().c_str(), 1);
+    const int status = std::system(absl::StrCat("{ ", line, "; } 2> ", err).c_str());
+    ProgramOutcome outcome;
+    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    outcome.err = *ReadFile(err);
+    return outcome;
+  }
+
+  static void ExpectOneLine(const ProgramOutcome& outcome, const std::string& what) {
+    EXPECT_EQ(outcome.code, 1) << outcome.err;
+    EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+    EXPECT_THAT(outcome.err, ::testing::StartsWith("egosieve: "));
+    EXPECT_THAT(outcome.err, ::testing::HasSubstr("; ")) << "it does not say what to do";
+    EXPECT_THAT(outcome.err, ::testing::HasSubstr(what));
+  }
+
+  std::string root_;
+};
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TESTS_TOOLS_END_TO_END_MACHINE_H_
