@@ -29,6 +29,14 @@ CLI::Validator GapOrAutomatic() {
       "");
 }
 
+CLI::Validator ZeroLabelOrMean() {
+  return CLI::Validator(
+      [](std::string& text) {
+        return text == kMeanLabel ? std::string() : Between(0.01, 0.5)(text);
+      },
+      "");
+}
+
 template <typename Value>
 void Override(const std::optional<std::string>& given, const Words<Value>& words, Value& target) {
   for (const auto& [name, value] : words) {
@@ -178,9 +186,9 @@ void SegmentFlags::AddLearnerFlags(CLI::App& app) {
               "Drop points that the model misclassifies although it holds them (filter 3)");
   app.add_option("--zero_label", zero_label_,
                  "Label that becomes the target zero, the process's prior mean; the filters count "
-                 "labels above it as dynamic")
-      ->check(Between(0.01, 0.5))
-      ->type_name("PROBABILITY");
+                 "labels above it as dynamic; mean: the mean label of the model's points")
+      ->check(ZeroLabelOrMean())
+      ->type_name("PROBABILITY|mean");
 }
 
 OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
@@ -223,7 +231,10 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   if (covariance_) options.learner.covariance = *kernels::CovarianceFunction::Parse(*covariance_);
   Override(novelty_filter_, SwitchWords(), options.learner.novelty_filter);
   Override(consistency_filter_, SwitchWords(), options.learner.consistency_filter);
-  Override(zero_label_, options.learner.zero_label);
+  if (zero_label_) {
+    options.learner.scales_to_mean_zero = zero_label_ == kMeanLabel;
+    if (zero_label_ != kMeanLabel) options.learner.zero_label = std::stod(*zero_label_);
+  }
   return options;
 }
 

@@ -56,7 +56,7 @@ class SegmentFlags {
   std::optional<std::string> covariance_;
   std::optional<std::string> novelty_filter_;
   std::optional<std::string> consistency_filter_;
-  std::optional<double> zero_label_;
+  std::optional<std::string> zero_label_;
 };
 
 // Every flag of SegmentFlags by the value that the options have, so that two runs with the same

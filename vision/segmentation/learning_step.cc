@@ -76,7 +76,7 @@ absl::StatusOr<std::string> SerializeStep(const LearningStep& step) {
     const auto* bytes = reinterpret_cast<const uint8_t*>(operation.inputs.data());
     const size_t size = operation.inputs.size() * sizeof(float);
     inputs.insert(inputs.end(), bytes, bytes + size);
-    if (!operation.labels.empty())
+    if (operation.kind == Kind::kAdd && !operation.labels.empty())
       input_bytes = static_cast<int64_t>(size / operation.labels.size());
     labels.insert(labels.end(), operation.labels.begin(), operation.labels.end());
     rows.insert(rows.end(), operation.rows.begin(), operation.rows.end());
@@ -146,6 +146,8 @@ absl::StatusOr<LearningStep> ParseStep(std::string_view bytes,
               input_reader.Read(counts[i] * dimension, operation.inputs);
     } else if (operation.kind == Kind::kRemove) {
       whole = row_reader.Read(counts[i], operation.rows);
+    } else if (operation.kind == Kind::kSetLabels) {
+      whole = label_reader.Read(counts[i], operation.labels);
     } else if (operation.kind == Kind::kSetHyperparameters) {
       gp::Hyperparameters& parameters = operation.hyperparameters;
       parameters.covariance.function = covariance;

@@ -5,11 +5,12 @@
 // As bytes it is NumPy's .npz (gp/io/array_file.h):
 //
 //   format_version   i8 [1]       kLearningStepFormat
-//   kinds            i8 [k]       operation: 0 add, 1 remove, 2 set the hyperparameters
-//   counts           i8 [k]       added or removed points; 0
+//   kinds            i8 [k]       operation: 0 add, 1 remove, 2 set the hyperparameters, 3 set the
+//                                 labels of all points
+//   counts           i8 [k]       added or removed points; 0; labels
 //   frames           i8 [k]       of added points; 0
 //   inputs           u1 [n, 4 D]  of all added points, one after another: float32, little-endian
-//   labels           f8 [n]
+//   labels           f8 [...]     of added points, and those that are set, one after another
 //   rows             i8 [r]       of all removed points
 //   hyperparameters  f8 [h, P+2]  scales, sigma_f, sigma_n
 //   squash           f8 [2]       a, b after the frame
@@ -29,7 +30,7 @@
 
 namespace egosieve::vision {
 
-inline constexpr int64_t kLearningStepFormat = 3;
+inline constexpr int64_t kLearningStepFormat = 4;
 
 struct LearningStep {
   std::vector<ModelOperation> operations;

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 #include <random>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -28,6 +30,16 @@ std::vector<float> PredictionsFromMeans(const T& means) {
     predictions.push_back(static_cast<float>(0.5 * (mean + 1.0)));
   }
   return predictions;
+}
+
+constexpr double kMostZeroLabel = 0.5;    // targets must stay in [-1, 1]
+constexpr double kLeastZeroLabel = 0.01;  // where hardly anything has a dynamic label
+
+// (T1), as the labels whose targets 2 p - 1 are y.
+std::vector<double> Scaled(std::vector<double> labels, double zero_label) {
+  if (zero_label == 0.5) return labels;
+  for (double& label : labels) label = 0.5 + 0.5 * (label - zero_label) / (1.0 - zero_label);
+  return labels;
 }
 
 // Which of equally old points goes first must not follow their order in the image.
@@ -66,7 +78,7 @@ absl::Status OnlineLearnerOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrFormat("arrival_share = %g; it must be in (0, 1]", arrival_share));
   }
-  if (!(zero_label > 0.0 && zero_label <= 0.5)) {
+  if (!(zero_label > 0.0 && zero_label <= kMostZeroLabel)) {
     return absl::InvalidArgumentError(
         absl::StrFormat("zero_label = %g; it must be in (0, 0.5]", zero_label));
   }
@@ -98,7 +110,10 @@ absl::StatusOr<std::unique_ptr<OnlineLearner>> OnlineLearner::Create(
 
 OnlineLearner::OnlineLearner(LearnerModel model, gp::HyperparameterTrainer trainer,
                              const OnlineLearnerOptions& options)
-    : options_(options), model_(std::move(model)), trainer_(std::move(trainer)) {}
+    : options_(options),
+      model_(std::move(model)),
+      trainer_(std::move(trainer)),
+      zero_label_(options.zero_label) {}
 
 absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
                                   absl::Span<const double> labels, int64_t frame_index,
@@ -108,6 +123,7 @@ absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
   {
     StageTimer timer(record.milliseconds.selection);
     EGOSIEVE_RETURN_IF_ERROR(UpdatePoints(inputs, labels, frame_index, taken, record.selection));
+    if (options_.scales_to_mean_zero) EGOSIEVE_RETURN_IF_ERROR(ScaleToMeanZero());
   }
   {
     StageTimer timer(record.milliseconds.training);
@@ -174,24 +190,28 @@ void OnlineLearner::LimitArrivals(absl::Span<const double> labels, int64_t frame
 }
 
 absl::Status OnlineLearner::Add(const Points& points, int64_t frame_index) {
-  // The model's targets are 2 p - 1.
-  std::vector<double> scaled = points.labels;
-  if (options_.zero_label != 0.5) {
-    for (double& label : scaled) {
-      label = 0.5 + 0.5 * (label - options_.zero_label) / (1.0 - options_.zero_label);
-    }
-  }
   return model_.Add(kernels::ConstMatrixView<float>(points.inputs.data(), points.size(),
                                                     model_.input_dimension()),
-                    scaled, frame_index);
+                    Scaled(points.labels, zero_label_), frame_index);
+}
+
+absl::Status OnlineLearner::ScaleToMeanZero() {
+  if (model_.size() == 0) return absl::OkStatus();
+  const std::vector<double> labels = LabelsOf(model_.targets());
+  const double sum = std::accumulate(labels.begin(), labels.end(), 0.0);
+  const double mean =
+      std::clamp(sum / static_cast<double>(labels.size()), kLeastZeroLabel, kMostZeroLabel);
+  if (mean == zero_label_) return absl::OkStatus();
+  EGOSIEVE_RETURN_IF_ERROR(model_.SetLabels(Scaled(labels, mean)));
+  zero_label_ = mean;
+  return absl::OkStatus();
 }
 
 std::vector<double> OnlineLearner::LabelsOf(absl::Span<const double> targets) const {
   std::vector<double> labels;
   labels.reserve(targets.size());
   for (const double target : targets) {
-    labels.push_back(
-        std::clamp(options_.zero_label + (1.0 - options_.zero_label) * target, 0.0, 1.0));
+    labels.push_back(std::clamp(zero_label_ + (1.0 - zero_label_) * target, 0.0, 1.0));
   }
   return labels;
 }
@@ -340,7 +360,15 @@ absl::StatusOr<std::shared_ptr<const gp::Posterior>> OnlineLearner::MakePosterio
 
 absl::StatusOr<gp::ModelFile> OnlineLearner::Checkpoint() {
   EGOSIEVE_RETURN_IF_ERROR(model_.Rebuild());
-  return gp::ModelFile{model_.State(), squash_, trainer_.state(), ""};
+  std::string annotations;
+  if (options_.scales_to_mean_zero) {
+    annotations.assign(reinterpret_cast<const char*>(&zero_label_), sizeof(zero_label_));
+  }
+  return gp::ModelFile{model_.State(), squash_, trainer_.state(), annotations};
+}
+
+int64_t OnlineLearner::annotation_bytes() const {
+  return options_.scales_to_mean_zero ? sizeof(zero_label_) : 0;
 }
 
 absl::Status OnlineLearner::Restore(const gp::ModelFile& checkpoint) {
@@ -353,12 +381,24 @@ absl::Status OnlineLearner::Restore(const gp::ModelFile& checkpoint) {
     return absl::InvalidArgumentError(
         "the checkpoint's covariance is not the one that was asked for");
   }
+  double zero_label = options_.zero_label;
+  if (options_.scales_to_mean_zero) {
+    if (checkpoint.annotations.size() >= sizeof(zero_label)) {
+      std::memcpy(&zero_label, checkpoint.annotations.data(), sizeof(zero_label));
+    } else {
+      zero_label = 0.0;
+    }
+    if (!(zero_label > 0.0 && zero_label <= kMostZeroLabel)) {
+      return absl::InvalidArgumentError("the checkpoint holds no label for the target zero");
+    }
+  }
   // The trainer checks before it changes; the model's check of its state is the costly one.
   gp::HyperparameterTrainer trainer = trainer_;
   EGOSIEVE_RETURN_IF_ERROR(trainer.Restore(*checkpoint.trainer));
   EGOSIEVE_RETURN_IF_ERROR(model_.Restore(checkpoint.model));
   trainer_ = std::move(trainer);
   squash_ = checkpoint.squash;
+  zero_label_ = zero_label;
   return absl::OkStatus();
 }
 

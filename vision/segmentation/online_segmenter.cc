@@ -24,10 +24,6 @@ namespace {
 // camera.
 constexpr int64_t kDefaultBudget = 1500;
 constexpr int64_t kPaperBudget = 4000;
-// About the mean label of the paper's rule. Mean AUC with 0.1, 0.2 and 0.5, 24 frames of each real
-// drive by evaluate --suite --variant=NAME=--zero_label=...: 0.63, 0.72, 0.69; 30 frames of each of
-// compare's synthetic drives: 0.60, 0.58, 0.52.
-constexpr double kPaperZeroLabel = 0.2;
 // By tune_defaults --grid='density=0.03,0.08' over real and synthetic drives: mean AUC 0.9025, with
 // 0.03 0.9029 and with the paper's 0.08 0.8968.
 constexpr double kDefaultDensity = 0.05;
@@ -75,7 +71,7 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Default() {
 OnlineSegmenterOptions OnlineSegmenterOptions::Paper() {
   OnlineSegmenterOptions options;
   options.labeller = FrameLabellerOptions::Paper();
-  options.learner.zero_label = kPaperZeroLabel;
+  options.learner.scales_to_mean_zero = true;
   options.learner.random_start = true;
   options.learner.novelty_filter = true;
   options.learner.consistency_filter = true;
@@ -301,7 +297,7 @@ absl::StatusOr<OnlineSegmenter::Result> OnlineSegmenter::Process(const Frame& fr
 
 absl::StatusOr<std::string> OnlineSegmenter::Checkpoint(absl::string_view labeller_state) {
   EGOSIEVE_ASSIGN_OR_RETURN(gp::ModelFile checkpoint, learner_->Checkpoint());
-  checkpoint.annotations = location_prior_.ToBytes();
+  checkpoint.annotations += location_prior_.ToBytes();
   if (options_.potential.enabled) {
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string potential, potential_.ToBytes());
     absl::StrAppend(&checkpoint.annotations,
@@ -319,6 +315,7 @@ absl::Status OnlineSegmenter::Restore(absl::string_view checkpoint,
   EGOSIEVE_RETURN_IF_ERROR(learner_->Restore(file));
   posterior_.reset();
   absl::string_view rest = file.annotations;
+  rest.remove_prefix(learner_->annotation_bytes());
   const auto take = [&rest](size_t size) {
     const absl::string_view taken = rest.substr(0, size);
     rest.remove_prefix(taken.size());

@@ -11,7 +11,7 @@ using Kind = ModelOperation::Kind;
 constexpr auto kArcsine = kernels::CovarianceFunction::kArcsine;
 
 LearningStep MakeStep() {
-  ModelOperation remove, add, set;
+  ModelOperation remove, add, set, labels;
   remove.kind = Kind::kRemove;
   remove.rows = {0, 3, 17};
   add.kind = Kind::kAdd;
@@ -21,7 +21,9 @@ LearningStep MakeStep() {
   set.kind = Kind::kSetHyperparameters;
   set.hyperparameters = gp::DefaultHyperparameters(kArcsine, 2);
   set.hyperparameters.noise_stddev = 1.0 / 7.0;
-  return {{remove, add, set, remove, add},
+  labels.kind = Kind::kSetLabels;
+  labels.labels = {0.25, 1.0 / 7.0, 0.75};
+  return {{remove, add, set, remove, labels, add},
           {1.0 / 3.0, -0.7},
           std::string("a\0state", 7),
           std::string("\0another", 8)};
