@@ -61,8 +61,8 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       {"covariance", std::string(learner.covariance.text())},
       {"novelty_filter", yes_or_no(learner.novelty_filter)},
       {"consistency_filter", yes_or_no(learner.consistency_filter)},
-      {"zero_label", learner.scales_to_mean_zero ? std::string(kMeanLabel)
-                                                 : absl::StrCat(learner.zero_label)},
+      {"zero_label",
+       learner.scales_to_mean_zero ? std::string(kMeanLabel) : absl::StrCat(learner.zero_label)},
       {"seed", absl::StrCat(labeller.seed)},
       // What the profiles set and no flag does.
       {"flow_quality", NameOf(FlowQualityWords(), labeller.flow_quality)},

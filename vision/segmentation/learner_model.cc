@@ -85,8 +85,8 @@ absl::Status LearnerModel::Remove(absl::Span<const int64_t> rows) {
 
 absl::Status LearnerModel::SetLabels(absl::Span<const double> labels) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> targets, gp::TargetsOfLabels(labels));
-  const kernels::ConstMatrixView<double> view(targets.data(),
-                                              static_cast<int64_t>(targets.size()), 1);
+  const kernels::ConstMatrixView<double> view(targets.data(), static_cast<int64_t>(targets.size()),
+                                              1);
   EGOSIEVE_RETURN_IF_ERROR(std::visit([&](auto& model) { return model.SetTargets(view); }, model_));
   if (recording_) {
     ModelOperation operation;
