@@ -59,6 +59,11 @@ void OnlineLearnerOptions::SetDensity(double radius) {
   model_density.radius = 0.7 * radius;
 }
 
+int64_t OnlineLearnerOptions::ArrivalLimit(int64_t size) const {
+  return std::max<int64_t>(std::llround(arrival_share * static_cast<double>(budget.budget)),
+                           budget.budget - size);
+}
+
 absl::Status OnlineLearnerOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(model.Validate());
   EGOSIEVE_RETURN_IF_ERROR(budget.Validate());
@@ -169,8 +174,7 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
 
 void OnlineLearner::LimitArrivals(absl::Span<const double> labels, int64_t frame_index,
                                   std::vector<int64_t>& selected) const {
-  const int64_t limit =
-      std::llround(options_.arrival_share * static_cast<double>(options_.budget.budget));
+  const int64_t limit = options_.ArrivalLimit(model_.size());
   if (static_cast<int64_t>(selected.size()) <= limit) {
     return;
   }

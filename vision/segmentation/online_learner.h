@@ -69,7 +69,8 @@ struct OnlineLearnerOptions {
   gp::DensityFilterOptions model_density{0.056};
   gp::BudgetOptions budget;
   // The most points that one frame brings, of the budget: a model of one frame alone forgets what
-  // stands still for a moment. A stratified random sample stays, the rest counts as over budget.
+  // stands still for a moment. Room that the budget has is filled beyond it: the first frames'.
+  // A stratified random sample stays, the rest counts as over budget.
   double arrival_share = 0.5;
   gp::TrainerOptions training;
   int64_t calibration_sample_size = 600;  // points; at least 2
@@ -81,6 +82,8 @@ struct OnlineLearnerOptions {
 
   // Of step 1, and 0.7 of it of step 4.
   void SetDensity(double radius);
+  // Points that a frame may bring to a model of `size`.
+  int64_t ArrivalLimit(int64_t size) const;
   absl::Status Validate() const;
 };
 

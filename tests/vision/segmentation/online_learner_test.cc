@@ -124,6 +124,23 @@ TEST(OnlineLearner, StepsHoldTheChangeOfTheMeanLabel) {
   }
 }
 
+// What the budget has room for; when it is full, the share that one frame may bring.
+TEST(OnlineLearner, TheFirstFrameFillsTheBudget) {
+  OnlineLearnerOptions options = OnlineSegmenterOptions::Default().learner;
+  options.SetDensity(0.0);
+  options.contradiction_radius = 0.0;
+  options.budget = {500, 0.25};
+  options.arrival_share = 0.2;
+  const auto learner = MakeLearner(options);
+  for (int frame = 1; frame <= 3; ++frame) {
+    LearnStreet(frame, *learner);
+    EXPECT_EQ(learner->model().size(), 500);
+    int64_t arrived = 0;
+    for (const int64_t birth : learner->model().birth_frames()) arrived += birth == frame;
+    EXPECT_EQ(arrived, frame == 1 ? 500 : 100);
+  }
+}
+
 TEST(OnlineLearner, TheZeroLabelIsChecked) {
   OnlineLearnerOptions options;
   for (const double wrong : {0.0, -0.1, 0.6, std::nan("")}) {
