@@ -116,6 +116,11 @@ void SegmentFlags::AddModelFlags(CLI::App& app) {
          "Weight of the location prior: where in the image things have moved so far; 0: none")
       ->check(Between(0.0, 1.0))
       ->type_name("WEIGHT");
+  app.add_option("--label_residual", label_residual_,
+                 "Weight with which the map follows the frame's own labels near them, beside the "
+                 "process; 0: the process alone")
+      ->check(Between(0.0, 1.0))
+      ->type_name("WEIGHT");
   app.add_flag("--potential", potential_,
                "Also writes potential/: what looks like the things that have moved in the last "
                "minutes, whether it moves or not");
@@ -206,6 +211,7 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   Override(dynamic_age_, options.learner.budget.maximum_dynamic_age_frames);
   Override(arrival_share_, options.learner.arrival_share);
   Override(location_prior_, options.location_prior.weight);
+  Override(label_residual_, options.residual_weight);
   options.potential.enabled = potential_;
   Override(model_, ModelWords(), options.learner.model.kind);
   Override(inducing_points_, options.learner.model.sparse.inducing_points);

@@ -40,6 +40,7 @@ class SegmentFlags {
   std::optional<int64_t> dynamic_age_;
   std::optional<double> arrival_share_;
   std::optional<double> location_prior_;
+  std::optional<double> label_residual_;
   bool potential_ = false;
   std::optional<int64_t> inducing_points_;
   std::optional<std::string> frame_gap_;

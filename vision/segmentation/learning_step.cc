@@ -102,6 +102,8 @@ absl::StatusOr<std::string> SerializeStep(const LearningStep& step) {
   arrays["location_prior"] =
       Vector<uint8_t>({step.location_prior.begin(), step.location_prior.end()});
   arrays["potential"] = Vector<uint8_t>({step.potential.begin(), step.potential.end()});
+  arrays["label_residual"] =
+      Vector<uint8_t>({step.label_residual.begin(), step.label_residual.end()});
   return gp::SerializeArrays(arrays);
 }
 
@@ -125,6 +127,8 @@ absl::StatusOr<LearningStep> ParseStep(std::string_view bytes,
                             Take<uint8_t>("location_prior", arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> potential,
                             Take<uint8_t>("potential", arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> label_residual,
+                            Take<uint8_t>("label_residual", arrays));
   if (counts.size() != kinds.size() || frames.size() != kinds.size() || squash.size() != 2) {
     return absl::DataLossError("the arrays' sizes do not fit");
   }
@@ -136,6 +140,7 @@ absl::StatusOr<LearningStep> ParseStep(std::string_view bytes,
   step.squash = {squash[0], squash[1]};
   step.location_prior.assign(location_prior.begin(), location_prior.end());
   step.potential.assign(potential.begin(), potential.end());
+  step.label_residual.assign(label_residual.begin(), label_residual.end());
   for (size_t i = 0; i < kinds.size(); ++i) {
     ModelOperation operation;
     operation.kind = static_cast<Kind>(kinds[i]);

@@ -16,6 +16,7 @@
 //   squash           f8 [2]       a, b after the frame
 //   location_prior   u1 [...]     state after the frame (location_prior.h)
 //   potential        u1 [...]     likewise (potential_model.h); empty where nothing changed it
+//   label_residual   u1 [...]     of the frame (label_residual.h); empty where it has none
 #ifndef EGOSIEVE_VISION_SEGMENTATION_LEARNING_STEP_H_
 #define EGOSIEVE_VISION_SEGMENTATION_LEARNING_STEP_H_
 
@@ -36,7 +37,8 @@ struct LearningStep {
   std::vector<ModelOperation> operations;
   gp::SquashParameters squash;
   std::string location_prior;
-  std::string potential;  // empty: as before
+  std::string potential;       // empty: as before
+  std::string label_residual;  // empty: none
 };
 
 // Equal steps give equal bytes. Errors as SerializeArrays'.

@@ -338,7 +338,7 @@ absl::Status OnlineLearner::CalibrateToFrame(kernels::ConstMatrixView<float> inp
   return absl::OkStatus();
 }
 
-LearningStep OnlineLearner::TakeStep() { return {model_.TakeOperations(), squash_, {}, {}}; }
+LearningStep OnlineLearner::TakeStep() { return {model_.TakeOperations(), squash_, {}, {}, {}}; }
 
 absl::Status OnlineLearner::Replay(const LearningStep& step) {
   for (const ModelOperation& operation : step.operations) {

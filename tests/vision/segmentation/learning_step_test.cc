@@ -26,7 +26,8 @@ LearningStep MakeStep() {
   return {{remove, add, set, remove, labels, add},
           {1.0 / 3.0, -0.7},
           std::string("a\0state", 7),
-          std::string("\0another", 8)};
+          std::string("\0another", 8),
+          std::string("a\0third", 7)};
 }
 
 TEST(LearningStepTest, ComesBackAsItWas) {
@@ -39,6 +40,7 @@ TEST(LearningStepTest, ComesBackAsItWas) {
   EXPECT_EQ(again->squash.b, step.squash.b);
   EXPECT_EQ(again->location_prior, step.location_prior);
   EXPECT_EQ(again->potential, step.potential);
+  EXPECT_EQ(again->label_residual, step.label_residual);
   ASSERT_EQ(again->operations.size(), step.operations.size());
   for (size_t i = 0; i < step.operations.size(); ++i) {
     const ModelOperation &before = step.operations[i], &after = again->operations[i];
