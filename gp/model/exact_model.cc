@@ -184,6 +184,14 @@ absl::Status ExactModel::Remove(absl::Span<const int64_t> rows) {
   return absl::OkStatus();
 }
 
+absl::Status ExactModel::SetTargets(ConstMatrixView<double> targets) {
+  PointSet points = points_;
+  EGOSIEVE_RETURN_IF_ERROR(ReplaceTargets(targets, input_dimension(), points));
+  weights_ = WeightsOf(factor_, hyperparameters_, points);
+  points_ = std::move(points);
+  return absl::OkStatus();
+}
+
 absl::Status ExactModel::SetHyperparameters(const Hyperparameters& hyperparameters) {
   EGOSIEVE_RETURN_IF_ERROR(CheckReplacement(hyperparameters, size(), input_dimension()));
   Hyperparameters copy = hyperparameters;

@@ -131,6 +131,10 @@ class ExactModel {
   // rows: indices in [0, size()), strictly increasing. InvalidArgument, unchanged, otherwise.
   absl::Status Remove(absl::Span<const int64_t> rows);
 
+  // New targets for the points there are, n x k, finite; the factor stays. InvalidArgument,
+  // unchanged, otherwise.
+  absl::Status SetTargets(kernels::ConstMatrixView<double> targets);
+
   // Rebuilds the factor. Unchanged after an error (same conditions as Create and Add). The input
   // dimension cannot change once there are points.
   absl::Status SetHyperparameters(const Hyperparameters& hyperparameters);

@@ -32,4 +32,19 @@ absl::Status CheckAddition(const Observations& added, const PointSet& points, in
   return absl::OkStatus();
 }
 
+absl::Status ReplaceTargets(kernels::ConstMatrixView<double> targets, int64_t dimension,
+                            PointSet& points) {
+  if (targets.rows != points.size() || (targets.rows > 0 && targets.cols != points.outputs)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%d targets of %d outputs; the model has %d points of %d outputs",
+                        targets.rows, targets.cols, points.size(), points.outputs));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(
+      Observations(points.view(dimension), targets, points.noise_variances).Validate(dimension));
+  for (int64_t i = 0; i < targets.rows; ++i) {
+    for (int64_t k = 0; k < targets.cols; ++k) points.targets[i * targets.cols + k] = targets(i, k);
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace egosieve::gp

@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/model/point_set.h"
+#include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
 
 namespace egosieve::gp {
@@ -22,6 +23,11 @@ absl::Status CheckReplacement(const Hyperparameters& hyperparameters, int64_t si
 // InvalidArgument unless the observations are valid and, where there are points, of as many outputs
 // as these.
 absl::Status CheckAddition(const Observations& added, const PointSet& points, int64_t dimension);
+
+// Gives the points new targets. InvalidArgument, unchanged, unless there are as many and of as many
+// outputs as before, all finite.
+absl::Status ReplaceTargets(kernels::ConstMatrixView<double> targets, int64_t dimension,
+                            PointSet& points);
 
 }  // namespace egosieve::gp
 

@@ -37,14 +37,15 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-using FrameAuc = std::optional<double> MethodFrame::*;
+using FrameFigureOf = std::optional<double> MethodFrame::*;
 
-std::vector<double> AucsOf(const MethodResult& method, FrameAuc auc = &MethodFrame::auc) {
-  std::vector<double> aucs;
+std::vector<double> FiguresOf(const MethodResult& method,
+                              FrameFigureOf figure = &MethodFrame::auc) {
+  std::vector<double> figures;
   for (const MethodFrame& frame : method.frames) {
-    if (frame.*auc) aucs.push_back(*(frame.*auc));
+    if (frame.*figure) figures.push_back(*(frame.*figure));
   }
-  return aucs;
+  return figures;
 }
 
 // Mean of the last third less mean of the first.
@@ -58,22 +59,22 @@ Figure GainOf(const std::vector<double>& aucs) {
 
 // Frame by frame, where both have one; the methods see the same frames.
 std::vector<double> Differences(const MethodResult& a, const MethodResult& b,
-                                FrameAuc auc = &MethodFrame::auc) {
+                                FrameFigureOf figure = &MethodFrame::auc) {
   std::vector<double> differences;
   for (size_t i = 0; i < a.frames.size(); ++i) {
-    if (a.frames[i].*auc && b.frames[i].*auc) {
-      differences.push_back(*(a.frames[i].*auc) - *(b.frames[i].*auc));
+    if (a.frames[i].*figure && b.frames[i].*figure) {
+      differences.push_back(*(a.frames[i].*figure) - *(b.frames[i].*figure));
     }
   }
   return differences;
 }
 
 std::optional<BootstrapInterval> OverDrives(const std::vector<const DriveComparison*>& drives,
-                                            size_t index, FrameAuc auc,
+                                            size_t index, FrameFigureOf figure,
                                             const BootstrapOptions& bootstrap) {
   std::vector<double> means;
   for (const DriveComparison* drive : drives) {
-    const Figure mean = Mean(Differences(drive->methods[0], drive->methods[index], auc));
+    const Figure mean = Mean(Differences(drive->methods[0], drive->methods[index], figure));
     if (mean) means.push_back(*mean);
   }
   return SequenceBootstrap(means, bootstrap);
@@ -104,20 +105,22 @@ MethodSummary SummariseMethod(const std::vector<const DriveComparison*>& drives,
                         model.scores, {},
                         {},           {},
                         {},           {},
-                        {},           0.0,
-                        0.0,          {},
+                        {},           {},
+                        0.0,          0.0,
+                        {},           {},
                         {},           {}};
-  std::vector<double> frame_aucs, drive_aucs, bare_aucs, gains, milliseconds, sizes;
+  std::vector<double> frame_aucs, drive_aucs, bare_aucs, ious, gains, milliseconds, sizes;
   std::vector<std::vector<FrameFigure>> by_frame, lead_by_frame;
   for (size_t d = 0; d < drives.size(); ++d) {
     const MethodResult& method = drives[d]->methods[index];
     if (d > 0) summary.scores.Merge(method.scores);
-    const std::vector<double> aucs = AucsOf(method);
+    const std::vector<double> aucs = FiguresOf(method);
     frame_aucs.insert(frame_aucs.end(), aucs.begin(), aucs.end());
     if (const Figure mean = Mean(aucs)) drive_aucs.push_back(*mean);
-    if (const Figure mean = Mean(AucsOf(method, &MethodFrame::auc_without_prior))) {
+    if (const Figure mean = Mean(FiguresOf(method, &MethodFrame::auc_without_prior))) {
       bare_aucs.push_back(*mean);
     }
+    if (const Figure mean = Mean(FiguresOf(method, &MethodFrame::iou))) ious.push_back(*mean);
     by_frame.push_back(AucsByFrame(method, nullptr));
     if (const MethodResult* labels = FindLabels(*drives[d]); labels != nullptr) {
       lead_by_frame.push_back(AucsByFrame(method, labels));
@@ -129,6 +132,7 @@ MethodSummary SummariseMethod(const std::vector<const DriveComparison*>& drives,
   summary.frame_auc = Mean(frame_aucs);
   summary.drive_auc = Mean(drive_aucs);
   summary.drive_auc_without_prior = Mean(bare_aucs);
+  summary.drive_iou = Mean(ious);
   summary.gain = Mean(gains);
   summary.slope = SlopeBootstrap(by_frame, bootstrap);
   summary.slope_of_lead = SlopeBootstrap(lead_by_frame, bootstrap);
@@ -196,12 +200,13 @@ Json DriveJson(const DriveComparison& drive) {
     for (const MethodFrame& frame : method.frames) {
       frames.push_back({frame.index, OrNull(frame.auc), frame.model_size, frame.own_milliseconds});
     }
-    methods.push_back(
-        {{"method", method.method},
-         {"mean_auc", OrNull(Mean(AucsOf(method)))},
-         {"mean_auc_without_prior", OrNull(Mean(AucsOf(method, &MethodFrame::auc_without_prior)))},
-         {"pooled_auc", OrNull(method.scores.pooled().Auc())},
-         {"frames_index_auc_size_milliseconds", frames}});
+    methods.push_back({{"method", method.method},
+                       {"mean_auc", OrNull(Mean(FiguresOf(method)))},
+                       {"mean_auc_without_prior",
+                        OrNull(Mean(FiguresOf(method, &MethodFrame::auc_without_prior)))},
+                       {"mean_iou", OrNull(Mean(FiguresOf(method, &MethodFrame::iou)))},
+                       {"pooled_auc", OrNull(method.scores.pooled().Auc())},
+                       {"frames_index_auc_size_milliseconds", frames}});
   }
   return json;
 }
@@ -232,7 +237,7 @@ void AppendLeftOut(const std::vector<DriveComparison>& drives, std::string* tabl
 }
 
 void AppendDrives(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary,
-                  const char* title, FrameAuc auc, std::string* table) {
+                  const char* title, FrameFigureOf figure, std::string* table) {
   absl::StrAppendFormat(table, "\n%s\n%-22s", title, "");
   for (const DriveComparison& drive : drives) {
     if (!drive.status.ok()) continue;
@@ -244,7 +249,7 @@ void AppendDrives(const std::vector<DriveComparison>& drives, const ComparisonSu
     absl::StrAppendFormat(table, "%-22s", summary.methods[i].method);
     for (const DriveComparison& drive : drives) {
       if (!drive.status.ok()) continue;
-      absl::StrAppend(table, Cell(Mean(AucsOf(drive.methods[i], auc)), " %14.4f"));
+      absl::StrAppend(table, Cell(Mean(FiguresOf(drive.methods[i], figure)), " %14.4f"));
     }
     table->push_back('\n');
   }
@@ -287,6 +292,7 @@ ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
       method.difference_over_drives = OverDrives(whole, i, &MethodFrame::auc, bootstrap);
       method.difference_over_drives_without_prior =
           OverDrives(whole, i, &MethodFrame::auc_without_prior, bootstrap);
+      method.iou_difference_over_drives = OverDrives(whole, i, &MethodFrame::iou, bootstrap);
     }
     summary.methods.push_back(std::move(method));
   }
@@ -295,22 +301,23 @@ ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
 
 std::string ToTable(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary) {
   std::string table = absl::StrFormat(
-      "%-22s %8s %8s %8s %8s %8s %8s %8s %8s %8s %8s %8s %8s  %s\n", "method", "AUC", "drives",
-      "no prior", "pooled", "AP", "IoU best", "ECE", "err. AUC", "by class", "gain", "points",
-      "ms own", "first less this: frames, drives, drives without prior");
+      "%-22s %8s %8s %8s %8s %8s %8s %8s %8s %8s %8s %8s %8s %8s  %s\n", "method", "AUC", "drives",
+      "no prior", "IoU", "pooled", "AP", "IoU best", "ECE", "err. AUC", "by class", "gain",
+      "points", "ms own", "first less this: frames, drives, drives without prior, IoU over drives");
   for (const MethodSummary& method : summary.methods) {
     absl::StrAppendFormat(&table, "%-22s", method.method);
     for (const Figure& figure :
-         {method.frame_auc, method.drive_auc, method.drive_auc_without_prior,
+         {method.frame_auc, method.drive_auc, method.drive_auc_without_prior, method.drive_iou,
           method.scores.pooled().Auc(), method.scores.Mean(&FrameScores::average_precision),
           BestIou(method.scores), EceOf(method), ErrorAucOf(method), ClassErrorAucOf(method),
           method.gain}) {
       absl::StrAppend(&table, Cell(figure));
     }
-    absl::StrAppendFormat(&table, " %8.0f %8.1f%s%s%s\n", method.model_size,
+    absl::StrAppendFormat(&table, " %8.0f %8.1f%s%s%s%s\n", method.model_size,
                           method.own_milliseconds, DifferenceCell(method.difference),
                           DifferenceCell(method.difference_over_drives),
-                          DifferenceCell(method.difference_over_drives_without_prior));
+                          DifferenceCell(method.difference_over_drives_without_prior),
+                          DifferenceCell(method.iou_difference_over_drives));
   }
   absl::StrAppendFormat(&table, "shared by all: %.1f ms a frame for features, labels and inputs\n",
                         summary.shared_milliseconds);
@@ -321,6 +328,7 @@ std::string ToTable(const std::vector<DriveComparison>& drives, const Comparison
   AppendDrives(drives, summary, "mean AUC over frames", &MethodFrame::auc, &table);
   AppendDrives(drives, summary, "the same without the location prior",
                &MethodFrame::auc_without_prior, &table);
+  AppendDrives(drives, summary, "mean IoU over frames with movers", &MethodFrame::iou, &table);
   AppendLeftOut(drives, &table);
   for (const DriveComparison& drive : drives) {
     if (drive.status.ok()) continue;
@@ -348,21 +356,24 @@ void AppendCsv(const std::string& prefix, const std::vector<DriveComparison>& dr
 Json ToJson(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary) {
   Json methods = Json::array();
   for (const MethodSummary& method : summary.methods) {
-    methods.push_back({{"method", method.method},
-                       {"probabilistic", method.probabilistic},
-                       {"auc_over_frames", OrNull(method.frame_auc)},
-                       {"auc_over_drives", OrNull(method.drive_auc)},
-                       {"auc_over_drives_without_prior", OrNull(method.drive_auc_without_prior)},
-                       {"gain", OrNull(method.gain)},
-                       {"slope_per_frame", IntervalJson(method.slope)},
-                       {"slope_of_lead_over_labels_per_frame", IntervalJson(method.slope_of_lead)},
-                       {"model_size", method.model_size},
-                       {"own_milliseconds", method.own_milliseconds},
-                       {"first_less_this", IntervalJson(method.difference)},
-                       {"first_less_this_over_drives", IntervalJson(method.difference_over_drives)},
-                       {"first_less_this_over_drives_without_prior",
-                        IntervalJson(method.difference_over_drives_without_prior)},
-                       {"scores", method.scores.ToJson()}});
+    methods.push_back(
+        {{"method", method.method},
+         {"probabilistic", method.probabilistic},
+         {"auc_over_frames", OrNull(method.frame_auc)},
+         {"auc_over_drives", OrNull(method.drive_auc)},
+         {"auc_over_drives_without_prior", OrNull(method.drive_auc_without_prior)},
+         {"iou_over_drives", OrNull(method.drive_iou)},
+         {"gain", OrNull(method.gain)},
+         {"slope_per_frame", IntervalJson(method.slope)},
+         {"slope_of_lead_over_labels_per_frame", IntervalJson(method.slope_of_lead)},
+         {"model_size", method.model_size},
+         {"own_milliseconds", method.own_milliseconds},
+         {"first_less_this", IntervalJson(method.difference)},
+         {"first_less_this_over_drives", IntervalJson(method.difference_over_drives)},
+         {"first_less_this_over_drives_without_prior",
+          IntervalJson(method.difference_over_drives_without_prior)},
+         {"first_less_this_iou_over_drives", IntervalJson(method.iou_difference_over_drives)},
+         {"scores", method.scores.ToJson()}});
   }
   Json per_drive = Json::array();
   for (const DriveComparison& drive : drives) per_drive.push_back(DriveJson(drive));

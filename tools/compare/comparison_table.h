@@ -4,8 +4,11 @@
 //   AUC (drives)   mean over drives of the mean over frames
 //   pooled AUC     of all scored pixels together
 //   no prior       AUC (drives) without the location prior
+//   IoU            of what has a probability above the threshold, as AUC (drives); in frames with
+//                  movers
 //   difference     of the first method to another one in AUC, frame by frame (block_bootstrap.h),
-//                  and over drives; of both or of neither with the location prior
+//                  and over drives; of both or of neither with the location prior; in IoU over
+//                  drives
 //   slope          AUC a frame over the frame's number, common to all drives (SlopeBootstrap);
 //                  of the lead over the method `labels`, which learns nothing, likewise
 //   gain           mean AUC of each drive's last third of frames less that of its first third
@@ -29,6 +32,7 @@ struct MethodSummary {
   std::optional<double> frame_auc;
   std::optional<double> drive_auc;
   std::optional<double> drive_auc_without_prior;
+  std::optional<double> drive_iou;
   std::optional<double> gain;
   std::optional<BootstrapInterval> slope;
   std::optional<BootstrapInterval> slope_of_lead;  // of its AUC less that of `labels`
@@ -38,6 +42,7 @@ struct MethodSummary {
   std::optional<BootstrapInterval> difference;
   std::optional<BootstrapInterval> difference_over_drives;
   std::optional<BootstrapInterval> difference_over_drives_without_prior;
+  std::optional<BootstrapInterval> iou_difference_over_drives;
 };
 
 struct ComparisonSummary {

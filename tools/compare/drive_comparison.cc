@@ -84,6 +84,7 @@ class Comparison {
       DriveScores& scores = result_.methods[method].scores;
       EGOSIEVE_RETURN_IF_ERROR(scores.Add(*scored));
       entry.auc = entry.auc_without_prior = scores.frames().back().auc;
+      entry.iou = scores.frames().back().iou;
       if (!answer.without_prior.empty()) {
         EGOSIEVE_ASSIGN_OR_RETURN(entry.auc_without_prior, AucWithoutPrior(frame, answer));
       }

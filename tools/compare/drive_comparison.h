@@ -34,6 +34,7 @@ struct MethodFrame {
   std::optional<double> auc_without_prior;  // likewise, without the location prior
   int64_t model_size = 0;
   double own_milliseconds = 0.0;
+  std::optional<double> iou = std::nullopt;  // at the threshold; absent without movers
 };
 
 struct MethodResult {

@@ -29,6 +29,14 @@ CLI::Validator GapOrAutomatic() {
       "");
 }
 
+CLI::Validator ZeroLabelOrMean() {
+  return CLI::Validator(
+      [](std::string& text) {
+        return text == kMeanLabel ? std::string() : Between(0.01, 0.5)(text);
+      },
+      "");
+}
+
 template <typename Value>
 void Override(const std::optional<std::string>& given, const Words<Value>& words, Value& target) {
   for (const auto& [name, value] : words) {
@@ -108,6 +116,11 @@ void SegmentFlags::AddModelFlags(CLI::App& app) {
          "Weight of the location prior: where in the image things have moved so far; 0: none")
       ->check(Between(0.0, 1.0))
       ->type_name("WEIGHT");
+  app.add_option("--label_residual", label_residual_,
+                 "Weight with which the map follows the frame's own labels near them, beside the "
+                 "process; 0: the process alone")
+      ->check(Between(0.0, 1.0))
+      ->type_name("WEIGHT");
   app.add_flag("--potential", potential_,
                "Also writes potential/: what looks like the things that have moved in the last "
                "minutes, whether it moves or not");
@@ -178,9 +191,9 @@ void SegmentFlags::AddLearnerFlags(CLI::App& app) {
               "Drop points that the model misclassifies although it holds them (filter 3)");
   app.add_option("--zero_label", zero_label_,
                  "Label that becomes the target zero, the process's prior mean; the filters count "
-                 "labels above it as dynamic")
-      ->check(Between(0.01, 0.5))
-      ->type_name("PROBABILITY");
+                 "labels above it as dynamic; mean: the mean label of the model's points")
+      ->check(ZeroLabelOrMean())
+      ->type_name("PROBABILITY|mean");
 }
 
 OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
@@ -198,6 +211,7 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   Override(dynamic_age_, options.learner.budget.maximum_dynamic_age_frames);
   Override(arrival_share_, options.learner.arrival_share);
   Override(location_prior_, options.location_prior.weight);
+  Override(label_residual_, options.residual_weight);
   options.potential.enabled = potential_;
   Override(model_, ModelWords(), options.learner.model.kind);
   Override(inducing_points_, options.learner.model.sparse.inducing_points);
@@ -223,7 +237,10 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   if (covariance_) options.learner.covariance = *kernels::CovarianceFunction::Parse(*covariance_);
   Override(novelty_filter_, SwitchWords(), options.learner.novelty_filter);
   Override(consistency_filter_, SwitchWords(), options.learner.consistency_filter);
-  Override(zero_label_, options.learner.zero_label);
+  if (zero_label_) {
+    options.learner.scales_to_mean_zero = zero_label_ == kMeanLabel;
+    if (zero_label_ != kMeanLabel) options.learner.zero_label = std::stod(*zero_label_);
+  }
   return options;
 }
 

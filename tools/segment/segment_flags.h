@@ -40,6 +40,7 @@ class SegmentFlags {
   std::optional<int64_t> dynamic_age_;
   std::optional<double> arrival_share_;
   std::optional<double> location_prior_;
+  std::optional<double> label_residual_;
   bool potential_ = false;
   std::optional<int64_t> inducing_points_;
   std::optional<std::string> frame_gap_;
@@ -56,7 +57,7 @@ class SegmentFlags {
   std::optional<std::string> covariance_;
   std::optional<std::string> novelty_filter_;
   std::optional<std::string> consistency_filter_;
-  std::optional<double> zero_label_;
+  std::optional<std::string> zero_label_;
 };
 
 // Every flag of SegmentFlags by the value that the options have, so that two runs with the same

@@ -46,6 +46,7 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
        absl::StrCat(std::min(learner.budget.maximum_dynamic_age_frames, kUnlimitedAge))},
       {"arrival_share", absl::StrCat(learner.arrival_share)},
       {"location_prior", Shortest(options.location_prior.weight)},
+      {"label_residual", Shortest(options.residual_weight)},
       {"frame_gap",
        labeller.frame_gap == kAutomaticGap ? kAutomatic : absl::StrCat(labeller.frame_gap)},
       {"labelling_size", absl::StrCat(labeller.longest_side_pixels)},
@@ -61,7 +62,8 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       {"covariance", std::string(learner.covariance.text())},
       {"novelty_filter", yes_or_no(learner.novelty_filter)},
       {"consistency_filter", yes_or_no(learner.consistency_filter)},
-      {"zero_label", absl::StrCat(learner.zero_label)},
+      {"zero_label",
+       learner.scales_to_mean_zero ? std::string(kMeanLabel) : absl::StrCat(learner.zero_label)},
       {"seed", absl::StrCat(labeller.seed)},
       // What the profiles set and no flag does.
       {"flow_quality", NameOf(FlowQualityWords(), labeller.flow_quality)},
@@ -115,6 +117,7 @@ absl::StatusOr<OnlineSegmenterOptions> ReadInferenceOptions(
   read_number("stride", options.stride_pixels);
   read_number("window", options.descriptor.window_pixels);
   read_number("location_prior", options.location_prior.weight);
+  read_number("label_residual", options.residual_weight);
   options.potential.enabled = flags.count("potential") > 0;
   uint64_t seed = 1;
   read_number("seed", seed);

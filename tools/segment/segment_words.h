@@ -22,6 +22,8 @@ const Words<vision::OnlineSegmenterOptions (*)()>& Profiles();
 // The gap that the labeller chooses by itself.
 inline constexpr char kAutomatic[] = "auto";
 inline constexpr int kAutomaticGap = 0;
+// The label of the target zero, where it is the model's own mean.
+inline constexpr char kMeanLabel[] = "mean";
 inline constexpr int64_t kUnlimitedAge = 1000000;  // frames
 
 template <typename Value>

@@ -40,6 +40,12 @@ absl::Status DeferredSparseModel::Remove(absl::Span<const int64_t> rows) {
   return absl::OkStatus();
 }
 
+absl::Status DeferredSparseModel::SetTargets(kernels::ConstMatrixView<double> targets) {
+  EGOSIEVE_RETURN_IF_ERROR(gp::ReplaceTargets(targets, input_dimension(), state_.points));
+  solved_.reset();
+  return absl::OkStatus();
+}
+
 absl::Status DeferredSparseModel::SetHyperparameters(const gp::Hyperparameters& hyperparameters) {
   EGOSIEVE_RETURN_IF_ERROR(gp::CheckReplacement(hyperparameters, size(), input_dimension()));
   state_.hyperparameters = hyperparameters;

@@ -36,6 +36,7 @@ class DeferredSparseModel {
   absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                    int64_t frame);
   absl::Status Remove(absl::Span<const int64_t> rows);
+  absl::Status SetTargets(kernels::ConstMatrixView<double> targets);
   absl::Status SetHyperparameters(const gp::Hyperparameters& hyperparameters);
 
   const gp::ExactModelState& State() const { return state_; }

@@ -83,6 +83,20 @@ absl::Status LearnerModel::Remove(absl::Span<const int64_t> rows) {
   return absl::OkStatus();
 }
 
+absl::Status LearnerModel::SetLabels(absl::Span<const double> labels) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> targets, gp::TargetsOfLabels(labels));
+  const kernels::ConstMatrixView<double> view(targets.data(), static_cast<int64_t>(targets.size()),
+                                              1);
+  EGOSIEVE_RETURN_IF_ERROR(std::visit([&](auto& model) { return model.SetTargets(view); }, model_));
+  if (recording_) {
+    ModelOperation operation;
+    operation.kind = ModelOperation::Kind::kSetLabels;
+    operation.labels.assign(labels.begin(), labels.end());
+    operations_.push_back(std::move(operation));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status LearnerModel::SetHyperparameters(const gp::Hyperparameters& hyperparameters) {
   EGOSIEVE_RETURN_IF_ERROR(
       std::visit([&](auto& model) { return model.SetHyperparameters(hyperparameters); }, model_));
@@ -106,6 +120,8 @@ absl::Status LearnerModel::Apply(const ModelOperation& operation) {
       return Remove(operation.rows);
     case ModelOperation::Kind::kSetHyperparameters:
       return SetHyperparameters(operation.hyperparameters);
+    case ModelOperation::Kind::kSetLabels:
+      return SetLabels(operation.labels);
   }
   return absl::OkStatus();
 }

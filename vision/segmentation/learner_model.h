@@ -40,11 +40,11 @@ struct LearnerModelOptions {
 
 // One change of the model. Only the fields of its kind are set.
 struct ModelOperation {
-  enum class Kind { kAdd, kRemove, kSetHyperparameters };
+  enum class Kind { kAdd, kRemove, kSetHyperparameters, kSetLabels };
   Kind kind = Kind::kAdd;
   int64_t frame = 0;                    // kAdd
   std::vector<float> inputs;            // kAdd, k x D
-  std::vector<double> labels;           // kAdd, k
+  std::vector<double> labels;           // kAdd, k; kSetLabels, of all points
   std::vector<int64_t> rows;            // kRemove, increasing
   gp::Hyperparameters hyperparameters;  // kSetHyperparameters
 };
@@ -59,6 +59,8 @@ class LearnerModel {
   absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                    int64_t frame);
   absl::Status Remove(absl::Span<const int64_t> rows);
+  // Of all points there are, in their order; in [0, 1].
+  absl::Status SetLabels(absl::Span<const double> labels);
   absl::Status SetHyperparameters(const gp::Hyperparameters& hyperparameters);
   absl::Status Apply(const ModelOperation& operation);
 

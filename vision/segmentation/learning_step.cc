@@ -76,7 +76,7 @@ absl::StatusOr<std::string> SerializeStep(const LearningStep& step) {
     const auto* bytes = reinterpret_cast<const uint8_t*>(operation.inputs.data());
     const size_t size = operation.inputs.size() * sizeof(float);
     inputs.insert(inputs.end(), bytes, bytes + size);
-    if (!operation.labels.empty())
+    if (operation.kind == Kind::kAdd && !operation.labels.empty())
       input_bytes = static_cast<int64_t>(size / operation.labels.size());
     labels.insert(labels.end(), operation.labels.begin(), operation.labels.end());
     rows.insert(rows.end(), operation.rows.begin(), operation.rows.end());
@@ -102,6 +102,8 @@ absl::StatusOr<std::string> SerializeStep(const LearningStep& step) {
   arrays["location_prior"] =
       Vector<uint8_t>({step.location_prior.begin(), step.location_prior.end()});
   arrays["potential"] = Vector<uint8_t>({step.potential.begin(), step.potential.end()});
+  arrays["label_residual"] =
+      Vector<uint8_t>({step.label_residual.begin(), step.label_residual.end()});
   return gp::SerializeArrays(arrays);
 }
 
@@ -125,6 +127,8 @@ absl::StatusOr<LearningStep> ParseStep(std::string_view bytes,
                             Take<uint8_t>("location_prior", arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> potential,
                             Take<uint8_t>("potential", arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> label_residual,
+                            Take<uint8_t>("label_residual", arrays));
   if (counts.size() != kinds.size() || frames.size() != kinds.size() || squash.size() != 2) {
     return absl::DataLossError("the arrays' sizes do not fit");
   }
@@ -136,6 +140,7 @@ absl::StatusOr<LearningStep> ParseStep(std::string_view bytes,
   step.squash = {squash[0], squash[1]};
   step.location_prior.assign(location_prior.begin(), location_prior.end());
   step.potential.assign(potential.begin(), potential.end());
+  step.label_residual.assign(label_residual.begin(), label_residual.end());
   for (size_t i = 0; i < kinds.size(); ++i) {
     ModelOperation operation;
     operation.kind = static_cast<Kind>(kinds[i]);
@@ -146,6 +151,8 @@ absl::StatusOr<LearningStep> ParseStep(std::string_view bytes,
               input_reader.Read(counts[i] * dimension, operation.inputs);
     } else if (operation.kind == Kind::kRemove) {
       whole = row_reader.Read(counts[i], operation.rows);
+    } else if (operation.kind == Kind::kSetLabels) {
+      whole = label_reader.Read(counts[i], operation.labels);
     } else if (operation.kind == Kind::kSetHyperparameters) {
       gp::Hyperparameters& parameters = operation.hyperparameters;
       parameters.covariance.function = covariance;

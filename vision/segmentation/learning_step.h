@@ -5,16 +5,18 @@
 // As bytes it is NumPy's .npz (gp/io/array_file.h):
 //
 //   format_version   i8 [1]       kLearningStepFormat
-//   kinds            i8 [k]       operation: 0 add, 1 remove, 2 set the hyperparameters
-//   counts           i8 [k]       added or removed points; 0
+//   kinds            i8 [k]       operation: 0 add, 1 remove, 2 set the hyperparameters, 3 set the
+//                                 labels of all points
+//   counts           i8 [k]       added or removed points; 0; labels
 //   frames           i8 [k]       of added points; 0
 //   inputs           u1 [n, 4 D]  of all added points, one after another: float32, little-endian
-//   labels           f8 [n]
+//   labels           f8 [...]     of added points, and those that are set, one after another
 //   rows             i8 [r]       of all removed points
 //   hyperparameters  f8 [h, P+2]  scales, sigma_f, sigma_n
 //   squash           f8 [2]       a, b after the frame
 //   location_prior   u1 [...]     state after the frame (location_prior.h)
 //   potential        u1 [...]     likewise (potential_model.h); empty where nothing changed it
+//   label_residual   u1 [...]     of the frame (label_residual.h); empty where it has none
 #ifndef EGOSIEVE_VISION_SEGMENTATION_LEARNING_STEP_H_
 #define EGOSIEVE_VISION_SEGMENTATION_LEARNING_STEP_H_
 
@@ -29,13 +31,14 @@
 
 namespace egosieve::vision {
 
-inline constexpr int64_t kLearningStepFormat = 3;
+inline constexpr int64_t kLearningStepFormat = 4;
 
 struct LearningStep {
   std::vector<ModelOperation> operations;
   gp::SquashParameters squash;
   std::string location_prior;
-  std::string potential;  // empty: as before
+  std::string potential;       // empty: as before
+  std::string label_residual;  // empty: none
 };
 
 // Equal steps give equal bytes. Errors as SerializeArrays'.

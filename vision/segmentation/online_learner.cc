@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 #include <random>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -30,6 +32,16 @@ std::vector<float> PredictionsFromMeans(const T& means) {
   return predictions;
 }
 
+constexpr double kMostZeroLabel = 0.5;    // targets must stay in [-1, 1]
+constexpr double kLeastZeroLabel = 0.01;  // where hardly anything has a dynamic label
+
+// (T1), as the labels whose targets 2 p - 1 are y.
+std::vector<double> Scaled(std::vector<double> labels, double zero_label) {
+  if (zero_label == 0.5) return labels;
+  for (double& label : labels) label = 0.5 + 0.5 * (label - zero_label) / (1.0 - zero_label);
+  return labels;
+}
+
 // Which of equally old points goes first must not follow their order in the image.
 std::vector<double> RandomRanks(size_t count, uint64_t seed, int64_t frame_index) {
   std::mt19937_64 random(seed ^ (static_cast<uint64_t>(frame_index) << 32));
@@ -45,6 +57,11 @@ std::vector<double> RandomRanks(size_t count, uint64_t seed, int64_t frame_index
 void OnlineLearnerOptions::SetDensity(double radius) {
   new_point_density.radius = radius;
   model_density.radius = 0.7 * radius;
+}
+
+int64_t OnlineLearnerOptions::ArrivalLimit(int64_t size) const {
+  return std::max<int64_t>(std::llround(arrival_share * static_cast<double>(budget.budget)),
+                           budget.budget - size);
 }
 
 absl::Status OnlineLearnerOptions::Validate() const {
@@ -66,7 +83,7 @@ absl::Status OnlineLearnerOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrFormat("arrival_share = %g; it must be in (0, 1]", arrival_share));
   }
-  if (!(zero_label > 0.0 && zero_label <= 0.5)) {
+  if (!(zero_label > 0.0 && zero_label <= kMostZeroLabel)) {
     return absl::InvalidArgumentError(
         absl::StrFormat("zero_label = %g; it must be in (0, 0.5]", zero_label));
   }
@@ -98,7 +115,10 @@ absl::StatusOr<std::unique_ptr<OnlineLearner>> OnlineLearner::Create(
 
 OnlineLearner::OnlineLearner(LearnerModel model, gp::HyperparameterTrainer trainer,
                              const OnlineLearnerOptions& options)
-    : options_(options), model_(std::move(model)), trainer_(std::move(trainer)) {}
+    : options_(options),
+      model_(std::move(model)),
+      trainer_(std::move(trainer)),
+      zero_label_(options.zero_label) {}
 
 absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
                                   absl::Span<const double> labels, int64_t frame_index,
@@ -108,6 +128,7 @@ absl::Status OnlineLearner::Learn(kernels::ConstMatrixView<float> inputs,
   {
     StageTimer timer(record.milliseconds.selection);
     EGOSIEVE_RETURN_IF_ERROR(UpdatePoints(inputs, labels, frame_index, taken, record.selection));
+    if (options_.scales_to_mean_zero) EGOSIEVE_RETURN_IF_ERROR(ScaleToMeanZero());
   }
   {
     StageTimer timer(record.milliseconds.training);
@@ -153,8 +174,7 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
 
 void OnlineLearner::LimitArrivals(absl::Span<const double> labels, int64_t frame_index,
                                   std::vector<int64_t>& selected) const {
-  const int64_t limit =
-      std::llround(options_.arrival_share * static_cast<double>(options_.budget.budget));
+  const int64_t limit = options_.ArrivalLimit(model_.size());
   if (static_cast<int64_t>(selected.size()) <= limit) {
     return;
   }
@@ -174,24 +194,28 @@ void OnlineLearner::LimitArrivals(absl::Span<const double> labels, int64_t frame
 }
 
 absl::Status OnlineLearner::Add(const Points& points, int64_t frame_index) {
-  // The model's targets are 2 p - 1.
-  std::vector<double> scaled = points.labels;
-  if (options_.zero_label != 0.5) {
-    for (double& label : scaled) {
-      label = 0.5 + 0.5 * (label - options_.zero_label) / (1.0 - options_.zero_label);
-    }
-  }
   return model_.Add(kernels::ConstMatrixView<float>(points.inputs.data(), points.size(),
                                                     model_.input_dimension()),
-                    scaled, frame_index);
+                    Scaled(points.labels, zero_label_), frame_index);
+}
+
+absl::Status OnlineLearner::ScaleToMeanZero() {
+  if (model_.size() == 0) return absl::OkStatus();
+  const std::vector<double> labels = LabelsOf(model_.targets());
+  const double sum = std::accumulate(labels.begin(), labels.end(), 0.0);
+  const double mean =
+      std::clamp(sum / static_cast<double>(labels.size()), kLeastZeroLabel, kMostZeroLabel);
+  if (mean == zero_label_) return absl::OkStatus();
+  EGOSIEVE_RETURN_IF_ERROR(model_.SetLabels(Scaled(labels, mean)));
+  zero_label_ = mean;
+  return absl::OkStatus();
 }
 
 std::vector<double> OnlineLearner::LabelsOf(absl::Span<const double> targets) const {
   std::vector<double> labels;
   labels.reserve(targets.size());
   for (const double target : targets) {
-    labels.push_back(
-        std::clamp(options_.zero_label + (1.0 - options_.zero_label) * target, 0.0, 1.0));
+    labels.push_back(std::clamp(zero_label_ + (1.0 - zero_label_) * target, 0.0, 1.0));
   }
   return labels;
 }
@@ -314,7 +338,7 @@ absl::Status OnlineLearner::CalibrateToFrame(kernels::ConstMatrixView<float> inp
   return absl::OkStatus();
 }
 
-LearningStep OnlineLearner::TakeStep() { return {model_.TakeOperations(), squash_, {}, {}}; }
+LearningStep OnlineLearner::TakeStep() { return {model_.TakeOperations(), squash_, {}, {}, {}}; }
 
 absl::Status OnlineLearner::Replay(const LearningStep& step) {
   for (const ModelOperation& operation : step.operations) {
@@ -340,7 +364,15 @@ absl::StatusOr<std::shared_ptr<const gp::Posterior>> OnlineLearner::MakePosterio
 
 absl::StatusOr<gp::ModelFile> OnlineLearner::Checkpoint() {
   EGOSIEVE_RETURN_IF_ERROR(model_.Rebuild());
-  return gp::ModelFile{model_.State(), squash_, trainer_.state(), ""};
+  std::string annotations;
+  if (options_.scales_to_mean_zero) {
+    annotations.assign(reinterpret_cast<const char*>(&zero_label_), sizeof(zero_label_));
+  }
+  return gp::ModelFile{model_.State(), squash_, trainer_.state(), annotations};
+}
+
+int64_t OnlineLearner::annotation_bytes() const {
+  return options_.scales_to_mean_zero ? sizeof(zero_label_) : 0;
 }
 
 absl::Status OnlineLearner::Restore(const gp::ModelFile& checkpoint) {
@@ -353,12 +385,24 @@ absl::Status OnlineLearner::Restore(const gp::ModelFile& checkpoint) {
     return absl::InvalidArgumentError(
         "the checkpoint's covariance is not the one that was asked for");
   }
+  double zero_label = options_.zero_label;
+  if (options_.scales_to_mean_zero) {
+    if (checkpoint.annotations.size() >= sizeof(zero_label)) {
+      std::memcpy(&zero_label, checkpoint.annotations.data(), sizeof(zero_label));
+    } else {
+      zero_label = 0.0;
+    }
+    if (!(zero_label > 0.0 && zero_label <= kMostZeroLabel)) {
+      return absl::InvalidArgumentError("the checkpoint holds no label for the target zero");
+    }
+  }
   // The trainer checks before it changes; the model's check of its state is the costly one.
   gp::HyperparameterTrainer trainer = trainer_;
   EGOSIEVE_RETURN_IF_ERROR(trainer.Restore(*checkpoint.trainer));
   EGOSIEVE_RETURN_IF_ERROR(model_.Restore(checkpoint.model));
   trainer_ = std::move(trainer);
   squash_ = checkpoint.squash;
+  zero_label_ = zero_label;
   return absl::OkStatus();
 }
 

@@ -9,6 +9,7 @@
 //   4. density       thin the model, newest preferred                               IV-E, 4
 //   5. budget        drop the oldest beyond the budget, the rarer class protected
 //      remove        one removal of all that 3 to 5 name                            IV-D
+//      scale         to mean zero, where that is asked for: (T1)                    IV-A
 //   6. training      annealing at first, then a few gradient steps                  IV-B
 //   7. calibration   a, b by leave-one-out on a stratified sample                   IV-C
 //                    or, by default, at the frame's places that the model does not
@@ -21,9 +22,10 @@
 // whose zero, the process's prior mean, is the label p0. Regression reverts to it where nothing was
 // seen, and steps 2 and 3 decide by the sign of the mean: a point is classified as dynamic where
 // its neighbourhood has labels above p0. p0 = 1/2 takes the prior for undecided; the paper scales
-// its data to mean zero (IV-A), and p0 is then the mean label. With 1/2, and few dynamic labels of
-// which most are false, the mean is negative everywhere: step 3 empties the rarer class in the
-// second frame, and without two classes nothing is trained or taken any more.
+// its data to mean zero (IV-A): p0 is the mean label of the model's points, at most 1/2, taken anew
+// in every frame. With 1/2, and few dynamic labels of which most are false, the mean is negative
+// everywhere: step 3 empties the rarer class in the second frame, and without two classes nothing
+// is trained or taken any more.
 //
 // Step 2 and the paper's step 3 can be switched off: with clean labels they cost accuracy. Without
 // the latter nothing has to be predicted by the grown model, and steps 4 and 5 are decided before
@@ -56,8 +58,9 @@ namespace egosieve::vision {
 struct OnlineLearnerOptions {
   kernels::CovarianceFunction covariance = kernels::CovarianceFunction::kArcsine;
   LearnerModelOptions model;
-  double zero_label = 0.5;    // p0 of (T1); in (0, 0.5]
-  bool random_start = false;  // hyperparameters drawn within their bounds, as in the paper
+  double zero_label = 0.5;           // p0 of (T1); in (0, 0.5]
+  bool scales_to_mean_zero = false;  // p0 is the model's own mean label instead
+  bool random_start = false;         // hyperparameters drawn within their bounds, as in the paper
   gp::DensityFilterOptions new_point_density{0.08};
   bool novelty_filter = false;
   bool consistency_filter = false;
@@ -66,7 +69,8 @@ struct OnlineLearnerOptions {
   gp::DensityFilterOptions model_density{0.056};
   gp::BudgetOptions budget;
   // The most points that one frame brings, of the budget: a model of one frame alone forgets what
-  // stands still for a moment. A stratified random sample stays, the rest counts as over budget.
+  // stands still for a moment. Room that the budget has is filled beyond it: the first frames'.
+  // A stratified random sample stays, the rest counts as over budget.
   double arrival_share = 0.5;
   gp::TrainerOptions training;
   int64_t calibration_sample_size = 600;  // points; at least 2
@@ -78,6 +82,8 @@ struct OnlineLearnerOptions {
 
   // Of step 1, and 0.7 of it of step 4.
   void SetDensity(double radius);
+  // Points that a frame may bring to a model of `size`.
+  int64_t ArrivalLimit(int64_t size) const;
   absl::Status Validate() const;
 };
 
@@ -115,6 +121,9 @@ class OnlineLearner {
 
   const LearnerModel& model() const { return model_; }
   const gp::SquashParameters& squash() const { return squash_; }
+  double zero_label() const { return zero_label_; }  // p0 of (T1)
+  // Of the checkpoint's annotations, those at their front that are the learner's.
+  int64_t annotation_bytes() const;
 
  private:
   struct Points {
@@ -136,6 +145,7 @@ class OnlineLearner {
   void LimitArrivals(absl::Span<const double> labels, int64_t frame_index,
                      std::vector<int64_t>& selected) const;
   absl::Status Add(const Points& points, int64_t frame_index);
+  absl::Status ScaleToMeanZero();
   std::vector<double> LabelsOf(absl::Span<const double> targets) const;
   // Steps 4 and 5 on the model's rows `alive` and the points about to be added: both are reduced to
   // what stays.
@@ -151,6 +161,7 @@ class OnlineLearner {
   LearnerModel model_;
   gp::HyperparameterTrainer trainer_;
   gp::SquashParameters squash_;
+  double zero_label_;
 };
 
 }  // namespace egosieve::vision

@@ -24,10 +24,6 @@ namespace {
 // camera.
 constexpr int64_t kDefaultBudget = 1500;
 constexpr int64_t kPaperBudget = 4000;
-// About the mean label of the paper's rule. Mean AUC with 0.1, 0.2 and 0.5, 24 frames of each real
-// drive by evaluate --suite --variant=NAME=--zero_label=...: 0.63, 0.72, 0.69; 30 frames of each of
-// compare's synthetic drives: 0.60, 0.58, 0.52.
-constexpr double kPaperZeroLabel = 0.2;
 // By tune_defaults --grid='density=0.03,0.08' over real and synthetic drives: mean AUC 0.9025, with
 // 0.03 0.9029 and with the paper's 0.08 0.8968.
 constexpr double kDefaultDensity = 0.05;
@@ -75,7 +71,7 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Default() {
 OnlineSegmenterOptions OnlineSegmenterOptions::Paper() {
   OnlineSegmenterOptions options;
   options.labeller = FrameLabellerOptions::Paper();
-  options.learner.zero_label = kPaperZeroLabel;
+  options.learner.scales_to_mean_zero = true;
   options.learner.random_start = true;
   options.learner.novelty_filter = true;
   options.learner.consistency_filter = true;
@@ -111,6 +107,10 @@ absl::Status OnlineSegmenterOptions::Validate() const {
   if (ahead_frames < 0 || ahead_frames > 100) {
     return absl::InvalidArgumentError(
         absl::StrFormat("ahead_frames = %d; it must be from 0 to 100", ahead_frames));
+  }
+  if (!(residual_weight >= 0.0 && residual_weight <= 1.0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("residual_weight = %g; it must be in [0, 1]", residual_weight));
   }
   if (stride_pixels < 1) {
     return absl::InvalidArgumentError(
@@ -185,6 +185,8 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::LearnLabels(const Frame
                                     options_.descriptor));
     }
     posterior_.reset();
+    process_.reset();
+    residual_ = LabelResidual();
     const kernels::ConstMatrixView<float> places(inputs.data(), labels.size(),
                                                  kernels::kDescriptorDimension);
     const absl::Status status = learner_->Learn(places, labels.probability, frame.index, record);
@@ -194,6 +196,10 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::LearnLabels(const Frame
       StageTimer timer(record.milliseconds.training);
       EGOSIEVE_RETURN_IF_ERROR(
           potential_.Learn(labels.labelled.time_seconds, places, labels.probability));
+    }
+    if (status.ok() && options_.residual_weight > 0.0 && labels.labelled.index == frame.index) {
+      StageTimer timer(record.milliseconds.posterior);
+      EGOSIEVE_RETURN_IF_ERROR(TakeResidual(labels, places));
     }
     record.learnt = status.ok();
     if (!status.ok()) {
@@ -208,12 +214,25 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::LearnLabels(const Frame
   return learnt;
 }
 
+absl::Status OnlineSegmenter::TakeResidual(const LabelledFrame& labels,
+                                           kernels::ConstMatrixView<float> places) {
+  EGOSIEVE_ASSIGN_OR_RETURN(process_, learner_->MakePosterior());
+  std::vector<float> own(labels.size());
+  kernels::PosteriorOutputs outputs;
+  outputs.probability = own.data();
+  EGOSIEVE_RETURN_IF_ERROR(process_->Evaluate(places, outputs).status());
+  residual_ = LabelResidual(labels.labelled.index, labels.labelled.image.size(),
+                            labels.positions_view(), labels.probability, own);
+  return absl::OkStatus();
+}
+
 absl::StatusOr<std::string> OnlineSegmenter::TakeStep() {
   LearningStep step = learner_->TakeStep();
   step.location_prior = location_prior_.ToBytes();
   if (potential_.TakeChanged()) {
     EGOSIEVE_ASSIGN_OR_RETURN(step.potential, potential_.ToBytes());
   }
+  step.label_residual = residual_.ToBytes();
   return SerializeStep(step);
 }
 
@@ -222,7 +241,9 @@ absl::Status OnlineSegmenter::Replay(absl::string_view step) {
                             ParseStep({step.data(), step.size()}, options_.learner.covariance,
                                       kernels::kDescriptorDimension));
   posterior_.reset();
+  process_.reset();
   EGOSIEVE_RETURN_IF_ERROR(location_prior_.Restore(parsed.location_prior));
+  EGOSIEVE_ASSIGN_OR_RETURN(residual_, LabelResidual::FromBytes(parsed.label_residual));
   if (!parsed.potential.empty()) {
     EGOSIEVE_RETURN_IF_ERROR(potential_.Restore(parsed.potential));
   }
@@ -231,9 +252,11 @@ absl::Status OnlineSegmenter::Replay(absl::string_view step) {
 
 absl::StatusOr<std::shared_ptr<const MapPosterior>> OnlineSegmenter::MakePosterior() {
   if (posterior_ == nullptr) {
-    EGOSIEVE_ASSIGN_OR_RETURN(auto process, learner_->MakePosterior());
+    if (process_ == nullptr) {
+      EGOSIEVE_ASSIGN_OR_RETURN(process_, learner_->MakePosterior());
+    }
     posterior_ = std::make_shared<MapPosterior>(
-        MapPosterior{std::move(process), location_prior_, potential_.posterior()});
+        MapPosterior{process_, location_prior_, potential_.posterior(), residual_});
   }
   return posterior_;
 }
@@ -264,6 +287,7 @@ absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
   for (float& value : map.deviation) {
     value = std::sqrt(value);
   }
+  posterior.residual.Apply(options_.residual_weight, map);
   posterior.location.Apply(map);
   EGOSIEVE_RETURN_IF_ERROR(
       InferPotential(posterior, {field.data(), size, kernels::kDescriptorDimension}, map));
@@ -301,7 +325,7 @@ absl::StatusOr<OnlineSegmenter::Result> OnlineSegmenter::Process(const Frame& fr
 
 absl::StatusOr<std::string> OnlineSegmenter::Checkpoint(absl::string_view labeller_state) {
   EGOSIEVE_ASSIGN_OR_RETURN(gp::ModelFile checkpoint, learner_->Checkpoint());
-  checkpoint.annotations = location_prior_.ToBytes();
+  checkpoint.annotations += location_prior_.ToBytes();
   if (options_.potential.enabled) {
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string potential, potential_.ToBytes());
     absl::StrAppend(&checkpoint.annotations,
@@ -309,6 +333,7 @@ absl::StatusOr<std::string> OnlineSegmenter::Checkpoint(absl::string_view labell
   }
   absl::StrAppend(&checkpoint.annotations, labeller_state);
   posterior_.reset();  // its bits are those of the factor as it was
+  process_.reset();
   return gp::SerializeModel(checkpoint);
 }
 
@@ -318,7 +343,10 @@ absl::Status OnlineSegmenter::Restore(absl::string_view checkpoint,
                             gp::ParseModel({checkpoint.data(), checkpoint.size()}));
   EGOSIEVE_RETURN_IF_ERROR(learner_->Restore(file));
   posterior_.reset();
+  process_.reset();
+  residual_ = LabelResidual();
   absl::string_view rest = file.annotations;
+  rest.remove_prefix(learner_->annotation_bytes());
   const auto take = [&rest](size_t size) {
     const absl::string_view taken = rest.substr(0, size);
     rest.remove_prefix(taken.size());

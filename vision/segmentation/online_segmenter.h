@@ -6,9 +6,9 @@
 //   LearnLabels  labels -> model -> posterior    frames in order, one thread, not Label's perhaps
 //   Infer        frame, posterior -> map         any order, any thread
 //
-// The posterior of a frame is the process's, and where things have moved so far
-// (location_prior.h). Beside it, where that is asked for, a slow model tells what looks like the
-// things that move (potential_model.h).
+// The posterior of a frame is the process's, what it leaves of the frame's own labels near them
+// (label_residual.h), and where things have moved so far (location_prior.h). Beside it, where that
+// is asked for, a slow model tells what looks like the things that move (potential_model.h).
 //
 // Learn is the second and third, Process all. The map of frame t is evaluated on frame t after the
 // pair that ends in t was learnt; frames before the first pair get the prior. No frame is an error
@@ -30,6 +30,7 @@
 #include "vision/frame/frame.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/segmentation/frame_record.h"
+#include "vision/segmentation/label_residual.h"
 #include "vision/segmentation/location_prior.h"
 #include "vision/segmentation/online_learner.h"
 #include "vision/segmentation/potential_model.h"
@@ -42,6 +43,7 @@ struct OnlineSegmenterOptions {
   OnlineLearnerOptions learner;
   LocationPriorOptions location_prior;
   PotentialOptions potential;
+  double residual_weight = 0.0;  // w of label_residual.h; in [0, 1], 0: the process alone
   kernels::DescriptorOptions descriptor;
   // Frames behind the current one that its labels may rest on, where the caller has them: a
   // recording, not a live camera. From 0 to 100.
@@ -65,6 +67,7 @@ struct MapPosterior {
   std::shared_ptr<const gp::Posterior> process;
   LocationPrior location;
   std::shared_ptr<const gp::Posterior> potential;  // null before it has learnt
+  LabelResidual residual;                          // of the frame learnt last
 };
 
 class OnlineSegmenter {
@@ -130,6 +133,8 @@ class OnlineSegmenter {
   OnlineSegmenter(std::shared_ptr<kernels::Context> context, const OnlineSegmenterOptions& options,
                   std::unique_ptr<FrameLabeller> labeller, std::unique_ptr<OnlineLearner> learner);
 
+  // Of the frame's labels and the process as it has just learnt them.
+  absl::Status TakeResidual(const LabelledFrame& labels, kernels::ConstMatrixView<float> places);
   absl::Status InferPotential(const MapPosterior& posterior, kernels::ConstMatrixView<float> field,
                               SegmentationMap& map) const;
 
@@ -142,6 +147,8 @@ class OnlineSegmenter {
   std::unique_ptr<OnlineLearner> learner_;
   LocationPrior location_prior_;
   PotentialModel potential_;
+  LabelResidual residual_;
+  std::shared_ptr<const gp::Posterior> process_;   // of the learner as it is; null: to be made
   std::shared_ptr<const MapPosterior> posterior_;  // of the model as it is; null: to be made
 };
 

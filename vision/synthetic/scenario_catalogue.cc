@@ -196,6 +196,11 @@ void Night(SceneBuilder& s) {
   Street(s);
 }
 
+void Rounds(SceneBuilder& s) {
+  s.RoundCamera(45.0);
+  s.TrafficRound(4.0, 6.0);
+}
+
 void Empty(SceneBuilder& s) {
   s.DriveCamera(-62.0, {{0.0, 9.0}});
   s.scene.camera.bumps_metres = {30.0};
@@ -228,6 +233,7 @@ const std::vector<SceneRecipe>& Recipes() {
       {"clouds", "fast clouds and tall houses change the light", Clouds},
       {"textureless", "a road without texture or markings, plain walls", Textureless},
       {"night", "street lamps and headlights, a noisy sensor", Night},
+      {"rounds", "round one block, every 45 s by the same places among other traffic", Rounds},
       {"empty", "a drive on which nothing else moves", Empty},
   };
   return *recipes;

@@ -75,6 +75,21 @@ void SceneBuilder::TurnCamera(double start_x, int side, std::vector<SpeedKey> ke
   scene.camera.drive = Drive(std::move(path), 0.0, std::move(keys));
 }
 
+void SceneBuilder::RoundCamera(double round_seconds) {
+  constexpr double kRadius = 9.0, kQuarter = M_PI / 2;
+  const double width = kPitchX + 2.0 * kLaneCentre, depth = kPitchY + 2.0 * kLaneCentre;
+  const double length = 2.0 * (width + depth) - 8.0 * kRadius + 2.0 * M_PI * kRadius;
+  Path path({-kPitchX / 2, -kLaneCentre}, 0.0);
+  for (double t = 0.0; t < duration_ + round_seconds; t += round_seconds) {
+    path.Straight(width / 2 - kRadius).Turn(kRadius, kQuarter);
+    path.Straight(depth - 2.0 * kRadius).Turn(kRadius, kQuarter);
+    path.Straight(width - 2.0 * kRadius).Turn(kRadius, kQuarter);
+    path.Straight(depth - 2.0 * kRadius).Turn(kRadius, kQuarter);
+    path.Straight(width / 2 - kRadius);
+  }
+  scene.camera.drive = Drive(std::move(path), 0.0, {{0.0, length / round_seconds}});
+}
+
 void SceneBuilder::WalkCamera(double start_x, double speed, double sway_radians,
                               double yaw_radians) {
   Path path({start_x, -7.9}, 0.0);
@@ -211,6 +226,33 @@ void SceneBuilder::OncomingStream(double gap_metres, double speed) {
   const double end = CameraX(duration_) + speed * duration_ + 60.0;
   for (double x = CameraX(0.0) + 18.0; x < end; x += gap_metres * Uniform(0.6, 1.6)) {
     Oncoming(Uniform(0.0, 1.0) < 0.2 ? ObjectClass::kVan : ObjectClass::kCar, x, {{0.0, speed}});
+  }
+}
+
+void SceneBuilder::TrafficRound(double every_seconds, double walkers_per_100_metres) {
+  constexpr double kSpeed = 8.0, kWalk = 1.3;
+  const auto kind = [this] {
+    return Uniform(0.0, 1.0) < 0.2 ? ObjectClass::kVan : ObjectClass::kCar;
+  };
+  for (const int street : {-1, 0}) {
+    for (const int side : {-1, 1}) {
+      for (double t = -8.0; t < duration_ + 8.0; t += every_seconds * Uniform(0.6, 1.4)) {
+        Crossing(kind(), street, side, t, kSpeed * Uniform(0.85, 1.15));
+      }
+    }
+  }
+  for (const double y : {kLaneCentre, kPitchY - kLaneCentre}) {  // against the camera's way
+    const double heading = y < kPitchY / 2 ? M_PI : 0.0, forwards = heading > 0.0 ? -1.0 : 1.0;
+    for (double t = -8.0; t < duration_ + 8.0; t += every_seconds * Uniform(0.6, 1.4)) {
+      Add(kind(), Path({-kPitchX / 2 - forwards * kSpeed * t, y}, heading), 0.0, {{0.0, kSpeed}},
+          0.0);
+    }
+  }
+  const double reach = kPitchX + kWalk * duration_;
+  const auto count = static_cast<int>(2.0 * reach * walkers_per_100_metres / 100.0);
+  for (int k = 0; k < count; ++k) {
+    const int side = Uniform(0.0, 1.0) < 0.5 ? 1 : -1, direction = Uniform(0.0, 1.0) < 0.5 ? 1 : -1;
+    Walker(Uniform(-reach, reach) - kPitchX / 2, side, direction, kWalk, Uniform(7.0, 8.7));
   }
 }
 

@@ -29,6 +29,8 @@ class SceneBuilder {
   void DriveCamera(double start_x, std::vector<SpeedKey> keys);
   // Turns left (+1) or right (-1) at the junction with x = 0.
   void TurnCamera(double start_x, int side, std::vector<SpeedKey> keys);
+  // Round one block to the left, again and again, a round in `round_seconds`.
+  void RoundCamera(double round_seconds);
   // On the pavement, looking `yaw` from the walking direction.
   void WalkCamera(double start_x, double speed, double sway_radians, double yaw_radians);
 
@@ -60,6 +62,9 @@ class SceneBuilder {
   void Walkers(double per_100_metres);
   // Oncoming traffic with gaps of about `gap_metres` at that speed.
   void OncomingStream(double gap_metres, double speed);
+  // All through the drive and on all streets of the block of RoundCamera, alike in every round:
+  // cars every `every_seconds` on each side, and people on the southern street's pavements.
+  void TrafficRound(double every_seconds, double walkers_per_100_metres);
   // Cars that cross at every junction on the way, before and after the camera is near.
   void CrossingStream(double every_seconds, double speed);
 

@@ -100,6 +100,29 @@ TEST(ExactModel, FollowsAdditionsAndRemovals) {
   }
 }
 
+TEST(ExactModel, TakesNewTargetsForItsPoints) {
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(60, 6, generator);
+  ExactModel model = MakeModel(UnevenHyperparameters(CovarianceFunction::kArcsine, 6));
+  Add(points, 0, 60, 1, model);
+  std::vector<double> targets = points.targets();
+  for (size_t i = 0; i < targets.size(); ++i) targets[i] = 0.5 * targets[i] - 0.01 * i;
+  ASSERT_TRUE(model.SetTargets({targets.data(), 60, 1}).ok());
+  EXPECT_EQ(std::vector<double>(model.targets().begin(), model.targets().end()), targets);
+  ExpectModelOf(points.inputs, targets, model);
+  const double likelihood = model.LogMarginalLikelihood();
+  const std::vector<double> before(model.alpha().begin(), model.alpha().end());
+  std::vector<double> wrong = targets;
+  wrong[17] = std::nan("");
+  for (const absl::Status& status :
+       {model.SetTargets({wrong.data(), 60, 1}), model.SetTargets({targets.data(), 59, 1}),
+        model.SetTargets({targets.data(), 30, 2})}) {
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
+  }
+  EXPECT_EQ(std::vector<double>(model.alpha().begin(), model.alpha().end()), before);
+  EXPECT_EQ(model.LogMarginalLikelihood(), likelihood);
+}
+
 TEST(ExactModel, PredictsAsTheFormulasSay) {
   auto generator = TestGenerator();
   const LabelledPoints points = NoisyBlobs(90, 4, generator);

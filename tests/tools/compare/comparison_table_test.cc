@@ -43,6 +43,25 @@ TEST(SummariseComparison, TellsTheFiguresWithoutTheLocationPriorBeside) {
   EXPECT_THAT(ToTable(drives, summary), HasSubstr("the same without the location prior"));
 }
 
+TEST(SummariseComparison, EachDrivesIouWeighsTheSame) {
+  std::vector<DriveComparison> drives = {MakeDrive("a", {0.9, 0.9, 0.9}, {0.8, 0.8, 0.8}),
+                                         MakeDrive("b", {0.9}, {0.8})};
+  const std::vector<std::vector<double>> first = {{0.6, 0.8, 0.7}, {0.1}},
+                                         second = {{0.5, 0.5, 0.5}, {0.2}};
+  for (size_t d = 0; d < drives.size(); ++d) {
+    for (size_t i = 0; i < first[d].size(); ++i) {
+      drives[d].methods[0].frames[i].iou = first[d][i];
+      drives[d].methods[1].frames[i].iou = second[d][i];
+    }
+  }
+  const ComparisonSummary summary = Summarise(drives, {});
+  EXPECT_NEAR(*summary.methods[0].drive_iou, (0.7 + 0.1) / 2.0, 1e-12);
+  EXPECT_NEAR(*summary.methods[1].drive_iou, (0.5 + 0.2) / 2.0, 1e-12);
+  EXPECT_NEAR(summary.methods[1].iou_difference_over_drives->mean, (0.2 - 0.1) / 2.0, 1e-12);
+  EXPECT_EQ(summary.methods[1].iou_difference_over_drives->frames, 2);
+  EXPECT_THAT(ToTable(drives, summary), HasSubstr("mean IoU over frames with movers"));
+}
+
 TEST(SummariseComparison, AFailedDriveIsToldAndLeftOut) {
   DriveComparison failed;
   failed.sequence = {"c", "", "", ""};

@@ -81,8 +81,11 @@ TEST_P(LearnerModelTest, OperationsDoneAgainGiveTheSameBits) {
   theta.noise_stddev = 0.3;
   ASSERT_TRUE(model.SetHyperparameters(theta).ok());
   ASSERT_TRUE(model.Remove(Rows(0, 3)).ok());
+  std::vector<double> labels(model.size());
+  for (size_t i = 0; i < labels.size(); ++i) labels[i] = 0.3 + 0.005 * static_cast<double>(i % 99);
+  ASSERT_TRUE(model.SetLabels(labels).ok());
   const std::vector<ModelOperation> operations = model.TakeOperations();
-  ASSERT_EQ(operations.size(), 5u);
+  ASSERT_EQ(operations.size(), 6u);
   EXPECT_TRUE(model.TakeOperations().empty());
   LearnerModel again = MakeModel();
   for (const ModelOperation& operation : operations) ASSERT_TRUE(again.Apply(operation).ok());
@@ -97,6 +100,7 @@ TEST_P(LearnerModelTest, RefusedOperationsAreNotRecorded) {
   const Points points = MakePoints(10, 1);
   EXPECT_FALSE(model.Add(points.view(), std::vector<double>(10, 2.0), 0).ok());
   EXPECT_FALSE(model.Remove({5}).ok());
+  EXPECT_FALSE(model.SetLabels({0.5}).ok());
   EXPECT_TRUE(model.Remove({}).ok());
   EXPECT_TRUE(model.TakeOperations().empty());
 }

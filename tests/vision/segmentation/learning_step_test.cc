@@ -11,7 +11,7 @@ using Kind = ModelOperation::Kind;
 constexpr auto kArcsine = kernels::CovarianceFunction::kArcsine;
 
 LearningStep MakeStep() {
-  ModelOperation remove, add, set;
+  ModelOperation remove, add, set, labels;
   remove.kind = Kind::kRemove;
   remove.rows = {0, 3, 17};
   add.kind = Kind::kAdd;
@@ -21,10 +21,13 @@ LearningStep MakeStep() {
   set.kind = Kind::kSetHyperparameters;
   set.hyperparameters = gp::DefaultHyperparameters(kArcsine, 2);
   set.hyperparameters.noise_stddev = 1.0 / 7.0;
-  return {{remove, add, set, remove, add},
+  labels.kind = Kind::kSetLabels;
+  labels.labels = {0.25, 1.0 / 7.0, 0.75};
+  return {{remove, add, set, remove, labels, add},
           {1.0 / 3.0, -0.7},
           std::string("a\0state", 7),
-          std::string("\0another", 8)};
+          std::string("\0another", 8),
+          std::string("a\0third", 7)};
 }
 
 TEST(LearningStepTest, ComesBackAsItWas) {
@@ -37,6 +40,7 @@ TEST(LearningStepTest, ComesBackAsItWas) {
   EXPECT_EQ(again->squash.b, step.squash.b);
   EXPECT_EQ(again->location_prior, step.location_prior);
   EXPECT_EQ(again->potential, step.potential);
+  EXPECT_EQ(again->label_residual, step.label_residual);
   ASSERT_EQ(again->operations.size(), step.operations.size());
   for (size_t i = 0; i < step.operations.size(); ++i) {
     const ModelOperation &before = step.operations[i], &after = again->operations[i];

@@ -1,6 +1,8 @@
 #include "vision/segmentation/online_learner.h"
 
 #include <cmath>
+#include <memory>
+#include <numeric>
 #include <random>
 #include <utility>
 #include <vector>
@@ -41,21 +43,32 @@ struct Street {
   int64_t size() const { return static_cast<int64_t>(labels.size()); }
 };
 
+std::unique_ptr<OnlineLearner> MakeLearner(const OnlineLearnerOptions& options) {
+  auto learner = OnlineLearner::Create(*kernels::OpenContext(), kDimension, options);
+  EXPECT_TRUE(learner.ok()) << learner.status();
+  return *std::move(learner);
+}
+
+void LearnStreet(int frame, OnlineLearner& learner) {
+  const Street street(static_cast<uint64_t>(frame));
+  FrameRecord record;
+  const absl::Status status = learner.Learn(
+      kernels::ConstMatrixView<float>(street.inputs.data(), street.size(), kDimension),
+      street.labels, frame, record);
+  EXPECT_TRUE(status.ok()) << status;
+}
+
+std::vector<double> Targets(const OnlineLearner& learner) {
+  return {learner.model().targets().begin(), learner.model().targets().end()};
+}
+
 // Points of the model with dynamic labels after some frames.
 int64_t DynamicPoints(const OnlineLearnerOptions& options, int frames) {
-  auto context = *kernels::OpenContext();
-  auto learner = *OnlineLearner::Create(context, kDimension, options);
-  for (int frame = 1; frame <= frames; ++frame) {
-    const Street street(static_cast<uint64_t>(frame));
-    FrameRecord record;
-    const absl::Status status = learner->Learn(
-        kernels::ConstMatrixView<float>(street.inputs.data(), street.size(), kDimension),
-        street.labels, frame, record);
-    EXPECT_TRUE(status.ok()) << status;
-  }
+  const auto learner = MakeLearner(options);
+  for (int frame = 1; frame <= frames; ++frame) LearnStreet(frame, *learner);
   int64_t dynamic = 0;
   for (const double target : learner->model().targets()) {
-    const double label = options.zero_label + (1.0 - options.zero_label) * target;
+    const double label = learner->zero_label() + (1.0 - learner->zero_label()) * target;
     dynamic += label >= 0.5 - 1e-9;
   }
   return dynamic;
@@ -65,8 +78,67 @@ int64_t DynamicPoints(const OnlineLearnerOptions& options, int frames) {
 TEST(OnlineLearner, WithDataScaledToMeanZeroTheRareClassStays) {
   OnlineLearnerOptions paper = OnlineSegmenterOptions::Paper().learner;
   EXPECT_GE(DynamicPoints(paper, 6), kMover / 4);
+  paper.scales_to_mean_zero = false;
   paper.zero_label = 0.5;
   EXPECT_EQ(DynamicPoints(paper, 6), 0);
+}
+
+// (T1) with the model's own mean label. A target is a rounding of 1 off: n of them sum to n eps.
+TEST(OnlineLearner, TargetsHaveMeanZeroAfterEveryFrame) {
+  const auto learner = MakeLearner(OnlineSegmenterOptions::Paper().learner);
+  for (int frame = 1; frame <= 4; ++frame) {
+    LearnStreet(frame, *learner);
+    const std::vector<double> targets = Targets(*learner);
+    ASSERT_GT(targets.size(), 50u);
+    const double sum = std::accumulate(targets.begin(), targets.end(), 0.0);
+    EXPECT_NEAR(sum / static_cast<double>(targets.size()), 0.0, 1e-14);
+    EXPECT_GT(learner->zero_label(), 0.05);
+    EXPECT_LT(learner->zero_label(), 0.5);
+  }
+}
+
+TEST(OnlineLearner, GoesOnFromACheckpointWithItsMeanLabel) {
+  const OnlineLearnerOptions paper = OnlineSegmenterOptions::Paper().learner;
+  const auto learner = MakeLearner(paper), restored = MakeLearner(paper);
+  for (int frame = 1; frame <= 3; ++frame) LearnStreet(frame, *learner);
+  auto checkpoint = learner->Checkpoint();
+  ASSERT_TRUE(checkpoint.ok()) << checkpoint.status();
+  ASSERT_TRUE(restored->Restore(*checkpoint).ok());
+  EXPECT_EQ(restored->zero_label(), learner->zero_label());
+  for (OnlineLearner* each : {learner.get(), restored.get()}) LearnStreet(4, *each);
+  EXPECT_EQ(Targets(*restored), Targets(*learner));
+  checkpoint->annotations.clear();
+  EXPECT_EQ(restored->Restore(*checkpoint).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Targets(*restored), Targets(*learner));
+}
+
+// Another learner that only does the steps again has the same posterior.
+TEST(OnlineLearner, StepsHoldTheChangeOfTheMeanLabel) {
+  const OnlineLearnerOptions paper = OnlineSegmenterOptions::Paper().learner;
+  const auto learner = MakeLearner(paper), replayed = MakeLearner(paper);
+  learner->RecordSteps();
+  for (int frame = 1; frame <= 3; ++frame) {
+    LearnStreet(frame, *learner);
+    ASSERT_TRUE(replayed->Replay(learner->TakeStep()).ok());
+    EXPECT_EQ(Targets(*replayed), Targets(*learner));
+  }
+}
+
+// What the budget has room for; when it is full, the share that one frame may bring.
+TEST(OnlineLearner, TheFirstFrameFillsTheBudget) {
+  OnlineLearnerOptions options = OnlineSegmenterOptions::Default().learner;
+  options.SetDensity(0.0);
+  options.contradiction_radius = 0.0;
+  options.budget = {500, 0.25};
+  options.arrival_share = 0.2;
+  const auto learner = MakeLearner(options);
+  for (int frame = 1; frame <= 3; ++frame) {
+    LearnStreet(frame, *learner);
+    EXPECT_EQ(learner->model().size(), 500);
+    int64_t arrived = 0;
+    for (const int64_t birth : learner->model().birth_frames()) arrived += birth == frame;
+    EXPECT_EQ(arrived, frame == 1 ? 500 : 100);
+  }
 }
 
 TEST(OnlineLearner, TheZeroLabelIsChecked) {

@@ -61,6 +61,7 @@ std::unique_ptr<OnlineSegmenter> MakeSegmenter(ModelKind kind = ModelKind::kExac
   options.learner.training.rebuild_threshold = 1000.0;
   options.potential.enabled = true;
   options.potential.interval_seconds = 0.2;
+  options.residual_weight = 0.3;
   auto context = kernels::OpenContext();
   EXPECT_TRUE(context.ok()) << context.status();
   auto segmenter = OnlineSegmenter::Create(*context, options);

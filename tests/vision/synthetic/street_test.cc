@@ -148,6 +148,27 @@ TEST(StreetTest, TheSameSecondsAtAnotherRateAreTheSameDrive) {
   }
 }
 
+// A round later the camera is where it was, but for the springs of the car; what moves is not.
+TEST(StreetTest, RoundsPassTheSamePlacesAmongOtherTraffic) {
+  ScenarioOptions options = Small();
+  options.frames = 1900;
+  const Scenario scenario = *MakeScenario("rounds", 1, options);
+  int moving = 0;
+  for (const int t : {30, 120, 280, 400}) {
+    const Pose first = scenario.PoseAt(t);
+    const SyntheticFrame before = *scenario.Render(t);
+    for (const int later : {t + 450, t + 3 * 450}) {
+      const Pose again = scenario.PoseAt(later);
+      EXPECT_LT((again.centre - first.centre).norm(), 0.1);
+      EXPECT_GT(again.rotation.col(2).dot(first.rotation.col(2)), std::cos(0.05));
+      const SyntheticFrame after = *scenario.Render(later);
+      EXPECT_FALSE(SameBytes(before.mask, after.mask));
+      moving += cv::countNonZero(after.mask == 255) > 0;
+    }
+  }
+  EXPECT_GE(moving, 6);
+}
+
 TEST(StreetTest, TheDashcamSeesTheSameStreetBehindItsOwnVehicle) {
   ScenarioOptions options = Small();
   options.noise = false;

@@ -11,6 +11,7 @@
 #include "vision/baselines/dense_flow.h"
 #include "vision/baselines/nearest_feature.h"
 #include "vision/baselines/optical_flow_classifier.h"
+#include "vision/segmentation/label_residual.h"
 #include "vision/segmentation/methods/online_svm.h"
 #include "vision/segmentation/online_learner.h"
 #include "vision/segmentation/stage_timer.h"
@@ -45,8 +46,8 @@ Eigen::Matrix3d MatrixOf(const LabelledFrame& labels) {
 
 class GaussianProcessMethod : public MapMethod {
  public:
-  explicit GaussianProcessMethod(std::unique_ptr<OnlineLearner> learner)
-      : learner_(std::move(learner)) {}
+  GaussianProcessMethod(std::unique_ptr<OnlineLearner> learner, double residual_weight)
+      : learner_(std::move(learner)), residual_weight_(residual_weight) {}
 
   bool probabilistic() const override { return true; }
 
@@ -77,11 +78,27 @@ class GaussianProcessMethod : public MapMethod {
                               posterior_->Evaluate(input.field, outputs));
     for (float& value : map.deviation) value = std::sqrt(value);
     map.clamped_variances = record.clamped_variances = counts.clamped_variances;
+    if (record.learnt && residual_weight_ > 0.0) EGOSIEVE_RETURN_IF_ERROR(AddResidual(input, map));
     return map;
   }
 
  private:
+  // As OnlineSegmenter does.
+  absl::Status AddResidual(const MethodInput& input, SegmentationMap& map) const {
+    const LabelledFrame& labels = *input.labels;
+    if (labels.size() == 0 || labels.labelled.index != input.frame_index) return absl::OkStatus();
+    std::vector<float> own(labels.size());
+    kernels::PosteriorOutputs outputs;
+    outputs.probability = own.data();
+    EGOSIEVE_RETURN_IF_ERROR(posterior_->Evaluate(input.inputs, outputs).status());
+    LabelResidual(input.frame_index, labels.labelled.image.size(), labels.positions_view(),
+                  labels.probability, own)
+        .Apply(residual_weight_, map);
+    return absl::OkStatus();
+  }
+
   std::unique_ptr<OnlineLearner> learner_;
+  double residual_weight_;
   std::shared_ptr<const gp::Posterior> posterior_;  // of the model as it is; null: to be made
 };
 
@@ -210,7 +227,7 @@ absl::StatusOr<std::unique_ptr<MapMethod>> MakeProcess(std::shared_ptr<kernels::
   EGOSIEVE_ASSIGN_OR_RETURN(
       std::unique_ptr<OnlineLearner> learner,
       OnlineLearner::Create(std::move(context), kernels::kDescriptorDimension, of_learner));
-  return std::make_unique<GaussianProcessMethod>(std::move(learner));
+  return std::make_unique<GaussianProcessMethod>(std::move(learner), options.residual_weight);
 }
 
 }  // namespace

@@ -95,8 +95,7 @@ absl::StatusOr<std::vector<int64_t>> OnlineSvm::SelectNew(kernels::ConstMatrixVi
     rows = Gather<int64_t>(rows, novel);
   }
   counts.added = static_cast<int64_t>(rows.size());
-  const auto limit =
-      static_cast<int64_t>(learner.arrival_share * static_cast<double>(learner.budget.budget));
+  const int64_t limit = learner.ArrivalLimit(size());
   if (static_cast<int64_t>(rows.size()) > limit) {
     const std::vector<int64_t> sampled = gp::StratifiedSample(
         Targets(Gather<double>(labels, rows)), limit, learner.budget.rare_class_share,

@@ -114,6 +114,25 @@ TEST_F(MethodsTest, ProcessesGiveTheSegmentersBytes) {
   }
 }
 
+TEST_F(MethodsTest, TheSegmentersResidualOfTheLabelsIsTheMethods) {
+  OnlineSegmenterOptions options = Options(), without = options;
+  options.labeller.labelled_side = LabelledSide::kCurrentFrame;
+  without.labeller.labelled_side = LabelledSide::kCurrentFrame;
+  options.residual_weight = 0.3;
+  auto whole = OnlineSegmenter::Create(*kernels::OpenContext(), options);
+  ASSERT_TRUE(whole.ok());
+  const auto segmenter = Make({"arcsine"}, options), alone = Make({"arcsine"}, without);
+  for (int index = 0; index < 4; ++index) {
+    const auto expected = (*whole)->Process(drive_.At(index));
+    const auto result = segmenter->Process(drive_.At(index));
+    const auto bare = alone->Process(drive_.At(index));
+    ASSERT_TRUE(expected.ok() && result.ok() && bare.ok());
+    const std::vector<float>& probability = result->answers[0].map.probability;
+    EXPECT_EQ(probability, expected->map.probability) << index;
+    EXPECT_EQ(probability == bare->answers[0].map.probability, index == 0) << index;
+  }
+}
+
 TEST_F(MethodsTest, FramesWithoutLabelsHaveTheirMaps) {
   const auto segmenter = Make(AllNames());
   const auto result = segmenter->Process(drive_.At(0));

@@ -1,0 +1,98 @@
+#include "vision/segmentation/label_residual.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "vision/baselines/nearest_feature.h"
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kStridePixels = 5;
+constexpr double kLeast = 0.01;         // of (R1)
+constexpr double kStepsPerUnit = 12.0;  // the largest residual, 2 logit(0.99), is 110 steps
+constexpr float kLeastProbability = 1e-6f;
+
+double Logit(double p) {
+  p = std::clamp(p, kLeast, 1.0 - kLeast);
+  return std::log(p / (1.0 - p));
+}
+
+// The cell of the grid nearest to a pixel.
+int CellOf(int pixel, int cells) {
+  return std::min((pixel + kStridePixels / 2) / kStridePixels, cells - 1);
+}
+
+}  // namespace
+
+LabelResidual::LabelResidual(int64_t frame_index, cv::Size size,
+                             kernels::ConstMatrixView<double> positions,
+                             absl::Span<const double> labels, absl::Span<const float> own) {
+  if (positions.rows == 0) return;
+  frame_index_ = frame_index;
+  grid_ = kernels::ImageGrid{size.width, size.height, kStridePixels};
+  std::vector<double> residuals;
+  residuals.reserve(labels.size());
+  for (size_t i = 0; i < labels.size(); ++i) {
+    residuals.push_back(Logit(labels[i]) - Logit(own[i]));
+  }
+  for (const float residual : SpreadToGrid(positions, residuals, grid_)) {
+    steps_.push_back(static_cast<int8_t>(std::lround(kStepsPerUnit * residual)));
+  }
+}
+
+void LabelResidual::Apply(double weight, SegmentationMap& map) const {
+  const kernels::ImageGrid& grid = map.grid;
+  if (steps_.empty() || map.frame_index != frame_index_ || grid.width != grid_.width ||
+      grid.height != grid_.height) {
+    return;
+  }
+  std::array<float, 256> factors;  // of the odds, by step
+  for (int step = -128; step < 128; ++step) {
+    factors[step + 128] = static_cast<float>(std::exp(weight * step / kStepsPerUnit));
+  }
+  const int columns = grid_.columns();
+  for (int row = 0; row < grid.rows(); ++row) {
+    const int8_t* steps = &steps_[CellOf(grid.y_pixels(row), grid_.rows()) * columns];
+    for (int column = 0; column < grid.columns(); ++column) {
+      const float factor = factors[steps[CellOf(grid.x_pixels(column), columns)] + 128];
+      float& p = map.probability[static_cast<size_t>(row) * grid.columns() + column];
+      const float q = std::clamp(p, kLeastProbability, 1.0f - kLeastProbability);
+      p = q * factor / (1.0f - q + q * factor);
+    }
+  }
+}
+
+std::string LabelResidual::ToBytes() const {
+  if (steps_.empty()) return "";
+  const std::array<int64_t, 3> head = {frame_index_, grid_.width, grid_.height};
+  std::string bytes(sizeof(head) + steps_.size(), '\0');
+  std::memcpy(bytes.data(), head.data(), sizeof(head));
+  std::memcpy(bytes.data() + sizeof(head), steps_.data(), steps_.size());
+  return bytes;
+}
+
+absl::StatusOr<LabelResidual> LabelResidual::FromBytes(std::string_view bytes) {
+  LabelResidual residual;
+  if (bytes.empty()) return residual;
+  std::array<int64_t, 3> head{};
+  const auto is_side = [](int64_t pixels) { return pixels >= 1 && pixels <= (1 << 20); };
+  if (bytes.size() >= sizeof(head)) std::memcpy(head.data(), bytes.data(), sizeof(head));
+  if (!is_side(head[1]) || !is_side(head[2])) {
+    return absl::InvalidArgumentError("the label residual has no size");
+  }
+  residual.frame_index_ = head[0];
+  residual.grid_ =
+      kernels::ImageGrid{static_cast<int>(head[1]), static_cast<int>(head[2]), kStridePixels};
+  const std::string_view steps = bytes.substr(sizeof(head));
+  if (static_cast<int64_t>(steps.size()) != residual.grid_.size()) {
+    return absl::InvalidArgumentError("the label residual is not whole");
+  }
+  residual.steps_.resize(steps.size());
+  std::memcpy(residual.steps_.data(), steps.data(), steps.size());
+  return residual;
+}
+
+}  // namespace egosieve::vision

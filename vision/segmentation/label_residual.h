@@ -1,0 +1,59 @@
+// What the process leaves of a frame's own labels, near them.
+//
+// The process is smooth: of a far car that ten of ten thousand labelled places tell, it makes a low
+// hill below 1/2. At every labelled place i, p_i the label and q_i the process's probability,
+//
+//   r_i = logit(p_i) - logit(q_i),   both from 0.01 to 0.99                                  (R1)
+//
+// and at a pixel of that frame, i its nearest labelled place, the log odds are raised by
+//
+//   w r_i.                                                                                   (R2)
+//
+// w = 0 is the process alone, w = 1 the label of the nearest place. It is a local part beside the
+// global one, as in Snelson & Ghahramani, "Local and global sparse Gaussian process
+// approximations" (2007), of that frame alone: nothing of it is learnt.
+//
+// Residuals are kept on a grid of 5 pixels in steps of 1/12, a byte each, whatever the map's grid.
+#ifndef EGOSIEVE_VISION_SEGMENTATION_LABEL_RESIDUAL_H_
+#define EGOSIEVE_VISION_SEGMENTATION_LABEL_RESIDUAL_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "kernels/base/image_grid.h"
+#include "kernels/base/matrix_view.h"
+#include "vision/segmentation/segmentation_map.h"
+
+namespace egosieve::vision {
+
+class LabelResidual {
+ public:
+  LabelResidual() = default;  // of no frame: changes no map
+
+  // Of frame `frame_index` of `size` pixels. positions: N x 2, pixels; labels, own: N, p and q of
+  // (R1), in [0, 1]. Without places it changes no map.
+  LabelResidual(int64_t frame_index, cv::Size size, kernels::ConstMatrixView<double> positions,
+                absl::Span<const double> labels, absl::Span<const float> own);
+
+  // (R2) on the map's probability, if it is of the same frame and size.
+  void Apply(double weight, SegmentationMap& map) const;
+
+  // Equal residuals give equal bytes; empty: of no frame.
+  std::string ToBytes() const;
+  // InvalidArgument for bytes that ToBytes did not write.
+  static absl::StatusOr<LabelResidual> FromBytes(std::string_view bytes);
+
+ private:
+  int64_t frame_index_ = -1;
+  kernels::ImageGrid grid_;
+  std::vector<int8_t> steps_;  // grid_.size(); empty: of no frame
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_SEGMENTATION_LABEL_RESIDUAL_H_
