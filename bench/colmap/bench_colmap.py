@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """COLMAP as the judge: what masks are worth to it, on drives whose poses are known.
 
-    ./run bench_colmap [--drives NAME:SEED,NAME:SEED] [--frames N] [--width PIXELS] [--seeds N] [--out DIR] [--results NAME]
+    ./run bench_colmap [--drives NAME:SEED,NAME:SEED] [--frames N] [--width PIXELS] [--seeds N] [--lens given|estimated]
+                       [--out DIR] [--results NAME]
 
 Synthesises the drives, masks them by `egosieve masks --for=colmap --dilate=10`, and reconstructs each without masks,
-with these and with the true ones, dilated alike, once for each of COLMAP's seeds. The lens is given, all else is COLMAP's
+with these and with the true ones, dilated alike, once for each of COLMAP's seeds. The lens is given, or with --lens=estimated COLMAP's own estimate; all else is COLMAP's
 default for a video from one camera. Counts the images of the largest model, its absolute trajectory error
 after the best similarity, and the share of its 3-D points that lie on movers. What is done is kept in --out (default
 out/colmap): the same command goes on. Writes NAME.json and NAME.md into bench/results; NAME is colmap where nothing else is said.
@@ -88,17 +89,19 @@ class Drive:
 
     def reconstruct(self, masks, seed):
         """A model's scores; of those that were made before, what was written of them."""
-        result = self.root / f"{masks}_{seed}.json"
+        lens = self._options.lens
+        end = "" if lens == "given" else f"_{lens}"
+        result = self.root / f"{masks}{end}_{seed}.json"
         if not result.exists():
-            database = self.root / f"{masks}.db"
-            matched = self.root / f"{masks}.matched"
+            database = self.root / f"{masks}{end}.db"
+            matched = self.root / f"{masks}{end}.matched"
             if not matched.exists():
                 say(f"{self.name}: matching, masks {masks}")
                 database.unlink(missing_ok=True)
-                self._work("match", self.drive, "-" if masks == "none" else self.root / masks, database)
+                self._work("match", self.drive, "-" if masks == "none" else self.root / masks, database, lens)
                 matched.touch()
             say(f"{self.name}: reconstructing, masks {masks}, seed {seed}")
-            scores = self._work("map", self.drive, database, self.root / "models" / f"{masks}_{seed}", seed)
+            scores = self._work("map", self.drive, database, self.root / "models" / f"{masks}{end}_{seed}", seed, lens)
             result.write_text(json.dumps(scores) + "\n")
         return json.loads(result.read_text())
 
@@ -115,7 +118,7 @@ def cell(values, form):
 def table(rows, options, version):
     """The results as Markdown."""
     text = (
-        f"`./run bench_colmap --drives={','.join(options.drives)} --frames={options.frames} --width={options.width} --seeds={options.seeds}`, pycolmap {version}. Each cell: the median over COLMAP's seeds and, "
+        f"`./run bench_colmap --drives={','.join(options.drives)} --frames={options.frames} --width={options.width} --seeds={options.seeds}{'' if options.lens == 'given' else ' --lens=' + options.lens}`, pycolmap {version}. Each cell: the median over COLMAP's seeds and, "
         "where they differ, the least and the greatest.\n\n"
         "| drive | masks | images registered | trajectory error, m | 3-D points | of these on movers |\n"
         "|---|---|---:|---:|---:|---:|\n"
@@ -135,6 +138,7 @@ def parse_arguments():
     parser.add_argument("--frames", type=int, default=80, help="of each drive")
     parser.add_argument("--width", type=int, default=640, help="of the pictures, pixels")
     parser.add_argument("--seeds", type=int, default=2, help="of COLMAP's, from 1 on")
+    parser.add_argument("--lens", choices=("given", "estimated"), default="given", help="the drive's, or COLMAP's estimate")
     parser.add_argument("--out", default=str(ROOT / "out" / "colmap"), help="folder for drives, masks and models")
     parser.add_argument("--results", default="colmap", metavar="NAME", help="of the files in bench/results")
     options = parser.parse_args()

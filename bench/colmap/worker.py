@@ -1,8 +1,10 @@
 """COLMAP on one drive, in the environment that bench_colmap.py makes. Prints a line of JSON.
 
 worker.py true_masks DRIVE OUT PIXELS    the drive's masks as COLMAP reads them, movers dilated
-worker.py match DRIVE MASKS DATABASE     features, outside the masks, and matches; MASKS "-": none
-worker.py map DRIVE DATABASE OUT SEED    a reconstruction, scored against the drive's truth
+worker.py match DRIVE MASKS DATABASE LENS    features, outside the masks, and matches; MASKS "-": none
+worker.py map DRIVE DATABASE OUT SEED LENS   a reconstruction, scored against the drive's truth
+
+LENS is "given" (the drive's) or "estimated" (by COLMAP, from its default).
 """
 
 import json
@@ -24,12 +26,13 @@ def write_true_masks(drive, out, pixels):
         dilated.point(lambda value: 0 if value > 127 else 255).save(out / (path.name + ".png"))
 
 
-def match(drive, masks, database):
-    """One camera, whose lens is known, and neighbours by number; all else is COLMAP's default."""
+def match(drive, masks, database, lens):
+    """One camera, and neighbours by number; all else is COLMAP's default."""
     camera = json.loads((drive / "camera.json").read_text())
     reader = pycolmap.ImageReaderOptions()
-    reader.camera_model = "SIMPLE_PINHOLE"
-    reader.camera_params = f"{camera['focal_pixels']},{camera['width'] / 2},{camera['height'] / 2}"
+    if lens == "given":
+        reader.camera_model = "SIMPLE_PINHOLE"
+        reader.camera_params = f"{camera['focal_pixels']},{camera['width'] / 2},{camera['height'] / 2}"
     if masks != "-":
         reader.mask_path = masks
     extraction = pycolmap.FeatureExtractionOptions()
@@ -81,13 +84,14 @@ def score(reconstruction, drive):
     }
 
 
-def reconstruct(drive, database, out, seed):
+def reconstruct(drive, database, out, seed, lens):
     """The largest of the models; of none, no image is registered."""
     out.mkdir(parents=True, exist_ok=True)
     options = pycolmap.IncrementalPipelineOptions()
     options.num_threads = THREADS
     options.random_seed = options.mapper.random_seed = options.triangulation.random_seed = seed
-    options.extract_colors = options.ba_refine_focal_length = options.ba_refine_extra_params = False
+    options.extract_colors = False
+    options.ba_refine_focal_length = options.ba_refine_extra_params = lens == "estimated"
     pycolmap.set_random_seed(seed)
     models = pycolmap.incremental_mapping(database, drive / "frames", out, options)
     largest = max(models.values(), key=lambda model: model.num_reg_images(), default=None)
@@ -104,7 +108,7 @@ def main():
     elif task == "match":
         match(Path(rest[0]), *rest[1:])
     else:
-        result = reconstruct(Path(rest[0]), rest[1], Path(rest[2]), int(rest[3]))
+        result = reconstruct(Path(rest[0]), rest[1], Path(rest[2]), int(rest[3]), rest[4])
     print(json.dumps(result))
 
 

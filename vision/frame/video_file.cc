@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <opencv2/videoio.hpp>
 #include <optional>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -31,20 +33,12 @@ int DegreesToTurn(const cv::VideoCapture& capture) {
 }
 
 cv::Mat Turned(const cv::Mat& picture, int degrees) {
+  constexpr cv::RotateFlags kTurns[] = {cv::ROTATE_90_CLOCKWISE, cv::ROTATE_180,
+                                        cv::ROTATE_90_COUNTERCLOCKWISE};
+  if (degrees == 0 || degrees % 90 != 0) return picture.clone();
   cv::Mat turned;
-  switch (degrees) {
-    case 90:
-      cv::rotate(picture, turned, cv::ROTATE_90_CLOCKWISE);
-      return turned;
-    case 180:
-      cv::rotate(picture, turned, cv::ROTATE_180);
-      return turned;
-    case 270:
-      cv::rotate(picture, turned, cv::ROTATE_90_COUNTERCLOCKWISE);
-      return turned;
-    default:
-      return picture.clone();
-  }
+  cv::rotate(picture, turned, kTurns[degrees / 90 - 1]);
+  return turned;
 }
 
 // Where the frames of a video lie, read from its packets; nothing is decoded.
@@ -154,6 +148,12 @@ std::optional<int64_t> VideoIndex::FrameAt(double seconds) const {
   return nearest;
 }
 
+// The same number for all that are no files.
+std::uintmax_t SizeOf(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::file_size(path, error);
+}
+
 // Frames that are decoded and dropped rather than jumped over.
 constexpr int64_t kFar = 64;
 
@@ -164,6 +164,7 @@ class VideoFile : public FrameSource {
       : path_(std::move(path)),
         nominal_rate_hz_(nominal_rate_hz),
         timeout_seconds_(timeout_seconds),
+        bytes_(SizeOf(path_)),
         has_looked_for_index_(timeout_seconds > 0) {}
 
   absl::Status Open() {
@@ -345,6 +346,8 @@ class VideoFile : public FrameSource {
       end.warning =
           absl::StrCat(path_, ": ended after ", position_, " frames where its header says ",
                        expected_frame_count_, "; it may be cut short");
+    } else if (SizeOf(path_) != bytes_) {
+      end.warning = absl::StrCat(path_, ": changed while it was read; read it again once it stays");
     }
     return end;
   }
@@ -352,6 +355,7 @@ class VideoFile : public FrameSource {
   const std::string path_;
   double nominal_rate_hz_;
   const int timeout_seconds_;
+  const std::uintmax_t bytes_;  // when it was opened first
   cv::VideoCapture capture_;
   int64_t expected_frame_count_ = -1;
   int degrees_ = 0;         // by which pictures are turned, clockwise

@@ -241,6 +241,25 @@ TEST_F(FrameSourceTest, TruncatedVideoDeliversWhatIsThereAndSaysSo) {
   EXPECT_LT(count, 12);
 }
 
+// As one that a camera still writes: what was found out before may not hold for the rest.
+TEST_F(FrameSourceTest, AVideoThatGrowsWhileItIsReadIsTold) {
+  WriteVideo("v.avi", 12);
+  for (const bool grows : {false, true}) {
+    const auto source = OpenFrameSource(Path("v.avi"));
+    ASSERT_TRUE(source.ok()) << source.status();
+    ASSERT_TRUE((*source)->SeekTo(5).ok());
+    ASSERT_TRUE((*source)->Next().ok());
+    if (grows) std::ofstream(Path("v.avi"), std::ios::app) << "more";
+    ASSERT_TRUE((*source)->SeekTo(12).ok());
+    const auto read = (*source)->Next();
+    ASSERT_TRUE(read.ok() && std::holds_alternative<EndOfFrames>(*read));
+    EXPECT_EQ(std::get<EndOfFrames>(*read).frame_count, 12);
+    EXPECT_EQ(
+        std::get<EndOfFrames>(*read).warning.find("changed while it was read") != std::string::npos,
+        grows);
+  }
+}
+
 TEST_F(FrameSourceTest, VideoWithoutFramesIsAnError) {
   WriteVideo("v.avi", 12);
   // The headers of the container are there, the first picture is not.
