@@ -175,14 +175,10 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
 void OnlineLearner::LimitArrivals(absl::Span<const double> labels, int64_t frame_index,
                                   std::vector<int64_t>& selected) const {
   const int64_t limit = options_.ArrivalLimit(model_.size());
-  if (static_cast<int64_t>(selected.size()) <= limit) {
-    return;
-  }
+  if (static_cast<int64_t>(selected.size()) <= limit) return;
   std::vector<double> targets;
   targets.reserve(selected.size());
-  for (const int64_t row : selected) {
-    targets.push_back(2.0 * labels[row] - 1.0);
-  }
+  for (const int64_t row : selected) targets.push_back(2.0 * labels[row] - 1.0);
   std::vector<int64_t> sampled;
   sampled.reserve(limit);
   for (const int64_t index :
@@ -364,11 +360,8 @@ absl::StatusOr<std::shared_ptr<const gp::Posterior>> OnlineLearner::MakePosterio
 
 absl::StatusOr<gp::ModelFile> OnlineLearner::Checkpoint() {
   EGOSIEVE_RETURN_IF_ERROR(model_.Rebuild());
-  std::string annotations;
-  if (options_.scales_to_mean_zero) {
-    annotations.assign(reinterpret_cast<const char*>(&zero_label_), sizeof(zero_label_));
-  }
-  return gp::ModelFile{model_.State(), squash_, trainer_.state(), annotations};
+  std::string annotations(reinterpret_cast<const char*>(&zero_label_), annotation_bytes());
+  return gp::ModelFile{model_.State(), squash_, trainer_.state(), std::move(annotations)};
 }
 
 int64_t OnlineLearner::annotation_bytes() const {
@@ -386,15 +379,11 @@ absl::Status OnlineLearner::Restore(const gp::ModelFile& checkpoint) {
         "the checkpoint's covariance is not the one that was asked for");
   }
   double zero_label = options_.zero_label;
-  if (options_.scales_to_mean_zero) {
-    if (checkpoint.annotations.size() >= sizeof(zero_label)) {
-      std::memcpy(&zero_label, checkpoint.annotations.data(), sizeof(zero_label));
-    } else {
-      zero_label = 0.0;
-    }
-    if (!(zero_label > 0.0 && zero_label <= kMostZeroLabel)) {
-      return absl::InvalidArgumentError("the checkpoint holds no label for the target zero");
-    }
+  const auto size = static_cast<size_t>(annotation_bytes());
+  const bool whole = checkpoint.annotations.size() >= size;
+  if (whole) std::memcpy(&zero_label, checkpoint.annotations.data(), size);
+  if (!(whole && zero_label > 0.0 && zero_label <= kMostZeroLabel)) {
+    return absl::InvalidArgumentError("the checkpoint holds no label for the target zero");
   }
   // The trainer checks before it changes; the model's check of its state is the costly one.
   gp::HyperparameterTrainer trainer = trainer_;
