@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <opencv2/imgproc.hpp>
 
 #include "vision/baselines/nearest_feature.h"
 
@@ -11,7 +12,7 @@ namespace egosieve::vision {
 namespace {
 
 constexpr int kStridePixels = 5;
-constexpr double kLeast = 0.01;         // of (R1)
+constexpr double kLeast = 0.01;         // of (LR1)
 constexpr double kStepsPerUnit = 12.0;  // the largest residual, 2 logit(0.99), is 110 steps
 constexpr float kLeastProbability = 1e-6f;
 
@@ -38,7 +39,10 @@ LabelResidual::LabelResidual(int64_t frame_index, cv::Size size,
   for (size_t i = 0; i < labels.size(); ++i) {
     residuals.push_back(Logit(labels[i]) - Logit(own[i]));
   }
-  for (const float residual : SpreadToGrid(positions, residuals, grid_)) {
+  std::vector<float> spread = SpreadToGrid(positions, residuals, grid_);
+  cv::Mat1f smoothed(grid_.rows(), grid_.columns());
+  cv::medianBlur(cv::Mat1f(grid_.rows(), grid_.columns(), spread.data()), smoothed, 3);
+  for (const float residual : smoothed) {
     steps_.push_back(static_cast<int8_t>(std::lround(kStepsPerUnit * residual)));
   }
 }

@@ -3,17 +3,18 @@
 // The process is smooth: of a far car that ten of ten thousand labelled places tell, it makes a low
 // hill below 1/2. At every labelled place i, p_i the label and q_i the process's probability,
 //
-//   r_i = logit(p_i) - logit(q_i),   both from 0.01 to 0.99                                  (R1)
+//   r_i = logit(p_i) - logit(q_i),   both from 0.01 to 0.99                                 (LR1)
 //
-// and at a pixel of that frame, i its nearest labelled place, the log odds are raised by
+// and at a pixel of that frame the log odds are raised by
 //
-//   w r_i.                                                                                   (R2)
+//   w m,   m = median of r over the 3 x 3 cells around it                                   (LR2)
 //
-// w = 0 is the process alone, w = 1 the label of the nearest place. It is a local part beside the
+// r of a cell of 5 pixels is that of its nearest labelled place. A label that its neighbours do not
+// share changes nothing. w = 0 is the process alone. It is a local part beside the
 // global one, as in Snelson & Ghahramani, "Local and global sparse Gaussian process
 // approximations" (2007), of that frame alone: nothing of it is learnt.
 //
-// Residuals are kept on a grid of 5 pixels in steps of 1/12, a byte each, whatever the map's grid.
+// m is kept on the grid of cells in steps of 1/12, a byte each, whatever the map's grid.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_LABEL_RESIDUAL_H_
 #define EGOSIEVE_VISION_SEGMENTATION_LABEL_RESIDUAL_H_
 
@@ -36,11 +37,11 @@ class LabelResidual {
   LabelResidual() = default;  // of no frame: changes no map
 
   // Of frame `frame_index` of `size` pixels. positions: N x 2, pixels; labels, own: N, p and q of
-  // (R1), in [0, 1]. Without places it changes no map.
+  // (LR1), in [0, 1]. Without places it changes no map.
   LabelResidual(int64_t frame_index, cv::Size size, kernels::ConstMatrixView<double> positions,
                 absl::Span<const double> labels, absl::Span<const float> own);
 
-  // (R2) on the map's probability, if it is of the same frame and size.
+  // (LR2) on the map's probability, if it is of the same frame and size.
   void Apply(double weight, SegmentationMap& map) const;
 
   // Equal residuals give equal bytes; empty: of no frame.

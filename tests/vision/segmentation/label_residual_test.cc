@@ -32,7 +32,7 @@ float At(const SegmentationMap& map, int column, int row) {
   return map.probability[row * map.grid.columns() + column];
 }
 
-// (R1), (R2); residuals are kept in steps of 1/12, of which half is the error in the log odds.
+// (LR1), (LR2); residuals are kept in steps of 1/12, of which half is the error in the log odds.
 TEST(LabelResidual, RaisesTheLogOddsByAPartOfWhatTheProcessLeaves) {
   const LabelResidual residual = TwoPlaces(7, {0.9, 0.2}, {0.3f, 0.4f});
   for (const int stride : {1, 5, 7}) {
@@ -45,6 +45,26 @@ TEST(LabelResidual, RaisesTheLogOddsByAPartOfWhatTheProcessLeaves) {
       EXPECT_NEAR(Logit(At(map, last, row)), Logit(0.3) + 0.5 * (Logit(0.2) - Logit(0.4)), bound);
     }
   }
+}
+
+TEST(LabelResidual, ALabelThatItsNeighboursDoNotShareChangesNothing) {
+  std::vector<double> positions, labels;
+  std::vector<float> own;
+  for (int y = 0; y < kHeight; y += 5) {
+    for (int x = 0; x < kWidth; x += 5) {
+      const bool is_single = x == 20 && y == 30, is_mover = x >= 60 && x < 75 && y >= 20 && y < 40;
+      positions.insert(positions.end(), {static_cast<double>(x), static_cast<double>(y)});
+      labels.push_back(is_single || is_mover ? 0.95 : 0.1);
+      own.push_back(0.1f);
+    }
+  }
+  const LabelResidual residual(7, cv::Size(kWidth, kHeight),
+                               {positions.data(), static_cast<int64_t>(labels.size()), 2}, labels,
+                               own);
+  SegmentationMap map = FlatMap(7, 5, 0.1f);
+  residual.Apply(1.0, map);
+  EXPECT_NEAR(At(map, 20 / 5, 30 / 5), 0.1f, 1e-3f);
+  EXPECT_GT(At(map, 65 / 5, 30 / 5), 0.9f);
 }
 
 TEST(LabelResidual, TheWholeWeightGivesTheLabelAndNoneTheProcess) {
