@@ -20,7 +20,7 @@ namespace {
 constexpr double kPairSeconds = 0.08;    // from the first picture of a pair to the second, at least
 constexpr double kGroundSeconds = 0.15;  // from the first picture to the last that shows the ground
 constexpr double kWindowSeconds = 0.6, kLongestWindowSeconds = 2.0;
-constexpr double kWindowMotion = 0.025;   // median, of the longer side
+constexpr double kWindowMotion = 0.025;  // median, of the longer side
 constexpr int kLongestPair = 6;          // frames
 constexpr int kLongestWindow = 36;       // frames
 constexpr int kWindowViews = 5;          // pictures of a window that are kept, beside the first
