@@ -31,15 +31,15 @@ constexpr double kStartNoisePixels = 1.0, kLeastNoisePixels = 0.1, kMostNoisePix
 constexpr size_t kFewestTracks = 20;
 constexpr int kIterations = 50, kWindowIterations = 15;
 constexpr std::array<double, 7> kStartRatios = {0.35, 0.5, 0.75, 1.1, 1.6, 2.4, 3.5};  // f / L
-constexpr int kPose = 6;                                                               // unknowns
+constexpr int kPose = 6;                    // unknowns of a picture
 constexpr double kLeastDepth = 1e-3;        // of X, nearer points are taken to be there
 constexpr double kLeastParallax = 1e-3;     // that the search begins with
 constexpr double kLeastInformation = 1e-9;  // of unknowns that no place tells
 
 // (BA3) / sigma of one observation. log_ratio: log(f / L). pose: R as angle times axis, then t.
 struct Reprojection {
-  cv::Point2d start,
-      seen;            // in the first picture and in this one, from the principal point, pixels
+  // In the first picture and in this one, from the principal point, pixels.
+  cv::Point2d start, seen;
   double side = 0.0;   // L
   double noise = 0.0;  // sigma
 

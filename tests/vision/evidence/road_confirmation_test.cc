@@ -73,6 +73,20 @@ TEST(RoadConfirmation, AnotherPlaneDoesNot) {
   }
 }
 
+TEST(RoadConfirmation, ASlopeIsRememberedForFiveFramesThatDoNotShowIt) {
+  const View view = MakeView(0.05);
+  const double steep = 0.3;  // radians of roll, more than a camera on a car has
+  for (const int unseen : {5, 6}) {
+    EvidenceAccumulator accumulator = *EvidenceAccumulator::Create({});
+    int t = 1;
+    for (; t <= 2; ++t) ASSERT_TRUE(accumulator.Add(FrameOf(view, t, std::nullopt)).ok());
+    for (; t <= 2 + unseen; ++t) {
+      EXPECT_FALSE(SaysOfTheRoad(*accumulator.Add(FrameOf(view, t, std::nullopt, steep))));
+    }
+    EXPECT_EQ(SaysOfTheRoad(*accumulator.Add(FrameOf(view, t, std::nullopt))), unseen == 5);
+  }
+}
+
 TEST(RoadConfirmation, TheDirectionOfTravelConfirmsALevelPlaneBelowIt) {
   const View view = MakeView(0.05);
   EvidenceAccumulator accumulator = *EvidenceAccumulator::Create({});
