@@ -85,6 +85,7 @@ absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::s
   if (const auto found = programs_.find(key); found != programs_.end()) {
     return found->second;
   }
+  EGOSIEVE_RETURN_IF_ERROR(lost_compiler_);
   cl::Program program;
   const absl::Status status =
       CatchOpenClErrors("building " + std::string(file) + " for " + info_.name, [&] {
@@ -94,11 +95,14 @@ absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::s
   if (!status.ok()) {
     // As the program that failed (program_cache.cc): PoCL 3.1 may have kept its compiler's lock,
     // for which the release of any program waits.
+    // The next build would wait for it, too, where memory was lacking.
     for (auto& [name, built] : programs_) built() = nullptr;
     programs_.clear();
-  }
-  if (!status.ok() && absl::StrContains(info_.platform, kPocl) && !PoclCanWrite()) {
-    return absl::Status(status.code(), absl::StrCat(status.message(), kPoclHint));
+    const bool is_pocl = absl::StrContains(info_.platform, kPocl);
+    if (is_pocl && absl::IsResourceExhausted(status)) lost_compiler_ = status;
+    if (is_pocl && !PoclCanWrite()) {
+      return absl::Status(status.code(), absl::StrCat(status.message(), kPoclHint));
+    }
   }
   EGOSIEVE_RETURN_IF_ERROR(status);
   programs_.emplace(key, program);

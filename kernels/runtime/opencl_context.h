@@ -93,7 +93,8 @@ class Context {
   KernelTuning tuning_;
   // The thread sanitizer sees into this mutex; into Debian's absl::Mutex it does not.
   std::mutex mutex_;
-  std::map<std::string, cl::Program> programs_;   // guarded by mutex_
+  std::map<std::string, cl::Program> programs_;  // guarded by mutex_
+  absl::Status lost_compiler_;                   // guarded by mutex_; why nothing is built any more
   std::vector<std::unique_ptr<Workspace>> idle_;  // guarded by mutex_
 };
 

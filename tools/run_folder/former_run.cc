@@ -21,10 +21,11 @@ using kernels::NameOfTemporary;
 
 constexpr char kDescription[] = "run.json";
 
-constexpr std::array<std::string_view, 15> kFiles = {
-    "camera.json", "own_vehicle.png",  "fixed_pattern.png", "ignored.png",    "report.html",
-    "overlay.mp4", "overlay.avi",      "eval.json",         "eval.csv",       "further.json",
-    "tracks.csv",  "reconstruct.json", "frames.jsonl",      "trajectory.txt", "refined.json"};
+constexpr std::array<std::string_view, 16> kFiles = {
+    "camera.json",      "own_vehicle.png", "fixed_pattern.png", "windscreen.png",
+    "ignored.png",      "report.html",     "overlay.mp4",       "overlay.avi",
+    "eval.json",        "eval.csv",        "further.json",      "tracks.csv",
+    "reconstruct.json", "frames.jsonl",    "trajectory.txt",    "refined.json"};
 
 // Files NNNNNN with one of the endings.
 struct FrameFolder {

@@ -10,7 +10,7 @@
 //   masks/, ids/, tracks.csv, full/    what reconstruct makes (tools/reconstruct/frame_products.h);
 //   reconstruct.json                   how far it is
 //   refined/, refined.json         what its shares make (tools/reconstruct/refined_maps.h)
-//   camera.json, own_vehicle.png, fixed_pattern.png
+//   camera.json, own_vehicle.png, fixed_pattern.png, windscreen.png
 //                                  what a first pass learnt (tools/segment/run_camera.h)
 //   ignored.png                    the user's own mask of what is not the world
 //   frames/NNNNNN.png              pictures of a stream (segment --record)
@@ -66,7 +66,8 @@ cv::Mat1b IgnoredIn(const FrameLine& line, const cv::Mat1b& ignored);
 class RunFolder {
  public:
   static constexpr char kOwnVehicle[] = "own_vehicle.png", kIgnored[] = "ignored.png",
-                        kFixedPattern[] = "fixed_pattern.png", kRecorded[] = "frames";
+                        kFixedPattern[] = "fixed_pattern.png", kWindscreen[] = "windscreen.png",
+                        kRecorded[] = "frames";
 
   // Makes the folder and its parents. A folder that holds something is refused (AlreadyExists)
   // unless `overwrite` is set and it is a run folder that no other program works with

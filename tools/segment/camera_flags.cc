@@ -10,6 +10,7 @@
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/interruptible_source.h"
 #include "tools/segment/lens_file.h"
+#include "vision/frame/ignored_area.h"
 
 namespace egosieve::tools {
 
@@ -68,9 +69,9 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
   labeller.focal_ratio = camera_->focal_ratio;
   labeller.travel = camera_->travel;
   labeller.fixed_pattern = camera_->fixed_pattern;
+  labeller.windscreen = camera_->windscreen;
   if (!camera_->own_vehicle.empty()) {
-    labeller.ignored =
-        ignored_.empty() ? camera_->own_vehicle : cv::Mat1b(ignored_ | camera_->own_vehicle);
+    labeller.ignored = vision::United(ignored_, camera_->own_vehicle);
   }
   return absl::OkStatus();
 }

@@ -21,11 +21,16 @@ constexpr char kTravelDirection[] = "travel_direction";
 constexpr char kTravelConcentration[] = "travel_concentration";
 constexpr char kTravelShare[] = "travel_share";
 constexpr char kHasFixedPattern[] = "fixed_pattern";
+constexpr char kHasWindscreen[] = "windscreen";
 
 std::string PathIn(const std::string& directory) { return absl::StrCat(directory, "/camera.json"); }
 
 std::string OwnVehicleIn(const std::string& directory) {
   return absl::StrCat(directory, "/", RunFolder::kOwnVehicle);
+}
+
+std::string WindscreenIn(const std::string& directory) {
+  return absl::StrCat(directory, "/", RunFolder::kWindscreen);
 }
 
 std::string FixedPatternIn(const std::string& directory) {
@@ -71,6 +76,7 @@ absl::StatusOr<RunCamera> LearnRunCamera(vision::FrameSource& source, cv::Size s
   EGOSIEVE_ASSIGN_OR_RETURN(const vision::DriveCamera camera,
                             vision::LearnDriveCamera(source, options));
   const bool fits = camera.own_vehicle.size() == size;
+  const bool has_windscreen = camera.windscreen.size() == size;
   const nlohmann::ordered_json json = {
       {"focal_pixels", camera.focal_ratio * std::max(size.width, size.height)},
       {"width", size.width},
@@ -83,10 +89,12 @@ absl::StatusOr<RunCamera> LearnRunCamera(vision::FrameSource& source, cv::Size s
        {camera.travel.direction(0), camera.travel.direction(1), camera.travel.direction(2)}},
       {kTravelConcentration, camera.travel.concentration},
       {kTravelShare, camera.travel.share},
-      {kHasFixedPattern, !camera.fixed_pattern.empty()}};
+      {kHasFixedPattern, !camera.fixed_pattern.empty()},
+      {kHasWindscreen, has_windscreen}};
   EGOSIEVE_ASSIGN_OR_RETURN(RunCamera run, Parse(json.dump(2) + "\n"));
   if (fits) run.own_vehicle = camera.own_vehicle;
   run.fixed_pattern = camera.fixed_pattern;
+  if (has_windscreen) run.windscreen = camera.windscreen;
   return run;
 }
 
@@ -108,12 +116,17 @@ absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& direct
     EGOSIEVE_ASSIGN_OR_RETURN(camera->fixed_pattern,
                               ReadImage(FixedPatternIn(directory), cv::IMREAD_GRAYSCALE));
   }
+  if (parsed.value(kHasWindscreen, false)) {
+    EGOSIEVE_ASSIGN_OR_RETURN(camera->windscreen,
+                              ReadImage(WindscreenIn(directory), cv::IMREAD_GRAYSCALE));
+  }
   return std::make_optional(*std::move(camera));
 }
 
 absl::Status WriteRunCamera(const std::string& directory, const RunCamera& camera) {
   EGOSIEVE_RETURN_IF_ERROR(WriteImage(OwnVehicleIn(directory), camera.own_vehicle));
   EGOSIEVE_RETURN_IF_ERROR(WriteImage(FixedPatternIn(directory), camera.fixed_pattern));
+  EGOSIEVE_RETURN_IF_ERROR(WriteImage(WindscreenIn(directory), camera.windscreen));
   return kernels::WriteFileAtomically(PathIn(directory), camera.text);
 }
 

@@ -5,10 +5,11 @@
 //   focal_pixels, width, height
 //   log_focal_deviation, pairs     how sure the focal length is, and from how many pairs
 //   own_vehicle_share              of the image
-//   fixed_pattern                  whether there is a fixed_pattern.png
+//   fixed_pattern, windscreen      whether there is a fixed_pattern.png, a windscreen.png
 //   travel_direction, travel_concentration, travel_share      vision/trajectory/travel_prior.h
 // own_vehicle.png, where there is one: 255 own vehicle, 0 world.
 // fixed_pattern.png, likewise: the median of pictures of the drive.
+// windscreen.png, likewise: 255 where what is on the windscreen mixes with the world.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_RUN_CAMERA_H_
 #define EGOSIEVE_TOOLS_SEGMENT_RUN_CAMERA_H_
 
@@ -28,6 +29,7 @@ struct RunCamera {
   double focal_ratio = 0.0;  // over the longer side
   vision::TravelPrior travel;
   cv::Mat1b own_vehicle;    // 255 where it is; empty: nowhere
+  cv::Mat1b windscreen;     // likewise
   cv::Mat1b fixed_pattern;  // vision/own_vehicle/fixed_pattern.h; empty: not known
   std::string text;         // of camera.json
 };

@@ -15,6 +15,12 @@ inline bool IsIgnored(const cv::Mat1b& ignored, cv::Size image, double x, double
          ignored(row, column) != 0;
 }
 
+// Where one of two masks is not 0; an empty one counts for nothing.
+inline cv::Mat1b United(const cv::Mat1b& a, const cv::Mat1b& b) {
+  if (a.empty() || b.empty()) return a.empty() ? b : a;
+  return a | b;
+}
+
 }  // namespace egosieve::vision
 
 #endif  // EGOSIEVE_VISION_FRAME_IGNORED_AREA_H_

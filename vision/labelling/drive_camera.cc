@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "vision/frame/ignored_area.h"
 #include "vision/labelling/drive_pictures.h"
 #include "vision/labelling/reduced_labels.h"
 #include "vision/trajectory/bundle_adjustment.h"
@@ -67,11 +68,6 @@ std::vector<TrackWindow> WindowsOfTheWorld(std::vector<TrackWindow> windows,
     });
   }
   return windows;
-}
-
-cv::Mat1b United(const cv::Mat1b& a, const cv::Mat1b& b) {
-  if (a.empty() || b.empty()) return a.empty() ? b : a;
-  return a | b;
 }
 
 // The direction of `travel`, sharpened by the ground. ignored: of the pictures as they were taken.
@@ -148,6 +144,7 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   }
   camera.travel = FitTravelPrior(directions);
   camera.own_vehicle = ProveOwnVehicle(fixed, pairs, learnt, options.own_vehicle);
+  camera.windscreen = ProveWindscreen(fixed, pairs, learnt, options.own_vehicle);
   if (camera.travel.IsKnown()) {
     camera.travel.direction = SharpenedDirection(camera.travel, worlds, camera.focal_ratio,
                                                  United(options.ignored, camera.own_vehicle));

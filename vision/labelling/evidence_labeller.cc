@@ -59,6 +59,7 @@ EvidenceLabeller::EvidenceLabeller(const FrameLabellerOptions& options, GridTrac
     : stride_pixels_(options.flow_stride_pixels),
       draws_own_car_(options.evidence.own_car),
       ignored_(options.ignored),
+      windscreen_(options.windscreen),
       grid_(std::move(grid)),
       features_(std::move(features)),
       accumulator_(std::move(accumulator)) {}
@@ -185,6 +186,9 @@ std::vector<TrackedPoint> EvidenceLabeller::Points(int gap, const GridLinks& ahe
     point.evidence.parent_id = FeatureId(track.parent_id);
     points.push_back(point);
   }
+  std::erase_if(points, [&](const TrackedPoint& point) {
+    return IsIgnored(windscreen_, windscreen_.size(), point.evidence.now.x, point.evidence.now.y);
+  });
   return points;
 }
 

@@ -78,7 +78,7 @@ class EvidenceLabeller {
   }
 
   // Tracks of the current picture that reach `gap` pictures back, and nodes of the grid that
-  // `ahead` follows.
+  // `ahead` follows; none on the windscreen.
   std::vector<TrackedPoint> Points(int gap, const GridLinks& ahead) const;
   // Nodes of the grid without such a track, or without support.
   std::vector<cv::Point2f> UnfollowedPlaces(int gap, cv::Size image) const;
@@ -107,7 +107,7 @@ class EvidenceLabeller {
 
   int stride_pixels_;
   bool draws_own_car_;
-  cv::Mat1b ignored_;
+  cv::Mat1b ignored_, windscreen_;
   GridTracker grid_;
   FeatureTracker features_;
   EvidenceAccumulator accumulator_;

@@ -134,6 +134,7 @@ absl::StatusOr<std::unique_ptr<FrameLabeller>> FrameLabeller::Create(
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   FrameLabellerOptions reduced = options;
   reduced.ignored = ReduceMask(options.ignored, options.longest_side_pixels);
+  reduced.windscreen = ReduceMask(options.windscreen, options.longest_side_pixels);
   EGOSIEVE_ASSIGN_OR_RETURN(EvidenceLabeller evidence, EvidenceLabeller::Create(reduced));
   return std::unique_ptr<FrameLabeller>(
       new FrameLabeller(std::make_unique<Implementation>(reduced, std::move(evidence))));

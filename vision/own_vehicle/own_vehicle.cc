@@ -21,6 +21,8 @@ constexpr double kLeastBelow = 0.03;    // rays: nearer to the horizon the groun
 constexpr size_t kFewestBelow = 20;     // points
 constexpr double kGroundShare = 0.3;    // of (OV3): traffic, which keeps up, and hills
 constexpr double kEnclosed = 0.6;       // share of own vehicle around what it encloses
+constexpr int kFewestProven = 10;       // pixels, of a patch of the windscreen
+constexpr int kReach = 13;              // pixels across, of a window and its neighbours
 
 // tau of two_view_motion.h: the translation as the first camera sees it.
 Eigen::Vector3d TauOf(const TwoViewMotion& motion) {
@@ -95,6 +97,57 @@ void FillEnclosed(const cv::Mat1b& kind, cv::Mat1b& own) {
   }
 }
 
+// 255 at those candidates that (OV2) proves.
+cv::Mat1b Proven(const cv::Mat1b& candidates, const FixedPlaces& places,
+                 const std::vector<PairWorld>& worlds, const Pinhole& camera,
+                 const OwnVehicleOptions& options) {
+  const double scale = static_cast<double>(places.kind.cols) / places.image.width;
+  cv::Mat1b proven = cv::Mat1b::zeros(candidates.size());
+  for (int y = 0; y < proven.rows; ++y) {
+    for (int x = 0; x < proven.cols; ++x) {
+      if (candidates(y, x) == 0) continue;
+      Eigen::Matrix2d s;
+      s << places.s_xx(y, x), places.s_xy(y, x), places.s_xy(y, x), places.s_yy(y, x);
+      const Eigen::Vector2d place((x + 0.5) / scale - 0.5, (y + 0.5) / scale - 0.5);
+      if (EvidenceAt(place, s, scale, worlds, camera, options) > options.least_evidence) {
+        proven(y, x) = 255;
+      }
+    }
+  }
+  return proven;
+}
+
+// The connected patches of `candidates` of which enough is proven.
+cv::Mat1b ProvenPatches(const cv::Mat1b& candidates, const cv::Mat1b& proven, double least_share) {
+  cv::Mat1i patch;
+  const int count = cv::connectedComponents(candidates, patch, 8, CV_32S);
+  std::vector<int> area(count, 0), proven_area(count, 0);
+  for (int y = 0; y < patch.rows; ++y) {
+    for (int x = 0; x < patch.cols; ++x) {
+      ++area[patch(y, x)];
+      proven_area[patch(y, x)] += proven(y, x) != 0;
+    }
+  }
+  cv::Mat1b found = cv::Mat1b::zeros(candidates.size());
+  for (int y = 0; y < patch.rows; ++y) {
+    for (int x = 0; x < patch.cols; ++x) {
+      const int p = patch(y, x);
+      const bool is_proven =
+          p != 0 && proven_area[p] >= std::max<double>(kFewestProven, least_share * area[p]);
+      if (is_proven) found(y, x) = 255;
+    }
+  }
+  return found;
+}
+
+// Of the reduced picture's size to that of the image; empty where nothing is set.
+cv::Mat1b OfTheImage(const cv::Mat1b& mask, cv::Size image) {
+  if (cv::countNonZero(mask) == 0) return {};
+  cv::Mat1b whole;
+  cv::resize(mask, whole, image, 0, 0, cv::INTER_NEAREST);
+  return whole;
+}
+
 }  // namespace
 
 absl::Status OwnVehicleOptions::Validate() const {
@@ -108,8 +161,10 @@ absl::Status OwnVehicleOptions::Validate() const {
     return error("pattern.least_correlation is ", pattern.least_correlation,
                  "; it must lie in (0, 1)");
   }
-  if (!(agreeing_share > 0 && agreeing_share <= 1)) {
-    return error("agreeing_share is ", agreeing_share, "; it must lie in (0, 1]");
+  for (const auto& [name, value] :
+       {std::pair("agreeing_share", agreeing_share), std::pair("recurring_share", recurring_share),
+        std::pair("proven_share", proven_share)}) {
+    if (!(value > 0 && value <= 1)) return error(name, " is ", value, "; it must lie in (0, 1]");
   }
   for (const auto& [name, value] :
        {std::pair("pattern.most_shift_pixels", pattern.most_shift_pixels),
@@ -168,6 +223,8 @@ FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size imag
   }
   const double count = static_cast<double>(pictures.size());
   places.kind = cv::Mat1b(size, FixedPlaces::kBlank);
+  places.recurs =
+      (agreeing >= options.recurring_share * count) & (pattern.variance() >= least_variance);
   const cv::Mat1f trace = pattern.xx() + pattern.yy() + 1e-6F;
   places.s_xx = pattern.xx() / trace;
   places.s_xy = pattern.xy() / trace;
@@ -188,25 +245,19 @@ FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size imag
 cv::Mat1b ProveOwnVehicle(const FixedPlaces& places, const std::vector<PairWorld>& worlds,
                           const Pinhole& camera, const OwnVehicleOptions& options) {
   if (places.kind.empty()) return {};
-  const double scale = static_cast<double>(places.kind.cols) / places.image.width;
-  cv::Mat1b own = cv::Mat1b::zeros(places.kind.size());
-  for (int y = 0; y < own.rows; ++y) {
-    for (int x = 0; x < own.cols; ++x) {
-      if (places.kind(y, x) != FixedPlaces::kFixed) continue;
-      Eigen::Matrix2d s;
-      s << places.s_xx(y, x), places.s_xy(y, x), places.s_xy(y, x), places.s_yy(y, x);
-      const Eigen::Vector2d place((x + 0.5) / scale - 0.5, (y + 0.5) / scale - 0.5);
-      if (EvidenceAt(place, s, scale, worlds, camera, options) > options.least_evidence) {
-        own(y, x) = 255;
-      }
-    }
-  }
+  cv::Mat1b own = Proven(places.kind == FixedPlaces::kFixed, places, worlds, camera, options);
   RemoveSmall(own);
-  if (cv::countNonZero(own) == 0) return {};
-  FillEnclosed(places.kind, own);
-  cv::Mat1b whole;
-  cv::resize(own, whole, places.image, 0, 0, cv::INTER_NEAREST);
-  return whole;
+  if (cv::countNonZero(own) != 0) FillEnclosed(places.kind, own);
+  return OfTheImage(own, places.image);
+}
+
+cv::Mat1b ProveWindscreen(const FixedPlaces& places, const std::vector<PairWorld>& worlds,
+                          const Pinhole& camera, const OwnVehicleOptions& options) {
+  if (places.kind.empty()) return {};
+  cv::Mat1b mixed = ProvenPatches(
+      places.recurs, Proven(places.recurs, places, worlds, camera, options), options.proven_share);
+  cv::dilate(mixed, mixed, cv::Mat1b::ones(kReach, kReach));
+  return OfTheImage(mixed, places.image);
 }
 
 }  // namespace egosieve::vision
