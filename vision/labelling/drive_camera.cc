@@ -11,6 +11,7 @@
 #include "vision/frame/ignored_area.h"
 #include "vision/labelling/drive_pictures.h"
 #include "vision/labelling/reduced_labels.h"
+#include "vision/own_vehicle/windscreen.h"
 #include "vision/trajectory/bundle_adjustment.h"
 #include "vision/trajectory/ground_direction.h"
 #include "vision/trajectory/ground_search.h"
@@ -38,6 +39,7 @@ struct WorldPair {
   std::vector<PointPair> links;  // of what is not fixed in the image
   TwoViewMotion motion;
   double times_as_long = 1.0;  // TimesAsLong
+  size_t picture = 0;          // of the pair, among the drive's
 };
 
 std::vector<WorldPair> PairsOfTheWorld(const DrivePictures& drive, const FixedPlaces& fixed,
@@ -46,6 +48,7 @@ std::vector<WorldPair> PairsOfTheWorld(const DrivePictures& drive, const FixedPl
   for (size_t k = 0; k < drive.pairs.size(); ++k) {
     WorldPair world;
     world.pair = &drive.pairs[k];
+    world.picture = k;
     std::copy_if(world.pair->links.begin(), world.pair->links.end(),
                  std::back_inserter(world.links), [&](const PointPair& p) {
                    return !fixed.IsFixed(p.x1, p.y1) && !fixed.IsFixed(p.x2, p.y2);
@@ -137,14 +140,17 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   std::vector<Eigen::Vector3d> directions;
   for (const WorldPair& world : worlds) {
     const TwoViewMotion& motion = world.motion;
-    pairs.push_back({motion, world.times_as_long, LeastGroundSlope(world.links, motion, learnt)});
+    pairs.push_back({motion, world.times_as_long, LeastGroundSlope(world.links, motion, learnt),
+                     world.picture});
     if (motion.HasParallax()) {
       directions.push_back(motion.rotation.transpose() * motion.translation);
     }
   }
   camera.travel = FitTravelPrior(directions);
   camera.own_vehicle = ProveOwnVehicle(fixed, pairs, learnt, options.own_vehicle);
-  camera.windscreen = ProveWindscreen(fixed, pairs, learnt, options.own_vehicle);
+  std::vector<cv::Mat1b> seconds;
+  for (const PicturePair& pair : drive.pairs) seconds.push_back(pair.second_reduced);
+  camera.windscreen = FindWindscreen(fixed, seconds, pairs, learnt, options.own_vehicle);
   if (camera.travel.IsKnown()) {
     camera.travel.direction = SharpenedDirection(camera.travel, worlds, camera.focal_ratio,
                                                  United(options.ignored, camera.own_vehicle));

@@ -26,7 +26,7 @@ struct DriveCamera {
   int pair_count = 0;                // pairs of pictures that it rests on
   TravelPrior travel;
   cv::Mat1b own_vehicle;  // 255 where it is, else 0; empty: nowhere
-  cv::Mat1b windscreen;   // (OV4) of own_vehicle.h, likewise
+  cv::Mat1b windscreen;   // own_vehicle/windscreen.h, likewise
   // M of fixed_pattern.h; empty: too few pictures, or the own vehicle was not looked for.
   cv::Mat1b fixed_pattern;
 };

@@ -109,6 +109,7 @@ absl::StatusOr<ReadPair> ReadPairAt(PictureReader& reader, int64_t index, int64_
     const double length = picture->picture.seconds - pair.seconds();
     if (pair.second == 0 && (length >= kPairSeconds || k == kLongestPair)) {
       pair.second = pair.pictures.size() - 1;
+      pair.second_reduced = picture->reduced;
     }
     if (length >= kGroundSeconds || (pair.second > 0 && k + 1 >= most_pictures)) break;
   }

@@ -30,7 +30,7 @@ struct TimedPicture {
 struct PicturePair {
   std::vector<TimedPicture> pictures;  // the first of the pair, and those after it
   size_t second = 0;                   // of the pair, in `pictures`
-  cv::Mat1b reduced;                   // of the first (fixed_pattern.h), not equalised
+  cv::Mat1b reduced, second_reduced;   // of the two (fixed_pattern.h), not equalised
   std::vector<PointPair>
       links;  // between textured places, pixels of the pictures as they were taken
 

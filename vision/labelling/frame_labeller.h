@@ -72,7 +72,7 @@ struct FrameLabellerOptions {
   EqualizationOptions equalization;
   // ignored_area.h: no motion is estimated from there, and the labels there are static.
   cv::Mat1b ignored;
-  // Matches there count for nothing: (OV4) of own_vehicle.h.
+  // Matches there count for nothing: own_vehicle/windscreen.h.
   cv::Mat1b windscreen;
   // M of fixed_pattern.h, where it is known: what agrees with it is not taken for a mover because
   // the ground below it moves on.

@@ -21,36 +21,10 @@ constexpr double kLeastBelow = 0.03;    // rays: nearer to the horizon the groun
 constexpr size_t kFewestBelow = 20;     // points
 constexpr double kGroundShare = 0.3;    // of (OV3): traffic, which keeps up, and hills
 constexpr double kEnclosed = 0.6;       // share of own vehicle around what it encloses
-constexpr int kFewestProven = 10;       // pixels, of a patch of the windscreen
-constexpr int kReach = 13;              // pixels across, of a window and its neighbours
 
 // tau of two_view_motion.h: the translation as the first camera sees it.
 Eigen::Vector3d TauOf(const TwoViewMotion& motion) {
   return motion.rotation.transpose() * motion.translation;
-}
-
-// (OV2) at a place of the whole picture; `scale`: pixels of the reduced picture in one of it.
-double EvidenceAt(const Eigen::Vector2d& place, const Eigen::Matrix2d& s, double scale,
-                  const std::vector<PairWorld>& worlds, const Pinhole& camera,
-                  const OwnVehicleOptions& options) {
-  const double sigma = options.pattern.most_shift_pixels;
-  const Eigen::Vector3d ray = camera.Ray(place(0), place(1));
-  double evidence = 0.0;
-  for (const PairWorld& world : worlds) {
-    if (!world.motion.found) continue;
-    const Eigen::Vector3d turned = world.motion.rotation * ray;
-    if (!(turned(2) > 0.0)) continue;
-    const Eigen::Vector3d tau = TauOf(world.motion);
-    const Eigen::Vector2d w = scale * (camera.Project(turned) - place);
-    const Eigen::Vector2d e =
-        world.times * scale * camera.focal_pixels * (tau.head<2>() - tau(2) * ray.head<2>());
-    const double least = LeastInverseDepth(world.ground_slope, ray.head<2>(), tau);
-    const double curvature = e.dot(s * e), slope = e.dot(s * w);
-    const double r = curvature > 0.0 ? std::max(least, -slope / curvature) : least;
-    const double cost = w.dot(s * w) + 2.0 * r * slope + r * r * curvature;
-    evidence += std::min(options.most_pair_evidence, 0.5 * cost / (sigma * sigma));
-  }
-  return evidence;
 }
 
 // Patches not much larger than the window may agree by chance.
@@ -97,57 +71,6 @@ void FillEnclosed(const cv::Mat1b& kind, cv::Mat1b& own) {
   }
 }
 
-// 255 at those candidates that (OV2) proves.
-cv::Mat1b Proven(const cv::Mat1b& candidates, const FixedPlaces& places,
-                 const std::vector<PairWorld>& worlds, const Pinhole& camera,
-                 const OwnVehicleOptions& options) {
-  const double scale = static_cast<double>(places.kind.cols) / places.image.width;
-  cv::Mat1b proven = cv::Mat1b::zeros(candidates.size());
-  for (int y = 0; y < proven.rows; ++y) {
-    for (int x = 0; x < proven.cols; ++x) {
-      if (candidates(y, x) == 0) continue;
-      Eigen::Matrix2d s;
-      s << places.s_xx(y, x), places.s_xy(y, x), places.s_xy(y, x), places.s_yy(y, x);
-      const Eigen::Vector2d place((x + 0.5) / scale - 0.5, (y + 0.5) / scale - 0.5);
-      if (EvidenceAt(place, s, scale, worlds, camera, options) > options.least_evidence) {
-        proven(y, x) = 255;
-      }
-    }
-  }
-  return proven;
-}
-
-// The connected patches of `candidates` of which enough is proven.
-cv::Mat1b ProvenPatches(const cv::Mat1b& candidates, const cv::Mat1b& proven, double least_share) {
-  cv::Mat1i patch;
-  const int count = cv::connectedComponents(candidates, patch, 8, CV_32S);
-  std::vector<int> area(count, 0), proven_area(count, 0);
-  for (int y = 0; y < patch.rows; ++y) {
-    for (int x = 0; x < patch.cols; ++x) {
-      ++area[patch(y, x)];
-      proven_area[patch(y, x)] += proven(y, x) != 0;
-    }
-  }
-  cv::Mat1b found = cv::Mat1b::zeros(candidates.size());
-  for (int y = 0; y < patch.rows; ++y) {
-    for (int x = 0; x < patch.cols; ++x) {
-      const int p = patch(y, x);
-      const bool is_proven =
-          p != 0 && proven_area[p] >= std::max<double>(kFewestProven, least_share * area[p]);
-      if (is_proven) found(y, x) = 255;
-    }
-  }
-  return found;
-}
-
-// Of the reduced picture's size to that of the image; empty where nothing is set.
-cv::Mat1b OfTheImage(const cv::Mat1b& mask, cv::Size image) {
-  if (cv::countNonZero(mask) == 0) return {};
-  cv::Mat1b whole;
-  cv::resize(mask, whole, image, 0, 0, cv::INTER_NEAREST);
-  return whole;
-}
-
 }  // namespace
 
 absl::Status OwnVehicleOptions::Validate() const {
@@ -161,10 +84,8 @@ absl::Status OwnVehicleOptions::Validate() const {
     return error("pattern.least_correlation is ", pattern.least_correlation,
                  "; it must lie in (0, 1)");
   }
-  for (const auto& [name, value] :
-       {std::pair("agreeing_share", agreeing_share), std::pair("recurring_share", recurring_share),
-        std::pair("proven_share", proven_share)}) {
-    if (!(value > 0 && value <= 1)) return error(name, " is ", value, "; it must lie in (0, 1]");
+  if (!(agreeing_share > 0 && agreeing_share <= 1)) {
+    return error("agreeing_share is ", agreeing_share, "; it must lie in (0, 1]");
   }
   for (const auto& [name, value] :
        {std::pair("pattern.most_shift_pixels", pattern.most_shift_pixels),
@@ -218,13 +139,12 @@ FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size imag
   const double least_variance = options.least_contrast * options.least_contrast;
   cv::Mat1i agreeing = cv::Mat1i::zeros(size), contrasting = cv::Mat1i::zeros(size);
   for (const cv::Mat1f& picture : pictures) {
-    cv::add(agreeing, 1, agreeing, pattern.Agreeing(picture));
+    places.agreeing.push_back(pattern.Agreeing(picture));
+    cv::add(agreeing, 1, agreeing, places.agreeing.back());
     cv::add(contrasting, 1, contrasting, VarianceInWindow(picture) >= least_variance);
   }
   const double count = static_cast<double>(pictures.size());
   places.kind = cv::Mat1b(size, FixedPlaces::kBlank);
-  places.recurs =
-      (agreeing >= options.recurring_share * count) & (pattern.variance() >= least_variance);
   const cv::Mat1f trace = pattern.xx() + pattern.yy() + 1e-6F;
   places.s_xx = pattern.xx() / trace;
   places.s_xy = pattern.xy() / trace;
@@ -242,22 +162,52 @@ FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size imag
   return places;
 }
 
+double EvidenceOf(const PairWorld& world, double times, const FixedPlaces& places, cv::Point pixel,
+                  const Pinhole& camera, const OwnVehicleOptions& options) {
+  if (!world.motion.found) return 0.0;
+  const double scale = static_cast<double>(places.kind.cols) / places.image.width;
+  const Eigen::Vector2d place((pixel.x + 0.5) / scale - 0.5, (pixel.y + 0.5) / scale - 0.5);
+  const Eigen::Vector3d ray = camera.Ray(place(0), place(1));
+  const Eigen::Vector3d turned = world.motion.rotation * ray;
+  if (!(turned(2) > 0.0)) return 0.0;
+  Eigen::Matrix2d s;
+  s << places.s_xx(pixel), places.s_xy(pixel), places.s_xy(pixel), places.s_yy(pixel);
+  const Eigen::Vector3d tau = TauOf(world.motion);
+  const Eigen::Vector2d w = scale * (camera.Project(turned) - place);
+  const Eigen::Vector2d e =
+      times * scale * camera.focal_pixels * (tau.head<2>() - tau(2) * ray.head<2>());
+  const double least = LeastInverseDepth(world.ground_slope, ray.head<2>(), tau);
+  const double curvature = e.dot(s * e), slope = e.dot(s * w);
+  const double r = curvature > 0.0 ? std::max(least, -slope / curvature) : least;
+  const double cost = w.dot(s * w) + 2.0 * r * slope + r * r * curvature;
+  const double sigma = options.pattern.most_shift_pixels;
+  return std::min(options.most_pair_evidence, 0.5 * cost / (sigma * sigma));
+}
+
+cv::Mat1b OfTheImage(const cv::Mat1b& reduced, cv::Size image) {
+  if (reduced.empty() || cv::countNonZero(reduced) == 0) return {};
+  cv::Mat1b whole;
+  cv::resize(reduced, whole, image, 0, 0, cv::INTER_NEAREST);
+  return whole;
+}
+
 cv::Mat1b ProveOwnVehicle(const FixedPlaces& places, const std::vector<PairWorld>& worlds,
                           const Pinhole& camera, const OwnVehicleOptions& options) {
   if (places.kind.empty()) return {};
-  cv::Mat1b own = Proven(places.kind == FixedPlaces::kFixed, places, worlds, camera, options);
+  cv::Mat1b own = cv::Mat1b::zeros(places.kind.size());
+  for (int y = 0; y < own.rows; ++y) {
+    for (int x = 0; x < own.cols; ++x) {
+      if (places.kind(y, x) != FixedPlaces::kFixed) continue;
+      double evidence = 0.0;
+      for (const PairWorld& world : worlds) {
+        evidence += EvidenceOf(world, world.times, places, {x, y}, camera, options);
+      }
+      if (evidence > options.least_evidence) own(y, x) = 255;
+    }
+  }
   RemoveSmall(own);
   if (cv::countNonZero(own) != 0) FillEnclosed(places.kind, own);
   return OfTheImage(own, places.image);
-}
-
-cv::Mat1b ProveWindscreen(const FixedPlaces& places, const std::vector<PairWorld>& worlds,
-                          const Pinhole& camera, const OwnVehicleOptions& options) {
-  if (places.kind.empty()) return {};
-  cv::Mat1b mixed = ProvenPatches(
-      places.recurs, Proven(places.recurs, places, worlds, camera, options), options.proven_share);
-  cv::dilate(mixed, mixed, cv::Mat1b::ones(kReach, kReach));
-  return OfTheImage(mixed, places.image);
 }
 
 }  // namespace egosieve::vision

@@ -20,16 +20,11 @@
 // 3. Patches of less than two windows are dropped. Blank parts that own vehicle and the image's
 //    border enclose belong to it.
 //
-// 4. The windscreen. The world shows through reflections and dirt, so that few pictures agree with
-// M
-//    there. Places with contrast in M where `recurring_share` of them do are connected to patches;
-//    a patch of which (OV2) proves `proven_share` is on the windscreen. A match mixes it with the
-//    world half a window around it as well.                                                 (OV4)
-//
 // All this on pictures reduced to at most 640 pixels.
 #ifndef EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_H_
 #define EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -46,8 +41,6 @@ struct OwnVehicleOptions {
   int fewest_pictures = 12;         // with fewer there is no own vehicle; at least 3
   FixedPatternOptions pattern;      // its most_shift_pixels is sigma as well
   double agreeing_share = 0.8;      // in (0, 1]
-  double recurring_share = 0.2;     // in (0, 1]
-  double proven_share = 0.4;        // in (0, 1]
   double least_contrast = 2.5;      // deviation in the window, grey levels; less is blank; positive
   double least_evidence = 12.0;     // positive
   double most_pair_evidence = 4.0;  // c, of one pair; positive
@@ -60,6 +53,7 @@ struct PairWorld {
   TwoViewMotion motion;
   double times = 1.0;         // n of (OV2); cameras turn to and fro, but travel on
   double ground_slope = 0.0;  // g of (OV3)
+  size_t picture = 0;         // k, among all pictures
 };
 
 // (OV3) from the places that `motion` was estimated from.
@@ -69,11 +63,11 @@ double LeastGroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion
 // What step 1 found, in the reduced picture's pixels.
 struct FixedPlaces {
   enum Kind : uint8_t { kBlank = 0, kChanging = 1, kFixed = 2 };
-  cv::Size image;              // of the whole pictures
-  cv::Mat1b kind;              // of the reduced picture; empty: too few pictures
-  cv::Mat1b recurs;            // 255 where recurring_share of the pictures agree, else 0
-  cv::Mat1f s_xx, s_xy, s_yy;  // S
-  cv::Mat1b median;            // M
+  cv::Size image;                   // of the whole pictures
+  cv::Mat1b kind;                   // of the reduced picture; empty: too few pictures
+  std::vector<cv::Mat1b> agreeing;  // 255 where a picture agrees with M, else 0; one a picture
+  cv::Mat1f s_xx, s_xy, s_yy;       // S
+  cv::Mat1b median;                 // M
 
   // Whether the place, in pixels of the whole picture, is a candidate.
   bool IsFixed(double x, double y) const;
@@ -83,13 +77,16 @@ struct FixedPlaces {
 FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image,
                             const OwnVehicleOptions& options);
 
+// The summand of (OV2) at a pixel of the reduced picture; `times`: n_k.
+double EvidenceOf(const PairWorld& world, double times, const FixedPlaces& places, cv::Point pixel,
+                  const Pinhole& camera, const OwnVehicleOptions& options);
+
+// A mask of the reduced picture's size at that of the image; empty where nothing is set.
+cv::Mat1b OfTheImage(const cv::Mat1b& reduced, cv::Size image);
+
 // Steps 2 and 3: 255 where the own vehicle is, else 0, of the size of the image; empty where it is
 // nowhere. Motions that were not found are passed over. `camera` is that of the whole image.
 cv::Mat1b ProveOwnVehicle(const FixedPlaces& places, const std::vector<PairWorld>& worlds,
-                          const Pinhole& camera, const OwnVehicleOptions& options);
-
-// (OV4), likewise: 255 where matches mix the world with what is on the windscreen.
-cv::Mat1b ProveWindscreen(const FixedPlaces& places, const std::vector<PairWorld>& worlds,
                           const Pinhole& camera, const OwnVehicleOptions& options);
 
 }  // namespace egosieve::vision

@@ -1,0 +1,83 @@
+#include "vision/own_vehicle/windscreen.h"
+
+#include <cstddef>
+#include <opencv2/imgproc.hpp>
+
+namespace egosieve::vision {
+namespace {
+
+constexpr int kFewestProven = 10;  // pixels, of a patch
+constexpr int kReach = 13;         // pixels: a window and one on each side
+
+// 255 at contrast in M that enough pictures agree with.
+cv::Mat1b Recurring(const FixedPlaces& places, const FixedPattern& pattern,
+                    const OwnVehicleOptions& fixed, const WindscreenOptions& options) {
+  cv::Mat1i agreeing = cv::Mat1i::zeros(places.kind.size());
+  for (const cv::Mat1b& picture : places.agreeing) cv::add(agreeing, 1, agreeing, picture);
+  const auto count = static_cast<double>(places.agreeing.size());
+  return (agreeing >= options.recurring_share * count) &
+         (pattern.variance() >= fixed.least_contrast * fixed.least_contrast);
+}
+
+// 255 at those candidates where the evidence of (WS1) suffices.
+cv::Mat1b Proven(const cv::Mat1b& candidates, const std::vector<cv::Mat1b>& both_agree,
+                 const FixedPlaces& places, const std::vector<PairWorld>& worlds,
+                 const Pinhole& camera, const OwnVehicleOptions& fixed) {
+  cv::Mat1b proven = cv::Mat1b::zeros(candidates.size());
+  for (int y = 0; y < proven.rows; ++y) {
+    for (int x = 0; x < proven.cols; ++x) {
+      if (candidates(y, x) == 0) continue;
+      double evidence = 0.0;
+      for (const PairWorld& world : worlds) {
+        if (both_agree[world.picture](y, x) == 0) continue;
+        evidence += EvidenceOf(world, 1.0, places, {x, y}, camera, fixed);
+      }
+      if (evidence > fixed.least_evidence) proven(y, x) = 255;
+    }
+  }
+  return proven;
+}
+
+// The connected patches of `candidates` of which enough is proven.
+cv::Mat1b ProvenPatches(const cv::Mat1b& candidates, const cv::Mat1b& proven, double least_share) {
+  cv::Mat1i patch;
+  const int count = cv::connectedComponents(candidates, patch, 8, CV_32S);
+  std::vector<int> area(count, 0), proven_area(count, 0);
+  for (int y = 0; y < patch.rows; ++y) {
+    for (int x = 0; x < patch.cols; ++x) {
+      ++area[patch(y, x)];
+      proven_area[patch(y, x)] += proven(y, x) != 0;
+    }
+  }
+  cv::Mat1b found = cv::Mat1b::zeros(candidates.size());
+  for (int y = 0; y < patch.rows; ++y) {
+    for (int x = 0; x < patch.cols; ++x) {
+      const int p = patch(y, x);
+      if (p == 0 || proven_area[p] < kFewestProven) continue;
+      if (proven_area[p] >= least_share * area[p]) found(y, x) = 255;
+    }
+  }
+  return found;
+}
+
+}  // namespace
+
+cv::Mat1b FindWindscreen(const FixedPlaces& places, const std::vector<cv::Mat1b>& seconds,
+                         const std::vector<PairWorld>& worlds, const Pinhole& camera,
+                         const OwnVehicleOptions& fixed, const WindscreenOptions& options) {
+  if (places.kind.empty()) return {};
+  cv::Mat1f median;
+  places.median.convertTo(median, CV_32F);
+  const FixedPattern pattern(median, fixed.pattern);
+  std::vector<cv::Mat1b> both_agree;
+  for (size_t k = 0; k < seconds.size(); ++k) {
+    both_agree.push_back(places.agreeing[k] & pattern.Agreeing(SmoothPicture(seconds[k])));
+  }
+  const cv::Mat1b candidates = Recurring(places, pattern, fixed, options);
+  const cv::Mat1b proven = Proven(candidates, both_agree, places, worlds, camera, fixed);
+  cv::Mat1b mixed = ProvenPatches(candidates, proven, options.proven_share);
+  cv::dilate(mixed, mixed, cv::Mat1b::ones(kReach, kReach));
+  return OfTheImage(mixed, places.image);
+}
+
+}  // namespace egosieve::vision
