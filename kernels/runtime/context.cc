@@ -94,8 +94,7 @@ absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::s
       });
   if (!status.ok()) {
     // As the program that failed (program_cache.cc): PoCL 3.1 may have kept its compiler's lock,
-    // for which the release of any program waits.
-    // The next build would wait for it, too, where memory was lacking.
+    // for which the release of any program waits, and where memory was lacking the next build, too.
     for (auto& [name, built] : programs_) built() = nullptr;
     programs_.clear();
     const bool is_pocl = absl::StrContains(info_.platform, kPocl);

@@ -36,7 +36,12 @@ std::string Decode(const std::string& key, const std::string& file) {
 // ever.
 void Build(cl::Program& program, const cl::Device& device, const std::string& options) {
   try {
-    program.build(device, options.c_str());
+    // Program::build would ask for the log after any error, and throw that call's error instead.
+    const cl_int code = clBuildProgram(program(), 1, &device(), options.c_str(), nullptr, nullptr);
+    if (code == CL_BUILD_PROGRAM_FAILURE) {
+      throw cl::BuildError(code, "clBuildProgram", program.getBuildInfo<CL_PROGRAM_BUILD_LOG>());
+    }
+    if (code != CL_SUCCESS) throw cl::Error(code, "clBuildProgram");
   } catch (...) {
     program() = nullptr;
     throw;

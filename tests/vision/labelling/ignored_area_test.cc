@@ -57,5 +57,31 @@ TEST(IgnoredArea, IsStaticAndHasNoPartInTheMotion) {
   EXPECT_GT(std::max(ShareAbove(fooled, false), ShareAbove(fooled, true)), 0.3);
 }
 
+TEST(Windscreen, HasNoLabels) {
+  const Scenario scenario = EditedScenario("turning", 3, [](Scene&) {});
+  FrameLabellerOptions options;
+  options.focal_ratio = scenario.intrinsics().focal_pixels / scenario.options().width_pixels;
+  const cv::Rect reflection(100, 80, 120, 90);
+  const auto count_in = [&](const FrameLabellerOptions& with) {
+    const std::unique_ptr<FrameLabeller> labeller = *FrameLabeller::Create(with);
+    LabelledFrame labels;
+    for (const DrivePicture& picture : PicturesOf(scenario, 57, 4)) {
+      labels = *labeller->Process(picture.frame);
+    }
+    int inside = 0;
+    for (size_t i = 0; i < labels.probability.size(); ++i) {
+      const cv::Point2d place(labels.positions[2 * i], labels.positions[2 * i + 1]);
+      inside += cv::Rect2d(reflection).contains(place);
+    }
+    EXPECT_GT(labels.probability.size(), 1000u);
+    return inside;
+  };
+  EXPECT_GT(count_in(options), 300);
+  options.windscreen = cv::Mat1b::zeros(240, 400);
+  options.windscreen(reflection) = 255;
+  // But for those that the static world explains where flow is lost.
+  EXPECT_LT(count_in(options), 30);
+}
+
 }  // namespace
 }  // namespace egosieve::vision
