@@ -21,6 +21,8 @@ namespace egosieve::vision {
 namespace {
 
 constexpr int64_t kFewestLinks = 100;
+// How probably a vehicle travels in no direction of its own, as when it slides.
+constexpr double kVehicleTravelsElsewhere = 1e-6;
 
 Pinhole CameraOf(cv::Size size, double focal_ratio) {
   return Pinhole::Of(size, focal_ratio * std::max(size.width, size.height));
@@ -148,13 +150,17 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   }
   camera.travel = FitTravelPrior(directions);
   camera.own_vehicle = ProveOwnVehicle(fixed, pairs, learnt, options.own_vehicle);
-  std::vector<cv::Mat1b> seconds;
-  for (const PicturePair& pair : drive.pairs) seconds.push_back(pair.second_reduced);
-  camera.windscreen = FindWindscreen(fixed, seconds, pairs, learnt, options.own_vehicle);
+  if (camera.travel.IsOfVehicle()) {
+    std::vector<cv::Mat1b> seconds;
+    for (const PicturePair& pair : drive.pairs) seconds.push_back(pair.second_reduced);
+    camera.windscreen = FindWindscreen(fixed, seconds, pairs, learnt, options.own_vehicle);
+  }
   if (camera.travel.IsKnown()) {
     camera.travel.direction = SharpenedDirection(camera.travel, worlds, camera.focal_ratio,
                                                  United(options.ignored, camera.own_vehicle));
   }
+  // The rest of the share was of pairs whose motion was not found.
+  if (camera.travel.IsOfVehicle()) camera.travel.share = 1.0 - kVehicleTravelsElsewhere;
   return camera;
 }
 

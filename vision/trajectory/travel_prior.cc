@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "vision/trajectory/ground_bound.h"
+
 namespace egosieve::vision {
 namespace {
 
@@ -39,6 +41,8 @@ Eigen::Vector3d StartOf(const std::vector<Eigen::Vector3d>& directions) {
 }
 
 }  // namespace
+
+bool TravelPrior::IsOfVehicle() const { return share > 0.5 && MovesForwardOrBack(direction); }
 
 double TravelPrior::LogDensity(const Eigen::Vector3d& x) const {
   return std::log(share * Peak(concentration, direction.dot(x)) + 1.0 - share);

@@ -23,6 +23,8 @@ struct TravelPrior {
   double share = 0.0;                                    // w, in [0, 1); 0: says nothing
 
   bool IsKnown() const { return share > 0.0; }
+  // Whether most pairs travel in it, forward or back.
+  bool IsOfVehicle() const;
   // log q(x) of a unit vector.
   double LogDensity(const Eigen::Vector3d& x) const;
   // How probably a unit vector belongs to the first part of the mixture.

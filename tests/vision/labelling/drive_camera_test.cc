@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <utility>
 #include <vector>
 
@@ -70,6 +71,33 @@ std::vector<DrivePicture> PairsOf(const Scenario& scenario, int pairs, int step)
     }
   }
   return pictures;
+}
+
+TEST(DriveCamera, AVehicleHardlyTravelsInAnotherDirectionThanItsOwn) {
+  PictureSource source(PairsOf(EditedScenario("street", 3, [](Scene&) {}), 12, 5));
+  const DriveCamera vehicle = *LearnDriveCamera(source, {});
+  EXPECT_TRUE(vehicle.travel.IsOfVehicle());
+  EXPECT_LT(1.0 - vehicle.travel.share, 1e-5);
+  EXPECT_TRUE(vehicle.windscreen.empty());  // a clean one
+}
+
+// A reflection on the road, through which it shows.
+TEST(DriveCamera, AReflectionIsOnTheWindscreen) {
+  const cv::Rect place(120, 150, 160, 60);
+  cv::Mat3b reflection(place.height / 6, place.width / 6);
+  cv::RNG random(3);
+  random.fill(reflection, cv::RNG::UNIFORM, 0, 160);
+  cv::resize(reflection, reflection, place.size(), 0.0, 0.0, cv::INTER_CUBIC);
+  std::vector<DrivePicture> pictures = PairsOf(EditedScenario("street", 3, [](Scene&) {}), 24, 4);
+  for (DrivePicture& picture : pictures) {
+    cv::Mat road = picture.frame.image(place);
+    cv::addWeighted(road, 0.5, reflection, 1.0, 0.0, road);
+  }
+  PictureSource source(std::move(pictures));
+  const cv::Mat1b found = LearnDriveCamera(source, {})->windscreen;
+  ASSERT_FALSE(found.empty());
+  EXPECT_GT(cv::countNonZero(found(place)), 0.8 * place.area());
+  EXPECT_GT(cv::countNonZero(found(place)), 0.6 * cv::countNonZero(found));
 }
 
 TEST(DriveCamera, ABonnetIsTheOwnVehicle) {

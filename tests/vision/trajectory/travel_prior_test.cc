@@ -59,6 +59,14 @@ TEST(TravelPrior, FindsAVehiclesDirectionAmongWrongOnes) {
   EXPECT_GT(prior.LogDensity(forward), 4.0);
 }
 
+TEST(TravelPrior, AVehicleTravelsForwardOrBackMostOfTheTime) {
+  const Vector3d forward = -Vector3d::UnitZ();
+  EXPECT_TRUE(FitTravelPrior(Mixed(forward, 16, 8, 5)).IsOfVehicle());
+  EXPECT_TRUE(FitTravelPrior(Mixed(-forward, 16, 8, 5)).IsOfVehicle());
+  EXPECT_FALSE(FitTravelPrior(Mixed(Vector3d::UnitX(), 16, 8, 5)).IsOfVehicle());
+  EXPECT_FALSE(FitTravelPrior(Mixed(forward, 8, 16, 5)).IsOfVehicle());
+}
+
 // Of a camera that travels anywhere no direction is ruled out.
 TEST(TravelPrior, ACarriedCameraHasHardlyAny) {
   for (uint32_t seed = 1; seed <= 5; ++seed) {
