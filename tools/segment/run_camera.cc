@@ -22,19 +22,10 @@ constexpr char kTravelConcentration[] = "travel_concentration";
 constexpr char kTravelShare[] = "travel_share";
 constexpr char kHasFixedPattern[] = "fixed_pattern";
 constexpr char kHasWindscreen[] = "windscreen";
+constexpr char kCamera[] = "camera.json";
 
-std::string PathIn(const std::string& directory) { return absl::StrCat(directory, "/camera.json"); }
-
-std::string OwnVehicleIn(const std::string& directory) {
-  return absl::StrCat(directory, "/", RunFolder::kOwnVehicle);
-}
-
-std::string WindscreenIn(const std::string& directory) {
-  return absl::StrCat(directory, "/", RunFolder::kWindscreen);
-}
-
-std::string FixedPatternIn(const std::string& directory) {
-  return absl::StrCat(directory, "/", RunFolder::kFixedPattern);
+std::string FileIn(const std::string& directory, const char* name) {
+  return absl::StrCat(directory, "/", name);
 }
 
 absl::Status WriteImage(const std::string& path, const cv::Mat1b& image) {
@@ -99,35 +90,42 @@ absl::StatusOr<RunCamera> LearnRunCamera(vision::FrameSource& source, cv::Size s
 }
 
 absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& directory) {
-  absl::StatusOr<std::string> text = kernels::ReadFile(PathIn(directory));
+  absl::StatusOr<std::string> text = kernels::ReadFile(FileIn(directory, kCamera));
   if (absl::IsNotFound(text.status())) return std::optional<RunCamera>();
   EGOSIEVE_RETURN_IF_ERROR(text.status());
   absl::StatusOr<RunCamera> camera = Parse(*std::move(text));
   if (!camera.ok()) {
-    return absl::DataLossError(absl::StrCat(PathIn(directory), ": ", camera.status().message(),
+    return absl::DataLossError(absl::StrCat(FileIn(directory, kCamera), ": ",
+                                            camera.status().message(),
                                             "; start the run anew with --overwrite"));
   }
   const nlohmann::json parsed = nlohmann::json::parse(camera->text);
   if (parsed.value(kOwnVehicleShare, 0.0) > 0.0) {
-    EGOSIEVE_ASSIGN_OR_RETURN(camera->own_vehicle,
-                              ReadImage(OwnVehicleIn(directory), cv::IMREAD_GRAYSCALE));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        camera->own_vehicle,
+        ReadImage(FileIn(directory, RunFolder::kOwnVehicle), cv::IMREAD_GRAYSCALE));
   }
   if (parsed.value(kHasFixedPattern, false)) {
-    EGOSIEVE_ASSIGN_OR_RETURN(camera->fixed_pattern,
-                              ReadImage(FixedPatternIn(directory), cv::IMREAD_GRAYSCALE));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        camera->fixed_pattern,
+        ReadImage(FileIn(directory, RunFolder::kFixedPattern), cv::IMREAD_GRAYSCALE));
   }
   if (parsed.value(kHasWindscreen, false)) {
-    EGOSIEVE_ASSIGN_OR_RETURN(camera->windscreen,
-                              ReadImage(WindscreenIn(directory), cv::IMREAD_GRAYSCALE));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        camera->windscreen,
+        ReadImage(FileIn(directory, RunFolder::kWindscreen), cv::IMREAD_GRAYSCALE));
   }
   return std::make_optional(*std::move(camera));
 }
 
 absl::Status WriteRunCamera(const std::string& directory, const RunCamera& camera) {
-  EGOSIEVE_RETURN_IF_ERROR(WriteImage(OwnVehicleIn(directory), camera.own_vehicle));
-  EGOSIEVE_RETURN_IF_ERROR(WriteImage(FixedPatternIn(directory), camera.fixed_pattern));
-  EGOSIEVE_RETURN_IF_ERROR(WriteImage(WindscreenIn(directory), camera.windscreen));
-  return kernels::WriteFileAtomically(PathIn(directory), camera.text);
+  EGOSIEVE_RETURN_IF_ERROR(
+      WriteImage(FileIn(directory, RunFolder::kOwnVehicle), camera.own_vehicle));
+  EGOSIEVE_RETURN_IF_ERROR(
+      WriteImage(FileIn(directory, RunFolder::kFixedPattern), camera.fixed_pattern));
+  EGOSIEVE_RETURN_IF_ERROR(
+      WriteImage(FileIn(directory, RunFolder::kWindscreen), camera.windscreen));
+  return kernels::WriteFileAtomically(FileIn(directory, kCamera), camera.text);
 }
 
 }  // namespace egosieve::tools

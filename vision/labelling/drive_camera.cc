@@ -150,17 +150,16 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   }
   camera.travel = FitTravelPrior(directions);
   camera.own_vehicle = ProveOwnVehicle(fixed, pairs, learnt, options.own_vehicle);
-  if (camera.travel.IsOfVehicle()) {
-    std::vector<cv::Mat1b> seconds;
-    for (const PicturePair& pair : drive.pairs) seconds.push_back(pair.second_reduced);
-    camera.windscreen = FindWindscreen(fixed, seconds, pairs, learnt, options.own_vehicle);
-  }
   if (camera.travel.IsKnown()) {
     camera.travel.direction = SharpenedDirection(camera.travel, worlds, camera.focal_ratio,
                                                  United(options.ignored, camera.own_vehicle));
   }
+  if (!camera.travel.IsOfVehicle()) return camera;
   // The rest of the share was of pairs whose motion was not found.
-  if (camera.travel.IsOfVehicle()) camera.travel.share = 1.0 - kVehicleTravelsElsewhere;
+  camera.travel.share = 1.0 - kVehicleTravelsElsewhere;
+  std::vector<cv::Mat1b> seconds;
+  for (const PicturePair& pair : drive.pairs) seconds.push_back(pair.second_reduced);
+  camera.windscreen = FindWindscreen(fixed, seconds, pairs, learnt, options.own_vehicle);
   return camera;
 }
 

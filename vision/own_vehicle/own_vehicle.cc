@@ -27,6 +27,27 @@ Eigen::Vector3d TauOf(const TwoViewMotion& motion) {
   return motion.rotation.transpose() * motion.translation;
 }
 
+// The summand of (OV2) at a place of the whole picture; `scale`: pixels of the reduced picture in
+// one of it, `times`: n_k.
+double EvidenceOf(const PairWorld& world, double times, const Eigen::Vector2d& place,
+                  const Eigen::Matrix2d& s, double scale, const Pinhole& camera,
+                  const OwnVehicleOptions& options) {
+  if (!world.motion.found) return 0.0;
+  const Eigen::Vector3d ray = camera.Ray(place(0), place(1));
+  const Eigen::Vector3d turned = world.motion.rotation * ray;
+  if (!(turned(2) > 0.0)) return 0.0;
+  const Eigen::Vector3d tau = TauOf(world.motion);
+  const Eigen::Vector2d w = scale * (camera.Project(turned) - place);
+  const Eigen::Vector2d e =
+      times * scale * camera.focal_pixels * (tau.head<2>() - tau(2) * ray.head<2>());
+  const double least = LeastInverseDepth(world.ground_slope, ray.head<2>(), tau);
+  const double curvature = e.dot(s * e), slope = e.dot(s * w);
+  const double r = curvature > 0.0 ? std::max(least, -slope / curvature) : least;
+  const double cost = w.dot(s * w) + 2.0 * r * slope + r * r * curvature;
+  const double sigma = options.pattern.most_shift_pixels;
+  return std::min(options.most_pair_evidence, 0.5 * cost / (sigma * sigma));
+}
+
 // Patches not much larger than the window may agree by chance.
 void RemoveSmall(cv::Mat1b& own) {
   cv::Mat1i component, properties;
@@ -162,28 +183,6 @@ FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size imag
   return places;
 }
 
-double EvidenceOf(const PairWorld& world, double times, const FixedPlaces& places, cv::Point pixel,
-                  const Pinhole& camera, const OwnVehicleOptions& options) {
-  if (!world.motion.found) return 0.0;
-  const double scale = static_cast<double>(places.kind.cols) / places.image.width;
-  const Eigen::Vector2d place((pixel.x + 0.5) / scale - 0.5, (pixel.y + 0.5) / scale - 0.5);
-  const Eigen::Vector3d ray = camera.Ray(place(0), place(1));
-  const Eigen::Vector3d turned = world.motion.rotation * ray;
-  if (!(turned(2) > 0.0)) return 0.0;
-  Eigen::Matrix2d s;
-  s << places.s_xx(pixel), places.s_xy(pixel), places.s_xy(pixel), places.s_yy(pixel);
-  const Eigen::Vector3d tau = TauOf(world.motion);
-  const Eigen::Vector2d w = scale * (camera.Project(turned) - place);
-  const Eigen::Vector2d e =
-      times * scale * camera.focal_pixels * (tau.head<2>() - tau(2) * ray.head<2>());
-  const double least = LeastInverseDepth(world.ground_slope, ray.head<2>(), tau);
-  const double curvature = e.dot(s * e), slope = e.dot(s * w);
-  const double r = curvature > 0.0 ? std::max(least, -slope / curvature) : least;
-  const double cost = w.dot(s * w) + 2.0 * r * slope + r * r * curvature;
-  const double sigma = options.pattern.most_shift_pixels;
-  return std::min(options.most_pair_evidence, 0.5 * cost / (sigma * sigma));
-}
-
 cv::Mat1b OfTheImage(const cv::Mat1b& reduced, cv::Size image) {
   if (reduced.empty() || cv::countNonZero(reduced) == 0) return {};
   cv::Mat1b whole;
@@ -191,20 +190,33 @@ cv::Mat1b OfTheImage(const cv::Mat1b& reduced, cv::Size image) {
   return whole;
 }
 
+cv::Mat1b ProvenPlaces(const cv::Mat1b& candidates, const FixedPlaces& places,
+                       const std::vector<PairWorld>& worlds, const Pinhole& camera,
+                       const OwnVehicleOptions& options, const std::vector<cv::Mat1b>* both_agree) {
+  const double scale = static_cast<double>(places.kind.cols) / places.image.width;
+  cv::Mat1b proven = cv::Mat1b::zeros(candidates.size());
+  for (int y = 0; y < proven.rows; ++y) {
+    for (int x = 0; x < proven.cols; ++x) {
+      if (candidates(y, x) == 0) continue;
+      Eigen::Matrix2d s;
+      s << places.s_xx(y, x), places.s_xy(y, x), places.s_xy(y, x), places.s_yy(y, x);
+      const Eigen::Vector2d place((x + 0.5) / scale - 0.5, (y + 0.5) / scale - 0.5);
+      double evidence = 0.0;
+      for (const PairWorld& world : worlds) {
+        if (both_agree != nullptr && (*both_agree)[world.picture](y, x) == 0) continue;
+        const double times = both_agree != nullptr ? 1.0 : world.times;
+        evidence += EvidenceOf(world, times, place, s, scale, camera, options);
+      }
+      if (evidence > options.least_evidence) proven(y, x) = 255;
+    }
+  }
+  return proven;
+}
+
 cv::Mat1b ProveOwnVehicle(const FixedPlaces& places, const std::vector<PairWorld>& worlds,
                           const Pinhole& camera, const OwnVehicleOptions& options) {
   if (places.kind.empty()) return {};
-  cv::Mat1b own = cv::Mat1b::zeros(places.kind.size());
-  for (int y = 0; y < own.rows; ++y) {
-    for (int x = 0; x < own.cols; ++x) {
-      if (places.kind(y, x) != FixedPlaces::kFixed) continue;
-      double evidence = 0.0;
-      for (const PairWorld& world : worlds) {
-        evidence += EvidenceOf(world, world.times, places, {x, y}, camera, options);
-      }
-      if (evidence > options.least_evidence) own(y, x) = 255;
-    }
-  }
+  cv::Mat1b own = ProvenPlaces(places.kind == FixedPlaces::kFixed, places, worlds, camera, options);
   RemoveSmall(own);
   if (cv::countNonZero(own) != 0) FillEnclosed(places.kind, own);
   return OfTheImage(own, places.image);

@@ -77,9 +77,12 @@ struct FixedPlaces {
 FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image,
                             const OwnVehicleOptions& options);
 
-// The summand of (OV2) at a pixel of the reduced picture; `times`: n_k.
-double EvidenceOf(const PairWorld& world, double times, const FixedPlaces& places, cv::Point pixel,
-                  const Pinhole& camera, const OwnVehicleOptions& options);
+// Step 2: 255 at those of `candidates` where E > least_evidence, else 0. both_agree: for each pair,
+// where both its pictures agree with M; then no other pairs count at a place, and n_k is 1.
+cv::Mat1b ProvenPlaces(const cv::Mat1b& candidates, const FixedPlaces& places,
+                       const std::vector<PairWorld>& worlds, const Pinhole& camera,
+                       const OwnVehicleOptions& options,
+                       const std::vector<cv::Mat1b>* both_agree = nullptr);
 
 // A mask of the reduced picture's size at that of the image; empty where nothing is set.
 cv::Mat1b OfTheImage(const cv::Mat1b& reduced, cv::Size image);

@@ -19,25 +19,6 @@ cv::Mat1b Recurring(const FixedPlaces& places, const FixedPattern& pattern,
          (pattern.variance() >= fixed.least_contrast * fixed.least_contrast);
 }
 
-// 255 at those candidates where the evidence of (WS1) suffices.
-cv::Mat1b Proven(const cv::Mat1b& candidates, const std::vector<cv::Mat1b>& both_agree,
-                 const FixedPlaces& places, const std::vector<PairWorld>& worlds,
-                 const Pinhole& camera, const OwnVehicleOptions& fixed) {
-  cv::Mat1b proven = cv::Mat1b::zeros(candidates.size());
-  for (int y = 0; y < proven.rows; ++y) {
-    for (int x = 0; x < proven.cols; ++x) {
-      if (candidates(y, x) == 0) continue;
-      double evidence = 0.0;
-      for (const PairWorld& world : worlds) {
-        if (both_agree[world.picture](y, x) == 0) continue;
-        evidence += EvidenceOf(world, 1.0, places, {x, y}, camera, fixed);
-      }
-      if (evidence > fixed.least_evidence) proven(y, x) = 255;
-    }
-  }
-  return proven;
-}
-
 // The connected patches of `candidates` of which enough is proven.
 cv::Mat1b ProvenPatches(const cv::Mat1b& candidates, const cv::Mat1b& proven, double least_share) {
   cv::Mat1i patch;
@@ -74,7 +55,7 @@ cv::Mat1b FindWindscreen(const FixedPlaces& places, const std::vector<cv::Mat1b>
     both_agree.push_back(places.agreeing[k] & pattern.Agreeing(SmoothPicture(seconds[k])));
   }
   const cv::Mat1b candidates = Recurring(places, pattern, fixed, options);
-  const cv::Mat1b proven = Proven(candidates, both_agree, places, worlds, camera, fixed);
+  const cv::Mat1b proven = ProvenPlaces(candidates, places, worlds, camera, fixed, &both_agree);
   cv::Mat1b mixed = ProvenPatches(candidates, proven, options.proven_share);
   cv::dilate(mixed, mixed, cv::Mat1b::ones(kReach, kReach));
   return OfTheImage(mixed, places.image);
