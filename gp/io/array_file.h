@@ -2,8 +2,8 @@
 // what this writes; this reads what numpy.savez writes, within the types and shapes below.
 //
 // The format was chosen over HDF5 because a strict reader of it is small: files may come from
-// anywhere, every length is checked against the bytes that are there, and nothing is allocated that
-// the file does not pay for with its own size. Every array carries a CRC-32. Bytes depend on the
+// anywhere, every length is checked against the bytes that are there, and no allocation exceeds
+// what the file's size justifies. Every array carries a CRC-32. Bytes depend on the
 // contents alone (no times, no names of machines).
 //
 // Reference: numpy.lib.format, version 1.0; PKWARE APPNOTE 6.3.3, without zip64.

@@ -57,7 +57,8 @@ struct ModelFileLimits {
   int64_t maximum_points = 20000;            // more, and their factor would take over 3 GB
 };
 
-// Whole or not at all (gp/io/whole_file.h). InvalidArgument for a model that does not validate.
+// Whole or not at all (kernels/files/atomic_file.h). InvalidArgument for a model that does not
+// validate.
 absl::Status WriteModelFile(const std::string& path, const ModelFile& file);
 
 // Errors name the file. DataLoss where it is damaged, truncated or not a model; Unimplemented where

@@ -30,7 +30,7 @@ std::vector<double> PivotFloors(kernels::ConstMatrixView<double> a, int64_t orde
 
 // The lower triangle of A becomes L and the strict upper one zero. Returns -1, or the first row i
 // whose pivot (square of L(i,i)) is not above floors[i] or not finite; the lower triangle is then
-// in pieces.
+// partly overwritten.
 int64_t FactorizeInParallel(kernels::MatrixView<double> a, absl::Span<const double> floors);
 
 // B := L^-1 B and B := L^-T B. L's strict upper triangle is not read.

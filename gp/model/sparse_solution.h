@@ -2,8 +2,8 @@
 // over them.
 //
 //   L L^T = K_uu + jitter I,  v_i = L^-1 k_u(x_i),  q_ii = |v_i|^2                           (SP1)
-//   lambda_i = sigma_n^2 + v_i                  subset of regressors, DTC (the same training)
-//   lambda_i = sigma_n^2 + v_i + k_ii - q_ii    FITC; v_i: the point's own noise variance     (SP2)
+//   lambda_i = sigma_n^2 + nu_i                 subset of regressors, DTC (the same training)
+//   lambda_i = sigma_n^2 + nu_i + k_ii - q_ii   FITC; nu_i: the point's own noise variance    (SP2)
 //   A = I + sum_i v_i v_i^T / lambda_i,  c = sum_i v_i y_i / lambda_i                        (SP3)
 //
 // Where K_uu's factorisation refuses a pivot, the jitter climbs by tens to 1e-4 sigma_f^2, from at

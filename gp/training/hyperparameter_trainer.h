@@ -1,8 +1,8 @@
 // Online training of the hyperparameters (paper, section IV-B): simulated annealing and many
 // gradient steps at first, then a few gradient steps per frame, warm-started from the frame before.
 //
-//   J(theta) = log p(y_S | X_S, theta) / |S| - 1/2 sum_t ((theta_t - theta0_t) / prior_stddev)^2 /
-//   |S|
+//   J(theta) = 1/|S| ( log p(y_S | X_S, theta)
+//                      - 1/2 sum_t ((theta_t - theta0_t) / prior_stddev)^2 )
 //
 // S is a stratified subset of the model's points, drawn anew each frame: at most `subset_size`. J
 // is a mean over points, so that step sizes do not depend on |S|. theta stays within bounds.

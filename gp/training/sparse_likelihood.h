@@ -5,8 +5,8 @@
 //
 //   log N(y; 0, Q + Lambda) = -1/2 (sum_i log lambda_i + log|A| + y.beta + n log 2 pi)       (SL1)
 //     beta = (Q + Lambda)^-1 y = Lambda^-1 (y - V a),  a = A^-1 c
-//   VFE    (SL1) with lambda_i = sigma_n^2 + v_i, less 1/2 sum_i (k_ii - q_ii) / lambda_i    (SL2)
-//   FITC   (SL1) with lambda_i = sigma_n^2 + v_i + k_ii - q_ii                               (SL3)
+//   VFE    (SL1) with lambda_i = sigma_n^2 + nu_i, less 1/2 sum_i (k_ii - q_ii) / lambda_i   (SL2)
+//   FITC   (SL1) with lambda_i = sigma_n^2 + nu_i + k_ii - q_ii                              (SL3)
 //
 // (SL2) is a lower bound of the exact log marginal likelihood, and equals it where the inducing
 // inputs are the points: it rewards inducing inputs that explain the points and does not take what

@@ -1,6 +1,6 @@
-// Covariance functions, one description each: all that the library knows of a function is in
-// its file in this folder, which registers it by name. Nothing else depends on which function it
-// is.
+// Covariance functions, one description each: what kernels and models know of a function is in its
+// file in this folder, which registers it by name. The two oldest, arcsine and squared exponential,
+// also have codes in the model file and in the C interface; others go there by name.
 //
 //   k(x, x') = sigma_f^2 f(x, x'; s),   s > 0: scales, optimised as logarithms    (1)
 //

@@ -41,7 +41,7 @@ struct DensePosteriorOptions {
   absl::Status Validate() const;
 };
 
-// Caller's arrays, one value per query; null: not wanted, not paid for.
+// Caller's arrays, one value per query; null: not computed.
 struct PosteriorOutputs {
   float* mean = nullptr;
   float* variance = nullptr;
@@ -99,7 +99,7 @@ class DensePosterior {
 
   // The same without waiting, from and to the device's memory: nothing crosses to the host or from
   // it. The queries are prepared on the device, in float64 (FailedPrecondition on devices without);
-  // who has NaN or infinities among them gets NaN there, and a variance of 0. Results are those of
+  // one with a NaN or an infinite input gets a NaN mean and a variance of 0. Results are those of
   // Evaluate to the bit, but for functions whose preparation calls the device's sine or contracts
   // multiplications: a rounding of the prepared query.
   //
@@ -111,7 +111,8 @@ class DensePosterior {
                                            const DeviceOutputs& outputs,
                                            const DeviceCall& call) const = 0;
 
-  // One line for logs: device, arcsine form chosen and why.
+  // One line for logs: device, covariance function and, where there are several, the form of its
+  // device code that was chosen, and why.
   virtual std::string description() const = 0;
 };
 

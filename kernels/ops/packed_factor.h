@@ -4,15 +4,16 @@
 // multiple of the panel with rows and columns of zeros. A group that starts at row f with c rows
 // holds
 //
-//   (1) left of its diagonal block, for each range of `depth` columns k, for each panel, for each
-//   k: `panel` values; (2) its diagonal block's lower triangle, for each panel p, for each k <
-//   panel (p + 1): `panel` values.
+//   (1) left of its diagonal block: for each range of `depth` columns k, for each panel, for each
+//       k, `panel` values;
+//   (2) of its diagonal block's lower triangle: for each panel p, for each k < panel (p + 1),
+//       `panel` values.
 //
 // Of R (the product, variance = k** - |R k*|^2) these are the elements of R. Of L (substitution)
 // they are, with L_gg the diagonal block of group g,
 //
-//   (3) v_g = L_gg^-1 (k*_g - sum_{h<g} L_gh v_h):   (1) holds -L_gh,  (2) holds L_gg^-1, inverted
-//   in float64
+//   (3) v_g = L_gg^-1 (k*_g - sum_{h<g} L_gh v_h):
+//       (1) holds -L_gh, (2) holds L_gg^-1, inverted in float64
 //
 // so both run through the same multiply-add kernel, and no inverse of the whole factor is formed.
 // Cost of packing L: n^2 / 2 + n group^2 / 6 multiply-adds.

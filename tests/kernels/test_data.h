@@ -85,11 +85,12 @@ Problem MakeProblem(std::mt19937_64& random, const CovarianceParameters& covaria
 // Bounds of a float32 posterior's errors against float64, u = 2^-24 the unit roundoff, k the
 // covariances over sigma_f^2, each within 1e-6.
 //
-//   mean:         sigma_f^2 |alpha|_1 (1e-6 + (64 + n/64 + 2) u pi/2)     rounding of the blocked
-//   sum variance:     v = L^-1 k*: |dv| <= |L^-1| |dk| + c u cond(L) |v|; 2 |v| |dv| + n u |v|^2.
-//   With
-//                 |v|^2 <= k** sigma_f^2, |L^-1|_2 = 1 / noise_stddev and |dk|_2 <= 1e-6 sigma_f^2
-//                 sqrt(n)
+//   mean:         sigma_f^2 |alpha|_1 (1e-6 + (64 + n/64 + 2) u pi/2) + 1e-6: rounding of the
+//                 blocked sum, and of the result
+//   variance:     v = L^-1 k*: |dv| <= |L^-1| |dk| + c u cond(L) |v|;
+//                 2 |v| |dv| + (n/96 + 96) u |v|^2, the latter for the blocked sum of squares.
+//                 |v|^2 <= k** sigma_f^2, |L^-1|_2 = 1 / noise_stddev,
+//                 |dk|_2 <= 1e-6 sigma_f^2 sqrt(n)
 //   probability:  its slope is at most phi(0) a by the mean and phi(1) a^2 / 2 by the variance
 //
 // The second is taken with cond(L) <= sqrt((n pi/2 sigma_f^2 + noise) / noise) and c = 8.

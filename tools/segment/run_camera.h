@@ -3,7 +3,8 @@
 //
 // camera.json, as evaluation/trajectory_errors.h reads it:
 //   focal_pixels, width, height
-//   log_focal_deviation, pairs     how sure the focal length is, and from how many pairs
+//   log_focal_deviation            how sure the focal length is
+//   pairs                          of pictures for the direction of travel and the own vehicle
 //   own_vehicle_share              of the image
 //   fixed_pattern, windscreen      whether there is a fixed_pattern.png, a windscreen.png
 //   travel_direction, travel_concentration, travel_share      vision/trajectory/travel_prior.h

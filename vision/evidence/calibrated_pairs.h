@@ -4,16 +4,17 @@
 // (two_view_motion.h, TV4 and TV5), where it says "moving" no more than the pictures themselves do
 // (photometric_support.h, S2). The pairs are not independent: what moves slowly is far off its
 // epipolar line c after half a second and hardly after one picture, and that the latter is small
-// says nothing against its moving. So the pair that is longest in time speaks first, and says with
-// its offset c_1 over n_1 pictures what a mover that goes on so shows in a pair over n_2,
+// says nothing against its moving. So the pair with the longest time span is evaluated first. Its
+// offset c_1 over n_1 pictures predicts that of a mover of constant velocity over n_2 pictures:
 //
 //   m = n_2 / n_1 (c_1 v_1) . v_2,   s^2 = (n_2 / n_1)^2 (sigma_1^2 + |c_1|^2 / 4)          (CP1)
 //
-// v the lines' normals; its speed may change by half. With as much weight it moves in any way:
+// v the lines' normals; the deviation allows for half the speed. With the same weight the mover
+// moves in any way:
 //
 //   l_2 = log( exp(l) / 2 + N(c_2; m, sigma_2^2 + s^2) / N(c_2; 0, sigma_2^2) / 2 )         (CP2)
 //
-// For what stands still l_2 is about nought: the longest pair has said so already.
+// For a static point l_2 is about 0, so that it is not counted twice.
 #ifndef EGOSIEVE_VISION_EVIDENCE_CALIBRATED_PAIRS_H_
 #define EGOSIEVE_VISION_EVIDENCE_CALIBRATED_PAIRS_H_
 

@@ -23,7 +23,7 @@ namespace egosieve::vision {
 struct DriveCamera {
   double focal_ratio = 0.0;          // focal length over the image's longer side
   double log_focal_deviation = 0.0;  // standard deviation of the focal length's logarithm
-  int pair_count = 0;                // pairs of pictures that it rests on
+  int pair_count = 0;                // pairs of pictures for `travel` and `own_vehicle`
   TravelPrior travel;
   cv::Mat1b own_vehicle;  // 255 where it is, else 0; empty: nowhere
   cv::Mat1b windscreen;   // own_vehicle/windscreen.h, likewise

@@ -1,8 +1,9 @@
 // What the first pass over a drive reads: pairs of pictures for the camera's motion, and windows of
 // pictures for its lens.
 //
-// Pairs are about 0.08 s long. Their pictures reach to 0.15 s, for the ground. A window lasts 0.6
-// s; windows are spread over the drive and do not overlap.
+// Pairs are about 0.08 s long. Their pictures reach to 0.15 s, for the ground. A window lasts at
+// least 0.6 s, until the points have moved by a fortieth of the longer side, and at most 2 s.
+// Windows are spread over the drive and do not overlap.
 #ifndef EGOSIEVE_VISION_LABELLING_DRIVE_PICTURES_H_
 #define EGOSIEVE_VISION_LABELLING_DRIVE_PICTURES_H_
 

@@ -1,8 +1,7 @@
 // How well distances and labels tell movers from the rest, where the truth is known: the area under
 // the ROC curve over labelled features.
 //
-//   AUC = P(score of a mover > score of another) + 1/2 P(equal)                  (Mann & Whitney,
-//   1947)
+//   AUC = P(score of a mover > score of another) + 1/2 P(equal)            (Mann & Whitney, 1947)
 #ifndef EGOSIEVE_VISION_LABELLING_FEATURE_EVALUATION_H_
 #define EGOSIEVE_VISION_LABELLING_FEATURE_EVALUATION_H_
 

@@ -15,10 +15,11 @@
 // Step 2 needs nothing but the frame: Extract() is const and may run ahead on other threads, in any
 // order. Label() does the rest and must see the frames in order.
 //
-// State, for resuming: what Label(t) returns depends on the frames t - frame_gap .. t and on
-// state(), a few numbers carried from frame to frame. So after Restore(state() as it was after
-// frame t) and Prime() with the frames t - frame_gap + 1 .. t in order, all later results have the
-// same bytes as without the interruption. Random numbers are drawn from (seed, frame index).
+// State, for resuming: what Label(t) returns depends on the frames t - frame_gap .. t, on those
+// given as `ahead`, and on state(), about 3 MB carried from frame to frame (labeller_state.h). So
+// after Restore(state() as it was after frame t) and Prime() with the frames t - frame_gap + 1 .. t
+// in order, all later results have the same bytes as without the interruption. Random numbers are
+// drawn from (seed, frame index).
 //
 // Results do not depend on the number of threads.
 #ifndef EGOSIEVE_VISION_LABELLING_FRAME_LABELLER_H_
@@ -131,7 +132,7 @@ class FrameLabeller {
   absl::StatusOr<LabelledFrame> Process(const Frame& frame);
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
-  // `ahead`: what Extract made of the pictures behind the frame, in order, as far as the caller
+  // `ahead`: what Extract made of the pictures after the frame, in order, as far as the caller
   // looks ahead; labels then rest on both sides.
   absl::StatusOr<LabelledFrame> Label(
       std::shared_ptr<const ExtractedFrame> frame,

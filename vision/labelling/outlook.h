@@ -32,7 +32,7 @@ struct Outlook {
   bool empty() const { return near.frame == nullptr && far.frame == nullptr; }
 };
 
-// `ahead`: pictures behind the frame, in order; `far` is the last before the size changes: what
+// `ahead`: pictures after the frame, in order; `far` is the last before the size changes: what
 // moves slowly shows over time. A picture that repeats the one before it is passed over. Empty
 // where the pictures are of another scene or their motion is not to be trusted.
 absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,

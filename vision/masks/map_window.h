@@ -2,7 +2,7 @@
 // what colours say (colour_model.h), and brought to the picture's edges (edge_refinement.h).
 //
 //   linked   (T3) over the frames of the window
-//   colour   (C3) of the frames within colour_seconds before and behind, up to the next cut, learnt
+//   colour   (C3) of the frames within colour_seconds before and after, up to the next cut, learnt
 //            from their linked maps; before alone where the link is causal
 //   sharp    (R2) of linked + colour, at working resolution
 //   steady   log odds of sharp, linked by (T3) with a memory of steady_seconds

@@ -60,7 +60,7 @@ class MoverTracker {
  public:
   explicit MoverTracker(const MoverTrackerOptions& options) : options_(options) {}
 
-  // The next frame, frames[now]. mask: non-zero where it moves. Frames behind it show movers that
+  // The next frame, frames[now]. mask: non-zero where it moves. Frames after it show movers that
   // will part; without any, those before it show those that have. Returns the numbers of the
   // movers, 0 elsewhere.
   cv::Mat1w Add(const std::vector<TrackedFrame>& frames, size_t now, const cv::Mat1b& mask);

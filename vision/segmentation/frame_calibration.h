@@ -1,7 +1,7 @@
 // Squashing fitted to a frame's own labelled places rather than to the model's points.
 //
 // The model's points were thinned to lie apart, so each is harder to tell from its neighbours than
-// a pixel is from the points around it: leave-one-out doubts too much. What is fitted is
+// a pixel is from the points around it: leave-one-out is underconfident. What is fitted is
 // probabilistic_least_squares.h, (LS2), at a sample of places that the model does not hold, half of
 // them of each class, weighed back to the frame's share of movers (the mean of its labels).
 #ifndef EGOSIEVE_VISION_SEGMENTATION_FRAME_CALIBRATION_H_

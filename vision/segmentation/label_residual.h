@@ -1,11 +1,11 @@
 // What the process leaves of a frame's own labels, near them.
 //
-// The process is smooth: of a far car that ten of ten thousand labelled places tell, it makes a low
-// hill below 1/2. At every labelled place i, p_i the label and q_i the process's probability,
+// The process is smooth: a far car with ten of ten thousand labelled places gets a probability that
+// peaks below 1/2. At every labelled place i, p_i the label and q_i the process's probability,
 //
 //   r_i = logit(p_i) - logit(q_i),   both from 0.01 to 0.99                                 (LR1)
 //
-// and at a pixel of that frame the log odds are raised by
+// and to the log odds of a pixel of that frame is added
 //
 //   w m,   m = median of r over the 3 x 3 cells around it                                   (LR2)
 //

@@ -45,8 +45,8 @@ struct OnlineSegmenterOptions {
   PotentialOptions potential;
   double residual_weight = 0.0;  // w of label_residual.h; in [0, 1], 0: the process alone
   kernels::DescriptorOptions descriptor;
-  // Frames behind the current one that its labels may rest on, where the caller has them: a
-  // recording, not a live camera. From 0 to 100.
+  // Later frames that a frame's labels may use, where the caller has them: a recording, not a live
+  // camera. From 0 to 100.
   int ahead_frames = FrameLabellerOptions::kLongestAutoGap;
   int stride_pixels = 5;  // of the grid on which the posterior is evaluated; at least 1
 
@@ -54,7 +54,8 @@ struct OnlineSegmenterOptions {
   static OnlineSegmenterOptions Default();
   // Faithful to the paper's sections III to V.
   static OnlineSegmenterOptions Paper();
-  // Every stage chosen for speed: the sparse model, less training.
+  // Default with labels from pictures of 640 pixels and neighbouring frames, and 128 inducing
+  // inputs instead of 256.
   static OnlineSegmenterOptions Fast();
 
   // One seed for everything that is random.
@@ -87,7 +88,7 @@ class OnlineSegmenter {
   };
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
-  // `ahead`: of the frames behind this one, in order, as many as there are of
+  // `ahead`: of the frames after this one, in order, as many as there are of
   // options().ahead_frames; none for a live camera.
   absl::StatusOr<LabelledFrame> Label(
       std::shared_ptr<const ExtractedFrame> extracted,

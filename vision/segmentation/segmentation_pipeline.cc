@@ -24,7 +24,7 @@ namespace {
 struct InFlight {
   SegmentedFrame result;
   std::shared_ptr<const ExtractedFrame> extracted;
-  std::vector<std::shared_ptr<const ExtractedFrame>> ahead;  // of the frames behind this one
+  std::vector<std::shared_ptr<const ExtractedFrame>> ahead;  // of the frames after this one
   double extract_milliseconds = 0.0;
   std::string labeller_state;  // where a checkpoint is due
   std::shared_ptr<const MapPosterior> posterior;
@@ -81,7 +81,7 @@ class Stages {
   }
 
   // Frames wait here until those ahead of them have been extracted; returns the ones that need
-  // not wait any longer. Frames behind end_frame are looked at and go no further.
+  // not wait any longer. Frames after end_frame are looked at and go no further.
   std::vector<InFlight> LookAhead(InFlight item) {
     waiting_.push_back(std::move(item));
     std::vector<InFlight> ready;

@@ -2,11 +2,11 @@
 //
 //   read -> extract features -> look ahead -> label -> learn -> infer -> sink
 //
-// A frame is labelled when the segmenter's ahead_frames behind it have been extracted, so that
-// its labels can rest on both sides.
+// A frame is labelled when the segmenter's ahead_frames after it have been extracted, so that its
+// labels can use pictures before and after it.
 //
-// One thread a stage and a bounded queue between neighbours, so that every stage sees the frames in
-// order: the results are those of the same calls in turn, byte for byte. Labelling and learning are
+// One thread per stage and a bounded queue between neighbours, so that every stage sees the frames
+// in order: the results are those of the same calls in turn, byte for byte. Labelling and learning are
 // the stages whose result for a frame depends on the frames before it.
 //
 // Learning and inference can be done at two times: a run that records its steps
@@ -35,7 +35,7 @@ struct PipelineOptions {
   bool overlap = true;      // false: one frame after the other, on the caller's thread
   int queue_capacity = 3;   // frames between two stages; at least 1
   int64_t first_frame = 0;  // index in the input
-  int64_t end_frame = -1;   // index behind the last frame; -1: the end of the input
+  int64_t end_frame = -1;   // index after the last frame; -1: the end of the input
   int64_t frame_step = 1;   // between the indices of the source's frames; at least 1
   // A checkpoint comes with every frame whose index + 1 is a multiple of this, or passes one; 0:
   // none. Checkpoints rebuild the model's factor: runs agree to the last bit only where this

@@ -3,9 +3,8 @@
 //
 //   (N1) value noise   v(x, y) in [-1, 1]: hashes of the four surrounding integer points, blended
 //        with s(t) = t^2 (3 - 2 t)
-//   (N2) fractal       f(x, y) = sum_k p^k m(l_k) v(R^k (x, y) / l_k),  l_k = l_0 / 2^k, R a
-//   rotation
-//        that keeps the lattices of different octaves apart
+//   (N2) fractal       f(x, y) = sum_k p^k m(l_k) v(R^k (x, y) / l_k),  l_k = l_0 / 2^k,
+//        R a rotation that keeps the lattices of different octaves apart
 //   (N3) anti-aliasing m(l) = clamp(l / footprint - 1, 0, 1): an octave whose wavelength l a
 //        pixel's footprint cannot resolve fades out before it aliases
 //

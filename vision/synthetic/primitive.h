@@ -6,8 +6,7 @@
 //   kEllipsoid  (x/h_x)^2 + (y/h_y)^2 + (z/h_z)^2 <= 1
 //   kCylinder   (x/h_x)^2 + (y/h_y)^2 <= 1, |z| <= h_z
 //   kProfile    a convex polygon of the x-z plane, extruded along y between two planes that may
-//   lean
-//               inwards: the body of a car, its cabin, a roof
+//               lean inwards: the body of a car, its cabin, a roof
 //
 // A ray o + t d, d with unit camera-axis component or any length, meets a convex solid in one
 // interval: the intersection of the intervals of its half-spaces (boxes, profiles) or of its

@@ -1,7 +1,8 @@
 // One instant of a scene, ready to be looked at along any ray.
 //
-//   (R1) radiance = albedo ( sun max(0, n.l) lit + sky (1 + n_z)/2 + bounce (1 - n_z)/2 + lamps ) +
-//   emission (R2) haze: radiance e^(-Z/1800) + haze (1 - e^(-Z/1800))
+//   (R1) radiance = albedo ( sun max(0, n.l) lit + sky (1 + n_z)/2 + bounce (1 - n_z)/2 + lamps )
+//                   + emission
+//   (R2) haze: radiance e^(-Z/1800) + haze (1 - e^(-Z/1800))
 //
 // `lit` is 0 in the shadow of any primitive and follows the clouds otherwise. All functions are
 // const and may be called from several threads.

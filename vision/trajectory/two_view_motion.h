@@ -16,8 +16,8 @@
 // The inverse depth is marginalised over an exponential prior of mean m. m is estimated: as it goes
 // to zero (TV4) becomes an isotropic Gaussian, and the camera one that only turns. A plane is a
 // scene of depths. So one likelihood covers what is often split into homography and fundamental
-// matrix, it pays for every direction that it frees, and negative depths are unlikely by
-// themselves. The integral is that of an exponentially modified Gaussian.
+// matrix, a free depth costs likelihood where it is not needed, and negative depths are unlikely
+// without a further term. The integral is that of an exponentially modified Gaussian.
 //
 // Estimation maximises the mean over the points of
 //

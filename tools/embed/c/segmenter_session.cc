@@ -164,7 +164,7 @@ absl::Status SessionOptions::Validate() const {
   }
   if (lag > 0 && focal_ratio == 0.0) {
     return absl::InvalidArgumentError(absl::StrFormat(
-        "options.lag = %d frames needs options.focal_ratio: frames behind tell nothing without",
+        "options.lag = %d frames needs options.focal_ratio: later frames tell nothing without",
         lag));
   }
   return absl::OkStatus();

@@ -48,7 +48,7 @@ struct SessionOptions {
   int stride = 5;      // pixels, 1 to 64
   int64_t budget = 0;  // points, 10 to 20000; 0: the profile's
   uint64_t seed = 1;
-  int64_t lag = 0;           // frames behind a frame that its labels rest on, 0 to 100
+  int64_t lag = 0;           // later frames that a frame's labels use, 0 to 100
   double focal_ratio = 0.0;  // focal length over the longer side, at most 100; 0: not known
   cv::Mat1b ignored;         // vision/frame/ignored_area.h
 
@@ -72,7 +72,7 @@ class SegmenterSession {
   // After an error of the device the frame counts as taken in, and may have been learnt from.
   absl::StatusOr<std::optional<Result>> Process(const kernels::ImageView& image,
                                                 double time_seconds, bool map_wanted);
-  // Learns from the next of the frames that wait for those behind them; nothing if none does.
+  // Learns from the next of the frames that wait for those after them; nothing if none does.
   absl::StatusOr<std::optional<Result>> Finish(bool map_wanted);
   // How many frames wait, and their size.
   std::pair<int64_t, cv::Size> WaitingFrames();
@@ -98,7 +98,7 @@ class SegmenterSession {
   std::mutex mutex_;  // of all below
   std::unique_ptr<vision::OnlineSegmenter> segmenter_;
   std::deque<vision::Frame> recent_;  // the last HistoryFrames() that were learnt from
-  std::deque<Waiting> waiting_;       // behind them, at most the lag
+  std::deque<Waiting> waiting_;       // after them, at most the lag
   int64_t next_frame_ = 0;
 };
 

@@ -46,8 +46,8 @@ typedef struct egosieve_segmenter_options {
   int64_t budget;           /**< Points that the model holds, 10 to 20000; 0: the profile's. */
   uint64_t seed;            /**< Of everything that is random. Default: 1. */
   const char* device;       /**< As in egosieve_gp_options. */
-  /** Frames behind a frame that its labels rest on, 0 to 100: its map comes so many frames later,
-      and what moves is told better. Needs focal_ratio, and frames of one size. Default: 0. */
+  /** Later frames that a frame's labels use, 0 to 100: its map comes so many frames later and is
+      more accurate. Needs focal_ratio, and frames of one size. Default: 0. */
   int64_t lag;
   /** Grey, of the frames' size; not 0 where they do not show the world: the own vehicle, captions.
       No motion is estimated from there, and nothing moves there. Copied. Default: null. */
@@ -126,13 +126,13 @@ EGOSIEVE_API egosieve_status egosieve_segmenter_process(egosieve_segmenter* segm
                                                         const egosieve_map* map,
                                                         egosieve_frame_report* report);
 
-/** How many frames wait for those behind them, and their size; 0 of each without. */
+/** How many frames wait for those after them, and their size; 0 of each without. */
 EGOSIEVE_API egosieve_status egosieve_segmenter_waiting(egosieve_segmenter* segmenter,
                                                         int64_t* frames, int32_t* width,
                                                         int32_t* height);
 
 /**
- * The map of the next of the frames that wait for those behind them: after the last frame, until
+ * The map of the next of the frames that wait for those after them: after the last frame, until
  * the report's frame is -1. Frames may follow; they go on from there.
  * @param segmenter  The segmenter.
  * @param map        Null: the frame is learnt from and no map is made.
