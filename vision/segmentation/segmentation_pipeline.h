@@ -6,8 +6,8 @@
 // labels can use pictures before and after it.
 //
 // One thread per stage and a bounded queue between neighbours, so that every stage sees the frames
-// in order: the results are those of the same calls in turn, byte for byte. Labelling and learning are
-// the stages whose result for a frame depends on the frames before it.
+// in order: the results are those of the same calls in turn, byte for byte. Labelling and learning
+// are the stages whose result for a frame depends on the frames before it.
 //
 // Learning and inference can be done at two times: a run that records its steps
 // (learning_step.h) lets another one, given these, skip extraction and learning and infer the same

@@ -2,7 +2,8 @@
 //
 //   (T1) path    straight pieces and arcs, joined smoothly, with lateral shifts o(s) laid over them
 //                (s: arc length of the pieces): p(s) = base(s) + o(s) normal(s)
-//   (T2) speed   piecewise linear in time between keys, constant before the first and after the last
+//   (T2) speed   piecewise linear in time between keys, constant before the first and after the
+//                last
 //   (T3) s(t)    = s_0 + integral of (T2): exact, quadratic between keys
 //
 // Everything is a closed form of t, so any frame can be made without the ones before it.
