@@ -129,6 +129,16 @@ void Handheld(SceneBuilder& s) {
   s.Walkers(12.0);
 }
 
+// Buses that crawl past at six metres, with nothing but the houses above and between them at rest.
+void BusStop(SceneBuilder& s) {
+  s.WalkCamera(-30.0, 1.4, 0.05, 1.05);
+  for (int k = 0; k < 6; ++k) {
+    s.Ahead(k % 3 == 1 ? kVan : kBus, -80.0 + 14.5 * k,
+            {{0.0, 6.0}, {2.5, 3.0}, {4.0, 3.0}, {6.0, 7.0}, {8.0, 2.5}, {10.0, 5.0}});
+  }
+  s.OncomingStream(26.0, 8.0);
+}
+
 void Panning(SceneBuilder& s) {
   s.WalkCamera(-24.0, 0.0, 0.03, 1.1);
   s.scene.camera.pan_radians_per_second = -0.10;
@@ -225,6 +235,8 @@ const std::vector<SceneRecipe>& Recipes() {
       {"turning", "the camera turns left at a junction", Turning},
       {"bus", "buses ahead, oncoming and crossing; cyclists", Bus},
       {"handheld", "a camera in the hand of someone who walks", Handheld},
+      {"bus_stop", "a camera in a hand, turned to the road: buses crawl past and fill the picture",
+       BusStop},
       {"panning", "a camera that turns on the spot: no parallax", Panning},
       {"walk", "a shaking camera in a hand, close past trunks and railings", Walk},
       {"cyclists", "cyclists and people ahead, in the camera's own direction", Cyclists},
