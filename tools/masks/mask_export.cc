@@ -30,7 +30,9 @@ absl::Status CheckFolder(const std::string& flag, const std::string& path, const
     return absl::AlreadyExistsError(absl::StrCat(given, " is a file; name a folder"));
   }
   for (const std::string& source : {input.description.path, run}) {
-    if (fs::is_directory(source, error) && LiesInFolder(path, source)) {
+    // The run folder need not be there yet.
+    const bool is_folder = source == run ? !run.empty() : fs::is_directory(source, error);
+    if (is_folder && LiesInFolder(path, source)) {
       return absl::InvalidArgumentError(
           absl::StrCat(given, " lies in what is read, ", source, "; name another folder"));
     }
@@ -115,7 +117,7 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
   } else if (!options.transforms.empty()) {
     return absl::InvalidArgumentError("--transforms belongs to --for=nerfstudio; leave it out");
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(result.coverage_, Coverage::Open(options.truth, path));
+  EGOSIEVE_ASSIGN_OR_RETURN(result.coverage_, Coverage::Open(options.truth, path, size));
   return result;
 }
 

@@ -194,13 +194,19 @@ class MasksCommand : public Command {
            "Writes the K-th of N shares, from 1 on, of a run that has its masks; what other "
            "shares wrote stays")
         ->type_name("K/N");
-    for (const char* flag :
-         {"--profile", "--fps", "--times", "--camera", "--ignore", "--max_frames"}) {
-      app.add_option(flag, passed_[flag], "As for segment")->type_name("");
-    }
-    for (const char* flag : {"--device", "--threads"}) {
-      app.add_option(flag, passed_to_both_[flag], "As for segment")->type_name("");
-    }
+    // Flags of segment, which says more of them.
+    const auto pass = [&](const char* flag, const char* type, const char* help, auto& flags) {
+      app.add_option(flag, flags[flag], help)->type_name(type);
+    };
+    pass("--profile", "default|paper|fast", "Accurate, as in the paper, or fast", passed_);
+    pass("--fps", "FLOAT", "Frames per second of a folder of images", passed_);
+    pass("--times", "FILE", "The times of the images, one per line", passed_);
+    pass("--camera", "FILE", "The lens: a run's camera.json, or COLMAP's cameras.txt", passed_);
+    pass("--ignore", "IMAGE", "Nothing moves where this image of the frames' size is not black",
+         passed_);
+    pass("--max_frames", "FRAMES", "Frames to segment at most", passed_);
+    pass("--device", "DEVICE", "As for segment: see egosieve devices", passed_to_both_);
+    pass("--threads", "NUMBER", "Threads, on the host and on a CPU as device", passed_to_both_);
   }
 
   static Words<Treatment> TreatmentWords() {

@@ -34,7 +34,12 @@ absl::Status CameraFlags::Read(const DriveInput& input) {
     EGOSIEVE_ASSIGN_OR_RETURN(given_ratio_, ReadFocalRatio(camera_path_));
   }
   if (ignore_path_.empty()) return absl::OkStatus();
-  EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat image, ReadImage(ignore_path_, cv::IMREAD_GRAYSCALE));
+  const absl::StatusOr<cv::Mat> read = ReadImage(ignore_path_, cv::IMREAD_GRAYSCALE);
+  if (!read.ok()) {
+    return absl::Status(read.status().code(),
+                        absl::StrCat("--ignore takes one image: ", read.status().message()));
+  }
+  const cv::Mat& image = *read;
   if (image.cols != input.width_pixels || image.rows != input.height_pixels) {
     return absl::InvalidArgumentError(absl::StrFormat(
         "%s is %dx%d, the frames are %dx%d; give a mask of the frames' size", ignore_path_,

@@ -1,11 +1,11 @@
 // Refines the maps of consecutive frames together: linked over time (temporal_link.h), joined by
 // what colours say (colour_model.h), and brought to the picture's edges (edge_refinement.h).
 //
-//   linked   (T3) over the frames of the window
+//   linked   (TL3) over the frames of the window
 //   colour   (C3) of the frames within colour_seconds before and after, up to the next cut, learnt
 //            from their linked maps; before alone where the link is causal
 //   sharp    (R2) of linked + colour, at working resolution
-//   steady   log odds of sharp, linked by (T3) with a memory of steady_seconds
+//   steady   log odds of sharp, linked by (TL3) with a memory of steady_seconds
 //   refined  (R2) of linked + colour at full resolution, its log odds shifted by steady - sharp
 //
 // The first link says what moves, the second takes the flicker out of the outlines: whatever the

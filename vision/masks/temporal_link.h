@@ -5,9 +5,9 @@
 //   W_st        sampling of frame s at the places that frame t's pixels have there, by dense flow
 //   k_st        exp(-e^2 / (2 tolerance^2)), e the flow's forward-backward error in pixels
 //   q_st        exp(-|t - s| / memory_seconds)
-//   N_t         = w_t z_t + q k W(N_{t-1}),   D_t = w_t + q k W(D_{t-1}): the past    (T1)
-//   N'_t, D'_t  the same from the future                                                      (T2)
-//   linked_t    = (N_t + N'_t - w_t z_t) / (D_t + D'_t - w_t)                                 (T3)
+//   N_t         = w_t z_t + q k W(N_{t-1}),   D_t = w_t + q k W(D_{t-1}): the past   (TL1)
+//   N'_t, D'_t  the same from the future                                                     (TL2)
+//   linked_t    = (N_t + N'_t - w_t z_t) / (D_t + D'_t - w_t)                                (TL3)
 //
 // A weighted mean of log odds, weights falling off with time and where flow does not hold: at a cut
 // nothing is taken over. A frame without a map of its own, such as the first, gets its neighbours';
@@ -26,7 +26,7 @@ namespace egosieve::vision {
 struct TemporalLinkOptions {
   double memory_seconds = 0.6;    // positive
   double tolerance_pixels = 1.0;  // of the forward-backward error; positive
-  bool causal = false;            // (T1) alone
+  bool causal = false;            // (TL1) alone
 
   absl::Status Validate() const;
 };

@@ -187,6 +187,14 @@ TEST_F(MasksTest, FindsPicturesInTheirVideo) {
   EXPECT_FALSE(fs::exists(out_ + ".run"));
 }
 
+// For the six frames of a fake run, of another size.
+void WriteSmallMasks(const std::string& folder) {
+  fs::create_directories(folder);
+  for (int i = 0; i < 6; ++i) {
+    cv::imwrite(absl::StrFormat("%s/%06d.png", folder, i), cv::Mat1b(5, 5, uint8_t{255}));
+  }
+}
+
 // One clear line, and nothing is written.
 TEST_F(MasksTest, SaysWhatIsWrong) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
@@ -194,6 +202,7 @@ TEST_F(MasksTest, SaysWhatIsWrong) {
   fs::create_directories(root_ + "/empty");
   fs::create_directories(root_ + "/foreign");
   cv::imwrite(root_ + "/foreign/other.png", cv::Mat1b(64, 96, uint8_t{255}));
+  WriteSmallMasks(root_ + "/sizes");
   std::ofstream(root_ + "/none.txt") << "# nothing\n";
   std::ofstream(root_ + "/missing.txt") << run.frames << "/absent.png\n";
   cv::imwrite(root_ + "/small.png", cv::Mat1b(5, 5, uint8_t{255}));
@@ -230,6 +239,8 @@ TEST_F(MasksTest, SaysWhatIsWrong) {
       {{path, "--for=colmap", "--frames=" + run.frames}, 2, "lies in what is read"},
       {{path, "--for=colmap", "--truth=" + root_ + "/empty"}, 3, "no image in"},
       {{path, "--for=colmap", "--truth=" + root_ + "/foreign"}, 2, "neither the names nor the"},
+      {{run.frames, "--for=colmap", "--truth=" + root_ + "/sizes"}, 2, "has 5 x 5 pixels"},
+      {{run.frames, "--for=colmap", "--run=" + out_}, 2, "lies in what is read"},
       {{root_ + "/none.txt", "--for=colmap"}, 3, "the list names no picture"},
       {{root_ + "/missing.txt", "--for=colmap"}, 3, "line 1: no such file"},
       {{root_ + "/none", "--for=colmap"}, 3, "no such file or folder"},
