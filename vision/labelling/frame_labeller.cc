@@ -49,6 +49,7 @@ absl::Status FrameLabeller::Implementation::Push(std::shared_ptr<const Extracted
   // Not so for a frame that was labelled, or that the restored state knows.
   if (gathers_ && evidence_.last_frame_index() < frame->frame.index) {
     evidence_.Begin(frame->frame.index);
+    movers_.Forget();
   }
   history_.push_back(std::move(frame));
   while (static_cast<int>(history_.size()) > options_.HistoryFrames()) history_.pop_front();
@@ -61,6 +62,8 @@ std::string FrameLabeller::Implementation::state() const {
   state.gap = gap_;
   state.motion = motion_;
   state.ground = ground_.probabilities();
+  state.moved = movers_.nodes();
+  state.motions = pair_motions_.known();
   state.evidence = evidence_.state();
   return ToBytes(state);
 }
@@ -77,7 +80,9 @@ absl::Status FrameLabeller::Implementation::Restore(absl::string_view bytes) {
   gap_ = state.gap;
   motion_ = std::move(state.motion);
   history_.clear();
+  movers_.Restore(std::move(state.moved));
   pair_motions_ = PairMotions(GridOptionsOf(options_), MotionOptionsOf(options_), pattern_);
+  pair_motions_.Restore(state.motions);
   return absl::OkStatus();
 }
 

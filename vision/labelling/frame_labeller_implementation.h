@@ -19,6 +19,7 @@
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/gap_choice.h"
 #include "vision/labelling/label_rule.h"
+#include "vision/labelling/mover_memory.h"
 #include "vision/labelling/outlook.h"
 #include "vision/labelling/pair_builder.h"
 #include "vision/labelling/pair_motions.h"
@@ -37,6 +38,8 @@ inline void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& 
 inline TwoViewMotionOptions MotionOptionsOf(const FrameLabellerOptions& options) {
   TwoViewMotionOptions motion;
   motion.travel = options.travel;
+  // A vehicle's direction of travel tells the world from traffic already.
+  if (!options.evidence.accumulation || options.travel.IsOfVehicle()) motion.memory = 0.0;
   return motion;
 }
 
@@ -56,6 +59,7 @@ class FrameLabeller::Implementation {
       : options_(options),
         gathers_(!options.evidence.IsEpipolarAlone()),
         pattern_(PatternOf(options)),
+        movers_(options.flow_stride_pixels),
         pair_motions_(GridOptionsOf(options), MotionOptionsOf(options), pattern_),
         evidence_(std::move(evidence)) {}
 
@@ -99,11 +103,11 @@ class FrameLabeller::Implementation {
   }
   // Between the two of the pair; `world` is set where it is calibrated and was not known.
   absl::StatusOr<MotionModel> MotionOfTracks(const std::vector<TrackedPoint>& points,
-                                             const ExtractedFrame& frame, TwoViewMotion& world,
-                                             LabelledFrame& result);
+                                             const ExtractedFrame& frame, const MovedNodes& moved,
+                                             TwoViewMotion& world, LabelledFrame& result);
   // Empty where the motion is not calibrated, or the grid of flow not used.
   absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
-                                    LabellingTimes& times);
+                                    absl::Span<const float> moved, LabellingTimes& times);
   Pinhole Camera(cv::Size size) const;
   // A picture later. back: the motion from `frame` to `before`; null: not known.
   void ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
@@ -123,8 +127,9 @@ class FrameLabeller::Implementation {
   MixtureState mixture_;
   GapState gap_;
   MotionField motion_;  // of the last pair
+  MoverMemory movers_;
   GroundSpeed ground_;
-  PairMotions pair_motions_;  // no state: what it holds can be computed again
+  PairMotions pair_motions_;  // its motions are state
   // Its last picture is that of the history's last frame. Not used where !gathers_.
   EvidenceLabeller evidence_;
 };

@@ -163,12 +163,13 @@ absl::Status FrameLabeller::Implementation::LabelPair(const ExtractedFrame& firs
 
 absl::StatusOr<Outlook> FrameLabeller::Implementation::OutlookOf(const ExtractedFrame& frame,
                                                                  const Pictures& ahead,
+                                                                 absl::Span<const float> moved,
                                                                  LabellingTimes& times) {
   if (!FollowsCalibrated()) return Outlook();
   Stopwatch watch;
   const double flow_before = pair_motions_.flows().milliseconds();
-  EGOSIEVE_ASSIGN_OR_RETURN(Outlook outlook,
-                            LookAhead(frame, ahead, Camera(frame.grey.size()), pair_motions_));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      Outlook outlook, LookAhead(frame, ahead, Camera(frame.grey.size()), moved, pair_motions_));
   const double flow = pair_motions_.flows().milliseconds() - flow_before;
   times.features_milliseconds += flow;
   times.geometry_milliseconds += watch.LapMilliseconds() - flow;
@@ -178,7 +179,7 @@ absl::StatusOr<Outlook> FrameLabeller::Implementation::OutlookOf(const Extracted
 absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame& frame,
                                                            const Pictures& ahead,
                                                            LabelledFrame& result) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead, result.times));
+  EGOSIEVE_ASSIGN_OR_RETURN(const Outlook outlook, OutlookOf(frame, ahead, {}, result.times));
   if (outlook.empty()) return absl::OkStatus();
   Stopwatch watch;
   if (evidence_.last_frame_index() != frame.frame.index) evidence_.Begin(frame.frame.index);
@@ -189,6 +190,7 @@ absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame&
       evidence_.Judge(nullptr, frame, 1, MotionModel(), points, nullptr, Camera(frame.grey.size()),
                       {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
                        {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead}}));
+  movers_.Remember(points, evidence, frame.grey.size());
   const View& view = outlook.longest();
   result.first_index = frame.frame.index;
   result.second_index = view.frame->frame.index;
@@ -201,21 +203,23 @@ absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame&
 }
 
 absl::StatusOr<MotionModel> FrameLabeller::Implementation::MotionOfTracks(
-    const std::vector<TrackedPoint>& points, const ExtractedFrame& frame, TwoViewMotion& world,
-    LabelledFrame& result) {
+    const std::vector<TrackedPoint>& points, const ExtractedFrame& frame, const MovedNodes& moved,
+    TwoViewMotion& world, LabelledFrame& result) {
   std::vector<PointPair> geometry;
+  std::vector<float> moved_before;
   const PatternPlaces& fixed = pair_motions_.FixedIn(frame);
   for (const TrackedPoint& point : points) {
     const cv::Point2f a = point.evidence.before, b = point.evidence.now;
     if (point.is_textured && point.evidence.HasBefore() && !fixed.Contain(b)) {
       geometry.push_back({a.x, a.y, b.x, b.y});
+      moved_before.push_back(movers_.At(moved, b, frame.grey.size()));
     }
   }
   if (!options_.IsCalibrated()) return FindMotion(geometry, frame.frame.index, result);
   Stopwatch watch;
   const Pinhole camera = Camera(frame.grey.size());
   if (!world.found) {
-    world = EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_));
+    world = EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_), moved_before);
     FindGround(geometry, camera, world);
   }
   MotionModel model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
@@ -233,10 +237,12 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   motion_ = MotionField();
   if (!IsEnough(pairs, result)) {
     evidence_.Begin(frame.frame.index);
+    movers_.Forget();
     ground_ = GroundSpeed();
     return absl::OkStatus();
   }
   EGOSIEVE_RETURN_IF_ERROR(evidence_.Advance(before, frame, pairs));
+  const MovedNodes moved = movers_.CarriedBy(pairs.links, frame.grey.size());
   const int gap = Gap(evidence_.PicturesBefore());
   if (evidence_.PicturesBefore() < gap) {
     SetOutcome(LabelOutcome::kNoPair, absl::StrCat("fewer than ", gap, " frames before this one"),
@@ -246,17 +252,18 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   result.first_index = evidence_.FrameIndexBefore(gap);
   result.second_index = frame.frame.index;
   const Pinhole camera = Camera(frame.grey.size());
-  EGOSIEVE_ASSIGN_OR_RETURN(Outlook outlook, OutlookOf(frame, ahead, result.times));
+  EGOSIEVE_ASSIGN_OR_RETURN(Outlook outlook, OutlookOf(frame, ahead, moved, result.times));
   View behind;
   TwoViewMotion world;
   if (gap > 1 && FollowsCalibrated()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(behind, LookBack(before, frame, camera, pair_motions_));
+    EGOSIEVE_ASSIGN_OR_RETURN(behind,
+                              LookBack(before, frame, camera, movers_.nodes(), pair_motions_));
   } else if (FollowsCalibrated() && pairs.matches.empty()) {
     // What looked ahead from the frame before.
-    EGOSIEVE_ASSIGN_OR_RETURN(world, pair_motions_.Between(before, frame, camera));
+    EGOSIEVE_ASSIGN_OR_RETURN(world, pair_motions_.Between(before, frame, camera, movers_.nodes()));
   }
   std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);
-  EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, MotionOfTracks(points, frame, world, result));
+  EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, MotionOfTracks(points, frame, moved, world, result));
   ObserveGap(model, gap);
   KeepMotion(pairs, 1, frame.grey.size(), model.trusted);
   Stopwatch watch;
@@ -281,6 +288,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
                       {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
                        {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead},
                        {behind.frame, &behind.motion, &TrackedPoint::near_behind}}));
+  movers_.Remember(points, evidence, frame.grey.size());
   result.own_car = OwnCarAreas(evidence_.own_car(), frame.grey.size());
   if (options_.IsCalibrated()) {
     const FrameViews views{before.frame.index,

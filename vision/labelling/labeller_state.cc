@@ -12,7 +12,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr uint64_t kMagic = 0x3430'6c62'616c'6765;  // "egalbl04"
+constexpr uint64_t kMagic = 0x3530'6c62'616c'6765;  // "egalbl05"
 
 // One walk over the state serves both ways: Writer appends, Reader takes.
 class Writer {
@@ -126,6 +126,26 @@ void WalkPose(Archive& archive, Pose& pose) {
   archive.Plain(pose.parallax_pixels);
 }
 
+template <typename Archive, typename Motion>
+void WalkTwoViews(Archive& archive, Motion& motion) {
+  archive.Flag(motion.found);
+  archive.Block(motion.rotation.data(), 9);
+  archive.Block(motion.translation.data(), 3);
+  for (auto* number : {&motion.mean_parallax, &motion.noise, &motion.static_share,
+                       &motion.moving_scale, &motion.log_likelihood, &motion.noise_pixels,
+                       &motion.parallax_pixels, &motion.ground_slope, &motion.ground_heights}) {
+    archive.Plain(*number);
+  }
+  archive.Block(motion.rotation_covariance.data(), 9);
+  bool has_travel = motion.travel.has_value();
+  archive.Flag(has_travel);
+  Eigen::Vector3d travel = motion.travel.value_or(Eigen::Vector3d::Zero());
+  archive.Block(travel.data(), 3);
+  if constexpr (!std::is_const_v<Motion>) {
+    if (has_travel) motion.travel = travel;
+  }
+}
+
 template <typename Archive, typename State>
 void WalkOwnCar(Archive& archive, State& own_car) {
   archive.Plain(own_car.blocks.width);
@@ -188,6 +208,14 @@ void Walk(Archive& archive, State& state) {
   archive.Plain(state.gap.log_parallax);
   WalkMotion(archive, state.motion);
   archive.Block(state.ground.data(), state.ground.size());
+  if (!archive.Count(state.moved, sizeof(float))) return;
+  archive.Block(state.moved.data(), state.moved.size());
+  if (!archive.Count(state.motions, 2 * sizeof(int64_t) + 33 * sizeof(double))) return;
+  for (auto& pair : state.motions) {
+    archive.Plain(pair.first);
+    archive.Plain(pair.second);
+    WalkTwoViews(archive, pair.motion);
+  }
   archive.Plain(state.evidence.picture);
   if (!archive.Count(state.evidence.frame_indices, sizeof(int64_t))) return;
   archive.Block(state.evidence.frame_indices.data(), state.evidence.frame_indices.size());

@@ -1,7 +1,8 @@
 // What a labeller carries from frame to frame, as bytes.
 //
-//   magic, version | mixture | frame gap | motion field | ground's speed | evidence_labeller.h:
-//   pictures, grid tracks, feature tracks, sums of evidence, poses, own car
+//   magic, version | mixture | frame gap | motion field | ground's speed | places that moved | motions
+//   of pairs | evidence_labeller.h: pictures, grid tracks, feature tracks, sums of evidence, poses,
+//   own car
 //
 // Numbers are little-endian as in memory, counts stand before what they count. Equal states give
 // equal bytes. About 3 MB at 1242 x 375.
@@ -9,12 +10,15 @@
 #define EGOSIEVE_VISION_LABELLING_LABELLER_STATE_H_
 
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/gap_choice.h"
 #include "vision/labelling/label_rule.h"
+#include "vision/labelling/mover_memory.h"
+#include "vision/labelling/pair_motions.h"
 #include "vision/matching/motion_field.h"
 #include "vision/trajectory/ground_speed.h"
 
@@ -25,6 +29,8 @@ struct LabellerState {
   GapState gap;
   MotionField motion;
   GroundSpeed::Probabilities ground = GroundSpeed().probabilities();
+  MovedNodes moved;
+  std::vector<KnownMotion> motions;
   EvidenceLabellerState evidence;
 };
 

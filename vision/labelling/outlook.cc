@@ -38,7 +38,8 @@ bool SamePixels(const cv::Mat& a, const cv::Mat& b) {
 
 absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
                                   const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead,
-                                  const Pinhole& camera, PairMotions& motions) {
+                                  const Pinhole& camera, absl::Span<const float> moved,
+                                  PairMotions& motions) {
   PairMotions::Pictures pictures = {&frame};
   for (const auto& picture : ahead) {
     if (picture->frame.image.size() != frame.frame.image.size()) break;
@@ -52,7 +53,7 @@ absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
   if (outlook.links.followed_share < kFlowSuffices) return outlook;
   const auto view = [&](const ExtractedFrame& picture, const std::vector<cv::Point2f>& places) {
     View view;
-    view.motion = motions.Along(frame, picture, outlook.links, places, camera);
+    view.motion = motions.Along(frame, picture, outlook.links, places, camera, moved);
     if (IsTrusted(view.motion)) view.frame = &picture;
     return view;
   };
@@ -62,9 +63,11 @@ absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
 }
 
 absl::StatusOr<View> LookBack(const ExtractedFrame& before, const ExtractedFrame& frame,
-                              const Pinhole& camera, PairMotions& motions) {
+                              const Pinhole& camera, absl::Span<const float> moved,
+                              PairMotions& motions) {
   View view;
-  EGOSIEVE_ASSIGN_OR_RETURN(const TwoViewMotion motion, motions.Between(before, frame, camera));
+  EGOSIEVE_ASSIGN_OR_RETURN(const TwoViewMotion motion,
+                            motions.Between(before, frame, camera, moved));
   if (!IsTrusted(motion)) return view;
   view.frame = &before;
   view.motion = Inverse(motion);

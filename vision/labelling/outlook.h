@@ -34,14 +34,17 @@ struct Outlook {
 
 // `ahead`: pictures after the frame, in order; `far` is the last before the size changes: what
 // moves slowly shows over time. A picture that repeats the one before it is passed over. Empty
-// where the pictures are of another scene or their motion is not to be trusted.
+// where the pictures are of another scene or their motion is not to be trusted. moved: which nodes of
+// the frame's grid moved before (mover_memory.h).
 absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
                                   const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead,
-                                  const Pinhole& camera, PairMotions& motions);
+                                  const Pinhole& camera, absl::Span<const float> moved,
+                                  PairMotions& motions);
 
-// From `frame` to `before`, the picture before it.
+// From `frame` to `before`, the picture before it; moved: of the grid of `before`.
 absl::StatusOr<View> LookBack(const ExtractedFrame& before, const ExtractedFrame& frame,
-                              const Pinhole& camera, PairMotions& motions);
+                              const Pinhole& camera, absl::Span<const float> moved,
+                              PairMotions& motions);
 
 // The motion as the model of a pair, of `pair_count` pairs; not trusted where too few places agree.
 MotionModel ModelOf(const TwoViewMotion& motion, const Pinhole& camera, int64_t pair_count);

@@ -15,8 +15,6 @@ namespace {
 
 constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
 
-int Nodes(int pixels, int stride) { return (pixels - stride / 2 + stride - 1) / stride; }
-
 bool IsKnown(cv::Point2f place) { return std::isfinite(place.x); }
 
 }  // namespace
@@ -36,6 +34,13 @@ absl::StatusOr<std::shared_ptr<const FlowPair>> FlowCache::Between(const Extract
 }
 
 void FlowCache::Forget(int64_t index) { flows_.erase(flows_.begin(), flows_.lower_bound(index)); }
+
+cv::Size NodesOf(cv::Size image, int stride_pixels) {
+  const auto count = [&](int pixels) {
+    return (pixels - stride_pixels / 2 + stride_pixels - 1) / stride_pixels;
+  };
+  return {count(image.width), count(image.height)};
+}
 
 cv::Point2f PlaceOfNode(int node, int columns, int stride_pixels) {
   const int first = stride_pixels / 2;
@@ -65,7 +70,7 @@ absl::StatusOr<GridLinks> PairMotions::Follow(const Pictures& pictures) {
   const TrackedGrid grid =
       TrackGrid(*flow, first, pictures[1]->grey, /*anchor_second=*/false, options_);
   const int stride = options_.stride_pixels;
-  links.nodes = cv::Size(Nodes(first.cols, stride), Nodes(first.rows, stride));
+  links.nodes = NodesOf(first.size(), stride);
   links.near.assign(links.nodes.area(), cv::Point2f(kNowhere, kNowhere));
   links.is_textured.assign(links.nodes.area(), 0);
   int64_t followed = 0;
@@ -93,30 +98,45 @@ absl::StatusOr<GridLinks> PairMotions::Follow(const Pictures& pictures) {
 
 TwoViewMotion PairMotions::Along(const ExtractedFrame& first, const ExtractedFrame& last,
                                  const GridLinks& links, const std::vector<cv::Point2f>& places,
-                                 const Pinhole& camera) {
+                                 const Pinhole& camera, absl::Span<const float> moved) {
   const auto [known, is_new] = motions_.try_emplace({first.frame.index, last.frame.index});
   if (!is_new) return known->second;
   const PatternPlaces& fixed = FixedIn(first);
   std::vector<PointPair> pairs;
+  std::vector<float> moved_before;
   for (size_t n = 0; n < places.size(); ++n) {
     if (links.is_textured[n] == 0 || !IsKnown(places[n])) continue;
     const cv::Point2f node =
         PlaceOfNode(static_cast<int>(n), links.nodes.width, options_.stride_pixels);
     if (fixed.Contain(node)) continue;
     pairs.push_back({node.x, node.y, places[n].x, places[n].y});
+    if (moved.size() == places.size()) moved_before.push_back(moved[n]);
   }
-  known->second = EstimateTwoViewMotion(pairs, camera, motion_options_);
+  known->second = EstimateTwoViewMotion(pairs, camera, motion_options_, moved_before);
   FindGround(pairs, camera, known->second);
   return known->second;
 }
 
 absl::StatusOr<TwoViewMotion> PairMotions::Between(const ExtractedFrame& first,
                                                    const ExtractedFrame& second,
-                                                   const Pinhole& camera) {
+                                                   const Pinhole& camera,
+                                                   absl::Span<const float> moved) {
   const auto known = motions_.find({first.frame.index, second.frame.index});
   if (known != motions_.end()) return known->second;
   EGOSIEVE_ASSIGN_OR_RETURN(const GridLinks links, Follow({&first, &second}));
-  return Along(first, second, links, links.near, camera);
+  return Along(first, second, links, links.near, camera, moved);
+}
+
+std::vector<KnownMotion> PairMotions::known() const {
+  std::vector<KnownMotion> known;
+  for (const auto& [indices, motion] : motions_) {
+    known.push_back({indices.first, indices.second, motion});
+  }
+  return known;
+}
+
+void PairMotions::Restore(const std::vector<KnownMotion>& known) {
+  for (const KnownMotion& pair : known) motions_[{pair.first, pair.second}] = pair.motion;
 }
 
 void PairMotions::Forget(int64_t index) {

@@ -7,8 +7,8 @@
 // each step checked forward and backward as in flow_grid.h. The far end of a chain shows slow
 // motion, the near end follows what is small and fast; what a mover hides in the picture before is
 // seen in a later one. Flows and motions are computed once, for one camera: what looks ahead to a
-// picture is what looks back from it. Nothing here is state: from the same pictures it comes out
-// the same.
+// picture is what looks back from it. Flows are no state: from the same pictures they come out the
+// same. Motions are, for they depend on what moved before the first picture.
 #ifndef EGOSIEVE_VISION_LABELLING_PAIR_MOTIONS_H_
 #define EGOSIEVE_VISION_LABELLING_PAIR_MOTIONS_H_
 
@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/types/span.h"
 #include "vision/features/flow_grid.h"
 #include "vision/labelling/extracted_frame.h"
 #include "vision/labelling/pattern_places.h"
@@ -37,6 +38,12 @@ struct GridLinks {
   double followed_share = 0.0;         // of the textured nodes, those that `near` follows
 
   bool empty() const { return near.empty(); }
+};
+
+// Between the pictures of two frames.
+struct KnownMotion {
+  int64_t first = -1, second = -1;  // indices of the frames
+  TwoViewMotion motion;
 };
 
 // Flows between consecutive pictures.
@@ -61,6 +68,8 @@ class FlowCache {
   std::map<int64_t, Entry> flows_;  // by the first frame's index
 };
 
+// The grid of a picture.
+cv::Size NodesOf(cv::Size image, int stride_pixels);
 // The place of a node of a grid, row by row, and the node at such a place.
 cv::Point2f PlaceOfNode(int node, int columns, int stride_pixels);
 int64_t NodeAt(double x, double y, int columns, int stride_pixels);
@@ -86,13 +95,17 @@ class PairMotions {
   // From the first of at least two pictures; empty where they are too small for flow.
   absl::StatusOr<GridLinks> Follow(const Pictures& pictures);
   // The camera's motion from `first` to `last`, where the textured nodes of `links` are at
-  // `places`; not found where too few are known.
+  // `places`; not found where too few are known. moved: which nodes moved before `first`
+  // (mover_memory.h); empty: not known.
   TwoViewMotion Along(const ExtractedFrame& first, const ExtractedFrame& last,
                       const GridLinks& links, const std::vector<cv::Point2f>& places,
-                      const Pinhole& camera);
+                      const Pinhole& camera, absl::Span<const float> moved);
   // The same between consecutive pictures.
   absl::StatusOr<TwoViewMotion> Between(const ExtractedFrame& first, const ExtractedFrame& second,
-                                        const Pinhole& camera);
+                                        const Pinhole& camera, absl::Span<const float> moved);
+  // Motions that are known, and those of a former run.
+  std::vector<KnownMotion> known() const;
+  void Restore(const std::vector<KnownMotion>& known);
   // Drops what begins before the frame `index`.
   void Forget(int64_t index);
 

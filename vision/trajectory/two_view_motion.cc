@@ -66,7 +66,7 @@ class LaneSums {
   void Add(const RayPairs<kBlock>& pairs, const Lanes<kBlock>& counts) {
     using Values = Lanes<kBlock>;
     const Terms<kBlock> terms = TermsOf(pairs, state_);
-    const Mixture<kBlock> mixture = Mix(terms, state_.share);
+    const Mixture<kBlock> mixture = Mix(pairs, terms, state_.share);
     const Values weight = counts * mixture.static_share;
     score_ += counts * mixture.log_density;
     static_ += weight;
@@ -190,7 +190,7 @@ void UpdateScales(const RayBlocks& pairs, double floor, double most, State& stat
   const PreparedState prepared(state);
   pairs.ForEachBlock([&](const RayPairs<kBlock>& block, const Lanes<kBlock>&, int n) {
     const Terms<kBlock> terms = TermsOf(block, prepared);
-    const Mixture<kBlock> mixture = Mix(terms, state.share);
+    const Mixture<kBlock> mixture = Mix(block, terms, state.share);
     for (int k = 0; k < n; ++k) {
       const double weight = mixture.static_share(k);
       const double square = terms.dx(k) * terms.dx(k) + terms.dy(k) * terms.dy(k);
@@ -212,12 +212,19 @@ void UpdateScales(const RayBlocks& pairs, double floor, double most, State& stat
                                 0.7 * std::sqrt(moving_square / std::max(moving_sum, 1.0)));
 }
 
-RayBlocks Sample(const std::vector<PointPair>& pairs, const Pinhole& camera, int max_pairs) {
+// moved: (TV7), or empty.
+RayBlocks Sample(const std::vector<PointPair>& pairs, absl::Span<const float> moved,
+                 const Pinhole& camera, const TwoViewMotionOptions& options) {
   RayBlocks rays;
-  const size_t count = std::min<size_t>(pairs.size(), max_pairs);
+  const size_t count = std::min<size_t>(pairs.size(), options.max_pairs);
   for (size_t k = 0; k < count; ++k) {
-    const PointPair& pair = pairs[k * pairs.size() / count];
-    rays.Add(camera.Ray(pair.x1, pair.y1).head<2>(), camera.Ray(pair.x2, pair.y2).head<2>());
+    const size_t i = k * pairs.size() / count;
+    const PointPair& pair = pairs[i];
+    StaticShare known;
+    if (!moved.empty() && moved[i] > 0.5f) {
+      known = {options.memory * (1.0 - moved[i]), 1.0 - options.memory};
+    }
+    rays.Add(camera.Ray(pair.x1, pair.y1).head<2>(), camera.Ray(pair.x2, pair.y2).head<2>(), known);
   }
   return rays;
 }
@@ -268,7 +275,8 @@ std::vector<State> Search(const RayBlocks& pairs, double noise, int directions,
   start.moving_scale =
       std::max(lengths[lengths.size() * 85 / 100], kLeastMovingScale * start.noise);
   RayBlocks coarse;
-  for (size_t i = 0; i < pairs.size(); i += kSearchEvery) coarse.Add(pairs.P(i), pairs.Q(i));
+  for (size_t i = 0; i < pairs.size(); i += kSearchEvery)
+    coarse.Add(pairs.P(i), pairs.Q(i), pairs.Share(i));
   std::vector<State> states;
   if (travel.IsKnown()) states.emplace_back(start).tau = travel.direction;
   for (int k = 0; k < directions; ++k) states.emplace_back(start).tau = Direction(k, directions);
@@ -317,7 +325,7 @@ TwoViewMotion MotionOf(const RayBlocks& pairs, const Pinhole& camera, const Stat
   const PreparedState prepared(state);
   pairs.ForEachBlock([&](const RayPairs<kBlock>& block, const Lanes<kBlock>&, int n) {
     const Terms<kBlock> terms = TermsOf(block, prepared);
-    const Mixture<kBlock> mixture = Mix(terms, state.share);
+    const Mixture<kBlock> mixture = Mix(block, terms, state.share);
     for (int k = 0; k < n; ++k) {
       if (mixture.static_share(k) >= 0.5) parallaxes.push_back(std::max(terms.s(k), 0.0));
     }
@@ -353,13 +361,15 @@ absl::Status TwoViewMotionOptions::Validate() const {
                       start_noise_pixels, "at least noise_floor_pixels"));
   status.Update(check(most_noise_pixels >= start_noise_pixels, "most_noise_pixels",
                       most_noise_pixels, "at least start_noise_pixels"));
+  status.Update(check(memory >= 0 && memory < 1, "memory", memory, "at least 0 and below 1"));
   return status;
 }
 
 TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
-                                    const TwoViewMotionOptions& options) {
+                                    const TwoViewMotionOptions& options,
+                                    absl::Span<const float> moved) {
   if (pairs.size() < kFewestPairs) return {};
-  const RayBlocks rays = Sample(pairs, camera, options.max_pairs);
+  const RayBlocks rays = Sample(pairs, moved, camera, options);
   std::vector<State> states = Search(rays, options.start_noise_pixels / camera.focal_pixels,
                                      options.directions, options.travel);
   states = BestApart(std::move(states), options.refined);
@@ -378,7 +388,7 @@ TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const P
 TwoViewMotion RefineTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
                                   const TwoViewMotion& start, const TwoViewMotionOptions& options) {
   if (pairs.size() < kFewestPairs || !start.found) return {};
-  const RayBlocks rays = Sample(pairs, camera, options.max_pairs);
+  const RayBlocks rays = Sample(pairs, {}, camera, options);
   State state = StateOf(start);
   Converge(rays, camera, options, state);
   return MotionOf(rays, camera, state);

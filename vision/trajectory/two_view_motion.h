@@ -29,6 +29,14 @@
 // known (travel_prior.h), its log density at tau, over the number of independent pairs, is added to
 // (TV6): in traffic, what moves with the camera can outnumber the world for seconds.
 //
+// Places that are known to have moved in the picture before hardly count: where p_i, the probability
+// of that, is above 1/2, pi of (TV6) is for pair i
+//
+//   pi_i = h (1 - p_i) + (1 - h) pi,   h = `memory`                                        (TV7)
+//
+// as if the state were kept with probability h and drawn anew otherwise. Places that stood say
+// nothing of that kind, for anything may start to move.
+//
 // Cost: about 10 ms for 600 points. References: Irani & Anandan (1998) on plane and parallax;
 // Fermueller & Aloimonos (1998) on the search over directions of translation.
 #ifndef EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_MOTION_H_
@@ -40,6 +48,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/types/span.h"
 #include "vision/evidence/pinhole.h"
 #include "vision/evidence/relative_pose.h"
 #include "vision/geometry/point_pair.h"
@@ -56,6 +65,7 @@ struct TwoViewMotionOptions {
   double start_noise_pixels = 0.35;  // sigma that the search begins with; positive
   double most_noise_pixels = 2.0;    // greatest sigma
   TravelPrior travel;                // of tau, where the drive's is known
+  double memory = 0.97;              // h of (TV7), in [0, 1)
 
   absl::Status Validate() const;
 };
@@ -88,9 +98,11 @@ struct TwoViewMotion {
   static constexpr double kIndependentPairs = 30.0;
 };
 
-// pairs: pixels, first picture to second. `options` must be valid.
+// pairs: pixels, first picture to second. `options` must be valid. moved: p_i of (TV7), one a pair;
+// empty: not known.
 TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
-                                    const TwoViewMotionOptions& options);
+                                    const TwoViewMotionOptions& options,
+                                    absl::Span<const float> moved = {});
 
 // The same from a motion that is nearly right, without the search: for another camera.
 TwoViewMotion RefineTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,

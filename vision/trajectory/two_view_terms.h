@@ -24,12 +24,21 @@ inline constexpr double kLeastShare = 0.2, kMostShare = 0.97;  // of pi
 inline constexpr double kStartShare = 0.7;
 inline constexpr int kBlock = 8;  // pairs at a time
 
+// Of a pair (TV7): kept + renewed pi.
+struct StaticShare {
+  double kept = 0.0, renewed = 1.0;
+};
+
 // Rays of pairs, third components 1.
 template <int kLanes>
 struct RayPairs {
   Lanes<kLanes> px, py, qx, qy;
+  // h (1 - p) and 1 - h of (TV7), where it holds.
+  Lanes<kLanes> kept = Lanes<kLanes>::Zero(), renewed = Lanes<kLanes>::Ones();
 
-  void Set(int lane, const Vector2d& p, const Vector2d& q) {
+  void Set(int lane, const Vector2d& p, const Vector2d& q, const StaticShare& share = {}) {
+    kept(lane) = share.kept;
+    renewed(lane) = share.renewed;
     px(lane) = p(0);
     py(lane) = p(1);
     qx(lane) = q(0);
@@ -37,20 +46,24 @@ struct RayPairs {
   }
   Vector2d P(int lane) const { return {px(lane), py(lane)}; }
   Vector2d Q(int lane) const { return {qx(lane), qy(lane)}; }
+  StaticShare Share(int lane) const { return {kept(lane), renewed(lane)}; }
 };
 
 // Many pairs in blocks; the last one is filled up by its last pair, which counts nothing there.
 class RayBlocks {
  public:
-  void Add(const Vector2d& p, const Vector2d& q) {
+  void Add(const Vector2d& p, const Vector2d& q, const StaticShare& share = {}) {
     const int lane = static_cast<int>(size_ % kBlock);
     if (lane == 0) blocks_.emplace_back();
-    for (int k = lane; k < kBlock; ++k) blocks_.back().Set(k, p, q);
+    for (int k = lane; k < kBlock; ++k) blocks_.back().Set(k, p, q, share);
     ++size_;
   }
   size_t size() const { return size_; }
   Vector2d P(size_t i) const { return blocks_[i / kBlock].P(static_cast<int>(i % kBlock)); }
   Vector2d Q(size_t i) const { return blocks_[i / kBlock].Q(static_cast<int>(i % kBlock)); }
+  StaticShare Share(size_t i) const {
+    return blocks_[i / kBlock].Share(static_cast<int>(i % kBlock));
+  }
 
   // work(pairs, counts, n): counts is 1 for the block's first n pairs, else 0.
   template <typename Work>
@@ -142,9 +155,10 @@ struct Mixture {
 };
 
 template <int kLanes>
-Mixture<kLanes> Mix(const Terms<kLanes>& terms, double share) {
-  const Lanes<kLanes> a = terms.log_static + std::log(share);
-  const Lanes<kLanes> b = terms.log_moving + std::log1p(-share);
+Mixture<kLanes> Mix(const RayPairs<kLanes>& pairs, const Terms<kLanes>& terms, double share) {
+  const Lanes<kLanes> prior = pairs.kept + pairs.renewed * share;
+  const Lanes<kLanes> a = terms.log_static + prior.log();
+  const Lanes<kLanes> b = terms.log_moving + (1.0 - prior).log();
   const Lanes<kLanes> lesser = (-(a - b).abs()).exp();
   const Lanes<kLanes> sum = 1.0 + lesser;
   return {a.max(b) + sum.log(), (a < b).select(lesser, 1.0) / sum};

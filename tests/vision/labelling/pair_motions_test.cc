@@ -62,12 +62,12 @@ TEST(PairMotions, BetweenIsTheNearMotion) {
   const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
   const auto a = PictureOf(0, 4), b = PictureOf(1, 4), c = PictureOf(2, 4);
   PairMotions cached({}, {}, nullptr), afresh({}, {}, nullptr);
-  const Outlook outlook = *LookAhead(*a, {b, c}, camera, cached);
+  const Outlook outlook = *LookAhead(*a, {b, c}, camera, {}, cached);
   ASSERT_NE(outlook.near.frame, nullptr);
   EXPECT_EQ(outlook.near.frame, b.get());
   EXPECT_EQ(outlook.far.frame, c.get());
-  const TwoViewMotion known = *cached.Between(*a, *b, camera);
-  const TwoViewMotion found = *afresh.Between(*a, *b, camera);
+  const TwoViewMotion known = *cached.Between(*a, *b, camera, {});
+  const TwoViewMotion found = *afresh.Between(*a, *b, camera, {});
   EXPECT_EQ(known.rotation, outlook.near.motion.rotation);
   EXPECT_EQ(known.rotation, found.rotation);
   EXPECT_EQ(known.translation, found.translation);
@@ -88,7 +88,7 @@ TEST(PairMotions, TheFixedPatternTellsNothingOfTheMotion) {
   EXPECT_FALSE(with.FixedIn(*a).Contain({120, 145}));
   // In front of the camera, places move with the wall by kShift pixels, and not at all else.
   const auto shift_of = [&](PairMotions& motions) {
-    const TwoViewMotion motion = *motions.Between(*a, *b, camera);
+    const TwoViewMotion motion = *motions.Between(*a, *b, camera, {});
     const double turned =
         (RotationHomography(motion, camera) * Eigen::Vector3d(120, 140, 1)).hnormalized().x() - 120;
     return turned + (motion.HasParallax() ? motion.parallax_pixels : 0.0);
@@ -103,12 +103,12 @@ TEST(LookAhead, PassesOverRepeatedPicturesAndStopsAtAnotherSize) {
   const auto a = PictureOf(0, 4), same = PictureOf(0, 4), b = PictureOf(1, 4);
   same->frame.index = 7;
   b->frame.index = 8;
-  EXPECT_EQ(LookAhead(*a, {same, b}, camera, motions)->far.frame, b.get());
+  EXPECT_EQ(LookAhead(*a, {same, b}, camera, {}, motions)->far.frame, b.get());
   const auto other = PictureOf(2, 4);
   other->frame.image = cv::Mat(50, 50, CV_8UC3, cv::Scalar::all(0));
   other->grey = cv::Mat(50, 50, CV_8UC1, cv::Scalar(0));
-  EXPECT_TRUE(LookAhead(*a, {other, b}, camera, motions)->empty());
-  EXPECT_TRUE(LookAhead(*a, {}, camera, motions)->empty());
+  EXPECT_TRUE(LookAhead(*a, {other, b}, camera, {}, motions)->empty());
+  EXPECT_TRUE(LookAhead(*a, {}, camera, {}, motions)->empty());
 }
 
 TEST(LookAhead, AnotherSceneSaysNothing) {
@@ -117,7 +117,7 @@ TEST(LookAhead, AnotherSceneSaysNothing) {
   const auto a = PictureOf(0, 4), cut = PictureOf(1, 4);
   cv::RNG random(9);
   random.fill(cut->grey, cv::RNG::UNIFORM, 0, 256);
-  EXPECT_TRUE(LookAhead(*a, {cut}, camera, motions)->empty());
+  EXPECT_TRUE(LookAhead(*a, {cut}, camera, {}, motions)->empty());
 }
 
 }  // namespace

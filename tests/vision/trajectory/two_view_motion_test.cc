@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <random>
 #include <vector>
 
@@ -133,6 +134,40 @@ TEST(TwoViewMotion, TheDrivesDirectionDecidesWhereTrafficIsTakenForTheWorld) {
   ASSERT_TRUE(alone.found && told.found);
   EXPECT_LT(direction(alone).dot(travel), std::cos(10.0 / kDegrees));
   EXPECT_GT(direction(told).dot(travel), std::cos(3.0 / kDegrees));
+}
+
+// What was known to move stays a mover where it fills more than half of the picture. What was
+// wrongly taken for one does not hide the world where that is clear.
+TEST(TwoViewMotion, WhatMovedBeforeIsNotTakenForTheWorld) {
+  StreetOptions options;
+  options.noise_pixels = 0.25;
+  options.mover_count = 800;
+  options.mover_travel = {0.8, 0.0, 0.0};
+  const PointStreet street(options);
+  std::vector<int64_t> indices;
+  const std::vector<PointPair> pairs = street.Pairs(0, 2, &indices);
+  std::vector<float> moved;
+  for (const int64_t index : indices) moved.push_back(street.moves(index) ? 0.97f : 0.02f);
+  const Eigen::Vector3d travel = -options.travel.normalized();
+  const auto off = [&](const std::vector<float>& before) {
+    const TwoViewMotion motion = EstimateTwoViewMotion(pairs, street.camera(), {}, before);
+    EXPECT_TRUE(motion.found);
+    const Eigen::Vector3d tau = motion.rotation.transpose() * motion.translation;
+    return std::acos(std::clamp(tau.dot(travel), -1.0, 1.0)) * kDegrees;
+  };
+  EXPECT_GT(off({}), 10.0);
+  EXPECT_LT(off(moved), 3.0);
+  EXPECT_EQ(off(std::vector<float>(pairs.size(), 0.5f)), off({}));
+
+  options.mover_count = 100;
+  const PointStreet clear(options);
+  const std::vector<PointPair> few = clear.Pairs(0, 2, &indices);
+  moved.clear();
+  for (const int64_t index : indices) {
+    moved.push_back(!clear.moves(index) && index % 4 == 0 ? 0.97f : 0.02f);
+  }
+  const TwoViewMotion motion = EstimateTwoViewMotion(few, clear.camera(), {}, moved);
+  EXPECT_LT(MovingShare(clear, 0, 2, motion, false), 0.01);
 }
 
 // A prior that is wrong does not win against a picture that is clear.

@@ -1,0 +1,45 @@
+// Which places of the last picture moved. In the next pair of pictures they hardly count for the
+// camera's motion (two_view_motion.h, TV7): what moved a moment ago does so still, so a mover that
+// fills most of the picture does not become the world.
+#ifndef EGOSIEVE_VISION_LABELLING_MOVER_MEMORY_H_
+#define EGOSIEVE_VISION_LABELLING_MOVER_MEMORY_H_
+
+#include <opencv2/core.hpp>
+#include <utility>
+#include <vector>
+
+#include "vision/evidence/evidence_accumulator.h"
+#include "vision/geometry/point_pair.h"
+#include "vision/labelling/evidence_labeller.h"
+
+namespace egosieve::vision {
+
+// A probability for each node of a picture's grid, row by row; 0 where nothing is known. Empty:
+// nothing is known of any.
+using MovedNodes = std::vector<float>;
+
+class MoverMemory {
+ public:
+  explicit MoverMemory(int stride_pixels) : stride_pixels_(stride_pixels) {}
+
+  // Of the last picture.
+  const MovedNodes& nodes() const { return nodes_; }
+  // Of the next picture; links: from the last one (1) to nodes of the next one (2).
+  MovedNodes CarriedBy(const std::vector<PointPair>& links, cv::Size image) const;
+  // At a place of a picture whose nodes are `nodes`.
+  float At(const MovedNodes& nodes, cv::Point2f place, cv::Size image) const;
+
+  // A picture was judged.
+  void Remember(const std::vector<TrackedPoint>& points, const EvidenceResult& evidence,
+                cv::Size image);
+  void Forget() { nodes_.clear(); }
+  void Restore(MovedNodes nodes) { nodes_ = std::move(nodes); }
+
+ private:
+  int stride_pixels_;
+  MovedNodes nodes_;
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_MOVER_MEMORY_H_
