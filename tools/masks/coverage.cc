@@ -13,14 +13,14 @@ double Share(int64_t part, int64_t whole) {
 }  // namespace
 
 absl::StatusOr<Coverage> Coverage::Open(const std::string& truth, const std::string& input,
-                                        cv::Size size) {
+                                        cv::Size first_size) {
   Coverage coverage;
   if (truth.empty()) return coverage;
   EGOSIEVE_ASSIGN_OR_RETURN(coverage.truth_,
                             ListTruthMasks(truth, FrameNames(input), MatchMasks::kAuto));
-  if (const auto first = coverage.truth_.paths.begin();
-      first != coverage.truth_.paths.end() && !size.empty()) {
-    EGOSIEVE_RETURN_IF_ERROR(ReadTruthMask(first->second, size).status());
+  const auto first = coverage.truth_.paths.find(0);
+  if (first != coverage.truth_.paths.end()) {
+    EGOSIEVE_RETURN_IF_ERROR(ReadTruthMask(first->second, first_size).status());
   }
   return coverage;
 }

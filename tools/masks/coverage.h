@@ -13,10 +13,10 @@ namespace egosieve::tools {
 
 class Coverage {
  public:
-  // truth: a folder of masks (tools/evaluate/truth_masks.h) for the frames of `input`, which have
-  // `size` pixels; empty: none.
+  // truth: a folder of masks (tools/evaluate/truth_masks.h) for the frames of `input`, of
+  // which the first has `first_size` pixels; empty: none.
   static absl::StatusOr<Coverage> Open(const std::string& truth, const std::string& input,
-                                       cv::Size size);
+                                       cv::Size first_size);
 
   // Counts the frame's pixels where it has a true mask; void ones do not count.
   absl::Status Add(int64_t index, const cv::Mat1b& masked);

@@ -1,9 +1,11 @@
 // Which places of the last picture moved. In the next pair of pictures they hardly count for the
 // camera's motion (two_view_motion.h, TV7): what moved a moment ago does so still, so a mover that
-// fills most of the picture does not become the world.
+// fills most of the picture does not become the world. Not for cameras on vehicles, whose direction
+// of travel does the same (travel_prior.h), nor without the evidence term of accumulation.
 #ifndef EGOSIEVE_VISION_LABELLING_MOVER_MEMORY_H_
 #define EGOSIEVE_VISION_LABELLING_MOVER_MEMORY_H_
 
+#include <cstddef>
 #include <opencv2/core.hpp>
 #include <utility>
 #include <vector>
@@ -36,6 +38,8 @@ class MoverMemory {
   void Restore(MovedNodes nodes) { nodes_ = std::move(nodes); }
 
  private:
+  size_t NodeOf(cv::Point2f place, cv::Size image) const;
+
   int stride_pixels_;
   MovedNodes nodes_;
 };

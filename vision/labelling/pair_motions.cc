@@ -9,6 +9,7 @@
 #include "vision/features/flow_growth.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/labelling/stopwatch.h"
+#include "vision/tracking/grid_tracker.h"
 
 namespace egosieve::vision {
 namespace {
@@ -34,13 +35,6 @@ absl::StatusOr<std::shared_ptr<const FlowPair>> FlowCache::Between(const Extract
 }
 
 void FlowCache::Forget(int64_t index) { flows_.erase(flows_.begin(), flows_.lower_bound(index)); }
-
-cv::Size NodesOf(cv::Size image, int stride_pixels) {
-  const auto count = [&](int pixels) {
-    return (pixels - stride_pixels / 2 + stride_pixels - 1) / stride_pixels;
-  };
-  return {count(image.width), count(image.height)};
-}
 
 cv::Point2f PlaceOfNode(int node, int columns, int stride_pixels) {
   const int first = stride_pixels / 2;

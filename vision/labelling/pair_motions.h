@@ -68,8 +68,6 @@ class FlowCache {
   std::map<int64_t, Entry> flows_;  // by the first frame's index
 };
 
-// The grid of a picture.
-cv::Size NodesOf(cv::Size image, int stride_pixels);
 // The place of a node of a grid, row by row, and the node at such a place.
 cv::Point2f PlaceOfNode(int node, int columns, int stride_pixels);
 int64_t NodeAt(double x, double y, int columns, int stride_pixels);

@@ -32,6 +32,18 @@ int NodeCount(int pixels, int stride) {
 
 }  // namespace
 
+cv::Size NodesOf(cv::Size image, int stride_pixels) {
+  return {NodeCount(image.width, stride_pixels), NodeCount(image.height, stride_pixels)};
+}
+
+int64_t NearestNode(cv::Point2f place, cv::Size nodes, int stride_pixels) {
+  const auto nearest = [&](float pixels, int count) {
+    const auto node = std::lround((pixels - stride_pixels / 2) / static_cast<float>(stride_pixels));
+    return std::clamp<int64_t>(node, 0, count - 1);
+  };
+  return nearest(place.y, nodes.height) * nodes.width + nearest(place.x, nodes.width);
+}
+
 absl::Status GridTrackerOptions::Validate() const {
   if (stride_pixels < 1) {
     return absl::InvalidArgumentError(
@@ -57,16 +69,6 @@ absl::StatusOr<GridTracker> GridTracker::Create(const GridTrackerOptions& option
   return GridTracker(options);
 }
 
-int64_t GridTracker::NearestNode(cv::Point2f place) const {
-  const int stride = options_.stride_pixels;
-  const auto nearest = [&](float pixels, int count) {
-    const auto node = std::lround((pixels - stride / 2) / static_cast<float>(stride));
-    return std::clamp<int64_t>(node, 0, count - 1);
-  };
-  return nearest(place.y, state_.nodes.height) * state_.nodes.width +
-         nearest(place.x, state_.nodes.width);
-}
-
 Track GridTracker::Inherit(cv::Point2f node, cv::Point2f before, cv::Size image_size) const {
   const int stride = options_.stride_pixels;
   const auto cell = [&](float pixels, int count, int& low, int& high) {
@@ -85,7 +87,7 @@ Track GridTracker::Inherit(cv::Point2f node, cv::Point2f before, cv::Size image_
   const Track* const around[4] = {at(top, left), at(top, right), at(bottom, left),
                                   at(bottom, right)};
   const float weights[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
-  const Track& nearest = state_.tracks[NearestNode(before)];
+  const Track& nearest = state_.tracks[NearestNode(before, state_.nodes, options_.stride_pixels)];
 
   Track track;
   track.parent_id = nearest.id;
@@ -136,7 +138,7 @@ absl::Status GridTracker::Advance(int64_t frame_index, cv::Size image_size,
   GridTrackerState next;
   next.frame_index = frame_index;
   next.next_id = state_.next_id;
-  next.nodes = {NodeCount(image_size.width, stride), NodeCount(image_size.height, stride)};
+  next.nodes = NodesOf(image_size, stride);
   if (next.nodes.width < 1 || next.nodes.height < 1) {
     return absl::InvalidArgumentError(absl::StrCat("an image of ", image_size.width, " x ",
                                                    image_size.height, " has no node of the grid"));
@@ -173,7 +175,7 @@ absl::Status GridTracker::Link(cv::Size image_size, const std::vector<PointPair>
     }
     const cv::Point2f before(link.x1, link.y1);
     next.tracks[n] = Inherit(next.tracks[n].places[0], before, image_size);
-    const int64_t parent = NearestNode(before);
+    const int64_t parent = NearestNode(before, state_.nodes, options_.stride_pixels);
     const cv::Point2f off = before - state_.tracks[parent].places[0];
     const float distance = off.dot(off);
     if (heirs[parent] >= 0 && distances[parent] <= distance) continue;

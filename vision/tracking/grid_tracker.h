@@ -29,6 +29,10 @@
 
 namespace egosieve::vision {
 
+// The grid of an image, and the index of the node nearest to a place; nodes: not empty.
+cv::Size NodesOf(cv::Size image, int stride_pixels);
+int64_t NearestNode(cv::Point2f place, cv::Size nodes, int stride_pixels);
+
 struct GridTrackerOptions {
   int stride_pixels = 5;         // of the grid, that of the links; positive
   int frame_step = 1;            // from one frame of a chain to the next; positive
@@ -75,8 +79,6 @@ class GridTracker {
   Track Inherit(cv::Point2f node, cv::Point2f before, cv::Size image_size) const;
   // The node that a link ends in, or -1.
   int64_t NodeOf(const PointPair& link, cv::Size nodes) const;
-  // The node of the last frame nearest to a place inside the image.
-  int64_t NearestNode(cv::Point2f place) const;
 
   GridTrackerOptions options_;
   GridTrackerState state_;

@@ -275,8 +275,9 @@ std::vector<State> Search(const RayBlocks& pairs, double noise, int directions,
   start.moving_scale =
       std::max(lengths[lengths.size() * 85 / 100], kLeastMovingScale * start.noise);
   RayBlocks coarse;
-  for (size_t i = 0; i < pairs.size(); i += kSearchEvery)
+  for (size_t i = 0; i < pairs.size(); i += kSearchEvery) {
     coarse.Add(pairs.P(i), pairs.Q(i), pairs.Share(i));
+  }
   std::vector<State> states;
   if (travel.IsKnown()) states.emplace_back(start).tau = travel.direction;
   for (int k = 0; k < directions; ++k) states.emplace_back(start).tau = Direction(k, directions);

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "tests/vision/labelling/street_drive.h"
@@ -54,8 +53,19 @@ TEST(MoverMemory, GoesWithTheLinks) {
   EXPECT_TRUE(memory.nodes().empty());
 }
 
-// Buses come to fill more than half of the picture, while the camera goes on. Without memory of what
-// moved the bus is the world in many of these frames.
+// Three pixels to the right of a row's last node nothing is read of the next row.
+TEST(MoverMemory, TheNearestNodeOfABorderIsInItsRow) {
+  const cv::Size wide(52, 30);  // 10 x 6 nodes as well
+  MoverMemory memory(kStride);
+  EvidenceResult evidence;
+  evidence.points = {Judged(0.9), Judged(0.7)};
+  memory.Remember({At(2, 7), At(47, 27)}, evidence, wide);
+  EXPECT_EQ(memory.At(memory.nodes(), {50.0f, 2.0f}, wide), 0.0f);
+  EXPECT_FLOAT_EQ(memory.At(memory.nodes(), {50.0f, 29.0f}, wide), 0.7f);
+}
+
+// Buses come to fill more than half of the picture, while the camera goes on. Without the term of
+// accumulation, to which the memory belongs, the bus is the world in many of these frames.
 TEST(MoverMemory, ABusThatFillsThePictureMoves) {
   const Scenario scenario = EditedScenario("bus_stop", 1, [](Scene&) {});
   const std::vector<DrivePicture> pictures = PicturesOf(scenario, 55, 45);

@@ -34,11 +34,16 @@ double MovingShare(const PointStreet& street, int a, int b, const TwoViewMotion&
   return static_cast<double>(moving) / count;
 }
 
-TEST(TwoViewMotion, FindsTheCameraOfADriveAmongMovers) {
+StreetOptions WithMovers(int count, const Eigen::Vector3d& travel) {
   StreetOptions options;
   options.noise_pixels = 0.25;
-  options.mover_count = 150;
-  options.mover_travel = {0.7, 0.0, 0.4};
+  options.mover_count = count;
+  options.mover_travel = travel;
+  return options;
+}
+
+TEST(TwoViewMotion, FindsTheCameraOfADriveAmongMovers) {
+  const StreetOptions options = WithMovers(150, {0.7, 0.0, 0.4});
   const PointStreet street(options);
   const TwoViewMotion motion = EstimateTwoViewMotion(street.Pairs(0, 2), street.camera(), {});
   ASSERT_TRUE(motion.found);
@@ -116,10 +121,7 @@ TEST(TwoViewMotion, InverseIsTheMotionBack) {
 // Traffic that crosses as one body and is nearly half of what is seen is taken for the world,
 // unless the drive has said where the camera travels.
 TEST(TwoViewMotion, TheDrivesDirectionDecidesWhereTrafficIsTakenForTheWorld) {
-  StreetOptions options;
-  options.noise_pixels = 0.25;
-  options.mover_count = 550;
-  options.mover_travel = {0.8, 0.0, 0.0};
+  const StreetOptions options = WithMovers(550, {0.8, 0.0, 0.0});
   const PointStreet street(options);
   const Eigen::Vector3d travel = -options.travel.normalized();
   const auto direction = [](const TwoViewMotion& motion) {
@@ -139,10 +141,7 @@ TEST(TwoViewMotion, TheDrivesDirectionDecidesWhereTrafficIsTakenForTheWorld) {
 // What was known to move stays a mover where it fills more than half of the picture. What was
 // wrongly taken for one does not hide the world where that is clear.
 TEST(TwoViewMotion, WhatMovedBeforeIsNotTakenForTheWorld) {
-  StreetOptions options;
-  options.noise_pixels = 0.25;
-  options.mover_count = 800;
-  options.mover_travel = {0.8, 0.0, 0.0};
+  StreetOptions options = WithMovers(800, {0.8, 0.0, 0.0});
   const PointStreet street(options);
   std::vector<int64_t> indices;
   const std::vector<PointPair> pairs = street.Pairs(0, 2, &indices);
