@@ -21,6 +21,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// The folders of the pictures; none for a video.
+std::set<std::string> PictureFolders(const DriveInput& input) {
+  std::set<std::string> folders;
+  std::error_code error;
+  if (fs::is_directory(input.description.path, error)) folders.insert(input.description.path);
+  for (const std::string& file : input.frames->files()) {
+    if (vision::HasImageExtension(file)) folders.insert(fs::path(file).parent_path().string());
+  }
+  return folders;
+}
+
 // A folder to write to: apart from what is read, and empty unless that may be overwritten.
 absl::Status CheckFolder(const std::string& flag, const std::string& path, const DriveInput& input,
                          const std::string& run, bool overwrite) {
@@ -29,10 +40,10 @@ absl::Status CheckFolder(const std::string& flag, const std::string& path, const
   if (fs::exists(path, error) && !fs::is_directory(path, error)) {
     return absl::AlreadyExistsError(absl::StrCat(given, " is a file; name a folder"));
   }
-  for (const std::string& source : {input.description.path, run}) {
-    // The run folder need not be there yet.
-    const bool is_folder = source == run ? !run.empty() : fs::is_directory(source, error);
-    if (is_folder && LiesInFolder(path, source)) {
+  std::set<std::string> sources = PictureFolders(input);
+  sources.insert(run);
+  for (const std::string& source : sources) {
+    if (LiesInFolder(path, source)) {
       return absl::InvalidArgumentError(
           absl::StrCat(given, " lies in what is read, ", source, "; name another folder"));
     }
@@ -87,6 +98,12 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
   EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--out", options.out, input, run, may_hold));
   if (!options.frames.empty()) {
     EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--frames", options.frames, input, run, may_hold));
+  }
+  for (const std::string& folder : PictureFolders(input)) {
+    if (LiesInFolder(run, folder)) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "the run folder ", run, " lies in what is read, ", folder, "; name another by --run"));
+    }
   }
   MaskExport result(std::move(input), options);
   const vision::FrameSource& source = *result.input_.frames;

@@ -4,7 +4,8 @@
 //   colmap              IMAGE.png            0 ignored, 255 used: ImageReader.mask_path
 //   nerfstudio          masks/IMAGE.png      as colmap; transforms.json: a copy with mask_path
 //   instant-ngp         dynamic_mask_NAME.png    255 ignored; to lie next to the pictures
-//   gaussian-splatting  IMAGE                the picture as PNG, alpha 0 where it is ignored
+//   gaussian-splatting  IMAGE                the picture, alpha 0 where it is ignored; PNG inside
+//                                            whatever its name, for JPEG has no alpha
 //   davis               NAME.png             palette; the mover's number, 0 background
 //   coco                annotations.json     run lengths (run_length.h), track_id: the number
 //   mots                SEQ/NNNNNN.png, SEQ.txt    1000 class + number

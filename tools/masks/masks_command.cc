@@ -6,12 +6,13 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/command_line.h"
@@ -38,7 +39,7 @@ std::string HowToUse(MaskFormat format, const std::string& images, const std::st
   switch (format) {
     case MaskFormat::kColmap:
       return absl::StrCat("colmap feature_extractor --database_path=DATABASE --image_path=", images,
-                          " --ImageReader.mask_path=", out, "\n");
+                          " --ImageReader.mask_path=", out, " --ImageReader.single_camera=1\n");
     case MaskFormat::kNerfstudio:
       return absl::StrCat("ns-train nerfacto --data=", out, "\n");
     case MaskFormat::kInstantNgp:
@@ -124,6 +125,7 @@ class MasksCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenDriveInput(pictures, 0));
     EGOSIEVE_ASSIGN_OR_RETURN(MaskExport output,
                               MaskExport::Prepare(std::move(input), run_, options_));
+    const std::string images = pictures;
     if (!options_.video.empty()) {
       EGOSIEVE_RETURN_IF_ERROR(FindPictures(output));
       pictures = options_.video;
@@ -137,6 +139,7 @@ class MasksCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> all, ChooseLines(folder, FrameRange()));
     EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, description, all));
+    WarnOfMoreFrames(all.size());
     const std::vector<FrameLine> lines = LinesWithMaps(all);
     if (lines.size() < all.size()) code = ExitCode::kFramesFailed;
     if (!HasMasks(folder, lines)) {
@@ -158,7 +161,7 @@ class MasksCommand : public Command {
       return !InterruptionRequested();
     }));
     progress.Finish();
-    Tell(output);
+    Tell(output, images);
     return code;
   }
 
@@ -288,6 +291,16 @@ class MasksCommand : public Command {
     return lines;
   }
 
+  // A run that was begun before keeps what it holds.
+  void WarnOfMoreFrames(size_t frames) const {
+    size_t most = 0;
+    const std::optional<std::string>& given = passed_.at("--max_frames");
+    if (given && absl::SimpleAtoi(*given, &most) && most > 0 && frames > most) {
+      Warn(absl::StrCat("--max_frames=", most, ": ", run_, " holds ", frames,
+                        " frames from before; all of them get masks"));
+    }
+  }
+
   bool HasMasks(const RunFolder& folder, const std::vector<FrameLine>& lines) const {
     return IsReconstructed(folder) &&
            std::all_of(lines.begin(), lines.end(), [&](const FrameLine& line) {
@@ -295,7 +308,8 @@ class MasksCommand : public Command {
            });
   }
 
-  void Tell(const MaskExport& output) const {
+  // With `input` as it was given, or as the run has it.
+  void Tell(const MaskExport& output, const std::string& input) const {
     std::string text = absl::StrCat(output.images(), " masks in ", options_.out,
                                     "; the run is kept in ", run_, "\n");
     if (output.is_video() && options_.frames.empty() && IsForScenes(options_.format)) {
@@ -303,9 +317,11 @@ class MasksCommand : public Command {
                       "they go by the names 000000.png and so on; --frames=DIR writes the video's "
                       "pictures by these\n");
     }
-    absl::StrAppend(&text,
-                    HowToUse(options_.format, options_.frames.empty() ? "IMAGES" : options_.frames,
-                             options_.out));
+    std::error_code error;
+    const std::string images = !options_.frames.empty()                      ? options_.frames
+                               : std::filesystem::is_directory(input, error) ? input
+                                                                             : "IMAGES";
+    absl::StrAppend(&text, HowToUse(options_.format, images, options_.out));
     nlohmann::ordered_json fields = {
         {"folder", options_.out}, {"run", run_}, {"images", output.images()}};
     if (const Coverage& coverage = output.coverage(); coverage.frames() > 0) {

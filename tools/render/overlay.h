@@ -6,7 +6,7 @@
 //   alpha(p)   how much of it covers the frame: 0.22 at p = 0, 0.10 at 1/2, 0.65 at 1
 //   contour    a light line, dark-edged, around the objects (vision/objects/map_objects.h)
 //
-// Areas of the own car are hatched, whatever the map says of them. Under the picture lies a strip
+// Areas of the own vehicle are hatched, whatever the map says of them. Under the picture lies a strip
 // with the legend: the colours, the thresholds, the frame's number and time.
 #ifndef EGOSIEVE_TOOLS_RENDER_OVERLAY_H_
 #define EGOSIEVE_TOOLS_RENDER_OVERLAY_H_

@@ -57,8 +57,8 @@ struct FrameLine {
   int64_t frame_gap = 0;              // frames between the two of the pair; 0: no pair
   // Of the dynamic labels, by the evidence that weighed most; names of vision/evidence/fusion.h.
   std::vector<std::pair<std::string, double>> decided_by;  // shares
-  // Areas (x, y, width, height; pixels of the frame) found to belong to the own car.
-  std::vector<std::array<int, 4>> own_car;
+  // Areas (x, y, width, height; pixels of the frame) found to belong to the own vehicle.
+  std::vector<std::array<int, 4>> own_vehicle;
 
   vision::CameraStep step;  // of the camera, from the frame before
 

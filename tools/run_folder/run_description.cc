@@ -28,6 +28,11 @@ absl::Status CheckFormat(const Json& json) {
         absl::StrCat("its format ", format, " is newer than this program's ", kRunFormat,
                      "; use the version of egosieve that wrote it"));
   }
+  if (format < kRunFormat) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("its format ", format, " is older than this program's ", kRunFormat,
+                     "; segment the drive again, or use the version of egosieve that wrote it"));
+  }
   return absl::OkStatus();
 }
 

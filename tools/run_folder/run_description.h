@@ -13,7 +13,7 @@
 namespace egosieve::tools {
 
 // The format of the whole folder; readers refuse later ones.
-inline constexpr int kRunFormat = 1;
+inline constexpr int kRunFormat = 2;
 
 struct RunDescription {
   std::string version;                       // of the program

@@ -62,10 +62,10 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
   }
   if (!camera_) {
     vision::DriveCameraOptions options;
-    options.first_frame = from;
-    options.equalization = labeller.equalization;
+    options.pictures.first_frame = from;
+    options.pictures.equalization = labeller.equalization;
+    options.pictures.ignored = ignored_;
     options.focal_ratio = labeller.focal_ratio;
-    options.ignored = ignored_;
     options.finds_own_vehicle = finds_own_vehicle_;
     InterruptibleSource frames(*input.frames);
     EGOSIEVE_ASSIGN_OR_RETURN(

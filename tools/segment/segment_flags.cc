@@ -164,9 +164,10 @@ void SegmentFlags::AddLabelFlags(CLI::App& app) {
   AddWordFlag(app, "--labels", labels_, LabelWords(),
               "How a feature's distance from the motion model becomes a label; evidence is "
               "epipolar then, unless it is given");
-  app.add_option("--evidence", evidence_,
-                 "What labels rest on: epipolar (the distance from the motion model alone), all, "
-                 "or a list of epipolar, negative_depth, three_view, road, accumulation, own_car")
+  app.add_option(
+         "--evidence", evidence_,
+         "What labels rest on: epipolar (the distance from the motion model alone), all, "
+         "or a list of epipolar, negative_depth, three_view, road, accumulation, own_vehicle")
       ->check(CLI::Validator(
           [](std::string& text) {
             return std::string(vision::ParseEvidenceTerms(text).status().message());

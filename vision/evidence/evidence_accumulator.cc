@@ -129,9 +129,9 @@ void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
     }
     evidence.decided_by = Decisive(parts, totals[i] > 0);
     evidence.from_memory = remembered && !(now * totals[i] > 0);
-    evidence.own_car = options_.own_car && IsKnown(frame.points[i].now) &&
-                       IsOwnCar(next.own_car, frame.points[i].now);
-    if (evidence.judged && !evidence.own_car && frame.points[i].estimates) {
+    evidence.own_vehicle = options_.own_vehicle && IsKnown(frame.points[i].now) &&
+                           IsOwnVehicle(next.own_vehicle, frame.points[i].now);
+    if (evidence.judged && !evidence.own_vehicle && frame.points[i].estimates) {
       estimating.push_back(totals[i]);
     }
   }
@@ -143,7 +143,7 @@ void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
   next.memories.clear();
   for (size_t i = 0; i < frame.points.size(); ++i) {
     PointEvidence& evidence = result.points[i];
-    if (evidence.own_car) {
+    if (evidence.own_vehicle) {
       evidence.probability = 0.0;
       continue;
     }
@@ -178,12 +178,12 @@ absl::StatusOr<EvidenceResult> EvidenceAccumulator::Add(const EvidenceFrame& fra
   const RoadPlane road = MeasureRoad(frame, motion, both, next, result);
   MeasureRoadAhead(frame, views, next, result);
   result.road = road.found;
-  if (options_.own_car && !frame.grey.empty()) {
+  if (options_.own_vehicle && !frame.grey.empty()) {
     const WorldMotion world = {motion.pose.found(), motion.matrix, motion.pose,
                                motion.camera,       road,          motion.pairs};
     const bool known = world.has_line || motion.kind == MotionModelKind::kHomography;
-    LearnOwnCar(frame.grey, frame.index, frame.gap, known ? &world : nullptr,
-                options_.own_car_options, next.own_car);
+    LearnOwnVehicleBlocks(frame.grey, frame.index, frame.gap, known ? &world : nullptr,
+                          options_.own_vehicle_options, next.own_vehicle);
   }
   Fuse(frame, next, result);
   std::erase_if(next.poses,
@@ -205,19 +205,19 @@ void EvidenceAccumulator::Interrupt() {
   state_.memories.clear();
   state_.poses.clear();
   state_.road = {};
-  state_.own_car.images.clear();
+  state_.own_vehicle.images.clear();
 }
 
 absl::Status EvidenceAccumulator::Restore(EvidenceState state) {
   const bool sorted =
       std::is_sorted(state.memories.begin(), state.memories.end(),
                      [](const auto& a, const auto& b) { return a.track_id < b.track_id; });
-  const size_t blocks = state.own_car.blocks.area();
+  const size_t blocks = state.own_vehicle.blocks.area();
   const bool whole = sorted && std::isfinite(state.log_noise) && state.mover_share > 0 &&
-                     state.mover_share < 1 && state.own_car.sums.size() == blocks &&
-                     state.own_car.is_own.size() == blocks;
+                     state.mover_share < 1 && state.own_vehicle.sums.size() == blocks &&
+                     state.own_vehicle.is_own.size() == blocks;
   if (!whole) return absl::InvalidArgumentError("the state of the evidence is not whole");
-  for (const OwnCarState::HalfImage& image : state.own_car.images) {
+  for (const OwnVehicleBlocks::HalfImage& image : state.own_vehicle.images) {
     if (image.pixels.size() != static_cast<size_t>(image.size.area())) {
       return absl::InvalidArgumentError("the state of the evidence has a torn image");
     }

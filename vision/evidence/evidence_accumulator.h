@@ -8,7 +8,7 @@
 //   3. sign of depth, negative_depth.h                  where 1 is there
 //   4. three views t - 2g, t - g, t; three_view.h       where 1 is there, now and g frames ago
 //   -  road, road_evidence.h                            where 1 is there and a plane has support
-//   5. own car, own_car.h                               where images are given; it has no part in
+//   5. own vehicle, own_vehicle_blocks.h                where images are given; it has no part in
 //                                                       the next frame's road
 //   6. log-likelihood ratios, summed along the track, and their probability; fusion.h
 //
@@ -16,7 +16,7 @@
 // drive (logarithm, forgetting `noise_memory`).
 //
 // State: sums of the tracks of the last frame, the poses of the last 2 g frames, scales, the share
-// of movers, own car. It is bounded by the points of one frame; an accumulator restored from it
+// of movers, own vehicle. It is bounded by the points of one frame; an accumulator restored from it
 // goes on bit for bit. Frame indices must grow; a frame left out loses the tracks that end with it
 // and the pose, nothing else. Cost at 7000 points: about 6 ms a frame, without images.
 #ifndef EGOSIEVE_VISION_EVIDENCE_EVIDENCE_ACCUMULATOR_H_
@@ -37,12 +37,12 @@
 #include "vision/evidence/evidence_options.h"
 #include "vision/evidence/fusion.h"
 #include "vision/evidence/guided_match.h"
-#include "vision/evidence/own_car.h"
 #include "vision/evidence/photometric_support.h"
 #include "vision/evidence/relative_pose.h"
 #include "vision/evidence/road_plane.h"
 #include "vision/evidence/three_view.h"
 #include "vision/geometry/motion_model_kind.h"
+#include "vision/own_vehicle/own_vehicle_blocks.h"
 #include "vision/tracking/track.h"
 #include "vision/trajectory/two_view_motion.h"
 
@@ -87,7 +87,7 @@ struct EvidenceFrame {
   Pinhole camera;  // read where `world` or `views` are there
   std::vector<EvidencePoint> points;
   std::vector<cv::Point2f> unfollowed;  // places of frame t that flow does not follow; no points
-  cv::Mat grey;         // CV_8UC1 of `size`, or empty: nothing is learnt about the own car
+  cv::Mat grey;         // CV_8UC1 of `size`, or empty: nothing is learnt about the own vehicle
   cv::Mat grey_before;  // of frame t - g, likewise; empty: places are taken at their word
 };
 
@@ -101,7 +101,7 @@ struct PointEvidence {
   bool judged = false;                                // anything known, now or from before
   EvidenceTerm decided_by = EvidenceTerm::kEpipolar;  // greatest part of L in its direction
   bool from_memory = false;  // the current frame alone would decide otherwise, or not at all
-  bool own_car = false;      // the rest is not read
+  bool own_vehicle = false;  // the rest is not read
 };
 
 struct EvidenceResult {
@@ -134,7 +134,7 @@ struct EvidenceState {
   bool has_noise = false;
   double mover_share = 0.1;
   RoadSlope road;
-  OwnCarState own_car;
+  OwnVehicleBlocks own_vehicle;
 };
 
 class EvidenceAccumulator {
@@ -146,7 +146,8 @@ class EvidenceAccumulator {
   // other than the last frame's starts anew.
   absl::StatusOr<EvidenceResult> Add(const EvidenceFrame& frame);
 
-  // A cut: forgets tracks, poses, the road and the own car's last images; keeps scales and shares.
+  // A cut: forgets tracks, poses, the road and the own vehicle's last images; keeps scales and
+  // shares.
   void Interrupt();
 
   const EvidenceState& state() const { return state_; }

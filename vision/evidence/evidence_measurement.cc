@@ -94,7 +94,7 @@ bool LiesAlongTravel(const RoadSlope& slope, const std::optional<TwoViewMotion>&
 // The part of a road's view that every pair of pictures has; `owners` gets the points of its pairs.
 // before: one place a point, where it is in the other picture.
 RoadView RoadViewOf(const EvidenceFrame& frame, const Pinhole& camera, const RelativePose& pose,
-                    const std::vector<cv::Point2f>& before, const OwnCarState& own_car,
+                    const std::vector<cv::Point2f>& before, const OwnVehicleBlocks& own_vehicle,
                     std::vector<size_t>& owners) {
   RoadView view;
   view.camera = camera;
@@ -104,7 +104,7 @@ RoadView RoadViewOf(const EvidenceFrame& frame, const Pinhole& camera, const Rel
   for (size_t i = 0; i < frame.points.size(); ++i) {
     const EvidencePoint& point = frame.points[i];
     if (!IsKnown(point.now) || !IsKnown(before[i]) || point.is_fixed ||
-        IsOwnCar(own_car, point.now)) {
+        IsOwnVehicle(own_vehicle, point.now)) {
       continue;
     }
     view.pairs.push_back({before[i].x, before[i].y, point.now.x, point.now.y});
@@ -267,12 +267,12 @@ RoadPlane EvidenceAccumulator::MeasureRoad(const EvidenceFrame& frame, const Mot
   std::vector<cv::Point2f> before;
   for (const EvidencePoint& point : frame.points) before.push_back(point.before);
   std::vector<size_t> owners;
-  RoadView view = RoadViewOf(frame, motion.camera, motion.pose, before, next.own_car, owners);
+  RoadView view = RoadViewOf(frame, motion.camera, motion.pose, before, next.own_vehicle, owners);
   view.before = frame.grey_before;
   view.pictures = pictures;
   std::remove_copy_if(frame.unfollowed.begin(), frame.unfollowed.end(),
                       std::back_inserter(view.unfollowed),
-                      [&](cv::Point2f now) { return IsOwnCar(next.own_car, now); });
+                      [&](cv::Point2f now) { return IsOwnVehicle(next.own_vehicle, now); });
   const RoadSlope last = next.road;
   RoadEvidence evidence =
       egosieve::vision::MeasureRoad(view, last, static_cast<uint64_t>(frame.index));
@@ -312,7 +312,7 @@ void EvidenceAccumulator::MeasureRoadAhead(const EvidenceFrame& frame,
   const EvidenceView& ahead = frame.views[longest - views.data()];
   std::vector<size_t> owners;
   RoadView view = RoadViewOf(frame, frame.camera, PoseOf(Inverse(longest->motion)), ahead.places,
-                             next.own_car, owners);
+                             next.own_vehicle, owners);
   view.plane = plane;
   std::optional<PhotometricSupport> support;
   if (longest->support) support = longest->support->Reversed();

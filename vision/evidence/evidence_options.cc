@@ -29,7 +29,7 @@ absl::Status EvidenceOptions::Validate() const {
       Check("noise_floor_pixels", noise_floor_pixels, noise_floor_pixels > 0, "be positive"));
   EGOSIEVE_RETURN_IF_ERROR(pose.Validate());
   EGOSIEVE_RETURN_IF_ERROR(three_views.Validate());
-  return own_car_options.Validate();
+  return own_vehicle_options.Validate();
 }
 
 }  // namespace egosieve::vision

@@ -3,9 +3,9 @@
 #define EGOSIEVE_VISION_EVIDENCE_EVIDENCE_OPTIONS_H_
 
 #include "absl/status/status.h"
-#include "vision/evidence/own_car.h"
 #include "vision/evidence/relative_pose.h"
 #include "vision/evidence/three_view.h"
+#include "vision/own_vehicle/own_vehicle_blocks.h"
 
 namespace egosieve::vision {
 
@@ -15,7 +15,7 @@ struct EvidenceOptions {
   bool three_view = true;
   bool road = true;
   bool accumulation = true;  // along tracks
-  bool own_car = true;
+  bool own_vehicle = true;
 
   double focal_pixels = 0.0;        // 0: guessed (pinhole.h); the result hardly depends on it
   double forgetting = 0.5;          // lambda of (F3); [0, 1)
@@ -24,7 +24,7 @@ struct EvidenceOptions {
   double noise_floor_pixels = 0.1;  // of the scale of residuals; positive
   RelativePoseOptions pose;
   ThreeViewOptions three_views;
-  OwnCarOptions own_car_options;
+  OwnVehicleBlocksOptions own_vehicle_options;
 
   absl::Status Validate() const;
 };

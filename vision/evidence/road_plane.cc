@@ -17,7 +17,7 @@ constexpr double kLeastFall = 0.04;
 constexpr double kMostAcross = 0.15, kMostHorizon = 0.25;  // of a camera on a car
 constexpr double kSlopeChange = 0.03;                      // between frames: a jolt
 // Deviations by which a road is nearer than infinity. Flow stays at nought on a blank road, and on
-// the own car; a car ahead is as far.
+// the own vehicle; a car ahead is as far.
 constexpr double kLeastNear = 3.0;
 constexpr double kLeastMotionPixels = 0.5, kLeastMotion = 5.0;  // the latter in deviations
 constexpr int kSamples = 150;

@@ -6,10 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "vision/frame/ignored_area.h"
-#include "vision/labelling/drive_pictures.h"
 #include "vision/labelling/reduced_labels.h"
 #include "vision/own_vehicle/windscreen.h"
 #include "vision/trajectory/bundle_adjustment.h"
@@ -97,24 +95,14 @@ Eigen::Vector3d SharpenedDirection(const TravelPrior& travel, const std::vector<
 }  // namespace
 
 absl::Status DriveCameraOptions::Validate() const {
-  if (pairs < 1 || longest_frames < 1 || first_frame < 0) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("pairs is ", pairs, ", longest_frames ", longest_frames, ", first_frame ",
-                     first_frame, "; they must be positive, the last not negative"));
-  }
-  EGOSIEVE_RETURN_IF_ERROR(own_vehicle.Validate());
-  return equalization.Validate();
+  EGOSIEVE_RETURN_IF_ERROR(pictures.Validate());
+  return own_vehicle.Validate();
 }
 
 absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
                                              const DriveCameraOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
-  DrivePicturesOptions pictures_options;
-  pictures_options.pairs = options.pairs;
-  pictures_options.first_frame = options.first_frame;
-  pictures_options.longest_frames = options.longest_frames;
-  pictures_options.ignored = options.ignored;
-  pictures_options.equalization = options.equalization;
+  DrivePicturesOptions pictures_options = options.pictures;
   const bool is_given = options.focal_ratio > 0.0;
   if (is_given) pictures_options.windows = 0;
   EGOSIEVE_ASSIGN_OR_RETURN(DrivePictures drive, ReadDrivePictures(source, pictures_options));
@@ -151,8 +139,9 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   camera.travel = FitTravelPrior(directions);
   camera.own_vehicle = ProveOwnVehicle(fixed, pairs, learnt, options.own_vehicle);
   if (camera.travel.IsKnown()) {
-    camera.travel.direction = SharpenedDirection(camera.travel, worlds, camera.focal_ratio,
-                                                 United(options.ignored, camera.own_vehicle));
+    camera.travel.direction =
+        SharpenedDirection(camera.travel, worlds, camera.focal_ratio,
+                           United(options.pictures.ignored, camera.own_vehicle));
   }
   if (!camera.travel.IsOfVehicle()) return camera;
   // The rest of the share was of pairs whose motion was not found.

@@ -8,13 +8,12 @@
 #ifndef EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
 #define EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
 
-#include <cstdint>
 #include <opencv2/core.hpp>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "vision/frame/equalization.h"
 #include "vision/frame/frame_source.h"
+#include "vision/labelling/drive_pictures.h"
 #include "vision/own_vehicle/own_vehicle.h"
 #include "vision/trajectory/travel_prior.h"
 
@@ -32,13 +31,9 @@ struct DriveCamera {
 };
 
 struct DriveCameraOptions {
-  int pairs = 24;                 // looked at, at most; positive
-  int64_t first_frame = 0;        // where the drive begins in the input
-  int64_t longest_frames = 3000;  // of the drive that are looked at; positive
+  DrivePicturesOptions pictures;  // no windows are read where focal_ratio is given
   double focal_ratio = 0.0;       // of DriveCamera, where it is known; 0: to be learnt
   bool finds_own_vehicle = true;
-  cv::Mat1b ignored;  // ignored_area.h: not the world, whatever else is found
-  EqualizationOptions equalization;
   OwnVehicleOptions own_vehicle;
 
   absl::Status Validate() const;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <variant>
 
+#include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "vision/features/corner_tracks.h"
 #include "vision/features/flow_grid.h"
@@ -179,6 +180,16 @@ absl::StatusOr<ReadWindow> ReadWindowAt(PictureReader& reader, int64_t index, cv
 }
 
 }  // namespace
+
+absl::Status DrivePicturesOptions::Validate() const {
+  if (pairs < 1 || windows < 0 || longest_frames < 1 || first_frame < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("pairs is ", pairs, ", windows ", windows, ", longest_frames ", longest_frames,
+                     ", first_frame ", first_frame,
+                     "; pairs and longest_frames must be positive, the others not negative"));
+  }
+  return equalization.Validate();
+}
 
 absl::StatusOr<DrivePictures> ReadDrivePictures(FrameSource& source,
                                                 const DrivePicturesOptions& options) {

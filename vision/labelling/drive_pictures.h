@@ -50,8 +50,10 @@ struct DrivePicturesOptions {
   int windows = 8;                // at most; not negative
   int64_t first_frame = 0;        // where the drive begins in the input
   int64_t longest_frames = 3000;  // of the drive that are looked at; positive
-  cv::Mat1b ignored;              // ignored_area.h
+  cv::Mat1b ignored;              // ignored_area.h: not the world, whatever else is found
   EqualizationOptions equalization;
+
+  absl::Status Validate() const;
 };
 
 // Reads from `source`, forwards only. Frames that cannot be read are passed over; errors are the

@@ -23,7 +23,7 @@ EvidenceOptions OptionsOf(const EvidenceTerms& terms) {
   options.three_view = terms.three_view;
   options.road = terms.road;
   options.accumulation = terms.accumulation;
-  options.own_car = terms.own_car;
+  options.own_vehicle = terms.own_vehicle;
   return options;
 }
 
@@ -57,7 +57,7 @@ absl::StatusOr<EvidenceLabeller> EvidenceLabeller::Create(const FrameLabellerOpt
 EvidenceLabeller::EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid,
                                    FeatureTracker features, EvidenceAccumulator accumulator)
     : stride_pixels_(options.flow_stride_pixels),
-      draws_own_car_(options.evidence.own_car),
+      draws_own_vehicle_(options.evidence.own_vehicle),
       ignored_(options.ignored),
       windscreen_(options.windscreen),
       grid_(std::move(grid)),
@@ -232,7 +232,8 @@ absl::StatusOr<EvidenceResult> EvidenceLabeller::Judge(
   if (!evidence.views.empty()) evidence.camera = camera;
   evidence.points.reserve(points.size());
   for (const TrackedPoint& point : points) evidence.points.push_back(point.evidence);
-  if (draws_own_car_ || before != nullptr || !evidence.views.empty()) evidence.grey = frame.grey;
+  if (draws_own_vehicle_ || before != nullptr || !evidence.views.empty())
+    evidence.grey = frame.grey;
   if (before != nullptr) {
     evidence.pictures = static_cast<int>(frame.frame.index - before->frame.index);
     evidence.grey_before = before->grey;

@@ -91,7 +91,7 @@ class EvidenceLabeller {
                                        const TwoViewMotion* world, const Pinhole& camera,
                                        const std::vector<OtherView>& views);
 
-  const OwnCarState& own_car() const { return accumulator_.state().own_car; }
+  const OwnVehicleBlocks& own_vehicle() const { return accumulator_.state().own_vehicle; }
 
   EvidenceLabellerState state() const;
   absl::Status Restore(EvidenceLabellerState state);
@@ -106,7 +106,7 @@ class EvidenceLabeller {
                                const FramePairs& pairs);
 
   int stride_pixels_;
-  bool draws_own_car_;
+  bool draws_own_vehicle_;
   cv::Mat1b ignored_, windscreen_;
   GridTracker grid_;
   FeatureTracker features_;

@@ -20,7 +20,7 @@ const std::vector<Term>& Terms() {
                              {"three_view", &EvidenceTerms::three_view},
                              {"road", &EvidenceTerms::road},
                              {"accumulation", &EvidenceTerms::accumulation},
-                             {"own_car", &EvidenceTerms::own_car}};
+                             {"own_vehicle", &EvidenceTerms::own_vehicle}};
   return terms;
 }
 

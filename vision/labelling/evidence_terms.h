@@ -15,12 +15,12 @@ struct EvidenceTerms {
   bool three_view = true;      // a depth that does not last
   bool road = true;            // below the road, or standing on it elsewhere than its depth says
   bool accumulation = true;    // memory along tracks
-  bool own_car = true;         // parts of the image that stand still while the world moves
+  bool own_vehicle = true;     // parts of the image that stand still while the world moves
 
   static EvidenceTerms EpipolarAlone() { return {true, false, false, false, false, false}; }
 
   bool IsEpipolarAlone() const {
-    return epipolar && !negative_depth && !three_view && !road && !accumulation && !own_car;
+    return epipolar && !negative_depth && !three_view && !road && !accumulation && !own_vehicle;
   }
   // Something says what moves; the last two only add to it.
   bool IsEnough() const { return epipolar || negative_depth || three_view || road; }

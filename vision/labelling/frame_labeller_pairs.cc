@@ -289,7 +289,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
                        {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead},
                        {behind.frame, &behind.motion, &TrackedPoint::near_behind}}));
   movers_.Remember(points, evidence, frame.grey.size());
-  result.own_car = OwnCarAreas(evidence_.own_car(), frame.grey.size());
+  result.own_vehicle = OwnVehicleAreas(evidence_.own_vehicle(), frame.grey.size());
   if (options_.IsCalibrated()) {
     const FrameViews views{before.frame.index,
                            frame.frame.index,

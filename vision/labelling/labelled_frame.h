@@ -55,7 +55,7 @@ struct LabelledFrame {
   std::vector<EvidenceTerm> decided_by;
   // Parts of the image that stand still while the world moves, in pixels of `labelled`; no place is
   // in them.
-  std::vector<cv::Rect> own_car;
+  std::vector<cv::Rect> own_vehicle;
 
   MotionModelKind motion_model = MotionModelKind::kNone;
   cv::Matx33d motion_matrix = cv::Matx33d::eye();  // H or F, first frame to second, in pixels

@@ -147,15 +147,15 @@ void WalkTwoViews(Archive& archive, Motion& motion) {
 }
 
 template <typename Archive, typename State>
-void WalkOwnCar(Archive& archive, State& own_car) {
-  archive.Plain(own_car.blocks.width);
-  archive.Plain(own_car.blocks.height);
-  if (!archive.Count(own_car.sums, sizeof(float))) return;
-  archive.Block(own_car.sums.data(), own_car.sums.size());
-  if (!archive.Count(own_car.is_own, 1)) return;
-  archive.Block(own_car.is_own.data(), own_car.is_own.size());
-  if (!archive.Count(own_car.images, 3 * sizeof(int64_t))) return;
-  for (auto& image : own_car.images) {
+void WalkOwnVehicle(Archive& archive, State& own_vehicle) {
+  archive.Plain(own_vehicle.blocks.width);
+  archive.Plain(own_vehicle.blocks.height);
+  if (!archive.Count(own_vehicle.sums, sizeof(float))) return;
+  archive.Block(own_vehicle.sums.data(), own_vehicle.sums.size());
+  if (!archive.Count(own_vehicle.is_own, 1)) return;
+  archive.Block(own_vehicle.is_own.data(), own_vehicle.is_own.size());
+  if (!archive.Count(own_vehicle.images, 3 * sizeof(int64_t))) return;
+  for (auto& image : own_vehicle.images) {
     archive.Plain(image.index);
     archive.Plain(image.size.width);
     archive.Plain(image.size.height);
@@ -188,7 +188,7 @@ void WalkEvidence(Archive& archive, State& evidence) {
   archive.Plain(evidence.road.horizon);
   archive.Flag(evidence.road.proposed);
   archive.Plain(evidence.road.unseen);
-  WalkOwnCar(archive, evidence.own_car);
+  WalkOwnVehicle(archive, evidence.own_vehicle);
 }
 
 template <typename Archive, typename Field>

@@ -2,7 +2,7 @@
 //
 //   magic, version | mixture | frame gap | motion field | ground's speed | places that moved | motions
 //   of pairs | evidence_labeller.h: pictures, grid tracks, feature tracks, sums of evidence, poses,
-//   own car
+//   own vehicle
 //
 // Numbers are little-endian as in memory, counts stand before what they count. Equal states give
 // equal bytes. About 3 MB at 1242 x 375.

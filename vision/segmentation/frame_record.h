@@ -57,7 +57,7 @@ struct FrameRecord {
   int64_t dynamic_label_count = 0;  // p >= 1/2
   int frame_gap = 0;                // frames between the two of the pair; 0: no pair
   std::array<int64_t, kEvidenceTerms> decided_count{};  // of the dynamic labels, by EvidenceTerm
-  std::vector<cv::Rect> own_car;                        // labelled_frame.h, as what follows
+  std::vector<cv::Rect> own_vehicle;                    // labelled_frame.h, as what follows
   std::string doubt;
   CameraStep step;
 

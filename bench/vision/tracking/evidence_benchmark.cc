@@ -54,7 +54,7 @@ void BM_GridTracker(benchmark::State& state) {
 }
 BENCHMARK(BM_GridTracker)->Unit(benchmark::kMillisecond);
 
-// `with_image` adds the own car.
+// `with_image` adds the own vehicle.
 void BM_Evidence(benchmark::State& state, bool with_image) {
   StreetOptions options;
   options.static_count = static_cast<int>(state.range(0)) * 9 / 10;

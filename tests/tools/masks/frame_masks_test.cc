@@ -49,7 +49,7 @@ TEST(ReadFrameMask, HasTheOwnVehicleWhereItIsWanted) {
   FrameLine line;
   line.width_pixels = 30;
   line.height_pixels = 20;
-  line.own_car = {{0, 15, 30, 9}};  // beyond the lower edge
+  line.own_vehicle = {{0, 15, 30, 9}};  // beyond the lower edge
   cv::Mat1b mask(20, 30, uint8_t{0});
   mask(2, 3) = 255;
   ASSERT_TRUE(CreateFolder(folder->File("masks")).ok());

@@ -147,6 +147,19 @@ TEST_F(MasksTest, WritesAVideosPictures) {
     EXPECT_EQ(Read(name + ".png").size(), cv::Size(160, 96));
   }
   EXPECT_TRUE(fs::exists(root_ + "/r/run.json"));
+
+  // Fewer frames than the run holds by now.
+  out_ = root_ + "/again";
+  testing::internal::CaptureStderr();
+  testing::internal::CaptureStdout();
+  const int code = Masks({root_ + "/drive.avi", "--for=colmap", "--max_frames=2",
+                          "--frames=" + pictures, "--overwrite", "--run=" + root_ + "/r"})
+                       .code;
+  EXPECT_THAT(testing::internal::GetCapturedStdout(),
+              HasSubstr("--image_path=" + pictures + " --ImageReader.mask_path=" + out_));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("holds 4 frames from before"));
+  EXPECT_EQ(code, 0);
+  EXPECT_TRUE(fs::exists(out_ + "/000003.png.png"));
 }
 
 // Pictures that were taken from a video, scaled and compressed once more: the masks are those of
@@ -244,6 +257,7 @@ TEST_F(MasksTest, SaysWhatIsWrong) {
       {{path, "--for=colmap", "--truth=" + root_ + "/foreign"}, 2, "neither the names nor the"},
       {{run.frames, "--for=colmap", "--truth=" + root_ + "/sizes"}, 2, "has 5 x 5 pixels"},
       {{run.frames, "--for=colmap", "--run=" + out_}, 2, "lies in what is read"},
+      {{run.frames, "--for=colmap", "--run=" + run.frames + "/r"}, 2, "name another by --run"},
       {{root_ + "/none.txt", "--for=colmap"}, 3, "the list names no picture"},
       {{root_ + "/missing.txt", "--for=colmap"}, 3, "line 1: no such file"},
       {{root_ + "/none", "--for=colmap"}, 3, "no such file or folder"},
@@ -259,6 +273,13 @@ TEST_F(MasksTest, SaysWhatIsWrong) {
   EXPECT_FALSE(fs::exists(run.folder.File("masks")));
 }
 
+TEST_F(MasksTest, TellsColmapWhereThePicturesAre) {
+  const FakeRun run = WriteFakeRun(root_ + "/drive");
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(Masks({run.folder.path(), "--for=colmap"}).code, 0);
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("--image_path=" + run.frames));
+}
+
 TEST_F(MasksTest, WritesIntoNoFolderThatIsReadOrSomebodyElses) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
   const std::string path = run.folder.path();
@@ -268,6 +289,9 @@ TEST_F(MasksTest, WritesIntoNoFolderThatIsReadOrSomebodyElses) {
     EXPECT_EQ(outcome.code, 2) << inside;
     EXPECT_THAT(outcome.err, HasSubstr("--out=" + inside));
   }
+  out_ = run.frames + "/masks";
+  EXPECT_THAT(Masks({run.frames + "/*.png", "--for=colmap"}).err,
+              HasSubstr("lies in what is read"));
   EXPECT_EQ(std::distance(fs::directory_iterator(run.frames), fs::directory_iterator()), 6);
   out_ = root_;
   EXPECT_THAT(Masks({path, "--for=colmap"}).err, HasSubstr("is or holds what is read"));

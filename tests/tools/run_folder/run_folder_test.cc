@@ -36,7 +36,7 @@ TEST(FrameLine, ALineComesBackAsItWas) {
   line.frame_gap = 3;
   line.decided_by = {{"epipolar", 0.75}, {"road", 0.25}};
   line.image = "cam0/000012.jpg";
-  line.own_car = {{0, 320, 640, 16}, {16, 336, 600, 16}};
+  line.own_vehicle = {{0, 320, 640, 16}, {16, 336, 600, 16}};
   line.points = {1505, 907, 488, 110, 19, 51, 7, 102};
   line.model_size = 3999;
   line.theta = {0.1, -1.0 / 3.0, 1e-300};
@@ -277,6 +277,10 @@ TEST(RunFolder, DamageIsReportedWithItsPlace) {
   std::ofstream(run.folder.File("run.json"))
       << "{\"format\": \"egosieve run\", \"format_version\": 99}";
   EXPECT_EQ(run.folder.ReadDescription().status().code(), absl::StatusCode::kFailedPrecondition);
+  std::ofstream(run.folder.File("run.json"))
+      << "{\"format\": \"egosieve run\", \"format_version\": 1}";
+  EXPECT_THAT(std::string(run.folder.ReadDescription().status().message()),
+              HasSubstr("segment the drive again"));
   std::ofstream(run.folder.File("run.json")) << "{\"format\": \"other\"}";
   EXPECT_EQ(run.folder.ReadDescription().status().code(), absl::StatusCode::kDataLoss);
 }

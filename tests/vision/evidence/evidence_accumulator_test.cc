@@ -141,7 +141,7 @@ TEST(EvidenceAccumulator, RestoredStateGoesOnBitForBit) {
     ASSERT_TRUE(fresh.Restore(resumed.state()).ok());
     resumed = fresh;
     ExpectSame(*whole.Add(frame), *resumed.Add(frame));
-    EXPECT_EQ(whole.state().own_car.sums, resumed.state().own_car.sums);
+    EXPECT_EQ(whole.state().own_vehicle.sums, resumed.state().own_vehicle.sums);
   }
 }
 
@@ -155,7 +155,7 @@ TEST(EvidenceAccumulator, StateIsBoundedByTheFrame) {
     ASSERT_TRUE(accumulator.Add(frame).ok());
     EXPECT_LE(accumulator.state().memories.size(), frame.points.size());
     EXPECT_LE(accumulator.state().poses.size(), static_cast<size_t>(kGap));
-    EXPECT_LE(accumulator.state().own_car.images.size(), static_cast<size_t>(kGap));
+    EXPECT_LE(accumulator.state().own_vehicle.images.size(), static_cast<size_t>(kGap));
   }
 }
 

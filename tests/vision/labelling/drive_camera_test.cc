@@ -144,7 +144,7 @@ TEST(DriveCamera, NoPairsLeaveThePrior) {
 
 TEST(DriveCamera, OptionsNameWhatIsWrong) {
   DriveCameraOptions options;
-  options.pairs = 0;
+  options.pictures.pairs = 0;
   PictureSource source({});
   EXPECT_NE(std::string(LearnDriveCamera(source, options).status().message()).find("pairs is 0"),
             std::string::npos);

@@ -100,7 +100,7 @@ class HardRoad : public testing::TestWithParam<int> {
     SCOPED_TRACE(testing::Message() << "frame " << frame.labels.frame_index);
     EXPECT_TRUE(frame.state.evidence.evidence.poses.empty());
     EXPECT_FALSE(frame.state.evidence.evidence.road.known);
-    EXPECT_TRUE(frame.labels.own_car.empty());
+    EXPECT_TRUE(frame.labels.own_vehicle.empty());
     for (const EvidenceTerm term : frame.labels.decided_by) {
       ASSERT_EQ(term, EvidenceTerm::kEpipolar);
     }
@@ -191,7 +191,7 @@ TEST_P(HardRoad, StopAmongMovingCars) {
     if (frame.labels.frame_index < kStands) continue;
     EXPECT_NE(frame.labels.motion_model, MotionModelKind::kFundamental);
     EXPECT_TRUE(frame.state.evidence.evidence.poses.empty()) << frame.labels.frame_index;
-    EXPECT_TRUE(frame.labels.own_car.empty());
+    EXPECT_TRUE(frame.labels.own_vehicle.empty());
   }
 }
 

@@ -57,7 +57,7 @@ void TrackWatch::Check(const LabelledFrame& labels, const LabellerState& state,
   }
   constexpr size_t kMostGap = FrameLabellerOptions::kLongestAutoGap;
   EXPECT_LE(evidence.evidence.poses.size(), kMostGap + 1);
-  EXPECT_LE(evidence.evidence.own_car.images.size(), kMostGap + 1);
+  EXPECT_LE(evidence.evidence.own_vehicle.images.size(), kMostGap + 1);
   EXPECT_LE(evidence.frame_indices.size(), static_cast<size_t>(kTrackHistory));
   EXPECT_LE(static_cast<int64_t>(evidence.frame_indices.size()), pictures_);
   if (labels.first_index >= 0) {
@@ -68,7 +68,7 @@ void TrackWatch::Check(const LabelledFrame& labels, const LabellerState& state,
     EXPECT_TRUE(evidence.features.tracks.empty());
     EXPECT_TRUE(evidence.evidence.memories.empty());
     EXPECT_TRUE(evidence.evidence.poses.empty());
-    EXPECT_TRUE(evidence.evidence.own_car.images.empty());
+    EXPECT_TRUE(evidence.evidence.own_vehicle.images.empty());
   }
 }
 

@@ -1,5 +1,5 @@
-// Parts of the image that stand still while the world moves: bonnet, wiper at rest, time stamp,
-// logo.
+// The own vehicle found on the way, block by block: parts of the image that stand still while the
+// world moves. Bonnet, wiper at rest, time stamp, logo. own_vehicle.h finds it from the whole drive.
 //
 // The image at half resolution, smoothed, in blocks of 8 x 8. Between the frames t - g and t, with
 // D = I_t - I_(t-g) and G the mean gradient of the two, a block of a static world moves by v + s d,
@@ -17,21 +17,21 @@
 // world is below the road, so what is still where the road moves is not the world. l is 3 for
 // blocks most of whose places are, as far as such blocks reach up from the lower edge of the image:
 // a bonnet, whatever it mirrors, and what the windscreen mirrors; a car ahead has road below it.
-// Such a block belongs to the own car from A > off on, after three frames. (To ask for a still edge
-// at their upper end left the windscreen's reflections on blank asphalt to be called movers.)
+// Such a block belongs to the own vehicle from A > off on, after three frames. (To ask for a still
+// edge at their upper end left the windscreen's reflections on blank asphalt to be called movers.)
 //
 // sigma is the image noise: the lower quartile of sqrt(C_0 / N) over the blocks, at least the
 // floor. What is far away and straight ahead also stands still, but v then says so: C_1 = C_0, and
 // nothing is learnt. What travels along (the car ahead) does turn with the camera: v holds for it
 // too. So it takes turning and pitching, which driving has, and many frames: what a camera follows
 // by hand keeps its place, too, but neither for long nor to a fraction of a pixel (O4). A block
-// belongs to the own car from A > on until A < off, and so do some blocks without texture between
-// such blocks, or between one and the lower edge.
+// belongs to the own vehicle from A > on until A < off, and so do some blocks without texture
+// between such blocks, or between one and the lower edge.
 //
 // State: A and the flag of each block, and the half images of the last g frames. Cost: about 2 ms
 // at 1242 x 375.
-#ifndef EGOSIEVE_VISION_EVIDENCE_OWN_CAR_H_
-#define EGOSIEVE_VISION_EVIDENCE_OWN_CAR_H_
+#ifndef EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_BLOCKS_H_
+#define EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_BLOCKS_H_
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -46,7 +46,7 @@
 
 namespace egosieve::vision {
 
-struct OwnCarOptions {
+struct OwnVehicleBlocksOptions {
   double on = 25.0;          // positive, at most `limit`
   double off = 8.0;          // below `on`
   double limit = 50.0;       // of |A|
@@ -56,7 +56,7 @@ struct OwnCarOptions {
   absl::Status Validate() const;
 };
 
-struct OwnCarState {
+struct OwnVehicleBlocks {
   struct HalfImage {
     int64_t index = -1;
     cv::Size size;
@@ -80,15 +80,15 @@ struct WorldMotion {
 
 // Takes the frame in; learns where `motion` is not null and frame t - g is among those kept.
 // grey: CV_8UC1. `options` must be valid.
-void LearnOwnCar(const cv::Mat& grey, int64_t index, int gap, const WorldMotion* motion,
-                 const OwnCarOptions& options, OwnCarState& state);
+void LearnOwnVehicleBlocks(const cv::Mat& grey, int64_t index, int gap, const WorldMotion* motion,
+                           const OwnVehicleBlocksOptions& options, OwnVehicleBlocks& state);
 
-// Whether a place, in pixels of the whole image, is the own car's.
-bool IsOwnCar(const OwnCarState& state, cv::Point2f place);
+// Whether a place, in pixels of the whole image, is the own vehicle's.
+bool IsOwnVehicle(const OwnVehicleBlocks& state, cv::Point2f place);
 
 // All such places of an image: stretches of rows of blocks, from the top.
-std::vector<cv::Rect> OwnCarAreas(const OwnCarState& state, cv::Size image);
+std::vector<cv::Rect> OwnVehicleAreas(const OwnVehicleBlocks& state, cv::Size image);
 
 }  // namespace egosieve::vision
 
-#endif  // EGOSIEVE_VISION_EVIDENCE_OWN_CAR_H_
+#endif  // EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_BLOCKS_H_

@@ -1,4 +1,4 @@
-#include "vision/evidence/own_car.h"
+#include "vision/own_vehicle/own_vehicle_blocks.h"
 
 #include <gtest/gtest.h>
 
@@ -42,7 +42,7 @@ WorldMotion Shift(double x, double y) {
 
 // Share of the blocks' centres that are flagged inside (or outside) the bonnet, one block of
 // margin.
-double FlaggedShare(const OwnCarState& state, bool inside) {
+double FlaggedShare(const OwnVehicleBlocks& state, bool inside) {
   int flagged = 0, count = 0;
   for (int y = 8; y < kSize.height; y += 16) {
     for (int x = 8; x < kSize.width; x += 16) {
@@ -51,14 +51,14 @@ double FlaggedShare(const OwnCarState& state, bool inside) {
                             kBonnet.height - 16);
       if (inside ? !shrunk.contains({x, y}) : grown.contains({x, y})) continue;
       ++count;
-      flagged += IsOwnCar(state, cv::Point2f(x, y)) ? 1 : 0;
+      flagged += IsOwnVehicle(state, cv::Point2f(x, y)) ? 1 : 0;
     }
   }
   return static_cast<double>(flagged) / count;
 }
 
 // Pitch and yaw back and forth; `moves` false: the camera stands.
-OwnCarState Drive(int frames, bool bonnet, double amplitude, OwnCarState state = {}) {
+OwnVehicleBlocks Drive(int frames, bool bonnet, double amplitude, OwnVehicleBlocks state = {}) {
   const auto sway = [&](int t) {
     return Eigen::Vector2d(2 * amplitude * std::sin(1.3 * t), amplitude * std::sin(2.1 * t));
   };
@@ -66,32 +66,32 @@ OwnCarState Drive(int frames, bool bonnet, double amplitude, OwnCarState state =
     const Eigen::Vector2d at = sway(t), step = at - sway(t - 1);
     const WorldMotion motion = Shift(step(0), step(1));
     const int64_t index = t + (state.images.empty() ? 0 : state.images.back().index + 1 - t);
-    LearnOwnCar(Picture(at(0), at(1), bonnet, t), index, 1, &motion, {}, state);
+    LearnOwnVehicleBlocks(Picture(at(0), at(1), bonnet, t), index, 1, &motion, {}, state);
   }
   return state;
 }
 
-TEST(OwnCar, ABonnetIsFoundAndTheWorldIsNot) {
-  const OwnCarState state = Drive(60, true, 1.0);
+TEST(OwnVehicle, ABonnetIsFoundAndTheWorldIsNot) {
+  const OwnVehicleBlocks state = Drive(60, true, 1.0);
   EXPECT_GT(FlaggedShare(state, true), 0.8);
   EXPECT_EQ(FlaggedShare(state, false), 0.0);
 }
 
-TEST(OwnCar, NothingIsFoundWithoutOne) {
-  const OwnCarState state = Drive(60, false, 1.0);
+TEST(OwnVehicle, NothingIsFoundWithoutOne) {
+  const OwnVehicleBlocks state = Drive(60, false, 1.0);
   EXPECT_EQ(FlaggedShare(state, true), 0.0);
   EXPECT_EQ(FlaggedShare(state, false), 0.0);
 }
 
-TEST(OwnCar, NothingIsLearntWhileTheCameraStands) {
-  const OwnCarState state = Drive(80, true, 0.0);
+TEST(OwnVehicle, NothingIsLearntWhileTheCameraStands) {
+  const OwnVehicleBlocks state = Drive(80, true, 0.0);
   EXPECT_EQ(FlaggedShare(state, true), 0.0);
   EXPECT_EQ(FlaggedShare(state, false), 0.0);
 }
 
 // What a camera follows by hand stays near its place, but not in it.
-TEST(OwnCar, AFollowedObjectIsNotTheOwnCar) {
-  OwnCarState state;
+TEST(OwnVehicle, AFollowedObjectIsNotTheOwnVehicle) {
+  OwnVehicleBlocks state;
   for (int t = 0; t < 80; ++t) {
     const auto world = [](int k) { return Eigen::Vector2d(1.5 * k, 0.5 * std::sin(k)); };
     const auto object = [](int k) { return Eigen::Vector2d(1.2 * std::sin(0.9 * k), 0.0); };
@@ -100,17 +100,17 @@ TEST(OwnCar, AFollowedObjectIsNotTheOwnCar) {
     Picture(object(t)(0), object(t)(1), false, t + 1000)(place).copyTo(image(place));
     const Eigen::Vector2d step = world(t) - world(t - 1);
     const WorldMotion motion = Shift(step(0), step(1));
-    LearnOwnCar(image, t, 1, &motion, {}, state);
+    LearnOwnVehicleBlocks(image, t, 1, &motion, {}, state);
   }
   for (int y = 0; y < kSize.height; y += 16) {
-    for (int x = 0; x < kSize.width; x += 16) EXPECT_FALSE(IsOwnCar(state, cv::Point2f(x, y)));
+    for (int x = 0; x < kSize.width; x += 16) EXPECT_FALSE(IsOwnVehicle(state, cv::Point2f(x, y)));
   }
 }
 
 // Straight ahead over a road, in a picture without any texture: what places say. `still`: areas
 // that keep their place, but for a shake; `blank`: areas without places.
-OwnCarState DriveOverRoad(int frames, const std::vector<cv::Rect>& still,
-                          const std::vector<cv::Rect>& blank) {
+OwnVehicleBlocks DriveOverRoad(int frames, const std::vector<cv::Rect>& still,
+                               const std::vector<cv::Rect>& blank) {
   WorldMotion motion;
   motion.has_line = true;
   motion.camera = Pinhole::Of(kSize, 210);
@@ -123,7 +123,7 @@ OwnCarState DriveOverRoad(int frames, const std::vector<cv::Rect>& still,
       return area.contains({x, y});
     });
   };
-  OwnCarState state;
+  OwnVehicleBlocks state;
   const cv::Mat picture(kSize, CV_8UC1, cv::Scalar(100));
   for (int t = 0; t < frames; ++t) {
     motion.pairs.clear();
@@ -143,54 +143,55 @@ OwnCarState DriveOverRoad(int frames, const std::vector<cv::Rect>& still,
             {before(0), before(1), static_cast<double>(x), static_cast<double>(y)});
       }
     }
-    LearnOwnCar(picture, t, 1, &motion, {}, state);
+    LearnOwnVehicleBlocks(picture, t, 1, &motion, {}, state);
   }
   return state;
 }
 
 // The bonnet's lower half is blank.
-TEST(OwnCar, ABonnetBelowTheRoadIsFoundSoonWhateverItMirrors) {
+TEST(OwnVehicle, ABonnetBelowTheRoadIsFoundSoonWhateverItMirrors) {
   const cv::Rect car_ahead(112, 88, 64, 16);
   const cv::Rect lower(kBonnet.x, 144, kBonnet.width, 16);
   EXPECT_EQ(FlaggedShare(DriveOverRoad(3, {kBonnet, car_ahead}, {lower}), true), 0.0);
-  const OwnCarState state = DriveOverRoad(6, {kBonnet, car_ahead}, {lower});
+  const OwnVehicleBlocks state = DriveOverRoad(6, {kBonnet, car_ahead}, {lower});
   EXPECT_EQ(FlaggedShare(state, true), 1.0);
   EXPECT_EQ(FlaggedShare(state, false), 0.0);
 }
 
-TEST(OwnCar, ACarAheadWithRoadBelowItIsNot) {
+TEST(OwnVehicle, ACarAheadWithRoadBelowItIsNot) {
   const cv::Rect car_ahead(112, 88, 64, 24);
-  const OwnCarState on_road = DriveOverRoad(60, {car_ahead}, {});
-  const OwnCarState on_blank_road = DriveOverRoad(60, {car_ahead}, {cv::Rect(0, 112, 320, 48)});
-  for (const OwnCarState& state : {on_road, on_blank_road}) {
+  const OwnVehicleBlocks on_road = DriveOverRoad(60, {car_ahead}, {});
+  const OwnVehicleBlocks on_blank_road =
+      DriveOverRoad(60, {car_ahead}, {cv::Rect(0, 112, 320, 48)});
+  for (const OwnVehicleBlocks& state : {on_road, on_blank_road}) {
     EXPECT_EQ(std::count(state.is_own.begin(), state.is_own.end(), 1), 0);
   }
 }
 
-TEST(OwnCar, HysteresisKeepsAndAtLastGivesBack) {
-  OwnCarState state = Drive(60, true, 1.0);
+TEST(OwnVehicle, HysteresisKeepsAndAtLastGivesBack) {
+  OwnVehicleBlocks state = Drive(60, true, 1.0);
   state = Drive(3, false, 1.0, state);
   EXPECT_GT(FlaggedShare(state, true), 0.8);
   state = Drive(120, false, 1.0, state);
   EXPECT_EQ(FlaggedShare(state, true), 0.0);
 }
 
-TEST(OwnCar, StateIsBoundedAndStartsAnewWithTheSize) {
-  OwnCarState state = Drive(20, true, 1.0);
+TEST(OwnVehicle, StateIsBoundedAndStartsAnewWithTheSize) {
+  OwnVehicleBlocks state = Drive(20, true, 1.0);
   EXPECT_EQ(state.images.size(), 1U);
-  for (const float sum : state.sums) EXPECT_LE(std::abs(sum), OwnCarOptions().limit);
-  LearnOwnCar(cv::Mat(100, 60, CV_8UC1, cv::Scalar(9)), 100, 3, nullptr, {}, state);
+  for (const float sum : state.sums) EXPECT_LE(std::abs(sum), OwnVehicleBlocksOptions().limit);
+  LearnOwnVehicleBlocks(cv::Mat(100, 60, CV_8UC1, cv::Scalar(9)), 100, 3, nullptr, {}, state);
   EXPECT_EQ(state.images.size(), 1U);
   EXPECT_EQ(state.blocks, cv::Size(4, 7));
-  EXPECT_FALSE(IsOwnCar(state, {200, 150}));
-  EXPECT_FALSE(IsOwnCar(state, {std::nanf(""), 1}));
+  EXPECT_FALSE(IsOwnVehicle(state, {200, 150}));
+  EXPECT_FALSE(IsOwnVehicle(state, {std::nanf(""), 1}));
 }
 
-TEST(OwnCar, OptionsAreChecked) {
-  EXPECT_TRUE(OwnCarOptions().Validate().ok());
-  EXPECT_FALSE(OwnCarOptions({.on = 1, .off = 2}).Validate().ok());
-  EXPECT_FALSE(OwnCarOptions({.memory = 1.0}).Validate().ok());
-  EXPECT_FALSE(OwnCarOptions({.noise_floor = std::nan("")}).Validate().ok());
+TEST(OwnVehicle, OptionsAreChecked) {
+  EXPECT_TRUE(OwnVehicleBlocksOptions().Validate().ok());
+  EXPECT_FALSE(OwnVehicleBlocksOptions({.on = 1, .off = 2}).Validate().ok());
+  EXPECT_FALSE(OwnVehicleBlocksOptions({.memory = 1.0}).Validate().ok());
+  EXPECT_FALSE(OwnVehicleBlocksOptions({.noise_floor = std::nan("")}).Validate().ok());
 }
 
 }  // namespace

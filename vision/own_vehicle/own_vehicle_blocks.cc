@@ -1,4 +1,4 @@
-#include "vision/evidence/own_car.h"
+#include "vision/own_vehicle/own_vehicle_blocks.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -137,7 +137,8 @@ int MostGap(cv::Size blocks) { return std::max(1, blocks.height / kRowsPerGap); 
 
 // Flags the blocks of short gaps between flagged ones in a line of blocks, `first` and every `step`
 // on; not those that were seen to move.
-void FillGaps(int first, int step, int count, double off, bool edge_is_own, OwnCarState& state) {
+void FillGaps(int first, int step, int count, double off, bool edge_is_own,
+              OwnVehicleBlocks& state) {
   const int most_gap = MostGap(state.blocks);
   int last = edge_is_own ? -1 : -most_gap - 2;
   for (int i = 0; i < count; ++i) {
@@ -151,7 +152,7 @@ void FillGaps(int first, int step, int count, double off, bool edge_is_own, OwnC
 }
 
 // A bonnet is blank in parts.
-void FillOwnCar(double off, OwnCarState& state) {
+void FillOwnVehicle(double off, OwnVehicleBlocks& state) {
   const int columns = state.blocks.width, rows = state.blocks.height;
   for (int column = 0; column < columns; ++column) {
     FillGaps((rows - 1) * columns + column, -columns, rows, off, true, state);
@@ -203,8 +204,8 @@ double GainOf(const BlockSums& sums, double pixels, double variance, const Block
   return gain > 0.0 && IsMoving(sums, pixels, variance) ? -1.0 : std::clamp(gain, -1.0, 1.0);
 }
 
-void LearnFrom(const Blocks& blocks, const WorldMotion& motion, const OwnCarOptions& options,
-               OwnCarState& state) {
+void LearnFrom(const Blocks& blocks, const WorldMotion& motion,
+               const OwnVehicleBlocksOptions& options, OwnVehicleBlocks& state) {
   const std::vector<ByRoad> by_road = JudgeByRoad(motion, state.blocks);
   const int most_gap = MostGap(state.blocks);
   for (int column = 0; column < state.blocks.width; ++column) {
@@ -228,12 +229,12 @@ void LearnFrom(const Blocks& blocks, const WorldMotion& motion, const OwnCarOpti
       if (state.sums[k] < options.off) state.is_own[k] = 0;
     }
   }
-  FillOwnCar(options.off, state);
+  FillOwnVehicle(options.off, state);
 }
 
 }  // namespace
 
-absl::Status OwnCarOptions::Validate() const {
+absl::Status OwnVehicleBlocksOptions::Validate() const {
   const auto error = [](auto... parts) {
     return absl::InvalidArgumentError(absl::StrCat(parts...));
   };
@@ -249,8 +250,8 @@ absl::Status OwnCarOptions::Validate() const {
   return absl::OkStatus();
 }
 
-void LearnOwnCar(const cv::Mat& grey, int64_t index, int gap, const WorldMotion* motion,
-                 const OwnCarOptions& options, OwnCarState& state) {
+void LearnOwnVehicleBlocks(const cv::Mat& grey, int64_t index, int gap, const WorldMotion* motion,
+                           const OwnVehicleBlocksOptions& options, OwnVehicleBlocks& state) {
   const cv::Mat half = HalfOf(grey);
   const cv::Size blocks((half.cols + kBlock - 1) / kBlock, (half.rows + kBlock - 1) / kBlock);
   if (blocks != state.blocks || (!state.images.empty() && state.images[0].size != half.size())) {
@@ -266,14 +267,14 @@ void LearnOwnCar(const cv::Mat& grey, int64_t index, int gap, const WorldMotion*
     LearnFrom(BlocksOf(earlier, half, state.blocks, options.noise_floor), *motion, options, state);
   }
   std::erase_if(state.images, [&](const auto& image) { return image.index <= index - gap; });
-  OwnCarState::HalfImage kept;
+  OwnVehicleBlocks::HalfImage kept;
   kept.index = index;
   kept.size = half.size();
   kept.pixels.assign(half.datastart, half.dataend);
   state.images.push_back(std::move(kept));
 }
 
-bool IsOwnCar(const OwnCarState& state, cv::Point2f place) {
+bool IsOwnVehicle(const OwnVehicleBlocks& state, cv::Point2f place) {
   const float column = place.x / (2 * kBlock), row = place.y / (2 * kBlock);
   const bool inside = column >= 0 && row >= 0 && column < static_cast<float>(state.blocks.width) &&
                       row < static_cast<float>(state.blocks.height);
@@ -281,7 +282,7 @@ bool IsOwnCar(const OwnCarState& state, cv::Point2f place) {
   return state.is_own[static_cast<int>(row) * state.blocks.width + static_cast<int>(column)] != 0;
 }
 
-std::vector<cv::Rect> OwnCarAreas(const OwnCarState& state, cv::Size image) {
+std::vector<cv::Rect> OwnVehicleAreas(const OwnVehicleBlocks& state, cv::Size image) {
   constexpr int kPixels = 2 * kBlock;
   const cv::Rect whole(cv::Point(), image);
   std::vector<cv::Rect> areas;
