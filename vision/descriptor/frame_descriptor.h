@@ -1,6 +1,6 @@
 // The six inputs x = (u, v, I_M, I_R, I_G, I_B) of kernels/ops/descriptor_field.h for frames: at
-// places of a frame, to learn from, and over the whole frame on a grid, to infer at. One code path:
-// at a grid's pixels both give the same bytes.
+// given positions of a frame, for learning, and on a grid over the whole frame, for inference. Both
+// use the same code, so they give the same bytes at the pixels of a grid.
 #ifndef EGOSIEVE_VISION_DESCRIPTOR_FRAME_DESCRIPTOR_H_
 #define EGOSIEVE_VISION_DESCRIPTOR_FRAME_DESCRIPTOR_H_
 
@@ -20,7 +20,7 @@ absl::StatusOr<std::vector<float>> DescribePositions(
     kernels::Context& context, const Frame& frame, kernels::ConstMatrixView<double> positions,
     const kernels::DescriptorOptions& options = {});
 
-// Returns grid.size() x 6, row-major. The grid must be of the frame's size.
+// Returns grid.size() x 6, row-major. The grid must have the frame's size.
 absl::StatusOr<std::vector<float>> DescribeGrid(kernels::Context& context, const Frame& frame,
                                                 const kernels::ImageGrid& grid,
                                                 const kernels::DescriptorOptions& options = {});

@@ -9,14 +9,14 @@ namespace {
 constexpr int kWindow = 3;
 constexpr int kSobel = 3;
 
-// Where the parabola through (-1, before), (0, centre), (1, after) has its maximum.
+// The position of the maximum of the parabola through (-1, before), (0, centre), (1, after).
 float ParabolaPeak(float before, float centre, float after) {
   const float curvature = before - 2.0F * centre + after;
   if (!(curvature < 0.0F)) return 0.0F;
   return std::clamp(0.5F * (before - after) / curvature, -0.5F, 0.5F);
 }
 
-// Of equal neighbours the first in row order is the maximum.
+// Of equal neighbours only the first in row order is a maximum.
 bool IsMaximum(const float* above, const float* row, const float* below, int x) {
   const float v = row[x];
   return v > above[x - 1] && v > above[x] && v > above[x + 1] && v > row[x - 1] &&

@@ -15,7 +15,7 @@ namespace egosieve::vision {
 namespace {
 
 constexpr int kWindow = 15;              // pixels
-constexpr int kLevels = 4;               // of the pyramid, beyond the picture itself
+constexpr int kLevels = 4;               // of the pyramid, in addition to the picture itself
 constexpr float kMostReturn = 0.3f;      // pixels
 constexpr int kBorder = 5;               // pixels
 constexpr float kLeastResponse = 1e-5f;  // as in feature_extractor.h

@@ -2,7 +2,7 @@
 //
 // 1. Corners (corner_detector.h) of the first picture, spread evenly over it (spread.h).
 // 2. Pyramidal Lucas-Kanade from each picture to the next, and back. A track ends where it does not
-//    come back to within 0.3 pixels, or comes near the picture's border.
+//    return to within 0.3 pixels, or comes close to the picture's border.
 //
 // Reference: Bouguet (2001), pyramidal implementation of the tracker of Lucas & Kanade.
 #ifndef EGOSIEVE_VISION_FEATURES_CORNER_TRACKS_H_
@@ -14,29 +14,29 @@
 
 namespace egosieve::vision {
 
-// Places in the first pictures of the window, pixels.
+// Positions in consecutive pictures of the window, from the first picture on, pixels.
 using CornerTrack = std::vector<cv::Point2f>;
 
 class CornerTracker {
  public:
-  // corners: of the first picture, at most; positive.
+  // corners: the largest number taken from the first picture; positive.
   explicit CornerTracker(int corners = 300) : corners_(corners) {}
 
-  // The next picture, CV_8UC1, all of one size.
+  // Adds the next picture, CV_8UC1; all pictures must have one size.
   void Add(const cv::Mat& picture);
 
-  // Those of the first picture, row by row; each holds the pictures in which it was seen.
+  // The tracks of the first picture's corners, row by row, each as long as the corner was followed.
   const std::vector<CornerTrack>& tracks() const { return tracks_; }
   int pictures() const { return pictures_; }
-  // Median distance from the first picture to the last one, pixels, of the tracks that reach it; 0
-  // where none does.
+  // Median distance, in pixels, between a corner's positions in the first and in the last picture,
+  // over the tracks that reach the last one; 0 where none does.
   double MedianMotion() const;
 
  private:
   int corners_;
   int pictures_ = 0;
   std::vector<CornerTrack> tracks_;
-  std::vector<size_t> alive_;     // of tracks_
+  std::vector<size_t> alive_;     // indices into tracks_
   std::vector<cv::Mat> pyramid_;  // of the last picture
 };
 

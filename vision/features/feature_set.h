@@ -1,4 +1,4 @@
-// Features of one frame: places with SIFT descriptors (Lowe, 2004).
+// Features of one frame: positions with SIFT descriptors (Lowe, 2004).
 #ifndef EGOSIEVE_VISION_FEATURES_FEATURE_SET_H_
 #define EGOSIEVE_VISION_FEATURES_FEATURE_SET_H_
 
@@ -10,9 +10,9 @@ namespace egosieve::vision {
 
 inline constexpr int kSiftDescriptorBytes = 128;
 
-// Of the features [0, key_point_count) are SIFT key points, described in their own scale and
-// orientation; the rest are corners, described upright at one scale. The two kinds are matched
-// apart.
+// The features [0, key_point_count) are SIFT key points, described in their own scale and
+// orientation. The rest are corners, described upright at one scale. The two kinds are matched
+// separately.
 struct FeatureSet {
   std::vector<cv::Point2f> positions;  // pixels, subpixel accuracy, inside the image
   std::vector<uint8_t> descriptors;    // size() x kSiftDescriptorBytes, row-major

@@ -30,7 +30,7 @@ InverseSearchOptions SearchOptionsOf(FlowQuality quality) {
   return {.finest_level = 1, .patch_stride = 3, .most_steps = 12};
 }
 
-// Patches of a picture against those of another, warped onto it by a flow.
+// Compares patches of a picture with those of another, warped onto it by a flow.
 class PatchComparison {
  public:
   struct Result {
@@ -84,7 +84,7 @@ class PatchComparison {
   cv::Mat warped_;
 };
 
-// From the picture that the grid lies in to the other.
+// The pair of a node of the grid and its position in the other picture, in the order of the images.
 PointPair PairOf(cv::Point2f node, cv::Point2f there, bool anchor_second) {
   return anchor_second ? PointPair{there.x, there.y, node.x, node.y}
                        : PointPair{node.x, node.y, there.x, there.y};
@@ -205,7 +205,7 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
     }
   });
   TrackedGrid grid;
-  std::vector<Node> nodes;  // those that flow follows, and textured ones that it loses
+  std::vector<Node> nodes;  // with a position in the other picture, or textured
   for (const std::vector<Node>& row : rows) {
     grid.point_count += static_cast<int64_t>(row.size());
     for (const Node& node : row) {

@@ -4,16 +4,16 @@
 //   x2 = x1 + f(x1),   e(x1) = | f(x1) + b(x2) |                     forward-backward error
 //   kept where e < error_floor + error_slope |f(x1)| and x2 lies in the image
 //
-// Flow is smooth and covers everything: it says something, and the same both ways, of a blank wall,
-// too. So each point is also asked whether the pictures agree: with P the patch of 7 x 7 pixels
-// around it and Q the other picture's, sampled along the flow,
+// Flow is smooth and dense. It gives a displacement, consistent in both directions, even for a
+// blank wall. So for each point the pictures are compared as well. With P the patch of 7 x 7 pixels
+// around it and Q the patch of the other picture, sampled along the flow,
 //
 //   textured   std P >= texture_levels
 //   agrees     sum (P - mean P)(Q - mean Q) >= agreement |P - mean P| |Q - mean Q|
 //
-// Points that are textured and do not agree are dropped; those without texture are kept and marked,
-// as the flow around them may well be theirs. Textured points that are lost are searched for
-// (patch_search.h) where that is asked for.
+// Textured points whose correlation is below `contradiction` are dropped. Points without texture
+// are kept and marked, since the flow around them may well be theirs. Lost textured points are
+// searched for (flow_growth.h) if that is requested.
 //
 // Fields and pictures are sampled bilinearly. Cost: two flows, linear in the pixels.
 #ifndef EGOSIEVE_VISION_FEATURES_FLOW_GRID_H_
@@ -30,10 +30,11 @@
 
 namespace egosieve::vision {
 
-// Presets of OpenCV's DIS, but for two: kFast and kMedium refine twice rather than five times, as
-// refinement smooths, and what is small and fast disappears in the motion of what is behind it;
-// and the patches of kFast lie closer, 2 pixels apart. kMedium works at half resolution, kFast at a
-// quarter: it takes twice the time, and finds more of what is small on a drive.
+// Presets of OpenCV's DIS with two changes. First, kFast and kMedium refine twice instead of five
+// times, since refinement smooths, and small fast objects then take on the motion of their
+// background. Second, the patches of kFast are closer, 2 pixels apart. kMedium works at half
+// resolution, kFast at a quarter. kMedium takes twice the time of kFast and finds more small
+// objects on a drive.
 enum class FlowQuality { kUltrafast, kFast, kMedium };
 
 struct FlowGridOptions {
@@ -44,8 +45,8 @@ struct FlowGridOptions {
   double agreement = 0.5;       // [-1, 1]
   double contradiction = 0.2;   // [-1, agreement]
   FlowQuality quality = FlowQuality::kFast;
-  bool searches_lost = false;  // flow_growth.h, after ComputeFlow
-  // Where the grid has no points: ignored_area.h.
+  bool searches_lost = false;  // apply flow_growth.h after ComputeFlow
+  // Mask of the area without grid points, see ignored_area.h.
   cv::Mat1b ignored;
 
   absl::Status Validate() const;
@@ -60,30 +61,30 @@ struct FlowPair {
 absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second,
                                      FlowQuality quality);
 
-// Of the textured points of a grid, those that flow must follow for it to hold between two
+// The share of a grid's textured points that flow must follow for it to be valid between two
 // pictures.
 inline constexpr double kFlowSuffices = 0.35;
 
 struct TrackedGrid {
   std::vector<PointPair> pairs;      // row by row of the grid
-  std::vector<uint8_t> is_textured;  // one a pair
-  // The grid's textured points, kept or not, and for which of them flow agrees and is kept.
+  std::vector<uint8_t> is_textured;  // one per pair
+  // All textured points of the grid, and for each whether flow agrees and is kept.
   std::vector<cv::Point2f> textured;
   std::vector<uint8_t> agrees;
-  int64_t point_count = 0;     // of the grid, ignored ones left out
+  int64_t point_count = 0;     // of the grid, without ignored ones
   int64_t textured_count = 0;  // = textured.size()
-  int64_t agreeing_count = 0;  // of these, those for which flow agrees and is kept
+  int64_t agreeing_count = 0;  // number of ones in `agrees`
 };
 
-// The grid lies in the second image (`anchor_second`) or in the first; there its points are whole
-// pixels. The images are those that the flow was computed from.
+// The grid lies in the second image (`anchor_second`) or in the first, at whole pixels there. The
+// images must be those from which the flow was computed.
 TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat& second,
                       bool anchor_second, const FlowGridOptions& options);
 
-// Whether ComputeFlow takes images of this size.
+// Whether ComputeFlow accepts images of this size.
 bool IsLargeEnoughForFlow(cv::Size size);
 
-// Where a flow takes a place; nothing where it leaves the picture or does not lead back.
+// The position to which a flow moves `from`; nothing if it leaves the picture or does not return.
 std::optional<cv::Point2f> FollowFlow(const cv::Mat& there, const cv::Mat& back, cv::Point2f from,
                                       const FlowGridOptions& options);
 

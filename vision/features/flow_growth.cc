@@ -16,9 +16,9 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr float kHolds = 0.7f, kAccepted = 0.85f, kSettled = 0.9f;  // of c of (FG1)
+constexpr float kHolds = 0.7f, kAccepted = 0.85f, kSettled = 0.9f;  // of c (FG1)
 constexpr float kGain = 0.5f;
-constexpr int kSide = 8, kArea = kSide * kSide, kBefore = 3;  // of a patch, from its place, pixels
+constexpr int kSide = 8, kArea = kSide * kSide, kBefore = 3;  // of a patch, pixels
 constexpr int kWindow = 9;                                    // of Lucas-Kanade, pixels
 constexpr double kMostReturn = 0.5;                           // pixels
 constexpr double kAlikeFloor = 1.0, kAlikeSlope = 0.05;       // of displacements, pixels
@@ -31,7 +31,7 @@ struct Patch {
   float norm = 0.0f;              // root of their sum of squares
 };
 
-// The patch at a place; nothing where it leaves the picture.
+// The patch at a position; nothing where it leaves the picture.
 std::optional<Patch> PatchAt(const cv::Mat& picture, cv::Point2f place) {
   const float left = place.x - kBefore, top = place.y - kBefore;
   if (!(left >= 0 && top >= 0 && left < picture.cols - kSide && top < picture.rows - kSide)) {
@@ -74,13 +74,13 @@ struct Place {
   bool is_textured = false, holds = false, corrected = false;
 };
 
-// Places that may take over a neighbour's displacement.
+// Points that may take over a neighbour's displacement.
 struct Candidates {
   std::vector<int> places;
   std::vector<cv::Point2f> starts, displacements;
 };
 
-// With its gradients, as Lucas-Kanade takes them.
+// A picture with its gradients in the form used by Lucas-Kanade.
 struct Picture {
   const cv::Mat& grey;
   std::vector<cv::Mat> gradients;
@@ -138,7 +138,7 @@ class Growth {
     });
   }
 
-  // A fourth of the places is searched for; growth reaches those between.
+  // Searches for a fourth of the points; growth reaches those between.
   void Seed() {
     std::vector<int> owners;
     std::vector<cv::Point2f> starts;
@@ -167,7 +167,7 @@ class Growth {
     place.holds = place.corrected = true;
   }
 
-  // For every unsettled neighbour of what is fresh, the displacement that fits it best.
+  // For every unsettled neighbour of a fresh point, the displacement that fits it best.
   Candidates Offer(const std::vector<int>& fresh) const {
     struct Best {
       float correlation;
@@ -204,7 +204,7 @@ class Growth {
     return cv::norm(a - b) <= kAlikeFloor + kAlikeSlope * cv::norm(b);
   }
 
-  // Those of the candidates that were corrected.
+  // Corrects candidates and returns those that were corrected.
   std::vector<int> Accept(const Candidates& candidates) {
     std::vector<int> accepted;
     if (candidates.places.empty()) return accepted;
@@ -264,7 +264,7 @@ int64_t GrowFlow(const cv::Mat& first, const cv::Mat& second, const FlowGridOpti
     places[direction] =
         Growth(*pictures[direction], *pictures[1 - direction], options).Run(there, back);
   });
-  // A match holds in both directions; a place's own comes last.
+  // A match corrects both fields. The field in which a point lies is filled last.
   int64_t count = 0;
   for (const bool own : {false, true}) {
     for (int direction = 0; direction < 2; ++direction) {

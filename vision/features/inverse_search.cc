@@ -1,4 +1,4 @@
-// Compiled without contraction to fused multiply-adds: see the header on the order of sums.
+// Compiled without fused multiply-adds: see the header on the order of sums.
 #include "vision/features/inverse_search.h"
 
 #include <algorithm>
@@ -18,8 +18,8 @@ constexpr int kSide = SearchPyramid::kPatchSide, kArea = kSide * kSide;
 constexpr int kBorder = SearchPyramid::kBorder;
 constexpr int kStripes = 8;
 constexpr float kLeastDeterminant = 1e-3f;
-constexpr float kInside = 1e-3f;  // pixels that a place of (IS3) keeps from the last ones
-using Sums = cv::Vec<float, 5>;   // of SearchPyramid
+constexpr float kInside = 1e-3f;  // pixels from a position of (IS3) to the last pixel, at least
+using Sums = cv::Vec<float, 5>;   // as in SearchPyramid
 
 // A patch's row.
 using Row = float __attribute__((vector_size(kSide * sizeof(float))));
@@ -36,7 +36,7 @@ void AddTo(float* sums, const Row& more) {
   std::memcpy(sums, &sum, sizeof(sum));
 }
 
-// The halves of a added up, and beside them those of b.
+// Four sums of the halves of a, then four of those of b.
 Row AddHalves(const Row& a, const Row& b) {
   return __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11) +
          __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15);
@@ -45,13 +45,14 @@ Row AddHalves(const Row& a, const Row& b) {
 float SumOfFirst(const Row& a) { return (a[0] + a[2]) + (a[1] + a[3]); }
 float SumOfLast(const Row& a) { return (a[4] + a[6]) + (a[5] + a[7]); }
 
-// J at a displaced patch, row by row between pixels.
+// J on a displaced patch, interpolated between pixels, row by row.
 class DisplacedPatch {
  public:
-  // (x, y): of its corner.
+  // (x, y): the corner of the patch.
   DisplacedPatch(const cv::Mat1f& padded, float x, float y) : stride_(padded.step1()) {
-    // A patch keeps a row and a column of the picture: what lies beyond repeats the border, and a
-    // search that strays there finds nothing that leads back. NaN becomes the least, too.
+    // At least a row and a column of the patch stay in the picture. Outside, the border is
+    // repeated, and a search that goes there finds no flow that leads back. NaN becomes the lower
+    // limit, too.
     const auto clamp = [](float at, int size) {
       return std::min(std::max(float{kBorder - kSide + 1}, at + kBorder),
                       static_cast<float>(size - kBorder - 1));
@@ -65,7 +66,7 @@ class DisplacedPatch {
     weights_ = {gy * gx, gy * fx, fy * gx, fy * fx};
   }
 
-  // use(row, J at the row's places)
+  // Calls use(row, J at the row's pixels).
   template <typename Use>
   void ForEachRow(const Use& use) const {
     Row upper = Load(first_), upper_next = Load(first_ + 1);
@@ -180,7 +181,7 @@ class LevelSearch {
     Averages averages{cv::Mat1f(from_.grey.size(), 0.0f), cv::Mat1f(from_.grey.size(), 0.0f),
                       cv::Mat1f(from_.grey.size(), 0.0f)};
     for (int i = 0; i < found_.rows; ++i) {
-      // The last patches stand for what lies beyond them, too.
+      // The last patches also cover the pixels beyond them.
       const int top = i * stride_;
       const int bottom = i + 1 < found_.rows ? top + kSide : from_.grey.rows;
       for (int j = 0; j < found_.cols; ++j) {
@@ -201,13 +202,13 @@ class LevelSearch {
     cv::Mat1f weights, x, y;  // sums of w_k, and of w_k u_k
   };
 
-  // Two rows of J, and how far the second and the first are from a place between them.
+  // Two rows of J, and the distances of a position between them from the second and the first.
   struct Lines {
     const float *upper, *lower;
     float above, below;
   };
 
-  // Along an axis of this many pixels. NaN becomes 0.
+  // Clamps to an axis of this many pixels. NaN becomes 0.
   static float Inside(float place, int pixels) {
     return std::min(std::max(0.0f, place), static_cast<float>(pixels) - 1.0f - kInside);
   }
@@ -237,11 +238,11 @@ class LevelSearch {
     }
   }
 
-  // AddPixels of kSide pixels, side by side.
+  // AddPixels for kSide pixels together.
   void AddRow(int begin, int y, const cv::Vec2f& u, Averages& averages) const {
     constexpr WholeRow kSteps = {0, 1, 2, 3, 4, 5, 6, 7};
     const Row right = __builtin_convertvector(begin + kSteps, Row) + u[0];
-    // Rounding may take a place past a pixel.
+    // Rounding may move a position past a pixel.
     bool is_dense = right[0] == Inside(right[0], from_.grey.cols) &&
                     right[kSide - 1] == Inside(right[kSide - 1], from_.grey.cols);
     const WholeRow at = is_dense ? __builtin_convertvector(right, WholeRow) : kSteps;
@@ -283,7 +284,7 @@ class LevelSearch {
     found_(i, j) = Descend(patch, x, y, start, first);
   }
 
-  // at_start: at `start`.
+  // at_start: the evaluation at `start`.
   cv::Vec2f Descend(const Patch& patch, int x, int y, const cv::Vec2f& start,
                     const Evaluation& at_start) const {
     cv::Vec2f found = start - at_start.step;
@@ -303,7 +304,7 @@ class LevelSearch {
   cv::Mat2f found_;
 };
 
-// With the other settings of OpenCV's DIS.
+// The other settings are those of OpenCV's DIS.
 void RefineVariationally(const SearchPyramid::Level& from, const SearchPyramid::Level& to,
                          int rounds, cv::Mat1f& flow_x, cv::Mat1f& flow_y) {
   if (rounds == 0) return;

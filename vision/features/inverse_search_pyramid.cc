@@ -9,7 +9,7 @@ namespace egosieve::vision {
 namespace {
 
 constexpr int kSide = SearchPyramid::kPatchSide, kBorder = SearchPyramid::kBorder;
-constexpr int kCoarsestSide = 32;  // of the longer side, about
+constexpr int kCoarsestSide = 32;  // approximate longer side, pixels
 
 using Sums = cv::Vec<float, 5>;
 
@@ -22,7 +22,7 @@ int LevelsOf(cv::Size size) {
 
 int PatchesAlong(int pixels, int stride) { return 1 + (pixels - kSide) / stride; }
 
-// The sums over the rows of patches: whole numbers, exact in a float.
+// The sums over the rows of patches: whole numbers, so that floats are exact.
 cv::Mat_<Sums> SumRows(const cv::Mat1f& along_x, const cv::Mat1f& along_y, int stride) {
   cv::Mat_<Sums> rows(along_x.rows, PatchesAlong(along_x.cols, stride));
   for (int y = 0; y < rows.rows; ++y) {

@@ -15,12 +15,12 @@
 namespace egosieve::vision {
 namespace {
 
-// At half resolution. 48 displacements sideways fill vector registers.
+// Pixels at half resolution. 48 displacements sideways fill vector registers.
 constexpr int kSide = 8, kLeft = 24, kUp = 10;
 constexpr int kWide = 2 * kLeft, kHigh = 2 * kUp + 1;
 constexpr int kBeside = 2;
 constexpr double kMostOfOthers = 0.9, kMostOfSpread = 0.8;
-constexpr int kNoise = kSide * kSide / 2;  // of E: half a grey level a pixel
+constexpr int kNoise = kSide * kSide / 2;  // of E: half a grey level per pixel
 // Pixels at full resolution.
 constexpr int kWindow = 11;
 constexpr double kMostReturn = 0.5, kMostRefined = 3.0;
@@ -30,9 +30,9 @@ constexpr int kNeighbourhood = 2, kFewestAlike = 2;  // places
 
 using Differences = std::array<std::array<uint16_t, kWide>, kHigh>;
 
-// E of (P1) for the patch whose corner is (x, y): row r, column c is the displacement (c - kLeft,
-// r - kUp). `padded` is the other picture with kLeft more columns on either side. False where the
-// patch leaves its picture; outside the other one E is greatest.
+// E of (P1) for the patch whose corner is (x, y): row r, column c is the displacement (c - kLeft, r
+// - kUp). `padded` is the other picture with kLeft more columns on either side. False where the
+// patch leaves its picture. E has its maximum where the displaced patch leaves the other picture.
 bool Compare(const cv::Mat& from, const cv::Mat& padded, int x, int y, Differences& differences) {
   constexpr uint16_t kOutside = std::numeric_limits<uint16_t>::max();
   const int top = y - kUp;
@@ -75,7 +75,7 @@ int SpreadOf(const cv::Mat& picture, int x, int y) {
   return spread;
 }
 
-// The displacement of the patch whose corner is (x, y) that stands out.
+// The displacement that is distinct, for the patch whose corner is (x, y); nothing without one.
 std::optional<cv::Point> DistinctDisplacement(const cv::Mat& from, const cv::Mat& padded, int x,
                                               int y) {
   Differences differences;
@@ -98,7 +98,7 @@ std::optional<cv::Point> DistinctDisplacement(const cv::Mat& from, const cv::Mat
   return cv::Point(column - kLeft, row - kUp);
 }
 
-// Places on their way from one picture to the other.
+// Displacements of points from one picture to the other.
 struct Ways {
   std::vector<size_t> owners;  // indices of the places
   std::vector<cv::Point2f> starts, ends;
@@ -173,7 +173,7 @@ void DropLone(int spacing, Ways& ways) {
   for (size_t k = 0; k < kept.size(); ++k) {
     const auto [column, row] = cell(ways.starts[k]);
     const double most = kAlikeFloor + kAlikeSlope * cv::norm(ways.Way(k));
-    int alike = -1;  // itself
+    int alike = -1;  // does not count itself
     for (int x = column - kNeighbourhood; x <= column + kNeighbourhood; ++x) {
       for (int y = row - kNeighbourhood; y <= row + kNeighbourhood; ++y) {
         const auto other = way_at.find({x, y});

@@ -12,10 +12,10 @@ namespace egosieve::vision {
 namespace {
 
 constexpr float kFirstSigma = 0.8F;
-constexpr float kCameraBlur = 0.5F;  // that pictures have to begin with
+constexpr float kCameraBlur = 0.5F;  // pixels; blur that the input pictures are assumed to have
 constexpr int kSmallestSide = 12;    // of an octave, samples
 constexpr int kCells = 4, kOrientations = 8;
-// Grey levels: sixteen roundings of 255 in float. Blurring leaves up to six in a flat picture.
+// Grey levels: 16 rounding errors of 255 in float. Blurring leaves up to six in a flat picture.
 constexpr double kRounding = 0x1p-12;
 constexpr float kCellWidth = 3.0F;  // in sigmas
 constexpr float kLargestEntry = 0.2F;
@@ -23,7 +23,7 @@ constexpr float kToBytes = 512.0F;
 constexpr int64_t kPlacesPerTask = 64;
 constexpr int kLargestRadius = 63;
 
-// One cell of margin on each side and one orientation of overlap take what interpolation spills.
+// A margin of one cell on each side and of one orientation takes the overflow of interpolation.
 constexpr int kPaddedCells = kCells + 2, kPaddedOrientations = kOrientations + 1;
 using Histogram = std::array<float, kPaddedCells * kPaddedCells * kPaddedOrientations>;
 
@@ -79,7 +79,7 @@ void ToBytes(const Histogram& histogram, uint8_t* out) {
     for (int c = 1; c <= kCells; ++c) {
       const float* bin = &histogram[(r * kPaddedCells + c) * kPaddedOrientations];
       for (int o = 0; o < kOrientations; ++o) h[k++] = bin[o];
-      h[k - kOrientations] += bin[kOrientations];  // the circle closes
+      h[k - kOrientations] += bin[kOrientations];  // orientation wraps around
     }
   }
   const auto normalize = [&h](float to) {
@@ -139,7 +139,7 @@ void SiftDescriber::DescribeOne(const Level& level, const DescribedPlace& place,
   float turn = std::fmod(place.orientation_degrees, 360.0F) * (kOrientations / 360.0F);
   if (turn < 0.0F) turn += kOrientations;
 
-  // exp(-(u^2 + v^2) / (2 2^2)) in cells, a product over x and y whatever the orientation.
+  // exp(-(u^2 + v^2) / (2 2^2)) in cells, a product over x and y for every orientation.
   std::array<float, 2 * kLargestRadius + 1> weight_x, weight_y;
   for (int i = -radius; i <= radius; ++i) {
     const float u = (static_cast<float>(centre_x + i) - x) / cell;

@@ -1,18 +1,18 @@
-// SIFT descriptors (Lowe, 2004, section 6) of given places, scales and orientations.
+// SIFT descriptors (Lowe, 2004, section 6) at given positions, scales and orientations.
 //
 // Levels: the image blurred to standard deviations, in pixels of the image,
 //
 //   sigma(o, j) = 0.8 2^(o + j/3),   j = 0, 1, 2,                                              (D1)
 //
-// octave o sampled at every 2^o-th pixel, so that each level is finely, not wastefully, sampled:
-// Lowe's levels without his doubled image. A place of scale sigma is described on the nearest
-// level: its gradients, weighted by a Gaussian of 2 bins, go into 4 x 4 x 8 histograms of bins 3
-// sigma wide, each shared among its eight nearest bins; then
+// Octave o is sampled at every 2^o-th pixel, so that each level is sampled finely without waste:
+// Lowe's levels without his doubled image. A point of scale sigma is described on the nearest
+// level. Its gradients are weighted by a Gaussian with a deviation of 2 bins. They go into 4 x 4 x
+// 8 histograms with bins of 3 sigma, each gradient shared among its eight nearest bins. Then
 //
 //   h := h / |h|,   h := min(h, 0.2),   h := h / |h|,   byte = round(512 h), at most 255
 //
-// Cost: about 20 ns a pixel for the levels and 3 microseconds a place. Does not depend on
-// `threads`.
+// Cost: about 20 ns per pixel for the levels and 3 microseconds per point. The result does not
+// depend on `threads`.
 #ifndef EGOSIEVE_VISION_FEATURES_SIFT_DESCRIBER_H_
 #define EGOSIEVE_VISION_FEATURES_SIFT_DESCRIBER_H_
 
@@ -33,7 +33,7 @@ class SiftDescriber {
   // grey: CV_8UC1, not empty.
   explicit SiftDescriber(const cv::Mat& grey);
 
-  // out: places.size() x 128 bytes. A place without any gradient around it gets zeros.
+  // out: places.size() x 128 bytes. A point without any gradient around it gets zeros.
   void Describe(const std::vector<DescribedPlace>& places, int threads, uint8_t* out) const;
 
  private:

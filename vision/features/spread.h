@@ -1,4 +1,4 @@
-// Choosing a number of features evenly over an image.
+// Chooses a number of features evenly over an image.
 #ifndef EGOSIEVE_VISION_FEATURES_SPREAD_H_
 #define EGOSIEVE_VISION_FEATURES_SPREAD_H_
 
@@ -8,10 +8,10 @@
 
 namespace egosieve::vision {
 
-// The strongest of each cell of a grid in turn, then the second of each, and so on, until `count`
-// are chosen; within a round the stronger come first. Equal responses: the earlier. Returns the
-// chosen indices in increasing order. positions and responses are of the same length; cell_pixels >
-// 0.
+// Takes the strongest feature of each cell of a grid, then the second of each, and so on, until
+// `count` are chosen. Within a round stronger ones come first; of equal responses, the earlier.
+// Returns the chosen indices in increasing order. positions and responses must have the same
+// length; cell_pixels > 0.
 std::vector<int64_t> SpreadOverGrid(const std::vector<cv::Point2f>& positions,
                                     const std::vector<float>& responses, cv::Size image_size,
                                     int cell_pixels, int64_t count);

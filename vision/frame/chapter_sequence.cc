@@ -85,7 +85,7 @@ class ChapterSequence : public FrameSource {
   const std::string description_;
   const FrameSourceOptions options_;
   const int64_t expected_frame_count_;
-  std::vector<Start> starts_ = {{}};  // of the chapters reached so far, and of the one behind them
+  std::vector<Start> starts_ = {{}};  // of the chapters reached so far and of the next one
   std::vector<std::string> warnings_;
   size_t chapter_ = 0;
   std::unique_ptr<FrameSource> source_;  // of chapter_; null until it is read

@@ -1,6 +1,7 @@
-// One drive from several videos, in the order given. Each is opened once to see that it can be
-// read; a chapter's first frame follows the last one of the chapter before by that one's interval,
-// for files do not say how long the camera paused. Frames before an index are counted, not guessed.
+// One drive from several videos, in the order given. Each video is opened once to check that it can
+// be read. A chapter's first frame follows the last frame of the previous chapter by that chapter's
+// frame interval, since files do not state how long the camera paused. The frames before an index
+// are counted, not estimated.
 #ifndef EGOSIEVE_VISION_FRAME_CHAPTER_SEQUENCE_H_
 #define EGOSIEVE_VISION_FRAME_CHAPTER_SEQUENCE_H_
 

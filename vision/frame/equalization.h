@@ -1,10 +1,10 @@
-// Luminance equalisation: takes out global changes of light and opens dark areas ("histogram
+// Luminance equalisation: removes global changes of light and brightens dark areas ("histogram
 // filter", paper, section III).
 //
 //   kGlobal   Y' = 255 (C(Y) - C_min) / (N - C_min), C the cumulative histogram of the frame
 //   kClahe    the same in tiles, with the histogram's slope clipped (Zuiderveld, 1994)
 //
-// Colour is kept: Y' replaces the luminance of Y Cr Cb.
+// The colour is kept: Y' replaces the luminance of Y Cr Cb.
 #ifndef EGOSIEVE_VISION_FRAME_EQUALIZATION_H_
 #define EGOSIEVE_VISION_FRAME_EQUALIZATION_H_
 
@@ -24,11 +24,11 @@ struct EqualizationOptions {
   absl::Status Validate() const;
 };
 
-// image: CV_8UC1 or CV_8UC3 (B G R); returns a new image of the same type, or with kNone the image
-// itself. `options` must be valid.
+// image: CV_8UC1 or CV_8UC3 (B G R). Returns a new image of the same type, or the image itself for
+// kNone. `options` must be valid.
 cv::Mat EqualizeLuminance(const cv::Mat& image, const EqualizationOptions& options);
 
-// The luminance of a CV_8UC3 image, equalised; CV_8UC1.
+// The equalised luminance, CV_8UC1, of a CV_8UC3 image.
 cv::Mat EqualizedGrey(const cv::Mat& image, const EqualizationOptions& options);
 
 }  // namespace egosieve::vision

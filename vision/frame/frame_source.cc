@@ -39,7 +39,7 @@ absl::Status TimesOfNoPictures(const std::string& input) {
       "times are given for ", input, ", which is no folder or glob of pictures; leave them out"));
 }
 
-// What the program does not read, and how it becomes something that it does; empty for all else.
+// How to convert an input that the program does not read; empty for all other inputs.
 std::string HowToConvert(const std::string& input) {
   if (IsStreamAddress(input)) {
     return "a stream is read by segment alone, as it comes, and is gone then; give its recording: "
@@ -94,7 +94,7 @@ bool NaturalLess(const std::string& a, const std::string& b) {
   }
   const size_t rest_a = a.size() - i, rest_b = b.size() - j;
   if (rest_a != 0 || rest_b != 0) return rest_a < rest_b;
-  return a < b;  // they differ in leading zeros at most
+  return a < b;  // they differ only in leading zeros, if at all
 }
 
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrameSource(const std::string& input,
@@ -128,7 +128,7 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrameSource(const std::string& 
         "runs: ffmpeg -f v4l2 -i ",
         input, " -f mpegts tcp://127.0.0.1:9000?listen"));
   }
-  // A pipe or a device would be waited for, or never end.
+  // A pipe or a device would block, or never end.
   if (!fs::is_regular_file(status)) {
     return absl::InvalidArgumentError(absl::StrCat(
         input, ": neither a file nor a folder; give a video file, a folder of pictures or a glob"));

@@ -4,11 +4,11 @@
 // Conversions, so that every frame is 8-bit BGR (frame.h): 16-bit values v become round(v / 257),
 // alpha is dropped, grey is replicated. EXIF and container rotations are applied.
 //
-// Image files come in natural order: runs of digits compare as numbers ("9.png" before "10.png"),
-// everything else byte by byte; the index is the file's rank. Files without an image's extension
-// and hidden files are passed over. Images of different sizes are delivered as they are.
+// Image files are read in natural order: runs of digits compare as numbers ("9.png" before
+// "10.png"), all else byte by byte. The index is the file's rank. Files without an image's
+// extension and hidden files are skipped. Images of different sizes are delivered unchanged.
 //
-// A video's time comes from its stream; frame counts in headers are hints only.
+// The times of a video come from its stream. Frame counts in headers are only hints.
 #ifndef EGOSIEVE_VISION_FRAME_FRAME_SOURCE_H_
 #define EGOSIEVE_VISION_FRAME_FRAME_SOURCE_H_
 
@@ -24,7 +24,7 @@
 
 namespace egosieve::vision {
 
-// A frame that is there and cannot be read; the source goes on behind it.
+// A frame that exists but cannot be read. The source continues after it.
 struct DamagedFrame {
   int64_t index = 0;
   std::string reason;  // one sentence, naming the file
@@ -32,14 +32,14 @@ struct DamagedFrame {
 
 struct EndOfFrames {
   int64_t frame_count = 0;   // indices delivered or damaged: 0 .. frame_count - 1
-  std::string warning;       // e.g. a video that ended before its header said; empty otherwise
-  double end_seconds = 0.0;  // of a video: when a further frame would have come
+  std::string warning;       // e.g. a video shorter than its header states; else empty
+  double end_seconds = 0.0;  // of a video: the time of a further frame
 };
 
 using FrameRead = std::variant<Frame, DamagedFrame, EndOfFrames>;
 
 struct FrameSourceOptions {
-  // Frames a second for the times of image files; a video has its own clock.
+  // Frames per second, for the times of image files; a video has its own clock.
   double nominal_rate_hz = 10.0;
   // A file with the times of the pictures of a folder or a glob (file_list.h); empty: none.
   std::string times;
@@ -53,36 +53,37 @@ class FrameSource {
   virtual ~FrameSource() = default;
 
   // The frame at next_index(), which then grows by one. After the end it keeps returning
-  // EndOfFrames. An error means that the source as a whole cannot go on.
+  // EndOfFrames. An error means that the whole source cannot continue.
   virtual absl::StatusOr<FrameRead> Next() = 0;
 
-  // Makes `index` the next frame. Videos decode from a key frame near it where their packets tell
-  // the frames' numbers, else from the beginning, and drop what comes before: frame k is the same
-  // picture however it was reached. Beyond the end: Next()
-  // returns EndOfFrames. InvalidArgument for a negative index.
+  // Makes `index` the next frame. Videos decode from a key frame near it if their packets determine
+  // the numbers of the frames, else from the beginning, and drop the frames before it. So frame k
+  // is the same picture however it was reached. Beyond the end, Next() returns EndOfFrames.
+  // InvalidArgument for a negative index.
   virtual absl::Status SeekTo(int64_t index) = 0;
 
   virtual int64_t next_index() const = 0;
 
-  // A hint for progress bars: -1 where unknown, and not to be trusted for videos.
+  // A hint for progress bars: -1 if unknown; unreliable for videos.
   virtual int64_t expected_frame_count() const = 0;
 
-  // The files that it reads; none where pictures are made.
+  // The files that are read; none where pictures are generated.
   virtual std::vector<std::string> files() const { return {}; }
 
-  // The name of a picture: its file's, relative to the folder that was opened or that all files of
-  // a glob share; NNNNNN.png where it has no file of its own. Other programs' files go by it.
+  // The name of a picture: that of its file, relative to the folder that was opened or to the
+  // folder that all files of a glob share; NNNNNN.png if it has no file of its own. Files of other
+  // programs refer to it.
   virtual std::string image_name(int64_t index) const;
 
-  // Identifies the input for logs and for refusing to resume with another one.
+  // Identifies the input, for logs and to refuse resuming with another input.
   virtual std::string description() const = 0;
 };
 
-// Opens and looks at the input: errors say in one line what is wrong and what to do.
+// Opens and checks the input. An error states in one line the problem and its remedy.
 //   NotFound         no such file, folder or match of the glob
 //   InvalidArgument  not a video or image (a text file called .mp4), a folder without either, a
-//                    video that opens but delivers no frame, an image file that is the only one
-//                    and broken, a list that does not hold what it must
+//                    video that opens but delivers no frame, a broken image file that is the only
+//                    one, an invalid list
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrameSource(
     const std::string& input, const FrameSourceOptions& options = {});
 

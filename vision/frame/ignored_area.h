@@ -1,4 +1,5 @@
-// The part of the image that is not the world: the own vehicle (own_vehicle.h), a user's mask.
+// The area of the image that does not show the scene: the own vehicle (own_vehicle.h) or a user's
+// mask.
 #ifndef EGOSIEVE_VISION_FRAME_IGNORED_AREA_H_
 #define EGOSIEVE_VISION_FRAME_IGNORED_AREA_H_
 
@@ -6,8 +7,8 @@
 
 namespace egosieve::vision {
 
-// Whether a place of an image of the size `image` is ignored: nearest pixel of `ignored` not 0. A
-// mask of another size, an empty one among them, ignores nothing.
+// Whether the point (x, y) of an image of the size `image` is ignored: its nearest pixel of
+// `ignored` is not 0. An empty mask or one of another size ignores nothing.
 inline bool IsIgnored(const cv::Mat1b& ignored, cv::Size image, double x, double y) {
   if (ignored.empty() || ignored.size() != image) return false;
   const int column = cvRound(x), row = cvRound(y);
@@ -15,7 +16,7 @@ inline bool IsIgnored(const cv::Mat1b& ignored, cv::Size image, double x, double
          ignored(row, column) != 0;
 }
 
-// Where one of two masks is not 0; an empty one counts for nothing.
+// The union of two masks: where one of them is not 0. An empty mask has no pixels.
 inline cv::Mat1b United(const cv::Mat1b& a, const cv::Mat1b& b) {
   if (a.empty() || b.empty()) return a.empty() ? b : a;
   return a | b;

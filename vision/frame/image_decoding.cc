@@ -23,10 +23,10 @@ constexpr std::array<std::string_view, 13> kImageExtensions = {
     ".png", ".jpg", ".jpeg", ".jpe", ".bmp",  ".tif", ".tiff",
     ".pgm", ".ppm", ".pnm",  ".pbm", ".webp", ".jp2"};
 
-constexpr int64_t kMaximumBytes = std::numeric_limits<int>::max();  // a row of OpenCV's
+constexpr int64_t kMaximumBytes = std::numeric_limits<int>::max();  // they are one row of a cv::Mat
 
-// Whether it begins as a picture of kImageExtensions does. OpenCV hands all else to GDAL and GDCM,
-// which end the process on some bytes.
+// Whether the bytes begin like a picture of kImageExtensions. OpenCV passes all others to GDAL and
+// GDCM, which end the process on some inputs.
 bool BeginsAsPicture(std::string_view bytes) {
   constexpr std::string_view kBegins[] = {"\x89PNG",    "\xff\xd8\xff",      "BM",
                                           {"II*\0", 4}, {"MM\0*", 4},        {"II+\0", 4},
@@ -37,7 +37,7 @@ bool BeginsAsPicture(std::string_view bytes) {
                      [&](std::string_view begin) { return bytes.starts_with(begin); });
 }
 
-// The decoders fill what is missing with grey or black and say so on stderr only; so look first.
+// Checked first, since decoders fill missing parts with grey or black and report it on stderr only.
 bool IsCutShort(std::string_view bytes) {
   constexpr size_t kTrailerBytes = 4096;  // some cameras append a little behind the end marker
   const size_t tail = bytes.size() > kTrailerBytes ? bytes.size() - kTrailerBytes : 0;

@@ -1,4 +1,4 @@
-// Picture files to 8-bit BGR, by the conversions of vision/frame/frame_source.h.
+// Decodes picture files to 8-bit BGR, by the conversions of vision/frame/frame_source.h.
 #ifndef EGOSIEVE_VISION_FRAME_IMAGE_DECODING_H_
 #define EGOSIEVE_VISION_FRAME_IMAGE_DECODING_H_
 
@@ -15,16 +15,16 @@ struct DecodedImage {
   bool is_grey = false;
 };
 
-// True for the file name extensions of pictures, whatever their case.
+// True for the file name extensions of pictures, in upper or lower case.
 bool HasImageExtension(const std::string& path);
 
-// Any picture of 1, 3 or 4 channels and 8 or 16 bits, or of float values in [0, 1]. InvalidArgument
-// for other types, naming the type.
+// Converts a picture of 1, 3 or 4 channels, with 8 or 16 bits or float values in [0, 1].
+// InvalidArgument for other types, naming the type.
 absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture);
 
-// Errors of kernels/files/atomic_file.h where it cannot be read; DataLoss, naming the file, where
-// it is empty, cut short or no picture. A PNG or JPEG that does not end as the format demands
-// counts as cut short.
+// Errors of kernels/files/atomic_file.h if the file cannot be read. DataLoss, naming the file, if
+// it is empty, truncated or not a picture. A PNG or JPEG without the end that its format requires
+// counts as truncated.
 absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path);
 
 }  // namespace egosieve::vision

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The folder itself, or the deepest one that holds all files.
+// The input if it is a folder, else the deepest folder that holds all files.
 fs::path RootOf(const std::string& input, const std::vector<std::string>& paths) {
   std::error_code error;
   if (fs::is_directory(input, error)) return input;

@@ -1,5 +1,5 @@
-// Frames from picture files, in the order given; times: of each, or empty for those of the nominal
-// rate. InvalidArgument where not one of them can be read.
+// Frames from picture files, in the order given. times_seconds: one per file; empty: times of the
+// nominal rate. InvalidArgument if none of the files can be read.
 #ifndef EGOSIEVE_VISION_FRAME_IMAGE_SEQUENCE_H_
 #define EGOSIEVE_VISION_FRAME_IMAGE_SEQUENCE_H_
 

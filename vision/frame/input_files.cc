@@ -67,7 +67,7 @@ absl::StatusOr<InputFiles> FilesOfFolder(const std::string& folder) {
   EGOSIEVE_RETURN_IF_ERROR(List(folder, paths, folders));
   InputFiles files = Chosen(paths);
   if (files.paths.empty()) {
-    for (size_t i = 0; i < folders.size(); ++i) {  // which grows; links to folders may be circles
+    for (size_t i = 0; i < folders.size(); ++i) {  // `folders` grows; links may form circles
       if (fs::is_symlink(folders[i])) continue;
       const fs::path below = folders[i];
       EGOSIEVE_RETURN_IF_ERROR(List(below, paths, folders));

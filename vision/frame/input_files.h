@@ -9,20 +9,20 @@
 
 namespace egosieve::vision {
 
-// Pictures, or where there is none videos, in natural order.
+// Pictures, or videos where there are no pictures, in natural order.
 struct InputFiles {
   std::vector<std::string> paths;
   bool are_videos = false;
 };
 
-// True for the file name extensions of videos, whatever their case.
+// True for the file name extensions of videos, in upper or lower case.
 bool HasVideoExtension(const std::string& path);
 
-// The files in the folder itself; where it has neither pictures nor videos, those in the folders
-// below it. Hidden files and folders do not count. InvalidArgument where there are none.
+// The files in the folder itself, or those in the folders below it if it has neither pictures nor
+// videos. Hidden files and folders are skipped. InvalidArgument if there are none.
 absl::StatusOr<InputFiles> FilesOfFolder(const std::string& folder);
 
-// NotFound where nothing matches; InvalidArgument where no match is a picture or a video.
+// NotFound if nothing matches; InvalidArgument if no match is a picture or a video.
 absl::StatusOr<InputFiles> FilesOfGlob(const std::string& pattern);
 
 }  // namespace egosieve::vision

@@ -20,7 +20,7 @@ class LiveStream : public FrameSource {
     if (std::exchange(again_, false)) return FrameRead(*last_);
     EGOSIEVE_ASSIGN_OR_RETURN(FrameRead read, video_->Next());
     if (auto* end = std::get_if<EndOfFrames>(&read)) {
-      end->warning.clear();  // a length that it may state is not kept to
+      end->warning.clear();  // a length in the header does not count
     } else if (const auto* frame = std::get_if<Frame>(&read)) {
       last_ = *frame;
     } else {
@@ -47,8 +47,8 @@ class LiveStream : public FrameSource {
  private:
   std::unique_ptr<FrameSource> video_;
   std::string description_;
-  std::optional<Frame> last_;  // that was delivered
-  bool again_ = false;         // Next() delivers it once more
+  std::optional<Frame> last_;  // the last delivered frame
+  bool again_ = false;         // Next() delivers last_ again
 };
 
 }  // namespace

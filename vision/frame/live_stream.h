@@ -1,8 +1,8 @@
-// Frames of a camera or another sender as they come, from an address that FFmpeg opens: rtsp://,
+// Frames of a camera or another sender as they arrive, from an address that FFmpeg opens: rtsp://,
 // http://, tcp://, udp:// and others.
 //
-// What has been delivered is gone: SeekTo goes forward, by frames that are dropped, or back to the
-// last frame that was delivered. A stream has no length, and its picture files are none.
+// Delivered frames are not kept, except for the last: SeekTo goes forward by dropping frames, or
+// back to the last delivered frame. A stream has no length and no picture files.
 #ifndef EGOSIEVE_VISION_FRAME_LIVE_STREAM_H_
 #define EGOSIEVE_VISION_FRAME_LIVE_STREAM_H_
 
@@ -14,14 +14,15 @@
 
 namespace egosieve::vision {
 
-// Whether the input is an address, with a scheme and "://".
+// Whether the input is an address: a scheme followed by "://".
 bool IsStreamAddress(const std::string& input);
 
-// Waits for its first frame. InvalidArgument where it cannot be opened or delivers none within
-// kStreamTimeoutSeconds (video_file.h); a stream that falls silent for as long has ended.
+// Waits for the first frame. InvalidArgument if the stream cannot be opened or delivers no frame
+// within kStreamTimeoutSeconds (video_file.h). A stream that delivers nothing for that long has
+// ended.
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenLiveStream(const std::string& address);
 
-// Without user name and password.
+// The address without user name and password.
 std::string WithoutCredentials(const std::string& address);
 
 }  // namespace egosieve::vision

@@ -20,8 +20,8 @@ absl::Status CheckPng(std::string_view bytes) {
   return CheckPixels(BigEndian(bytes.substr(kWidth, 4)), BigEndian(bytes.substr(kHeight, 4)));
 }
 
-// Segments: 0xff, marker, length of two bytes that counts itself. Those of the frame header (SOF0
-// to SOF15 but for DHT, JPG and DAC) hold precision, height and width.
+// Segments: 0xff, marker, two bytes of length, which include themselves. Segments of the frame
+// header (SOF0 to SOF15 except DHT, JPG and DAC) hold precision, height and width.
 absl::Status CheckJpeg(std::string_view bytes) {
   size_t place = 2;
   while (place + 9 <= bytes.size() && bytes[place] == '\xff') {

@@ -1,5 +1,5 @@
-// Each n-th frame of a source, with its index, time and name there. Pictures between are not read,
-// a video's are decoded as far as it cannot seek.
+// Every n-th frame of a source, with its index, time and name there. The pictures between are not
+// read; those of a video are decoded where it cannot seek over them.
 #ifndef EGOSIEVE_VISION_FRAME_STEPPED_FRAMES_H_
 #define EGOSIEVE_VISION_FRAME_STEPPED_FRAMES_H_
 
@@ -20,7 +20,7 @@ class SteppedFrames : public FrameSource {
       : source_(std::move(source)), first_(first), step_(step), next_(first) {}
 
   absl::StatusOr<FrameRead> Next() override;
-  // The first delivered frame from `index` on.
+  // Goes to the first delivered frame at `index` or after it.
   absl::Status SeekTo(int64_t index) override;
   int64_t next_index() const override { return next_; }
   int64_t expected_frame_count() const override { return source_->expected_frame_count(); }

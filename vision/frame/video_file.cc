@@ -24,8 +24,8 @@ extern "C" {
 namespace egosieve::vision {
 namespace {
 
-// The clockwise turn by which the container wants its pictures shown, 0 to 270 degrees. OpenCV 4.6
-// alone has it the wrong way round (its issue 22088), and so turns phone video upside down.
+// The clockwise rotation that the container requests, 0 to 270 degrees. OpenCV 4.6 alone has it
+// with the wrong sign (its issue 22088), and so turns phone video upside down.
 int DegreesToTurn(const cv::VideoCapture& capture) {
   const auto degrees = static_cast<int>(capture.get(cv::CAP_PROP_ORIENTATION_META));
   constexpr bool kIsInverted = CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR == 6;
@@ -41,25 +41,25 @@ cv::Mat Turned(const cv::Mat& picture, int degrees) {
   return turned;
 }
 
-// Where the frames of a video lie, read from its packets; nothing is decoded.
+// The positions of the frames of a video, read from its packets without decoding.
 //
-//   frame k     that of the k-th smallest presentation time                               (I1)
-//   key of k    the last key frame that is not behind frame k: decoding from there gives frame k
-//               as decoding from the beginning does                                       (I2)
+//   frame k     the packet with the k-th smallest presentation time                         (I1)
+//   key of k    the last key frame not after frame k: decoding from there gives the same frame k
+//               as decoding from the beginning                                              (I2)
 //
-// (I1) is what a decoder delivers only where each packet has a presentation time of its own and is
-// to be shown and whole, and where the first one is a key frame and the first to be shown. Other
-// videos have no index. Cost: the file is read once.
+// A decoder delivers (I1) only if each packet has a presentation time of its own, is to be shown
+// and is complete, and if the first packet is a key frame and the first to be shown. Other videos
+// have no index. Cost: the file is read once.
 class VideoIndex {
  public:
-  // Of the stream that a player would show; nothing where there is none that can be relied on.
+  // The index of the stream that a player would show; nothing without a reliable one.
   static std::optional<VideoIndex> Read(const std::string& path);
 
   int64_t size() const { return static_cast<int64_t>(seconds_.size()); }
-  // From the stream's start.
+  // The time of a frame since the stream's start.
   double seconds(int64_t frame) const { return seconds_[frame]; }
   int64_t KeyOf(int64_t frame) const;
-  // The frame with this time; nothing where there is none within a quarter of the distance to its
+  // The frame with this time; nothing if none is within a quarter of the distance to its
   // neighbours.
   std::optional<int64_t> FrameAt(double seconds) const;
 
@@ -80,7 +80,7 @@ struct Entry {
   bool is_key;
 };
 
-// In the order of the file; empty where one of them is not to be relied on.
+// In the order of the file; empty if one of them is not reliable.
 std::vector<Entry> ReadEntries(AVFormatContext* context, int stream) {
   const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
   std::vector<Entry> entries;
@@ -148,18 +148,18 @@ std::optional<int64_t> VideoIndex::FrameAt(double seconds) const {
   return nearest;
 }
 
-// The same number for all that are no files.
+// The size of a file; the same number for all inputs that are not files.
 std::uintmax_t SizeOf(const std::string& path) {
   std::error_code error;
   return std::filesystem::file_size(path, error);
 }
 
-// Frames that are decoded and dropped rather than jumped over.
+// Up to this distance, frames are decoded and dropped instead of jumped over.
 constexpr int64_t kFar = 64;
 
 class VideoFile : public FrameSource {
  public:
-  // timeout_seconds: of a stream; 0: none.
+  // timeout_seconds: for a stream; 0: no timeout.
   VideoFile(std::string path, double nominal_rate_hz, int timeout_seconds = 0)
       : path_(std::move(path)),
         nominal_rate_hz_(nominal_rate_hz),
@@ -230,7 +230,7 @@ class VideoFile : public FrameSource {
 
   absl::Status SeekTo(int64_t index) override {
     if (index < 0) return absl::InvalidArgumentError(absl::StrCat("frame index ", index, " < 0"));
-    // What lies far from the beginning is approached by Next.
+    // Next approaches frames far from the beginning.
     if (index < position_) EGOSIEVE_RETURN_IF_ERROR(Open());
     next_index_ = index;
     return absl::OkStatus();
@@ -242,8 +242,8 @@ class VideoFile : public FrameSource {
   std::string description() const override { return path_; }
 
  private:
-  // From a key frame towards a frame far ahead, or the last one, where the video has an index; else
-  // nothing.
+  // Jumps to a key frame before a frame far ahead, or before the last one, if the video has an
+  // index; else does nothing.
   absl::Status Approach(int64_t index) {
     if (!index_ || !may_jump_) return absl::OkStatus();
     const int64_t key = index_->KeyOf(std::min(index, index_->size() - 1));
@@ -252,9 +252,9 @@ class VideoFile : public FrameSource {
     return JumpBefore(key) ? absl::OkStatus() : Open();
   }
 
-  // Grabs one of the kFar frames before `key`; false where none of them is there. OpenCV seeks by
-  // time, to a key frame at least 16 frames before what it is asked for: frames that lie before
-  // their key frame in the file, and refer to what is before that, are not among those delivered.
+  // Grabs one of the kFar frames before `key`; false if that fails. OpenCV seeks by time, to a key
+  // frame at least 16 frames before the requested one. So the delivered frames do not include
+  // frames that precede their key frame in presentation and refer to frames before it.
   bool JumpBefore(int64_t key) {
     const double wanted = std::floor(index_->seconds(key) * nominal_rate_hz_) - 2.0;
     try {
@@ -288,16 +288,16 @@ class VideoFile : public FrameSource {
     return false;
   }
 
-  // A packet that cannot be decoded looks to OpenCV's callers like the end, and the next call goes
-  // on behind it.
+  // For callers of OpenCV a packet that cannot be decoded looks like the end; the next call
+  // continues after it.
   int64_t AttemptsToGrab() const {
     if (timeout_seconds_ > 0) return 1;
     return index_ ? std::max<int64_t>(index_->size() - position_, 1) : kFar;
   }
 
-  // What cannot be decoded is not delivered; the frames behind it keep their index. From the first
-  // frame on whose time is not that of a packet, a video that is read from its beginning is
-  // counted.
+  // Frames that cannot be decoded are not delivered, and those after them keep their index. If a
+  // frame's time is not that of a packet, a video that is read from its beginning is counted from
+  // there on.
   int64_t IndexGrabbed() {
     if (!index_) return position_;
     const std::optional<int64_t> index =
@@ -308,7 +308,7 @@ class VideoFile : public FrameSource {
     return position_;
   }
 
-  // Of the frame that was just grabbed.
+  // The time of the frame that was just grabbed.
   double Seconds(int64_t index) {
     const double milliseconds = capture_.get(cv::CAP_PROP_POS_MSEC);
     return index > 0 && !(milliseconds > 0) ? static_cast<double>(index) / nominal_rate_hz_
@@ -355,13 +355,13 @@ class VideoFile : public FrameSource {
   const std::string path_;
   double nominal_rate_hz_;
   const int timeout_seconds_;
-  const std::uintmax_t bytes_;  // when it was opened first
+  const std::uintmax_t bytes_;  // when first opened
   cv::VideoCapture capture_;
   int64_t expected_frame_count_ = -1;
-  int degrees_ = 0;         // by which pictures are turned, clockwise
+  int degrees_ = 0;         // clockwise rotation applied to pictures
   double seconds_ = 0.0;    // of the last frame grabbed
-  int64_t position_ = 0;    // index behind the last frame grabbed
-  int64_t next_index_ = 0;  // that Next() returns; ahead of position_ after a seek
+  int64_t position_ = 0;    // index after the last frame grabbed
+  int64_t next_index_ = 0;  // returned by Next(); ahead of position_ after a seek
   bool ended_ = false;
   bool has_looked_for_index_;
   bool has_jumped_ = false, has_other_times_ = false;  // since the video was opened

@@ -10,15 +10,15 @@
 
 namespace egosieve::vision {
 
-// Frames of a video, decoded by FFmpeg. InvalidArgument for a file that is no video or delivers no
-// frame.
+// Frames of a video, decoded by FFmpeg. InvalidArgument for a file that is not a video or delivers
+// no frame.
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenVideoFile(const std::string& path,
                                                            const FrameSourceOptions& options);
 
-// How long a stream may take to open, and be silent.
+// The longest time that a stream may take to open or be silent.
 inline constexpr int kStreamTimeoutSeconds = 10;
 
-// A stream of frames that must not be sought in (live_stream.h). Nothing is read yet.
+// A stream of frames, in which the caller must not seek (live_stream.h). Nothing is read yet.
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenStreamAsVideo(const std::string& address);
 
 }  // namespace egosieve::vision

@@ -22,7 +22,7 @@ struct CloseInput {
 };
 using Input = std::unique_ptr<AVFormatContext, CloseInput>;
 
-// Null where it is no video; `video` is its stream.
+// Null if the file is not a video. `video`: its stream.
 Input Open(const std::string& path, const AVStream** video) {
   AVFormatContext* opened = nullptr;
   if (avformat_open_input(&opened, path.c_str(), nullptr, nullptr) < 0) return nullptr;
@@ -79,7 +79,7 @@ void AddOnTimes(const std::vector<std::string>& paths, const std::vector<Span>& 
                                      "them in a .txt"));
       return;
     }
-    // Some cameras write the time of a file's end.
+    // Some cameras write the time at which a file ends.
     const double gap = between - std::max(spans[i].length_seconds, spans[i + 1].length_seconds);
     if (!(gap > kGapSeconds)) continue;
     if (gaps++ == 0) first = paths[i];

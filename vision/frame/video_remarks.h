@@ -1,15 +1,15 @@
-// What of videos is not read as it was meant to be seen, or recorded.
+// Remarks on videos that are not read as they were recorded or meant to be seen.
 //
-//   interlaced     two half pictures of different times lie in each frame: what moves has combed
-//                  edges
-//   HDR            brightness coded for very bright screens (PQ, HLG) is taken for ordinary
-//                  brightness: pictures are read with little contrast
+//   interlaced     each frame holds two half pictures of different times: moving objects have
+//                  combed edges
+//   HDR            brightness coded for very bright screens (PQ, HLG) is read as ordinary
+//                  brightness: pictures have little contrast
 //
-//   gaps           chapters of one drive between which time is missing, or that come in another
-//                  order than their times: by the creation times of the files, where all have one
-//                  and a gap is longer than kGapSeconds
+//   gaps           chapters of one drive with missing time between them, or in an order that
+//                  differs from their times: by the creation times of the files, where all have
+//                  one and a gap is longer than kGapSeconds
 //
-// Ten or twelve bits a colour alone are read rightly, rounded to eight.
+// Videos with only ten or twelve bits per colour are read correctly, rounded to eight.
 #ifndef EGOSIEVE_VISION_FRAME_VIDEO_REMARKS_H_
 #define EGOSIEVE_VISION_FRAME_VIDEO_REMARKS_H_
 
@@ -21,8 +21,9 @@ namespace egosieve::vision {
 // Creation times are in whole seconds, and cameras need a moment to begin a file.
 inline constexpr double kGapSeconds = 3.0;
 
-// Of a video, or of the chapters of a drive in their order, which are alike but for their times. A
-// sentence each, with what to do; none for what is no video. By what the files say of themselves.
+// Remarks on a video, or on the chapters of a drive in their order, which are assumed to differ
+// only in their times. One sentence each, with the remedy; none for files that are not videos. They
+// rely on the metadata of the files.
 std::vector<std::string> RemarksOnVideos(const std::vector<std::string>& paths);
 
 }  // namespace egosieve::vision

@@ -1,6 +1,6 @@
-// Whether a video that was just written is on the disk with all of its frames: cv::VideoWriter says
-// nothing of writes that fail. Syncs the file and reads its index, which is written last.
-// ResourceExhausted, naming the path, where it is not whole.
+// Checks that a video just written is on the disk with all of its frames, since cv::VideoWriter
+// does not report failed writes. Syncs the file and reads its index, which is written last.
+// ResourceExhausted, naming the path, if it is not complete.
 #ifndef EGOSIEVE_VISION_FRAME_WRITTEN_VIDEO_H_
 #define EGOSIEVE_VISION_FRAME_WRITTEN_VIDEO_H_
 

@@ -1,5 +1,5 @@
-// Scores of ransac.h from squared distances in float32, by blocks of pairs in plain arrays, so that
-// the compiler vectorises both.
+// Scores of ransac.h from squared distances in float32, in blocks of pairs in plain arrays, so that
+// the compiler vectorises distances and sums.
 #ifndef EGOSIEVE_VISION_GEOMETRY_BLOCK_SCORE_H_
 #define EGOSIEVE_VISION_GEOMETRY_BLOCK_SCORE_H_
 
@@ -21,8 +21,8 @@ struct FloatMatrix {
   }
 };
 
-// Of the pairs [begin, end). squared_distances(start, count, squares) writes those of `count` pairs
-// from `start` on, at most kPairsPerBlock.
+// The score of the pairs [begin, end). squared_distances(start, count, squares) writes the squared
+// distances of `count` pairs from `start` on, at most kPairsPerBlock.
 template <typename SquaredDistances>
 Score ScoreInBlocks(int64_t begin, int64_t end, double threshold,
                     SquaredDistances squared_distances) {

@@ -15,7 +15,7 @@ double Area(double ax, double ay, double bx, double by, double cx, double cy) {
   return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
 }
 
-// No three points on a line, and each triangle turns the same way in both images.
+// No three points are collinear, and each triangle has the same orientation in both images.
 bool IsProperSample(const NormalizedPairs& pairs, const int64_t (&s)[4]) {
   constexpr double kMinimumArea = 1e-4;
   constexpr int kTriangles[4][3] = {{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}};
@@ -75,7 +75,7 @@ Score HomographyModel::Evaluate(const Eigen::Matrix3d& matrix, const NormalizedP
   });
 }
 
-// A Gauss-Newton step in the eight entries of H beside h33 = 1.
+// A Gauss-Newton step in the eight entries of H other than h33 = 1.
 bool HomographyModel::Refine(const NormalizedPairs& pairs, double radius, Eigen::Matrix3d& h) {
   const double inverse = 1.0 / (radius * radius);
   Eigen::Matrix<double, 8, 8> normal = Eigen::Matrix<double, 8, 8>::Zero();

@@ -104,8 +104,8 @@ void Judge(const Candidate& chosen, const MotionModelOptions& options, MotionMod
   }
 }
 
-// Of the kinds that compete with the chosen one. Static and homography are of one kind: where the
-// camera stands still they are the same.
+// Keeps the competing model of the other kind. Static and homography count as one kind, since they
+// are the same for a static camera.
 void KeepRejected(const Candidate& chosen, const std::vector<Candidate>& candidates,
                   MotionModel& model) {
   const auto is_fundamental = [](const Candidate& candidate) {

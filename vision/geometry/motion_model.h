@@ -1,40 +1,43 @@
-// Which model explains the camera's own motion between two frames, and that model.
+// Selects the model that explains the camera's motion between two frames, and estimates it.
 //
-// A fundamental matrix can explain whatever a homography can and more: with little parallax it
-// bends to explain the moving objects too. So models are weighed by Torr's criterion (GRIC; Torr,
-// 1998), which charges for the dimension d of what a model leaves free and for its k parameters:
+// A fundamental matrix explains everything that a homography explains, and more: with little
+// parallax it also adapts to moving objects. So models are compared by Torr's criterion (GRIC;
+// Torr, 1998), which penalises the dimension d of the manifold of pairs that a model allows, and
+// its number k of parameters:
 //
-//   GRIC = sum_i min(e_i^2 / sigma^2, 4 - (d - 2) log 4) + n d log 4 + k log 4 n (GR1)
+//   GRIC = sum_i w_i min(e_i^2 / sigma^2, 4 - (d - 2) log 4) + n d log 4 + k log 4 n       (GR1)
 //
 //   static        d = 2, k = 0        e = |x2 - x1| / sqrt 2
 //   homography    d = 2, k = 8        e = transfer error / sqrt 2
 //   fundamental   d = 3, k = 7        e = Sampson's distance
 //
-// Torr's bound on the first term is 2 (4 - d); this one makes an outlier cost the same under each
-// model, so that movers, which are outliers to all of them, do not weigh in the choice. With noise
-// s in every coordinate all three have E e^2 = (4 - d) s^2: the transfer error lies in one image
-// and carries the noise of both, hence the root. sigma is gric_sigma_pixels, or the noise itself
-// where that is more: 1.48 times the median of Sampson's distance to F.
+// Torr's bound on the first term is 2 (4 - d). With this one an outlier costs the same under each
+// model, so that movers, which are outliers to all of them, do not affect the choice. With noise s
+// in every coordinate all three have E e^2 = (4 - d) s^2: the transfer error is measured in one
+// image and has the noise of both, hence the root. sigma is gric_sigma_pixels, or the noise itself
+// if that is larger: 1.48 times the median of Sampson's distance to F.
 //
-// The weights w_i, of mean 1, give equal areas of the image an equal say (12 x 6 cells): the
-// distance, which a homography explains, is where most pairs survive at speed.
+// The weights w_i, of mean 1, give equal areas of the image equal weight (12 x 6 cells). Otherwise
+// the far distance, which a homography explains, would dominate, since most pairs survive there at
+// speed.
 //
-// The least is chosen; of the static model and the homography the simpler where they are equal.
-// There is one case that (GR1) cannot tell: a camera that stands among things that all move along
-// parallel lines sees what a camera that moves along these lines past things of different depth
-// sees, but for this: with a camera that moves, hardly anything stays where it was. So
+// The model with the smallest GRIC is chosen; if the static model and the homography are equal, the
+// simpler one. (GR1) cannot distinguish one case: a static camera among objects that all move along
+// parallel lines sees the same as a camera that moves along these lines past objects of different
+// depth. The difference is that with a moving camera hardly any point keeps its position in the
+// image. So
 //
 //   sum_i w_i [ |x2 - x1| < still_pixels ] >= still_share n  =>  static                    (GR2)
 //
-// From a moving car or hand a quarter of the image stays within 1/4 pixel at most.
+// With a camera on a moving car or in a hand at most a quarter of the image stays within 1/4 pixel.
 //
-// Measured and left out, on 328 frames of hand-held video and of drives: averaging GRIC over
-// frames, with weights from 0.8 down to 0.1, changed not one choice (the criteria lie 0.25 a pair
-// apart at least); and a robust quadratic flow in place of the homography gained 0.003 in AUC in
-// the hand and is 0.01 to 0.25 below F on drives.
+// Measured and rejected, on 328 frames of hand-held video and of drives: averaging GRIC over
+// frames, with weights from 0.8 down to 0.1, did not change any choice (the criteria differ by at
+// least 0.25 per pair). A robust quadratic flow in place of the homography gained 0.003 in AUC for
+// hand-held video and is 0.01 to 0.25 below F on drives.
 //
-// Trust. A majority is what tells the camera's motion from an object's, so the model is believed
-// where at least `minimum_support` of the pairs lie within `support_pixels` of it.
+// Trust. Only a large share of the pairs distinguishes the camera's motion from an object's. So the
+// model is trusted if at least `minimum_support` of the pairs lie within `support_pixels` of it.
 #ifndef EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_H_
 #define EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_H_
 
@@ -50,7 +53,7 @@
 
 namespace egosieve::vision {
 
-// kCalibrated: two_view_motion.h; EstimateMotionModel takes it for kAuto.
+// kCalibrated: two_view_motion.h; EstimateMotionModel treats it like kAuto.
 enum class MotionModelChoice { kAuto, kFundamental, kHomography, kCalibrated };
 
 struct MotionModelOptions {
@@ -74,18 +77,18 @@ struct MotionModel {
   int64_t pair_count = 0;
   double static_gric = 0.0, homography_gric = 0.0,
          fundamental_gric = 0.0;  // per pair; 0: not tried
-  // The likeliest model of the other kind, two-dimensional or fundamental; kNone where there is
-  // none.
+  // The competing model of the other kind, two-dimensional or fundamental; of two-dimensional ones
+  // the homography if there is one. kNone without such a model.
   MotionModelKind rejected_kind = MotionModelKind::kNone;
   Eigen::Matrix3d rejected_matrix = Eigen::Matrix3d::Identity();
-  // Median transfer error of the best homography: what the homography leaves unexplained is
-  // parallax. 0 where no homography was tried.
+  // Median transfer error of the best homography, which measures parallax: the motion that the
+  // homography does not explain. 0 where no homography was tried.
   double parallax_pixels = 0.0;
   bool trusted = false;
   std::string reason;  // why it is not trusted, or why there is none
 };
 
-// Too few or degenerate pairs give kind kNone with a reason; an error means invalid options only.
+// Too few or degenerate pairs give kind kNone with a reason. An error means invalid options.
 absl::StatusOr<MotionModel> EstimateMotionModel(const std::vector<PointPair>& pairs,
                                                 const MotionModelOptions& options);
 

@@ -1,4 +1,4 @@
-// What the camera's own motion does to the image of a static world.
+// The effect of the camera's motion on the image of a static scene.
 #ifndef EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_KIND_H_
 #define EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_KIND_H_
 
@@ -6,9 +6,9 @@ namespace egosieve::vision {
 
 enum class MotionModelKind {
   kNone,         // nothing could be estimated
-  kStatic,       // x2 = x1: the camera stood still
-  kHomography,   // x2 ~ H x1: rotation, a plane, or too little parallax to tell
-  kFundamental,  // x2^T F x1 = 0: translation past a world with depth
+  kStatic,       // x2 = x1: the camera does not move
+  kHomography,   // x2 ~ H x1: rotation, a plane, or too little parallax
+  kFundamental,  // x2^T F x1 = 0: translation in a scene with depth
 };
 
 inline const char* Name(MotionModelKind kind) {

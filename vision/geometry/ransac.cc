@@ -12,11 +12,11 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr int64_t kTrialPairs = 400;   // that a model is tried on first
-constexpr double kTrialMargin = 1.15;  // a model this much worse than the best there is given up
+constexpr int64_t kTrialPairs = 400;   // on which a model is tested first
+constexpr double kTrialMargin = 1.15;  // models this much worse than the best there are dropped
 constexpr int kMaxRefusedPerSample = 20;
 
-// Iterations that (RS2) asks for.
+// The number of iterations by (RS2).
 int RequiredIterations(double inlier_share, int sample_size, double confidence, int maximum) {
   const double all_inliers = std::pow(inlier_share, sample_size);
   if (!(all_inliers > 0.0)) return maximum;
@@ -49,7 +49,7 @@ class Search {
         spacing_(options.minimum_spacing_pixels / pairs.scale_pixels),
         sampler_(options.seed) {}
 
-  // False where no sample gave a model.
+  // False if no sample gave a model.
   bool Run() {
     int required = options_.max_iterations;
     int64_t refused = 0;
@@ -62,7 +62,7 @@ class Search {
       if (IsSpaced(pairs_, sample, spacing_)) Model::Solve(pairs_, sample, models);
       if (models.empty()) {
         ++refused;
-        // Degenerate input: do not spend more on refusals than on models.
+        // Degenerate input: stop after as many rejected samples as models would be tried.
         if (!found_ && refused >= options_.max_iterations) break;
         continue;
       }

@@ -1,18 +1,18 @@
-// Robust estimation of the fundamental matrix and of the homography from point pairs with false
-// matches and independently moving objects among them: RANSAC with truncated squares (MSAC; Torr &
+// Robust estimation of the fundamental matrix and of the homography from point pairs that include
+// false matches and independently moving objects: RANSAC with truncated squares (MSAC; Torr &
 // Zisserman, 2000), local optimisation (Chum et al., 2003) and early stop.
 //
 //   cost(model) = sum_i min(d_i^2 / T^2, 1)                                                (RS1)
 //   iterations until  (1 - w^m)^k <= 1 - confidence,   w = share of inliers, m = sample size (RS2)
 //
-// d is Sampson's distance for F, the transfer error for H, T the threshold. Each new best model is
-// refined by a few reweighted least-squares steps with Tukey's weights and a shrinking radius, each
-// kept only where it lowers (RS1). Samples are refused that are degenerate, that hold two points
-// closer than `minimum_spacing_pixels`, or (F) whose orientations disagree. Models are tried on a
-// first random part of the pairs and, unless they are clearly worse there than the best so far, on
-// all.
+// d is Sampson's distance for F and the transfer error for H; T is the threshold. Each new best
+// model is refined by a few reweighted least-squares steps with Tukey's weights and a shrinking
+// radius; each step is kept only if it lowers (RS1). A sample is rejected if it is degenerate, if
+// two of its points are closer than `minimum_spacing_pixels`, or (F) if the orientations of its
+// points disagree. A model is first tested on a random part of the pairs, and on all pairs unless
+// it is clearly worse there than the best so far.
 //
-// Same pairs and seed: same bytes. Cost: about 10 ms for 7000 pairs at half inliers.
+// Same pairs and seed: same bytes. Cost: about 10 ms for 7000 pairs with half of them inliers.
 #ifndef EGOSIEVE_VISION_GEOMETRY_RANSAC_H_
 #define EGOSIEVE_VISION_GEOMETRY_RANSAC_H_
 
@@ -31,7 +31,7 @@ struct RansacOptions {
   double confidence = 0.9999;           // (0, 1)
   int max_iterations = 2000;            // positive
   double minimum_spacing_pixels = 2.0;  // between points of a sample, in both images; >= 0
-  int max_pairs = 4000;                 // pairs beyond this many are drawn from at random; >= 8
+  int max_pairs = 4000;                 // of more pairs, this many are drawn at random; >= 8
   uint64_t seed = 1;
 
   absl::Status Validate() const;
@@ -45,8 +45,8 @@ struct RansacResult {
   int iterations = 0;
 };
 
-// Errors: InvalidArgument for options and for fewer than 7 (F) or 4 (H) pairs; NotFound where no
-// sample gives a model (all points collinear, identical, ...).
+// Errors: InvalidArgument for invalid options and for fewer than 7 (F) or 4 (H) pairs; NotFound if
+// no sample gives a model (all points collinear, identical, ...).
 absl::StatusOr<RansacResult> EstimateFundamental(const std::vector<PointPair>& pairs,
                                                  const RansacOptions& options);
 absl::StatusOr<RansacResult> EstimateHomography(const std::vector<PointPair>& pairs,

@@ -21,10 +21,10 @@ struct FundamentalModel {
   // Appends the sample's solutions to `models`.
   static void Solve(const NormalizedPairs& pairs, const int64_t (&sample)[kSampleSize],
                     std::vector<Eigen::Matrix3d>& models);
-  // Of the pairs [begin, end); threshold in normalised units.
+  // Scores the pairs [begin, end); threshold in normalised units.
   static Score Evaluate(const Eigen::Matrix3d& f, const NormalizedPairs& pairs, int64_t begin,
                         int64_t end, double threshold);
-  // One reweighted step: pairs further than `radius` weigh nothing. False where it fails.
+  // One reweighted step: pairs farther than `radius` have no weight. False if it fails.
   static bool Refine(const NormalizedPairs& pairs, double radius, Eigen::Matrix3d& f);
 };
 

@@ -1,4 +1,4 @@
-// How far a point pair is from what a motion model of a static world allows, in pixels.
+// The distance of a point pair from a motion model of a static scene, in pixels.
 //
 //   static        |x2 - x1|
 //   homography    |x2 - H x1|                                                 transfer error
@@ -21,12 +21,12 @@ namespace egosieve::vision {
 
 enum class EpipolarDistance { kSampson, kPointToLine };
 
-// A pair whose distance is undefined (at an epipole, at infinity) gets 0 for F, infinity for H.
+// If the distance is undefined (at an epipole, at infinity), it is 0 for F and infinity for H.
 double SampsonDistance(const Eigen::Matrix3d& f, const PointPair& pair);
 double PointToLineDistance(const Eigen::Matrix3d& f, const PointPair& pair);
 double TransferDistance(const Eigen::Matrix3d& h, const PointPair& pair);
 
-// One a pair. `matrix` is read for homographies and fundamental matrices; kNone gives zeros.
+// One per pair. `matrix` is read for homographies and fundamental matrices; kNone gives zeros.
 std::vector<double> Residuals(MotionModelKind kind, const Eigen::Matrix3d& matrix,
                               const std::vector<PointPair>& pairs, EpipolarDistance distance);
 

@@ -1,4 +1,4 @@
-// Own random numbers, so that the same seed draws the same samples with every standard library.
+// Our own random numbers, so that a seed draws the same samples with every standard library.
 #ifndef EGOSIEVE_VISION_GEOMETRY_SAMPLING_H_
 #define EGOSIEVE_VISION_GEOMETRY_SAMPLING_H_
 

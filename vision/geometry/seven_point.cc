@@ -22,7 +22,7 @@ Constraints BuildConstraints(const std::array<PointPair, 7>& pairs) {
   return a;
 }
 
-// Gauss-Jordan with complete pivoting; the two columns left over span the null space.
+// Gauss-Jordan elimination with complete pivoting; the two remaining columns span the null space.
 bool NullSpace(Constraints a, Coefficients& first, Coefficients& second) {
   std::array<int, 9> column = {0, 1, 2, 3, 4, 5, 6, 7, 8};
   double largest = 0.0;

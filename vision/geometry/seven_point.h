@@ -4,9 +4,9 @@
 //        matrix
 //   (S2) det F = 0 is a cubic in t: one or three real roots, each a solution
 //
-// The null space is found by elimination with complete pivoting; a sample whose matrix has rank
+// The null space is computed by elimination with complete pivoting. A sample whose matrix has rank
 // below 7 to relative 1e-9 is degenerate (repeated pairs, collinear points, a rank-deficient
-// motion) and refused. Cost: about 2 microseconds.
+// motion) and is rejected. Cost: about 2 microseconds.
 #ifndef EGOSIEVE_VISION_GEOMETRY_SEVEN_POINT_H_
 #define EGOSIEVE_VISION_GEOMETRY_SEVEN_POINT_H_
 
@@ -22,7 +22,7 @@ struct SevenPointSolutions {
   std::array<Eigen::Matrix3d, 3> matrices;  // unit Frobenius norm, rank 2
 };
 
-// Coordinates of order 1 (normalized_pairs.h).
+// The coordinates must be of order 1 (normalized_pairs.h).
 SevenPointSolutions SolveSevenPoint(const std::array<PointPair, 7>& pairs);
 
 // All real roots of c[3] t^3 + c[2] t^2 + c[1] t + c[0], in increasing order, polished by Newton
@@ -30,8 +30,8 @@ SevenPointSolutions SolveSevenPoint(const std::array<PointPair, 7>& pairs);
 // constant.
 int RealCubicRoots(const std::array<double, 4>& c, std::array<double, 3>& roots);
 
-// Oriented epipolar constraint (Chum et al., 2004): a real camera sees all points of a correct
-// sample on one side; false means that F cannot have been the motion of all these points.
+// Oriented epipolar constraint (Chum et al., 2004): for a real camera all points of a correct
+// sample have the same orientation. False means that F cannot be the motion of all these points.
 bool OrientationsAgree(const Eigen::Matrix3d& f, const std::array<PointPair, 7>& pairs);
 
 }  // namespace egosieve::vision

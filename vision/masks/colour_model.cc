@@ -13,11 +13,11 @@ namespace {
 
 constexpr int kSteps = 16;  // of a colour axis
 constexpr int kColours = kSteps * kSteps * kSteps;
-// Added to shares, so that what was hardly seen is not sure.
+// Added to the shares, so that the evidence of a rarely seen colour is weak.
 constexpr float kFloor = 2e-4f;
 
-// v_i <- v_{i-1} / 4 + v_i / 2 + v_{i+1} / 4 along the axis whose steps lie `stride` apart; what
-// lies beyond the ends is as the end.
+// v_i <- v_{i-1} / 4 + v_i / 2 + v_{i+1} / 4 along the axis whose steps lie `stride` apart; the
+// ends are repeated.
 void SmoothAxis(std::vector<float>& values, int stride) {
   for (int start = 0; start < kColours; start += kSteps * stride) {
     for (int offset = 0; offset < stride; ++offset) {

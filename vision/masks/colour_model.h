@@ -1,16 +1,16 @@
-// The colours of what moves and of what does not, learnt from pictures and their maps.
+// The colours of moving and of static pixels, learnt from pictures and their maps.
 //
-//   bin(x)    Lab colour in 16 steps an axis                                                   (C1)
-//   F, G      sums of p^3 and of (1 - p)^3 over the pixels of a bin: sure pixels count, doubtful
-//             ones hardly. Smoothed along each axis by [1/4, 1/2, 1/4]                         (C2)
-//   f, g      F and G over their sums, and a floor
+//   bin(x)    Lab colour in 16 steps per axis                                                  (C1)
+//   F, G      sums of p^3 and of (1 - p)^3 over the pixels of a bin: pixels with p near 0 or 1
+//             count, others hardly. Smoothed along each axis by [1/4, 1/2, 1/4]                (C2)
+//   f, g      F and G divided by their sums, plus a floor
 //   evidence  k log(f / g), clamped to [-limit, limit], k = s / (s + support), s the smaller of
-//             the two sums: without pixels of both kinds colour says nothing                   (C3)
+//             the two sums: the evidence is 0 without pixels of both kinds                     (C3)
 //
-// Histograms of single pictures add up to those of a window. Cost: linear in the pixels, and in the
-// 4,096 bins.
+// Histograms of single pictures are added to give that of a window. Cost: linear in the pixels and
+// in the 4,096 bins.
 //
-// Reference: Boykov & Jolly (2001) for colour as a term of a segmentation; here the seeds are soft.
+// Reference: Boykov & Jolly (2001) for colour as a term of a segmentation; here with soft seeds.
 #ifndef EGOSIEVE_VISION_MASKS_COLOUR_MODEL_H_
 #define EGOSIEVE_VISION_MASKS_COLOUR_MODEL_H_
 
@@ -28,14 +28,14 @@ struct ColourModelOptions {
   absl::Status Validate() const;
 };
 
-// (C1) of a picture, B G R: the number of each pixel's bin, below 4,096.
+// (C1) of a picture in B G R: the bin of each pixel, below 4,096.
 cv::Mat1w ColourBins(const cv::Mat3b& image);
 
 class ColourModel {
  public:
   ColourModel();
 
-  // bins: ColourBins of a picture; probability: of moving, of the same size.
+  // bins: ColourBins of a picture. probability: of moving, of the same size.
   void Add(const cv::Mat1w& bins, const cv::Mat1f& probability);
   void Add(const ColourModel& other);
 

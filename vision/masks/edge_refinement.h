@@ -1,12 +1,12 @@
-// A map at a picture's full resolution, its steps where the picture has edges.
+// Brings a map to a picture's full resolution, with its steps at the edges of the picture.
 //
 //   l(x)   log odds of the linked map + colour evidence, at working resolution                 (R1)
 //   p      = fgs(1 / (1 + exp(-l))), l interpolated linearly to full resolution                (R2)
 //   fgs    argmin_p sum (p - p_0)^2 + smoothness sum_{x ~ y} exp(-|I_x - I_y| / levels)
 //          (p_x - p_y)^2: OpenCV's fast global smoother
 //
-// (R2) smooths probabilities, not log odds: where map and colour are unsure, p stays unsure, and
-// what is sure does not spread further than its edge.
+// (R2) smooths probabilities, not log odds. So p stays near 1/2 where map and colour are unsure,
+// and sure regions do not spread across edges.
 //
 // Chosen on davis-train (bus, stroller, hike, motorbike, scooter-gray, lucia, every 36th frame;
 // maps as they were then), J, F at 1/2, and log loss: map alone 0.55, 0.48, 0.144; linked over time
@@ -34,18 +34,18 @@ struct EdgeRefinementOptions {
   absl::Status Validate() const;
 };
 
-// The side of a block of pixels that is one at working resolution: the least by which the longer
-// side is at most 640.
+// The side, in pixels, of the block that becomes one pixel at working resolution. It is the
+// smallest with which the longer side of the picture becomes at most 640.
 int WorkingStep(cv::Size size);
 
-// Means over blocks: ceil(size / step) pixels.
+// Means over blocks; the result has ceil(size / step) pixels.
 cv::Mat ToWorkingSize(const cv::Mat& image, int step);
 
 // (R2). image: B G R at full resolution; log_odds: (R1).
 cv::Mat1f RefineProbability(const cv::Mat3b& image, const cv::Mat1f& log_odds,
                             const EdgeRefinementOptions& options);
 
-// Log odds of probabilities, which are kept 0.002 away from 0 and 1; and back.
+// Log odds of probabilities, which are first clamped to [0.002, 0.998]; and the inverse.
 cv::Mat1f LogOdds(const cv::Mat1f& probability);
 cv::Mat1f Probability(const cv::Mat1f& log_odds);
 

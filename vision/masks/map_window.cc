@@ -14,7 +14,7 @@
 namespace egosieve::vision {
 namespace {
 
-// Weights of the temporal link fall below a fiftieth there.
+// Weights of the temporal link are below a fiftieth at this distance.
 constexpr double kReachInMemories = 4.0;
 constexpr int kLeastFlowSide = 16;
 
@@ -27,7 +27,7 @@ bool ShowOneScene(const FlowPair& flow, const cv::Mat1b& first, const cv::Mat1b&
   return scene.IsOneScene();
 }
 
-// The frames whose colours serve frame t.
+// The first and the last of the frames whose colours are used for frame t.
 std::pair<size_t, size_t> ColourRange(const std::vector<WindowFrame>& frames, size_t t,
                                       const MapWindowOptions& options) {
   const auto is_near = [&](size_t s) {

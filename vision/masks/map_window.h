@@ -1,17 +1,18 @@
-// Refines the maps of consecutive frames together: linked over time (temporal_link.h), joined by
-// what colours say (colour_model.h), and brought to the picture's edges (edge_refinement.h).
+// Refines the maps of consecutive frames together: links them over time (temporal_link.h), adds the
+// evidence of colours (colour_model.h) and fits them to the edges of the pictures
+// (edge_refinement.h).
 //
 //   linked   (TL3) over the frames of the window
-//   colour   (C3) of the frames within colour_seconds before and after, up to the next cut, learnt
-//            from their linked maps; before alone where the link is causal
+//   colour   (C3), learnt from the linked maps of the frames within colour_seconds before and
+//            after, up to the next cut; only of those before where the link is causal
 //   sharp    (R2) of linked + colour, at working resolution
 //   steady   log odds of sharp, linked by (TL3) with a memory of steady_seconds
 //   refined  (R2) of linked + colour at full resolution, its log odds shifted by steady - sharp
 //
-// The first link says what moves, the second takes the flicker out of the outlines: whatever the
-// colours or an edge say in one frame alone.
+// The first link determines which pixels move. The second removes flicker of the outlines, which
+// colours or an edge in a single frame can cause.
 //
-// A frame's result depends on the window's frames alone, not on threads.
+// A frame's result depends only on the frames of the window, not on the number of threads.
 #ifndef EGOSIEVE_VISION_MASKS_MAP_WINDOW_H_
 #define EGOSIEVE_VISION_MASKS_MAP_WINDOW_H_
 
@@ -35,22 +36,22 @@ struct MapWindowOptions {
   EdgeRefinementOptions edges;
 
   absl::Status Validate() const;
-  // How far a frame's result reaches into the past and the future: what a window needs around the
-  // frames that it is asked for.
+  // How far a frame's result depends on the past and the future: a window needs this margin around
+  // the frames to be refined.
   double ReachSeconds() const;
 };
 
 struct WindowFrame {
   double time_seconds = 0.0;
-  cv::Mat3b image;     // B G R, full resolution; needed where the frame itself is refined
-  cv::Mat3b small;     // at working resolution (edge_refinement.h), as all that follows
+  cv::Mat3b image;     // B G R, full resolution; needed if the frame itself is refined
+  cv::Mat3b small;     // at working resolution (edge_refinement.h), like all fields below
   cv::Mat1w bins;      // ColourBins of `small`
   cv::Mat1f log_odds;  // of the map
   bool has_map = true;
-  FlowPair flow;           // from the frame before to this one; empty: nothing is taken over
-  FlowPair estimated;      // the same before it was grown (vision/features/flow_growth.h)
+  FlowPair flow;           // from the previous frame to this one; empty: not linked
+  FlowPair estimated;      // `flow` before growth (vision/features/flow_growth.h)
   ReturnErrors errors;     // of `flow`
-  bool is_linked = false;  // LinkFrames has been here
+  bool is_linked = false;  // LinkFrames has processed the frame
 };
 
 // Frame and map at working resolution. probability: of moving, of the image's size.
@@ -58,10 +59,12 @@ WindowFrame MakeWindowFrame(double time_seconds, const cv::Mat3b& image,
                             const cv::Mat1f& probability, bool has_map);
 
 // Fills `flow` of frames[1], ... where that has not been done. It stays empty at a cut
-// (vision/matching/scene_agreement.h, by flow alone), where sizes differ, and in tiny pictures.
+// (vision/matching/scene_agreement.h, by flow alone), where sizes differ, and for pictures too
+// small for flow.
 absl::Status LinkFrames(std::vector<WindowFrame>& frames);
 
-// The refined probabilities of frames[first], ..., frames[first + count - 1], which have images.
+// The refined probabilities of frames[first], ..., frames[first + count - 1], which must have
+// images.
 std::vector<cv::Mat1f> RefineWindow(const std::vector<WindowFrame>& frames, int first, int count,
                                     const MapWindowOptions& options);
 

@@ -7,8 +7,8 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr int kHoleShare = 2000;  // of a picture's pixels in the largest hole that is filled
-constexpr float kReach = 3.0f;    // pixels of working resolution
+constexpr int kHoleShare = 2000;  // picture's pixels divided by those of the largest filled hole
+constexpr float kReach = 3.0f;    // pixels at working resolution
 
 void FillHoles(cv::Mat1b& mask) {
   cv::Mat1i labels;

@@ -12,11 +12,11 @@
 namespace egosieve::vision {
 namespace {
 
-// Residuals beyond the scale weigh little: at least this many pixels, and a part of the median of
-// those to a single motion, since flow errs more where it is large.
+// Residuals beyond the scale weigh little. The scale is at least this many pixels, and at least
+// this share of the median residual from a single motion, since flow errs more where it is large.
 constexpr double kLeastScale = 1.0;
 constexpr double kScaleShare = 0.25;
-constexpr double kFitsOne = 0.05;  // mean cost below which one motion explains all
+constexpr double kFitsOne = 0.05;  // mean cost below which one motion suffices
 constexpr int kRounds = 8;
 constexpr double kOnePiece = 0.7;
 constexpr double kLeastHeldOfBoth = 0.4;
@@ -87,7 +87,7 @@ bool HaveEnough(const Labels& labels, int min_cells) {
   return second >= min_cells && static_cast<int64_t>(labels.size()) - second >= min_cells;
 }
 
-// (S1) from `start`; without labels where a part becomes too small.
+// (S1) from `start`; the result has no labels where a part becomes too small.
 Split SplitFrom(const Held& held, cv::Size grid, Labels start, double scale, int min_cells) {
   Split split;
   split.labels = std::move(start);
@@ -164,7 +164,7 @@ bool IsAccepted(const Held& held, const Split& split, const MovingCells& cells,
          IsOnePiece(held, split.labels, smaller, cells.grid);
 }
 
-// (S1) from the starts, the one of the smallest cost among those that (S2) accepts.
+// Of (S1) from all starts, the split of the smallest cost that (S2) accepts.
 std::optional<Split> BestSplit(const Held& held, const MovingCells& cells,
                                const MotionSplitOptions& options) {
   const MoverMotion one = FitMotion(held.places, held.displacements, kLeastScale);
@@ -183,8 +183,8 @@ std::optional<Split> BestSplit(const Held& held, const MovingCells& cells,
   return best;
 }
 
-// Cells that did not hold for as long, since something comes before them, go with the part of
-// the nearer motion over the longest horizon over which they do hold.
+// Cells that hold only over shorter horizons, because another object occludes them later, join the
+// part with the more similar motion. It is compared over the longest horizon over which they hold.
 void AddHiddenCells(const MovingCells& cells, const std::vector<int>& of, MotionSplit& parts) {
   std::vector<uint8_t> is_known(cells.places.size(), 0);
   for (const auto* part : {&parts.larger, &parts.smaller}) {

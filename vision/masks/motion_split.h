@@ -1,16 +1,18 @@
-// Whether the cells of a region move as one or as two.
+// Decides whether the cells of a region have one motion or two.
 //
 //   d_i     displacement of cell i over the longest horizon over which most cells hold
 //           (moving_cells.h)
 //   one     motion (mover_motion.h, D2) fitted to all d_i
 //   two     two motions and labels, each cell with the motion of the smaller cost over the 3 x 3
-//           cells around it, iterated from five starts: what does not fit the one motion, and the
-//           halves by place and by displacement; cost rho(r) = r^2 / (r^2 + scale^2)           (S1)
-//   parts   where the smaller part's own motion has less than `gain` of the cost that the other's
-//           has there, the motions part it from the other by more than `parting` times its size,
-//           the root of its area, and it is mostly one piece; the larger may lie on both sides (S2)
+//           cells around it, iterated from five starts: the cells that do not fit the one motion,
+//           and halves by position and by displacement; cost rho(r) = r^2 / (r^2 + scale^2)    (S1)
+//   parts   accepted where, on the smaller part, its own motion costs less than `gain` of the cost
+//           of the other motion, the two motions differ by more than `parting` times the part's
+//           size, the root of its area, and the part is mostly one connected piece; the larger
+//           part may lie on both sides of it                                                   (S2)
 //
-// Limbs swing by less than their size; two vehicles, or a person before a vehicle, part by more.
+// Limbs swing by less than their size. Two vehicles, or a person in front of a vehicle, separate by
+// more.
 //
 // References: Wang & Adelson (1994), layers of motion; Ochs, Malik & Brox (2014), motion over more
 // than two frames.
@@ -26,8 +28,8 @@
 namespace egosieve::vision {
 
 struct MotionSplitOptions {
-  int min_cells = 6;        // of each part
-  double least_held = 0.6;  // share of the cells, for a horizon
+  int min_cells = 6;        // cells of each part
+  double least_held = 0.6;  // share of the cells that must hold over a horizon
   double gain = 0.6;        // in (0, 1)
   double parting = 1.0;     // positive
 };
@@ -36,13 +38,14 @@ struct MotionSplit {
   std::vector<int> larger, smaller;  // indices of the cells that hold for one step at least
 };
 
-// of: indices of the region's cells. Nothing where it moves as one.
+// of: indices of the region's cells. Nothing where they have one motion.
 std::optional<MotionSplit> SplitByMotion(const MovingCells& cells, const std::vector<int>& of,
                                          const MotionSplitOptions& options = {});
 
-// Whether the cells `part` move as the cells `whole` do: the median distance from the motion of the
-// whole, over the longest horizon over which two fifths of both hold, over what is allowed, 1.5
-// pixels and `share` of the whole's motion. Below 1 they do; nothing without such a horizon.
+// The distance between the motion of the cells `part` and that of the cells `whole`: the median
+// distance of the displacements of `part` from the motion of `whole`, over the longest horizon over
+// which two fifths of both hold. It is divided by the allowed distance, 1.5 pixels plus `share` of
+// the length of the motion of `whole`. Below 1 they move alike. Nothing without such a horizon.
 std::optional<double> MotionDistance(const MovingCells& cells, const std::vector<int>& part,
                                      const std::vector<int>& whole, double share);
 

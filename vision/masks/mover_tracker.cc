@@ -20,22 +20,23 @@ constexpr int kNumbers = 65535;
 // Flow's forward-backward error is below about 1.2 pixels.
 constexpr float kLeastAgreement = 0.5f;
 constexpr double kMotionScale = 0.7;  // pixels, of a mover's motion between two frames
-constexpr int kMotionStep = 2;        // every second pixel says enough of it
-// A piece that no mover explains is looked at from so many times the pixels of a speck.
+constexpr int kMotionStep = 2;        // pixels; every second pixel suffices
+// A piece that no mover explains is compared with movers from this many times min_pixels on.
 constexpr int kLargeInSpecks = 4;
-// Fewer pixels that touch another mover are more often a part of it than another.
+// Smaller pieces that touch another mover are more often a part of it than movers of their own. In
+// units of min_pixels.
 constexpr int kFragmentInSpecks = 8;
 constexpr int kMostSplits = 3;  // of one mover in one frame
-// Of the pixels around the smaller of two movers that lie on the other, where they touch.
+// Movers touch where this share of the pixels around one of them belongs to the other.
 constexpr double kContact = 0.2;
 constexpr int kTouch = 2, kWorldReach = 12;  // pixels
 constexpr double kMovesAsWorldPixels = 1.0;
 constexpr size_t kLeastPlaces = 6;
-// Of a mover's motion, by which what is new beside it, and what is one with it, may differ: parts
-// of a mover that turns or comes near differ, too.
+// Shares of a mover's motion by which a new part beside it (kJoins), and a mover to be merged with
+// it (kIsOne), may differ. Parts of one mover also differ where it turns or approaches.
 constexpr double kJoins = 0.4, kIsOne = 0.05;
 
-// The steps from `now` on, or back from it, that begin within `seconds`.
+// The links from `now` onwards, or else backwards from it, that end within `seconds`.
 std::vector<FlowPair> LinksFrom(const std::vector<TrackedFrame>& frames, size_t now,
                                 double seconds) {
   std::vector<FlowPair> links;
@@ -68,7 +69,7 @@ cv::Mat1b PixelsOfPart(const MovingCells& cells, const MotionSplit& split,
   return (distance_from(split.smaller) < distance_from(split.larger)) & (region != 0);
 }
 
-// The motion of a region's pixels, as far as they agree; its places in `count`.
+// The motion of the region's pixels where flow and its return agree; their number in `count`.
 MoverMotion MotionIn(const cv::Mat1b& region, const cv::Mat& flow, const cv::Mat1f& agreement,
                      size_t* count) {
   std::vector<cv::Point2f> places, steps;
@@ -158,8 +159,8 @@ cv::Mat1w MoverTracker::AssignKnown(const Scene& scene) const {
   return AssignPixels(scene.pictures, last_, known);
 }
 
-// The mover of `cells` whose motion is nearest to that of a piece, and how near it is; nothing
-// where too little is known of the motions.
+// The mover among `among` whose motion is nearest to that of a piece, and their MotionDistance;
+// nothing where too little is known of the motions.
 std::optional<std::pair<double, uint16_t>> MoverTracker::NearestMotion(
     const Scene& scene, const cv::Mat1b& piece, const std::map<uint16_t, int>& among,
     const cv::Mat1w& numbers) {
@@ -238,7 +239,7 @@ void MoverTracker::SplitMovers(const Scene& scene, cv::Mat1w& numbers) {
 }
 
 bool MoverTracker::MovesAsWorld(const Scene& scene, const cv::Mat1b& part) {
-  const FlowPair& flow = scene.links.front();  // a part was found along them
+  const FlowPair& flow = scene.links.front();  // not empty, since a part was found by them
   const cv::Mat1f agreement = FlowAgreement(flow.forward, flow.backward, 1.0);
   cv::Mat1b around = RingAround(part, kWorldReach), moving;
   cv::dilate(scene.pictures.mask, moving, cv::Mat::ones(2 * kTouch + 1, 2 * kTouch + 1, CV_8U));
@@ -304,7 +305,7 @@ void MoverTracker::MergeMovers(const Scene& scene, cv::Mat1w& numbers) {
   }
 }
 
-// The mover that `number` has touched and moved with long enough; 0: none.
+// The mover that `number` has touched and moved with for long enough; 0: none.
 uint16_t MoverTracker::PartnerOf(const Scene& scene, uint16_t number, const cv::Mat1w& numbers) {
   const cv::Mat1b ring = RingAround(numbers == number, kTouch);
   const double least = kContact * cv::countNonZero(ring);

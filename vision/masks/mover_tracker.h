@@ -1,23 +1,24 @@
-// Movers told apart and numbered, frame by frame.
+// Separates movers and numbers them, frame by frame.
 //
-//   known       a pixel of the mask takes the mover of the frame before that explains it best
-//               (pixel_assignment.h), each carried by a motion of its own; a piece of it that is
-//               apart from its largest (stray_pieces.h) loses the number                      (M1)
-//   regions     what no mover explains goes with a mover of its region that moves alike, else with
-//               the nearest where too little is known of its motion, else it is new           (M2)
-//   new         a mover that was lost for at most lost_seconds, where place, size and colours
-//               agree, else a new number                                                      (M3)
-//   split       a mover whose cells move as two (motion_split.h) within look_seconds: the smaller
-//               part goes with a mover that it touches and moves with, else as (M3); what moves as
-//               the world around it, such as the road before a car, is no mover              (M4)
-//   merge       two that touch, for merge_votes frames move as one, and were never apart, are the
-//               older of the two (M5)
-//   fragments   of fewer than 8 min_pixels go with the mover that they touch                  (M6)
+//   known       a pixel of the mask takes the mover of the previous frame that explains it best
+//               (pixel_assignment.h), each mover with a motion of its own; a piece of a mover that
+//               lies apart from its largest piece (stray_pieces.h) loses the number           (M1)
+//   regions     pixels that no mover explains join a mover of their region with similar motion,
+//               the nearest one where too little is known of their motion, or are new         (M2)
+//   new         takes the number of a mover that was lost for at most lost_seconds, where position,
+//               size and colours agree, else a new number                                     (M3)
+//   split       a mover whose cells have two motions (motion_split.h) within look_seconds: the
+//               smaller part joins a mover that it touches and moves with, else (M3) applies; a
+//               part that moves like the static scene around it, such as the road in front of a
+//               car, loses its number                                                         (M4)
+//   merge       two movers that touch, have moved as one for merge_votes frames, and were never
+//               apart become one, with the number of the older                                (M5)
+//   fragments   of fewer than 8 min_pixels join the mover that they touch                     (M6)
 //
-// Numbers run from 1 to 65535 and begin anew after that. Specks of fewer than min_pixels that
-// nobody explains are no movers.
+// Numbers run from 1 to 65535 and then start again. Specks of fewer than min_pixels that no mover
+// explains are not movers.
 //
-// A tracker that was restored from its text goes on to the last bit.
+// A tracker that was restored from its text continues with identical results.
 #ifndef EGOSIEVE_VISION_MASKS_MOVER_TRACKER_H_
 #define EGOSIEVE_VISION_MASKS_MOVER_TRACKER_H_
 
@@ -40,7 +41,7 @@
 namespace egosieve::vision {
 
 struct MoverTrackerOptions {
-  int min_pixels = 24;         // of working resolution
+  int min_pixels = 24;         // at working resolution
   double lost_seconds = 1.5;   // >= 0
   double look_seconds = 0.5;   // positive
   int merge_votes = 3;         // positive
@@ -49,31 +50,31 @@ struct MoverTrackerOptions {
   absl::Status Validate() const;
 };
 
-// At one working resolution.
+// All frames have the same working resolution.
 struct TrackedFrame {
   double time_seconds = 0.0;
   cv::Mat3b image;
-  FlowPair flow;  // from the frame before to this one, not grown; empty where there is none
+  FlowPair flow;  // from the previous frame to this one, without growth; empty: none
 };
 
 class MoverTracker {
  public:
   explicit MoverTracker(const MoverTrackerOptions& options) : options_(options) {}
 
-  // The next frame, frames[now]. mask: non-zero where it moves. Frames after it show movers that
-  // will part; without any, those before it show those that have. Returns the numbers of the
-  // movers, 0 elsewhere.
+  // Adds the next frame, frames[now]. mask: non-zero where it moves. The frames after it show which
+  // movers will separate; without any, the frames before it show which have separated. Returns the
+  // numbers of the movers, 0 elsewhere.
   cv::Mat1w Add(const std::vector<TrackedFrame>& frames, size_t now, const cv::Mat1b& mask);
 
   std::string ToText() const;
-  // DataLoss where the text is damaged.
+  // DataLoss if the text is damaged.
   static absl::StatusOr<MoverTracker> Restore(const MoverTrackerOptions& options,
                                               absl::string_view text);
 
  private:
   struct Mover {
-    double first_seconds = 0.0, last_seconds = 0.0;  // when it was seen
-    cv::Point2d centre, speed;                       // pixels, pixels a second
+    double first_seconds = 0.0, last_seconds = 0.0;  // first and last time seen
+    cv::Point2d centre, speed;                       // pixels, pixels per second
     double pixels = 0.0;
     ColourShares colours = {};
   };
@@ -100,7 +101,7 @@ class MoverTracker {
   MoverTrackerOptions options_;
   cv::Mat1w last_;
   std::map<uint16_t, Mover> movers_;
-  std::map<std::pair<uint16_t, uint16_t>, int> votes_;  // (M5), the smaller mover first
+  std::map<std::pair<uint16_t, uint16_t>, int> votes_;  // (M5): a mover and one that it touches
   std::set<std::pair<uint16_t, uint16_t>> apart_;       // (M5), the smaller number first
   int next_number_ = 1;
 };

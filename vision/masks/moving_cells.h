@@ -1,11 +1,11 @@
-// The cells of a mask and where they are some frames on, followed by flow.
+// The cells of a mask, followed by flow over several frames.
 //
-//   cell        square block of a mask's pixels, more than half of them in it; its place its centre
+//   cell        square block of pixels, more than half of them in the mask; its place is its centre
 //   horizon h   displacement of every cell over h frames: flow sampled bilinearly, step by step. A
 //               cell holds as long as it stays in the picture and flow and its return agree to
 //               1.2 pixels in each step                                                       (L1)
 //
-// What touches and moves alike between two frames parts over some more of them.
+// Movers that touch and move alike between two frames separate over more frames.
 #ifndef EGOSIEVE_VISION_MASKS_MOVING_CELLS_H_
 #define EGOSIEVE_VISION_MASKS_MOVING_CELLS_H_
 
@@ -20,19 +20,19 @@ namespace egosieve::vision {
 
 struct MovingCells {
   struct Horizon {
-    std::vector<cv::Point2f> displacement;  // one a cell
+    std::vector<cv::Point2f> displacement;  // one per cell
     std::vector<uint8_t> holds;
   };
 
   int side = 4;
   cv::Size grid;
-  std::vector<cv::Point> cells;     // column and row, row by row
+  std::vector<cv::Point> cells;     // column and row; in row order
   std::vector<cv::Point2f> places;  // pixels
   std::vector<Horizon> horizons;    // the longest first
 };
 
-// links: forward and backward flow from the mask's frame to the next, from there on, and so forth;
-// into the past likewise.
+// links: forward and backward flow from the mask's frame to the next one, from there to the one
+// after, and so on. For the past, the links go from frame to frame backwards in time.
 MovingCells FollowCells(const cv::Mat1b& mask, const std::vector<FlowPair>& links);
 
 // Indices of the cells whose places lie in each number's pixels; none for number 0.

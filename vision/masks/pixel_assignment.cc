@@ -10,20 +10,20 @@ namespace egosieve::vision {
 namespace {
 
 constexpr float kMostPicture = 3.0f, kMostMotion = 3.0f, kMostDistance = 2.0f, kMostColour = 2.0f;
-// Of a colour: what was hardly seen in a mover may well be its own.
+// Added to the shares of a colour: a colour that was hardly seen in a mover may still be its own.
 constexpr double kColourFloor = 0.004;
 constexpr int kSide = 5;
 
 struct Sides {
-  cv::Mat1f before, after;  // how well flow to either side agrees with its return
+  cv::Mat1f before, after;  // agreement of flow to either side with its return
 };
 
-// Where each pixel of `area` was, and where it will be.
+// The positions of each pixel of `area` in the previous and in the next picture.
 struct Places {
   cv::Mat2f before, after;
 };
 
-// Where the mover that had `box` may be.
+// The area in which the mover that had `box` may be.
 cv::Rect AreaOf(const cv::Rect& box, const MoverMotion& motion, int reach, cv::Size size) {
   cv::Point2d least(1e9, 1e9), most(-1e9, -1e9);
   for (const cv::Point corner :
@@ -113,7 +113,7 @@ cv::Mat1f CostsOf(const AssignmentPictures& pictures, const Sides& sides, const 
             weight);
   if (!pictures.after.empty()) {
     difference = cv::min(difference, PictureDifference(now, pictures.after, places.after));
-    // From one step to the next a mover's speed changes a little.
+    // A mover's speed may change a little from one step to the next.
     const double pixels = options.pixels + 0.1 * cv::norm(motion.shift);
     AddMotion(area, places.after, pictures.to_after.forward, sides.after, pixels, sum, weight);
   }

@@ -1,19 +1,20 @@
-// Which known mover a pixel of the mask belongs to: the one that explains best where it comes from,
-// where it goes, its colour, and where that mover was.
+// Assigns each pixel of the mask to a known mover: the one that best explains where the pixel comes
+// from, where it goes, its colour, and where that mover was.
 //
-//   y_k(x)   where x was if it moved as mover k does (mover_motion.h); u_k = x - y_k
+//   y_k(x)   position of x in the previous picture if it moved as mover k does (mover_motion.h);
+//            u_k = x - y_k
 //   P_k      the smaller of |I(x) - I_before(y_k)| and |I(x) - I_after(x + u_k)|, means over
-//            5 x 5 pixels: what one picture hides, the other shows
-//   M_k      distances between u_k and the flow to either side, each weighed by how well flow and
+//            5 x 5 pixels: a pixel that is occluded in one picture is seen in the other
+//   M_k      distances between u_k and the flow to either side, each weighted by how well flow and
 //            its return agree
 //   D_k      distance of y_k from the pixels that k had
-//   C_k      log of the largest share that a mover has of x's colour over the share that k has
+//   C_k      log of the largest share that any mover has of x's colour over the share that k has
 //   cost_k   mean over 5 x 5 pixels of the mask of min(P_k / levels, 3) + min(M_k / pixels, 3)
 //            + min(D_k / distance, 2) + min(C_k, 2)                                         (A1)
 //
 // A pixel takes the mover with the smallest cost if that is below new_cost, else none. Each mover
-// is carried by its own motion and not by the flow of its pixels: flow is smooth, and numbers that
-// follow it run over from a mover to the one behind it.
+// is moved by its own motion, not by the flow of its pixels: flow is smooth, and numbers that
+// follow it spread from a mover to the one behind it.
 //
 // References: Jojic & Frey (2001), layers; Rhemann et al. (2011), filtering of costs.
 #ifndef EGOSIEVE_VISION_MASKS_PIXEL_ASSIGNMENT_H_
@@ -38,10 +39,10 @@ inline int ColourOf(const cv::Vec3b& pixel) {
 
 struct AssignmentOptions {
   double levels = 8.0;    // of 255
-  double pixels = 1.5;    // of a step between frames
+  double pixels = 1.5;    // per step between frames
   double distance = 5.0;  // pixels
   double new_cost = 7.0;
-  int reach_pixels = 48;  // from where a mover is expected
+  int reach_pixels = 48;  // around the expected place of a mover
 };
 
 // All of one size.
@@ -58,7 +59,8 @@ struct KnownMover {
   const ColourShares* colours = nullptr;
 };
 
-// last: numbers in the picture before. Numbers of the mask's pixels, 0 where no mover explains it.
+// last: numbers in the previous picture. Returns the number of each pixel of the mask, 0 where no
+// mover explains it.
 cv::Mat1w AssignPixels(const AssignmentPictures& pictures, const cv::Mat1w& last,
                        const std::vector<KnownMover>& movers,
                        const AssignmentOptions& options = {});

@@ -22,7 +22,7 @@ std::vector<Piece> PiecesOf(const cv::Mat1b& region) {
 
 std::map<uint16_t, int> CountNumbers(const cv::Mat1w& numbers, const cv::Mat1b& region) {
   std::map<uint16_t, int> counts;
-  int* count = nullptr;  // of the pixel before
+  int* count = nullptr;  // that of the previous pixel's number
   uint16_t before = 0;
   for (int y = 0; y < region.rows; ++y) {
     for (int x = 0; x < region.cols; ++x) {

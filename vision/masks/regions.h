@@ -1,4 +1,4 @@
-// Regions of masks and of numbered pictures.
+// Connected regions of masks and of pictures of numbers.
 #ifndef EGOSIEVE_VISION_MASKS_REGIONS_H_
 #define EGOSIEVE_VISION_MASKS_REGIONS_H_
 
@@ -15,13 +15,13 @@ struct Piece {
   cv::Rect box;
 };
 
-// 8-connected, the largest first; equal ones in the order of their first pixels.
+// 8-connected pieces, the largest first; equal ones in the order of their first pixels.
 std::vector<Piece> PiecesOf(const cv::Mat1b& region);
 
-// Pixels of each number but 0 within the region.
+// The count of pixels of each number but 0 within the region.
 std::map<uint16_t, int> CountNumbers(const cv::Mat1w& numbers, const cv::Mat1b& region);
 
-// Every pixel of `region` that has no number takes that of the nearest pixel of it that has one.
+// Gives every pixel of `region` without a number that of the nearest numbered pixel of `region`.
 void FillNearest(const cv::Mat1b& region, cv::Mat1w& numbers);
 
 // The pixels around a region, up to `reach` away.

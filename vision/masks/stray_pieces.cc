@@ -9,9 +9,9 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kApart = 0.5;       // (MP1)
-constexpr double kLeastStray = 0.1;  // of the largest piece of a number: smaller ones are errors
+constexpr double kLeastStray = 0.1;  // of the largest piece of a number; smaller pieces are errors
 
-// Between the nearest pixels of two boxes.
+// The distance between two boxes, pixels.
 double Gap(const cv::Rect& a, const cv::Rect& b) {
   const int x = std::max({0, b.x - a.br().x, a.x - b.br().x});
   const int y = std::max({0, b.y - a.br().y, a.y - b.br().y});

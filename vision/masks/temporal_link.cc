@@ -45,11 +45,11 @@ cv::Mat1f AgreementOf(const cv::Mat1f& errors, double tolerance_pixels) {
   return agreement;
 }
 
-// Adds what a neighbour has gathered, seen along `flow`, which starts at this frame.
+// Adds the sums of a neighbour, sampled along `flow`, which starts at this frame.
 void TakeOver(const Sums& neighbour, const cv::Mat& flow, const cv::Mat1f& errors, double seconds,
               const TemporalLinkOptions& options, Sums& sums) {
   if (flow.empty()) return;
-  // Side by side: one pass over the places serves both.
+  // Merged, so that one pass of sampling serves both.
   cv::Mat2f neighbours;
   cv::merge(std::array<cv::Mat, 2>{neighbour.weighted, neighbour.weight}, neighbours);
   std::array<cv::Mat, 2> seen;
@@ -128,7 +128,7 @@ std::vector<cv::Mat1f> LinkMaps(const std::vector<LinkFrame>& frames,
       future = GatherFuture(frames, options);
     }
   });
-  // Below this nothing is known: a memory that has faded over ten times its length.
+  // Smaller weights count as this: they are of a memory that has faded over ten times its length.
   constexpr float kLeastWeight = 5e-5f;
   std::vector<cv::Mat1f> linked;
   for (size_t t = 0; t < frames.size(); ++t) {

@@ -26,7 +26,7 @@ struct ColumnBest {
 
 constexpr int kLanes = 16;
 constexpr int kRowBlock = 4;
-constexpr int kPanelsPerChunk = 8;  // 16 KiB of b stay in the first cache while rows stream by
+constexpr int kPanelsPerChunk = 8;  // 16 KiB of b stay in the first-level cache for all rows
 
 // b, offset by -128 and transposed in panels of 16 columns: panel[k][lane][4] holds bytes 4 k .. 4
 // k + 3.

@@ -3,8 +3,8 @@
 //
 //   |a - b|^2 = (|a|^2 - 256 sum a) + |b|^2 - 2 a.(b - 128)                         (DS1)
 //
-// a.(b - 128) is a product of unsigned and signed bytes, which AVX-512 VNNI sums four at a time;
-// (DS1) is exact in 32 bits. Without VNNI a plain loop gives the same answers. One pass yields the
+// a.(b - 128) is a product of unsigned and signed bytes, of which AVX-512 VNNI sums four at a time;
+// (DS1) is exact in 32 bits. Without VNNI a plain loop gives the same results. One pass yields the
 // two nearest of every row and the nearest of every column. Cost: n m 128 multiply-adds.
 #ifndef EGOSIEVE_VISION_MATCHING_DESCRIPTOR_SEARCH_H_
 #define EGOSIEVE_VISION_MATCHING_DESCRIPTOR_SEARCH_H_
@@ -20,15 +20,15 @@ inline constexpr int32_t kNoDistance = std::numeric_limits<int32_t>::max();
 struct Nearest {
   int32_t index = -1;                     // -1: nothing to compare with
   int32_t distance = kNoDistance;         // squared; of the nearest, the lowest index where equal
-  int32_t second_distance = kNoDistance;  // squared; of the nearest but for `index`
+  int32_t second_distance = kNoDistance;  // squared; of the nearest other than `index`
 };
 
 struct NearestBothWays {
-  std::vector<Nearest> rows;     // for each a its two nearest b
-  std::vector<int32_t> columns;  // for each b the index of its nearest a, the lowest where equal
+  std::vector<Nearest> rows;     // for each a: its two nearest b
+  std::vector<int32_t> columns;  // for each b: index of its nearest a, the lowest if equal
 };
 
-// a: rows x 128 bytes, b: columns x 128 bytes, row-major. Does not depend on `threads`.
+// a: rows x 128 bytes, b: columns x 128 bytes, row-major. The result does not depend on `threads`.
 NearestBothWays SearchDescriptors(const uint8_t* a, int64_t rows, const uint8_t* b, int64_t columns,
                                   int threads);
 

@@ -45,7 +45,7 @@ void AppendMutual(const NearestBothWays& nearest, Kind kind_first, Kind kind_sec
   }
 }
 
-// Features sorted into square cells: the candidates near a place lie in few of them.
+// Features sorted into square cells, so that the candidates near a position are in few of them.
 class CellIndex {
  public:
   CellIndex(const FeatureSet& set, Kind kind, float cell_pixels) : cell_pixels_(cell_pixels) {
@@ -107,7 +107,7 @@ void Consider(int32_t candidate, int32_t distance, Nearest& nearest) {
   }
 }
 
-// Nearest in the window, both ways: a pair is a candidate for both its ends or for none.
+// Nearest in the window, in both directions: a pair is a candidate for both its ends or for none.
 NearestBothWays SearchWindows(const FeatureSet& first, Kind kind_first, const FeatureSet& second,
                               Kind kind_second, const std::vector<cv::Point2f>& predicted,
                               const MatchOptions& options) {

@@ -1,12 +1,12 @@
 // Matches between the features of two frames.
 //
-//   nearest by descriptor (descriptor_search.h), and kept where
-//     d1 < ratio d2       the nearest is clearly nearer than the next (Lowe, 2004)
+//   the nearest by descriptor (descriptor_search.h), kept where
+//     d1 < ratio d2       the nearest is clearly nearer than the second (Lowe, 2004)
 //     mutual              each is the other's nearest
 //
-// Full search compares all of a kind; windowed search only those within a radius of a predicted
-// place, which is faster and, as there are fewer to be mistaken for, finds more true matches. Key
-// points and corners are matched apart.
+// Full search compares all features of a kind. Windowed search compares only those within a radius
+// of a predicted position. This is faster, and it finds more true matches, since there are fewer
+// features to be confused with. Key points and corners are matched separately.
 #ifndef EGOSIEVE_VISION_MATCHING_FEATURE_MATCHER_H_
 #define EGOSIEVE_VISION_MATCHING_FEATURE_MATCHER_H_
 
@@ -21,7 +21,7 @@
 namespace egosieve::vision {
 
 struct MatchOptions {
-  double ratio = 0.8;                // of distances (not squared), (0, 1]; 1 lets all but ties pass
+  double ratio = 0.8;                // of distances (not squared), (0, 1]; 1 rejects only ties
   double window_radius_pixels = 24;  // of windowed search; positive
   int threads = 2;                   // 1 to 256
 
@@ -30,16 +30,17 @@ struct MatchOptions {
 
 struct Match {
   int32_t first = 0;   // index into the first frame's features
-  int32_t second = 0;  // into the second's
-  float ratio = 0.0F;  // d1 / d2, 0 where there was no second candidate
+  int32_t second = 0;  // index into the second frame's features
+  float ratio = 0.0F;  // d1 / d2; 0 without a second candidate
 };
 
 // In increasing order of `first`. InvalidArgument for invalid options.
 absl::StatusOr<std::vector<Match>> MatchFeatures(const FeatureSet& first, const FeatureSet& second,
                                                  const MatchOptions& options);
 
-// predicted: where each of the first's features is expected in the second frame, pixels; a place
-// that is not finite excludes its feature. InvalidArgument for a wrong number of them.
+// predicted: the expected position in the second frame, in pixels, of each feature of the first. A
+// position that is not finite excludes its feature. InvalidArgument for a wrong number of
+// positions.
 absl::StatusOr<std::vector<Match>> MatchFeaturesNear(const FeatureSet& first,
                                                      const FeatureSet& second,
                                                      const std::vector<cv::Point2f>& predicted,

@@ -1,12 +1,12 @@
-// Where things are expected next: they go on as they moved last.
+// Predicts image positions: every point continues with its last motion.
 //
 //   v_c = median of (x2 - x1) / g   over the last pair's matches with x1 + (x2 - x1) / g in cell c
-//   place of x after h pictures = x + h v(x)                                                (MF1)
+//   position of x after h pictures = x + h v(x)                                             (MF1)
 //
-// g pictures lay between the pair; cells are squares of 32 pixels, v is linear between their
+// The pair was g pictures apart. Cells are squares of 32 pixels, and v is linear between their
 // centres. A cell with fewer than three matches takes the mean of its neighbours, ring by ring. A
-// field follows the depth of a street as no single homography does, and stays with it where the
-// camera's motion is known to be a fundamental matrix only, which predicts a line but no place.
+// field follows the depth of a street, which no single homography does. It is also used where the
+// camera's motion is known only as a fundamental matrix, which predicts a line but no position.
 // Cost: linear in the matches.
 #ifndef EGOSIEVE_VISION_MATCHING_MOTION_FIELD_H_
 #define EGOSIEVE_VISION_MATCHING_MOTION_FIELD_H_
@@ -19,7 +19,7 @@
 
 namespace egosieve::vision {
 
-// columns x rows velocities, row by row, pixels a picture; empty where nothing is known.
+// columns x rows velocities, row by row, pixels per picture; empty where nothing is known.
 struct MotionField {
   static constexpr int kCellPixels = 32;
 
@@ -29,8 +29,7 @@ struct MotionField {
   bool empty() const { return velocities.empty(); }
 };
 
-// Empty where no cell has enough matches. Pairs that are not finite are left out. size, gap:
-// positive.
+// Empty if no cell has enough matches. Pairs that are not finite are ignored. size, gap: positive.
 MotionField MakeMotionField(const std::vector<PointPair>& pairs, int gap, cv::Size size);
 
 // (MF1); the field must not be empty.

@@ -6,7 +6,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kFurthest = 1e6;  // pixels: beyond, a place is no place in an image
+constexpr double kFurthest = 1e6;  // pixels; larger coordinates are not in any image
 
 bool IsUsable(const PointPair& p) {
   for (const double value : {p.x1, p.y1, p.x2, p.y2}) {

@@ -1,9 +1,9 @@
-// Telling false matches from movers: what moves, moves with its surroundings, be they static or an
-// object; a false match points anywhere.
+// Distinguishes false matches from movers: a true match moves like its surroundings, which are
+// static or an object. A false match has any direction.
 //
 //   i agrees where at least `minimum_neighbours` other pairs j have
-//     |x1_i - x1_j| <= radius   and   |d_i - d_j| <= tolerance + tolerance_slope |d_i|,   d = x2 -
-//     x1
+//     |x1_i - x1_j| <= radius   and
+//     |d_i - d_j| <= tolerance + tolerance_slope |d_i|,   d = x2 - x1
 //
 // Cost: linear in the pairs times the neighbours of each.
 #ifndef EGOSIEVE_VISION_MATCHING_NEIGHBOUR_AGREEMENT_H_
@@ -23,7 +23,7 @@ struct NeighbourAgreementOptions {
   int minimum_neighbours = 2;     // >= 0
 };
 
-// One a pair, 1 where it agrees. Pairs that are not finite agree with nothing. `options` must be
+// One per pair, 1 where it agrees. Pairs that are not finite agree with none. `options` must be
 // valid.
 std::vector<uint8_t> AgreesWithNeighbours(const std::vector<PointPair>& pairs,
                                           const NeighbourAgreementOptions& options);

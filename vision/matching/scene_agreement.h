@@ -1,17 +1,17 @@
-// Whether two frames show one scene, from what was found again and where.
+// Decides whether two frames show one scene, by the points found again and their positions.
 //
-//   areas     8 x 4 of them, judged where they hold at least 12 points of a source; the whole
-//             picture is one where fewer than 6 can be judged
+//   areas     8 x 4, judged where they have at least 12 points of a source; if fewer than 6 can
+//             be judged, the whole picture is one area
 //   holds     a quarter of the textured points of dense flow agree, or 0.08 of the features (0.03
 //             in the whole picture) match as their neighbours do                        (SA1)
 //   a scene   areas that hold >= 0.35 of those judged                                   (SA2)
 //
-// Chance agrees, too: between unrelated pictures flow does for up to 0.17 of the texture, the
-// smoother the more, and matches for 0.002 of the features. And what is fixed to the camera, a
-// bonnet or a logo, is found again behind a cut: hence the areas. Either source suffices for one,
-// as smooth pictures have few features, and flow is lost where things move far. Frames of one
-// scene, at speed in a narrow street, held 0.59 of their areas by flow alone and 0.53 by features
-// alone.
+// Points also agree by chance: between unrelated pictures flow does for up to 0.17 of the texture,
+// more in smooth pictures, and matches for 0.002 of the features. Objects fixed to the camera, such
+// as a bonnet or a logo, are found again after a cut, hence the areas. Either source suffices for
+// an area, since smooth pictures have few features, and flow is lost where displacements are large.
+// In frames of one scene, at speed in a narrow street, 0.59 of the areas held by flow alone and
+// 0.53 by features alone.
 #ifndef EGOSIEVE_VISION_MATCHING_SCENE_AGREEMENT_H_
 #define EGOSIEVE_VISION_MATCHING_SCENE_AGREEMENT_H_
 

@@ -42,7 +42,7 @@ absl::StatusOr<SceneCuts> FindSceneCuts(FrameSource& source, const std::function
   SceneCuts found;
   cv::Mat former;
   bool former_pair_holds = true;
-  int64_t candidate = -1;  // a frame whose pair with the one before alone is not one scene
+  int64_t candidate = -1;  // frame k of which only the pair (k - 1, k) has failed
   while (true) {
     if (goes_on && !goes_on()) return absl::CancelledError("interrupted");
     EGOSIEVE_ASSIGN_OR_RETURN(FrameRead read, source.Next());

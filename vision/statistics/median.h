@@ -1,4 +1,4 @@
-// The median in linear time, of an even number of values the upper one of the two in the middle.
+// The median in linear time; of an even number of values, the upper of the two in the middle.
 #ifndef EGOSIEVE_VISION_STATISTICS_MEDIAN_H_
 #define EGOSIEVE_VISION_STATISTICS_MEDIAN_H_
 
@@ -8,7 +8,7 @@
 
 namespace egosieve::vision {
 
-// values: at least one, none of them NaN; not in order afterwards.
+// values: at least one, none NaN; their order changes.
 template <typename T>
 T MedianInPlace(std::vector<T>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -31,14 +31,14 @@ constexpr double kStartNoisePixels = 1.0, kLeastNoisePixels = 0.1, kMostNoisePix
 constexpr size_t kFewestTracks = 20;
 constexpr int kIterations = 50, kWindowIterations = 15;
 constexpr std::array<double, 7> kStartRatios = {0.35, 0.5, 0.75, 1.1, 1.6, 2.4, 3.5};  // f / L
-constexpr int kPose = 6;                    // unknowns of a picture
-constexpr double kLeastDepth = 1e-3;        // of X, nearer points are taken to be there
-constexpr double kLeastParallax = 1e-3;     // that the search begins with
-constexpr double kLeastInformation = 1e-9;  // of unknowns that no place tells
+constexpr int kPose = 6;                    // unknowns per picture
+constexpr double kLeastDepth = 1e-3;        // of X; nearer points are moved to this depth
+constexpr double kLeastParallax = 1e-3;     // at the start of the search
+constexpr double kLeastInformation = 1e-9;  // added for unknowns that no point determines
 
 // (BA3) / sigma of one observation. log_ratio: log(f / L). pose: R as angle times axis, then t.
 struct Reprojection {
-  // In the first picture and in this one, from the principal point, pixels.
+  // Positions in the first picture and in this one, relative to the principal point, pixels.
   cv::Point2d start, seen;
   double side = 0.0;   // L
   double noise = 0.0;  // sigma
@@ -160,7 +160,7 @@ class Adjustment {
     return states[best];
   }
 
-  // (BA4) from `state` on; returns its value, NaN where there is none.
+  // Minimises (BA4) starting from `state`; returns its value, NaN where there is none.
   double Minimise(double noise, State& state) const {
     ceres::Problem problem;
     for (const Window& window : windows_) Add(window, noise, state, problem);
@@ -168,7 +168,7 @@ class Adjustment {
     return Solve(problem, kIterations, windows_.data(), windows_.size(), state);
   }
 
-  // Leaves out the windows that no rigid world explains. Whether any are left.
+  // Drops the windows that no rigid scene explains. Returns whether any are left.
   bool DropNoisyWindows(const State& state) {
     std::erase_if(windows_, [&](const Window& window) {
       return !(NoiseOf(&window, 1, state) < kMostNoisePixels);
@@ -182,7 +182,7 @@ class Adjustment {
     return std::max(NoiseOf(windows_.data(), windows_.size(), state), kLeastNoisePixels);
   }
 
-  // Of log(f / L) at the optimum of (BA4); nothing where it cannot be computed.
+  // The variance of log(f / L) at the optimum of (BA4); nothing where it cannot be computed.
   std::optional<double> FocalVariance(double noise, State& state) const {
     ceres::Problem problem;
     for (const Window& window : windows_) Add(window, noise, state, problem);
@@ -204,7 +204,7 @@ class Adjustment {
   }
 
  private:
-  // sigma of the residuals, of which |e| has a Rayleigh distribution.
+  // sigma of the residuals: their lengths |e| have a Rayleigh distribution.
   double NoiseOf(const Window* windows, size_t count, const State& state) const {
     std::vector<double> lengths;
     for (const Window* window = windows; window != windows + count; ++window) {
@@ -218,8 +218,8 @@ class Adjustment {
     return MedianInPlace(lengths) / std::sqrt(2.0 * std::log(2.0));
   }
 
-  // A state of which the focal length and this window are set: motions and depths by pairs of
-  // pictures.
+  // A state with the focal length and the unknowns of this window set, motions and depths by pairs
+  // of pictures. Other windows are zero.
   State ByPairs(const Window& window, double focal_ratio) const {
     State state(size_, 0.0);
     state[0] = std::log(focal_ratio);
@@ -245,7 +245,7 @@ class Adjustment {
     return state;
   }
 
-  // What gives nearly the same places at `ratio` times the focal length.
+  // The state that gives nearly the same image points at `ratio` times the focal length.
   State Rescaled(const Window& window, State state, double ratio) const {
     state[0] += std::log(ratio);
     for (size_t pose = window.first_pose; pose < window.first_depth; pose += kPose) {
@@ -262,7 +262,7 @@ class Adjustment {
     return state;
   }
 
-  // The window's part of (BA4) at a fixed focal length.
+  // Minimises the window's part of (BA4) at a fixed focal length.
   double MinimiseWindow(const Window& window, State& state) const {
     ceres::Problem problem;
     Add(window, kStartNoisePixels, state, problem);

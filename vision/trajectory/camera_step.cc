@@ -12,14 +12,14 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kFewestPlaces = 20;
-constexpr double kShowing = 3.0;        // deviations of a parallax that shows
-constexpr double kMostOnward = 1.5;     // of (CS2), and its inverse
-constexpr double kOnwardError = 0.05;   // deviations of logarithms: of (CS2),
-constexpr double kUnknownOnward = 0.1;  // of a step's length where that is not known,
-constexpr double kGroundError = 0.15;   // and of the ground's slope
-constexpr double kFirstError = 1e3;     // of the first length
+constexpr double kShowing = 3.0;        // least measurable parallax, in deviations
+constexpr double kMostOnward = 1.5;     // bounds of (CS2): this and its inverse
+constexpr double kOnwardError = 0.05;   // deviation of the logarithm of (CS2)
+constexpr double kUnknownOnward = 0.1;  // of the change of log length without (CS2)
+constexpr double kGroundError = 0.15;   // of the log length by the ground
+constexpr double kFirstError = 1e3;     // of the log of the first length
 
-// Exact, in units of 1 / |t|, with its deviation; deviation 0: moving, or no parallax can show.
+// Exact inverse depth, in units of 1 / |t|, and its deviation. Deviation 0: the point moves.
 struct Depth {
   double inverse = 0.0, deviation = 0.0;
 };
@@ -34,7 +34,7 @@ Depth DepthOf(const TwoViewMotion& motion, const Pinhole& camera, const PointPai
   return {InverseDepthOf(parallax, tau), motion.noise / (length * slope * slope)};
 }
 
-// (CS1); 0 where too few places show it.
+// (CS1); 0 where it is measurable at too few points.
 double LengthRatio(const StepViews& views, const Pinhole& camera) {
   const TwoViewMotion behind = Inverse(*views.behind);
   double product = 0.0, square = 0.0;
@@ -57,7 +57,7 @@ struct Gaussian {
   double mean = 0.0, variance = 0.0;
 };
 
-// What a step's length changes by to the next, (CS3).
+// The change of the log length from this step to the next (CS3).
 Gaussian ChangeAfter(const CameraStep& step) {
   if (!(step.known && step.onward > 0.0)) return {0.0, kUnknownOnward * kUnknownOnward};
   return {std::log(step.onward), kOnwardError * kOnwardError};

@@ -8,10 +8,10 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kGroundShare = 0.6, kSpeedShare = 0.85;
-constexpr double kForward = 0.7;         // least part of the motion along the line of sight
+constexpr double kForward = 0.7;         // least component of the motion along the optical axis
 constexpr double kHorizonError = 0.005;  // rays
-constexpr double kPeak = 0.15;           // of log(r / below), to both sides of the mode
-constexpr double kLeastShare = 0.2;      // of the places agree with the mode
+constexpr double kPeak = 0.15;           // of log(r / below), half width of the mode
+constexpr double kLeastShare = 0.2;      // least share of points that agree with the mode
 constexpr size_t kFewestPlaces = 40;
 constexpr double kGreatest = 1e3;  // of inverse depth and parallax: the camera's own place
 

@@ -1,17 +1,18 @@
-// The ground below the horizon: nothing static is farther than it.
+// The ground as a bound of depth: below the horizon no static point is farther away than the
+// ground.
 //
 // For a camera that is upright and moves forward over level ground, with tau as in
-// two_view_motion.h, the horizon passes through the point tau_y / tau_z that the camera moves to,
-// and the ground's inverse depth along a ray p, in units of 1 / |t|, is
+// two_view_motion.h, the horizon passes through the point tau_y / tau_z that the camera moves
+// towards. The inverse depth of the ground along a ray p, in units of 1 / |t|, is
 //
 //   r_ground(p) = g (p_y - tau_y / tau_z),   g = |t| / (height of the camera)              (GB1)
 //
-// It is exact, where the r of two_view_motion.h is |d| / |e| = r / (1 + tau_z r): of the road near
-// a camera that moves on, the two differ by half.
+// This is exact. The r of two_view_motion.h is |d| / |e| = r / (1 + tau_z r), and for road near a
+// camera that moves forward the two differ by half.
 //
-// What stands on the ground hides it, so for everything static r >= r_ground. g is the mode of
-// r / (p_y - tau_y / tau_z) over places with parallax: the ground's all agree, a wall's do not.
-// Ground falls and cameras roll, so the bound is only `kGroundShare` of that.
+// Objects on the ground occlude it, so r >= r_ground for every static point. g is the mode of r /
+// (p_y - tau_y / tau_z) over points with parallax: the points of the ground agree, those of a wall
+// do not. The bound is only `kGroundShare` of g, since ground slopes down and cameras roll.
 #ifndef EGOSIEVE_VISION_TRAJECTORY_GROUND_BOUND_H_
 #define EGOSIEVE_VISION_TRAJECTORY_GROUND_BOUND_H_
 
@@ -20,30 +21,34 @@
 
 namespace egosieve::vision {
 
-// A place below the horizon.
+// A point below the horizon.
 struct BelowHorizon {
   double inverse_depth = 0.0;  // r
   double below = 0.0;          // p_y - tau_y / tau_z, rays
 };
 
-// The exact inverse depth of a point with |d| / |e| = `parallax`, and the other way; at most 1e3.
+// The exact inverse depth of a point with |d| / |e| = `parallax`, and the inverse function; at most
+// 1e3.
 double InverseDepthOf(double parallax, const Eigen::Vector3d& tau);
 double ParallaxOf(double inverse_depth, const Eigen::Vector3d& tau);
 
-// kGroundShare g; 0 where too few places agree. No inverse depth may be below 0.
+// kGroundShare g; 0 where too few points agree. Inverse depths must not be negative.
 double GroundSlopeOf(const std::vector<BelowHorizon>& places);
 
-// g of a slope that GroundSlopeOf gave: |t| in heights of the camera; and the other way.
+// CameraHeights: |t| in heights of the camera, from a slope of GroundSlopeOf. SlopeOfHeights: the
+// slope of the bound for a known |t| in heights of the camera; it is a larger share of g than
+// kGroundShare, so the two functions are not inverses.
 double CameraHeights(double ground_slope);
 double SlopeOfHeights(double heights);
 
-// Whether the camera moves forward or back: else the horizon is not where it moves to.
+// Whether the camera moves forward or back. If not, the horizon does not pass through the point
+// that it moves towards.
 bool MovesForwardOrBack(const Eigen::Vector3d& tau);
 
 // p_y - tau_y / tau_z; 0 above the horizon, and where the camera does not move forward or back.
 double Below(const Eigen::Vector2d& ray, const Eigen::Vector3d& tau);
 
-// The least inverse depth of what is static; 0 where the slope is.
+// The least inverse depth of a static point; 0 where the slope is 0.
 double LeastInverseDepth(double ground_slope, const Eigen::Vector2d& ray,
                          const Eigen::Vector3d& tau);
 

@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr size_t kPlaces = 400;                         // of a view
+constexpr size_t kPlaces = 400;                         // per view
 constexpr double kFirstStep = 0.01, kLastStep = 0.001;  // rays
 constexpr int kMostSteps = 40;
 

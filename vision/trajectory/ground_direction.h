@@ -1,14 +1,15 @@
-// The direction of travel over a drive, sharpened by the ground.
+// Refines the direction of travel of a drive by the pictures of the ground.
 //
-// Flow tells the direction in which a camera travels to a degree or two, for it can hardly be told
-// from a rotation. Lane marks and patches of the road move along lines through the point that the
-// camera moves to, and the nearer that point is to their row the less they move: how well several
-// pictures of the ground agree (ground_search.h) depends on the direction d. It maximises
+// Flow determines the direction of travel to one or two degrees only, since a change of direction
+// looks almost like a rotation. Lane marks and patches of the road move along lines through the
+// point that the camera moves towards, and they move less the nearer that point is to their image
+// row. So the agreement of several pictures of the ground (ground_search.h) depends on the
+// direction d. The refined d maximises
 //
 //   J(d) = log p(d) + sum over views of log( exp(L_none(d)) / 2 + mean over v of exp(L_v(d)) / 2 )
 //                                                                                          (GD1)
 //
-// by steps across and down that halve, from the prior's mean.
+// by steps across and down from the prior's mean. The steps are halved where none improves J.
 #ifndef EGOSIEVE_VISION_TRAJECTORY_GROUND_DIRECTION_H_
 #define EGOSIEVE_VISION_TRAJECTORY_GROUND_DIRECTION_H_
 
@@ -20,8 +21,9 @@
 
 namespace egosieve::vision {
 
-// d, a unit vector. prior: known; views: their direction is not read. The prior's mean where the
-// camera does not move forward or back, and where no ground is seen.
+// Returns d, a unit vector. `prior` must be known. The directions of the views are not read.
+// Returns the prior's mean where the camera does not move forward or back, and where no ground is
+// seen.
 Eigen::Vector3d DirectionByGround(const TravelPrior& prior, std::vector<GroundSearchView> views);
 
 }  // namespace egosieve::vision

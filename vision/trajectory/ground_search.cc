@@ -20,16 +20,16 @@ namespace {
 using AllSpeeds = GroundSearch::AllSpeeds;
 
 constexpr double kLeastBelow = 0.02;   // rays
-constexpr double kAcross = 2.0;        // camera heights: about the lane that is driven in
-constexpr double kStackSeconds = 0.2;  // pictures farther in time tell the fixed pattern alone
+constexpr double kAcross = 2.0;        // camera heights: about the own lane
+constexpr double kStackSeconds = 0.2;  // pictures farther in time serve the fixed pattern only
 constexpr double kChangeDeviations = 2.0;
 constexpr double kNoiseFloor = 2.0;  // grey levels
-constexpr double kNearest = 0.1;     // of a place in front of the camera, of its depth in the first
+constexpr double kNearest = 0.1;     // least depth, relative to that in the first picture
 constexpr double kPixelCorrelation = 4.0, kMostOfCell = 6.0;
-constexpr int kOwnMargin = 4;  // pixels around what is ignored
+constexpr int kOwnMargin = 4;  // pixels around the ignored area
 constexpr int kCellsAcross = 60, kSmallestCell = 8;
 
-constexpr double kSlowerShare = 0.7, kFasterShare = 0.1;  // the rest has any speed
+constexpr double kSlowerShare = 0.7, kFasterShare = 0.1;  // the rest: any speed
 constexpr double kTowards = 0.5, kFastest = 3.0;          // of the ground's speed
 
 AllSpeeds SpeedsTried() {
@@ -40,7 +40,7 @@ AllSpeeds SpeedsTried() {
   return speeds;
 }
 
-// p(g' | v) of (SR3): a row a speed of the ground, the last without ground.
+// p(v' | v) of (SR3): one row per speed of the ground, the last row without ground.
 using OtherPrior = Eigen::Matrix<double, kSpeeds + 1, GroundSearch::kAllSpeeds>;
 
 OtherPrior MakeOtherPrior() {
@@ -67,7 +67,7 @@ OtherPrior MakeOtherPrior() {
   return prior;
 }
 
-constexpr double kNought = 128.0;  // of changes_
+constexpr double kNought = 128.0;  // grey level of a zero change in changes_
 
 // a_k, with kNought added.
 std::vector<cv::Mat> WithoutFixed(const std::vector<GroundPicture>& pictures) {
@@ -115,7 +115,7 @@ SpeedLikelihood GroundSearch::Likelihood(const Eigen::Vector3d& direction) const
   return result;
 }
 
-// Places of the road's area that are not as the fixed pattern, spread evenly; and the noise.
+// Selects points of the road's area that differ from the fixed pattern, evenly; sets the noise.
 void GroundSearch::FindPlaces(size_t most_places) {
   cv::Mat1b ignored;
   if (!view_.ignored.empty()) {
@@ -147,12 +147,12 @@ void GroundSearch::FindPlaces(size_t most_places) {
   for (size_t k = 0; k < count; ++k) places_.push_back(changed[k * changed.size() / count]);
 }
 
-// Sums over the pictures of one place at each speed.
+// Adds the sums over the pictures of one point at each speed.
 void GroundSearch::Add(cv::Point place, const Eigen::Vector3d& direction, const AllSpeeds& speeds,
                        CellSums& sums) const {
   const Eigen::Vector3d ray = view_.camera.Ray(place.x, place.y);
   const double below = std::max(0.0, ray(1) - direction(1) / direction(2));
-  // The place in the cameras of the pictures: still + speed * moved.
+  // The point in the camera of each picture: still + speed * moved.
   struct Line {
     const cv::Mat& changes;
     Eigen::Vector3d still, moved;

@@ -1,30 +1,33 @@
-// The likelihood of the ground's speed (ground_speed.h), from a few pictures of a fraction of a
+// The likelihood of the ground's speed (ground_speed.h) from a few pictures within a fraction of a
 // second.
 //
-// On blank asphalt flow finds nothing, and lane marks, narrow and fast, are lost; but one number
-// describes how all of the road moves. With the rotations known, a place of the road with ray p,
-// below the horizon of a camera that is upright, has the inverse depth r = v (p_y - h) (GB1), so in
-// the picture dt_k later it is at
+// On blank asphalt flow finds nothing, and it loses lane marks, which are narrow and fast. But a
+// single number, the speed v, describes the motion of the whole road. Let the rotations be known
+// and the camera be upright, with the horizon at h. A road point with ray p below the horizon has
+// the inverse depth r = v (p_y - h) (GB1), so in the picture dt_k later it is at
 //
 //   q_k(p, v) = proj R_k (p + r dt_k tau)                                                    (SR1)
 //
-// tau is the direction of X_2 = R X_1 + t between pictures of which the second is later. What is
-// fixed in the image, bonnet and reflections, is taken away first: a_k = I_k - mean over k of I_k.
-// Where v is right, the places of a_k agree with their mean over k. Of places with contrast within
-// kAcross camera heights of the line of travel, gathered in cells, with n values from m places,
+// tau is the direction of the translation in X_2 = R X_1 + t between two pictures, the second of
+// which is later. The fixed pattern of the image, such as bonnet and reflections, is subtracted
+// first: a_k = I_k - mean over k of I_k. At the right v the a_k of a point agree with their mean
+// over k. Points with contrast within kAcross camera heights of the line of travel are gathered in
+// cells. For a cell with n values from m points
 //
 //   l_C(v) = -n / 2 log( s_mean^2 / s^2 ),   s^2 = sum a_k^2 / n + noise                     (SR2)
 //            s_mean^2 = sum (a_k - mean over k of a_k)^2 / (n - m) + noise
 //
-// that is Gaussian noise of unknown size, as in the semblance of seismology. A cell C is the road,
-// and moves as the ground does, or it is something else, such as traffic, that moves on with its
-// own v', slower than the ground where it goes the same way:
+// which is the log-likelihood for Gaussian noise of unknown deviation, as in the semblance of
+// seismology. A cell C is either road, which moves with the ground, or another object such as
+// traffic. An object has its own speed v', lower than the ground's if it travels in the camera's
+// direction:
 //
 //   L(v) = sum over C of log( exp(l_C(v)) / 2 + sum over v' of p(v' | v) exp(l_C(v')) / 2 ) (SR3)
 //
-// l_C is taken over kPixelCorrelation, and within kMostOfCell of its best; L over the number of
-// pictures, as each is in so many of the drive's likelihoods. Without ground all is something else,
-// with any v'. Reference: Neidell & Taner (1971), semblance.
+// l_C is divided by kPixelCorrelation and is limited to at most kMostOfCell below its maximum over
+// the speeds. L is divided by the number of pictures, since each picture enters that many
+// likelihoods of the drive. The hypothesis without ground takes every cell for an object with any
+// v'. Reference: Neidell & Taner (1971), semblance.
 #ifndef EGOSIEVE_VISION_TRAJECTORY_GROUND_SEARCH_H_
 #define EGOSIEVE_VISION_TRAJECTORY_GROUND_SEARCH_H_
 
@@ -41,36 +44,36 @@ namespace egosieve::vision {
 
 struct GroundPicture {
   cv::Mat grey;                                            // CV_8UC1
-  double seconds = 0.0;                                    // later than the first; of it 0
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // from the first: R_k
+  double seconds = 0.0;                                    // after the first; 0 for the first
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R_k, from the first picture
 };
 
-// The rotation by `share` of a rotation's angle.
+// The rotation about the same axis by `share` of the angle.
 Eigen::Matrix3d PartOfRotation(const Eigen::Matrix3d& rotation, double share);
 
 struct GroundSearchView {
   std::vector<GroundPicture> pictures;                    // two or more, of one size
   Eigen::Vector3d direction = -Eigen::Vector3d::UnitZ();  // tau, a unit vector
   Pinhole camera;
-  cv::Mat1b ignored;  // ignored_area.h: the own vehicle
+  cv::Mat1b ignored;  // the own vehicle, see ignored_area.h
 };
 
 class GroundSearch {
  public:
-  // Speeds of what is not the road: the ground's, and these, heights per second.
+  // Speeds of objects other than the road: those of the ground, and these, in heights per second.
   static constexpr std::array kOtherSpeeds = {-20.0, -12.0, -6.0, -3.0, -1.5, 0.0, 0.3};
   static constexpr int kAllSpeeds = kSpeeds + static_cast<int>(kOtherSpeeds.size());
   using AllSpeeds = Eigen::Array<double, kAllSpeeds, 1>;
 
-  // Of `most_places` places at most.
+  // Uses at most `most_places` points.
   explicit GroundSearch(GroundSearchView view, size_t most_places = 1500);
 
-  // For tau, a unit vector; those of two directions can be compared. All equal where the camera
-  // does not move forward or back, and where nothing changed.
+  // direction: tau, a unit vector. The likelihoods of two directions can be compared. All values
+  // are equal where the camera does not move forward or back, and where the pictures do not differ.
   SpeedLikelihood Likelihood(const Eigen::Vector3d& direction) const;
 
  private:
-  // Of a cell at each speed: sums of squares of the values, and of those about their places' means.
+  // Sums of a cell at each speed: squares of the values, and squares about the means of the points.
   struct CellSums {
     AllSpeeds squares = AllSpeeds::Zero(), about_means = AllSpeeds::Zero();
     AllSpeeds values = AllSpeeds::Zero(), places = AllSpeeds::Zero();
@@ -85,11 +88,11 @@ class GroundSearch {
 
   GroundSearchView view_;
   std::vector<cv::Mat> changes_;   // CV_8UC1
-  std::vector<cv::Point> places_;  // in the first picture
+  std::vector<cv::Point> places_;  // in the first picture, pixels
   double noise_ = 0.0;             // grey levels
 };
 
-// Of the view's own direction.
+// The likelihood for the view's own direction.
 SpeedLikelihood LikelihoodOfSpeeds(const GroundSearchView& view);
 
 }  // namespace egosieve::vision

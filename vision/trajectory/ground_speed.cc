@@ -8,9 +8,9 @@ namespace {
 
 constexpr double kDrift = 0.16;         // of log v, per square root of a second
 constexpr double kAcceleration = 2.3;   // heights per second^2: braking at 3 m/s^2
-constexpr double kMemorySeconds = 1.5;  // lane marks pass more often than that
+constexpr double kMemorySeconds = 1.5;  // lane marks pass at shorter intervals
 constexpr double kFrameCorrelation = 3.0;
-constexpr double kMostNone = 0.1, kMostDeviation = 0.25;  // of a speed that is known
+constexpr double kMostNone = 0.1, kMostDeviation = 0.25;  // limits of a known speed
 
 double StepOfLog() { return std::log(kGreatestSpeed / kLeastSpeed) / (kSpeeds - 1); }
 

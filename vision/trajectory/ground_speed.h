@@ -1,19 +1,19 @@
-// How fast the ground passes below the camera, in heights of the camera per second, filtered over
-// the drive.
+// The speed of the ground below the camera, in heights of the camera per second, filtered over the
+// drive.
 //
 // The ground's slope between two pictures, g of ground_bound.h, is the speed v times the time
-// between them. Two consecutive pictures of a blank road hardly show it; over a second lane marks
-// and patches do. The speed is one of kSpeeds values, evenly spread in the logarithm, or there is
-// no ground to be seen:
+// between them. Two consecutive pictures of a blank road hardly show it; within a second lane marks
+// and patches do. The state is one of kSpeeds speeds, evenly spaced in the logarithm, or `none`: no
+// ground is visible.
 //
 //   p(v_t | v_(t-1))   log v_t is normal about log v_(t-1), with deviation
 //                      sqrt(dt) max(kDrift, kAcceleration / v)                             (GS1)
 //   p(none | v)        1 - exp(-dt / kMemorySeconds), and as much from none to all speeds  (GS2)
 //   p(v | pictures)    is proportional to p(v) exp(L(v) / kFrameCorrelation)               (GS3)
 //
-// with L the log likelihood of ground_search.h: what two pictures get wrong, the next two do, too.
-// Where the pictures say nothing for a while, the ground is forgotten: a camera that stops would
-// otherwise take the world for moving.
+// L is the log-likelihood of ground_search.h. It is divided by kFrameCorrelation, since consecutive
+// pairs of pictures repeat each other's errors. The ground is forgotten where the pictures do not
+// show it for a while. Otherwise the static scene would seem to move when the camera stops.
 #ifndef EGOSIEVE_VISION_TRAJECTORY_GROUND_SPEED_H_
 #define EGOSIEVE_VISION_TRAJECTORY_GROUND_SPEED_H_
 
@@ -27,23 +27,23 @@ inline constexpr double kLeastSpeed = 0.6, kGreatestSpeed = 45.0;  // heights pe
 // Speed `k` of kSpeeds.
 double SpeedAt(int k);
 
-// L of every speed, and last that of no ground; up to a constant.
+// L of every speed, then that of no ground; up to a constant.
 using SpeedLikelihood = std::array<double, kSpeeds + 1>;
 
 class GroundSpeed {
  public:
-  using Probabilities = std::array<double, kSpeeds + 1>;  // the last: no ground
+  using Probabilities = std::array<double, kSpeeds + 1>;  // the last is that of no ground
 
   GroundSpeed();
 
-  // A picture later. seconds: since the picture before, positive.
+  // Advances by one picture. seconds: since the previous picture, positive.
   void Advance(double seconds, const SpeedLikelihood& likelihood);
 
-  // One deviation below the mean of the logarithm; 0 where the speed is not known.
+  // The speed one deviation below the mean of its logarithm; 0 where it is not known.
   double Low() const;
 
   const Probabilities& probabilities() const { return probabilities_; }
-  // Whether they are probabilities; unchanged if not.
+  // Returns whether these are valid probabilities; unchanged if not.
   bool Restore(const Probabilities& probabilities);
 
  private:

@@ -1,5 +1,5 @@
-// An exponential variable seen through Gaussian noise: the parallax of a static point whose inverse
-// depth is distributed exponentially.
+// The density of an exponential variable with added Gaussian noise: the parallax of a static point
+// whose inverse depth has an exponential distribution.
 //
 //   f(s) = integral_0^inf N(s; x, sigma^2) exp(-x / m) / m dx
 //        = exp(k^2 / 2 - s / m) Phi(a) / m,   k = sigma / m,  a = s / sigma - k            (PP1)
@@ -11,7 +11,7 @@
 //
 //   log f = -log m - s^2 / (2 sigma^2) + log(E / 2),   q = sqrt(2 / pi) / E                (PP4)
 //
-// without cancellation. Several values of s at a time fill vector registers.
+// without cancellation. Several values of s are evaluated together to fill vector registers.
 #ifndef EGOSIEVE_VISION_TRAJECTORY_PARALLAX_PRIOR_H_
 #define EGOSIEVE_VISION_TRAJECTORY_PARALLAX_PRIOR_H_
 
@@ -32,8 +32,9 @@ struct ParallaxDensity {
   Lanes<kLanes> curvature;  // minus (PP3), not negative
 };
 
-// E(x) for x >= 0, right to 1e-14: (1 + 2 x) E(x) as a polynomial in (x - 3) / (x + 3), through its
-// Chebyshev points, after Shepherd & Laframboise, Mathematics of Computation 36 (1981).
+// E(x) for x >= 0, accurate to 1e-14: (1 + 2 x) E(x) as a polynomial in (x - 3) / (x + 3),
+// interpolated at Chebyshev points, after Shepherd & Laframboise, Mathematics of Computation 36
+// (1981).
 template <int kLanes>
 Lanes<kLanes> ScaledErfc(const Lanes<kLanes>& x) {
   constexpr std::array kCoefficients = {
@@ -52,7 +53,7 @@ Lanes<kLanes> ScaledErfc(const Lanes<kLanes>& x) {
   return sum / (1.0 + 2.0 * x);
 }
 
-// mean, deviation: m and sigma, positive. Right to 1e-9 relative in log_density.
+// mean, deviation: m and sigma, positive. log_density has a relative accuracy of 1e-9.
 template <int kLanes>
 ParallaxDensity<kLanes> EvaluateParallax(const Lanes<kLanes>& s, const Lanes<kLanes>& mean,
                                          double deviation) {

@@ -11,21 +11,21 @@ namespace {
 
 constexpr size_t kFewestDirections = 6;
 constexpr int kIterations = 60;
-// A vehicle's sideslip, pitch and bumps: no direction is known better than to 3 degrees.
+// Because of sideslip, pitch and bumps no direction of a vehicle is known better than to 3 degrees.
 constexpr double kGreatestConcentration = 400.0;
 constexpr double kLeastConcentration = 1.0;
 constexpr double kStartConcentration = 100.0;
 constexpr double kStartShare = 0.5;
-// Of the share: as if so many directions had been seen that are none of the mean's.
+// For the share: counts as this many additional directions away from the mean.
 constexpr double kOthersAssumed = 2.0;
 
-// 2 k / (1 - exp(-2 k)) exp(k (cosine - 1)).
+// The first density of (TP1): 2 k / (1 - exp(-2 k)) exp(k (cosine - 1)).
 double Peak(double concentration, double cosine) {
   return 2.0 * concentration / -std::expm1(-2.0 * concentration) *
          std::exp(concentration * (cosine - 1.0));
 }
 
-// The direction that most others agree with.
+// The direction with which most others agree.
 Eigen::Vector3d StartOf(const std::vector<Eigen::Vector3d>& directions) {
   Eigen::Vector3d best = directions[0];
   double best_sum = 0.0;

@@ -1,4 +1,4 @@
-// What a motion that is known says: of its epipolar geometry, the ground, and single pairs.
+// Quantities of a known motion: its epipolar geometry, the ground, and likelihoods of pairs.
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
@@ -12,10 +12,10 @@ namespace {
 
 using namespace two_view;  // NOLINT(google-build-using-namespace): its other half
 
-constexpr double kRangeMeans = 12.0;  // of `nearest`: beyond it are 6 of a million static places
-constexpr double kShowing = 3.0;      // deviations of a parallax that shows
-// Farther from where a point at infinity would be, rays, neither the lens nor the look of a static
-// place is known well enough to miss it there.
+constexpr double kRangeMeans = 12.0;  // of `nearest`: 6 in a million static points are beyond it
+constexpr double kShowing = 3.0;      // least measurable parallax, in deviations
+// Rays. At a larger distance from the position of a point at infinity, neither the lens nor the
+// appearance of a static point is known well enough to judge that it is absent there.
 constexpr double kReach = 0.04;
 
 RayPairs<1> RaysOf(const Pinhole& camera, const PointPair& pair) {
@@ -24,7 +24,7 @@ RayPairs<1> RaysOf(const Pinhole& camera, const PointPair& pair) {
   return rays;
 }
 
-// Of what is static, for the ground; 0: the ground says nothing.
+// The least parallax |d| / |e| of a static point by the ground; 0: no bound.
 double LeastParallax(const TwoViewMotion& motion, const State& state, const Vector2d& p) {
   const double depth = LeastInverseDepth(motion.ground_slope, p, motion.travel.value_or(state.tau));
   const double least = ParallaxOf(depth, state.tau);

@@ -23,9 +23,9 @@ using Matrix5d = Eigen::Matrix<double, 5, 5>;
 
 constexpr size_t kFewestPairs = 20;
 constexpr double kLeastMovingScale = 8.0;  // of S, in sigma
-constexpr double kLongestTurn = 0.2;       // of one step, radians
+constexpr double kLongestTurn = 0.2;       // per step, radians
 constexpr double kMadToDeviation = 1.4826;
-// The search steps this often, on one pair in so many.
+// The search makes this many steps, on every kSearchEvery-th pair.
 constexpr int kSearchIterations = 6;
 constexpr size_t kSearchEvery = 3;
 constexpr double kApart = 0.97;  // cosine between translations that count as different
@@ -46,8 +46,8 @@ Eigen::Matrix<double, 3, 2> Tangents(const Vector3d& tau) {
   return tangents;
 }
 
-// What one pass over the pairs gives: the objective, its step in (w, tangents of tau), and the
-// next pi and m.
+// The result of one pass over the pairs: the objective, the normal equations of its step in (w,
+// tangents of tau), and the sums for the next pi and m.
 struct Pass {
   double score = 0.0;
   Matrix5d normal = Matrix5d::Zero();
@@ -55,7 +55,7 @@ struct Pass {
   double static_sum = 0.0, parallax_sum = 0.0;
 };
 
-// Sums of a Pass, apart for each lane.
+// The sums of a Pass, kept separately for each lane.
 class LaneSums {
  public:
   explicit LaneSums(const State& state)
@@ -82,7 +82,7 @@ class LaneSums {
       dc[k] = terms.uy * across[k] - terms.ux * down[k];
     }
     for (int k = 0; k < 2; ++k) {
-      // u turns by this for a step of tau.
+      // The rotation of u by a step of tau.
       const Values turn =
           (tangents_(1, k) * terms.ux - tangents_(0, k) * terms.uy + tangents_(2, k) * third) *
           inverse_length;
@@ -156,7 +156,7 @@ void UpdateMixture(const Pass& pass, size_t count, State& state) {
   state.share = std::clamp(pass.static_sum / static_cast<double>(count), kLeastShare, kMostShare);
 }
 
-// Damped steps; gives up where damping does not help.
+// Damped Gauss-Newton steps (Levenberg-Marquardt); stops where damping does not help.
 void Climb(const RayBlocks& pairs, const TravelPrior& travel, int iterations, State& state) {
   double damping = 1e-4;
   Pass pass = Evaluate(pairs, travel, state);
@@ -182,8 +182,8 @@ void Climb(const RayBlocks& pairs, const TravelPrior& travel, int iterations, St
   state.score = pass.score;
 }
 
-// Weighted median of |c| over the static points as the noise, root mean square of the rest's motion
-// as the moving scale.
+// Sets the noise by the weighted median of |c| over the static points, and the moving scale by the
+// root mean square of the displacements of the others.
 void UpdateScales(const RayBlocks& pairs, double floor, double most, State& state) {
   std::vector<std::pair<double, double>> across;
   double static_sum = 0.0, moving_sum = 0.0, moving_square = 0.0;
@@ -212,7 +212,7 @@ void UpdateScales(const RayBlocks& pairs, double floor, double most, State& stat
                                 0.7 * std::sqrt(moving_square / std::max(moving_sum, 1.0)));
 }
 
-// moved: (TV7), or empty.
+// moved: p_i of (TV7), or empty.
 RayBlocks Sample(const std::vector<PointPair>& pairs, absl::Span<const float> moved,
                  const Pinhole& camera, const TwoViewMotionOptions& options) {
   RayBlocks rays;
@@ -229,8 +229,8 @@ RayBlocks Sample(const std::vector<PointPair>& pairs, absl::Span<const float> mo
   return rays;
 }
 
-// Rotation alone, by weighted least squares whose scale shrinks from the median residual on.
-// Returns the scale.
+// Fits a rotation without translation by weighted least squares. The scale of the weights shrinks,
+// starting from the median residual. Returns the scale.
 double FitRotation(const RayBlocks& pairs, double noise, Matrix3d& rotation) {
   double scale = noise;
   std::vector<double> lengths(pairs.size());
@@ -254,7 +254,7 @@ double FitRotation(const RayBlocks& pairs, double noise, Matrix3d& rotation) {
   return scale;
 }
 
-// n unit vectors spread evenly over the sphere (Fibonacci's lattice).
+// Vector k of n unit vectors spread evenly over the sphere (Fibonacci lattice).
 Vector3d Direction(int k, int n) {
   const double z = 1.0 - (2.0 * k + 1.0) / n, radius = std::sqrt(1.0 - z * z);
   const double angle = std::numbers::pi * (1.0 + std::sqrt(5.0)) * (k + 0.5);
@@ -286,7 +286,7 @@ std::vector<State> Search(const RayBlocks& pairs, double noise, int directions,
   return states;
 }
 
-// The best states whose translations are apart from those of better ones.
+// The best states whose translations differ from those of better ones.
 std::vector<State> BestApart(std::vector<State> states, int count) {
   std::sort(states.begin(), states.end(),
             [](const State& a, const State& b) { return a.score > b.score; });
@@ -338,7 +338,7 @@ TwoViewMotion MotionOf(const RayBlocks& pairs, const Pinhole& camera, const Stat
   }
   Matrix5d normal = Evaluate(pairs, {}, state).normal;
   normal.diagonal().array() += 1e-9 * (1.0 + normal.diagonal().maxCoeff());
-  // w of R exp(w), turned into w of exp(w) R.
+  // From the covariance of w in R exp(w) to that of w in exp(w) R.
   const Matrix3d covariance = normal.inverse().topLeftCorner<3, 3>();
   motion.rotation_covariance = state.rotation * covariance * state.rotation.transpose();
   return motion;

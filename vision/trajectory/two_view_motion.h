@@ -1,43 +1,45 @@
-// The camera's motion between two pictures, as one model: rotation first, translation as far as
-// parallax shows it.
+// The camera's motion between two pictures as one model: the rotation, and the translation as far
+// as parallax determines it.
 //
 // With rays p, q (third component 1) of a point in the first and the second picture,
 //
 //   X_2 = R X_1 + t                                                                        (TV1)
-//   d   = proj(R^T q) - p                   what the rotation leaves of the flow           (TV2)
+//   d   = proj(R^T q) - p                   the flow that the rotation does not explain    (TV2)
 //   e   = (tau_x - tau_z p_x, tau_y - tau_z p_y),  tau = R^T t,  |tau| = 1                 (TV3)
 //
-// a static point of inverse depth r (in units of 1 / |t|) has d = r e to first order in r, so with
+// A static point of inverse depth r (in units of 1 / |t|) has d = r e to first order in r, so with
 // u = e / |e|, v perpendicular to u, s = d.u and c = d.v
 //
 //   p(d | static) = N(c; 0, sigma^2) integral N(s; r |e|, sigma^2) exp(-r / m) / m dr      (TV4)
 //   p(d | moving) = (1 + |d|^2 / S^2)^(-3/2) / (2 pi S^2)                                  (TV5)
 //
-// The inverse depth is marginalised over an exponential prior of mean m. m is estimated: as it goes
-// to zero (TV4) becomes an isotropic Gaussian, and the camera one that only turns. A plane is a
-// scene of depths. So one likelihood covers what is often split into homography and fundamental
-// matrix, a free depth costs likelihood where it is not needed, and negative depths are unlikely
-// without a further term. The integral is that of an exponentially modified Gaussian.
+// The inverse depth is marginalised over an exponential prior of mean m, which is estimated. As m
+// goes to zero, (TV4) becomes an isotropic Gaussian and the motion a pure rotation. A planar scene
+// is only a special case of depths. So one likelihood covers both homography and fundamental
+// matrix, which are often treated as separate models. A free depth costs likelihood where it is not
+// needed, and negative depths are unlikely without a further term. The integral is the density of
+// an exponentially modified Gaussian (parallax_prior.h).
 //
 // Estimation maximises the mean over the points of
 //
 //   log( pi p(d | static) + (1 - pi) p(d | moving) )                                       (TV6)
 //
-// by expectation maximisation with Gauss-Newton steps in the rotation (3) and in tau (2), from
-// `directions` translations spread evenly over the sphere, the best `refined` of which are brought
-// to convergence. No random numbers are drawn. Where the direction of travel over the drive is
-// known (travel_prior.h), its log density at tau, over the number of independent pairs, is added to
-// (TV6): in traffic, what moves with the camera can outnumber the world for seconds.
+// by expectation maximisation with Gauss-Newton steps in the rotation (3) and in tau (2). It starts
+// from `directions` translations spread evenly over the sphere, and the best `refined` of them are
+// iterated to convergence. No random numbers are drawn. Where the direction of travel of the drive
+// is known (travel_prior.h), its log density at tau, divided by the number of independent pairs, is
+// added to (TV6): in traffic, vehicles that move with the camera can outnumber the static scene for
+// seconds.
 //
-// Places that are known to have moved in the picture before hardly count: where p_i, the probability
-// of that, is above 1/2, pi of (TV6) is for pair i
+// Points that moved in the previous picture hardly count. Where p_i, the probability that point i
+// moved, is above 1/2, pi of (TV6) is replaced for pair i by
 //
 //   pi_i = h (1 - p_i) + (1 - h) pi,   h = `memory`                                        (TV7)
 //
-// as if the state were kept with probability h and drawn anew otherwise. Places that stood say
-// nothing of that kind, for anything may start to move.
+// as if the state were kept with probability h and drawn anew otherwise. Points that were static
+// keep pi, since any object may start to move.
 //
-// Cost: about 10 ms for 600 points. References: Irani & Anandan (1998) on plane and parallax;
+// Cost: about 10 ms for 600 pairs. References: Irani & Anandan (1998) on plane and parallax;
 // Fermueller & Aloimonos (1998) on the search over directions of translation.
 #ifndef EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_MOTION_H_
 #define EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_MOTION_H_
@@ -57,21 +59,21 @@
 namespace egosieve::vision {
 
 struct TwoViewMotionOptions {
-  int max_pairs = 600;               // spread evenly over the pairs given; at least 20
+  int max_pairs = 600;               // drawn evenly from the pairs given; at least 20
   int directions = 60;               // translations tried; at least 8
-  int refined = 4;                   // of these, brought to convergence; at least 1
-  int iterations = 12;               // of each; at least 1
+  int refined = 4;                   // of these, iterated to convergence; at least 1
+  int iterations = 12;               // of each refined one; at least 1
   double noise_floor_pixels = 0.12;  // least sigma; positive
-  double start_noise_pixels = 0.35;  // sigma that the search begins with; positive
+  double start_noise_pixels = 0.35;  // sigma at the start of the search; positive
   double most_noise_pixels = 2.0;    // greatest sigma
-  TravelPrior travel;                // of tau, where the drive's is known
+  TravelPrior travel;                // prior of tau, where known for the drive
   double memory = 0.97;              // h of (TV7), in [0, 1)
 
   absl::Status Validate() const;
 };
 
 struct TwoViewMotion {
-  bool found = false;  // false: too few pairs; the rest is not to be read
+  bool found = false;  // false: too few pairs, the other fields are not valid
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R
   Eigen::Vector3d translation = Eigen::Vector3d::UnitZ();  // t / |t|
   double mean_parallax = 0.0;                              // m, mean inverse depth times |t|; rays
@@ -82,29 +84,32 @@ struct TwoViewMotion {
   double noise_pixels = 0.0;                               // sigma
   double parallax_pixels = 0.0;                            // median of s over the static points
   Eigen::Matrix3d rotation_covariance = Eigen::Matrix3d::Zero();  // radians^2
-  // Of ground_bound.h: the least g, and |t| in heights of the camera; 0: not known. The estimate
-  // leaves them at 0.
+  // See ground_bound.h: the slope of the bound, and |t| in heights of the camera; 0: not known.
+  // EstimateTwoViewMotion leaves them at 0.
   double ground_slope = 0.0, ground_heights = 0.0;
-  // The drive's direction of travel, which tells the horizon, where the motion agrees with it.
+  // The drive's direction of travel, which defines the horizon. Set where the motion agrees with
+  // it.
   std::optional<Eigen::Vector3d> travel;
 
-  // Whether the translation shows: half of the static points moved by more than two deviations.
+  // Whether the translation is measurable: half of the static points have a parallax of more than
+  // two deviations.
   bool HasParallax() const { return found && 2.0 * noise_pixels < parallax_pixels; }
-  // Of the epipolar lines: sigma for one point, over sqrt(kIndependentPairs / 5) for the five
-  // parameters.
+  // Deviation of the epipolar lines: sigma of one point divided by sqrt(kIndependentPairs / 5), for
+  // the five parameters.
   double LineDeviationPixels() const { return std::sqrt(5.0 / kIndependentPairs) * noise_pixels; }
 
-  // Flow errs alike all over an object: the pairs are worth about so many independent ones.
+  // The errors of flow are correlated over an object, so all pairs together count as this many
+  // independent ones.
   static constexpr double kIndependentPairs = 30.0;
 };
 
-// pairs: pixels, first picture to second. `options` must be valid. moved: p_i of (TV7), one a pair;
-// empty: not known.
+// pairs: pixels, first picture to second. `options` must be valid. moved: p_i of (TV7), one per
+// pair; empty: not known.
 TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
                                     const TwoViewMotionOptions& options,
                                     absl::Span<const float> moved = {});
 
-// The same from a motion that is nearly right, without the search: for another camera.
+// The same from a nearly correct motion, without the search: for another camera.
 TwoViewMotion RefineTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
                                   const TwoViewMotion& start, const TwoViewMotionOptions& options);
 
@@ -115,24 +120,24 @@ TwoViewMotion Inverse(const TwoViewMotion& motion);
 Eigen::Matrix3d FundamentalOf(const TwoViewMotion& motion, const Pinhole& camera);
 Eigen::Matrix3d RotationHomography(const TwoViewMotion& motion, const Pinhole& camera);
 
-// Found where the translation shows.
+// Its outcome is kFound where HasParallax().
 RelativePose PoseOf(const TwoViewMotion& motion);
 
-// Sets ground_slope and ground_heights by the pairs that the motion was estimated from: those that
-// are static, with a parallax that shows. 0 where the translation does not show.
+// Sets ground_slope and ground_heights by the pairs from which the motion was estimated. Only
+// static pairs with measurable parallax are used. Sets 0 where HasParallax() is false.
 void FindGround(const std::vector<PointPair>& pairs, const Pinhole& camera, TwoViewMotion& motion);
 
-// One pair under a motion. Where the ground is known and bounds it, (TV4) is that of inverse depths
-// from LeastInverseDepth on.
+// One pair under a motion. Where the ground is known and bounds the depth, the integral of (TV4)
+// begins at LeastInverseDepth.
 struct PairLikelihood {
   double log_static = 0.0, log_moving = 0.0;          // (TV4), (TV5)
   double along = 0.0, across = 0.0;                   // s and c, rays
   Eigen::Vector2d normal = Eigen::Vector2d::UnitX();  // v
-  // Where static points of the same ray are: on the epipolar line, from the farthest to where the
-  // prior of the inverse depth ends for any practical purpose.
+  // The segment of the epipolar line on which static points of the same ray lie: from the farthest
+  // point to the one where the prior of the inverse depth ends for practical purposes.
   struct End {
     Eigen::Vector2d place = Eigen::Vector2d::Zero();  // pixels
-    double scale = 1.0;  // size in the second picture over that in the first
+    double scale = 1.0;  // size in the second picture divided by that in the first
   };
   End farthest, nearest;
 };

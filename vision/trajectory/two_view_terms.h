@@ -18,13 +18,14 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// The exponential prior is no narrower than this share of sigma: a Gaussian then, in effect.
+// The mean of the exponential prior is at least this share of sigma, where (TV4) is practically a
+// Gaussian.
 inline constexpr double kLeastParallax = 0.02;
-inline constexpr double kLeastShare = 0.2, kMostShare = 0.97;  // of pi
+inline constexpr double kLeastShare = 0.2, kMostShare = 0.97;  // bounds of pi
 inline constexpr double kStartShare = 0.7;
-inline constexpr int kBlock = 8;  // pairs at a time
+inline constexpr int kBlock = 8;  // pairs evaluated together
 
-// Of a pair (TV7): kept + renewed pi.
+// pi_i of a pair by (TV7): kept + renewed pi.
 struct StaticShare {
   double kept = 0.0, renewed = 1.0;
 };
@@ -33,7 +34,7 @@ struct StaticShare {
 template <int kLanes>
 struct RayPairs {
   Lanes<kLanes> px, py, qx, qy;
-  // h (1 - p) and 1 - h of (TV7), where it holds.
+  // h (1 - p) and 1 - h where (TV7) applies, else 0 and 1.
   Lanes<kLanes> kept = Lanes<kLanes>::Zero(), renewed = Lanes<kLanes>::Ones();
 
   void Set(int lane, const Vector2d& p, const Vector2d& q, const StaticShare& share = {}) {
@@ -49,7 +50,7 @@ struct RayPairs {
   StaticShare Share(int lane) const { return {kept(lane), renewed(lane)}; }
 };
 
-// Many pairs in blocks; the last one is filled up by its last pair, which counts nothing there.
+// Pairs in blocks. The last block is padded with copies of the last pair, which do not count.
 class RayBlocks {
  public:
   void Add(const Vector2d& p, const Vector2d& q, const StaticShare& share = {}) {
@@ -81,7 +82,7 @@ class RayBlocks {
   size_t size_ = 0;
 };
 
-// What is estimated; tau as in (TV3).
+// The quantities that are estimated; tau as in (TV3).
 struct State {
   Matrix3d rotation = Matrix3d::Identity();
   Vector3d tau = Vector3d::UnitZ();
@@ -89,7 +90,7 @@ struct State {
   double score = 0.0;
 };
 
-// A state with what it says of every pair alike: the logarithms of the densities' normalisation.
+// A state and the logarithms of the densities' normalisation, which are the same for all pairs.
 struct PreparedState : State {
   explicit PreparedState(const State& given)
       : State(given),
@@ -116,7 +117,7 @@ inline Vector2d Derotated(const Matrix3d& rotation, const Vector2d& q) {
   return ray.head<2>() / ray(2);
 }
 
-// least: of the inverse depths.
+// least: the least parallax |d| / |e| of a static point.
 template <int kLanes>
 Terms<kLanes> TermsOf(const RayPairs<kLanes>& pairs, const PreparedState& state,
                       double least = 0.0) {
@@ -147,7 +148,7 @@ Terms<kLanes> TermsOf(const RayPairs<kLanes>& pairs, const PreparedState& state,
   return terms;
 }
 
-// Of the mixture of both.
+// The mixture of the static and the moving density, and the posterior share of the static one.
 template <int kLanes>
 struct Mixture {
   Lanes<kLanes> log_density;
