@@ -14,7 +14,8 @@
 namespace egosieve::vision {
 namespace {
 
-// Frames back that a pair's first frame can lie; labels beyond have no dense flow.
+// Largest distance in frames to the first frame of a pair; labels with a longer gap have no dense
+// flow.
 constexpr size_t kRecentFrames = 12;
 
 FrameRecord SharedRecord(const Frame& frame, const LabelledFrame& labels) {
