@@ -14,8 +14,7 @@
 namespace egosieve::vision {
 namespace {
 
-// Largest distance in frames to the first frame of a pair; labels with a longer gap have no dense
-// flow.
+// Number of recent pictures kept. If a pair's first frame is older, its labels have no dense flow.
 constexpr size_t kRecentFrames = 12;
 
 FrameRecord SharedRecord(const Frame& frame, const LabelledFrame& labels) {
