@@ -1,13 +1,11 @@
 // Model files: the state of an online model, for continuing its learning or for predictions
-// elsewhere. #5|  format_version        i8 [1]     the largest version in brackets of the arrays
-// present, else 1 #7|  covariance_name       u1 [...]   for another: its text for
-// CovarianceFunction::Parse
+// elsewhere.
 //
 // The format is NumPy's .npz (gp/io/array_file.h): in Python, numpy.load(path) gives the arrays
 //
-//   format_version        i8 [1]     the largest of the marks of the arrays that are there, else 1
+//   format_version        i8 [1]     the largest bracketed number of the arrays present, else 1
 //   covariance_function   i8 [1]     0 arcsine, 1 squared exponential, 2 another
-//   covariance_name       u1 [...]   of another: its text, as CovarianceFunction::Parse takes it
+//   covariance_name       u1 [...]   for another: its text for CovarianceFunction::Parse
 //   scales                f8 [P]     kernels/base/covariance_parameters.h
 //   signal_noise          f8 [2]     sigma_f, sigma_n
 //   inputs                f8 [n, D]

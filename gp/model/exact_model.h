@@ -1,6 +1,5 @@
 // Exact Gaussian process regression, learnt online: points are added and removed in batches, and
-// the Cholesky factor is updated. #4|  y_i = 2 p_i - 1 for a label p_i in [0, 1]; or any targets of
-// k outputs                  (EM1)
+// the Cholesky factor is updated.
 //
 //   y_i = 2 p_i - 1 for a label p_i in [0, 1]; else any targets, of k outputs               (EM1)
 //   K_y = K + diag(sigma_n^2 + v_i + jitter) = L L^T,  v_i the point's own noise variance   (EM2)

@@ -1,6 +1,5 @@
 // Objectives for training the hyperparameters of a sparse model, with their gradients with respect
-// to theta. There are n points and m inducing inputs. #8|  VFE    (SL1) with lambda_i = sigma_n^2 +
-// nu_i, minus 1/2 sum_i (k_ii - q_ii) / lambda_i  (SL2)
+// to theta. There are n points and m inducing inputs.
 //
 //   Q = V V^T, V of (SP1), A and c of (SP3) in gp/model/sparse_solution.h
 //

@@ -2,8 +2,7 @@
 // without the frame's features, labels or training. A few tens of kB per frame; the model's factor
 // takes megabytes.
 //
-// As bytes it is NumPy's .npz (gp/io/array_file.h): #13|  labels           f8 [...]     of added
-// points, and new labels of all points, in order
+// As bytes it is NumPy's .npz (gp/io/array_file.h):
 //
 //   format_version   i8 [1]       kLearningStepFormat
 //   kinds            i8 [k]       operation: 0 add, 1 remove, 2 set the hyperparameters, 3 set the
@@ -11,7 +10,7 @@
 //   counts           i8 [k]       added or removed points; 0; labels
 //   frames           i8 [k]       of added points; 0
 //   inputs           u1 [n, 4 D]  of all added points, one after another: float32, little-endian
-//   labels           f8 [...]     of added points, and those that are set, one after another
+//   labels           f8 [...]     of added points, and labels that are set, one after another
 //   rows             i8 [r]       of all removed points
 //   hyperparameters  f8 [h, P+2]  scales, sigma_f, sigma_n
 //   squash           f8 [2]       a, b after the frame

@@ -1,10 +1,9 @@
 // The online segmenter: from frames to maps of moving things. Here, and only here, the labels
-// (vision/labelling) and the Gaussian process (gp) meet. #6|  LearnLabels  labels -> model ->
-// posterior    frames in order, one thread (may differ from Label's)
+// (vision/labelling) and the Gaussian process (gp) meet.
 //
 //   Extract      frame -> features               any order, any thread
 //   Label        features -> labels              frames in order, one thread
-//   LearnLabels  labels -> model -> posterior    frames in order, one thread, not Label's perhaps
+//   LearnLabels  labels -> model -> posterior    frames in order, one thread, perhaps not Label's
 //   Infer        frame, posterior -> map         any order, any thread
 //
 // The map of a frame combines the process's posterior, the residual of the frame's own labels

@@ -15,8 +15,6 @@
 // side.
 //
 // Memory: every `interval_seconds` a frame's labels replace randomly chosen points of their class,
-// #19|  n_c interval / min(s_c, memory)  of them, s_c the seconds in which the class was seen
-// (Q3)
 //
 //   n_c interval / min(s_c, memory)  of them, s_c the seconds in which the class was seen    (Q3)
 //
