@@ -35,7 +35,8 @@ std::string ReadCacheFile(const std::string& path) {
 }
 
 absl::Status WriteCacheFile(const std::string& path, std::string_view bytes) {
-  CreateFolder(std::filesystem::path(path).parent_path().string()).IgnoreError();  // reported below
+  CreateFolder(std::filesystem::path(path).parent_path().string()).IgnoreError();  // the write
+                                                                                   // reports it
   return WriteFileAtomically(path, bytes);
 }
 
