@@ -232,8 +232,8 @@ class Arcsine : public CovarianceDescription {
     return {sign, std::min(h, 0.5)};
   }
 
-  // |z| <= |a^| = sqrt(1 - e_a) for every query, so h >= (1 - sqrt(1 - e_a)) / 2 >= e_a / 4, and the
-  // prepared training inputs contain e_a / 4.
+  // |z| <= |a^| = sqrt(1 - e_a) for every query, so h >= (1 - sqrt(1 - e_a)) / 2 >= e_a / 4, and
+  // the prepared training inputs contain e_a / 4.
   static float SmallestH(const DeviceCodeRequest& request) {
     float smallest = request.points.rows == 0 ? 0.0f : 1.0f;
     for (int64_t i = 0; i < request.points.rows; ++i) {
