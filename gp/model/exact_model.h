@@ -213,8 +213,8 @@ class ExactModel {
   // (EM6), points.rows x D.
   absl::Status VarianceGradients(kernels::ConstMatrixView<double> points,
                                  kernels::MatrixView<double> out) const;
-  // The solution for `points` with the first jitter that works: `jitter` itself, or the next larger
-  // ones if it is refused.
+  // The solution for `points` with the first jitter that works, beginning with `jitter`; `refused`:
+  // `jitter` has already been refused, so the next larger one is first.
   absl::StatusOr<Solution> Solve(const Hyperparameters& hyperparameters, const PointSet& points,
                                  double jitter, bool refused) const;
   // Takes both; cannot fail.

@@ -8,7 +8,7 @@
 // S is a stratified subset of the model's points, drawn anew in each frame: at most `subset_size`.
 // J is a mean over points, so that step sizes do not depend on |S|. theta stays within bounds.
 //
-// When theta has settled, the schedule does less: while the smoothed movement per frame is under
+// When theta has settled, training is reduced: while the smoothed movement per frame is under
 // `settled_movement`, steps are taken in every `settled_interval`-th frame only. Every settled
 // frame checks J on a subset of `annealing_subset_size` points. If J falls by more than
 // `change_drop` below the running mean of these checks, full training resumes. The mean contains

@@ -27,8 +27,7 @@
 namespace egosieve::kernels {
 
 struct ExactRegression {
-  int64_t bad_row =
-      -1;  // whose pivot was refused (floor n eps K(i, i)); then all else is empty
+  int64_t bad_row = -1;  // whose pivot was refused (floor n eps K(i, i)); then all else is empty
   double half_log_determinant = 0.0;
   double fit = 0.0;
   std::vector<double> alpha;     // n x k

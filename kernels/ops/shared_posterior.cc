@@ -98,8 +98,7 @@ class Work {
 absl::StatusOr<PosteriorCounts> SharedPosterior::Evaluate(ConstMatrixView<float> queries,
                                                           const PosteriorOutputs& outputs) const {
   const int64_t count = static_cast<int64_t>(devices_.size());
-  EGOSIEVE_RETURN_IF_ERROR(CheckQueries(dimension_, queries));  // so that an error's row is that of
-                                                                // the call
+  EGOSIEVE_RETURN_IF_ERROR(CheckQueries(dimension_, queries));  // the row is that of the call
   if (count == 1 || queries.rows <= SharedPiece(queries.rows, count)) {
     return devices_[0]->Evaluate(queries, outputs);
   }

@@ -4,7 +4,6 @@
 // The formulas are those of the functions in kernels/covariance, on prepared points
 // (kernels/base/prepared_points.h). Cost: O(n m D). Arguments must be valid: the public operations
 // check them.
-// operations check them.
 #ifndef EGOSIEVE_KERNELS_REFERENCE_COVARIANCE_H_
 #define EGOSIEVE_KERNELS_REFERENCE_COVARIANCE_H_
 

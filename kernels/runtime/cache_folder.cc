@@ -35,8 +35,7 @@ std::string ReadCacheFile(const std::string& path) {
 }
 
 absl::Status WriteCacheFile(const std::string& path, std::string_view bytes) {
-  CreateFolder(std::filesystem::path(path).parent_path().string()).IgnoreError();  // the write
-                                                                                   // reports it
+  CreateFolder(std::filesystem::path(path).parent_path().string()).IgnoreError();  // reported below
   return WriteFileAtomically(path, bytes);
 }
 

@@ -93,8 +93,8 @@ class Context {
   KernelTuning tuning_;
   // A std::mutex, because the thread sanitizer cannot see into Debian's absl::Mutex.
   std::mutex mutex_;
-  std::map<std::string, cl::Program> programs_;  // guarded by mutex_
-  absl::Status lost_compiler_;                   // guarded by mutex_; why building has stopped
+  std::map<std::string, cl::Program> programs_;   // guarded by mutex_
+  absl::Status lost_compiler_;                    // guarded by mutex_; why building has stopped
   std::vector<std::unique_ptr<Workspace>> idle_;  // guarded by mutex_
 };
 

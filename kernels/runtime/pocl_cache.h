@@ -14,7 +14,7 @@ std::string PoclCacheFolder();
 // Whether PoCL can write to that folder.
 bool PoclCanWrite();
 
-// If PoCL cannot write there, sets POCL_CACHE_DIR to a private folder for temporary files. For
+// If PoCL cannot write there, sets POCL_CACHE_DIR to a private temporary folder. For
 // programs, before they start threads: a library must not change its process's environment.
 void LetPoclWrite();
 

@@ -1,4 +1,4 @@
-// Objects of a probability map: connected regions of probable motion with a certain core.
+// Objects of a probability map: connected regions of likely motion, nearly certain at some pixel.
 //
 //   object = region of 8-connected pixels with p >= low that holds a pixel with p >= high    (OB1)
 //

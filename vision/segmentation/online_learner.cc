@@ -21,8 +21,7 @@
 namespace egosieve::vision {
 namespace {
 
-// Turns regression means, whose signs are the classes, into probabilities for the agreement
-// filters.
+// Turns regression means, whose signs are the classes, into probabilities for agreement filters.
 template <typename T>
 std::vector<float> PredictionsFromMeans(const T& means) {
   std::vector<float> predictions;

@@ -35,10 +35,10 @@ struct LightSettings {
 
 struct SensorSettings {
   double shutter_seconds = 0.002;
-  double read_noise = 0.004;  // of full scale, linear light
-  double shot_noise = 0.010;  // standard deviation at full scale; proportional to the root of the
-                              // signal
-  double exposure = 0.9;      // gain
+  double read_noise = 0.004;    // of full scale, linear light
+  double shot_noise = 0.010;    // standard deviation at full scale; proportional to the root of the
+                                // signal
+  double exposure = 0.9;        // gain
   double exposure_swing = 0.0;  // amplitude of its logarithm; it varies within a second or two
 };
 
