@@ -1,4 +1,4 @@
-// The online segmenter: from frames to maps of moving things. Here, and only here, the labels
+// The online segmenter: from frames to maps of moving things. It is the only place where the labels
 // (vision/labelling) and the Gaussian process (gp) meet.
 //
 //   Extract      frame -> features               any order, any thread

@@ -60,14 +60,14 @@ struct SegmentedFrame {
   int64_t index = 0;
   double read_milliseconds = 0.0;
   // Why there is no picture. If set, of the fields below only the record's index and reason are
-  // set.
+  // set, and the checkpoint if one is due.
   std::optional<std::string> damage;
   Frame frame;
   LabelledFrame labels;
   SegmentationMap map;  // empty if the frame gets none
   FrameRecord record;
   std::string checkpoint;  // of the segmenter after this frame; empty if none is due
-  std::string step;        // changes of the model; empty if not recorded or without changes
+  std::string step;        // changes of the model; empty if not recorded, or for a damaged frame
 };
 
 struct PipelineSummary {
@@ -82,7 +82,7 @@ struct PipelineSummary {
 using SegmentedFrameSink = std::function<absl::Status(const SegmentedFrame&)>;
 
 // Runs to the end of the source, to `end_frame`, or until `stop_requested` returns true. It is
-// asked before every read and, with overlap, before each frame is learnt, on the stages' threads.
+// called before every read and, with overlap, before each frame is learnt, on the stages' threads.
 // Frames that were learnt by then are finished, others are left out. Returns the first error of
 // source, segmenter or sink. The sink has then received every frame before the error, except frames
 // that waited for frames ahead of them.

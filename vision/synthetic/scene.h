@@ -27,8 +27,7 @@ struct LightSettings {
   Color sun = Color(2.7f, 2.5f, 2.15f);
   Color sky = Color(0.42f, 0.50f, 0.64f);            // ambient from above
   Color bounce = Color(0.24f, 0.21f, 0.18f);         // ambient from below
-  double cloud_cover = 0.25;                         // largest share of the sun's light that clouds
-                                                     // take
+  double cloud_cover = 0.25;                         // largest share of sunlight lost in clouds
   Eigen::Vector2d wind = Eigen::Vector2d(4.0, 2.0);  // metres per second
   bool night = false;
 };
@@ -36,8 +35,7 @@ struct LightSettings {
 struct SensorSettings {
   double shutter_seconds = 0.002;
   double read_noise = 0.004;    // of full scale, linear light
-  double shot_noise = 0.010;    // standard deviation at full scale; proportional to the root of the
-                                // signal
+  double shot_noise = 0.010;    // deviation at full scale; grows with the root of the signal
   double exposure = 0.9;        // gain
   double exposure_swing = 0.0;  // amplitude of its logarithm; it varies within a second or two
 };

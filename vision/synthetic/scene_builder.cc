@@ -242,8 +242,7 @@ void SceneBuilder::TrafficRound(double every_seconds, double walkers_per_100_met
       }
     }
   }
-  for (const double y : {kLaneCentre, kPitchY - kLaneCentre}) {  // opposite to the camera's
-                                                                 // direction
+  for (const double y : {kLaneCentre, kPitchY - kLaneCentre}) {  // against the camera's way
     const double heading = y < kPitchY / 2 ? M_PI : 0.0, forwards = heading > 0.0 ? -1.0 : 1.0;
     for (double t = -8.0; t < duration_ + 8.0; t += every_seconds * Uniform(0.6, 1.4)) {
       Add(kind(), Path({-kPitchX / 2 - forwards * kSpeed * t, y}, heading), 0.0, {{0.0, kSpeed}},
