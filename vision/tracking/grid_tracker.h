@@ -8,9 +8,9 @@
 // o is interpolated bilinearly between the four nodes around x_(t-1), as long as they moved alike:
 // back to the first k where their steps places[k] - places[k - 1] differ by more than
 // `agreement_floor + agreement_slope |step|`. For that k and older places, and so at the edges of
-// objects, the nearest node's o is taken. A history ends where it leaves the image, or half a node
-// beside one that did not. The check of each link limits drift; a node without a link starts a new
-// track.
+// objects, the nearest node's o is taken. A history ends where it leaves the image, even if that of
+// a neighbouring node does not. The check of each link limits drift; a node without a link starts a
+// new track.
 //
 // The nearest node is the parent. Of several children, the one nearest to the parent keeps its id;
 // the others get new ids (when driving forward, the image expands and parents have several). Cost:
@@ -74,7 +74,7 @@ class GridTracker {
  private:
   explicit GridTracker(const GridTrackerOptions& options) : options_(options) {}
 
-  // Gives linked nodes of `next` their history, and ids to the children.
+  // Gives linked nodes of `next` their history, and each parent's id to its nearest child.
   absl::Status Link(cv::Size image_size, const std::vector<PointPair>& links,
                     GridTrackerState& next) const;
   // (GT1) for a node that came from `before`; a track without an id.
