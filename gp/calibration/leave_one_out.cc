@@ -10,9 +10,10 @@
 namespace egosieve::gp {
 namespace {
 
-constexpr double kLeastShare = 1e-10;  // of [K^-1]_ii that a mean function leaves
+constexpr double kLeastShare = 1e-10;  // smallest share of [K^-1]_ii that may remain with a mean
+                                       // function
 
-// The first `count` of a seeded shuffle of `rows` go to `out`.
+// Moves the first `count` rows of a seeded shuffle of `rows` to `out`.
 void Draw(std::vector<int64_t>& rows, int64_t count, std::mt19937_64& generator,
           std::vector<int64_t>& out) {
   const int64_t size = static_cast<int64_t>(rows.size());
@@ -81,7 +82,7 @@ absl::StatusOr<LeaveOneOut> ComputeLeaveOneOut(const IncrementalCholesky& factor
     const int64_t row = result.rows[i];
     const double whole = diagonal[i];
     if (!mean_shares.empty()) diagonal[i] -= mean_shares[row];
-    // What is left of `whole` where nothing should be is rounding.
+    // A smaller rest of `whole` is rounding error.
     if (!(diagonal[i] > kLeastShare * whole)) {
       return absl::FailedPreconditionError(
           absl::StrFormat("without point %d the others do not determine the mean function", row));

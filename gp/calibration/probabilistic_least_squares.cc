@@ -13,8 +13,8 @@ constexpr double kInverseSqrtTwoPi = 0.3989422804014327;
 double NormalDistribution(double z) { return 0.5 * std::erfc(-z * M_SQRT1_2); }
 
 // log Phi(z) and its derivative phi(z) / Phi(z), without underflow: below -20 by the asymptotic
-// series of Mills' ratio, Phi(z) = phi(z) / -z (1 - 1/z^2 + 3/z^4 - 15/z^6 + ...), whose sixth
-// term is under 3e-12 there.
+// series of Mills' ratio, Phi(z) = phi(z) / -z (1 - 1/z^2 + 3/z^4 - 15/z^6 + ...), whose sixth term
+// is under 3e-12 there.
 struct LogDistribution {
   double value;
   double derivative;
@@ -31,13 +31,13 @@ LogDistribution LogNormalDistribution(double z) {
           -z / series};
 }
 
-// The objective in (t, b), t = log a, with its gradient and the Gauss-Newton curvature that takes
-// z as linear in (t, b): log Phi is concave in z, so the curvature is positive.
+// The objective in (t, b), t = log a, with its gradient and the Gauss-Newton curvature, which
+// treats z as linear in (t, b): log Phi is concave in z, so the curvature is positive.
 struct Objective {
   double likelihood = 0.0;
   double value = 0.0;  // with the prior
   double gradient[2] = {0.0, 0.0};
-  double curvature[3] = {0.0, 0.0, 0.0};  // tt, tb, bb of the negative
+  double curvature[3] = {0.0, 0.0, 0.0};  // tt, tb, bb of the negative objective
 };
 
 class SquashProblem {
@@ -170,7 +170,7 @@ absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
   Objective now = problem.Evaluate(t, b);
   double damping = 1e-3;  // Levenberg-Marquardt, relative to the curvature
   for (; !means.empty() && fit.iterations < options.maximum_iterations; ++fit.iterations) {
-    // A coordinate that the gradient presses against its bound stays there.
+    // A coordinate whose gradient points out of its bound stays there.
     const bool hold_t =
         (t <= t_low && now.gradient[0] < 0.0) || (t >= t_high && now.gradient[0] > 0.0);
     const bool hold_b =

@@ -1,20 +1,21 @@
-// Probabilistic least-squares classification: a regression's predictions squashed into
-// probabilities (paper, eq. 6; Rasmussen & Williams, 6.5 and eq. 6.41, whose square root the
-// paper's line lacks).
+// Probabilistic least-squares classification: turns a regression's predictions into probabilities
+// (paper, eq. 6; Rasmussen & Williams, 6.5 and eq. 6.41, whose square root is missing in the
+// paper).
 //
 //   p(t = +1 | x) = Phi( (a mu + b) / sqrt(1 + a^2 s^2) )                              (LS1)
 //
-// a, b maximise the leave-one-out likelihood, where a label p_i in [0, 1] weights both classes and
+// a, b maximise the leave-one-out likelihood. A label p_i in [0, 1] weights both classes, and
 // (mu_i, s_i^2) is the prediction of point i without point i:
 //
 //   l(a, b) = sum_i  p_i log Phi(z_i) + (1 - p_i) log Phi(-z_i),
 //   z_i = (a mu_i + b) / sqrt(1 + a^2 s_i^2)                                           (LS2)
 //
-// Where the points are not a fair sample of what is predicted, w and v weigh the two terms of each:
-// w = share of the class wanted / its share in the sample, v likewise for the other class.
+// If the points are not a fair sample of the places to predict, weights w and v multiply the two
+// terms of each point: w = desired share of the class / its share in the sample, v likewise for the
+// other class.
 //
 // l is unbounded in a on separable data, so a is kept in [0.3, 10] and b in [-b_max, b_max]. s^2 is
-// the variance of f, in the fit as in the prediction.
+// the variance of f, both in the fit and in the prediction.
 #ifndef EGOSIEVE_GP_CALIBRATION_PROBABILISTIC_LEAST_SQUARES_H_
 #define EGOSIEVE_GP_CALIBRATION_PROBABILISTIC_LEAST_SQUARES_H_
 
@@ -38,9 +39,9 @@ struct SquashFitOptions {
   double minimum_a = 0.3;
   double maximum_a = 10.0;
   double maximum_absolute_b = 5.0;
-  int maximum_iterations = 50;  // Newton steps; each passes over the points once or twice
-  // Standard deviation of a Gaussian prior on log a around 0, which decides where the data cannot
-  // (one class only, separable classes); infinity: none.
+  int maximum_iterations = 50;  // Newton steps; each visits the points once or twice
+  // Standard deviation of a Gaussian prior on log a around 0, for data that do not determine a (one
+  // class only, separable classes); infinity: no prior.
   double log_a_prior_stddev = 2.0;
 
   absl::Status Validate() const;
@@ -53,14 +54,14 @@ struct SquashFit {
   bool at_bound = false;  // a or b lies on its bound
 };
 
-// (LS2) at the parameters given.
+// (LS2) at the given parameters.
 double SquashLogLikelihood(const SquashParameters& parameters, absl::Span<const double> means,
                            absl::Span<const double> variances, absl::Span<const double> labels);
 
-// Maximises (LS2) from `start`. No points: `start`, clamped to the bounds. InvalidArgument on sizes
-// that differ, a start with a <= 0 or not finite, labels outside [0, 1], negative or non-finite
-// variances, non-finite means. class_share: of +1 where predictions will be made, in (0, 1); 0:
-// that of the points.
+// Maximises (LS2) from `start`. Without points: `start`, clamped to the bounds. InvalidArgument for
+// sizes that differ, a start with a <= 0 or not finite, labels outside [0, 1], negative or
+// non-finite variances, non-finite means. class_share: share of +1 among the places to predict, in
+// (0, 1); 0: that of the points.
 absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
                                     absl::Span<const double> variances,
                                     absl::Span<const double> labels, const SquashParameters& start,

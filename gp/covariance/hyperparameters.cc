@@ -12,7 +12,7 @@ namespace {
 using kernels::CovarianceFunction;
 using kernels::CovarianceParameters;
 
-// Calls visit(group) for every scale of the function, in their order.
+// Calls visit(group) for every scale of the function, in order.
 template <typename Visit>
 void ForEachScale(CovarianceFunction function, int64_t input_dimension, const Visit& visit) {
   for (const kernels::ScaleGroup& group : function.description().scale_groups()) {

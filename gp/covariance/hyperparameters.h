@@ -1,11 +1,11 @@
-// The hyperparameters of the Gaussian process, and the logarithms in which they are optimised.
+// The hyperparameters of the Gaussian process, and their logarithms, in which they are optimised.
 //
 //   theta = (log s_1, ..., log s_P, log sigma_f, log sigma_n)
 //
 // s are the covariance's scales (kernels/covariance/covariance_function.h): for the arcsine the
 // weights w_0, ..., w_D, P = D + 1; for the squared exponential the length-scales l_1, ..., l_D, P
-// = D. All are positive, so that the logarithms are free of constraints; bounds keep them where the
-// data cannot (a weight whose input does not matter runs to zero).
+// = D. All are positive, so the logarithms are unconstrained. Bounds limit those that the data do
+// not determine (the weight of an irrelevant input tends to zero).
 #ifndef EGOSIEVE_GP_COVARIANCE_HYPERPARAMETERS_H_
 #define EGOSIEVE_GP_COVARIANCE_HYPERPARAMETERS_H_
 
@@ -23,22 +23,22 @@ namespace egosieve::gp {
 struct Hyperparameters {
   kernels::CovarianceParameters covariance;
   double noise_stddev = 0.5;                // sigma_n
-  MeanFunction mean = MeanFunction::kZero;  // its coefficients follow from the data
+  MeanFunction mean = MeanFunction::kZero;  // its coefficients are determined by the data
 
   double noise_variance() const { return noise_stddev * noise_stddev; }
-  // Of theta: scales.size() + 2.
+  // Number of elements of theta: scales.size() + 2.
   int64_t count() const { return static_cast<int64_t>(covariance.scales.size()) + 2; }
-  // InvalidArgument, naming field and value, unless the covariance is valid and sigma_n finite and
+  // InvalidArgument, with field and value, unless the covariance is valid and sigma_n finite and
   // positive.
   absl::Status Validate() const;
 };
 
-// theta; needs valid hyperparameters.
+// theta; the hyperparameters must be valid.
 std::vector<double> ToLogarithms(const Hyperparameters& hyperparameters);
 
 // The inverse of ToLogarithms. InvalidArgument unless theta has the size of a valid set and every
 // exponential is finite and positive.
-// input_dimension: 0 where it follows from the number of scales.
+// input_dimension: 0 if it follows from the number of scales.
 absl::StatusOr<Hyperparameters> FromLogarithms(kernels::CovarianceFunction function,
                                                absl::Span<const double> theta,
                                                int64_t input_dimension = 0);
@@ -47,21 +47,21 @@ absl::StatusOr<Hyperparameters> FromLogarithms(kernels::CovarianceFunction funct
 absl::StatusOr<Hyperparameters> FromLogarithms(const Hyperparameters& like,
                                                absl::Span<const double> theta);
 
-// A sane start for image descriptors in [-1, 1]^D: the function's own for the scales (arcsine: ln
-// w^2 = 1.4 for every weight; squared exponential: l = 0.5); sigma_f = 1, sigma_n = 0.5.
+// Initial values for image descriptors in [-1, 1]^D: the function's own scales (arcsine: ln w^2 =
+// 1.4 for every weight; squared exponential: l = 0.5); sigma_f = 1, sigma_n = 0.5.
 Hyperparameters DefaultHyperparameters(kernels::CovarianceFunction function,
                                        int64_t input_dimension);
 
-// lower_t <= theta_t <= upper_t, by element.
+// lower_t <= theta_t <= upper_t for every element.
 struct HyperparameterBounds {
   std::vector<double> lower;
   std::vector<double> upper;
 
-  // The function's own for the scales (arcsine: ln w^2 in [-5, 7]; squared exponential: l in [0.02,
-  // 20]); sigma_f in [0.2, 5]; sigma_n in [0.1, 1.5].
+  // The function's own bounds of the scales (arcsine: ln w^2 in [-5, 7]; squared exponential: l in
+  // [0.02, 20]); sigma_f in [0.2, 5]; sigma_n in [0.1, 1.5].
   static HyperparameterBounds Default(kernels::CovarianceFunction function,
                                       int64_t input_dimension);
-  // theta moved into the bounds.
+  // Clamps theta to the bounds.
   void Clamp(std::vector<double>& theta) const;
   bool Contains(absl::Span<const double> theta) const;
   // InvalidArgument unless both have `count` finite elements and lower <= upper.

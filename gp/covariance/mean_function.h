@@ -1,4 +1,4 @@
-// The mean of a Gaussian process, up to coefficients b that the data determine.
+// The mean of a Gaussian process. Its coefficients b are determined by the data.
 //
 //   y = h(x).b + f(x) + noise,   f ~ GP(0, k)                                               (1)
 //
@@ -6,9 +6,9 @@
 //   constant   h = (1)      q = 1
 //   linear     h = (1, x)   q = D + 1
 //
-// b has no prior knowledge (Rasmussen & Williams (2006), 2.7, the limit of a vague prior): it is
-// estimated by generalised least squares, and predictions carry its uncertainty. In geostatistics
-// this is simple, ordinary and universal kriging.
+// b has no prior (Rasmussen & Williams (2006), 2.7, the limit of a vague prior): it is estimated by
+// generalised least squares, and predictions include its uncertainty. In geostatistics this is
+// simple, ordinary and universal kriging.
 #ifndef EGOSIEVE_GP_COVARIANCE_MEAN_FUNCTION_H_
 #define EGOSIEVE_GP_COVARIANCE_MEAN_FUNCTION_H_
 

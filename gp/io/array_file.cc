@@ -23,7 +23,7 @@ constexpr uint32_t kDirectorySignature = 0x02014b50;
 constexpr uint32_t kEndSignature = 0x06054b50;
 constexpr size_t kLocalSize = 30, kDirectorySize = 46, kEndSize = 22;
 constexpr uint16_t kZipVersion = 20;
-constexpr uint16_t kDosDate = 0x0021;  // 1980-01-01: zip's zero
+constexpr uint16_t kDosDate = 0x0021;  // 1980-01-01: the zero of zip's dates
 constexpr std::string_view kMagic("\x93NUMPY\x01\x00", 8);
 constexpr size_t kPreludeSize = 10;  // magic, version, header length
 constexpr char kSuffix[] = ".npy";
@@ -87,7 +87,7 @@ std::string ToNpy(const NamedArray& array) {
       array.elements);
 }
 
-// The fields that a local header and a directory entry share, from the needed version on.
+// The fields that local headers and directory entries share, starting with the needed version.
 void PutFileHeader(const std::string& name, uint32_t crc, uint32_t size, std::string& out) {
   Put(kZipVersion, out);
   Put<uint16_t>(0, out);  // flags
@@ -122,7 +122,7 @@ bool TakeShape(std::string_view& text, std::vector<int64_t>& shape) {
 
 template <typename T>
 absl::Status TakeElements(const std::string& name, std::string_view data, NamedArray& array) {
-  // The product of the shape cannot overflow once each extent is at most the count of bytes.
+  // The product of the shape cannot overflow if each extent is at most the number of bytes.
   uint64_t count = 1;
   for (const int64_t extent : array.shape) {
     if (extent != 0 && count > data.size() / static_cast<uint64_t>(extent)) {
@@ -173,7 +173,7 @@ absl::StatusOr<NamedArray> FromNpy(const std::string& name, std::string_view byt
   return array;
 }
 
-// Where a member lies, its header included.
+// Extent of a member in the file, including its header.
 struct Extent {
   size_t begin, end;
 };
@@ -284,7 +284,8 @@ absl::StatusOr<ArrayMap> ParseArrays(std::string_view bytes) {
       return absl::UnimplementedError(
           absl::StrFormat("directory entry %d is compressed or encrypted", i));
     }
-    // Members lie before the directory and apart: together they are no larger than the file.
+    // Members lie before the directory and do not overlap: together they are no larger than the
+    // file.
     EGOSIEVE_ASSIGN_OR_RETURN(
         const std::string_view data,
         Member(bytes.substr(0, directory_begin), absl::StrCat(i), Get<uint32_t>(entry, 42),

@@ -1,10 +1,11 @@
-// Named arrays in NumPy's .npz format: an uncompressed zip archive of .npy files. numpy.load reads
-// what this writes; this reads what numpy.savez writes, within the types and shapes below.
+// Named arrays in NumPy's .npz format, an uncompressed zip archive of .npy files. numpy.load reads
+// files written here. Files of numpy.savez can be read here if their types and shapes are those
+// below.
 //
-// The format was chosen over HDF5 because a strict reader of it is small: files may come from
-// anywhere, every length is checked against the bytes that are there, and no allocation exceeds
-// what the file's size justifies. Every array carries a CRC-32. Bytes depend on the
-// contents alone (no times, no names of machines).
+// The format was chosen over HDF5 because a strict reader of it is small. Files may come from any
+// source: every length is checked against the available bytes, and no allocation exceeds what the
+// file's size justifies. Every array carries a CRC-32. The bytes depend on the contents alone (no
+// times, no names of computers).
 //
 // Reference: numpy.lib.format, version 1.0; PKWARE APPNOTE 6.3.3, without zip64.
 #ifndef EGOSIEVE_GP_IO_ARRAY_FILE_H_
@@ -22,7 +23,7 @@
 
 namespace egosieve::gp {
 
-// One or two dimensions, row-major; the elements' count is the product of the shape.
+// One or two dimensions, row-major; the number of elements is the product of the shape.
 struct NamedArray {
   std::vector<int64_t> shape;
   std::variant<std::vector<double>, std::vector<int64_t>, std::vector<uint8_t>> elements;
@@ -32,11 +33,11 @@ using ArrayMap = std::map<std::string, NamedArray>;
 
 inline constexpr int64_t kMaxArraysInFile = 64;
 
-// FailedPrecondition where the archive would pass 4 GiB, zip's limit.
+// FailedPrecondition if the archive would exceed 4 GiB, zip's limit.
 absl::StatusOr<std::string> SerializeArrays(const ArrayMap& arrays);
 
-// DataLoss, saying what and where, for bytes that are damaged, truncated or not such an archive;
-// Unimplemented for members whose type, order or compression this does not read.
+// DataLoss, with reason and place, for bytes that are damaged, truncated or not such an archive;
+// Unimplemented for members whose type, order or compression is not supported.
 absl::StatusOr<ArrayMap> ParseArrays(std::string_view bytes);
 
 }  // namespace egosieve::gp

@@ -31,8 +31,8 @@ NamedArray Vector(std::vector<T> elements) {
   return array;
 }
 
-// Takes the array of this name and type out of the map. rank 1 arrays of another size than
-// `want_size` are refused; -1 takes any.
+// Takes the array of this name and type out of the map. Arrays of rank 1 must have the size
+// `want_size`; -1 takes any.
 template <typename T>
 absl::StatusOr<std::vector<T>> Take(const char* name, int64_t want_size, ArrayMap& arrays) {
   const auto found = arrays.find(name);
@@ -85,7 +85,7 @@ absl::Status TakeFunction(ArrayMap& arrays, kernels::CovarianceParameters& covar
   return absl::OkStatus();
 }
 
-// y and what is known of each point's noise.
+// y and the noise variances of the points, if any.
 absl::Status TakeTargets(ArrayMap& arrays, PointSet& points) {
   const auto targets = arrays.find("targets");
   if (targets != arrays.end() && targets->second.shape.size() == 2) {

@@ -1,28 +1,29 @@
-// Model files: what an online model is, to go on from or to predict with elsewhere.
+// Model files: the state of an online model, for continuing its learning or for predictions
+// elsewhere.
 //
 // The format is NumPy's .npz (gp/io/array_file.h): in Python, numpy.load(path) gives the arrays
 //
-//   format_version        i8 [1]     the largest of the marks of the arrays that are there, else 1
+//   format_version        i8 [1]     the largest bracketed number of the arrays present, else 1
 //   covariance_function   i8 [1]     0 arcsine, 1 squared exponential, 2 another
-//   covariance_name       u1 [...]   of another: its text, as CovarianceFunction::Parse takes it
+//   covariance_name       u1 [...]   for another: its text for CovarianceFunction::Parse
 //   scales                f8 [P]     kernels/base/covariance_parameters.h
 //   signal_noise          f8 [2]     sigma_f, sigma_n
 //   inputs                f8 [n, D]
 //   targets               f8 [n]     y; of k outputs, k > 1: f8 [n, k] (2)
-//   noise_variances       f8 [n]     v, on top of sigma_n^2, where a point has any (2)
-//   mean_function         i8 [1]     1 constant, 2 linear; zero where it is not there (2)
-//   sparse                i8 [2]     of a sparse model: 1 DTC, 2 FITC; inducing inputs at most (3)
+//   noise_variances       f8 [n]     v, on top of sigma_n^2, if any point has one (2)
+//   mean_function         i8 [1]     1 constant, 2 linear; absent: zero (2)
+//   sparse                i8 [2]     for a sparse model: 1 DTC, 2 FITC; most inducing inputs (3)
 //   identities            i8 [n]     increasing
 //   birth_frames          i8 [n]
 //   next_identity         i8 [1]
 //   squash                f8 [2]     a, b
-//   trainer_*             the state of the trainer, where there is one; a smoothed objective that
-//                         is no number stands for none
-//   annotations           u1 [...]   bytes of the caller's, uninterpreted
+//   trainer_*             the state of the trainer, if there is one; a smoothed objective of NaN
+//                         means none
+//   annotations           u1 [...]   the caller's bytes, uninterpreted
 //
-// The factor is not stored: it is n^2 numbers that follow from the rest. A run that calls
-// ExactModel::Refactorize when it writes, and one that goes on from the file, do the same to the
-// last bit.
+// The factor is not stored: its n^2 numbers follow from the rest. If a run calls
+// ExactModel::Refactorize when it writes, it continues with the same bits as a run that starts from
+// the file.
 #ifndef EGOSIEVE_GP_IO_MODEL_FILE_H_
 #define EGOSIEVE_GP_IO_MODEL_FILE_H_
 
@@ -40,7 +41,7 @@
 
 namespace egosieve::gp {
 
-// The latest version; all are read.
+// The latest version; all earlier ones can be read.
 inline constexpr int64_t kModelFormatVersion = 3;
 
 struct ModelFile {
@@ -48,22 +49,23 @@ struct ModelFile {
   SquashParameters squash;
   std::optional<TrainerState> trainer;
   std::string annotations;
-  // Of a sparse model: approximation, DTC or FITC, and inducing_points; the others' defaults.
+  // For a sparse model: approximation, DTC or FITC, and inducing_points; the other options have
+  // their defaults.
   std::optional<SparseModelOptions> sparse = std::nullopt;
 };
 
 struct ModelFileLimits {
   int64_t maximum_bytes = int64_t{1} << 30;  // larger files are refused unread
-  int64_t maximum_points = 20000;            // more, and their factor would take over 3 GB
+  int64_t maximum_points = 20000;            // with more, the factor would take over 3 GB
 };
 
-// Whole or not at all (kernels/files/atomic_file.h). InvalidArgument for a model that does not
-// validate.
+// The file is written completely or not at all (kernels/files/atomic_file.h). InvalidArgument for
+// an invalid model.
 absl::Status WriteModelFile(const std::string& path, const ModelFile& file);
 
-// Errors name the file. DataLoss where it is damaged, truncated or not a model; Unimplemented where
-// a later version wrote it; InvalidArgument where its arrays do not make a model;
-// FailedPrecondition where it passes a limit.
+// Errors name the file. DataLoss if it is damaged, truncated or not a model; Unimplemented for a
+// later version; InvalidArgument if its arrays do not form a valid model; FailedPrecondition if it
+// exceeds a limit.
 absl::StatusOr<ModelFile> ReadModelFile(const std::string& path,
                                         const ModelFileLimits& limits = {});
 

@@ -1,6 +1,6 @@
-// Owned row-major float64 storage, aligned to 64 bytes, rows padded to whole cache lines. Contents
-// are not initialised. Large matrices request huge pages: tiles touch many rows, each of them on
-// pages of its own.
+// Owned row-major float64 storage, aligned to 64 bytes, with rows padded to whole cache lines.
+// Contents are not initialised. Large matrices request huge pages, since a tile touches many rows,
+// each on different pages.
 #ifndef EGOSIEVE_GP_LINALG_ALIGNED_MATRIX_H_
 #define EGOSIEVE_GP_LINALG_ALIGNED_MATRIX_H_
 
@@ -27,7 +27,7 @@ class AlignedMatrix {
     }
   }
 
-  // Nothing where the memory is not to be had.
+  // Nothing if the memory is not available.
   static std::optional<AlignedMatrix> TryMake(int64_t rows, int64_t cols) {
     try {
       return AlignedMatrix(rows, cols);
@@ -62,12 +62,12 @@ class AlignedMatrix {
     const size_t whole = (bytes + kHugePageBytes - 1) / kHugePageBytes * kHugePageBytes;
     void* data = std::aligned_alloc(kHugePageBytes, whole);
 #ifdef MADV_HUGEPAGE
-    if (data != nullptr) madvise(data, whole, MADV_HUGEPAGE);  // advice: its failure is harmless
+    if (data != nullptr) madvise(data, whole, MADV_HUGEPAGE);  // advice: a failure is harmless
 #endif
     return static_cast<double*>(data);
   }
 
-  // A stride of a multiple of 4096 bytes would put a column's elements into one cache set.
+  // With a stride that is a multiple of 4096 bytes, a column's elements would share one cache set.
   static int64_t Padded(int64_t cols) {
     const int64_t line = kAlignmentBytes / static_cast<int64_t>(sizeof(double));
     const int64_t padded = (cols + line - 1) / line * line;

@@ -16,8 +16,8 @@ using tile::ConstView;
 using tile::View;
 
 constexpr int64_t kPanel = 128;       // columns of a panel of the factorisation
-constexpr int64_t kRows = 128;        // rows of a tile below it
-constexpr int64_t kSolvePanel = 256;  // rows solved before those below are updated
+constexpr int64_t kRows = 128;        // rows of a tile below the panel
+constexpr int64_t kSolvePanel = 256;  // rows solved before the rows below are updated
 constexpr int64_t kSolveColumns = 32;
 constexpr int64_t kSolveRows = 64;
 constexpr int64_t kInverseColumns = 128;  // of L^-1 at a time
@@ -29,7 +29,7 @@ void ZeroUpper(View a) {
   for (int64_t i = 0; i < a.rows; ++i) std::fill(a.row(i) + i + 1, a.row(i) + a.cols, 0.0);
 }
 
-// X (m x c) := L^-1 X, m rows at a time, on the calling thread.
+// X (m x c) := L^-1 X, in blocks of rows, on the calling thread.
 void SolveTile(ConstView l, View x) {
   for (int64_t begin = 0; begin < l.rows; begin += kPanel) {
     const int64_t rows = std::min(kPanel, l.rows - begin);

@@ -1,6 +1,6 @@
-// Cholesky factorisation, triangular solves and triangular inverses of large matrices in float64,
-// shared among threads (kernels/base/parallel_for.h) in fixed tiles: the same bits for any thread
-// count. All matrices are row-major views.
+// Cholesky factorisation, triangular solves and triangular inverses of large matrices in float64.
+// Threads (kernels/base/parallel_for.h) share the work in fixed tiles, so that the bits are the
+// same for any thread count. All matrices are row-major views.
 //
 //   function             result                       cost (flops)
 //   FactorizeInParallel  L, A = L L^T                 n^3 / 3
@@ -25,11 +25,11 @@
 
 namespace egosieve::gp {
 
-// The pivots' floors that `Factorize` functions take: factor * max(n, 1) * eps * diagonal_i.
+// Pivot floors for the `Factorize` functions: factor * max(n, 1) * eps * diagonal_i.
 std::vector<double> PivotFloors(kernels::ConstMatrixView<double> a, int64_t order, double factor);
 
-// The lower triangle of A becomes L and the strict upper one zero. Returns -1, or the first row i
-// whose pivot (square of L(i,i)) is not above floors[i] or not finite; the lower triangle is then
+// The lower triangle of A becomes L, the strict upper one zero. Returns -1, or the first row i
+// whose pivot (square of L(i,i)) is not above floors[i] or not finite; then the lower triangle is
 // partly overwritten.
 int64_t FactorizeInParallel(kernels::MatrixView<double> a, absl::Span<const double> floors);
 
@@ -55,7 +55,7 @@ void InverseColumnNorms(kernels::ConstMatrixView<double> l, absl::Span<const int
 // upper triangle may be overwritten.
 void AddRowProducts(kernels::ConstMatrixView<double> x, int sign, kernels::MatrixView<double> c);
 
-// The lower triangle's mirror image into the upper one.
+// Copies the lower triangle, mirrored, into the upper one.
 void MirrorLower(kernels::MatrixView<double> c);
 
 }  // namespace egosieve::gp

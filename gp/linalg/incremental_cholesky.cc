@@ -52,7 +52,7 @@ absl::StatusOr<AlignedMatrix> ZeroMatrix(int64_t size) {
   return matrix;
 }
 
-// S := K22 - X X^T, lower triangle (and what lies above it within tiles of the diagonal).
+// S := K22 - X X^T in the lower triangle (and above it within the diagonal tiles).
 void SubtractGram(ConstMatrixView<double> x, MatrixView<double> s) {
   const auto subtract = [&](int64_t row, int64_t column, int64_t rows, int64_t columns) {
     tile::SubtractProductTransposed(tile::Block(x, row, 0, rows, x.cols),

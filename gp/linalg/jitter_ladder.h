@@ -1,5 +1,5 @@
-// What is added to a diagonal whose factorisation refuses a pivot: 1e-10 of the matrix's unit (a
-// prior variance), then by tens up to 1e-4 of it.
+// Jitter for a diagonal whose factorisation refuses a pivot: 1e-10 of the matrix's unit (a prior
+// variance), then ten times more at each step up to 1e-4 of it.
 #ifndef EGOSIEVE_GP_LINALG_JITTER_LADDER_H_
 #define EGOSIEVE_GP_LINALG_JITTER_LADDER_H_
 
@@ -11,7 +11,7 @@ namespace egosieve::gp {
 inline constexpr double kFirstJitter = 1e-10;  // of the unit
 inline constexpr double kLastJitter = 1e-4;
 
-// The rung above `jitter`; nothing where that was the last.
+// The next larger jitter after `jitter`; nothing after the last.
 inline std::optional<double> NextJitter(double jitter, double unit) {
   if (!(jitter < kLastJitter * unit)) return std::nullopt;
   return std::max(10.0 * jitter, kFirstJitter * unit);

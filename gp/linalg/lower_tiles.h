@@ -1,4 +1,5 @@
-// The tiles of a symmetric matrix's lower triangle, those of its diagonal among them, in parallel.
+// Visits the tiles of a symmetric matrix's lower triangle, including the diagonal tiles, in
+// parallel.
 #ifndef EGOSIEVE_GP_LINALG_LOWER_TILES_H_
 #define EGOSIEVE_GP_LINALG_LOWER_TILES_H_
 
@@ -9,8 +10,8 @@
 
 namespace egosieve::gp {
 
-// Calls work(row, column, rows, columns), the first element and the size of a tile, for every tile
-// of n x n elements cut into squares of `side`; `flops` in all.
+// Calls work(row, column, rows, columns), the first element and the size of a tile, for every tile.
+// The n x n matrix is cut into squares of `side`. flops: for all tiles together.
 template <typename Work>
 void ForEachLowerTile(int64_t n, int64_t side, double flops, const Work& work) {
   const int64_t tiles = (n + side - 1) / side;

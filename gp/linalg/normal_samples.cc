@@ -28,7 +28,7 @@ double Uniform(uint64_t key, uint64_t place) {
   return (static_cast<double>(bits >> 11) + 0.5) * 0x1p-53;
 }
 
-// Two independent normal values, the pair of this number.
+// Pair number `pair` of two independent normal values.
 void NormalPair(uint64_t key, uint64_t pair, double& first, double& second) {
   const double radius = std::sqrt(-2.0 * std::log(Uniform(key, 2 * pair)));
   const double angle = 2.0 * M_PI * Uniform(key, 2 * pair + 1);
@@ -115,7 +115,7 @@ absl::StatusOr<NormalSamples> SampleNormal(ConstMatrixView<double> mean,
   kernels::ParallelFor(row_tiles * column_tiles, 1.0 * size * size * width, [&](int64_t t) {
     const int64_t row = t / column_tiles * kTile, column = t % column_tiles * kTile;
     const int64_t rows = std::min(kTile, size - row), columns = std::min(kTile, width - column);
-    // Of a whole tile always, so that a column's rounding does not depend on how many there are.
+    // Always a whole tile, so that a column's rounding does not depend on the number of columns.
     AlignedMatrix deviation(rows, kTile);
     for (int64_t i = 0; i < rows; ++i) std::fill_n(deviation.row(i), kTile, 0.0);
     tile::AddProduct(tile::Block(c, row, 0, rows, row + rows),

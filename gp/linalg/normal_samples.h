@@ -2,14 +2,15 @@
 //
 //   y_cs = mean_c + C z_cs,   C C^T = Sigma + jitter I,   z_cs ~ N(0, I)                        (1)
 //
-// for columns c of `mean` and samples s. z comes from splitmix64, counted from the seed, by Box and
-// Muller's transform: sample s depends on seed, M and k, not on how many samples are drawn or on
-// how many threads draw them.
+// for columns c of `mean` and samples s. z comes from splitmix64, counted from the seed, by the
+// Box-Muller transform. Sample s depends on seed, M and k, but not on the number of samples or
+// threads.
 //
-// A covariance of many places is singular to working precision where these lie close together. It
-// is factored as it is; where a pivot is refused, the jitter climbs the ladder of
+// The covariance of many places is singular to working precision if they are close together. It is
+// first factored as it is. If a pivot is refused, the jitter increases along
 // gp/linalg/jitter_ladder.h, whose unit is the largest of `prior_variances`. A pivot i counts as
-// positive above M eps prior_variances[i]: Sigma_ii may be what is left of them after cancellation.
+// positive above M eps prior_variances[i], since Sigma_ii may be a small difference of such
+// variances.
 //
 // Cost: M^3 / 3 flops for C and M^2 k S for the samples.
 //
@@ -31,9 +32,9 @@ struct NormalSamples {
   double jitter = 0.0;   // on Sigma's diagonal
 };
 
-// mean: M x k; covariance: M x M, of which the lower triangle is read; prior_variances: M.
-// InvalidArgument where count is negative or a shape differs; FailedPrecondition where the ladder's
-// last rung does not make Sigma positive definite.
+// mean: M x k; covariance: M x M, lower triangle read; prior_variances: M. InvalidArgument if count
+// is negative or a shape differs; FailedPrecondition if Sigma is not positive definite with the
+// largest jitter.
 absl::StatusOr<NormalSamples> SampleNormal(kernels::ConstMatrixView<double> mean,
                                            kernels::ConstMatrixView<double> covariance,
                                            absl::Span<const double> prior_variances, int64_t count,

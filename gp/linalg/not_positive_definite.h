@@ -1,6 +1,6 @@
-// The status of a matrix that is not positive definite to working precision: FailedPrecondition,
-// told from other failed preconditions, such as a device that a forked process cannot use. Jitter
-// and other hyperparameters help against this one alone.
+// The status of a matrix that is not positive definite to working precision. It is a
+// FailedPrecondition that can be distinguished from others, such as a device that a forked process
+// cannot use. Jitter and other hyperparameters help against this one alone.
 #ifndef EGOSIEVE_GP_LINALG_NOT_POSITIVE_DEFINITE_H_
 #define EGOSIEVE_GP_LINALG_NOT_POSITIVE_DEFINITE_H_
 

@@ -18,15 +18,15 @@ using tile::ConstView;
 using tile::View;
 
 constexpr int64_t kBlockRows = 64;
-// Columns whose reflectors act together, T being that large: wide panels suit wide removals.
+// Columns whose reflectors act together, which is the size of T: wide panels suit wide removals.
 constexpr int64_t kWidePanel = 32;
 constexpr int64_t kNarrowPanel = 16;
 constexpr int64_t kNarrowRemoval = 16;  // rows
-// |c2|^2 / c1^2 below which a row has nothing to reflect: far below rounding, and far above where
-// v0^2, of the order of its square, underflows and 0 / 0 is made of it.
+// If |c2|^2 / c1^2 is below this, the row needs no reflector. It is far below rounding, and far
+// above the values for which v0^2, of the order of its square, underflows and gives 0 / 0.
 constexpr double kNegligibleSquare = 1e-100;
 
-// Dots and updates of short vectors, written so that they vectorise in a fixed order.
+// Dot products and updates of short vectors, written so that they vectorise in a fixed order.
 double Dot(const double* a, const double* b, int64_t n) {
   double lanes[8] = {};
   int64_t i = 0;
@@ -78,11 +78,11 @@ class Removal {
   }
 
  private:
-  // Row `index` (counted from first_): how many removed rows lie above it, and so how many leading
-  // columns of C2 are not zero.
+  // Number of removed rows above row `index` (counted from first_), and therefore of leading
+  // non-zero columns of C2.
   int64_t Active(int64_t index) const { return active_[index]; }
 
-  // False where another block has thrown, so that what is waited for may never come.
+  // Returns false if another block has thrown, so that the wait might never end.
   template <typename Condition>
   bool WaitUntil(const Condition& condition) const {
     while (!condition()) {
@@ -92,8 +92,8 @@ class Removal {
     return true;
   }
 
-  // Moves the block's rows to their new places and their removed columns to c2. In place: sources
-  // lie below targets, and earlier blocks have been moved.
+  // Moves the block's rows to their new places and their removed columns to c2. In place: rows move
+  // towards the front, and earlier blocks have already been moved.
   void MoveRows(int64_t begin, int64_t end, View c2) {
     for (int64_t index = begin; index < end; ++index) {
       const double* source = l_.row(kept_[index]);
@@ -191,7 +191,7 @@ class Removal {
     }
   }
 
-  // Column j of T: T_jj = tau_j, T_<j,j = -tau_j T_<j,<j V_<j v_j; zero below.
+  // Column j of T: T_jj = tau_j, T_<j,j = -tau_j T_<j,<j V_<j v_j; zero below the diagonal.
   static void FillTriangleColumn(ConstView v, View t, int64_t j, double tau) {
     double products[kWidePanel];
     for (int64_t i = 0; i < j; ++i) products[i] = Dot(v.row(i), v.row(j), v.cols);
@@ -206,14 +206,14 @@ class Removal {
 
   View l_;
   absl::Span<const int64_t> removed_;
-  int64_t first_;  // the first removed row: rows before it stay as they are
-  int64_t size_;   // rows that are left
+  int64_t first_;  // the first removed row: rows before it do not change
+  int64_t size_;   // remaining rows
   int64_t blocks_;
   std::vector<int64_t> kept_;    // old index of each row from first_ on
-  std::vector<int64_t> active_;  // see Active
-  AlignedMatrix reflectors_;     // V, a row for each row from first_ on
+  std::vector<int64_t> active_;  // returned by Active
+  AlignedMatrix reflectors_;     // V, one row per row from first_ on
   int64_t panel_;                // columns of a panel; divides kBlockRows
-  AlignedMatrix triangles_;      // T, a panel_ x panel_ block for each panel
+  AlignedMatrix triangles_;      // T, one panel_ x panel_ block per panel
   std::atomic<int64_t> moved_{0};
   std::vector<std::atomic<bool>> finished_;
   std::atomic<bool> abandoned_{false};

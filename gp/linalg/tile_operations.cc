@@ -19,7 +19,7 @@ ConstMap ToEigen(ConstView m) {
   return ConstMap(m.data, m.rows, m.cols, Eigen::OuterStride<>(m.stride));
 }
 
-// A split of n into two parts, the first a multiple of the substitution's size.
+// The first part of a split of n: a multiple of the substitution's size.
 int64_t FirstHalf(int64_t n) {
   return std::max(kSubstitutionSize, n / 2 / kSubstitutionSize * kSubstitutionSize);
 }
@@ -50,8 +50,8 @@ void SubstituteBackward(ConstView l, View b) {
   }
 }
 
-// X := X L^-T for a small L, by forward substitution on X^T, so that the inner loops run along
-// memory.
+// X := X L^-T for a small L, by forward substitution on X^T, so that the inner loops run over
+// contiguous memory.
 void SubstituteRight(ConstView l, View x) {
   alignas(64) double transposed[kSubstitutionSize * kSubstitutionRows];
   for (int64_t begin = 0; begin < x.rows; begin += kSubstitutionRows) {

@@ -1,9 +1,9 @@
-// Dense operations on tiles, each on one thread: what the parallel algorithms of this folder are
-// made of. All matrices are row-major views; tiles may lie inside larger matrices.
+// Dense operations on tiles, each on one thread: the building blocks of this folder's parallel
+// algorithms. All matrices are row-major views; tiles may lie inside larger matrices.
 //
 // Triangular solves and the factorisation halve the matrix recursively, so that nearly all of the
-// work is matrix multiplication; the smallest blocks are solved by substitution, never by explicit
-// inverses: the backward error stays that of substitution.
+// work is matrix multiplication. The smallest blocks are solved by substitution, never by explicit
+// inverses, so that the backward error is that of substitution.
 #ifndef EGOSIEVE_GP_LINALG_TILE_OPERATIONS_H_
 #define EGOSIEVE_GP_LINALG_TILE_OPERATIONS_H_
 
@@ -36,8 +36,8 @@ void SolveLeftTransposed(ConstView l, View b);   // B := L^-T B
 void SolveRightTransposed(ConstView l, View x);  // X := X L^-T
 
 // The lower triangle of A becomes its Cholesky factor; elements above the diagonal are not read but
-// may be overwritten. Returns -1, or the first row i whose pivot is not above floors[i]; A is then
-// in pieces.
+// may be overwritten. Returns -1, or the first row i whose pivot is not above floors[i]; then A is
+// partly overwritten.
 int64_t Factorize(View a, const double* floors);
 
 }  // namespace egosieve::gp::tile

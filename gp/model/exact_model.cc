@@ -26,7 +26,7 @@ RegressionWeights WeightsOf(const IncrementalCholesky& factor,
                       points.target_view());
 }
 
-// The lower triangle of K_y for points of this noise.
+// The lower triangle of K_y for points with this noise.
 absl::Status NoisyCovariance(kernels::Context& context, const Hyperparameters& hyperparameters,
                              const Observations& points, double jitter, MatrixView<double> out) {
   EGOSIEVE_RETURN_IF_ERROR(kernels::CovarianceMatrix<double>(
@@ -36,8 +36,8 @@ absl::Status NoisyCovariance(kernels::Context& context, const Hyperparameters& h
   return absl::OkStatus();
 }
 
-// That of K_y for points of this noise: of covariances and n^3 / 3 flops on the device where that
-// is the place for them.
+// Factor of K_y for points with this noise: the covariances and n^3 / 3 flops run on the device if
+// it is suitable.
 absl::Status Factorize(kernels::Context& context, const Hyperparameters& hyperparameters,
                        const Observations& points, double jitter, IncrementalCholesky& factor) {
   if (points.size() > 0 && kernels::RegressesOnDevice(context)) {
@@ -177,7 +177,7 @@ absl::Status ExactModel::Remove(absl::Span<const int64_t> rows) {
       return absl::OkStatus();
     }
   }
-  // The update finds no pivot to refuse, so it also serves where a rebuild does.
+  // The update never refuses a pivot, so it is also the fallback for a failed rebuild.
   EGOSIEVE_RETURN_IF_ERROR(factor_.Remove(rows));
   points_ = std::move(left);
   weights_ = WeightsOf(factor_, hyperparameters_, points_);

@@ -1,43 +1,44 @@
-// Exact Gaussian process regression, learnt online: points are added and removed in batches, the
-// Cholesky factor follows.
+// Exact Gaussian process regression, learnt online: points are added and removed in batches, and
+// the Cholesky factor is updated.
 //
 //   y_i = 2 p_i - 1 for a label p_i in [0, 1]; else any targets, of k outputs               (EM1)
 //   K_y = K + diag(sigma_n^2 + v_i + jitter) = L L^T,  v_i the point's own noise variance   (EM2)
-//   alpha = K_y^-1 (Y - H B);  H, B: mean function and its coefficients, with all that follows from
-//   them, as in gp/model/regression_weights.h; the mean is zero at first
+//   alpha = K_y^-1 (Y - H B);  H, B: mean function and its coefficients, with their uncertainty, as
+//   in gp/model/regression_weights.h; zero by default
 //   mean(x) = alpha^T k* + B^T h(x),  variance of f(x) = k** - |L^-1 k*|^2 + |M^-1 r(x)|^2   (EM3)
 //   covariance of f(x), f(x') = k(x, x') - (L^-1 k*).(L^-1 k*') + (M^-1 r).(M^-1 r')        (EM4)
 //   d mean / dx = sum_i alpha_i dk(x, x_i) / dx + B^T dh / dx                               (EM5)
 //   d variance / dx = dk** / dx - 2 sum_i (K_y^-1 k* + W u)_i dk(x, x_i) / dx + 2 u^T dh / dx,
 //     u = A^-1 r                                                                            (EM6)
 //
-// The outputs share covariance, noise and so the factor: variances and covariances are the same for
-// all. Without points the model is the prior.
+// The outputs share covariance, noise and therefore the factor: variances and covariances are the
+// same for all. Without points the model is the prior.
 //
 // Points keep the order in which they were added; removal closes the gaps. Every point has an
-// identity, unique in the model's life and increasing, and the frame in which it was added.
+// identity, which is unique and increasing in the model's life, and the frame in which it was
+// added.
 //
-// Numerically equal inputs make K + sigma_n^2 I singular to working precision only where sigma_n is
-// tiny. Where a pivot is refused, the jitter climbs the ladder of gp/linalg/jitter_ladder.h, whose
-// unit is sigma_f^2, and the factor is rebuilt; jitter() reports it. It goes back to zero when the
-// hyperparameters are set.
+// Numerically equal inputs make K + sigma_n^2 I singular to working precision only if sigma_n is
+// tiny. If a pivot is refused, the jitter increases along gp/linalg/jitter_ladder.h, whose unit is
+// sigma_f^2, and the factor is rebuilt; jitter() reports it. Setting the hyperparameters resets it
+// to zero.
 //
-// On devices with float64 and memory of their own a factor is rebuilt there, also for a batch that
-// at least doubles the points, and comes to the host, which updates it
+// On devices with float64 and their own memory, the factor is rebuilt on the device, also for a
+// batch that at least doubles the points. It is then copied to the host, which updates it
 // (kernels/ops/exact_regression.h).
 //
-// Cost: Add of k points k n^2 + k^2 n; Remove 2 k n^2 (or a rebuild where that is cheaper);
-// SetHyperparameters n^3 / 3 and n^2 / 2 covariances. Memory: one n x n array of float64, another
-// while a factor is rebuilt.
+// Cost: Add of k points k n^2 + k^2 n; Remove 2 k n^2 (or a rebuild, if cheaper);
+// SetHyperparameters n^3 / 3 and n^2 / 2 covariances. Memory: one n x n array of float64, and
+// another during a rebuild.
 //
-// A change that fails leaves the model as it was, also where it fails because memory runs out
-// (std::bad_alloc, or ResourceExhausted for the factor). Remove is not so: its update is in place.
+// A change that fails leaves the model as it was, also if memory is exhausted (std::bad_alloc, or
+// ResourceExhausted for the factor). Remove is an exception: its update is in place.
 //
-// Predictions with a mean function whose coefficients the points do not determine are
+// If the points do not determine the mean function's coefficients, predictions are
 // FailedPrecondition.
 //
-// References: Rasmussen & Williams (2006), 2.2, 2.7, 5.4.2. Not thread-safe; MakePosterior gives
-// what is.
+// References: Rasmussen & Williams (2006), 2.2, 2.7, 5.4.2. Not thread-safe; the posteriors of
+// MakePosterior are.
 #ifndef EGOSIEVE_GP_MODEL_EXACT_MODEL_H_
 #define EGOSIEVE_GP_MODEL_EXACT_MODEL_H_
 
@@ -64,7 +65,7 @@ namespace egosieve::gp {
 
 struct Prediction {
   std::vector<double> mean;       // M x k
-  std::vector<double> variance;   // of f, M; empty where it was not wanted
+  std::vector<double> variance;   // of f, M; empty if not requested
   int64_t clamped_variances = 0;  // negative from rounding, set to 0
 };
 
@@ -73,24 +74,24 @@ struct JointPrediction {
   AlignedMatrix covariance;  // of f, M x M, symmetric; of each output
 };
 
-// By the inputs of M points.
+// Gradients with respect to the inputs, at M points.
 struct InputGradients {
   std::vector<double> mean;      // M x k x D
-  std::vector<double> variance;  // of f, M x D; empty where it was not asked for
+  std::vector<double> variance;  // of f, M x D; empty if not requested
 };
 
 struct SampleOptions {
   int64_t count = 1;            // samples of each output
   uint64_t seed = 0;            // the same seed gives the same samples
-  bool of_observation = false;  // of y and not of f: with sigma_n^2, without v
+  bool of_observation = false;  // of y instead of f: with sigma_n^2, without v
 };
 
-// Samples of `joint`, whose covariance gets the noise where that is asked for.
+// Samples of `joint`; the noise is added to its covariance if requested.
 absl::StatusOr<NormalSamples> SampleJoint(const Hyperparameters& hyperparameters,
                                           kernels::ConstMatrixView<double> points, int64_t outputs,
                                           const SampleOptions& options, JointPrediction& joint);
 
-// A model as a value: everything but the factor, which follows from it.
+// A model as a value: everything except the factor, which follows from it.
 struct ExactModelState {
   Hyperparameters hyperparameters;
   PointSet points;
@@ -102,46 +103,47 @@ enum class PredictWhat { kMean, kMeanAndVariance };
 
 class ExactModel {
  public:
-  // InvalidArgument on a null context or invalid hyperparameters.
+  // InvalidArgument for a null context or invalid hyperparameters.
   static absl::StatusOr<ExactModel> Create(std::shared_ptr<kernels::Context> context,
                                            const Hyperparameters& hyperparameters);
 
-  // A model from its state, as it is after Refactorize. Errors as for Create and Add.
+  // The model of a state, with the factor as after Refactorize. Errors as for Create and Add.
   static absl::StatusOr<ExactModel> Restore(std::shared_ptr<kernels::Context> context,
                                             const ExactModelState& state);
 
   ExactModel(ExactModel&&) = default;
   ExactModel& operator=(ExactModel&&) = default;
 
-  // inputs: N x D, finite; labels: N, in [0, 1]. InvalidArgument, naming row and value, otherwise;
-  // FailedPrecondition where no jitter up to the ladder's end makes the matrix positive definite.
-  // Unchanged after an error. N = 0 is no change.
+  // inputs: N x D, finite; labels: N, in [0, 1]; otherwise InvalidArgument with row and value.
+  // FailedPrecondition if the matrix is not positive definite with the largest jitter. Unchanged
+  // after an error. N = 0 is no change.
   absl::Status Add(kernels::ConstMatrixView<double> inputs, absl::Span<const double> labels,
                    int64_t frame);
   absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                    int64_t frame);
-  // The same for regression: any finite targets y instead of labels.
+  // The same for regression, with any finite targets y instead of labels.
   absl::Status AddTargets(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
                           int64_t frame) {
     return AddObservations({inputs, targets}, frame);
   }
-  // Of several outputs, with noise by point. The number of outputs is that of the points there are.
+  // For several outputs, with noise by point. The number of outputs must be that of the model's
+  // points.
   absl::Status AddObservations(const Observations& added, int64_t frame);
 
-  // rows: indices in [0, size()), strictly increasing. InvalidArgument, unchanged, otherwise.
+  // rows: indices in [0, size()), strictly increasing; otherwise InvalidArgument, unchanged.
   absl::Status Remove(absl::Span<const int64_t> rows);
 
-  // New targets for the points there are, n x k, finite; the factor stays. InvalidArgument,
-  // unchanged, otherwise.
+  // New targets for the model's points, n x k, finite; the factor stays. Otherwise InvalidArgument,
+  // unchanged.
   absl::Status SetTargets(kernels::ConstMatrixView<double> targets);
 
   // Rebuilds the factor. Unchanged after an error (same conditions as Create and Add). The input
-  // dimension cannot change once there are points.
+  // dimension cannot change while there are points.
   absl::Status SetHyperparameters(const Hyperparameters& hyperparameters);
 
   // Rebuilds the factor from the points: its bits then depend on points and hyperparameters alone,
-  // not on the history. A run continued from a checkpoint and the run that wrote it are the same
-  // after this.
+  // not on the history. Afterwards a run that continues from a checkpoint agrees with the run that
+  // wrote it.
   absl::Status Refactorize();
 
   ExactModelState State() const;
@@ -150,12 +152,12 @@ class ExactModel {
   int64_t input_dimension() const { return hyperparameters_.covariance.input_dimension(); }
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
   const std::shared_ptr<kernels::Context>& context() const { return context_; }
-  // Added to sigma_n^2 on the diagonal; 0 unless a pivot was refused.
+  // added to sigma_n^2 on the diagonal; 0 unless a pivot was refused.
   double jitter() const { return jitter_; }
 
   // Views are valid until the next change.
   kernels::ConstMatrixView<double> inputs() const { return points_.view(input_dimension()); }
-  absl::Span<const double> targets() const { return points_.targets; }  // n x k; of labels 2 p - 1
+  absl::Span<const double> targets() const { return points_.targets; }  // n x k; for labels 2 p - 1
   int64_t outputs() const { return points_.outputs; }                   // k
   Observations observations() const { return points_.observations(input_dimension()); }
   absl::Span<const int64_t> identities() const { return points_.identities; }  // increasing
@@ -164,11 +166,11 @@ class ExactModel {
   const RegressionWeights& weights() const { return weights_; }
   absl::Span<const double> alpha() const { return weights_.alpha; }  // n x k
 
-  // Means (EM3) at N x D points on the context's device in float32, N x k; the prior's 0 for an
-  // empty model.
+  // Means (EM3) at N x D points on the context's device in float32, N x k; for an empty model the
+  // prior's 0.
   absl::StatusOr<std::vector<float>> PredictMean(kernels::ConstMatrixView<float> points) const;
   // The mean at the model's own points, n x k, in float64 and without covariances: y - (sigma_n^2 +
-  // v + jitter) alpha; y itself where the mean's coefficients are not determined.
+  // v + jitter) alpha; y itself if the mean's coefficients are not determined.
   std::vector<double> PredictOwnMean() const;
   // (EM3) at N x D points, in float64.
   absl::StatusOr<Prediction> Predict(kernels::ConstMatrixView<double> points,
@@ -177,7 +179,7 @@ class ExactModel {
   // (EM4) at M x D points, in float64. Cost: M n^2 + M^2 n flops; memory: M n + M^2 values.
   absl::StatusOr<JointPrediction> PredictJoint(kernels::ConstMatrixView<double> points) const;
   // Samples from the joint distribution of f, or y, at M x D points (gp/linalg/normal_samples.h):
-  // from the posterior, or from the prior where the model is empty.
+  // from the posterior, or from the prior if the model is empty.
   absl::StatusOr<NormalSamples> Sample(kernels::ConstMatrixView<double> points,
                                        const SampleOptions& options) const;
 
@@ -185,22 +187,22 @@ class ExactModel {
   absl::StatusOr<InputGradients> PredictGradients(kernels::ConstMatrixView<double> points,
                                                   PredictWhat what) const;
 
-  // (W5) of gp/model/regression_weights.h, the sum over outputs; 0 for an empty model, NaN where
-  // the mean's coefficients are not determined.
+  // (W5) of gp/model/regression_weights.h, summed over outputs; 0 for an empty model, NaN if the
+  // mean's coefficients are not determined.
   double LogMarginalLikelihood() const;
 
-  // Leave-one-out predictions of rows (all where empty).
+  // Leave-one-out predictions of the rows (empty: all).
   absl::StatusOr<LeaveOneOut> PredictLeaveOneOut(absl::Span<const int64_t> rows = {}) const;
 
-  // A posterior that stays as the model is now. Needs no change of the model; costs an upload.
-  // Several outputs and mean functions cost a copy of the inputs, too.
+  // An immutable posterior of the present model. The model is unchanged; the cost is an upload, and
+  // for several outputs or mean functions also a copy of the inputs.
   absl::StatusOr<std::shared_ptr<const Posterior>> MakePosterior(
       const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {}) const;
 
  private:
   ExactModel() = default;
 
-  // What follows from points and hyperparameters.
+  // Results that follow from points and hyperparameters.
   struct Solution {
     IncrementalCholesky factor;
     double jitter = 0.0;
@@ -211,11 +213,11 @@ class ExactModel {
   // (EM6), points.rows x D.
   absl::Status VarianceGradients(kernels::ConstMatrixView<double> points,
                                  kernels::MatrixView<double> out) const;
-  // The solution for `points` with the first jitter that works: `jitter` itself, or where that was
-  // refused already the next rung of the ladder.
+  // The solution for `points` with the first jitter that works, beginning with `jitter`; `refused`:
+  // `jitter` has already been refused, so the next larger one is first.
   absl::StatusOr<Solution> Solve(const Hyperparameters& hyperparameters, const PointSet& points,
                                  double jitter, bool refused) const;
-  // Takes both: cannot fail.
+  // Takes both; cannot fail.
   void Commit(Solution solution, PointSet points);
 
   std::shared_ptr<kernels::Context> context_;

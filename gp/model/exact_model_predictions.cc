@@ -1,4 +1,4 @@
-// An ExactModel's predictions; how it changes is in exact_model.cc.
+// An ExactModel's predictions; its changes are in exact_model.cc.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -28,7 +28,7 @@ double Square(const double* values, int64_t n) {
   return sum;
 }
 
-// (EM3): means (M x k) from k*, one row for each of the points.
+// (EM3): means (M x k) from k*, one row per point.
 void MeansOf(const RegressionWeights& weights, ConstMatrixView<double> points,
              ConstMatrixView<double> k, double* means) {
   kernels::ParallelFor(points.rows, 2.0 * k.rows * k.cols * weights.outputs, [&](int64_t i) {
@@ -38,7 +38,7 @@ void MeansOf(const RegressionWeights& weights, ConstMatrixView<double> points,
   });
 }
 
-// M^-1 r of (W4), one row for each of the points.
+// M^-1 r of (W4), one row per point.
 AlignedMatrix ReducedBases(const RegressionWeights& weights, ConstMatrixView<double> points,
                            ConstMatrixView<double> k) {
   AlignedMatrix reduced(points.rows, weights.basis);
@@ -202,7 +202,7 @@ absl::Status ExactModel::VarianceGradients(ConstMatrixView<double> points,
   }
   SolveLower(factor_.Factor(), columns.view());
   SolveLowerTransposed(factor_.Factor(), columns.view());
-  Transpose(columns.view(), rows.view());  // K_y^-1 k*, a row for each point
+  Transpose(columns.view(), rows.view());  // K_y^-1 k*, one row per point
   for (int64_t i = 0; i < points.rows; ++i) {
     for (int64_t j = 0; j < n; ++j) {
       for (int64_t p = 0; p < q; ++p) {

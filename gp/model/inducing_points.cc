@@ -21,8 +21,8 @@ using kernels::MatrixView;
 constexpr double kRelativeTolerance = 1e-8;
 constexpr int kLloydIterations = 10;
 constexpr int64_t kRowsPerTask = 512;
-// Up to so many points their whole matrix is made at once, 32 MiB at most: one operation on the
-// device instead of one for each column, of which each would wait for whatever else runs there.
+// Up to this number of points their whole matrix is computed at once, 32 MiB at most: one operation
+// on the device instead of one per column, each of which would wait for other work there.
 constexpr int64_t kWholeMatrixPoints = 2048;
 
 std::vector<double> Gather(ConstMatrixView<double> x, const std::vector<int64_t>& rows) {

@@ -1,4 +1,4 @@
-// What every model checks before it takes a device, hyperparameters or labelled points.
+// Checks that all models share, of context, hyperparameters and labelled points.
 #ifndef EGOSIEVE_GP_MODEL_MODEL_CHECKS_H_
 #define EGOSIEVE_GP_MODEL_MODEL_CHECKS_H_
 
@@ -12,20 +12,20 @@
 
 namespace egosieve::gp {
 
-// InvalidArgument where there is no context or the hyperparameters are not valid.
+// InvalidArgument if there is no context or the hyperparameters are invalid.
 absl::Status CheckSetUp(const kernels::Context* context, const Hyperparameters& hyperparameters);
 
-// InvalidArgument unless the hyperparameters are valid and fit the `size` points of `dimension`
-// inputs that a model holds.
+// InvalidArgument unless the hyperparameters are valid and fit a model with `size` points of
+// `dimension` inputs.
 absl::Status CheckReplacement(const Hyperparameters& hyperparameters, int64_t size,
                               int64_t dimension);
 
-// InvalidArgument unless the observations are valid and, where there are points, of as many outputs
-// as these.
+// InvalidArgument unless the observations are valid and have as many outputs as the model's points,
+// if there are any.
 absl::Status CheckAddition(const Observations& added, const PointSet& points, int64_t dimension);
 
-// Gives the points new targets. InvalidArgument, unchanged, unless there are as many and of as many
-// outputs as before, all finite.
+// Replaces the targets of the points. InvalidArgument, unchanged, unless the numbers of points and
+// outputs are as before and all targets finite.
 absl::Status ReplaceTargets(kernels::ConstMatrixView<double> targets, int64_t dimension,
                             PointSet& points);
 

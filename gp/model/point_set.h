@@ -1,5 +1,5 @@
-// The points that a model holds: inputs, targets of one output or several, the noise of each,
-// identities and birth frames, in the order in which they came. Removal closes the gaps.
+// The points of a model: inputs, targets of one or several outputs, the noise of each point,
+// identities and birth frames, in order of arrival. Removal closes the gaps.
 #ifndef EGOSIEVE_GP_MODEL_POINT_SET_H_
 #define EGOSIEVE_GP_MODEL_POINT_SET_H_
 
@@ -14,7 +14,7 @@
 
 namespace egosieve::gp {
 
-// What is observed at some places, as models and objectives take it.
+// Observations at some places, the input of models and objectives.
 struct Observations {
   kernels::ConstMatrixView<double> inputs;   // N x D
   kernels::ConstMatrixView<double> targets;  // N x k: k outputs, which share covariance and noise
@@ -23,7 +23,7 @@ struct Observations {
   Observations(kernels::ConstMatrixView<double> inputs, kernels::ConstMatrixView<double> targets,
                absl::Span<const double> noise_variances = {})
       : inputs(inputs), targets(targets), noise_variances(noise_variances) {}
-  // Of one output.
+  // For one output.
   Observations(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
                absl::Span<const double> noise_variances = {})
       : Observations(inputs, {targets.data(), static_cast<int64_t>(targets.size()), 1},
@@ -34,8 +34,9 @@ struct Observations {
   double noise_variance(int64_t i) const {
     return noise_variances.empty() ? 0.0 : noise_variances[i];
   }
-  // InvalidArgument, naming row and value, unless the inputs are finite and of this dimension, the
-  // targets finite and as many, k at least 1, and noise variances finite and not negative.
+  // InvalidArgument, with row and value, unless the inputs are finite and of this dimension, the
+  // targets finite and of the same number, k at least 1, and noise variances finite and not
+  // negative.
   absl::Status Validate(int64_t dimension) const;
 };
 
@@ -60,28 +61,28 @@ struct PointSet {
     return noise_variances.empty() ? 0.0 : noise_variances[i];
   }
 
-  // Without points, k becomes that of the new ones; else it must be the same.
+  // Without points, k becomes that of the new points; otherwise it must be the same.
   void Append(const Observations& added, int64_t frame);
-  // rows: as CheckRows wants them.
+  // rows: as for CheckRows.
   void Remove(absl::Span<const int64_t> rows);
 
-  // InvalidArgument, naming the field, unless sizes fit, numbers are finite, noise variances not
-  // negative, and identities increasing, not negative and under next_identity.
+  // InvalidArgument, with the field, unless sizes fit, numbers are finite, noise variances not
+  // negative, and identities increasing, not negative and less than next_identity.
   absl::Status Validate(int64_t dimension) const;
 };
 
-// InvalidArgument, naming row and value, unless the inputs are finite and of this dimension.
+// InvalidArgument, with row and value, unless the inputs are finite and of this dimension.
 absl::Status CheckPoints(kernels::ConstMatrixView<double> inputs, int64_t dimension);
 // InvalidArgument unless rows are strictly increasing and in [0, size).
 absl::Status CheckRows(absl::Span<const int64_t> rows, int64_t size);
 
-// y = 2 p - 1. InvalidArgument, naming the value, unless every p is in [0, 1].
+// y = 2 p - 1. InvalidArgument, with the value, unless every p is in [0, 1].
 absl::StatusOr<std::vector<double>> TargetsOfLabels(absl::Span<const double> labels);
 
 // The same numbers in float64.
 std::vector<double> Widen(kernels::ConstMatrixView<float> inputs);
 
-// Takes the named rows (of `width` elements each; strictly increasing) out of `values`.
+// Removes the given rows (of `width` elements each; strictly increasing) from `values`.
 template <typename T>
 void EraseRows(int64_t width, absl::Span<const int64_t> rows, std::vector<T>& values) {
   const int64_t n = static_cast<int64_t>(values.size()) / width;

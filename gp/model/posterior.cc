@@ -99,7 +99,7 @@ absl::StatusOr<kernels::PosteriorCounts> Posterior::EvaluateExtended(
   const int64_t dimension = hyperparameters_.covariance.input_dimension();
   const bool wants_variance = outputs.variance != nullptr || outputs.probability != nullptr;
   const bool wants_mean = outputs.mean != nullptr || outputs.probability != nullptr;
-  // Nothing is written before all is there.
+  // Nothing is written before all results exist.
   std::vector<float> means(wants_mean ? queries.rows * weights.outputs : 0);
   std::vector<float> variances(wants_variance ? queries.rows : 0);
   kernels::PosteriorOutputs dense;

@@ -1,13 +1,13 @@
-// What a Gaussian process believes at one moment: immutable, safe to use from any number of threads
-// while the model that made it goes on learning.
+// The posterior of a Gaussian process at one moment. It is immutable and can be used from any
+// number of threads while its model continues to learn.
 //
 //   mean, variance of f, probability as in kernels/ops/dense_posterior.h    (PO1)
 //   variance of y = variance of f + sigma_n^2                               (PO2)
 //
 // Mean functions and several outputs add (W3), (W4) of gp/model/regression_weights.h. The device
-// gives k*.alpha of one output and k** - |L^-1 k*|^2 in float32; the means of several outputs and
-// the sums W^T k* come from a pass of their own over the covariances, in float64, of n (D + 10 + k
-// + q) multiply-adds a query.
+// gives k*.alpha of one output and k** - |L^-1 k*|^2 in float32. The means of several outputs and
+// the sums W^T k* need a separate pass over the covariances in float64, of n (D + 10 + k + q)
+// multiply-adds per query.
 #ifndef EGOSIEVE_GP_MODEL_POSTERIOR_H_
 #define EGOSIEVE_GP_MODEL_POSTERIOR_H_
 
@@ -27,26 +27,26 @@ namespace egosieve::gp {
 
 class Posterior {
  public:
-  // Takes what `model` describes; `model.squash_a` and `_b` are set from `squash`.
+  // The posterior of `model`; `model.squash_a` and `_b` are set from `squash`.
   static absl::StatusOr<std::shared_ptr<const Posterior>> Create(
       std::shared_ptr<kernels::Context> context, kernels::PosteriorModel model,
       const Hyperparameters& hyperparameters, const SquashParameters& squash,
       const kernels::DensePosteriorOptions& options = {});
-  // The same with weights in place of `model.alpha`. FailedPrecondition where these do not
-  // determine the mean function.
+  // The same with weights in place of `model.alpha`. FailedPrecondition if these do not determine
+  // the mean function.
   static absl::StatusOr<std::shared_ptr<const Posterior>> Create(
       std::shared_ptr<kernels::Context> context, kernels::PosteriorModel model,
       const Hyperparameters& hyperparameters, const SquashParameters& squash,
       const RegressionWeights& weights, const kernels::DensePosteriorOptions& options = {});
 
-  // (PO1): queries M x D; outputs are the caller's arrays, null where not wanted: the mean of M x k
-  // values, variance (of f) and probability of M. InvalidArgument on NaN or infinite queries,
-  // naming the row, and for the probability of several outputs; nothing is written then.
+  // (PO1): queries M x D; outputs are the caller's arrays, null if not wanted: the mean of M x k
+  // values, variance (of f) and probability of M. InvalidArgument for NaN or infinite queries, with
+  // the row, and for the probability of several outputs; then nothing is written.
   absl::StatusOr<kernels::PosteriorCounts> Evaluate(kernels::ConstMatrixView<float> queries,
                                                     const kernels::PosteriorOutputs& outputs) const;
 
   // (PO1) on the caller's queue, as in kernels/ops/dense_posterior.h. FailedPrecondition for
-  // several outputs and mean functions, which need the host.
+  // several outputs and for mean functions, which need the host.
   absl::StatusOr<cl_event> Enqueue(const kernels::DeviceQueries& queries,
                                    const kernels::DeviceOutputs& outputs,
                                    const kernels::DeviceCall& call) const;
@@ -57,11 +57,11 @@ class Posterior {
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
   const SquashParameters& squash() const { return squash_; }
   int64_t outputs() const { return extension_ == nullptr ? 1 : extension_->weights.outputs; }  // k
-  int64_t size() const { return size_; }  // points (or inducing points) behind it
+  int64_t size() const { return size_; }  // number of points (or inducing points)
   std::string description() const { return dense_->description(); }
 
  private:
-  // Of models with several outputs or a mean function.
+  // For models with several outputs or a mean function.
   struct Extension {
     std::vector<double> inputs;  // n x D
     RegressionWeights weights;
@@ -74,7 +74,8 @@ class Posterior {
       const Hyperparameters& hyperparameters, const SquashParameters& squash,
       const kernels::DensePosteriorOptions& options);
 
-  // The float64 pass: means of all outputs (M x k), and what |M^-1 r|^2 adds to the variances (M).
+  // The float64 pass: means of all outputs (M x k), and the variances' additional term |M^-1 r|^2
+  // (M).
   absl::Status EvaluateExtension(kernels::ConstMatrixView<float> queries, float* means,
                                  double* added_variances) const;
   absl::StatusOr<kernels::PosteriorCounts> EvaluateExtended(

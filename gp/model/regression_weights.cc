@@ -25,7 +25,7 @@ std::vector<double> Copy(ConstMatrixView<double> m) {
   return values;
 }
 
-// a^T b, the rows of a and b being points.
+// a^T b; the rows of a and b are points.
 std::vector<double> TransposedProduct(const std::vector<double>& a, int64_t columns,
                                       ConstMatrixView<double> b) {
   std::vector<double> out(columns * b.cols, 0.0);
@@ -111,7 +111,7 @@ RegressionWeights SolveWeights(ConstMatrixView<double> factor, MeanFunction mean
     weights.information =
         TransposedProduct(weights.basis_weights, q, {basis.data(), n, q});  // (W1)
     const MatrixView<double> m(weights.information.data(), q, q);
-    // Columns of K_y^-1 H that depend on each other leave rounding of the size of n eps in a pivot.
+    // Dependent columns of K_y^-1 H leave a pivot of the size of rounding, n eps.
     weights.determined = FactorizeInParallel(m, PivotFloors(m, n, 10.0)) < 0;
     if (!weights.determined) {
       weights.alpha.clear();

@@ -1,4 +1,4 @@
-// What a factor of K_y makes of targets: the weights that every prediction starts from.
+// The weights that every prediction starts from, computed from a factor of K_y and targets.
 //
 //   H (n x q): rows h(x_i) of the mean function;  Y (n x k): the targets of k outputs
 //   W = K_y^-1 H,   A = H^T W = M M^T                                                        (W1)
@@ -7,12 +7,12 @@
 //   variance(x) = k** - |L^-1 k*|^2 + |M^-1 r|^2,   r = h(x) - W^T k*                        (W4)
 //   log p(y) = -1/2 y.alpha - sum_i log L_ii - sum_j log M_jj - (n - q) / 2 log 2 pi         (W5)
 //
-// With the zero mean (q = 0) these are R & W's 2.25 to 2.30. (W5) is of one output; k outputs have
-// the sum of theirs, for they are independent given the hyperparameters. With a mean function it is
-// the likelihood of what the data say apart from its coefficients (restricted likelihood).
+// With the zero mean (q = 0) these are R & W's 2.25 to 2.30. (W5) is for one output; for k outputs
+// the values are added, since outputs are independent given the hyperparameters. With a mean
+// function it is the restricted likelihood, which does not depend on the mean's coefficients.
 //
 // Cost: 2 (k + q) n^2 flops, twice the first for q > 0. Reference: Rasmussen & Williams (2006), 2.7
-// (eqs. 2.41, 2.42, 2.45 where B^-1 and b go to 0).
+// (eqs. 2.41, 2.42, 2.45 in the limit of B^-1 and b to 0).
 #ifndef EGOSIEVE_GP_MODEL_REGRESSION_WEIGHTS_H_
 #define EGOSIEVE_GP_MODEL_REGRESSION_WEIGHTS_H_
 
@@ -34,24 +34,24 @@ struct RegressionWeights {
   std::vector<double> coefficients;   // B, q x k
   std::vector<double> basis_weights;  // W, n x q
   std::vector<double> information;    // M, q x q, lower
-  // False where the points do not determine B: fewer than q, or on a line or plane. Only W and the
-  // sizes are there then.
+  // False if the points do not determine B: fewer than q, or on a line or plane. Then only W and
+  // the sizes are set.
   bool determined = true;
 
-  // FailedPrecondition where B is not determined.
+  // FailedPrecondition if B is not determined.
   absl::Status CheckDetermined() const;
 
-  // B^T h(x), added to `means` (k values).
+  // Adds B^T h(x) to `means` (k values).
   template <typename Input>
   void AddMeanFunction(int64_t dimension, const Input* x, double* means) const;
 
-  // r := M^-1 r (q values); returns its square, 0 for q = 0.
+  // r := M^-1 r (q values); returns its squared norm, 0 for q = 0.
   double SolveInformation(double* r) const;
-  // M^-1 r(x) in `r`, where `sums` holds W^T k*; returns its square.
+  // Writes M^-1 r(x) to `r`, where `sums` holds W^T k*; returns its squared norm.
   template <typename Input>
   double ReducedBasis(int64_t dimension, const Input* x, const double* sums, double* r) const;
 
-  // Rows M^-1 w_i, n x q: W A^-1 W^T is their product with its transpose.
+  // Rows M^-1 w_i, n x q: their product with their transpose is W A^-1 W^T.
   std::vector<double> ReducedRows() const;
 
   // sum_j log M_jj.

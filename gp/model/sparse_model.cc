@@ -119,7 +119,7 @@ absl::Status SparseModel::Remove(absl::Span<const int64_t> rows) {
   AlignedMatrix v(k, m);
   std::vector<double> lambda;
   std::vector<double> weights(m, 0.0);
-  int64_t kept = 0;  // the first row of a stretch that stays
+  int64_t kept = 0;  // the first row of a range of kept rows
   const auto add_stretch = [&](int64_t end) {
     AddTargetTerms(solution_.projections.data() + kept * m, solution_.lambda.data() + kept,
                    points_.targets.data() + kept, end - kept, weights);
@@ -152,7 +152,7 @@ bool SparseModel::RefreshIfStale(int64_t changed, PointSet& points) {
   if (!(static_cast<double>(changes_ + changed) > limit)) return false;
   absl::StatusOr<SparseSolution> solution =
       ChooseAndSolveSparse(*context_, options_, hyperparameters_, points);
-  // The old inducing inputs serve on where new ones cannot be had.
+  // If new inducing inputs cannot be computed, the old ones stay in use.
   if (!solution.ok()) return false;
   solution_ = *std::move(solution);
   points_ = std::move(points);

@@ -1,5 +1,5 @@
-// Gaussian process regression through m inducing inputs u: for models whose exact posterior costs
-// too much. Three approximations of Quinonero-Candela & Rasmussen (2005), "A unifying view of
+// Gaussian process regression with m inducing inputs u, for models whose exact posterior is too
+// expensive. Three approximations of Quinonero-Candela & Rasmussen (2005), "A unifying view of
 // sparse approximate Gaussian process regression":
 //
 //   v, lambda, A, c                   (SP1) to (SP3) of gp/model/sparse_solution.h
@@ -11,21 +11,22 @@
 //   cov(x, x') = k(x, x') - v(x).v(x') + (L_A^-1 v(x)).(L_A^-1 v(x'));                       (SP7)
 //                the subset of regressors has the last term alone
 //
-// A point enters or leaves through its own term of (SP3): m^2 flops, and m^3 / 3 for L_A once per
-// batch. The inducing inputs are chosen again (n m^2) when a share of the points has changed or the
-// hyperparameters have; A is then summed afresh, which also ends the rounding that removals leave.
+// Adding or removing a point changes one term of (SP3): m^2 flops, and m^3 / 3 for L_A once per
+// batch. The inducing inputs are chosen anew (n m^2) when a given share of the points or the
+// hyperparameters have changed. A is then summed anew, which also removes the rounding errors of
+// earlier removals.
 //
-// Where K_uu's factorisation refuses a pivot, the jitter climbs by tens to 1e-4 sigma_f^2, from at
-// least 1e-10 sigma_f^2 on; jitter() reports it. A change that fails leaves the model as it was,
-// also where memory runs out (std::bad_alloc).
+// If K_uu's factorisation refuses a pivot, the jitter increases by factors of ten to 1e-4
+// sigma_f^2, from at least 1e-10 sigma_f^2 on; jitter() reports it. A change that fails leaves the
+// model as it was, also if memory is exhausted (std::bad_alloc).
 //
-// The posterior on a device takes (SP5) as k** - |R k_u|^2 with R^T R = L^-T (I - A^-1) L^-1, R
+// On a device the posterior evaluates (SP5) as k** - |R k_u|^2 with R^T R = L^-T (I - A^-1) L^-1, R
 // lower triangular.
 //
-// One output and the zero mean: other points are InvalidArgument, other mean functions
-// Unimplemented.
+// Only one output and the zero mean are supported: points with more outputs are InvalidArgument,
+// other mean functions Unimplemented.
 //
-// Not thread-safe; MakePosterior gives what is.
+// Not thread-safe; the posteriors of MakePosterior are.
 #ifndef EGOSIEVE_GP_MODEL_SPARSE_MODEL_H_
 #define EGOSIEVE_GP_MODEL_SPARSE_MODEL_H_
 
@@ -50,12 +51,12 @@ namespace egosieve::gp {
 
 class SparseModel {
  public:
-  // InvalidArgument on a null context, invalid hyperparameters or options.
+  // InvalidArgument for a null context, invalid hyperparameters or options.
   static absl::StatusOr<SparseModel> Create(std::shared_ptr<kernels::Context> context,
                                             const Hyperparameters& hyperparameters,
                                             const SparseModelOptions& options = {});
 
-  // A model from the points and hyperparameters of any model, as it is after Refresh.
+  // A model from the points and hyperparameters of any model, as after Refresh.
   static absl::StatusOr<SparseModel> Restore(std::shared_ptr<kernels::Context> context,
                                              const ExactModelState& state,
                                              const SparseModelOptions& options = {});
@@ -63,7 +64,8 @@ class SparseModel {
   SparseModel(SparseModel&&) = default;
   SparseModel& operator=(SparseModel&&) = default;
 
-  // As ExactModel's, errors included. The two share no base class: callers hold a std::variant.
+  // As ExactModel's, including errors. The two have no common base class: callers hold a
+  // std::variant.
   absl::Status Add(kernels::ConstMatrixView<double> inputs, absl::Span<const double> labels,
                    int64_t frame);
   absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
@@ -76,14 +78,14 @@ class SparseModel {
   absl::Status Remove(absl::Span<const int64_t> rows);
   absl::Status SetHyperparameters(const Hyperparameters& hyperparameters);
 
-  // Takes these inducing inputs (m x D) until the next refresh.
+  // Uses these inducing inputs (m x D) until the next refresh.
   absl::Status SetInducingInputs(kernels::ConstMatrixView<double> inputs);
-  // Chooses the inducing inputs and computes all sums again: the state then depends on the points
+  // Chooses the inducing inputs and computes all sums anew: the state then depends on the points
   // and hyperparameters alone.
   absl::Status Refresh();
 
-  // What Restore takes; gp/io/model_file.h stores it. A run that calls Refresh when it writes, and
-  // one that goes on from the state, do the same to the last bit.
+  // The argument of Restore; gp/io/model_file.h stores it. If a run calls Refresh when it writes,
+  // it continues with the same bits as a run that starts from the state.
   ExactModelState State() const { return {hyperparameters_, points_}; }
 
   int64_t size() const { return points_.size(); }
@@ -109,11 +111,11 @@ class SparseModel {
   absl::StatusOr<JointPrediction> PredictJoint(kernels::ConstMatrixView<double> points) const;
   absl::StatusOr<NormalSamples> Sample(kernels::ConstMatrixView<double> points,
                                        const SampleOptions& options) const;
-  // By the inputs, at M x D points in float64, as ExactModel's: M m D flops, and 4 M m^2 for the
-  // variance.
+  // Gradients with respect to the inputs, at M x D points in float64, as ExactModel's: M m D flops,
+  // and 4 M m^2 for the variance.
   absl::StatusOr<InputGradients> PredictGradients(kernels::ConstMatrixView<double> points,
                                                   PredictWhat what) const;
-  // The mean at the model's own points, from what is at hand.
+  // The mean at the model's own points, from stored values.
   std::vector<double> PredictOwnMean() const;
   // (SP6); 0 for an empty model.
   double LogMarginalLikelihood() const;
@@ -121,28 +123,29 @@ class SparseModel {
   // Lambda, inverted by (SP3): n m^2 flops.
   LeaveOneOut PredictLeaveOneOut() const;
 
-  // Unimplemented for the subset of regressors, whose variance no device form has: DTC has its
-  // mean.
+  // Unimplemented for the subset of regressors, whose variance has no form for devices; DTC has the
+  // same mean.
   absl::StatusOr<std::shared_ptr<const Posterior>> MakePosterior(
       const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {}) const;
 
  private:
   SparseModel() = default;
 
-  // Made once for a solution: m^3 flops.
+  // Computed once per solution: m^3 flops.
   absl::StatusOr<std::shared_ptr<const SparsePosteriorForm>> PosteriorForm() const;
-  // The variance is (SP4)'s own, which vanishes where no inducing input is near.
+  // Whether the variance is that of the subset of regressors, which vanishes far from the inducing
+  // inputs.
   bool IsDegenerate() const {
     return options_.approximation == SparseApproximation::kSubsetOfRegressors && size() > 0;
   }
-  // L^-T A^-1 c: the mean is k_u(x).of them.
+  // L^-T A^-1 c: the mean is their dot product with k_u(x).
   std::vector<double> MeanCoefficients() const;
   // points.rows x D.
   absl::Status VarianceGradients(kernels::ConstMatrixView<double> points,
                                  kernels::MatrixView<double> out) const;
 
-  // Takes the inducing inputs anew for `points`, the model's own after `changed` of them came or
-  // went, where so many have that they should be. False where not, or where that fails.
+  // Chooses new inducing inputs for `points`, the model's points after `changed` of them were added
+  // or removed, if enough have changed. Returns false if not, or if the choice fails.
   bool RefreshIfStale(int64_t changed, PointSet& points);
 
   std::shared_ptr<kernels::Context> context_;

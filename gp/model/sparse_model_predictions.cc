@@ -1,4 +1,4 @@
-// A SparseModel's predictions; how it changes is in sparse_model.cc.
+// A SparseModel's predictions; its changes are in sparse_model.cc.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -20,7 +20,7 @@ using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
 constexpr int64_t kPredictionTile = 512;
-constexpr double kReverseJitter = 1e-13;  // of I - A^-1's unit scale; see ReverseFactor
+constexpr double kReverseJitter = 1e-13;  // on the unit scale of I - A^-1; see ReverseFactor
 
 double Dot(const double* a, const double* b, int64_t n) {
   double sum = 0.0;
@@ -31,9 +31,9 @@ double Dot(const double* a, const double* b, int64_t n) {
 double Square(const double* row, int64_t n) { return Dot(row, row, n); }
 
 // C lower triangular with C^T C = S, S symmetric, lower triangle read: the Cholesky factorisation
-// of S with rows and columns reversed. S = I - A^-1 has eigenvalues in [0, 1), those of directions
-// that the data say nothing about being 0; a jitter of some hundred eps keeps the pivots positive
-// and changes a variance by as much, relative to the prior's.
+// of S with rows and columns reversed. S = I - A^-1 has eigenvalues in [0, 1); directions without
+// data have 0. A jitter of some hundred eps keeps the pivots positive and changes a variance by as
+// much, relative to the prior's.
 bool ReverseFactor(MatrixView<double> s) {
   const int64_t m = s.rows;
   AlignedMatrix reversed(m, m);
@@ -204,7 +204,7 @@ double SparseModel::LogMarginalLikelihood() const {
 }
 
 LeaveOneOut SparseModel::PredictLeaveOneOut() const {
-  // (Q + Lambda)^-1 = Lambda^-1 - Lambda^-1 V A^-1 V^T Lambda^-1, V's rows being v_i.
+  // (Q + Lambda)^-1 = Lambda^-1 - Lambda^-1 V A^-1 V^T Lambda^-1; the rows of V are v_i.
   LeaveOneOut result;
   result.noise_variances = points_.noise_variances;
   const int64_t n = size(), m = inducing_size();

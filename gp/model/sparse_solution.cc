@@ -37,7 +37,7 @@ void SetIdentity(MatrixView<double> a) {
   }
 }
 
-// K_uu's factor, with the first jitter that works.
+// Factor of K_uu with the first jitter that works.
 absl::Status FactorizeInducing(kernels::Context& context, const SparseModelOptions& options,
                                const Hyperparameters& hyperparameters, SparseSolution& solution) {
   const int64_t dimension = hyperparameters.covariance.input_dimension();

@@ -1,13 +1,13 @@
-// What a sparse model computes from its points: the projections on m inducing inputs u and the sums
-// over them.
+// The quantities that a sparse model computes from its points: projections on m inducing inputs u,
+// and sums over them.
 //
 //   L L^T = K_uu + jitter I,  v_i = L^-1 k_u(x_i),  q_ii = |v_i|^2                           (SP1)
 //   lambda_i = sigma_n^2 + nu_i                 subset of regressors, DTC (the same training)
 //   lambda_i = sigma_n^2 + nu_i + k_ii - q_ii   FITC; nu_i: the point's own noise variance    (SP2)
 //   A = I + sum_i v_i v_i^T / lambda_i,  c = sum_i v_i y_i / lambda_i                        (SP3)
 //
-// Where K_uu's factorisation refuses a pivot, the jitter climbs by tens to 1e-4 sigma_f^2, from at
-// least 1e-10 sigma_f^2 on.
+// If K_uu's factorisation refuses a pivot, the jitter increases by factors of ten to 1e-4
+// sigma_f^2, from at least 1e-10 sigma_f^2 on.
 //
 // Reference: Quinonero-Candela & Rasmussen (2005), "A unifying view of sparse approximate Gaussian
 // process regression".
@@ -42,7 +42,7 @@ struct SparseModelOptions {
   absl::Status Validate() const;
 };
 
-// What a posterior holds besides its squash: R of sparse_model.h, and the mean's coefficients
+// The parts of a posterior without its squash: R of sparse_model.h, and the mean's coefficients
 // L^-T A^-1 c.
 struct SparsePosteriorForm {
   AlignedMatrix root;
@@ -58,13 +58,13 @@ struct SparseSolution {
   AlignedMatrix sum;                    // A, m x m, lower triangle
   AlignedMatrix sum_factor;             // L_A, m x m
   std::vector<double> weights;          // A^-1 c, m
-  // Of the above; null before it is asked for.
+  // For the above; null before the first request.
   mutable std::shared_ptr<const SparsePosteriorForm> posterior_form;
 
   int64_t inducing_size() const { return factor.rows(); }
 };
 
-// FailedPrecondition where no jitter up to the ladder's end makes K_uu positive definite.
+// FailedPrecondition if K_uu is not positive definite with the largest jitter.
 absl::StatusOr<SparseSolution> SolveSparse(kernels::Context& context,
                                            const SparseModelOptions& options,
                                            const Hyperparameters& hyperparameters,
@@ -76,22 +76,22 @@ absl::StatusOr<SparseSolution> ChooseAndSolveSparse(kernels::Context& context,
                                                     const Hyperparameters& hyperparameters,
                                                     const PointSet& points);
 
-// (SP1), (SP2) for points of these noise variances (empty: all 0): rows of v (inputs.rows x m) and
-// their lambdas.
+// (SP1), (SP2) for points with these noise variances (empty: all 0): rows of v (inputs.rows x m)
+// and their lambdas.
 absl::Status ProjectPoints(kernels::Context& context, const SparseModelOptions& options,
                            const Hyperparameters& hyperparameters, const SparseSolution& solution,
                            kernels::ConstMatrixView<double> inputs,
                            absl::Span<const double> noise_variances, AlignedMatrix& v,
                            std::vector<double>& lambda);
 
-// A += sign sum_i v_i v_i^T / lambda_i, the lower triangle's tiles. v: k x m.
+// A += sign sum_i v_i v_i^T / lambda_i, in the tiles of the lower triangle. v: k x m.
 void AddTerms(kernels::ConstMatrixView<double> v, const double* lambda, double sign,
               kernels::MatrixView<double> a);
 // c += sum_i v_i y_i / lambda_i over `count` points, v packed.
 void AddTargetTerms(const double* v, const double* lambda, const double* targets, int64_t count,
                     std::vector<double>& c);
-// L_A from A's lower triangle. Its eigenvalues are at least 1, so that this can only fail
-// (Internal) on what is not a number and on what removals have left of it.
+// L_A from A's lower triangle. Its eigenvalues are at least 1. So this can only fail (Internal)
+// with NaN values or with the rounding errors of removals.
 absl::StatusOr<AlignedMatrix> FactorOfSum(const AlignedMatrix& sum);
 // c := A^-1 c.
 void SolveSum(const AlignedMatrix& sum_factor, std::vector<double>& c);

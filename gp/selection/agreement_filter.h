@@ -1,10 +1,11 @@
-// Novelty and consistency: does the model agree with the labels? (paper, section IV-E, steps 2, 3)
+// Filters for novelty and consistency: does the model agree with the labels? (paper, section IV-E,
+// steps 2, 3)
 //
 //   agrees(i)  :=  (q_i >= 1/2) == (p_i >= 1/2)                                             (G1)
 //
-// p_i is the point's label and q_i what the model says of it: a probability, or (mean + 1) / 2.
-// Novelty keeps new points that the model gets wrong (all of them where the model is empty: the
-// caller then has no q). Consistency keeps the model's points that it gets right.
+// p_i is the point's label and q_i the model's prediction: a probability, or (mean + 1) / 2.
+// Novelty keeps new points that the model classifies wrongly (all of them for an empty model: the
+// caller then has no q). Consistency keeps the model's points that it classifies correctly.
 #ifndef EGOSIEVE_GP_SELECTION_AGREEMENT_FILTER_H_
 #define EGOSIEVE_GP_SELECTION_AGREEMENT_FILTER_H_
 
@@ -22,12 +23,12 @@ struct AgreementOptions {
   double undecided_band = 0.0;
 };
 
-// Step 2: rows of points that the model gets wrong or is undecided about, increasing.
+// Step 2: rows of points that the model classifies wrongly or is undecided about, increasing.
 absl::StatusOr<std::vector<int64_t>> FilterByNovelty(absl::Span<const double> labels,
                                                      absl::Span<const float> predictions,
                                                      const AgreementOptions& options = {});
 
-// Step 3: rows of points that the model gets right or is undecided about, increasing.
+// Step 3: rows of points that the model classifies correctly or is undecided about, increasing.
 absl::StatusOr<std::vector<int64_t>> FilterByConsistency(absl::Span<const double> labels,
                                                          absl::Span<const float> predictions,
                                                          const AgreementOptions& options = {});

@@ -1,13 +1,14 @@
-// The hard limit on a model's size, aware of age and of the balance of the classes.
+// Enforces the limit on a model's size, with regard to age and the balance of the classes.
 //
-// Of n points, those older than `maximum_age_frames` go first, and those whose label is 1/2 or more
-// and that are older than `maximum_dynamic_age_frames`: what moves is no longer where it was. Of
-// the rest, n - budget go, oldest first; but the rarer class is not cut below
+// Of n points, those older than `maximum_age_frames` are dropped first, and those with a label of
+// 1/2 or more that are older than `maximum_dynamic_age_frames`, since a mover has left its old
+// place. Of the remaining points n - budget are dropped, oldest first; but the rarer class is not
+// reduced below
 //
 //   protected = min(its size, floor(rare_class_share * budget)),                         (BU1)
 //
-// so that ten static points for each dynamic one do not push the dynamic ones out. Ties of age
-// are broken by `rank`: the smaller goes first.
+// so that ten static points for each dynamic one do not displace the dynamic ones. `rank` breaks
+// ties of age: the smaller is dropped first.
 #ifndef EGOSIEVE_GP_SELECTION_BUDGET_H_
 #define EGOSIEVE_GP_SELECTION_BUDGET_H_
 
@@ -37,7 +38,7 @@ struct BudgetDecision {
 };
 
 // labels: N in [0, 1]; birth_frames: N; frame: the present one; rank: N values that break ties of
-// age, or empty for the rows' order.
+// age; empty: the order of the rows.
 absl::StatusOr<BudgetDecision> EnforceBudget(absl::Span<const double> labels,
                                              absl::Span<const int64_t> birth_frames, int64_t frame,
                                              const BudgetOptions& options = {},

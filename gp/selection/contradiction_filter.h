@@ -1,12 +1,12 @@
-// Drops points of the model that what is seen now contradicts.
+// Drops points of the model that newer points contradict.
 //
-//   A point is dropped where the nearest of the newer points is closer than r and has its label
-//   on the other side of 1/2.                                                              (CF1)
+//   A point is dropped if the nearest of the newer points is closer than r and has its label on
+//   the other side of 1/2.                                                                 (CF1)
 //
-// Inputs name places in the image, and what moves leaves its place: old points say of it that it is
-// where it was, and of where it is now that nothing moves. Measured against the labels themselves,
-// and not against the model's prediction (consistency, agreement_filter.h), which lags behind them.
-// Cost: m log n for m points against n newer ones.
+// The inputs contain places in the image, and a mover leaves its place. Old points then claim
+// motion at its old place, and a static scene at its new one. The comparison is with the newer
+// labels, not with the model's prediction (consistency, agreement_filter.h), which lags behind
+// them. Cost: m log n for m points against n newer ones.
 #ifndef EGOSIEVE_GP_SELECTION_CONTRADICTION_FILTER_H_
 #define EGOSIEVE_GP_SELECTION_CONTRADICTION_FILTER_H_
 
@@ -20,8 +20,8 @@
 namespace egosieve::gp {
 
 // inputs: m x D, labels: m; newer_inputs: n x D, newer_labels: n; labels in [0, 1]. Returns the
-// kept rows of `inputs`, increasing: all of them for radius 0. InvalidArgument on NaN, sizes or a
-// negative radius.
+// kept rows of `inputs`, increasing: all of them for radius 0. InvalidArgument for NaN, wrong sizes
+// or a negative radius.
 absl::StatusOr<std::vector<int64_t>> FilterByContradiction(
     kernels::ConstMatrixView<double> inputs, absl::Span<const double> labels,
     kernels::ConstMatrixView<float> newer_inputs, absl::Span<const double> newer_labels,

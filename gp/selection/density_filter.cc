@@ -29,8 +29,9 @@ absl::Status Check(ConstMatrixView<T> inputs, absl::Span<const double> labels,
   return absl::OkStatus();
 }
 
-// What the tree finds around row i drops rows of i's side. A point kept earlier would have dropped
-// i were they close and of one side: all that are found come later.
+// Drops the rows that the tree finds around row i, if they are of i's side. An earlier kept point
+// that is close and of the same side would have dropped i, so all these rows come later in the
+// order.
 class Dropper {
  public:
   using DistanceType = double;

@@ -1,12 +1,12 @@
-// Thins points that say the same thing (paper, section IV-E, steps 1 and 4).
+// Thins points that carry the same information (paper, section IV-E, steps 1 and 4).
 //
-//   A point is dropped where a point kept before it lies closer than r and has its label on the
-//   same side of 1/2.                                                                     (DF1)
+//   A point is dropped if an earlier kept point is closer than r and has its label on the same
+//   side of 1/2.                                                                          (DF1)
 //
-// Points are taken in the caller's order of preference, so which one of a cluster stays is the
-// caller's choice (for a model: the newest, say). Every dropped point has a kept one of its side
-// within r; kept points of one side are at least r apart. Neighbours come from a k-d tree: about
-// n log n for moderate r.
+// Points are taken in the caller's order of preference, which decides which point of a cluster
+// stays (for a model, for example, the newest). Every dropped point has a kept point of its side
+// within r; kept points of one side are at least r apart. Neighbours come from a k-d tree: about n
+// log n for moderate r.
 #ifndef EGOSIEVE_GP_SELECTION_DENSITY_FILTER_H_
 #define EGOSIEVE_GP_SELECTION_DENSITY_FILTER_H_
 
@@ -24,7 +24,8 @@ struct DensityFilterOptions {
 };
 
 // inputs: N x D; labels: N, in [0, 1]; order: a permutation of 0..N-1, first is preferred; empty:
-// as they come. Returns the kept rows, increasing. InvalidArgument on NaN, sizes or r < 0.
+// the order of the rows. Returns the kept rows, increasing. InvalidArgument for NaN, wrong sizes or
+// r < 0.
 absl::StatusOr<std::vector<int64_t>> FilterByDensity(kernels::ConstMatrixView<double> inputs,
                                                      absl::Span<const double> labels,
                                                      const DensityFilterOptions& options,

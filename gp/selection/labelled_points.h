@@ -1,4 +1,4 @@
-// What the filters that compare places share: a k-d tree's view of rows, and the checks.
+// Common parts of the filters that compare places: a k-d tree's view of rows, and checks.
 #ifndef EGOSIEVE_GP_SELECTION_LABELLED_POINTS_H_
 #define EGOSIEVE_GP_SELECTION_LABELLED_POINTS_H_
 
@@ -30,8 +30,8 @@ template <typename T>
 using PointTree = nanoflann::KDTreeSingleIndexAdaptor<
     nanoflann::L2_Simple_Adaptor<double, PointCloud<T>, double, size_t>, PointCloud<T>, -1, size_t>;
 
-// InvalidArgument, naming the value, unless there is a label in [0, 1] for each row, the inputs are
-// finite, and so is the radius, which is not negative.
+// InvalidArgument, with the value, unless there is a label in [0, 1] for each row, the inputs are
+// finite, and the radius is finite and not negative.
 template <typename T>
 absl::Status CheckLabelledPoints(kernels::ConstMatrixView<T> inputs,
                                  absl::Span<const double> labels, double radius) {

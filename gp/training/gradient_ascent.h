@@ -1,15 +1,15 @@
 // Gradient ascent by iRprop-: each coordinate has its own step, which grows while the gradient
-// keeps its sign and shrinks when it turns. Only signs are used, so that noise in the gradient's
-// size (a new subset of the data each frame) does little harm.
+// keeps its sign and shrinks when the sign changes. Only signs are used, so that noise in the
+// gradient's size (a new subset of the data per frame) does little harm.
 //
-//   s_t := min(1.2 s_t, s_max)            where g_t g_t' > 0,  g' the gradient before
-//   s_t := max(0.5 s_t, s_min), g_t := 0  where g_t g_t' < 0
+//   s_t := min(1.2 s_t, s_max)            if g_t g_t' > 0,  g' the previous gradient
+//   s_t := max(0.5 s_t, s_min), g_t := 0  if g_t g_t' < 0
 //   theta_t := clamp(theta_t + sign(g_t) s_t)
 //
-// Measured against Adam on the mean log marginal likelihood of held-out points (three problems of
-// bench/gp/street_points.h, 25 evaluations of the gradient on 800 points, then two a subset): from
-// random starts iRprop- reaches -0.463 after 25 evaluations at worst, Adam -0.485 with a rate of
-// 0.1 and -0.634 with 0.03; from the default start they differ by 0.011 at most.
+// Compared with Adam by the mean log marginal likelihood of held-out points (three problems of
+// bench/gp/street_points.h, 25 evaluations of the gradient on 800 points, then two per subset):
+// from random starts iRprop- reaches at least -0.463 after 25 evaluations, Adam -0.485 with a rate
+// of 0.1 and -0.634 with 0.03; from the default start they differ by at most 0.011.
 //
 // Reference: Igel & Huesken (2000), "Improving the Rprop learning algorithm".
 #ifndef EGOSIEVE_GP_TRAINING_GRADIENT_ASCENT_H_

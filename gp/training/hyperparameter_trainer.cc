@@ -19,7 +19,7 @@ namespace {
 
 using kernels::ConstMatrixView;
 
-constexpr double kSmoothing = 0.2;  // weight of the newest value in smoothed ones
+constexpr double kSmoothing = 0.2;  // weight of the newest value in running means
 
 // Independent seeds for every frame and purpose.
 uint64_t Mix(uint64_t seed, uint64_t frame, uint64_t purpose) {

@@ -1,20 +1,22 @@
-// Online training of the hyperparameters (paper, section IV-B): simulated annealing and many
-// gradient steps at first, then a few gradient steps per frame, warm-started from the frame before.
+// Online training of the hyperparameters (paper, section IV-B): at first simulated annealing and
+// many gradient steps, then a few gradient steps per frame, starting from the previous frame's
+// values.
 //
 //   J(theta) = 1/|S| ( log p(y_S | X_S, theta)
 //                      - 1/2 sum_t ((theta_t - theta0_t) / prior_stddev)^2 )
 //
-// S is a stratified subset of the model's points, drawn anew each frame: at most `subset_size`. J
-// is a mean over points, so that step sizes do not depend on |S|. theta stays within bounds.
+// S is a stratified subset of the model's points, drawn anew in each frame: at most `subset_size`.
+// J is a mean over points, so that step sizes do not depend on |S|. theta stays within bounds.
 //
-// The schedule does less as theta settles: while the smoothed movement per frame is under
-// `settled_movement`, only every `settled_interval`-th frame takes steps. Every settled frame
-// checks J on a subset of `annealing_subset_size` points; a fall by more than `change_drop` below
-// the running mean of these checks wakes it. The mean holds checks alone, since J depends on |S|:
-// where there are more points, each is predicted better. A J that is not finite enters no mean.
+// When theta has settled, training is reduced: while the smoothed movement per frame is under
+// `settled_movement`, steps are taken in every `settled_interval`-th frame only. Every settled
+// frame checks J on a subset of `annealing_subset_size` points. If J falls by more than
+// `change_drop` below the running mean of these checks, full training resumes. The mean contains
+// checks alone, since J depends on |S|: with more points, each is predicted better. A J that is not
+// finite enters no mean.
 //
-// All that is random depends on the seed and the number of frames trained on: the state is a small
-// plain struct, and a trainer restored from it goes on bit for bit.
+// All random choices depend on the seed and the number of trained frames. The state is a small
+// plain struct, and a trainer restored from it continues with the same bits.
 #ifndef EGOSIEVE_GP_TRAINING_HYPERPARAMETER_TRAINER_H_
 #define EGOSIEVE_GP_TRAINING_HYPERPARAMETER_TRAINER_H_
 
@@ -37,29 +39,29 @@ struct TrainerOptions {
   int64_t subset_size = 800;             // |S| of gradient steps, points
   int64_t annealing_subset_size = 300;   // |S| of the annealing and of settled frames' checks
   int64_t minimum_points = 30;           // fewer points, or one class only: no training
-  double minimum_class_share = 0.25;     // of S, for the rarer class as far as it has points
-  int64_t annealing_frames = 1;          // first frames that anneal
+  double minimum_class_share = 0.25;     // of S, for the rarer class if it has enough points
+  int64_t annealing_frames = 1;          // first frames with annealing
   int64_t annealing_evaluations = 150;   // per annealing frame
   int64_t initial_gradient_steps = 25;   // after annealing
   int64_t gradient_steps_per_frame = 2;  // afterwards
   double prior_stddev = 3.0;             // of log theta around theta0; infinity: no prior
   double rebuild_threshold = 0.05;       // see ShouldRebuild
-  double settled_movement = 0.005;       // largest |change of theta_t| a frame
+  double settled_movement = 0.005;       // largest |change of theta_t| per frame
   int64_t settled_interval = 5;          // frames
-  double change_drop = 0.1;              // nats a point
+  double change_drop = 0.1;              // nats per point
   uint64_t seed = 1;
 
   absl::Status Validate() const;
 };
 
-// Everything that distinguishes a trainer in the middle of its work from a fresh one.
+// The complete state of a trainer.
 struct TrainerState {
   std::vector<double> theta;
   RpropState optimiser;
-  int64_t frames_trained = 0;     // frames that could be learnt from
-  int64_t frames_since_step = 0;  // of those
+  int64_t frames_trained = 0;     // frames with training
+  int64_t frames_since_step = 0;  // in trained frames
   double smoothed_movement = 1.0;
-  // Of J in the checks since theta settled; none before the first.
+  // Mean of J in the checks since theta settled; none before the first.
   std::optional<double> smoothed_objective;
 };
 
@@ -68,9 +70,9 @@ struct TrainingReport {
   int64_t evaluations = 0;    // of J, with or without its gradient
   int64_t steps = 0;          // gradient steps taken
   int64_t subset_points = 0;  // |S|
-  double objective = 0.0;     // J at the last theta evaluated, nats a point
+  double objective = 0.0;     // J at the last evaluated theta, nats per point
   double movement = 0.0;      // largest |change of theta_t| in this frame
-  const char* reason = "";    // why no step was taken, where none was
+  const char* reason = "";    // why no step was taken; empty if one was
 };
 
 class HyperparameterTrainer {
@@ -80,9 +82,9 @@ class HyperparameterTrainer {
                                                       const HyperparameterBounds& bounds,
                                                       const TrainerOptions& options = {});
 
-  // One frame's training on the model's points. Where nothing can be learnt (too few points, one
-  // class) the report says so and theta stays. Unchanged after an error.
-  // noise_variances: of the points, on top of sigma_n^2; empty: all 0.
+  // Training in one frame, on the model's points. If it is impossible (too few points, one class),
+  // the report gives the reason and theta stays. Unchanged after an error. noise_variances: of the
+  // points, on top of sigma_n^2; empty: all 0.
   absl::StatusOr<TrainingReport> TrainFrame(kernels::Context& context,
                                             kernels::ConstMatrixView<double> inputs,
                                             absl::Span<const double> targets,
@@ -90,18 +92,18 @@ class HyperparameterTrainer {
 
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
 
-  // True where theta has moved from `used` (the model's) by more than rebuild_threshold in any
-  // logarithm: the factor should be rebuilt.
+  // True if any logarithm of theta differs from that of `used` (the model's) by more than
+  // rebuild_threshold; the factor should then be rebuilt.
   bool ShouldRebuild(const Hyperparameters& used) const;
 
   const TrainerState& state() const { return state_; }
-  // InvalidArgument, unchanged, where sizes or values do not fit.
+  // InvalidArgument, unchanged, if sizes or values do not fit.
   absl::Status Restore(const TrainerState& state);
 
  private:
   HyperparameterTrainer() = default;
 
-  // J on a subset; its gradient too where asked for. An indefinite matrix gives -infinity.
+  // J on a subset, and its gradient if requested. An indefinite matrix gives -infinity.
   struct Subset;
   absl::StatusOr<double> Objective(kernels::Context& context, const Subset& subset,
                                    const std::vector<double>& theta,

@@ -17,7 +17,7 @@ namespace {
 
 using kernels::MatrixView;
 
-// The lower triangle of sum_c alpha_c alpha_c^T - k P in place of L.
+// Replaces L by the lower triangle of sum_c alpha_c alpha_c^T - k P.
 void WeightsInPlaceOfFactor(const RegressionWeights& weights, MatrixView<double> l) {
   AlignedMatrix inverse(l.rows, l.rows);
   InvertLower(l, inverse.view());

@@ -1,17 +1,17 @@
-// The log marginal likelihood of a Gaussian process and its gradient by theta (Rasmussen &
-// Williams, eqs. 5.8 and 5.9).
+// The log marginal likelihood of a Gaussian process and its gradient with respect to theta
+// (Rasmussen & Williams, eqs. 5.8 and 5.9).
 //
 //   log p(y | X) = -1/2 y.alpha - sum_i log L_ii - n/2 log 2 pi,   L L^T = K_y           (1)
 //   d/d theta_t  = 1/2 tr( (alpha alpha^T - K_y^-1) dK_y/d theta_t ),   alpha = K_y^-1 y (2)
 //   K_y = K + diag(sigma_n^2 + v_i);  dK_y/d log sigma_n = 2 sigma_n^2 I                 (3)
 //
 // With a mean function (1) is the restricted likelihood (W5) of gp/model/regression_weights.h, and
-// P takes the place of K_y^-1 in (2): d (log|K_y| + log|A|) = tr(P dK_y). Of k outputs the values
-// and gradients add.
+// P replaces K_y^-1 in (2): d (log|K_y| + log|A|) = tr(P dK_y). For k outputs the values and
+// gradients are added.
 //
 // Cost: n^3 / 3 flops for the value, n^3 with the gradient, plus one pass over the pairs for all of
-// theta. Memory: two n x n arrays of float64, in the device's memory where that is its own and the
-// mean is zero (kernels/ops/exact_regression.h).
+// theta. Memory: two n x n arrays of float64, in the device's memory if it has its own and the mean
+// is zero (kernels/ops/exact_regression.h).
 #ifndef EGOSIEVE_GP_TRAINING_MARGINAL_LIKELIHOOD_H_
 #define EGOSIEVE_GP_TRAINING_MARGINAL_LIKELIHOOD_H_
 
@@ -26,18 +26,18 @@ namespace egosieve::gp {
 
 struct MarginalLikelihood {
   double value = 0.0;            // (1)
-  std::vector<double> gradient;  // (2), in the order of ToLogarithms; empty where not asked for
+  std::vector<double> gradient;  // (2), in the order of ToLogarithms; empty if not requested
 };
 
 enum class LikelihoodOrder { kValue, kValueAndGradient };
 
-// Where K_y is factorised. kAutomatic: on devices with float64 and memory of their own where the
-// mean is zero, else on the host. kDevice: FailedPrecondition without float64; InvalidArgument with
-// a mean function.
+// Where K_y is factorised. kAutomatic: on devices with float64 and their own memory if the mean is
+// zero, otherwise on the host. kDevice: FailedPrecondition without float64; InvalidArgument with a
+// mean function.
 enum class LikelihoodPlace { kAutomatic, kHost, kDevice };
 
-// n = 0: value 0 and a gradient of zeros. FailedPrecondition where K_y is not positive definite to
-// working precision, or the points do not determine the mean function.
+// n = 0: value 0 and a gradient of zeros. FailedPrecondition if K_y is not positive definite to
+// working precision, or if the points do not determine the mean function.
 absl::StatusOr<MarginalLikelihood> ComputeMarginalLikelihood(
     kernels::Context& context, const Hyperparameters& hyperparameters, const Observations& data,
     LikelihoodOrder order, LikelihoodPlace place = LikelihoodPlace::kAutomatic);

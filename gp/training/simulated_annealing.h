@@ -1,11 +1,11 @@
-// Simulated annealing within a box: finds the neighbourhood of a good maximum, not the maximum.
+// Simulated annealing within a box. It finds the neighbourhood of a good maximum, not the maximum.
 //
 //   theta' = clamp(theta + s_k z),  z ~ N(0, diag((upper - lower)^2))
 //   accept if J(theta') >= J(theta) or with probability exp((J(theta') - J(theta)) / T_k)
 //
-// T_k falls geometrically from the first temperature to the last, s_k with its square root from
-// `initial_step`. Each move changes a random half of the coordinates (at least one). Reference:
-// Kirkpatrick, Gelatt & Vecchi (1983), "Optimization by simulated annealing".
+// T_k falls geometrically from the first temperature to the last; s_k is proportional to its square
+// root and begins with `initial_step`. Each move changes a random half of the coordinates (at least
+// one). Reference: Kirkpatrick, Gelatt & Vecchi (1983), "Optimization by simulated annealing".
 #ifndef EGOSIEVE_GP_TRAINING_SIMULATED_ANNEALING_H_
 #define EGOSIEVE_GP_TRAINING_SIMULATED_ANNEALING_H_
 
@@ -29,15 +29,14 @@ struct AnnealingOptions {
 };
 
 struct AnnealingResult {
-  std::vector<double> theta;  // the best that was seen
+  std::vector<double> theta;  // the best one found
   double objective = 0.0;
   int64_t evaluations = 0;
   int64_t accepted = 0;
 };
 
-// Maximises `objective` from `start`, which is evaluated first and clamped to the bounds. Points
-// where the objective is NaN or -infinity are never accepted; errors of the objective end the
-// search.
+// Maximises `objective` from `start`, which is clamped to the bounds and evaluated first. Points
+// with an objective of NaN or -infinity are never accepted; errors of the objective end the search.
 absl::StatusOr<AnnealingResult> Anneal(
     absl::FunctionRef<absl::StatusOr<double>(const std::vector<double>&)> objective,
     const std::vector<double>& start, const HyperparameterBounds& bounds,

@@ -41,7 +41,7 @@ absl::Status CheckArguments(const Hyperparameters& hyperparameters, const Observ
   return absl::OkStatus();
 }
 
-// What the value and the gradient are made of.
+// Intermediate results for the value and the gradient.
 struct Terms {
   SparseSolution solution;
   std::vector<double> beta;    // n
@@ -98,7 +98,7 @@ PointDerivatives DerivativesOf(const Terms& terms, SparseObjective objective) {
     const double* h = terms.half.row(i);
     const double g = terms.beta[i] * terms.beta[i] - (1.0 - Dot(h, h, m) / lambda) / lambda;
     if (objective == SparseObjective::kFitc) {
-      // Where rounding made k_ii - q_ii negative, it counts as the constant 0.
+      // If rounding made k_ii - q_ii negative, it is treated as the constant 0.
       derivatives.prior.push_back(terms.missed[i] > 0.0 ? 0.5 * g : 0.0);
       derivatives.noise += 0.5 * g;
     } else {
@@ -139,11 +139,11 @@ AlignedMatrix InducingWeights(const Terms& terms, const std::vector<double>& pri
       b.row(i)[j] = 0.5 * (a[i] * a[j] - (i == j ? 1.0 : 0.0) + b.row(i)[j]);
     }
   }
-  std::vector<double> divisors(prior.size());  // 1 / e_i; infinite where e_i = 0
+  std::vector<double> divisors(prior.size());  // 1 / e_i; infinite for e_i = 0
   for (size_t i = 0; i < prior.size(); ++i) divisors[i] = -1.0 / prior[i];
   AddTerms(terms.v(), divisors.data(), 1.0, b.view());
   MirrorLower(b.view());
-  // L^-T B L^-1, B being symmetric.
+  // L^-T B L^-1; B is symmetric.
   SolveLowerTransposed(terms.solution.factor.view(), b.view());
   for (int64_t i = 0; i < m; ++i) {
     for (int64_t j = 0; j < i; ++j) std::swap(b.row(i)[j], b.row(j)[i]);

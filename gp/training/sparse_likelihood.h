@@ -1,5 +1,5 @@
-// Objectives that train the hyperparameters of a sparse model, with their gradients by theta:
-// of n points and m inducing inputs.
+// Objectives for training the hyperparameters of a sparse model, with their gradients with respect
+// to theta. There are n points and m inducing inputs.
 //
 //   Q = V V^T, V of (SP1), A and c of (SP3) in gp/model/sparse_solution.h
 //
@@ -8,13 +8,13 @@
 //   VFE    (SL1) with lambda_i = sigma_n^2 + nu_i, less 1/2 sum_i (k_ii - q_ii) / lambda_i   (SL2)
 //   FITC   (SL1) with lambda_i = sigma_n^2 + nu_i + k_ii - q_ii                              (SL3)
 //
-// (SL2) is a lower bound of the exact log marginal likelihood, and equals it where the inducing
-// inputs are the points: it rewards inducing inputs that explain the points and does not take what
-// they miss for noise, as (SL1) without the trace would. Predictions of a model trained by it are
-// DTC's. (SL3) is no bound, but its own model's likelihood.
+// (SL2) is a lower bound of the exact log marginal likelihood, and equal to it if the inducing
+// inputs are the points. It rewards inducing inputs that explain the points, and does not treat
+// their approximation error as noise, as (SL1) without the trace would. Predictions of a model
+// trained by it are DTC's. (SL3) is not a bound, but the likelihood of its own model.
 //
 // With g_i = beta_i^2 - (1 / lambda_i - |L_A^-1 v_i|^2 / lambda_i^2), r_i the derivative by k_ii
-// and e_i that by q_ii, e_i = -r_i:
+// and e_i the derivative by q_ii, e_i = -r_i:
 //
 //   VFE    r_i = -1 / (2 lambda_i),  s_i = g_i / 2 + (k_ii - q_ii) / (2 lambda_i^2)          (SL4)
 //   FITC   r_i = s_i = g_i / 2
@@ -23,7 +23,7 @@
 //   U = L^-T (a beta^T - A^-1 V^T Lambda^-1 + 2 V^T diag(e))                                 (SL5)
 //   B = -L^-T (1/2 (a a^T - I + A^-1) + V^T diag(e) V) L^-1                                  (SL6)
 //
-// The inducing inputs are held fixed; the jitter on K_uu is a fixed share of sigma_n^2 and part of
+// The inducing inputs are held fixed. The jitter on K_uu is a fixed share of sigma_n^2 and part of
 // the derivative by log sigma_n. Cost: 2 n m^2 flops and n m + m^2 / 2 derivatives of covariances.
 //
 // References: Titsias (2009), "Variational learning of inducing variables in sparse Gaussian
@@ -50,8 +50,8 @@ struct SparseLikelihoodOptions {
   absl::Status Validate() const;
 };
 
-// inducing: m x D, m > 0. Observations of one output; the zero mean. InvalidArgument otherwise;
-// FailedPrecondition where no jitter up to the ladder's end makes K_uu positive definite.
+// inducing: m x D, m > 0. Observations of one output; the zero mean; otherwise InvalidArgument.
+// FailedPrecondition if K_uu is not positive definite with the largest jitter.
 absl::StatusOr<MarginalLikelihood> ComputeSparseLikelihood(
     kernels::Context& context, const Hyperparameters& hyperparameters, const Observations& data,
     kernels::ConstMatrixView<double> inducing, LikelihoodOrder order,

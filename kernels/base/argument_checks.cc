@@ -27,7 +27,8 @@ template <typename T>
 absl::Status CheckFinite(std::string_view name, ConstMatrixView<T> view) {
   for (int64_t i = 0; i < view.rows; ++i) {
     const T* row = view.row(i);
-    // 0 * x is 0 for finite x and NaN otherwise, and NaN survives the sum: no branch in the loop.
+    // 0 * x is 0 for finite x and NaN otherwise, and NaN propagates through the sum: no branch in
+    // the loop.
     T sum = 0;
     for (int64_t j = 0; j < view.cols; ++j) {
       sum += T{0} * row[j];

@@ -1,5 +1,4 @@
-// Checks of the arguments that the public operations have in common. Every error names argument and
-// value.
+// Argument checks that the public operations share. Every error names argument and value.
 #ifndef EGOSIEVE_KERNELS_BASE_ARGUMENT_CHECKS_H_
 #define EGOSIEVE_KERNELS_BASE_ARGUMENT_CHECKS_H_
 
@@ -10,7 +9,7 @@
 
 namespace egosieve::kernels {
 
-// Rows and columns as expected, stride >= columns, and data present unless the view is empty.
+// Rows and columns as expected, stride >= columns, and data non-null unless the view is empty.
 absl::Status CheckShape(std::string_view name, const void* data, int64_t rows, int64_t cols,
                         int64_t stride, int64_t expected_rows, int64_t expected_cols);
 
@@ -21,7 +20,7 @@ absl::Status CheckShape(std::string_view name, const MatrixView<T>& view, int64_
                     expected_cols);
 }
 
-// InvalidArgument naming the first element that is NaN or infinite.
+// InvalidArgument, naming the first element that is NaN or infinite.
 template <typename T>
 absl::Status CheckFinite(std::string_view name, ConstMatrixView<T> view);
 

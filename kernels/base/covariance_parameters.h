@@ -15,20 +15,20 @@
 
 namespace egosieve::kernels {
 
-// The values of a prepared point lie in registers or a thread's stack.
+// Limits prepared points to the size of registers or a thread's stack.
 inline constexpr int kMaxInputDimension = 256;
 
 struct CovarianceParameters {
   CovarianceFunction function = CovarianceFunction::kArcsine;
-  std::vector<double> scales;  // as the function wants them; arcsine: D + 1 weights, bias first
+  std::vector<double> scales;  // as the function expects them; arcsine: D + 1 weights, bias first
   double signal_stddev = 1.0;  // sigma_f
-  // D, where it does not follow from the number of scales; 0: it does.
+  // D, if it does not follow from the number of scales; 0: it does.
   int64_t dimension = 0;
 
-  // D; 0 where it is not determined.
+  // D; 0 if it is not determined.
   int64_t input_dimension() const;
-  // InvalidArgument, naming field and value, unless 1 <= D <= kMaxInputDimension, the scales are as
-  // many as the function has for D inputs, and every parameter is finite and positive.
+  // InvalidArgument, naming field and value, unless 1 <= D <= kMaxInputDimension, the number of
+  // scales is the function's for D inputs, and every parameter is finite and positive.
   absl::Status Validate() const;
 };
 

@@ -17,7 +17,7 @@ constexpr char kOutOfMemory[] =
     "larger --stride";
 constexpr char kNoThread[] = "; allow more threads (see ulimit -u), or use --threads=1";
 
-// Libraries throw types of their own for what the standard has types for.
+// Some libraries throw their own types where standard types exist.
 bool TellsOfMemory(const std::string& text) {
   return absl::StrContains(text, "Insufficient memory") ||  // OpenCV
          absl::StrContains(text, "Cannot allocate memory");

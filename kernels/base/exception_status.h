@@ -1,9 +1,10 @@
-// Exceptions of the standard library and of other libraries as statuses, at the places where a
-// piece of work as a whole fails: a stage of a pipeline, a command, a thread.
+// Converts exceptions of the standard library and of other libraries to statuses. Used where a unit
+// of work fails as a whole: a stage of a pipeline, a command, a thread.
 //
 //   std::bad_alloc, std::length_error, and
 //   any exception for insufficient memory     ResourceExhausted
-//   std::system_error                         Unavailable: a thread or another system resource
+//   std::system_error, and
+//   any exception for a thread not started    Unavailable: a thread or another system resource
 //   any other                                 Internal, with its text
 #ifndef EGOSIEVE_KERNELS_BASE_EXCEPTION_STATUS_H_
 #define EGOSIEVE_KERNELS_BASE_EXCEPTION_STATUS_H_
@@ -14,14 +15,14 @@
 
 namespace egosieve::kernels {
 
-// Of the exception that is being handled: call it inside a catch block.
+// Status of the exception that is being handled; call it inside a catch block.
 absl::Status CurrentExceptionStatus();
 
-// Whether an error is the machine's (memory, threads, the device) and not the data's: another
-// attempt may succeed, so that nothing may take its place in the results.
+// Whether an error comes from the computer (memory, threads, the device) and not from the data.
+// Another attempt may then succeed, so nothing may be substituted for the missing result.
 bool IsOfTheMachine(const absl::Status& status);
 
-// body() returns a status or a value or status; an exception becomes that status.
+// Calls body(), which returns a status or a StatusOr; an exception becomes such a status.
 template <typename Body>
 auto CatchExceptions(Body&& body) -> decltype(std::forward<Body>(body)()) {
   try {

@@ -1,13 +1,14 @@
-// Where in an image the posterior is evaluated, and how pixel coordinates become inputs.
+// The pixels of an image at which the posterior is evaluated, and the map from pixel coordinates to
+// inputs.
 //
-// A grid takes every s-th column 0, s, 2 s, ... and, whatever s, the last one; rows alike. Its
-// first and last columns and rows lie on the image border, so interpolation never extrapolates. s =
-// 1 is every pixel.
+// A grid consists of every s-th column 0, s, 2 s, ... and always the last one; likewise for rows.
+// Its first and last columns and rows lie on the image border, so interpolation never extrapolates.
+// s = 1 is every pixel.
 //
 //   columns = ceil((width - 1) / s) + 1,     x_c = min(c s, width - 1)
 //
-// Pixel coordinates (x, y), pixel centres at integers, map to inputs so that the longer side spans
-// [-1, 1] and the aspect is kept:
+// Pixel coordinates (x, y), with pixel centres at integers, map to inputs so that the longer side
+// spans [-1, 1] and the aspect ratio is kept:
 //
 //   u = (2 x - (width - 1)) / (max(width, height) - 1),   v = (2 y - (height - 1)) / (...)
 #ifndef EGOSIEVE_KERNELS_BASE_IMAGE_GRID_H_

@@ -1,5 +1,5 @@
-// Non-owning view of a row-major matrix: element (i, j) is data[i * stride + j], stride >= cols.
-// A set of N points in D dimensions is an N x D view: one point a row.
+// Non-owning view of a row-major matrix: element (i, j) is data[i * stride + j], stride >= cols. A
+// set of N points in D dimensions is an N x D view, one point per row.
 #ifndef EGOSIEVE_KERNELS_BASE_MATRIX_VIEW_H_
 #define EGOSIEVE_KERNELS_BASE_MATRIX_VIEW_H_
 

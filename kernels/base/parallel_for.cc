@@ -17,7 +17,7 @@
 namespace egosieve::kernels {
 namespace {
 
-// What a thread should have to do before it is asked for: some tenths of a millisecond's work.
+// Work that justifies a further thread: some tenths of a millisecond.
 constexpr double kFlopsPerThread = 5e6;
 
 int ThreadsAtFirst() {
@@ -28,14 +28,14 @@ int ThreadsAtFirst() {
 
 std::atomic<int> maximum_threads{0};
 
-// NaN counts as little work.
+// NaN is treated as little work.
 int64_t WorthwhileThreads(double flops) {
   const double threads = 1.0 + flops / kFlopsPerThread;
   constexpr int64_t kMany = 1 << 20;
   return threads >= kMany ? kMany : threads >= 1.0 ? static_cast<int64_t>(threads) : 1;
 }
 
-// The tasks of one call, on its caller's stack.
+// The tasks of one call; it lives on the caller's stack.
 class Call {
  public:
   Call(int64_t count, const std::function<void(int64_t)>& task) : count_(count), task_(task) {}
@@ -53,16 +53,16 @@ class Call {
     }
   }
 
-  // After everyone's Run.
+  // Call it after all Runs have ended.
   void RethrowWhatWasThrown() {
     if (thrown_) std::rethrow_exception(thrown_);
   }
 
-  // The workers' own, under their lock.
-  int64_t wanted = 0;             // workers that have not come yet
-  int64_t running = 0;            // workers that are in Run
-  Call* following = nullptr;      // in the list of calls
-  std::condition_variable ended;  // running may be 0
+  // Used by Workers, under its lock.
+  int64_t wanted = 0;             // workers still to come
+  int64_t running = 0;            // workers in Run
+  Call* following = nullptr;      // next in the list of calls
+  std::condition_variable ended;  // signalled when running may be 0
 
  private:
   const int64_t count_;
@@ -72,11 +72,12 @@ class Call {
   std::exception_ptr thrown_;  // guarded by mutex_
 };
 
-// The threads beside the callers', started when there is no idle one, then kept. Nothing here
-// allocates, so that Forget leaks nothing.
+// The threads besides the callers'. They are started if there is no idle one, then kept. The object
+// owns no allocated memory, so that Forget leaks nothing.
 class Workers {
  public:
-  // Of this process; never destroyed, for the threads wait on it until the process ends.
+  // The process's only instance. It is never destroyed, since its threads wait on it until the
+  // process ends.
   static Workers& Instance() {
     static Workers* const workers = [] {
       pthread_atfork(nullptr, nullptr, Forget);
@@ -85,7 +86,7 @@ class Workers {
     return *workers;
   }
 
-  // Run by the caller and up to `helpers` workers; returns when all of them have ended.
+  // Runs the call on the caller's thread and up to `helpers` workers; returns when all have ended.
   void Share(Call& call, int64_t helpers) {
     Offer(call, helpers);
     call.Run();
@@ -95,7 +96,7 @@ class Workers {
   }
 
  private:
-  // In a forked child, which has none of the threads, and perhaps a lock that one of them held.
+  // For a forked child, which has none of the threads but perhaps a lock that one of them held.
   static void Forget() { new (storage) Workers; }
 
   void Offer(Call& call, int64_t helpers) {
@@ -107,12 +108,12 @@ class Workers {
     try {
       for (; idle_ < wanted_; ++idle_) std::thread(&Workers::Work, this).detach();
     } catch (const std::exception&) {
-      // Neither a thread nor memory for one: those that there are do all the work.
+      // There is no further thread, or no memory for one: the existing threads do all the work.
     }
     called_.notify_all();
   }
 
-  // The lock is held.
+  // The lock must be held.
   void Withdraw(Call& call) {
     if (call.wanted == 0) return;
     wanted_ -= call.wanted;
@@ -147,9 +148,9 @@ class Workers {
 
   std::mutex mutex_;
   std::condition_variable called_;
-  Call* calls_ = nullptr;  // those that want workers, the latest first
-  int64_t wanted_ = 0;     // by all of them
-  int64_t idle_ = 0;       // threads that wait for a call, or are about to
+  Call* calls_ = nullptr;  // calls that want workers, the latest first
+  int64_t wanted_ = 0;     // in all calls together
+  int64_t idle_ = 0;       // threads that wait for a call, or are about to wait
 };
 
 alignas(std::max_align_t) unsigned char Workers::storage[sizeof(Workers)];

@@ -1,9 +1,11 @@
-// Independent tasks of host work on several threads: the one place where the libraries start any.
+// Runs independent tasks on several host threads. Of the libraries only pipelines
+// (vision/segmentation/segmentation_pipeline.h) and posteriors on several devices
+// (kernels/ops/shared_posterior.h) start other threads.
 //
-// Every task does the same arithmetic whichever thread runs it and writes to places of its own, so
-// that results do not depend on the number of threads. Threads are started when a call finds no
-// idle one and then kept until the process ends; handing tasks to them costs some microseconds. A
-// forked child starts its own. Calls may nest.
+// Every task does the same arithmetic on any thread and writes only its own results, so that
+// results do not depend on the number of threads. Threads are started when a call finds no idle
+// one, and kept until the process ends; passing tasks to them costs some microseconds. A forked
+// child starts its own threads. Calls may be nested.
 #ifndef EGOSIEVE_KERNELS_BASE_PARALLEL_FOR_H_
 #define EGOSIEVE_KERNELS_BASE_PARALLEL_FOR_H_
 
@@ -14,26 +16,26 @@
 namespace egosieve::kernels {
 
 struct ParallelLimits {
-  // The most threads, the caller's included; under 1: MaximumThreads().
+  // Largest number of threads, including the caller's; under 1: MaximumThreads().
   int threads = 0;
-  // Roughly what all tasks cost together: little work is left to fewer threads.
+  // Approximate cost of all tasks together; little work uses fewer threads.
   double flops = std::numeric_limits<double>::infinity();
 };
 
-// Runs task(0), ..., task(count - 1), each once, and returns when all have ended. Tasks are taken
-// in increasing order, each by a thread that starts it at once: one may wait for the end of another
-// of smaller index, on any number of threads. Where one throws, no further task starts, and when
-// those that run have ended the exception is thrown again here, one of several; a task that waits
-// for another's end must stop waiting when that one throws. Threads that the system refuses are
-// done without.
+// Runs task(0), ..., task(count - 1), each once, and returns when all have ended. Tasks start in
+// increasing order, and a thread runs a task as soon as it takes it. So a task may wait for the end
+// of a task with smaller index, on any number of threads. If a task throws, no further task starts;
+// once the running tasks have ended, one of the exceptions is thrown again here. A task that waits
+// for another must stop waiting when that one throws. If the system refuses threads, the call works
+// without them.
 void ParallelFor(int64_t count, const ParallelLimits& limits,
                  const std::function<void(int64_t)>& task);
 void ParallelFor(int64_t count, double flops, const std::function<void(int64_t)>& task);
 void ParallelFor(int64_t count, const std::function<void(int64_t)>& task);
 
-// The most threads of a ParallelFor that is given no number, the caller's included, for the whole
-// process; at first $EGOSIEVE_THREADS, at most kMostThreads, and where that is no positive number,
-// as many as there are processors for it (processors.h). Values under 1 mean that.
+// Default limit on the threads of a ParallelFor, including the caller's, for the whole process.
+// Initially it is $EGOSIEVE_THREADS, at most kMostThreads; if that is not a positive number, it is
+// the number of available processors (processors.h). Values under 1 restore this.
 inline constexpr int kMostThreads = 256;
 void SetMaximumThreads(int threads);
 int MaximumThreads();

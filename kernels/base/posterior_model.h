@@ -1,5 +1,4 @@
-// What a Gaussian process posterior is made of; the formulas are in
-// kernels/ops/dense_posterior.h.
+// The data of a Gaussian process posterior; the formulas are in kernels/ops/dense_posterior.h.
 #ifndef EGOSIEVE_KERNELS_BASE_POSTERIOR_MODEL_H_
 #define EGOSIEVE_KERNELS_BASE_POSTERIOR_MODEL_H_
 
@@ -25,8 +24,8 @@ struct PosteriorModel {
   double squash_a = 1.0;
   double squash_b = 0.0;
 
-  // InvalidArgument, naming field and value: shapes that do not fit, NaN or infinite values, a
-  // diagonal of a Cholesky factor that is not positive.
+  // InvalidArgument, naming field and value, for inconsistent shapes, NaN or infinite values, or a
+  // Cholesky factor with a diagonal element that is not positive.
   absl::Status Validate() const;
 };
 

@@ -1,9 +1,9 @@
-// Points in the coordinates in which their covariances are cheap and accurate: p(x) of
+// Prepared points: coordinates for which covariances are cheap and accurate. They are p(x) of
 // kernels/covariance/covariance_function.h, computed in float64 and rounded once.
 //
 // Functions of differences subtract a centre c before they scale, so that in float32 the rounding
-// is relative to |x - c|. c_d is the middle of the inputs' range where zero lies outside of it, and
-// zero otherwise: centring would gain less than a factor of two.
+// is relative to |x - c|. c_d is the middle of the inputs' range if zero lies outside of the range.
+// Otherwise it is zero: centring would gain less than a factor of two.
 #ifndef EGOSIEVE_KERNELS_BASE_PREPARED_POINTS_H_
 #define EGOSIEVE_KERNELS_BASE_PREPARED_POINTS_H_
 
@@ -15,13 +15,13 @@
 
 namespace egosieve::kernels {
 
-// Values of a prepared point; at least 1, so that there is an array.
+// Number of values of a prepared point; at least 1, so that there is an array.
 int64_t PreparedWidth(const CovarianceParameters& parameters);
 
 // c, D values.
 std::vector<double> CentreOf(ConstMatrixView<double> inputs);
 
-// How the points of one computation are prepared. Parameters must be valid and outlive it.
+// Prepares the points of one computation. `parameters` must be valid and outlive it.
 class PointPreparation {
  public:
   // c = 0.
@@ -43,7 +43,7 @@ class PointPreparation {
   std::vector<double> centre_;
 };
 
-// Of one point, without a centre.
+// Prepares one point without a centre.
 template <typename Input, typename Real>
 void PreparePoint(const CovarianceParameters& parameters, const Input* x, Real* out, int64_t step) {
   PointPreparation(parameters).Prepare(x, out, step);

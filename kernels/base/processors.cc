@@ -15,14 +15,14 @@ namespace {
 
 constexpr double kNoQuota = std::numeric_limits<double>::infinity();
 
-// Quota over period; a quota of "max" or -1 is none.
+// Quota over period; a quota of "max" or -1 means no limit.
 double Ratio(std::istream& quota, std::istream& period) {
   double allowed = 0.0, of = 0.0;
   const bool is_limited = quota >> allowed && period >> of && allowed > 0.0 && of > 0.0;
   return is_limited ? allowed / of : kNoQuota;
 }
 
-// Of one group.
+// Quota of one group.
 double QuotaIn(const std::string& folder) {
   std::ifstream both(folder + "/cpu.max");
   if (both) return Ratio(both, both);
@@ -30,8 +30,8 @@ double QuotaIn(const std::string& folder) {
   return Ratio(quota, period);
 }
 
-// Of a group and all above it. In a container the root may be the group itself, and what
-// /proc/self/cgroup names is not there.
+// Least quota of a group and all groups above it. In a container the root may be the group itself,
+// and the path in /proc/self/cgroup may not exist.
 double LeastQuota(const std::string& mount, std::string path) {
   double least = kNoQuota;
   while (true) {
@@ -44,14 +44,14 @@ double LeastQuota(const std::string& mount, std::string path) {
 
 int ProcessorsByAffinity() {
   cpu_set_t allowed;
-  // Fails where the machine has more processors than the set holds.
+  // Fails if the computer has more processors than the set can hold.
   if (sched_getaffinity(0, sizeof(allowed), &allowed) == 0) return CPU_COUNT(&allowed);
   return static_cast<int>(std::thread::hardware_concurrency());
 }
 
 }  // namespace
 
-// Lines are number:controllers:path; version 2 names no controllers.
+// Lines have the form number:controllers:path; version 2 names no controllers.
 double ProcessorQuota(const std::string& membership, const std::string& root) {
   double least = kNoQuota;
   std::istringstream lines(membership);

@@ -1,8 +1,8 @@
-// How many processors this process may use.
+// The number of processors that this process may use.
 //
-//   affinity   those that its threads may run on (taskset, cpusets)
-//   quota      processor time per second that control groups allow it, rounded up: the least along
-//              the path from its group to the root, by cpu.max (version 2) or cpu.cfs_quota_us over
+//   affinity   processors that its threads may run on (taskset, cpusets)
+//   quota      processor time per second that control groups allow, rounded up: the least along the
+//              path from its group to the root, by cpu.max (version 2) or cpu.cfs_quota_us over
 //              cpu.cfs_period_us (version 1)
 #ifndef EGOSIEVE_KERNELS_BASE_PROCESSORS_H_
 #define EGOSIEVE_KERNELS_BASE_PROCESSORS_H_
@@ -15,7 +15,7 @@ namespace egosieve::kernels {
 int AvailableProcessors();
 
 // The quota of a process: `membership` is its /proc/self/cgroup, `root` the folder where control
-// groups are mounted. Infinity where there is none.
+// groups are mounted. Infinity if there is no quota.
 double ProcessorQuota(const std::string& membership, const std::string& root);
 
 }  // namespace egosieve::kernels

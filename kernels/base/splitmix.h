@@ -1,5 +1,5 @@
 // The finaliser of splitmix64 (Steele, Lea & Flood 2014): numbers that differ in one bit become
-// 64 bits that have nothing in common. Seeds made with it need no generator's state.
+// unrelated 64-bit numbers. Seeds made with it need no generator state.
 #ifndef EGOSIEVE_KERNELS_BASE_SPLITMIX_H_
 #define EGOSIEVE_KERNELS_BASE_SPLITMIX_H_
 
@@ -7,7 +7,7 @@
 
 namespace egosieve::kernels {
 
-// What the generator adds to its state between two numbers.
+// The increment of the generator's state between two numbers.
 inline constexpr uint64_t kSplitMixStep = 0x9E3779B97F4A7C15u;
 
 inline uint64_t SplitMix(uint64_t z) {

@@ -1,4 +1,4 @@
-// Returning early with a status: absl has no macros for it in the version of Debian 12.
+// Early return with a status: absl has no macros for it in Debian 12's version.
 #ifndef EGOSIEVE_KERNELS_BASE_STATUS_MACROS_H_
 #define EGOSIEVE_KERNELS_BASE_STATUS_MACROS_H_
 

@@ -1,10 +1,11 @@
-// Shared by every program. Build-time macros:
-//   REAL        float or double (REAL_IS_DOUBLE set for the latter)
-//   VEC         lanes of a vector: 1, 4, 8 or 16
-//   POINT_SPACE  where the one point of a covariance lies: __global unless set
+// Common part of every program. Build-time macros:
+//   REAL         float or double (REAL_IS_DOUBLE set for double)
+//   VEC          lanes of a vector: 1, 4, 8 or 16
+//   POINT_SPACE  address space of the single point of a covariance: __global unless set
 //
-// Programs that need a covariance have its code next (kernels/covariance/covariance_function.h): the functions
-// unit_covariance, add_gradient and unit_variance, and the macros POINT, values of a prepared point, and SCALES.
+// In programs with a covariance its code follows (kernels/covariance/covariance_function.h): the
+// functions unit_covariance, add_gradient and unit_variance, and the macros POINT, the number of
+// values of a prepared point, and SCALES.
 
 #ifndef POINT_SPACE
 #define POINT_SPACE __global
@@ -47,7 +48,7 @@ typedef JOIN(BITS, VEC) BITSV;
 #define TO_BITSV JOIN(JOIN(convert_, BITS), VEC)
 #endif
 
-// magnitude with the sign of x.
+// `magnitude` with the sign of x.
 static inline REALV with_sign(REALV magnitude, REALV x) {
   return AS_REALV(AS_BITSV(magnitude) ^ (AS_BITSV(x) & (BITS)REAL_SIGN));
 }
@@ -57,8 +58,9 @@ static inline REALV with_sign(REALV magnitude, REALV x) {
 typedef float X86_FLOAT16 __attribute__((__vector_size__(64)));
 #endif
 
-// pi/2 - 2 asin sqrt(h), 0 <= h <= 1/2: sqrt(h) times a polynomial in h, the interpolant of -2 asin(sqrt h) / sqrt h at
-// Chebyshev's nodes of [0, 1/2]; absolute error 3e-8 (float), 4e-17 (double).
+// pi/2 - 2 asin sqrt(h), 0 <= h <= 1/2: sqrt(h) times a polynomial in h, the interpolant of -2
+// asin(sqrt h) / sqrt h at Chebyshev's nodes of [0, 1/2]; absolute error 3e-8 (float), 4e-17
+// (double).
 #ifdef REAL_IS_DOUBLE
 static inline REALV arccosine_of_half(REALV h) {
   REALV p = (REALV)-1.7785808735277375;
@@ -84,7 +86,7 @@ static inline REALV arccosine_of_half(REALV h) {
 }
 #else
 static inline REALV arccosine_of_half(REALV h) {
-  // Of half of the polynomial: twice the root comes cheaper.
+  // Half of the polynomial, because twice the root is cheaper to compute.
   REALV p = (REALV)-0.10967398323879114f;
   p = fma(p, h, (REALV)0.09008621671077404f);
   p = fma(p, h, (REALV)-0.07553975382221965f);
@@ -94,8 +96,8 @@ static inline REALV arccosine_of_half(REALV h) {
   p = fma(p, h, (REALV)-0.16666954671609343f);
   p = fma(p, h, (REALV)-0.9999999887211962f);
 #ifdef HAS_AVX512_FLOAT16
-  // One Newton step on the 14-bit reciprocal root y: 2 sqrt(h) = (h y) (3 - (h y) y) to a relative 2^-23, at a fraction
-  // of the cost of the root.
+  // One Newton step on the 14-bit reciprocal root y: 2 sqrt(h) = (h y) (3 - (h y) y), with a
+  // relative error of 2^-23, at a fraction of the cost of the root.
   const X86_FLOAT16 argument = __builtin_astype(h, X86_FLOAT16);
   const REALV y = __builtin_astype(__builtin_ia32_rsqrt14ps512_mask(argument, argument, (ushort)0xffff), REALV);
   const REALV u = h * y;
@@ -107,7 +109,8 @@ static inline REALV arccosine_of_half(REALV h) {
 }
 #endif
 
-// exp(x) for x <= 0: x = n ln 2 + r, |r| <= ln(2) / 2, Taylor polynomial in r; 0 below the smallest normal number.
+// exp(x) for x <= 0: x = n ln 2 + r, |r| <= ln(2) / 2, Taylor polynomial in r; 0 below the smallest
+// normal number.
 #ifdef REAL_IS_DOUBLE
 static inline REALV exp_of_negative(REALV x) {
   const REALV clamped = fmax(x, (REALV)-708.0);

@@ -1,6 +1,6 @@
-// C(i, j) = k(x_i, z_j): a work-group of WORK_GROUP work-items, side by side along the columns, computes ROWS rows.
-// `columns` holds z prepared and transposed, POINT x column_stride, padded to whole vectors; `rows` holds x prepared,
-// POINT values per point.
+// C(i, j) = k(x_i, z_j). A work-group of WORK_GROUP work-items, side by side along the columns,
+// computes ROWS rows. `columns` contains z prepared and transposed, POINT x column_stride, padded
+// to whole vectors; `rows` contains x prepared, POINT values per point.
 __kernel __attribute__((reqd_work_group_size(WORK_GROUP, 1, 1))) void covariance_block(
     __global const REAL* restrict rows, __global const REAL* restrict columns, const long row_count,
     const long column_count, const long column_stride, const REAL signal_variance, const int lower_only,

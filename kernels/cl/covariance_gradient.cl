@@ -1,8 +1,9 @@
-// Partial sums of sum_ij W_ij dk(x_i, z_j) / dlog theta / sigma_f^2: a work-group of WORK_GROUP work-items, side by side
-// along the columns, sums ROWS rows and writes its SCALES + 1 values, added up in the order of the work-items. `points`
-// holds x prepared, POINT values per point; `columns` z transposed, padded to whole vectors. With
-// `lower_only` z is x, W symmetric, and pairs below the diagonal count twice in place of those above. The formulas are
-// with the functions in kernels/covariance.
+// Partial sums of sum_ij W_ij dk(x_i, z_j) / dlog theta / sigma_f^2. A work-group of WORK_GROUP
+// work-items, side by side along the columns, sums ROWS rows and writes its SCALES + 1 values,
+// added in the order of the work-items. `points` contains x prepared, POINT values per point;
+// `columns` z transposed, padded to whole vectors. With `lower_only` z is x, W is symmetric, and
+// pairs below the diagonal count twice in place of those above. The formulas are in the functions'
+// files in kernels/covariance.
 __kernel __attribute__((reqd_work_group_size(WORK_GROUP, 1, 1))) void covariance_gradient(
     __global const REAL* restrict points, __global const REAL* restrict columns, const long count,
     const long column_count, const long column_stride, const int lower_only, __global const REAL* restrict weights, const long weight_stride,

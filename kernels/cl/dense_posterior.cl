@@ -1,17 +1,18 @@
-// The dense posterior, tile by tile: kernels/ops/opencl_dense_posterior.cc says what the arrays hold. Macros beside
-// common.cl's:
+// The dense posterior, tile by tile; kernels/ops/opencl_dense_posterior.cc describes the arrays.
+// Macros in addition to common.cl's:
 //   PANEL    rows of the factor in a register block
 //   WIDTH    vectors of queries in a register block; WIDTH * VEC queries are a micro-tile
 //   GROUP    rows of the factor in a cache block, a multiple of PANEL
-//   DEPTH    columns of the factor in a cache block, GROUP a multiple or a divisor
+//   DEPTH    columns of the factor in a cache block; GROUP is a multiple or a divisor of it
 //   FACTOR   0 none, 1 Cholesky (blocked substitution), 2 inverse Cholesky (product)
-//   WORK_GROUP  work-items that run side by side, each on tiles of its own: 1 on CPUs
-// dense_posterior_local.cl is the same for devices whose work-items share local memory.
+//   WORK_GROUP  work-items side by side, each on its own tiles: 1 on CPUs
+// dense_posterior_local.cl does the same on devices whose work-items share local memory.
 #define QUERIES (WIDTH * VEC)
 
 #include "posterior_outputs.cl"
 
-// Mean sums of one micro-tile, and its covariances k*(i, q) / sigma_f^2 if `covariances` is not null: n x QUERIES.
+// The sums for the means of one micro-tile, and its covariances k*(i, q) / sigma_f^2 if
+// `covariances` is not null: n x QUERIES.
 static inline void covary(__global const float* queries, const long query_stride, __global const float* inputs,
                    __global const float* alpha, const int n, __global float* covariances,
                    __global float* means) {
@@ -80,7 +81,8 @@ static inline void add_product(__global const float* panel, __global const float
   }
 }
 
-// rows of the panel := sum_k panel(k, r) rows(k, q), k < depth, where the panel's rows are the last PANEL of the depth.
+// Rows of the panel := sum_k panel(k, r) rows(k, q), k < depth; the panel's rows are the last PANEL
+// of the depth.
 static inline void replace_by_product(__global const float* panel, __global float* rows, const int depth) {
   REALV acc[PANEL][WIDTH];
 #pragma unroll
@@ -97,8 +99,8 @@ static inline void replace_by_product(__global const float* panel, __global floa
   }
 }
 
-// Rows [first, first + count) of every micro-tile, count a multiple of PANEL: += (packed part left of the diagonal block)
-// times the rows above.
+// Rows [first, first + count) of every micro-tile, count a multiple of PANEL: += (packed part left
+// of the diagonal block) times the rows above.
 static inline void add_left_part(__global const float* packed, const int first, const int count, const int micro_tiles,
                           __global float* tile, const long micro_stride) {
   for (int k = 0; k < first; k += DEPTH) {
@@ -113,13 +115,15 @@ static inline void add_left_part(__global const float* packed, const int first, 
   }
 }
 
-// Rows [first, first + count) := packed lower triangle times themselves, from the last panel to the first, in place.
+// Rows [first, first + count) := packed lower triangle times themselves, from the last panel to the
+// first, in place.
 static inline void multiply_diagonal_part(__global const float* packed, const int first, const int count,
                                    const int micro_tiles, __global float* tile, const long micro_stride) {
   for (int t = 0; t < micro_tiles; ++t) {
     __global float* rows = tile + t * micro_stride + (long)first * QUERIES;
     for (int r = count - PANEL; r >= 0; r -= PANEL) {
-      // Panel p = r / PANEL has PANEL (p + 1) columns, so those before it hold PANEL^2 p (p + 1) / 2 values.
+      // Panel p = r / PANEL has PANEL (p + 1) columns, so the panels before it have PANEL^2 p (p +
+      // 1) / 2 values.
       replace_by_product(packed + (long)r * (r + PANEL) / 2, rows, r + PANEL);
     }
   }
@@ -142,11 +146,12 @@ static inline void add_squares(const int first, const int count, const int micro
   }
 }
 
-// Values of the packed factor before the group that starts at row `first`: (first^2 - first GROUP) / 2 left of the
-// diagonal blocks, and GROUP (GROUP + PANEL) / 2 in each diagonal block.
+// Values of the packed factor before the group that starts at row `first`: (first^2 - first GROUP)
+// / 2 left of the diagonal blocks, and GROUP (GROUP + PANEL) / 2 in each diagonal block.
 static inline long packed_offset(const long first) { return first * (first - GROUP) / 2 + first * (GROUP + PANEL) / 2; }
 
-// Replaces the covariances by L^-1 k* or R k*, and adds up the squares. n is a multiple of PANEL.
+// Replaces the covariances by L^-1 k* or R k*, and adds their squares to the sums. n is a multiple
+// of PANEL.
 static inline void apply_factor(__global const float* factor, const int n, const int micro_tiles, __global float* tile,
                          const long micro_stride, __global float* sums) {
 #if FACTOR == 1
@@ -158,7 +163,7 @@ static inline void apply_factor(__global const float* factor, const int n, const
     add_squares(first, count, micro_tiles, tile, micro_stride, sums);
   }
 #else
-  // From the last group to the first: a group's rows are needed by the groups below it as they were.
+  // From the last group to the first, because the groups below need a group's original rows.
   for (int first = (n - 1) / GROUP * GROUP; first >= 0; first -= GROUP) {
     const int count = min(GROUP, n - first);
     __global const float* packed = factor + packed_offset(first);
@@ -170,8 +175,9 @@ static inline void apply_factor(__global const float* factor, const int n, const
 }
 #endif
 
-// A work-item takes tiles of `micro_tiles` micro-tiles, one after another, until the counter next_tile says that none is
-// left: it keeps its own scratch, and who takes which tile changes no result.
+// A work-item processes tiles of `micro_tiles` micro-tiles, one after another, until the counter
+// next_tile reaches the end. It has its own scratch; the assignment of tiles to work-items does not
+// affect the results.
 __kernel __attribute__((reqd_work_group_size(WORK_GROUP, 1, 1))) void dense_posterior(
     __global const float* restrict queries, const long query_stride, const long query_count,
     __global const float* restrict inputs, __global const float* restrict alpha, const int input_count, const int padded_count,

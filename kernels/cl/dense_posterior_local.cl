@@ -1,40 +1,48 @@
-// The dense posterior for devices whose work-items run side by side and share local memory (GPUs): a work-group takes a
-// tile of queries, scalar work-items hold blocks of it in registers, and what they multiply is staged in local memory.
-// It has been checked on CPU devices and a simulator; it has not been timed on a GPU. Functions are external here: PoCL
-// 3.1 crashes on static ones that hold barriers.
+// The dense posterior for devices whose work-items run side by side and share local memory (GPUs).
+// A work-group processes a tile of queries; scalar work-items hold blocks of it in registers, and
+// the operands of products are staged in local memory. It has been checked on CPU devices and a
+// simulator; it has not been timed on a GPU. Functions are external here, because PoCL 3.1 crashes
+// on static ones that contain barriers.
 //
-// Arguments as in dense_posterior.cl. Macros beside common.cl's, whose VEC is 1 and POINT_SPACE __local here:
-//   PANEL    rows of the factor that a work-item holds
+// Arguments as in dense_posterior.cl. Macros in addition to common.cl's, whose VEC is 1 and
+// POINT_SPACE __local here:
+//   PANEL    rows of the factor per work-item
 //   PANELS   work-items side by side along rows: GROUP = PANEL PANELS rows are a block
-//   WIDTH    queries that a work-item holds
-//   COLUMNS  work-items side by side along queries: QUERIES = WIDTH COLUMNS are a tile, PANELS COLUMNS a work-group
+//   WIDTH    queries per work-item
+//   COLUMNS  work-items side by side along queries: QUERIES = WIDTH COLUMNS are a tile,
+//            PANELS COLUMNS a work-group
 //   DEPTH    columns of the factor staged at once, a divisor of GROUP
 //   FACTOR   0 none, 1 Cholesky (blocked substitution), 2 inverse Cholesky (product)
 //
-// Of every block of GROUP rows, from the first to the last, with K_g the covariances of its rows with the tile's queries,
-// and v_h what the blocks before left in the work-group's scratch, padded_count x QUERIES:
+// For every block g of GROUP rows, from the first to the last, let K_g be the covariances of its
+// rows with the tile's queries, and v_h the results of the earlier blocks in the work-group's
+// scratch, padded_count x QUERIES:
 //
 //   (1) FACTOR 1:  V = K_g - sum_{h<g} L_gh v_h,  v_g = L_gg^-1 V,  squares += v_g^2
 //   (2) FACTOR 2:  v_g = K_g,  squares += (sum_{h<=g} R_gh v_h)^2
 //
-// The factor is packed with panels of GROUP rows (kernels/ops/packed_factor.h): block g is first_g + GROUP columns of
-// GROUP values, those of the diagonal block last. Traffic for a multiply-add: 4 / GROUP bytes of scratch, 4 / QUERIES of
-// the factor, and (PANEL + WIDTH) / (PANEL WIDTH) values of local memory. The columns of a tile never mix, and the work
-// and order of the sums are the same in each: results do not depend on the tile that a query falls in.
+// The factor is packed with panels of GROUP rows (kernels/ops/packed_factor.h): block g is first_g
+// + GROUP columns of GROUP values, with the diagonal block last. Traffic per multiply-add: 4 /
+// GROUP bytes of scratch, 4 / QUERIES of the factor, and (PANEL + WIDTH) / (PANEL WIDTH) values of
+// local memory. The columns of a tile never mix, and the operations and the order of the sums are
+// the same in each: results do not depend on a query's tile.
 //
-// On an H200 (33.5 T multiply-adds a second in float32, 4.8 TB/s, 132 units of 2,048 work-items, 64 k registers and 228 kB of
-// local memory each), counted, not measured, with DefaultGpuTuning, n = 4000, D = 6 and every pixel of 1242 x 375. Groups of
-// 128, 4 a unit: 512 work-items, 0.25 of the places, which is what 128 registers each allow (64 sums and two times 8 factors).
+// On an H200 (33.5 T multiply-adds per second in float32, 4.8 TB/s, 132 units of 2,048 work-items,
+// 64 k registers and 228 kB of local memory each), counted, not measured, with DefaultGpuTuning, n
+// = 4000, D = 6 and every pixel of 1242 x 375. Groups of 128, 4 per unit: 512 work-items, 0.25 of
+// the places, which is the limit with 128 registers each (64 sums and two times 8 factors).
 //
-//                 tiles of       multiply-adds       local memory       scratch and factor                    least time
-//   variance      64 queries     4.0 T, 0.120 s      4.0 TB, 0.120 s    126 GB, 0.026 s; 252 GB from cache    0.120 s
-//   mean alone    512 queries    0.080 T, 0.0024 s   0.017 TB           none; 0.1 GB from cache               0.0024 s
+//   variance    64 queries per tile: 4.0 T multiply-adds, 0.120 s; 4.0 TB of local memory, 0.120 s;
+//               126 GB of scratch and factor, 0.026 s; 252 GB from cache; least time 0.120 s
+//   mean alone  512 queries per tile: 0.080 T multiply-adds, 0.0024 s; 0.017 TB of local memory;
+//               no scratch and factor; 0.1 GB from cache; least time 0.0024 s
 //
-// 12.3 kB of local memory a group, 0.55 GB of scratch for 528 groups. So two pictures a second need 0.24 of the peak.
+// 12.3 kB of local memory per group, 0.55 GB of scratch for 528 groups. So two pictures per second
+// need 0.24 of the peak.
 #define GROUP (PANEL * PANELS)
 #define QUERIES (WIDTH * COLUMNS)
 #define WORK_GROUP (PANELS * COLUMNS)
-// Queries whose sums a work-item keeps.
+// Number of queries whose sums a work-item keeps.
 #define OWNED ((QUERIES + WORK_GROUP - 1) / WORK_GROUP)
 
 #include "posterior_outputs.cl"
@@ -47,7 +55,7 @@
 #define STAGE (SUM_BLOCK * (POINT + 1))
 #endif
 
-// stage[0, count) := source[0, count), zeros from `valid` on, by the whole work-group.
+// stage[0, count) := source[0, count), with zeros from `valid` on; done by the whole work-group.
 void fetch(__local float* stage, __global const float* source, const int count, const int valid) {
   for (int i = get_local_id(0); i < count; i += WORK_GROUP) stage[i] = i < valid ? source[i] : 0.0f;
 }
@@ -57,8 +65,8 @@ void load_query(__global const float* queries, const long query_stride, const lo
 }
 
 #if FACTOR
-// acc(r, v) += sum_k packed(k, row r) rows(k, query v), k < count, a multiple of DEPTH. A work-item leaves out the chunks
-// from column `zero_from` on, where its rows of the factor are zero.
+// acc(r, v) += sum_k packed(k, row r) rows(k, query v), k < count, a multiple of DEPTH. A work-item
+// skips the chunks from column `zero_from` on, in which its rows of the factor are zero.
 void accumulate(float acc[PANEL][WIDTH], __global const float* packed, __global const float* rows,
                        const int count, const int zero_from, const int panel, const int column,
                        __local float* stage) {
@@ -90,7 +98,8 @@ void set_zero(float acc[PANEL][WIDTH]) {
   }
 }
 
-// The work-item's own part of a block in the scratch: visible to the work-group after its next barrier of global memory.
+// The work-item's own part of a block in the scratch: visible to the work-group after its next
+// barrier of global memory.
 void load_block(__global const float* block, const int panel, const int column, float acc[PANEL][WIDTH]) {
 #pragma unroll
   for (int r = 0; r < PANEL; ++r) {
@@ -107,8 +116,8 @@ void store_block(float acc[PANEL][WIDTH], const int panel, const int column, __g
   }
 }
 
-// block := covariances over sigma_f^2 of its rows with the tile's queries; rows from input_count on are zero. The loops
-// stay loops: unrolled into registers, they would be most of the program.
+// block := covariances over sigma_f^2 of its rows with the tile's queries; rows from input_count on
+// are zero. The loops are not unrolled, since they would then be most of the program.
 void covary_block(__global const float* queries, const long query_stride, const long first_query,
                          __global const float* inputs, const int input_count, const int first,
                          const int panel, const int column, __local float* stage, __global float* block) {
@@ -127,8 +136,8 @@ void covary_block(__global const float* queries, const long query_stride, const 
   }
 }
 
-// Equations (1) and (2) for one block, and the sums of K_g alpha in the order of the kernel without a factor: `partial`
-// enters `total` after every SUM_BLOCK rows.
+// Equations (1) and (2) for one block, and the sums of K_g alpha in the order of the kernel without
+// a factor: `partial` is added to `total` after every SUM_BLOCK rows.
 void process_block(__global const float* queries, const long query_stride, const long first_query,
                           __global const float* inputs, __global const float* alpha,
                           const int input_count, const int first, __global const float* packed,
@@ -174,7 +183,7 @@ void process_block(__global const float* queries, const long query_stride, const
   }
 }
 
-// Of one tile: the means into `total`, the squares of every work-item into the stage.
+// For one tile: the means go to `total`, the squares of every work-item to the stage.
 void process_tile(__global const float* queries, const long query_stride, const long first_query,
                          __global const float* inputs, __global const float* alpha, const int input_count,
                          const int padded_count, __global const float* factor, __global float* rows,
@@ -190,7 +199,7 @@ void process_tile(__global const float* queries, const long query_stride, const 
 #pragma unroll
   for (int v = 0; v < WIDTH; ++v) squares[v] = 0.0f;
   for (int first = 0; first < padded_count; first += GROUP) {
-    // The blocks before hold GROUP (GROUP + 2 GROUP + ... + first) values.
+    // The earlier blocks have GROUP (GROUP + 2 GROUP + ... + first) values.
     process_block(queries, query_stride, first_query, inputs, alpha, input_count, first,
                   factor + (long)first * (first + GROUP) / 2, rows, panel, column, squares, partial, total, stage);
   }
@@ -233,7 +242,8 @@ void process_tile(__global const float* queries, const long query_stride, const 
 }
 #endif
 
-// Work-group g takes the tiles g, g + groups, ...; the scratch of each is `scratch_stride` values.
+// Work-group g processes the tiles g, g + groups, ...; the scratch of each group has
+// `scratch_stride` values.
 __kernel __attribute__((reqd_work_group_size(WORK_GROUP, 1, 1))) void dense_posterior(
     __global const float* restrict queries, const long query_stride, const long query_count,
     __global const float* restrict inputs, __global const float* restrict alpha, const int input_count,

@@ -1,7 +1,8 @@
-// Descriptors of image windows and reconstruction from a grid. Needs CHANNELS (1 or 3) beside common.cl's macros.
+// Descriptors of image windows and reconstruction from a grid. Needs CHANNELS (1 or 3) in addition
+// to common.cl's macros.
 
-// The four intensities of a window: sums of 8-bit values over `count` pixels, mapped to [-1, 1]. All kernels of descriptors end
-// here, so that they agree bit for bit.
+// The four intensities of a window: sums of 8-bit values over `count` pixels, mapped to [-1, 1].
+// All descriptor kernels use this function, so that they agree bit for bit.
 static inline void write_descriptor(float u, float v, int blue_sum, int green_sum, int red_sum, int count,
                              __global float* out) {
   const float scale = 2.0f / (255.0f * (float)count);
@@ -31,8 +32,9 @@ static inline void add_row(__global const uchar* row, int size, int sign, __glob
   }
 }
 
-// For devices with one work-item a core: a work-item computes `rows_per_item` rows of the grid. Its two scratch rows hold the sums of each column of bytes over
-// the window's rows, which slide from one grid row to the next, and their running sums along the row.
+// For devices with one work-item per core: a work-item computes `rows_per_item` rows of the grid.
+// It has two scratch rows. The first holds the sums of each column of bytes over the window's rows,
+// which slide from one grid row to the next; the second holds their running sums along the row.
 __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void descriptor_field(
     __global const uchar* restrict image, const long stride_bytes, const int width, const int height, const int radius,
     __global const int* restrict x_pixels, __global const int* restrict y_pixels, __global const float* restrict u,
@@ -44,7 +46,7 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void descriptor_field(
   const int first = (int)get_global_id(0) * rows_per_item;
   const int last = min(first + rows_per_item, rows);
   int top = 0;
-  int bottom = 0;  // the rows [top, bottom) are in sums
+  int bottom = 0;  // `sums` contains the rows [top, bottom)
   for (int i = 0; i < size; ++i) sums[i] = 0;
   for (int row = first; row < last; ++row) {
     const int new_top = max(y_pixels[row] - radius, 0);
@@ -98,7 +100,8 @@ static inline void describe_window(__global const uchar* restrict image, const l
   write_descriptor(u, v, sums[0], sums[CHANNELS / 2], sums[CHANNELS - 1], (right - left) * (bottom - top), out);
 }
 
-// A work-item computes one point of the grid: (column, row) is its global id. Those right of the grid fill work-groups up.
+// A work-item computes one point of the grid: (column, row) is its global id. Work-items right of
+// the grid only fill the work-groups.
 __kernel void descriptor_field_by_point(
     __global const uchar* restrict image, const long stride_bytes, const int width, const int height, const int radius,
     __global const int* restrict x_pixels, __global const int* restrict y_pixels, __global const float* restrict u,
@@ -109,8 +112,8 @@ __kernel void descriptor_field_by_point(
                   out + ((long)row * columns + column) * out_stride);
 }
 
-// A work-item describes one point: the window around the pixel (x, y), coordinates u, v of its own. Those behind the
-// last point fill its work-group up.
+// A work-item describes one point: the window around the pixel (x, y), with the point's own
+// coordinates u, v. Work-items beyond the last point only fill its work-group.
 __kernel void descriptors_at(__global const uchar* restrict image, const long stride_bytes, const int width,
                              const int height, const int radius, __global const int2* restrict pixels,
                              __global const float2* restrict coordinates, const long count,
@@ -121,7 +124,7 @@ __kernel void descriptors_at(__global const uchar* restrict image, const long st
                   coordinates[i].y, out + i * out_stride);
 }
 
-// The two rows of the grid around an image row, and how far it is from the first.
+// The two rows of the grid around an image row, and its relative distance from the first.
 typedef struct {
   __global const float* upper;
   __global const float* lower;
@@ -141,12 +144,12 @@ static inline RowPair rows_around(__global const float* restrict values, const l
   return pair;
 }
 
-// (1 - f) upper + f lower, exact where f is 0 or 1.
+// (1 - f) upper + f lower, exact for f = 0 and f = 1.
 static inline float between_rows(const RowPair pair, const int column) {
   return fma(pair.f, pair.lower[column], (1.0f - pair.f) * pair.upper[column]);
 }
 
-// At column x of the image, x0 <= x <= x1: (1 - f) left + f right, exact where f is 0 or 1.
+// At column x of the image, x0 <= x <= x1: (1 - f) left + f right, exact for f = 0 and f = 1.
 static inline float between_columns(const float left, const float right, const int x0, const int x1, const int x) {
   const float f = (float)(x - x0) / (float)(x1 - x0);
   return fma(f, right, (1.0f - f) * left);
@@ -170,14 +173,15 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void grid_interpolation(
   }
 }
 
-// A work-item reconstructs one pixel: (x, y) is its global id. Those right of the image fill work-groups up.
+// A work-item reconstructs one pixel: (x, y) is its global id. Work-items right of the image only
+// fill the work-groups.
 __kernel void grid_interpolation_by_pixel(__global const float* restrict values, const long value_stride,
                                           const int columns, const int rows, const int stride, const int width,
                                           const int height, __global float* restrict out, const long out_stride) {
   const int x = get_global_id(0), y = get_global_id(1);
   if (x >= width) return;
   const RowPair pair = rows_around(values, value_stride, rows, stride, height, y);
-  const int column = (x + stride - 1) / stride;  // on the right of the pixel, or at it
+  const int column = (x + stride - 1) / stride;  // right of the pixel, or at it
   float value = between_rows(pair, column);
   if (column > 0) {
     const int x0 = (column - 1) * stride;

@@ -1,20 +1,23 @@
-// Blocked linear algebra of row-major matrices: kernels/ops/device_linear_algebra.h says what is made of it. Macros beside
-// common.cl's, whose VEC is 1:
+// Blocked linear algebra of row-major matrices, used by kernels/ops/device_linear_algebra.h. Macros
+// in addition to common.cl's, whose VEC is 1:
 //   TILE   rows and columns of a tile, and of a diagonal block
-//   ITEM   a work-item holds ITEM x ITEM values of a tile: GROUP = TILE / ITEM work-items side by side each way
+//   ITEM   a work-item holds ITEM x ITEM values of a tile: GROUP = TILE / ITEM work-items side by
+//          side in each direction
 //   DEPTH  columns of a product staged in local memory at once
 //
-// An element (i, j) of a matrix lies at first + i row_step + j column_step, so that a transpose is a matter of steps.
-// Traffic for a multiply-add of multiply_tiles: 2 / TILE values of global memory, 2 / ITEM of local memory.
+// Element (i, j) of a matrix is at first + i row_step + j column_step, so that a transpose only
+// exchanges the steps. Traffic per multiply-add of multiply_tiles: 2 / TILE values of global
+// memory, 2 / ITEM of local memory.
 #define GROUP (TILE / ITEM)
-// A staged column lies this far from the next: no two of a fetch fall on one bank.
+// Distance between staged columns: no two elements of a fetch are in one bank.
 #define STAGED (TILE + 1)
 #define LOWER_TILES 1
 #define FROM_THE_ROW 2
 
-// C := sign A B, or C += sign A B with `add`; A: rows x depth, B: depth x columns. With LOWER_TILES the tiles above the
-// diagonal are left as they are, with FROM_THE_ROW the sum begins at the tile's first row. C may be A where it is one tile
-// wide, and B where it is one tile high: a work-group reads what it needs before it writes.
+// C := sign A B, or C += sign A B with `add`; A: rows x depth, B: depth x columns. With LOWER_TILES
+// the tiles above the diagonal stay unchanged; with FROM_THE_ROW the sum begins at the tile's first
+// row. C may be A if it is one tile wide, and B if it is one tile high: a work-group finishes its
+// reads before it writes.
 __kernel __attribute__((reqd_work_group_size(GROUP, GROUP, 1))) void multiply_tiles(
     const long rows, const long columns, const long depth, const REAL sign, const int add, const int parts,
     __global const REAL* a, const long a_first, const long a_row_step, const long a_column_step, __global const REAL* b,
@@ -32,7 +35,7 @@ __kernel __attribute__((reqd_work_group_size(GROUP, GROUP, 1))) void multiply_ti
   for (long k0 = parts & FROM_THE_ROW ? row : 0; k0 < end; k0 += DEPTH) {
     barrier(CLK_LOCAL_MEM_FENCE);
     for (int s = y * GROUP + x; s < DEPTH * TILE; s += GROUP * GROUP) {
-      // Neighbours fetch neighbours.
+      // Neighbouring work-items fetch neighbouring elements.
       const int a_k = a_column_step == 1 ? s % DEPTH : s / TILE, a_i = a_column_step == 1 ? s / DEPTH : s % TILE;
       const bool a_inside = row + a_i < rows && k0 + a_k < end;
       a_stage[a_k * STAGED + a_i] =
@@ -52,7 +55,7 @@ __kernel __attribute__((reqd_work_group_size(GROUP, GROUP, 1))) void multiply_ti
       }
     }
   }
-  barrier(CLK_GLOBAL_MEM_FENCE);  // where C is A or B, all has been read
+  barrier(CLK_GLOBAL_MEM_FENCE);  // if C is A or B, all reads are done here
   for (int i = 0; i < ITEM; ++i) {
     const long r = row + y + i * GROUP;
     for (int j = 0; j < ITEM; ++j) {
@@ -64,10 +67,11 @@ __kernel __attribute__((reqd_work_group_size(GROUP, GROUP, 1))) void multiply_ti
   }
 }
 
-// Of the `size` x `size` block of A at `first`, the lower triangle becomes its Cholesky factor L, and inverse, TILE x TILE,
-// L^-1 with ones on the diagonal from `size` on. `bad` becomes the first row, counted from `row`, whose pivot is not above its
-// floor or not finite, where it was negative. One work-group; its lower triangle lies row by row in local memory, half of the
-// 32 KiB that every device has.
+// In the `size` x `size` block of A at `first`, the lower triangle becomes its Cholesky factor L.
+// `inverse`, TILE x TILE, becomes L^-1, with ones on the diagonal from `size` on. If `bad` was
+// negative, it becomes the first row, counted from `row`, whose pivot is not above its floor or not
+// finite. One work-group; its lower triangle is stored row by row in local memory, half of the 32
+// KiB that every device has.
 #define AT(i, j) ((i) * ((i) + 1) / 2 + (j))
 __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void factor_diagonal(
     __global REAL* a, const long first, const long row_step, const int size, __global const REAL* floors, const int row,
@@ -121,7 +125,7 @@ __kernel void get_diagonal(__global const REAL* a, const long row_step, const lo
   if (i < count) diagonal[i] = a[i * row_step + i];
 }
 
-// Of the lower triangle, W := sum_c u_ic u_jc - outputs W; u: count x outputs.
+// In the lower triangle, W := sum_c u_ic u_jc - outputs W; u: count x outputs.
 __kernel void likelihood_weights(__global REAL* w, const long row_step, const long count, __global const REAL* u,
                                  const int outputs) {
   const long j = get_global_id(0), i = get_global_id(1);

@@ -1,6 +1,7 @@
-// Points in the order of the caller's matrix, prepared (kernels/base/prepared_points.h) in float64: value c of p(x_i) goes
-// to out[c component_step + i point_step], zeros for i from `count` on. Macros beside common.cl's: DIMENSION, POINT and
-// SCALES, and INPUT and OUTPUT, the types of the matrices.
+// Prepares points in the order of the caller's matrix (kernels/base/prepared_points.h) in float64:
+// value c of p(x_i) goes to out[c component_step + i point_step], zeros for i from `count` on.
+// Macros in addition to common.cl's: DIMENSION, POINT and SCALES, and INPUT and OUTPUT, the types
+// of the matrices.
 __kernel void prepare_points(__global const INPUT* restrict points, const long first, const long stride, const long count,
                              const long padded_count, __global const double* restrict scales_and_centre,
                              __global OUTPUT* restrict out, const long component_step, const long point_step) {

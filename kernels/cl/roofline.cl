@@ -1,4 +1,4 @@
-// The device's multiply-add peak: CHAINS independent chains of vectors in registers.
+// Measures the device's multiply-add peak: CHAINS independent chains of vectors in registers.
 __kernel void multiply_add(const int steps, const REAL factor, const REAL term, __global REAL* restrict out) {
   REALV chains[CHAINS];
 #pragma unroll

@@ -6,7 +6,7 @@
 
 namespace egosieve::kernels::cl_sources {
 
-// The text of a file of kernels/cl, "common.cl" for instance; empty when there is no such file.
+// The text of a file of kernels/cl, for instance "common.cl"; empty if there is no such file.
 std::string_view Text(std::string_view file);
 
 }  // namespace egosieve::kernels::cl_sources

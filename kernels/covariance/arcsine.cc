@@ -14,11 +14,12 @@
 //       h = (1 - |z|) / 2 = (|a^ - s b^|^2 + e_a + e_b) / 4
 //   (3) asin z = s (pi/2 - 2 asin sqrt(h)),  0 <= h <= 1/2
 //
-// Nothing cancels in (2): the sum has no negative term, and the error of a^ - s b^ from rounding a^
-// and b^ to a unit roundoff u is at most u (|a^| + |b^|) <= 2u in norm, so sqrt(h) carries at most
-// u, and asin z, whose derivative by sqrt(h) is at most 2 / sqrt(1 - h) <= 2.83, at most 2.83 u
-// plus the rounding of the sum and of the polynomial. A point is (a^ / 2, e / 4): then h is a plain
-// sum of squares. In float32 the error is at most 1e-6, whatever the inputs.
+// Nothing cancels in (2), since the sum has no negative term. Rounding a^ and b^ to a unit roundoff
+// u changes a^ - s b^ by at most u (|a^| + |b^|) <= 2u in norm, so the error of sqrt(h) is at most
+// u. The derivative of asin z with respect to sqrt(h) is at most 2 / sqrt(1 - h) <= 2.83, so the
+// error of asin z is at most 2.83 u plus the rounding of the sum and of the polynomial. A point is
+// stored as (a^ / 2, e / 4): then h is a plain sum of squares. In float32 the error is at most 1e-6
+// for all inputs.
 //
 //   dv/dlog w_d = s (2 h (a^_d^2 + b^_d^2) - (a^_d - s b^_d)^2) / sqrt(1 - z^2),
 //   1 - z^2 = 4 h (1 - h)
@@ -38,7 +39,7 @@
 namespace egosieve::kernels {
 
 double DifferenceThreshold(int64_t components) {
-  const int64_t roundings = (components + 1) / 2 + 3;  // in the longer of two chains
+  const int64_t roundings = (components + 1) / 2 + 3;  // in the longer of the two chains
   const double s = static_cast<double>(roundings) * std::ldexp(1.0, -24) / 1.7e-6;
   return s < 0.5 ? 0.5 - std::sqrt(0.25 - s * s) : 1.0;
 }
@@ -47,12 +48,13 @@ namespace {
 
 constexpr double kHalfPi = 1.57079632679489661923;
 
-// Keeps h positive in float32 where weights are so large that e would underflow; sqrt(h) moves by
-// at most 1e-15.
+// Keeps h positive in float32 for weights so large that e would underflow; it changes sqrt(h) by at
+// most 1e-15.
 constexpr double kSmallestQuarter = 1e-30;
 
-// $C components, and $B, the h below which the dot product's rounding passes 1e-6 (arcsine.h):
-// there h comes from the difference of vectors, lane by lane. $DOT_SUFFICES: no lane will be below.
+// $C: number of components. $B: the h below which the dot product's rounding exceeds 1e-6
+// (arcsine.h); there h comes from the difference of vectors, lane by lane. $DOT_SUFFICES: no lane
+// can be below.
 constexpr char kPreparationCode[] = R"(
 static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
   double half_norm = scales[0] * scales[0];
@@ -184,7 +186,7 @@ class Arcsine : public CovarianceDescription {
     double sum = w[0] * w[0];
     for (int64_t d = 1; d <= dimension; ++d) sum += w[d] * w[d] * x[d - 1] * x[d - 1];
     // asin(z) = atan(z / sqrt(1 - z^2)); with z = s / (1 + s), 1 - z^2 = (1 + 2 s) / (1 + s)^2: no
-    // cancellation where z is near 1.
+    // cancellation for z near 1.
     const double s = 2.0 * sum;
     return std::atan(s / std::sqrt(1.0 + 2.0 * s));
   }
@@ -230,8 +232,8 @@ class Arcsine : public CovarianceDescription {
     return {sign, std::min(h, 0.5)};
   }
 
-  // |z| <= |a^| = sqrt(1 - e_a) for every query, so h >= (1 - sqrt(1 - e_a)) / 2 >= e_a / 4, which
-  // is what the prepared training inputs hold.
+  // |z| <= |a^| = sqrt(1 - e_a) for every query, so h >= (1 - sqrt(1 - e_a)) / 2 >= e_a / 4, and
+  // the prepared training inputs contain e_a / 4.
   static float SmallestH(const DeviceCodeRequest& request) {
     float smallest = request.points.rows == 0 ? 0.0f : 1.0f;
     for (int64_t i = 0; i < request.points.rows; ++i) {

@@ -1,4 +1,5 @@
-// The constant covariance, f(x, x') = 1, of functions that are the same everywhere; no scales.
+// The constant covariance, f(x, x') = 1, for functions that have the same value everywhere; no
+// scales.
 #include <memory>
 #include <string>
 

@@ -17,7 +17,7 @@ constexpr char kPreparationHead[] = R"(
 static inline void prepare_point@(const double* scales, const double* x, const double* centre, double* point) {
 )";
 
-// The amplitude of a term of a sum, against the first.
+// The amplitude of a term of a sum, relative to the first term.
 ScaleGroup Amplitude() {
   return {false, ScaleGroup::Unit::kNone, 1.0, std::log(0.05), std::log(20.0)};
 }
@@ -32,8 +32,8 @@ std::vector<ScaleGroup> GroupsOf(const std::vector<Part>& parts, bool with_ampli
   return groups;
 }
 
-// Sums and products. An amplitude lies before each term of a sum but the first, among the scales
-// and among a point's values.
+// Sums and products. In a sum each term except the first has an amplitude, which precedes it among
+// the scales and among a point's values.
 class Composition : public CovarianceDescription {
  public:
   Composition(std::vector<Part> parts, bool is_sum)

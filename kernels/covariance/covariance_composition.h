@@ -1,4 +1,5 @@
-// Descriptions made of others: sums, products, and functions in which all inputs share a scale.
+// Covariance functions composed of others: sums, products, and functions in which all inputs share
+// a scale.
 #ifndef EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_COMPOSITION_H_
 #define EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_COMPOSITION_H_
 

@@ -15,9 +15,9 @@ namespace {
 using Part = CovariancePart;
 using Names = std::map<std::string, Part, std::less<>>;
 
-constexpr int kDeepest = 32;  // parentheses within each other
+constexpr int kDeepest = 32;  // nested parentheses
 
-// Recursive descent over the grammar.
+// A recursive-descent parser of the grammar.
 class Parser {
  public:
   Parser(std::string_view text, const Names& names) : text_(text), names_(names) {}
@@ -70,7 +70,7 @@ class Parser {
     return NamedDescription{found->first, found->second};
   }
 
-  // After the opening parenthesis. Parentheses around what needs none are left out.
+  // Continues after the opening parenthesis. Unnecessary parentheses are dropped.
   absl::StatusOr<NamedDescription> Enclosed(std::string_view before, int depth) {
     EGOSIEVE_ASSIGN_OR_RETURN(NamedDescription sum, Sum(depth + 1));
     if (!Take(')')) return Error("')'");

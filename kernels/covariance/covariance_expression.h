@@ -1,10 +1,10 @@
-// Sums, products and shared scales of covariance functions: descriptions made of descriptions. The
-// grammar is in covariance_function.h.
+// Sums, products and shared scales of covariance functions: descriptions composed of descriptions.
+// The grammar is in covariance_function.h.
 //
 //   sum        p = (p_1, a_2, p_2, ...)   v = v_1 + a_2 a_2' v_2 + ...
 //                                         dv/dlog a_2 = 2 a_2 a_2' v_2
 //   product    p = (p_1, p_2, ...)        v = v_1 v_2 ...
-//   isotropic  p of scales that are alike within a group; a group's derivatives are summed
+//   isotropic  p with equal scales within a group; a group's derivatives are summed
 #ifndef EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_EXPRESSION_H_
 #define EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_EXPRESSION_H_
 
@@ -24,7 +24,7 @@ struct NamedDescription {
   std::shared_ptr<const CovarianceDescription> description;
 };
 
-// `names`: the functions that are no composition.
+// `names`: the elementary functions.
 absl::StatusOr<NamedDescription> ParseCovariance(
     std::string_view text,
     const std::map<std::string, std::shared_ptr<const CovarianceDescription>, std::less<>>& names);

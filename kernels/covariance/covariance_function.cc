@@ -15,7 +15,7 @@ namespace {
 using Descriptions =
     std::map<std::string, std::shared_ptr<const CovarianceDescription>, std::less<>>;
 
-// Names and compositions that were asked for, never taken out again.
+// All names and compositions requested so far; they are never removed.
 struct Known {
   std::mutex mutex;
   Descriptions named;

@@ -1,30 +1,31 @@
-// Covariance functions, one description each: what kernels and models know of a function is in its
-// file in this folder, which registers it by name. The two oldest, arcsine and squared exponential,
-// also have codes in the model file and in the C interface; others go there by name.
+// Covariance functions. Each function is a description in its own file in this folder, which
+// registers it by name; kernels and models use this description alone. The two oldest, arcsine and
+// squared exponential, also have codes in the model file and in the C interface; others are
+// identified there by name.
 //
 //   k(x, x') = sigma_f^2 f(x, x'; s),   s > 0: scales, optimised as logarithms    (1)
 //
-// A point is prepared once, in float64, and rounded once to the device's type: P values p(x), so
-// that
+// A point is prepared once, in float64, and rounded once to the device's type. This gives P values
+// p(x), so that
 //
 //   f(x, x') = v(p(x), p(x'))                                                                (2)
 //
 // is cheap and accurate. v is written twice: in C++ for the reference, and in OpenCL, where a
-// work-item takes a vector of points a against one point b. Where the inputs of a set lie far from
-// zero against their spread, functions of differences subtract a centre c first: rounding is then
+// work-item takes a vector of points a and one point b. If the inputs of a set lie far from zero
+// relative to their spread, functions of differences first subtract a centre c, so that rounding is
 // relative to |x - c|.
 //
-// A function is named by text:
+// The name of a function is a text:
 //
 //   sum      product { "+" product }       f_1 + a_2^2 f_2 + ...;  scales: s_1, a_2, s_2, ...
 //   product  factor { "*" factor }         f_1 f_2 ...;            scales: s_1, s_2, ...
 //   factor   name | "(" sum ")" | "isotropic" "(" sum ")"
 //
-// and has one scale for every input (automatic relevance determination), except within
+// A function has one scale per input (automatic relevance determination), except within
 // isotropic(...), where all inputs share one: "matern52 + linear * isotropic(periodic)".
 //
-// The OpenCL text of a function defines three functions, static inline, @ standing for a suffix of
-// its own and $D for D; UNROLL precedes loops over the values of a point.
+// The OpenCL text of a function defines three functions, static inline. @ represents the function's
+// suffix and $D the dimension D; UNROLL precedes loops over the values of a point.
 //
 //   v(a, b):
 //     REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b)
@@ -34,9 +35,9 @@
 //   f(x, x), where value c of p(x) is point[c stride]:
 //     float unit_variance@(__global const float* point, const long stride)
 //
-// and that of its preparation, in a program of its own, one:
+// The text of its preparation, in a separate program, defines one:
 //
-//   p(x), of scales, x and centre in private memory, in float64:
+//   p(x), with scales, x and centre in private memory, in float64:
 //     void prepare_point@(const double* scales, const double* x, const double* centre,
 //                         double* point)
 #ifndef EGOSIEVE_KERNELS_COVARIANCE_COVARIANCE_FUNCTION_H_
@@ -53,26 +54,25 @@
 
 namespace egosieve::kernels {
 
-// Scales that belong together: one for every input, or one.
+// A group of scales: one for every input, or one for all.
 struct ScaleGroup {
   enum class Unit { kNone, kInput, kInverseInput };
 
   bool per_input = true;
   Unit unit = Unit::kInput;
-  // A start, and bounds of the logarithm, for inputs in [-1, 1].
+  // Initial value, and bounds of the logarithm, for inputs in [-1, 1].
   double initial = 0.5;
   double lower_log = 0.0;
   double upper_log = 0.0;
 };
 
-// Of a length-scale: 0.5, in [0.02, 20].
+// The group of a length-scale: 0.5, in [0.02, 20].
 ScaleGroup LengthScales();
 
 struct DeviceCodeRequest {
   int64_t dimension = 0;  // D
   std::string suffix;
-  // The training inputs, prepared: what bounds hold of them may simplify the code. Empty: not
-  // known.
+  // The prepared training inputs: their bounds may simplify the code. Empty: unknown.
   ConstMatrixView<float> points;
 };
 
@@ -82,7 +82,7 @@ class CovarianceDescription {
 
   const std::vector<ScaleGroup>& scale_groups() const { return groups_; }
   int64_t ScaleCount(int64_t dimension) const { return per_input_ * dimension + fixed_; }
-  // D of a number of scales; 0 where it does not follow from it.
+  // D for a number of scales; 0 if it does not follow from it.
   int64_t DimensionOf(int64_t scale_count) const;
 
   // P.
@@ -96,14 +96,14 @@ class CovarianceDescription {
   virtual void AddGradient(int64_t dimension, const double* a, const double* b, double weight,
                            double* gradient) const = 0;
   // gradient[d] += weight df(x, x') / dx_d, where a = p(x), b = p(x'); 0 where f has a cusp or a
-  // step. f being symmetric, f(x, x) has twice that gradient at x' = x.
+  // step. Since f is symmetric, f(x, x) has twice that gradient at x' = x.
   virtual void AddInputGradient(const double* scales, int64_t dimension, const double* a,
                                 const double* b, double weight, double* gradient) const = 0;
   // f(x, x).
   virtual double Variance(const double* scales, int64_t dimension, const double* x) const = 0;
   virtual std::string DeviceCode(const DeviceCodeRequest& request) const = 0;
   virtual std::string PreparationCode(const DeviceCodeRequest& request) const = 0;
-  // A note on the code for the log; may be empty.
+  // Comment on the code for the log; may be empty.
   virtual std::string DeviceNote(const DeviceCodeRequest& /*request*/) const { return ""; }
 
  protected:
@@ -115,22 +115,22 @@ class CovarianceDescription {
   int64_t fixed_ = 0;
 };
 
-// `text` with the function's suffix and D in place.
+// `text` with the function's suffix and D inserted.
 std::string WithSuffix(std::string_view text, const DeviceCodeRequest& request);
 
-// A name for a description; a literal, cheap to copy and compare.
+// The name of a description; a literal, cheap to copy and compare.
 class CovarianceFunction {
  public:
-  // The two that the segmenter offers; any other comes from Parse.
+  // The two functions that the segmenter offers; others come from Parse.
   static const CovarianceFunction kArcsine;
   static const CovarianceFunction kSquaredExponential;
 
-  // InvalidArgument, saying where and what names there are, for a text that names no function.
+  // InvalidArgument, with the place and the known names, for a text that names no function.
   static absl::StatusOr<CovarianceFunction> Parse(std::string_view text);
-  // Of the functions that are no composition, in alphabetical order.
+  // Names of the elementary functions, in alphabetical order.
   static std::vector<std::string> Names();
 
-  // In its canonical form, which Parse takes.
+  // The canonical text, which Parse accepts.
   std::string_view text() const { return text_; }
   const CovarianceDescription& description() const;
 
@@ -144,13 +144,13 @@ class CovarianceFunction {
  private:
   explicit constexpr CovarianceFunction(const char* text) : text_(text) {}
 
-  const char* text_;  // lives as long as the process
+  const char* text_;  // valid until the process ends
 };
 
 inline constexpr CovarianceFunction CovarianceFunction::kArcsine{"arcsine"};
 inline constexpr CovarianceFunction CovarianceFunction::kSquaredExponential{"squared_exponential"};
 
-// Makes a function known; an object at namespace scope in the function's file.
+// Registers a function; an object at namespace scope in the function's file.
 class CovarianceRegistration {
  public:
   CovarianceRegistration(const char* name, std::unique_ptr<const CovarianceDescription> function);

@@ -1,5 +1,5 @@
-// The linear covariance, of functions that are planes through zero (add constant for planes
-// anywhere), scales (w_1, ..., w_D):
+// The linear covariance, for functions that are planes through zero (add `constant` for planes
+// elsewhere), scales (w_1, ..., w_D):
 //
 //   f(x, x') = sum_d w_d^2 x_d x'_d,   p_d = w_d x_d,   dv/dlog w_d = 2 p_d p'_d
 //

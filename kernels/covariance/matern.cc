@@ -7,8 +7,8 @@
 //   3/2   (1 + r) exp(-r)                exp(-r) q_d
 //   5/2   (1 + r + r^2 / 3) exp(-r)      (1 + r) / 3 exp(-r) q_d
 //
-// Float32: u (|p| + |p'|) from rounding the points (scaled_difference.h), the slope by r being at
-// most 1, and 12 u.
+// Float32: u (|p| + |p'|) from rounding the points (scaled_difference.h), since the slope with
+// respect to r is at most 1, and 12 u.
 #include <cmath>
 #include <memory>
 #include <string>

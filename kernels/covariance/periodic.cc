@@ -3,12 +3,12 @@
 //   f(x, x') = exp(-2 sum_d sin^2(pi (x_d - x'_d) / t_d) / l_d^2)
 //
 // With the angle h_d = 2 pi x_d / t_d it is the squared exponential of (cos h_d, sin h_d) / l_d,
-// since 4 sin^2((h - h') / 2) = (cos h - cos h')^2 + (sin h - sin h')^2. A point is cosines, sines,
-// angles, the angles for the derivatives by the periods alone:
+// since 4 sin^2((h - h') / 2) = (cos h - cos h')^2 + (sin h - sin h')^2. A point consists of
+// cosines, sines and angles; the angles serve only the derivatives with respect to the periods:
 //
 //   dv/dlog l_d = f q_d,   dv/dlog t_d = f (h_d - h'_d) sin(h_d - h'_d) / l_d^2
 //
-// Float32: 2 u / l_d an input from rounding sines and cosines, whatever x; and 10 u.
+// Float32: 2 u / l_d per input from rounding sines and cosines, for any x; and 10 u.
 #include <cmath>
 #include <memory>
 #include <string>

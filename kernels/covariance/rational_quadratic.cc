@@ -4,8 +4,9 @@
 //   f(x, x') = (1 + s)^-alpha,   s = 1 / (2 alpha) sum_d ((x_d - x'_d) / l_d)^2
 //   dv/dlog l_d = 2 alpha q_d f / (1 + s),   dv/dlog alpha = alpha f (s / (1 + s) - log(1 + s))
 //
-// A point is p_d = x_d / (l_d sqrt(2 alpha)), and alpha last. Float32: the slope by sqrt(s) is at
-// most sqrt(2 alpha) 0.61, so that rounding x / l counts as for the squared exponential; and 40 u.
+// A point is p_d = x_d / (l_d sqrt(2 alpha)), followed by alpha. Float32: the slope with respect to
+// sqrt(s) is at most sqrt(2 alpha) 0.61, so that rounding x / l counts as for the squared
+// exponential; and 40 u.
 #include <cmath>
 #include <memory>
 #include <string>

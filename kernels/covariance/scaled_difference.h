@@ -1,9 +1,9 @@
-// What functions of the scaled distance have in common.
+// Common parts of functions of the scaled distance.
 //
 //   p_d(x) = m (x_d - c_d) / l_d,   q_d = (p_d - p'_d)^2,   s = sum_d q_d;  scales (l_1, ..., l_D)
 //
-// In float32 a difference of points carries u (|p| + |p'|), u = 2^-24, in norm, and so does f where
-// its slope by sqrt(s) is at most 1.
+// In float32 a difference of points has an error of u (|p| + |p'|), u = 2^-24, in norm. So has f if
+// its slope with respect to sqrt(s) is at most 1.
 #ifndef EGOSIEVE_KERNELS_COVARIANCE_SCALED_DIFFERENCE_H_
 #define EGOSIEVE_KERNELS_COVARIANCE_SCALED_DIFFERENCE_H_
 
@@ -18,7 +18,7 @@
 
 namespace egosieve::kernels {
 
-// Device code of s over $D components.
+// Device code of s for $D components.
 inline constexpr char kSquaredDistanceCode[] = R"(
 static inline REALV squared_distance@(const REALV* a, POINT_SPACE const REAL* b) {
   REALV square = (REALV)0;
@@ -30,7 +30,7 @@ static inline REALV squared_distance@(const REALV* a, POINT_SPACE const REAL* b)
 }
 )";
 
-// Device code of functions with f(x, x) = 1.
+// Device code for functions with f(x, x) = 1.
 inline constexpr char kUnitVarianceCode[] = R"(
 static inline float unit_variance@(__global const float* point, const long stride) { return 1.0f; }
 )";
@@ -72,8 +72,8 @@ inline void AddSquares(int64_t components, const double* a, const double* b, dou
   for (int64_t c = 0; c < components; ++c) gradient[c] += factor * (a[c] - b[c]) * (a[c] - b[c]);
 }
 
-// Functions of s whose first D values of a point are p. With a = p(x), b = p(x') and the factor g
-// of dv / dlog l_d = g q_d, df(x, x') / dx_d = -g m (p_d - p'_d) / l_d.
+// Functions of s; the first D values of a prepared point are p. With a = p(x), b = p(x') and the
+// factor g of dv / dlog l_d = g q_d, df(x, x') / dx_d = -g m (p_d - p'_d) / l_d.
 class ScaledDifference : public CovarianceDescription {
  public:
   int64_t PointWidth(int64_t dimension) const override { return dimension; }
@@ -85,7 +85,7 @@ class ScaledDifference : public CovarianceDescription {
     }
   }
 
-  // Of functions whose scales are the lengths alone.
+  // For functions whose only scales are the lengths.
   void AddGradient(int64_t dimension, const double* a, const double* b, double weight,
                    double* gradient) const override {
     AddSquares(dimension, a, b, weight * Slope(dimension, a, b), gradient);

@@ -8,7 +8,7 @@
 
 namespace egosieve::kernels {
 
-// Constant wherever it is smooth, so that all gradients are 0.
+// The function is constant wherever it is smooth, so that all gradients are 0.
 class Scaleless : public CovarianceDescription {
  public:
   Scaleless() : CovarianceDescription({}) {}

@@ -1,9 +1,9 @@
-// White noise as part of the function, f(x, x') = 1 where x = x', else 0; no scales. Unlike the
-// noise of the observations it is the same for all observations of one point, and predictions of f
-// have it.
+// White noise as part of the function, f(x, x') = 1 if x = x', else 0; no scales. Unlike the noise
+// of the observations, it is the same for all observations of one point, and predictions of f
+// contain it.
 //
-// Points are compared as they are prepared: in float32, two that differ by less than a rounding are
-// one.
+// Prepared points are compared: in float32, two points that differ by less than a rounding are
+// equal.
 #include <algorithm>
 #include <memory>
 #include <string>

@@ -82,7 +82,7 @@ absl::Status TooLarge(const std::string& path, int64_t bytes, int64_t maximum_by
       absl::StrCat(path, " has ", bytes, " bytes or more; at most ", maximum_bytes, " are read"));
 }
 
-// To the end, which may lie beyond st_size: files in /proc have none, a log may grow.
+// Reads to the end, which may lie beyond st_size: files in /proc have none, and a log may grow.
 absl::StatusOr<std::string> ReadToEnd(int descriptor, const std::string& path, int64_t expected,
                                       int64_t maximum_bytes) {
   std::string bytes;
@@ -113,7 +113,7 @@ Descriptor OpenFolder(const std::string& folder) {
 }
 
 absl::Status SyncFolder(const Descriptor& descriptor, const std::string& folder) {
-  // Some file systems do not sync folders; their rename is as durable as they make it.
+  // Some file systems do not sync folders; the durability of their renames is their own.
   return fsync(descriptor.get()) == 0 || errno == EINVAL ? absl::OkStatus()
                                                          : WriteError(folder, errno);
 }
@@ -166,7 +166,8 @@ absl::StatusOr<TemporaryFile> TemporaryFile::Create(const std::string& path,
     }
     if (descriptor < 0) return WriteError(path, errno);
     TemporaryFile file(path, name, descriptor);
-    // RemoveAbandonedTemporaries may come between the file and its lock; then another one is made.
+    // RemoveAbandonedTemporaries may run between the file's creation and its lock; then another
+    // file is made.
     const bool taken = flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
     struct stat status;
     if (fstat(descriptor, &status) != 0) return WriteError(path, errno);
@@ -192,7 +193,7 @@ TemporaryFile::~TemporaryFile() {
 }
 
 absl::Status TemporaryFile::Commit() {
-  // Before the rename, so that a folder that may not be read leaves the old file.
+  // Opened before the rename, so that a folder without read permission leaves the old file.
   const std::string folder = FolderOf(path_);
   const Descriptor descriptor = OpenFolder(folder);
   if (descriptor.get() < 0) return WriteError(folder, errno);
@@ -210,7 +211,7 @@ absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes
 }
 
 absl::StatusOr<std::string> ReadFile(const std::string& path, int64_t maximum_bytes) {
-  // Non-blocking, so that a pipe without a writer is refused below and not waited for.
+  // Non-blocking, so that a pipe without a writer is refused below instead of waited for.
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.get() < 0) return ReadError(path, errno);
   struct stat status;

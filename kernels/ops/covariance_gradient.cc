@@ -20,7 +20,7 @@ absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
   EGOSIEVE_RETURN_IF_ERROR(CheckFinite("x", x));
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("w", w, x.rows, x.rows));
   for (int64_t i = 0; i < w.rows; ++i) {
-    // Only the lower triangle is read, so only there must the values be finite.
+    // Only the lower triangle is read, so only its values must be finite.
     const absl::Status finite = CheckFinite("w", ConstMatrixView<double>(w.row(i), 1, i + 1));
     if (!finite.ok()) {
       return absl::InvalidArgumentError("row " + std::to_string(i) +

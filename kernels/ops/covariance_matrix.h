@@ -3,12 +3,12 @@
 //   K_ij = k(x_i, x_j) + noise_variance [i = j]      CovarianceMatrix, n x n
 //   C_ij = k(x_i, z_j)                               CrossCovariance, n x m, streamed in tiles
 //
-// After an error in the arguments, or one of the device before it began to compute, `out` is as it
-// was; of a device that is lost in the middle `out` may hold parts.
+// After an error in the arguments, or a device error before the computation began, `out` is
+// unchanged; after a device is lost during the computation `out` may be partly written.
 //
-// T is float or double; in float the arcsine's error is at most 1e-6 sigma_f^2, that of other
-// functions is in their files in kernels/covariance. On a device without float64 the double
-// versions are computed on the host.
+// T is float or double. In float the arcsine's error is at most 1e-6 sigma_f^2; the errors of other
+// functions are in their files in kernels/covariance. On a device without float64 the double
+// versions run on the host.
 #ifndef EGOSIEVE_KERNELS_OPS_COVARIANCE_MATRIX_H_
 #define EGOSIEVE_KERNELS_OPS_COVARIANCE_MATRIX_H_
 
@@ -21,7 +21,7 @@ namespace egosieve::kernels {
 
 enum class Triangle {
   kFull,
-  kLower,  // elements above the diagonal are left as they are
+  kLower,  // elements above the diagonal stay unchanged
 };
 
 // x: n x D; out: n x n.

@@ -1,4 +1,4 @@
-// The posterior of a Gaussian process at many points, from a model that is uploaded once.
+// The posterior of a Gaussian process at many points; the model is uploaded once.
 //
 //   mean(x)        = k*.alpha                                              (paper, eq. 3)
 //   variance(x)    = k** - |L^-1 k*|^2       of f; clamped at 0            (paper, eq. 4)
@@ -7,16 +7,16 @@
 //
 //   k*_i = k(x, x_i), k** = k(x, x), alpha = (L L^T)^-1 y
 //
-// A sparse model gives inducing inputs for `inputs` and a factor R of kind kInverseCholesky with
-// variance(x) = k** - |R k*|^2: K_mm^-1 - Sigma^-1 is positive semidefinite, so one triangular R
-// serves.
+// For a sparse model `inputs` are the inducing inputs, and the factor is an R of kind
+// kInverseCholesky with variance(x) = k** - |R k*|^2: K_mm^-1 - Sigma^-1 is positive semidefinite,
+// so one triangular R suffices.
 //
-// Cost a query: n (D + 10) multiply-adds for the mean, n^2 / 2 more for the variance. Arithmetic is
-// float32 on the device (float64 with "reference"); L is not inverted, except for its diagonal
-// blocks (kernels/ops/packed_factor.h). The covariances' error is the function's (its file in
-// kernels/covariance; arcsine: e = 1e-6), the mean's at most sigma_f^2 |alpha|_1 (e + (66 + n / 64)
-// 2^-24 f_max), f_max = pi / 2 for the arcsine. Queries stream through tiles under a memory cap; a
-// query's result does not depend on the tile it falls in, bit for bit.
+// Cost per query: n (D + 10) multiply-adds for the mean, n^2 / 2 more for the variance. Arithmetic
+// is float32 on the device (float64 with "reference"); L is not inverted, except for its diagonal
+// blocks (kernels/ops/packed_factor.h). The error of the covariances depends on the function (see
+// its file in kernels/covariance; arcsine: e = 1e-6). That of the mean is at most sigma_f^2
+// |alpha|_1 (e + (66 + n / 64) 2^-24 f_max), f_max = pi / 2 for the arcsine. Queries are processed
+// in tiles within a memory limit; the bits of a query's result do not depend on its tile.
 #ifndef EGOSIEVE_KERNELS_OPS_DENSE_POSTERIOR_H_
 #define EGOSIEVE_KERNELS_OPS_DENSE_POSTERIOR_H_
 
@@ -33,9 +33,9 @@
 namespace egosieve::kernels {
 
 struct DensePosteriorOptions {
-  // 256 MiB, or an eighth of the memory of a device that has its own, if that is more.
+  // 256 MiB, or for a device with its own memory an eighth of it, if that is more.
   static constexpr int64_t kCapOfTheDevice = -1;
-  // Device memory for tiles and their queries, the model not counted.
+  // Device memory for tiles and their queries, without the model.
   int64_t memory_cap_bytes = kCapOfTheDevice;
   // InvalidArgument unless positive or kCapOfTheDevice.
   absl::Status Validate() const;
@@ -58,8 +58,8 @@ struct DeviceQueries {
 };
 
 struct DeviceOutput {
-  cl_mem memory = nullptr;  // null: not wanted, not paid for
-  int64_t first = 0;        // element of the first value; M values lie next to each other
+  cl_mem memory = nullptr;  // null: not computed, at no cost
+  int64_t first = 0;        // element of the first value; the M values are contiguous
 };
 
 struct DeviceOutputs {
@@ -70,9 +70,9 @@ struct DeviceOutputs {
   DeviceOutput clamped;
 };
 
-// Where the commands of a call go.
+// The queue and events of a call's commands.
 struct DeviceCall {
-  cl_command_queue queue = nullptr;  // of the same context and device, in order or not
+  cl_command_queue queue = nullptr;  // of the same context and device; in order or not
   const cl_event* wait = nullptr;    // wait_count events that the commands wait for
   uint32_t wait_count = 0;
 };
@@ -91,28 +91,28 @@ class DensePosterior {
 
   virtual ~DensePosterior() = default;
 
-  // queries: M x D. InvalidArgument, naming the first bad row, on NaN or infinite inputs;
-  // ResourceExhausted or Unavailable where the device has no memory or is lost. Nothing is written
-  // then, and the posterior can be evaluated again.
+  // queries: M x D. InvalidArgument, naming the first bad row, for NaN or infinite inputs;
+  // ResourceExhausted or Unavailable if the device has no memory or is lost. After an error nothing
+  // is written, and the posterior can be evaluated again.
   virtual absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
                                                    const PosteriorOutputs& outputs) const = 0;
 
-  // The same without waiting, from and to the device's memory: nothing crosses to the host or from
-  // it. The queries are prepared on the device, in float64 (FailedPrecondition on devices without);
-  // one with a NaN or an infinite input gets a NaN mean and a variance of 0. Results are those of
-  // Evaluate to the bit, but for functions whose preparation calls the device's sine or contracts
-  // multiplications: a rounding of the prepared query.
+  // The same without waiting, from and to the device's memory: no data passes through the host. The
+  // queries are prepared on the device, in float64 (FailedPrecondition on devices without it). A
+  // query with a NaN or infinite input gets a NaN mean and a variance of 0. Results equal those of
+  // Evaluate to the bit, except for functions whose preparation calls the device's sine or
+  // contracts multiplications: these differ by a rounding of the prepared query.
   //
-  // The event, which the caller releases, ends with the last command. Commands keep what they need:
-  // this object may go before they end, and so may the caller's handles. InvalidArgument for
-  // handles of other contexts and arrays that are too small. After an error, commands that were
-  // enqueued before it may still write into the outputs.
+  // The caller releases the event, which completes with the last command. Commands keep everything
+  // they need: this object and the caller's handles may be released before. InvalidArgument for
+  // handles of other contexts and for arrays that are too small. After an error, commands that were
+  // enqueued before it may still write to the outputs.
   virtual absl::StatusOr<cl_event> Enqueue(const DeviceQueries& queries,
                                            const DeviceOutputs& outputs,
                                            const DeviceCall& call) const = 0;
 
-  // One line for logs: device, covariance function and, where there are several, the form of its
-  // device code that was chosen, and why.
+  // One line for logs: device and covariance function; if the function has several forms of device
+  // code, also the chosen form and the reason.
   virtual std::string description() const = 0;
 };
 

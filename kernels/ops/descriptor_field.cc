@@ -10,7 +10,7 @@
 namespace egosieve::kernels {
 namespace {
 
-// So that sums of 8-bit values over a window stay below 2^31.
+// Limit that keeps sums of 8-bit values over a window below 2^31.
 constexpr int kMaxWindowPixels = 2001;
 
 absl::Status CheckImage(const ImageView& image) {

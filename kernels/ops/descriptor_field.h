@@ -1,14 +1,14 @@
-// The inputs of the segmentation's Gaussian process, from an image:
+// The inputs of the segmentation's Gaussian process, computed from an image:
 //
 //   x = (u, v, I_M, I_R, I_G, I_B)                                          (paper, section III)
 //
 // u, v as in kernels/base/image_grid.h; I_. are means over a square window of `window_pixels`
-// around the pixel, clipped at the image border (the mean is over the pixels that exist), mapped
-// from [0, 255] to [-1, 1]. M = 0.299 R + 0.587 G + 0.114 B. A grey image has I_R = I_G = I_B =
-// I_M. Points between pixels take the window around the nearest pixel and keep their own u, v.
+// around the pixel, clipped at the image border (the mean is over existing pixels), mapped from [0,
+// 255] to [-1, 1]. M = 0.299 R + 0.587 G + 0.114 B. A grey image has I_R = I_G = I_B = I_M. A point
+// between pixels has the window of the nearest pixel and its own u, v.
 //
-// After an error in the arguments, or one of the device before it began to compute, `out` is as it
-// was; of a device that is lost in the middle `out` may hold parts.
+// After an error in the arguments, or a device error before the computation began, `out` is
+// unchanged; after a device is lost during the computation `out` may be partly written.
 #ifndef EGOSIEVE_KERNELS_OPS_DESCRIPTOR_FIELD_H_
 #define EGOSIEVE_KERNELS_OPS_DESCRIPTOR_FIELD_H_
 

@@ -8,7 +8,7 @@
 namespace egosieve::kernels::opencl {
 namespace {
 
-// `elements` of 4 bytes from `first` on.
+// Checks an array of `elements` values of 4 bytes, starting at `first`.
 absl::Status CheckArray(const Context& context, const char* name, cl_mem memory, int64_t first,
                         int64_t elements) {
   constexpr int64_t kElementBytes = 4;

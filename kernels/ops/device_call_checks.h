@@ -1,4 +1,4 @@
-// Checks of the caller's OpenCL handles: the driver would say less.
+// Checks of the caller's OpenCL handles, with clearer errors than the driver's.
 #ifndef EGOSIEVE_KERNELS_OPS_DEVICE_CALL_CHECKS_H_
 #define EGOSIEVE_KERNELS_OPS_DEVICE_CALL_CHECKS_H_
 
@@ -10,10 +10,11 @@
 
 namespace egosieve::kernels::opencl {
 
-// InvalidArgument unless the queue and every event are of this context, the queue of its device.
+// InvalidArgument unless the queue and all events belong to this context, and the queue to its
+// device.
 absl::Status CheckDeviceCall(const Context& context, const DeviceCall& call);
 
-// InvalidArgument, naming the array, unless each is of this context and holds what it must.
+// InvalidArgument, naming the array, unless each belongs to this context and is large enough.
 absl::Status CheckDeviceArrays(const Context& context, int64_t dimension,
                                const DeviceQueries& queries, const DeviceOutputs& outputs);
 

@@ -11,7 +11,7 @@
 namespace egosieve::kernels::opencl {
 namespace {
 
-constexpr int64_t kGroup = 64;  // of the kernels of one value a work-item
+constexpr int64_t kGroup = 64;  // for kernels with one value per work-item
 
 cl::NDRange Rounded(int64_t count) { return cl::NDRange((count + kGroup - 1) / kGroup * kGroup); }
 
@@ -88,7 +88,7 @@ DeviceFactor DeviceLinearAlgebra::Factorize(DeviceMatrix a, const DeviceMatrix& 
     // X := X L_kk^-T, one tile wide.
     Multiply({left, size, size}, 1.0, false, kAll, {l, below, begin},
              {factor.inverses, begin, 0, true}, {l, below, begin});
-    // What is right of X: -= X X^T.
+    // Columns to the right of X: -= X X^T.
     Multiply({left, left, size}, -1.0, true, kLowerTiles, {l, below, begin},
              {l, below, begin, true}, {l, below, below});
   }
@@ -132,7 +132,7 @@ DeviceMatrix DeviceLinearAlgebra::InvertLower(const DeviceFactor& factor) {
   const int64_t across = (n + kGroup - 1) / kGroup * kGroup;
   queue_.enqueueNDRangeKernel(identity_, cl::NullRange, cl::NDRange(across, n),
                               cl::NDRange(kGroup, 1));
-  // Right of the diagonal block there are zeros.
+  // Elements to the right of the diagonal block are zero.
   SolveLower(factor, r, [](int64_t below) { return below; });
   return r;
 }

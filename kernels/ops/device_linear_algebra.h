@@ -1,6 +1,6 @@
 // Cholesky factorisation, triangular solves and inverses of matrices in the device's memory, in
-// float64, blocked in tiles of T = 64 (kernels/cl/linear_algebra.cl). Row-major; of symmetric
-// matrices the lower triangle counts, and the upper one may be overwritten.
+// float64, in tiles of T = 64 (kernels/cl/linear_algebra.cl). Matrices are row-major. Of symmetric
+// matrices only the lower triangle is used, and the upper one may be overwritten.
 //
 //   function              result                            flops        bytes of device memory
 //   Factorize             L, A = L L^T, and L_kk^-1         n^3 / 3      8 n^3 / (3 T) + 8 n^2
@@ -9,15 +9,16 @@
 //   InvertLower           R = L^-1                          n^3 / 3      16 n^3 / (3 T)
 //   MultiplyInverse       R^T R = (L L^T)^-1, lower         n^3 / 3      16 n^3 / (3 T)
 //
-// Right-looking: block k is factored and inverted by one work-group, the rows below it multiplied
-// by L_kk^-T, and their products subtracted from what is right of them (Golub & Van Loan, 4th ed.,
-// 4.2.5). Inverting L_kk costs accuracy as cond(L_kk), which is at most cond(L).
+// Right-looking: one work-group factorises and inverts block k, the rows below are multiplied by
+// L_kk^-T, and their products are subtracted from the columns to the right (Golub & Van Loan, 4th
+// ed., 4.2.5). Inverting L_kk loses accuracy in proportion to cond(L_kk), which is at most cond(L).
 //
 // On an H200 (33.5 TFLOP/s in float64 without tensor cores, 4.8 TB/s, 132 units of 4 x 16 lanes),
-// counted, not measured: at n = 4000 Factorize has 21 GFLOP and moves 2.8 GB, 0.64 and 0.58 ms; 63
-// diagonal blocks in turn, 64 steps of 4 barriers each, take longer, about 4 ms. A work-group of
-// 16 x 16 holds 16 sums a work-item and 16.6 kB of local memory: 8 of them, all 2,048 work-items of
-// a unit, fit; 1,953 tiles of the first update fill 132 x 8 places 1.8 times.
+// counted, not measured: at n = 4000 Factorize has 21 GFLOP and moves 2.8 GB, 0.64 and 0.58 ms. The
+// 63 diagonal blocks, one after the other with 64 steps of 4 barriers each, take longer, about 4
+// ms. A work-group of 16 x 16 has 16 sums per work-item and 16.6 kB of local memory: 8 of them, all
+// 2,048 work-items of a unit, fit; the 1,953 tiles of the first update fill 132 x 8 places 1.8
+// times.
 #ifndef EGOSIEVE_KERNELS_OPS_DEVICE_LINEAR_ALGEBRA_H_
 #define EGOSIEVE_KERNELS_OPS_DEVICE_LINEAR_ALGEBRA_H_
 
@@ -29,7 +30,7 @@
 
 namespace egosieve::kernels::opencl {
 
-// Packed rows in the device's memory; the buffer is never empty.
+// A matrix with packed rows in the device's memory; the buffer is never empty.
 struct DeviceMatrix {
   cl::Buffer buffer;
   int64_t rows = 0;
@@ -41,17 +42,17 @@ DeviceMatrix NewDeviceMatrix(const Context& context, int64_t rows, int64_t colum
 
 struct LinearAlgebraShape {
   int tile = 64;  // T
-  int item = 4;   // a work-item holds item x item values of a tile, which it divides
+  int item = 4;   // each work-item computes item x item values of a tile; it divides `tile`
   int depth = 16;
 };
 
-// A factor L with the inverses of its diagonal blocks.
+// A factor L and the inverses of its diagonal blocks.
 struct DeviceFactor {
   DeviceMatrix lower;
-  DeviceMatrix inverses;  // T x T each, one below the other
+  DeviceMatrix inverses;  // T x T each, one after the other
 };
 
-// Enqueues on one in-order queue. All but Create throw cl::Error.
+// Enqueues on one in-order queue. All functions except Create throw cl::Error.
 class DeviceLinearAlgebra {
  public:
   // FailedPrecondition on devices without float64.
@@ -61,8 +62,8 @@ class DeviceLinearAlgebra {
   // A(i, i) += noise + variances(i), and floors(i) = relative A(i, i). variances: n x 1.
   void AddNoise(DeviceMatrix& a, double noise, const DeviceMatrix& variances, double relative,
                 DeviceMatrix& floors);
-  // L takes A's place. bad: one int32, negative before; the first row whose pivot (square of
-  // L(i, i)) is not above its floor or not finite, if there is one, when the commands have ended.
+  // L replaces A. bad: one int32, negative before. When the commands have ended, it is the first
+  // row, if any, whose pivot (square of L(i, i)) is not above its floor or not finite.
   DeviceFactor Factorize(DeviceMatrix a, const DeviceMatrix& floors, const cl::Buffer& bad);
   // B := L^-1 B and B := L^-T B.
   void SolveLower(const DeviceFactor& factor, DeviceMatrix& b);
@@ -73,11 +74,11 @@ class DeviceLinearAlgebra {
   void MultiplyInverse(const DeviceMatrix& r, DeviceMatrix& out);
   // out(i) = A(i, i).
   void GetDiagonal(const DeviceMatrix& a, DeviceMatrix& out);
-  // Of the lower triangle, W := sum_c u_c u_c^T - k W; u: n x k.
+  // In the lower triangle, W := sum_c u_c u_c^T - k W; u: n x k.
   void LikelihoodWeights(const DeviceMatrix& u, DeviceMatrix& w);
 
  private:
-  // An operand: where it begins, and its steps.
+  // An operand: its first element and its strides.
   struct Operand {
     const DeviceMatrix& matrix;
     int64_t row = 0;
@@ -93,7 +94,8 @@ class DeviceLinearAlgebra {
   // c := sign a b, or c += sign a b.
   void Multiply(const Extents& extents, double sign, bool add, int parts, const Operand& a,
                 const Operand& b, const Operand& c);
-  // Rows of B block by block; columns_of(k): those that block k may touch.
+  // Solves for the rows of B block by block; columns_of(k): the number of columns that block k may
+  // change.
   template <typename ColumnsOf>
   void SolveLower(const DeviceFactor& factor, DeviceMatrix& b, ColumnsOf columns_of);
 

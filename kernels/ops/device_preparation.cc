@@ -9,7 +9,7 @@
 namespace egosieve::kernels::opencl {
 namespace {
 
-// As many points, whatever their number: PoCL compiles a kernel anew for every size of a group.
+// Points per group, always the same, because PoCL compiles a kernel anew for every group size.
 constexpr int64_t kGroup = 64;
 
 std::string CodeOf(const CovarianceParameters& parameters) {

@@ -1,9 +1,8 @@
-// Points prepared on the device (kernels/base/prepared_points.h), from the device's memory to the
-// device's memory.
+// Prepares points (kernels/base/prepared_points.h) on the device, from and to the device's memory.
 //
-// On an H200 (4.8 TB/s, 132 units of 2,048 work-items), counted, not measured: of 465,750 queries
+// On an H200 (4.8 TB/s, 132 units of 2,048 work-items), counted, not measured: for 465,750 queries
 // with D = 6 the arcsine's preparation reads 24 and writes 32 bytes each, 26 MB, 0.005 ms, and has
-// some 30 operations in float64 each; a work-item a query fills the units 1.7 times.
+// some 30 operations in float64 each; with one work-item per query the units are filled 1.7 times.
 #ifndef EGOSIEVE_KERNELS_OPS_DEVICE_PREPARATION_H_
 #define EGOSIEVE_KERNELS_OPS_DEVICE_PREPARATION_H_
 
@@ -26,8 +25,8 @@ struct PointsAt {
   int64_t count = 0;
 };
 
-// Where prepared points go: value c of point i to element c component_step + i point_step, zeros
-// for the points from the count to padded_count.
+// The place of prepared points: value c of point i is element c component_step + i point_step.
+// Points from the count to padded_count are zeros.
 struct PreparedAt {
   cl::Buffer buffer;
   int64_t component_step = 1;
@@ -41,8 +40,8 @@ class DevicePreparation {
   DevicePreparation(const Context& context, const CovarianceParameters& parameters,
                     const PointPreparation& preparation);
 
-  // The kernel for points of type Input that become Output, float or double. FailedPrecondition on
-  // devices without float64.
+  // The kernel from points of type Input to points of type Output, float or double.
+  // FailedPrecondition on devices without float64.
   template <typename Input, typename Output>
   absl::StatusOr<cl::Kernel> Kernel(const Context& context, Workspace& workspace) const;
   // Throws cl::Error.
@@ -51,7 +50,7 @@ class DevicePreparation {
 
  private:
   std::string code_;
-  std::vector<double> scales_and_centre_;  // read where it is by devices that share host memory
+  std::vector<double> scales_and_centre_;  // devices that share host memory read it in place
   cl::Buffer buffer_;
 };
 

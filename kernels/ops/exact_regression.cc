@@ -55,7 +55,7 @@ absl::Status CheckTargets(ConstMatrixView<double> x, ConstMatrixView<double> y) 
                      : absl::InvalidArgumentError("regression needs at least one output");
 }
 
-// The values, packed, in the device's memory.
+// Copies the values, packed, to the device's memory.
 DeviceMatrix Upload(const Context& context, const cl::CommandQueue& queue,
                     const std::vector<double>& values, int64_t columns) {
   const int64_t rows = static_cast<int64_t>(values.size()) / columns;
@@ -72,7 +72,7 @@ std::vector<double> Download(const cl::CommandQueue& queue, const cl::Buffer& bu
   return values;
 }
 
-// What a computation on the device works with.
+// Operations and resources for one computation on the device.
 struct Tools {
   std::unique_ptr<Workspace> workspace;
   DeviceLinearAlgebra algebra;
@@ -95,7 +95,7 @@ absl::StatusOr<Tools> Prepare(Context& context, const CovarianceParameters& para
   return Tools{std::move(workspace), std::move(algebra), std::move(covariance)};
 }
 
-// The noise of each of `count` points.
+// The noise variance of each of `count` points.
 std::vector<double> Filled(absl::Span<const double> variances, int64_t count) {
   std::vector<double> noise(variances.begin(), variances.end());
   noise.resize(count, 0.0);
@@ -127,8 +127,8 @@ Factored Factorize(const Context& context, const cl::CommandQueue& queue, Tools&
   return factored;
 }
 
-// The lower triangle into `out`, from bands of rows that are as wide as their last one. Throws
-// cl::Error, when `out` may hold parts.
+// Copies the lower triangle to `out`, in bands of rows that are as wide as their last row. Throws
+// cl::Error; `out` may then be partly written.
 void DownloadLower(const cl::CommandQueue& queue, const DeviceMatrix& matrix,
                    MatrixView<double> out) {
   constexpr int64_t kBand = 256;
@@ -175,7 +175,7 @@ ExactRegression Regress(const Context& context, const cl::CommandQueue& queue, T
   if (!with_gradient) return result;
 
   const DeviceMatrix inverse = algebra.InvertLower(factor);
-  DeviceMatrix weights = factor.lower;  // the same memory: the factor is not needed any more
+  DeviceMatrix weights = factor.lower;  // the same memory: the factor is no longer needed
   algebra.MultiplyInverse(inverse, weights);
   algebra.LikelihoodWeights(alpha, weights);
   algebra.GetDiagonal(weights, values);

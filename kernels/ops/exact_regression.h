@@ -1,4 +1,5 @@
-// Exact Gaussian process regression on the device, from the points to what training needs:
+// Exact Gaussian process regression on the device, from points to the quantities that training
+// needs:
 //
 //   L L^T = K + diag(noise_variance + v),   alpha = (L L^T)^-1 Y                             (1)
 //   half_log_determinant = sum_i log L_ii,  fit = sum_ic Y_ic alpha_ic                       (2)
@@ -7,9 +8,10 @@
 //
 // with Y of k outputs; (3) is that of kernels/ops/covariance_gradient.h, twice the gradient of the
 // log marginal likelihood. Float64. Covariances, factor, inverse and weights stay in the device's
-// memory, two n x n arrays: n (D + 2 k + 2) values cross to it, n (k + 2) and n / 4 of each
-// parameter back. Cost: n^3 / 3 flops, n^3 with the gradient (kernels/ops/device_linear_algebra.h
-// counts them and the bytes), and one pass or two over the pairs.
+// memory, as two n x n arrays. The transfers are n (D + 2 k + 2) values to the device, and n (k +
+// 2) and n / 4 per parameter back. Cost: n^3 / 3 flops, n^3 with the gradient
+// (kernels/ops/device_linear_algebra.h counts them and the bytes), and one or two passes over the
+// pairs.
 #ifndef EGOSIEVE_KERNELS_OPS_EXACT_REGRESSION_H_
 #define EGOSIEVE_KERNELS_OPS_EXACT_REGRESSION_H_
 
@@ -25,19 +27,18 @@
 namespace egosieve::kernels {
 
 struct ExactRegression {
-  int64_t bad_row =
-      -1;  // whose pivot was refused, as by a floor of n eps K(i, i); all else is empty
+  int64_t bad_row = -1;  // whose pivot was refused (floor n eps K(i, i)); then all else is empty
   double half_log_determinant = 0.0;
   double fit = 0.0;
   std::vector<double> alpha;     // n x k
-  std::vector<double> gradient;  // (3), empty where it was not asked for
+  std::vector<double> gradient;  // (3); empty if not requested
   double trace = 0.0;
 };
 
-// Whether that is the place for it: the device has float64 and memory of its own.
+// Whether to use the device: it has float64 and its own memory.
 bool RegressesOnDevice(const Context& context);
 
-// x: n x D; y: n x k, k >= 1; variances: n values of v, or none: all 0. InvalidArgument on other
+// x: n x D; y: n x k, k >= 1; variances: n values of v; empty: all 0. InvalidArgument for other
 // shapes and NaN or infinite values; FailedPrecondition on devices without float64.
 absl::StatusOr<ExactRegression> RegressOnDevice(Context& context,
                                                 const CovarianceParameters& parameters,
@@ -46,11 +47,11 @@ absl::StatusOr<ExactRegression> RegressOnDevice(Context& context,
                                                 absl::Span<const double> variances,
                                                 bool with_gradient);
 
-// The factor alone, for a caller that goes on with it on the host: covariances, noise and n^3 / 3
-// flops on the device, n (2 D + 1) values to it and (n^2 + 256 n) / 2 back. x, noise_variance,
-// variances and errors as above. Returns -1, and the lower triangle of `out`, n x n, is L; or the
-// row whose pivot was refused, and `out` is as it was; so it stays above the diagonal. After an
-// error of the device it may hold parts.
+// The factor alone, for further use on the host: covariances, noise and n^3 / 3 flops on the
+// device, n (2 D + 1) values to it and (n^2 + 256 n) / 2 back. x, noise_variance, variances and
+// errors as above. Returns -1, and the lower triangle of `out`, n x n, is L; or the row whose pivot
+// was refused, and `out` is unchanged. Elements above the diagonal are never changed. After a
+// device error `out` may be partly written.
 absl::StatusOr<int64_t> FactorizeOnDevice(Context& context, const CovarianceParameters& parameters,
                                           ConstMatrixView<double> x, double noise_variance,
                                           absl::Span<const double> variances,

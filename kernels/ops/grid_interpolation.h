@@ -1,8 +1,8 @@
-// Linear reconstruction of a map from its grid (kernels/base/image_grid.h) to every pixel: bilinear
+// Linear reconstruction of a map from its grid (kernels/base/image_grid.h) at every pixel: bilinear
 // in each grid cell, exact at grid pixels; the last column and row of cells may be narrower.
 //
-// After an error in the arguments, or one of the device before it began to compute, `out` is as it
-// was; of a device that is lost in the middle `out` may hold parts.
+// After an error in the arguments, or a device error before the computation began, `out` is
+// unchanged; after a device is lost during the computation `out` may be partly written.
 #ifndef EGOSIEVE_KERNELS_OPS_GRID_INTERPOLATION_H_
 #define EGOSIEVE_KERNELS_OPS_GRID_INTERPOLATION_H_
 

@@ -12,7 +12,7 @@
 namespace egosieve::kernels {
 namespace {
 
-constexpr double kFlopsPerInput = 10.0;  // roughly, of a derivative
+constexpr double kFlopsPerInput = 10.0;  // of a derivative, approximately
 
 // Prepared points, one per row.
 std::vector<double> PrepareAll(const PointPreparation& preparation, ConstMatrixView<double> x) {

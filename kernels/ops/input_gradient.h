@@ -1,12 +1,12 @@
-// Derivatives of covariances by the inputs.
+// Derivatives of covariances with respect to the inputs.
 //
 //   g_i = sum_j W_ij dk(x_i, z_j) / dx_i                                                     (1)
 //
-// With W_ij = alpha_j, g_i is the gradient of a posterior's mean at x_i. Where a function has a
-// cusp or a step (matern12 and white at x_i = z_j) its derivative counts as 0.
+// With W_ij = alpha_j, g_i is the gradient of a posterior's mean at x_i. At a cusp or step of a
+// function (matern12 and white at x_i = z_j) the derivative is taken as 0.
 //
-// In float64 on the host, shared among threads: m n D operations, little beside the n^2 that a
-// variance's gradient costs for each x. The same bits for any number of threads.
+// In float64 on the host, on several threads: m n D operations, little beside the n^2 per x of a
+// variance's gradient. The bits are the same for any number of threads.
 #ifndef EGOSIEVE_KERNELS_OPS_INPUT_GRADIENT_H_
 #define EGOSIEVE_KERNELS_OPS_INPUT_GRADIENT_H_
 
@@ -16,9 +16,8 @@
 
 namespace egosieve::kernels {
 
-// x: m x D; z: n x D; w: m x n, where a stride of 0 takes one row for all; out: m x D.
-// InvalidArgument, naming the argument, for invalid parameters, other shapes and inputs that are
-// not finite.
+// x: m x D; z: n x D; w: m x n, or one row for all with a stride of 0; out: m x D. InvalidArgument,
+// naming the argument, for invalid parameters, other shapes and inputs that are not finite.
 absl::Status CovarianceInputGradient(const CovarianceParameters& parameters,
                                      ConstMatrixView<double> x, ConstMatrixView<double> z,
                                      ConstMatrixView<double> w, MatrixView<double> out);

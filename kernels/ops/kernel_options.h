@@ -1,4 +1,4 @@
-// Build options of the .cl programs and the layout of prepared points that they read.
+// Build options of the .cl programs, and the layout of the prepared points that they read.
 #ifndef EGOSIEVE_KERNELS_OPS_KERNEL_OPTIONS_H_
 #define EGOSIEVE_KERNELS_OPS_KERNEL_OPTIONS_H_
 
@@ -35,17 +35,18 @@ std::string BuildOptions(const Context& context) {
                       " -DVEC=", Lanes<T>(context));
 }
 
-// Work-items of a group where each has a value, or a column of them, of its own: 64 side by side
-// where the device runs scalar ones so, else one, which takes vectors or a whole row.
+// Work-items per group for kernels with one value or one column of values per work-item: 64 on
+// devices that run scalar work-items side by side, otherwise one, which processes vectors or a
+// whole row.
 inline int64_t SideBySide(const Context& context) {
   return context.tuning().work_group > 1 ? 64 : 1;
 }
 
-// The covariance's functions and macros, which follow common.cl. points: the model's prepared
+// The covariance's functions and macros, for use after common.cl. points: the model's prepared
 // inputs.
 inline std::string CovarianceCodeFor(const CovarianceParameters& parameters,
                                      const ConstMatrixView<float>& points) {
-  // Loops over the values of a point are unrolled where these then lie in registers.
+  // Loops over the values of a point are unrolled if the values then fit in registers.
   constexpr int64_t kMostUnrolled = 80;
   const int64_t width = PreparedWidth(parameters);
   DeviceCodeRequest request;
@@ -56,7 +57,7 @@ inline std::string CovarianceCodeFor(const CovarianceParameters& parameters,
                       "\n", parameters.function.description().DeviceCode(request));
 }
 
-// The same for points that are not known, kept: it follows from the function and D alone.
+// The same for unknown points. Kept, since it depends on the function and D alone.
 inline const std::string& CovarianceCode(const CovarianceParameters& parameters) {
   static std::mutex mutex;
   static auto& codes = *new std::map<std::pair<std::string_view, int64_t>, std::string>;
@@ -66,7 +67,7 @@ inline const std::string& CovarianceCode(const CovarianceParameters& parameters)
   return code;
 }
 
-// Prepared points, one a row.
+// Prepared points, one per row.
 template <typename Input, typename T>
 std::vector<T> PrepareRows(const PointPreparation& preparation, ConstMatrixView<Input> points) {
   const int64_t width = preparation.width();
@@ -77,7 +78,7 @@ std::vector<T> PrepareRows(const PointPreparation& preparation, ConstMatrixView<
   return rows;
 }
 
-// The same transposed, width x stride, stride a multiple of the vector; the padding is zero.
+// The same transposed, width x stride. The stride is a multiple of the vector; the padding is zero.
 template <typename T>
 struct PreparedColumns {
   AlignedArray<T> values;
@@ -87,7 +88,7 @@ struct PreparedColumns {
 template <typename Input, typename T>
 PreparedColumns<T> PrepareColumns(const PointPreparation& preparation,
                                   ConstMatrixView<Input> points, int64_t multiple) {
-  // Points a piece of work: few enough for all cores, enough to be worth handing out.
+  // Points per task: few enough to occupy all cores, enough to be worth distributing.
   constexpr int64_t kPiece = 2048;
   PreparedColumns<T> columns;
   columns.stride = (points.rows + multiple - 1) / multiple * multiple;

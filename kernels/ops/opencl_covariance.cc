@@ -13,8 +13,7 @@
 namespace egosieve::kernels::opencl {
 namespace {
 
-// Rows a work-group computes: enough to share the loads of the columns, few enough to balance
-// triangles.
+// Rows per work-group: enough to share the loads of the columns, few enough to balance triangles.
 constexpr int64_t kRows = 4;
 
 int64_t Groups(int64_t rows) { return (rows + kRows - 1) / kRows; }

@@ -1,16 +1,16 @@
-// Covariance matrices and their gradient on an OpenCL device. Arguments are taken as valid.
+// Covariance matrices and their gradient on an OpenCL device. Arguments must be valid.
 //
 // On an H200 (33.5 TFLOP/s in float64 without tensor cores, 4.8 TB/s, 132 units of 2,048
 // work-items), counted, not measured, for the arcsine, D = 6 and the lower triangle of n = 4000,
-// 8.0 million pairs: a work-group of 64 takes 4 rows, so 1,000 groups lie on 132 units, 485
-// work-items a unit, 0.24 of the places; local memory: 0.5 kB of the gradient's.
+// 8.0 million pairs. A work-group of 64 takes 4 rows, so there are 1,000 groups on 132 units: 485
+// work-items per unit, 0.24 of the places. Local memory: 0.5 kB for the gradient.
 //
-//   kernel               flops                        bytes of device memory    least time
-//   covariance_block     98 a pair: 0.8 G, 0.023 ms   64 MB written, 0.013 ms   0.023 ms
-//   covariance_gradient  170 a pair: 1.4 G, 0.041 ms  64 MB read, 0.013 ms      0.041 ms
+//   kernel               flops                          bytes of device memory    least time
+//   covariance_block     98 per pair: 0.8 G, 0.023 ms   64 MB written, 0.013 ms   0.023 ms
+//   covariance_gradient  170 per pair: 1.4 G, 0.041 ms  64 MB read, 0.013 ms      0.041 ms
 //
-// The prepared columns, 0.26 MB, are read by each group: 128 MB in all from the cache. Division and
-// square root are counted as one and as five operations.
+// Each group reads the prepared columns, 0.26 MB: 128 MB in all from the cache. Division counts as
+// one operation, square root as five.
 #ifndef EGOSIEVE_KERNELS_OPS_OPENCL_COVARIANCE_H_
 #define EGOSIEVE_KERNELS_OPS_OPENCL_COVARIANCE_H_
 
@@ -26,13 +26,13 @@
 
 namespace egosieve::kernels::opencl {
 
-// C(i, j) = k(x_i, z_j); with `lower_only` just j <= i.
+// C(i, j) = k(x_i, z_j); with `lower_only` only j <= i.
 template <typename T>
 absl::Status CovarianceBlock(Context& context, const CovarianceParameters& parameters,
                              ConstMatrixView<double> x, ConstMatrixView<double> z, bool lower_only,
                              MatrixView<T> out);
 
-// The points of a covariance block as its kernels read them; kept until their commands have ended.
+// The points of a covariance block, as kernels read them. Keep it until their commands have ended.
 template <typename T>
 class CovariancePoints {
  public:
@@ -55,10 +55,10 @@ class CovariancePoints {
   cl::Buffer column_buffer_;
 };
 
-// C(i, j) or, with `lower_only`, its lower triangle into a buffer of the device's. Throw cl::Error.
+// Writes C(i, j), or with `lower_only` its lower triangle, to a device buffer. Throws cl::Error.
 class CovarianceKernels {
  public:
-  enum What { kBlock = 1, kGradient = 2 };  // the gradient: float64 alone
+  enum What { kBlock = 1, kGradient = 2 };  // the gradient: only float64
   // what: bits of What.
   template <typename T>
   static absl::StatusOr<CovarianceKernels> Create(Context& context, Workspace& workspace,
@@ -67,13 +67,13 @@ class CovarianceKernels {
   template <typename T>
   void EnqueueBlock(const cl::CommandQueue& queue, const CovariancePoints<T>& points,
                     bool lower_only, const cl::Buffer& out, int64_t out_stride);
-  // Into out: GradientRows() x GradientColumns() partial sums.
+  // Writes GradientRows() x GradientColumns() partial sums to `out`.
   void EnqueueGradient(const cl::CommandQueue& queue, const CovariancePoints<double>& points,
                        bool lower_only, const cl::Buffer& weights, int64_t weight_stride,
                        const cl::Buffer& out);
   static int64_t GradientRows(int64_t rows);
   int64_t GradientColumns() const { return scales_ + 1; }
-  // From the partial sums, in order of rows, so that the sum is the same whatever ran where.
+  // Adds the partial sums in the order of rows, so that the sum does not depend on the execution.
   std::vector<double> GradientOf(const std::vector<double>& partial_sums) const;
 
  private:
@@ -84,8 +84,8 @@ class CovarianceKernels {
   double signal_variance_ = 1.0;
 };
 
-// As kernels/ops/covariance_gradient.h; needs float64. With `lower_only` z is x and w symmetric,
-// its lower triangle read.
+// As kernels/ops/covariance_gradient.h; needs float64. With `lower_only` z is x and w symmetric
+// with the lower triangle read.
 absl::StatusOr<std::vector<double>> CovarianceGradient(Context& context,
                                                        const CovarianceParameters& parameters,
                                                        ConstMatrixView<double> x,

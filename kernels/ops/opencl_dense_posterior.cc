@@ -51,7 +51,7 @@ int64_t MemoryCapBytes(const DensePosteriorOptions& options, const Context& cont
                                       : std::max(kLeastCapBytes, context.info().memory_bytes / 8);
 }
 
-// Results before all of them are there: a device may fail in any chunk.
+// Holds results until all of them exist, since a device may fail in any chunk.
 class StagedOutputs {
  public:
   StagedOutputs(const PosteriorOutputs& outputs, int64_t count)
@@ -78,14 +78,14 @@ class StagedOutputs {
   std::array<AlignedArray<float>, 3> values_;
 };
 
-// Some queries of a call, prepared, and where their results go.
+// Some prepared queries of a call, and the place of their results.
 struct Chunk {
   PreparedColumns<float> columns;
   int64_t count = 0;
   PosteriorOutputs outputs;
 };
 
-// What the commands of a call that does not wait use.
+// Resources for the commands of a call that does not wait.
 struct InUse {
   std::shared_ptr<Context> context;
   std::shared_ptr<const DeviceModel> model;
@@ -98,7 +98,7 @@ void CL_CALLBACK GiveBackWhatWasUsed(cl_event, cl_int status, void* in_use) {
   if (status == CL_COMPLETE) ended->context->GiveBack(std::move(ended->workspace));
 }
 
-// Keeps what is in use until `last` ends.
+// Keeps the resources until `last` ends.
 void KeepUntil(const cl::Event& last, std::unique_ptr<InUse> in_use) {
   if (clSetEventCallback(last(), CL_COMPLETE, GiveBackWhatWasUsed, in_use.get()) == CL_SUCCESS) {
     in_use.release();
@@ -129,7 +129,7 @@ class OpenClPosterior : public DensePosterior {
   }
 
  private:
-  // What a kernel's commands share.
+  // Common data of a kernel's commands.
   struct Launch {
     cl::Kernel kernel;
     PosteriorTiling tiling;
@@ -157,7 +157,7 @@ class OpenClPosterior : public DensePosterior {
              const cl::Buffer& variance, const cl::Buffer& probability,
              const std::array<int64_t, 3>& first_results,
              const std::vector<cl::Event>* after = nullptr, cl::Event* done = nullptr) const;
-  // Throws cl::Error. Every command waits for `last`, and is it then.
+  // Throws cl::Error. Each command waits for `last` and then becomes `last`.
   void EnqueueChunks(Launch& launch, cl::Kernel& prepare, InUse& in_use,
                      const DeviceQueries& queries, const DeviceOutputs& outputs,
                      const cl::CommandQueue& queue, std::vector<cl::Event>& last) const;
@@ -201,7 +201,7 @@ template <typename Meanwhile>
 int64_t OpenClPosterior::Evaluate(Launch& launch, const cl::CommandQueue& queue, Chunk& chunk,
                                   Meanwhile meanwhile) const {
   std::vector<cl_int> counters = {0, 0};  // the next tile, clamped variances
-  // An output that is not wanted is never written: any array serves in its place.
+  // A kernel never writes an unwanted output: any array can take its place.
   float unused = 0.0f;
   const auto output = [&](float* data) {
     if (data == nullptr) return OutputBuffer<float>(*context_, MatrixView<float>(&unused, 1, 1));
@@ -277,7 +277,7 @@ void OpenClPosterior::EnqueueChunks(Launch& launch, cl::Kernel& prepare, InUse& 
   const auto next = [&] { last = {done}; };
   for (int64_t begin = 0; begin < queries.count; begin += tiling.chunk_queries) {
     const int64_t count = std::min(tiling.chunk_queries, queries.count - begin);
-    // The next tile, and at first the clamped variances.
+    // The tile counter, and for the first chunk also the number of clamped variances.
     queue.enqueueFillBuffer(counters, cl_int{0}, 0, (begin == 0 ? 2 : 1) * sizeof(cl_int), &last,
                             &done);
     next();

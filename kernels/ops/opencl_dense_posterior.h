@@ -13,12 +13,12 @@ namespace egosieve::kernels {
 // values.
 absl::Status CheckQueries(int64_t dimension, ConstMatrixView<float> queries);
 
-// FailedPrecondition when variances are asked of a model without a factor.
+// FailedPrecondition if variances are requested of a model without a factor.
 absl::Status CheckOutputs(bool needs_variance, FactorKind factor_kind, int64_t input_count);
 
 namespace opencl {
 
-// `model` and `options` are taken as valid.
+// `model` and `options` must be valid.
 absl::StatusOr<std::unique_ptr<DensePosterior>> CreateDensePosterior(
     std::shared_ptr<Context> context, const PosteriorModel& model,
     const DensePosteriorOptions& options);

@@ -15,14 +15,14 @@
 namespace egosieve::kernels::opencl {
 namespace {
 
-// Bands of grid rows: the field's work-items, each with scratch for two rows of sums.
+// Bands of grid rows, one per work-item, each with scratch for two rows of sums.
 constexpr int kMaxBands = 64;
 
-// Points of a work-group. Fixed: PoCL compiles a kernel anew for every size of a work-group, and
-// where it may choose the size, it chooses another for nearly every number of points.
+// Points per work-group. The number is fixed, because PoCL compiles a kernel anew for every
+// work-group size, and if PoCL chose the size, it would differ for nearly every number of points.
 constexpr int64_t kGroupPoints = 64;
 
-// `count` work-items and those that fill the last group up.
+// `count` rounded up to whole groups.
 int64_t WholeGroups(int64_t count, int64_t group) { return (count + group - 1) / group * group; }
 
 std::string BuildOptions(int channels) {

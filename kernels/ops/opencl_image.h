@@ -1,19 +1,19 @@
-// Descriptors and grid interpolation on an OpenCL device. Arguments are taken as valid.
+// Descriptors and grid interpolation on an OpenCL device. Arguments must be valid.
 //
-// Devices with one work-item a core slide sums down bands of rows and interpolate row by row; those
-// whose work-items run side by side take a point or a pixel each, in groups of 64. The bits are the
-// same.
+// On devices with one work-item per core, a work-item slides sums down a band of rows, and
+// interpolates row by row. On devices that run work-items side by side, each takes a point or a
+// pixel, in groups of 64. The bits are the same.
 //
 // On an H200 (4.8 TB/s, 132 units of 2,048 work-items), counted, not measured, for every pixel of
 // 1242 x 375 and windows of 7 pixels: 465,750 work-items in 7,500 groups fill the 132 x 32 places
-// for groups 1.8 times, each with 2,048 work-items a unit; no local memory.
+// for groups 1.8 times, with 2,048 work-items per unit; no local memory.
 //
 //   kernel                       reads            writes            of device memory
 //   descriptor_field_by_point    147 bytes each   24 bytes each     1.4 + 11.2 MB, 0.003 ms
 //   grid_interpolation_by_pixel  16 bytes each    4 bytes each      1.9 + 1.9 MB, 0.001 ms
 //
-// The 147 bytes of a window are those of its neighbours, too: 68 MB come from the cache. The bus,
-// at 55 GB/s, takes longer: 0.23 and 0.07 ms.
+// The 147 bytes of a window overlap with those of neighbouring windows: 68 MB come from the cache.
+// The bus, at 55 GB/s, takes longer: 0.23 and 0.07 ms.
 #ifndef EGOSIEVE_KERNELS_OPS_OPENCL_IMAGE_H_
 #define EGOSIEVE_KERNELS_OPS_OPENCL_IMAGE_H_
 

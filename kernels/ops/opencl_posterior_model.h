@@ -1,4 +1,4 @@
-// A posterior's model as the kernels read it, in the device's memory.
+// A posterior's model in the device's memory, as the kernels read it.
 #ifndef EGOSIEVE_KERNELS_OPS_OPENCL_POSTERIOR_MODEL_H_
 #define EGOSIEVE_KERNELS_OPS_OPENCL_POSTERIOR_MODEL_H_
 
@@ -18,7 +18,7 @@ namespace egosieve::kernels::opencl {
 
 class DeviceModel {
  public:
-  // Throws cl::Error. What `model` views is read here only.
+  // Throws cl::Error. The views of `model` are read here only.
   DeviceModel(const Context& context, const PosteriorModel& model, const FactorBlocking& blocking);
   DeviceModel(const DeviceModel&) = delete;
   DeviceModel& operator=(const DeviceModel&) = delete;
@@ -36,8 +36,8 @@ class DeviceModel {
   const cl::Buffer& factor() const { return factor_; }
 
  private:
-  // The arrays that the kernel reads, prepared on the host. Kept because a device that shares the
-  // host's memory reads them where they are.
+  // The arrays for the kernel, prepared on the host. Kept, because a device that shares the host's
+  // memory reads them in place.
   struct HostArrays {
     std::vector<float> inputs;  // prepared points
     std::vector<float> alpha;   // sigma_f^2 alpha

@@ -8,14 +8,14 @@
 namespace egosieve::kernels {
 namespace {
 
-// Where the group that starts at row `first`, a multiple of the group, lies in the packed factor;
+// Position in the packed factor of the group that starts at row `first`, a multiple of the group;
 // see packed_offset in kernels/cl/dense_posterior.cl.
 int64_t PackedOffset(int64_t first, const FactorBlocking& blocking) {
   return first * (first - blocking.group) / 2 + first * (blocking.group + blocking.panel) / 2;
 }
 
 // Rows [first, first + count) of the padded factor's left part, (1), times `sign`. Returns the end
-// of what was written.
+// of the written values.
 float* PackLeftPart(ConstMatrixView<double> factor, int64_t first, int64_t count,
                     const FactorBlocking& blocking, double sign, float* out) {
   for (int64_t k0 = 0; k0 < first; k0 += blocking.depth) {
@@ -31,7 +31,7 @@ float* PackLeftPart(ConstMatrixView<double> factor, int64_t first, int64_t count
   return out;
 }
 
-// Row-major lower triangle of the diagonal block of `rows` rows at `first`, zero above the
+// Row-major lower triangle of the diagonal block of `rows` rows at `first`; zero above the
 // diagonal.
 std::vector<double> DiagonalBlock(ConstMatrixView<double> factor, int64_t first, int64_t rows) {
   std::vector<double> block(rows * rows, 0.0);

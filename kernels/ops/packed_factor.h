@@ -1,22 +1,22 @@
-// The triangular factor of a posterior in the order in which the kernel reads it, float32.
+// The triangular factor of a posterior in the order of the kernel's reads, float32.
 //
-// Rows are taken in groups of `group` and, inside a group, in panels of `panel`; n is padded to a
-// multiple of the panel with rows and columns of zeros. A group that starts at row f with c rows
-// holds
+// Rows are divided into groups of `group` and, inside a group, into panels of `panel`; n is padded
+// to a multiple of the panel with rows and columns of zeros. A group that starts at row f with c
+// rows contains
 //
 //   (1) left of its diagonal block: for each range of `depth` columns k, for each panel, for each
 //       k, `panel` values;
 //   (2) of its diagonal block's lower triangle: for each panel p, for each k < panel (p + 1),
 //       `panel` values.
 //
-// Of R (the product, variance = k** - |R k*|^2) these are the elements of R. Of L (substitution)
-// they are, with L_gg the diagonal block of group g,
+// For R (the product, variance = k** - |R k*|^2) these are the elements of R. For L (substitution),
+// with L_gg the diagonal block of group g, they are
 //
 //   (3) v_g = L_gg^-1 (k*_g - sum_{h<g} L_gh v_h):
 //       (1) holds -L_gh, (2) holds L_gg^-1, inverted in float64
 //
-// so both run through the same multiply-add kernel, and no inverse of the whole factor is formed.
-// Cost of packing L: n^2 / 2 + n group^2 / 6 multiply-adds.
+// so both use the same multiply-add kernel, and no inverse of the whole factor is formed. Cost of
+// packing L: n^2 / 2 + n group^2 / 6 multiply-adds.
 #ifndef EGOSIEVE_KERNELS_OPS_PACKED_FACTOR_H_
 #define EGOSIEVE_KERNELS_OPS_PACKED_FACTOR_H_
 
@@ -36,10 +36,10 @@ struct FactorBlocking {
 
 inline int64_t PaddedCount(int64_t n, int panel) { return (n + panel - 1) / panel * panel; }
 
-// Values of the packed factor of n rows.
+// Number of values of the packed factor of n rows.
 int64_t PackedSize(int64_t n, const FactorBlocking& blocking);
 
-// The same bytes whatever the number of threads.
+// The bytes do not depend on the number of threads.
 AlignedArray<float> PackFactor(FactorKind kind, ConstMatrixView<double> factor,
                                const FactorBlocking& blocking);
 

@@ -8,8 +8,8 @@
 namespace egosieve::kernels::opencl {
 namespace {
 
-// Queries of a chunk at least, where there are as many and the cap allows: enough that starting a
-// kernel costs nothing beside it.
+// Usual least number of queries per chunk, if there are as many and the limit allows it: enough
+// that the start of a kernel costs little in comparison.
 constexpr int64_t kUsualChunk = 65536;
 
 KernelTuning TuningFor(const Context& context, int64_t point_width) {
@@ -23,7 +23,7 @@ KernelTuning TuningFor(const Context& context, int64_t point_width) {
   return DefaultTuning(1);
 }
 
-// With local tiles a whole group is read column by column.
+// With local tiles a whole group is read column by column, so the panel is the group.
 FactorBlocking BlockingOf(const KernelTuning& tuning) {
   const int group = tuning.panel * tuning.panels_per_group;
   return {tuning.local_tiles ? group : tuning.panel, group, tuning.depth};
@@ -55,9 +55,9 @@ std::string PosteriorShapes::BuildOptions(const Context& context, FactorKind kin
 PosteriorTiling PosteriorShapes::Tile(const Context& context, FactorKind kind, int64_t count,
                                       int64_t query_count, int64_t cap_bytes) const {
   const int64_t rows = kind == FactorKind::kNone ? 0 : PaddedCount(count, blocking_.panel);
-  // Without local tiles a tile's sums lie beside it.
+  // Without local tiles a tile's sums are stored beside it.
   const int64_t micro_floats = (rows + (tuning_.local_tiles ? 0 : 2)) * MicroTileQueries(kind);
-  // Prepared, those of the next chunk too, and the outputs.
+  // Prepared queries, also those of the next chunk, and the outputs.
   const int64_t query_floats = 2 * point_width_ + 3;
   const int64_t cap_floats = cap_bytes / static_cast<int64_t>(sizeof(float));
   const int tiles_per_group = tuning_.local_tiles ? 1 : tuning_.work_group;
@@ -65,7 +65,7 @@ PosteriorTiling PosteriorShapes::Tile(const Context& context, FactorKind kind, i
   tiling.work_group = tuning_.work_group;
   tiling.micro_tiles = tuning_.local_tiles ? 1 : tuning_.micro_tiles;
   tiling.work_groups = std::max(context.info().compute_units, 1) * tuning_.groups_per_unit;
-  // A work-group of single micro-tiles is the least there can be.
+  // The minimum is a work-group of single micro-tiles.
   const auto scratch = [&] {
     return int64_t{tiling.micro_tiles} * tiling.work_groups * tiles_per_group * micro_floats;
   };
@@ -77,7 +77,7 @@ PosteriorTiling PosteriorShapes::Tile(const Context& context, FactorKind kind, i
   const int64_t fitting = cap_floats / 2 / query_floats;
   if (most > fitting) most = fitting >= wave ? fitting / wave * wave : fitting;
   tiling.chunk_queries = std::max<int64_t>(RoundUp(most, tile), tile);
-  // Groups without a tile of their own would take scratch for nothing.
+  // Groups without a tile of their own would need scratch for nothing.
   tiling.work_groups =
       static_cast<int>(std::min<int64_t>(tiling.work_groups, (query_count + tile - 1) / tile));
   tiling.work_items = tiling.work_groups * tuning_.work_group;

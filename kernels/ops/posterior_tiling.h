@@ -1,5 +1,5 @@
-// How the queries of a dense posterior are shared out among tiles, work-groups and chunks, and the
-// build options that go with that.
+// Division of a dense posterior's queries into tiles, work-groups and chunks, with the
+// corresponding build options.
 #ifndef EGOSIEVE_KERNELS_OPS_POSTERIOR_TILING_H_
 #define EGOSIEVE_KERNELS_OPS_POSTERIOR_TILING_H_
 
@@ -12,23 +12,24 @@
 
 namespace egosieve::kernels::opencl {
 
-// Sizes that the memory cap leaves.
+// Sizes within the memory limit.
 struct PosteriorTiling {
   int micro_tiles = 1;
   int work_groups = 1;
   int work_items = 1;
   int work_group = 1;
-  int64_t scratch_floats = 0;  // of a tile: a work-item's or, with local tiles, a group's
+  int64_t scratch_floats = 0;  // per tile, which is a work-item's or, with local tiles, a group's
   int64_t all_scratch_floats = 0;
   int64_t tile_queries = 0;
-  // As many as all work-groups take at once, or a multiple: none of them waits at a chunk's end.
+  // Queries that all work-groups process at once, or a multiple: no work-group waits at a chunk's
+  // end.
   int64_t chunk_queries = 0;
 };
 
 class PosteriorShapes {
  public:
-  // The device's tuning; tiles of one work-item where points of `point_width` values are too wide
-  // for tiles in local memory.
+  // Uses the device's tuning, or tiles of one work-item if points of `point_width` values are too
+  // wide for tiles in local memory.
   PosteriorShapes(const Context& context, int64_t point_width);
 
   const FactorBlocking& blocking() const { return blocking_; }
@@ -44,7 +45,7 @@ class PosteriorShapes {
   int Width(FactorKind kind) const {
     return kind == FactorKind::kNone ? tuning_.mean_width : tuning_.width;
   }
-  // Work-items side by side along rows, with local tiles.
+  // Number of work-items side by side along rows, with local tiles.
   int Panels(FactorKind kind) const {
     return kind == FactorKind::kNone ? 1 : tuning_.panels_per_group;
   }

@@ -40,7 +40,7 @@ class SharedPosterior : public DensePosterior {
   int64_t dimension_;
 };
 
-// A call's results, and what is left of it.
+// A call's results, and its pieces still to do.
 class Work {
  public:
   Work(ConstMatrixView<float> queries, const PosteriorOutputs& outputs, int64_t devices)
@@ -51,7 +51,7 @@ class Work {
         variance_(outputs.variance != nullptr ? queries.rows : 0),
         probability_(outputs.probability != nullptr ? queries.rows : 0) {}
 
-  // Piece `first`, and then what nobody has taken.
+  // Evaluates piece `first`, and then pieces that no device has taken.
   void Run(const DensePosterior& device, int64_t first) {
     for (int64_t piece = first; piece * piece_ < queries_.rows && !failed_; piece = next_++) {
       const int64_t begin = piece * piece_, end = std::min(begin + piece_, queries_.rows);
@@ -90,7 +90,7 @@ class Work {
   std::atomic<int64_t> next_;
   std::vector<float> mean_, variance_, probability_;
   std::atomic<bool> failed_ = false;
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // guards the members below
   PosteriorCounts counts_;
   absl::Status first_error_;
 };
@@ -110,7 +110,7 @@ absl::StatusOr<PosteriorCounts> SharedPosterior::Evaluate(ConstMatrixView<float>
       threads.emplace_back([&, device = started] { work.Run(*devices_[device], device); });
     }
   } catch (const std::system_error&) {
-    // The system refuses a thread: this one does those devices' first pieces.
+    // The system refuses a thread: this thread evaluates those devices' first pieces.
   }
   work.Run(*devices_[0], 0);
   for (int64_t device = started; device < count; ++device) work.Run(*devices_[0], device);

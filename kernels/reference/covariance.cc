@@ -56,7 +56,8 @@ template void CovarianceBlock(const CovarianceParameters&, ConstMatrixView<doubl
 
 namespace {
 
-// Sums weight_ij dk(x_i, z_j) / d log theta over what `visit(add)` adds as add(i, j, weight).
+// Sums weight_ij dk(x_i, z_j) / d log theta over the pairs that `visit(add)` passes as add(i, j,
+// weight).
 template <typename Visit>
 std::vector<double> SumOfGradients(const CovarianceParameters& parameters,
                                    ConstMatrixView<double> x, ConstMatrixView<double> z,

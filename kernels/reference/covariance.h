@@ -1,9 +1,9 @@
-// Covariance functions, matrices and gradients in plain float64: the oracle of every test and the
-// device "reference".
+// Covariance functions, matrices and gradients in plain float64: the reference of every test and
+// the device "reference".
 //
 // The formulas are those of the functions in kernels/covariance, on prepared points
-// (kernels/base/prepared_points.h). Cost: O(n m D). Arguments are taken as valid: the public
-// operations check them.
+// (kernels/base/prepared_points.h). Cost: O(n m D). Arguments must be valid: the public operations
+// check them.
 #ifndef EGOSIEVE_KERNELS_REFERENCE_COVARIANCE_H_
 #define EGOSIEVE_KERNELS_REFERENCE_COVARIANCE_H_
 
@@ -17,7 +17,7 @@ namespace egosieve::kernels::reference {
 // k(x, z) for points of D values each.
 double Covariance(const CovarianceParameters& parameters, const double* x, const double* z);
 
-// C(i, j) = k(x_i, z_j); with `lower_only` just j <= i. out: x.rows x z.rows.
+// C(i, j) = k(x_i, z_j); with `lower_only` only j <= i. out: x.rows x z.rows.
 template <typename T>
 void CovarianceBlock(const CovarianceParameters& parameters, ConstMatrixView<double> x,
                      ConstMatrixView<double> z, bool lower_only, MatrixView<T> out);

@@ -10,8 +10,8 @@ namespace egosieve::kernels::reference {
 namespace {
 
 // Queries per tile. Tiles are always full (the last one is padded with zeros), so that every column
-// takes the same path through Eigen's products and a query's result does not depend on its
-// neighbours.
+// takes the same path through Eigen's products, and a query's result does not depend on the other
+// queries.
 constexpr int64_t kTile = 64;
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

@@ -1,5 +1,6 @@
-// The dense posterior in plain float64 on the host: the formulas of kernels/ops/dense_posterior.h.
-// The oracle of its tests and the device "reference". Cost: O(n D + n^2) a query with variances.
+// The dense posterior in plain float64 on the host, by the formulas of
+// kernels/ops/dense_posterior.h. It is the reference of its tests and the device "reference". Cost:
+// O(n D + n^2) per query with variances.
 #ifndef EGOSIEVE_KERNELS_REFERENCE_DENSE_POSTERIOR_H_
 #define EGOSIEVE_KERNELS_REFERENCE_DENSE_POSTERIOR_H_
 
@@ -12,15 +13,15 @@
 
 namespace egosieve::kernels::reference {
 
-// Phi(x), the standard normal's distribution function.
+// Phi(x), the standard normal distribution function.
 double NormalCdf(double x);
 
-// Copies of a PosteriorModel, which must be valid.
+// Keeps copies of a PosteriorModel, which must be valid.
 class DensePosterior {
  public:
   explicit DensePosterior(const PosteriorModel& model);
 
-  // Each of M values; null: not wanted. Returns the number of clamped variances.
+  // Outputs have M values each; null: not wanted. Returns the number of clamped variances.
   template <typename Query, typename Real>
   int64_t Evaluate(ConstMatrixView<Query> queries, Real* mean, Real* variance,
                    Real* probability) const;

@@ -6,7 +6,7 @@
 namespace egosieve::kernels::reference {
 namespace {
 
-// Row of `out` for the window around the pixel (x, y); u and v are the point's own.
+// Writes the row of `out` for the window around the pixel (x, y); u and v are the point's own.
 void DescribePixel(const ImageView& image, int x, int y, int window_pixels, double u, double v,
                    float* out) {
   const int radius = window_pixels / 2;

@@ -1,6 +1,6 @@
-// Descriptors and grid interpolation in plain float64: the formulas of
-// kernels/ops/descriptor_field.h and kernels/ops/grid_interpolation.h. Arguments are taken as
-// valid: the public operations check them.
+// Descriptors and grid interpolation in plain float64, by the formulas of
+// kernels/ops/descriptor_field.h and kernels/ops/grid_interpolation.h. Arguments must be valid: the
+// public operations check them.
 #ifndef EGOSIEVE_KERNELS_REFERENCE_IMAGE_H_
 #define EGOSIEVE_KERNELS_REFERENCE_IMAGE_H_
 

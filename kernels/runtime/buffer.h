@@ -1,5 +1,4 @@
-// Device buffers over the caller's arrays: without copies where the device shares the host's
-// memory.
+// Device buffers for the caller's arrays, without copies if the device shares the host's memory.
 #ifndef EGOSIEVE_KERNELS_RUNTIME_BUFFER_H_
 #define EGOSIEVE_KERNELS_RUNTIME_BUFFER_H_
 
@@ -13,9 +12,9 @@
 
 namespace egosieve::kernels {
 
-// All of these throw cl::Error: call them inside CatchOpenClErrors.
+// All of these functions throw cl::Error: call them inside CatchOpenClErrors.
 
-// `bytes` at `data`, which must stay as it is while the buffer is in use. bytes > 0.
+// A buffer of `bytes` at `data`, which must not change while the buffer is in use. bytes > 0.
 cl::Buffer InputBuffer(const Context& context, const void* data, size_t bytes);
 
 template <typename T>
@@ -28,18 +27,18 @@ cl::Buffer InputBuffer(const Context& context, const AlignedArray<T>& values) {
   return InputBuffer(context, values.data(), values.size() * sizeof(T));
 }
 
-// A strided matrix as it lies in memory, rows * stride elements less the last row's padding.
+// A strided matrix as stored in memory: rows * stride elements minus the last row's padding.
 template <typename T>
 cl::Buffer InputBuffer(const Context& context, const MatrixView<T>& view) {
   return InputBuffer(context, view.data, ((view.rows - 1) * view.stride + view.cols) * sizeof(T));
 }
 
-// Memory of the device alone.
+// Memory that only the device uses.
 cl::Buffer ScratchBuffer(const Context& context, size_t bytes);
 
-// What becomes of elements that a kernel does not write: they keep their values, at the cost of an
-// upload to devices with memory of their own; or the kernel writes all of the matrix, and what lies
-// between its rows is kept; or there is nothing that it does not write.
+// Elements of the output that a kernel does not write. kKept: they keep their values, at the cost
+// of an upload to devices with their own memory. kPadding: the kernel writes the whole matrix, and
+// the padding between rows is kept. kNone: there are no such elements.
 enum class Unwritten { kKept, kPadding, kNone };
 
 // The caller's matrix as a kernel's output.
@@ -58,7 +57,7 @@ class OutputBuffer {
 
   const cl::Buffer& buffer() const { return buffer_; }
 
-  // Makes the results visible to the host and waits for them.
+  // Makes the results visible to the host, and waits for them.
   void Finish(const cl::CommandQueue& queue) {
     if (shared_) {
       void* mapped = queue.enqueueMapBuffer(buffer_, CL_TRUE, CL_MAP_READ, 0, bytes_);
@@ -82,14 +81,14 @@ class OutputBuffer {
   cl::Buffer buffer_;
 };
 
-// Waits for the queue's commands when its scope ends, by an exception too: they use arrays of the
-// caller, so it is declared after all of them and before the first command.
+// Waits for the queue's commands at the end of its scope, also after an exception. The commands use
+// arrays of the caller, so declare it after all of these and before the first command.
 class CommandsEnd {
  public:
   explicit CommandsEnd(const cl::CommandQueue& queue) : queue_(queue) {}
   CommandsEnd(const CommandsEnd&) = delete;
   CommandsEnd& operator=(const CommandsEnd&) = delete;
-  ~CommandsEnd() { clFinish(queue_()); }  // fails where nothing runs any more
+  ~CommandsEnd() { clFinish(queue_()); }  // fails if nothing runs any more
 
  private:
   cl::CommandQueue queue_;

@@ -27,7 +27,7 @@ KernelTuning DefaultsOf(const cl::Device& device, DeviceType type) {
   return DefaultTuning(native >= 16 ? 16 : native >= 8 ? 8 : 4);
 }
 
-// The text of a .cl file with the lines #include "other.cl" replaced by the other's text.
+// The text of a .cl file, with each line #include "other.cl" replaced by the text of that file.
 std::string SourceOf(std::string_view file) {
   constexpr std::string_view kInclude = "\n#include \"";
   std::string text(cl_sources::Text(file));
@@ -93,8 +93,9 @@ absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::s
         program = BuildProgram(context_, device_, info_, source, options, program_cache_);
       });
   if (!status.ok()) {
-    // As the program that failed (program_cache.cc): PoCL 3.1 may have kept its compiler's lock,
-    // for which the release of any program waits, and where memory was lacking the next build, too.
+    // They are dropped like the failed program (program_cache.cc). PoCL 3.1 may have kept its
+    // compiler's lock, for which the release of any program waits, and, after a lack of memory,
+    // also the next build.
     for (auto& [name, built] : programs_) built() = nullptr;
     programs_.clear();
     const bool is_pocl = absl::StrContains(info_.platform, kPocl);
@@ -169,7 +170,7 @@ absl::StatusOr<std::shared_ptr<Context>> OpenContext(const ContextOptions& optio
   const char* environment = std::getenv("EGOSIEVE_DEVICE");
   const std::string choice =
       options.device.empty() && environment != nullptr ? environment : options.device;
-  // Without asking the drivers: the reference must work where they are broken.
+  // Does not query the drivers: the reference must work even if they are broken.
   if (choice == "reference") return std::make_shared<Context>(ReferenceDevice());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<DeviceInfo> devices, ListDevices());
   EGOSIEVE_ASSIGN_OR_RETURN(const DeviceInfo chosen, ChooseDevice(devices, choice));

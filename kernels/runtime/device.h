@@ -1,5 +1,5 @@
-// The devices that the operations can run on: every OpenCL device of every platform, then the
-// float64 reference.
+// The devices for the operations: every OpenCL device of every platform, then the float64
+// reference.
 #ifndef EGOSIEVE_KERNELS_RUNTIME_DEVICE_H_
 #define EGOSIEVE_KERNELS_RUNTIME_DEVICE_H_
 
@@ -17,7 +17,7 @@ enum class DeviceType { kCpu, kGpu, kAccelerator, kReference };
 const char* DeviceTypeName(DeviceType type);
 
 struct DeviceInfo {
-  int index = 0;  // what ContextOptions::device takes
+  int index = 0;  // as for ContextOptions::device
   std::string name;
   std::string vendor;
   std::string platform;
@@ -29,16 +29,16 @@ struct DeviceInfo {
   bool float64 = false;
 };
 
-// The float64 arithmetic on the host, which no driver has a part in.
+// The float64 arithmetic on the host, without any driver.
 DeviceInfo ReferenceDevice();
 
-// Never empty: the reference is always its last element. A machine without any OpenCL platform
-// gives the reference alone. Errors are those of a broken driver.
+// Never empty: the reference is always the last element, and the only one on a computer without an
+// OpenCL platform. Errors are those of a broken driver.
 absl::StatusOr<std::vector<DeviceInfo>> ListDevices();
 
 // The element of `devices` that `choice` names: an index, "cpu", "gpu", "reference", or a part of a
-// device's name in any case; empty: the first GPU, else the first CPU or accelerator. NotFound,
-// naming the devices or what to install, when there is none.
+// device's name in upper or lower case; empty: the first GPU, else the first CPU or accelerator.
+// NotFound, naming the devices or the packages to install, if there is none.
 absl::StatusOr<DeviceInfo> ChooseDevice(const std::vector<DeviceInfo>& devices,
                                         const std::string& choice);
 

@@ -26,8 +26,8 @@ fs::path VendorFolder() {
 }
 
 struct Driver {
-  std::string file;     // that names it to the loader
-  std::string library;  // its name
+  std::string file;     // the file that names it to the loader
+  std::string library;  // the library's name in that file
 };
 
 std::vector<Driver> InstalledDrivers() {

@@ -1,6 +1,6 @@
 // OpenCL drivers do not survive fork: the child has none of their threads, and its first command
-// would wait for ever. The first use of a driver is remembered with its process; in another process
-// that was forked from it every use is refused.
+// would wait forever. The first use of a driver is recorded with its process; processes forked from
+// it are refused every use.
 #ifndef EGOSIEVE_KERNELS_RUNTIME_FORK_GUARD_H_
 #define EGOSIEVE_KERNELS_RUNTIME_FORK_GUARD_H_
 
@@ -8,8 +8,8 @@
 
 namespace egosieve::kernels {
 
-// To be called before a driver is: FailedPrecondition, saying what to do, where an ancestor of this
-// process has used one before it forked.
+// Call it before any driver. FailedPrecondition, with a remedy, if an ancestor of this process used
+// a driver before it forked.
 absl::Status CheckNotForked();
 
 }  // namespace egosieve::kernels

@@ -1,8 +1,8 @@
-// What a Context is inside: the device with its OpenCL context and its compiled programs.
+// The contents of a Context: the device with its OpenCL context and its compiled programs.
 //
-// One Context may be used by several threads at once: programs are built under a lock, once each;
-// every operation borrows a workspace of its own, with an in-order queue, kernel objects (whose
-// arguments are not safe to share) and scratch memory, and gives it back for the next one.
+// Several threads may use one Context at once. Programs are built under a lock, once each. Every
+// operation borrows its own workspace and returns it for the next operation. A workspace has an
+// in-order queue, kernel objects (whose arguments cannot be shared safely) and scratch memory.
 #ifndef EGOSIEVE_KERNELS_RUNTIME_OPENCL_CONTEXT_H_
 #define EGOSIEVE_KERNELS_RUNTIME_OPENCL_CONTEXT_H_
 
@@ -24,17 +24,17 @@ namespace egosieve::kernels {
 
 class Context;
 
-// What one operation at a time computes with.
+// Resources for one operation at a time.
 class Workspace {
  public:
   // Throws cl::Error.
   explicit Workspace(Context& context);
 
   const cl::CommandQueue& queue() const { return queue_; }
-  // Context::Kernel, the same object in every use; its arguments are those of the last one.
+  // As Context::Kernel, but always the same object, which keeps its last arguments.
   absl::StatusOr<cl::Kernel> Kernel(std::string_view file, const std::string& options,
                                     const char* name, const std::string& covariance_code = "");
-  // At least `bytes` of device memory, as the last use left it. Throws cl::Error.
+  // At least `bytes` of device memory, with the contents of the last use. Throws cl::Error.
   enum class Memory { kTiles, kQueries, kCounters };
   const cl::Buffer& Scratch(Memory memory, size_t bytes);
 
@@ -52,32 +52,32 @@ class Workspace {
 
 class Context {
  public:
-  // The reference.
+  // For the reference.
   explicit Context(DeviceInfo info) : info_(std::move(info)) {}
-  // A null `context`: one of its own.
+  // With a null `context` it creates its own.
   Context(DeviceInfo info, cl::Device device, const ContextOptions& options,
           cl::Context context = cl::Context());
 
   const DeviceInfo& info() const { return info_; }
   bool is_reference() const { return info_.type == DeviceType::kReference; }
   bool is_gpu() const { return info_.type == DeviceType::kGpu; }
-  // Buffers can be the caller's own memory, without copies.
+  // Whether buffers can be the caller's own memory, without copies.
   bool shares_host_memory() const { return shares_host_memory_; }
   const KernelTuning& tuning() const { return tuning_; }
 
   const cl::Context& cl_context() const { return context_; }
   const cl::Device& cl_device() const { return device_; }
 
-  // A workspace that nothing else uses, an idle one where there is one; `doing` is for the error.
-  // An operation that ended well gives it back; after an error it is dropped, since its queue may
-  // be of no use any more.
+  // A workspace that is not in use, an idle one if possible; `doing` is for the error message. A
+  // successful operation returns it with GiveBack; after an error it is dropped, since its queue
+  // may be unusable.
   absl::StatusOr<std::unique_ptr<Workspace>> Borrow(std::string_view doing);
   void GiveBack(std::unique_ptr<Workspace> workspace);
-  // Frees the workspaces that nothing uses, with their memory.
+  // Frees the idle workspaces with their memory.
   void ReleaseIdle();
 
-  // A new kernel object of the function `name` in the .cl file `file`, built with `options` the
-  // first time, after common.cl and `covariance_code`.
+  // A new kernel object of the function `name` in the .cl file `file`, after common.cl and
+  // `covariance_code`; built with `options` at the first call.
   absl::StatusOr<cl::Kernel> Kernel(std::string_view file, const std::string& options,
                                     const char* name, const std::string& covariance_code = "");
 
@@ -91,15 +91,15 @@ class Context {
   bool shares_host_memory_ = false;
   bool program_cache_ = false;
   KernelTuning tuning_;
-  // The thread sanitizer sees into this mutex; into Debian's absl::Mutex it does not.
+  // A std::mutex, because the thread sanitizer cannot see into Debian's absl::Mutex.
   std::mutex mutex_;
-  std::map<std::string, cl::Program> programs_;  // guarded by mutex_
-  absl::Status lost_compiler_;                   // guarded by mutex_; why nothing is built any more
+  std::map<std::string, cl::Program> programs_;   // guarded by mutex_
+  absl::Status lost_compiler_;                    // guarded by mutex_; why building has stopped
   std::vector<std::unique_ptr<Workspace>> idle_;  // guarded by mutex_
 };
 
-// A context on the caller's OpenCL context, so that operations take its queues and memory; both are
-// retained. device: one of the context's; null: its first. options.device is not read.
+// A context on the caller's OpenCL context, so that operations accept its queues and memory; both
+// are retained. device: one of the context's; null: its first. options.device is ignored.
 absl::StatusOr<std::shared_ptr<Context>> AdoptContext(cl_context context, cl_device_id device,
                                                       const ContextOptions& options = {});
 

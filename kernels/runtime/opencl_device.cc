@@ -18,7 +18,7 @@ DeviceType TypeOf(const cl::Device& device) {
   return DeviceType::kAccelerator;
 }
 
-// The bindings throw where the loader finds nothing; that is no error here.
+// The bindings throw if the loader finds no platform; here that is not an error.
 std::vector<cl::Platform> Platforms() {
   std::vector<cl::Platform> platforms;
   try {

@@ -15,10 +15,10 @@ struct OpenClDevice {
   DeviceInfo info;
 };
 
-// Throws cl::Error. The index is that of no device.
+// Throws cl::Error. Its index is not that of any device.
 DeviceInfo DescribeDevice(const cl::Device& device);
 
-// Empty when there is no platform or no device.
+// Empty if there is no platform or no device.
 absl::StatusOr<std::vector<OpenClDevice>> ListOpenClDevices();
 
 }  // namespace egosieve::kernels

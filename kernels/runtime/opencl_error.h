@@ -1,4 +1,4 @@
-// The one place where the OpenCL bindings' exceptions become statuses.
+// Converts the OpenCL bindings' exceptions to statuses; they are converted nowhere else.
 #ifndef EGOSIEVE_KERNELS_RUNTIME_OPENCL_ERROR_H_
 #define EGOSIEVE_KERNELS_RUNTIME_OPENCL_ERROR_H_
 
@@ -11,13 +11,13 @@
 
 namespace egosieve::kernels {
 
-// "CL_OUT_OF_RESOURCES" and so on; the number of a code that is not in the standard.
+// "CL_OUT_OF_RESOURCES" and so on; the number of a code that is not standard.
 std::string OpenClErrorName(cl_int code);
 
-// What failed (`doing`), in which call, with which code; ResourceExhausted for lack of memory,
-// Unavailable for a lost device, Internal for the rest.
+// States the failed action (`doing`), the call and the code. ResourceExhausted for lack of memory,
+// Unavailable for a lost device, Internal for other errors.
 absl::Status OpenClStatus(std::string_view doing, const cl::Error& error);
-// The same with the compiler's log.
+// The same with the log of the compiler.
 absl::Status OpenClBuildStatus(std::string_view doing, const cl::BuildError& error);
 
 // Runs `body`; an OpenCL exception or a lack of host memory becomes a status.

@@ -1,4 +1,4 @@
-// OpenCL's handles by name, as CL/cl.h declares them, for headers that do without it.
+// OpenCL's handle types as CL/cl.h declares them, for headers that do not include it.
 #ifndef EGOSIEVE_KERNELS_RUNTIME_OPENCL_HANDLES_H_
 #define EGOSIEVE_KERNELS_RUNTIME_OPENCL_HANDLES_H_
 

@@ -11,7 +11,7 @@
 namespace egosieve::kernels {
 namespace {
 
-// Whether a file can be made in `folder`, or in the nearest parent that exists.
+// Whether a file can be created in `folder`, or in its nearest existing parent.
 bool CanWriteBelow(std::string folder) {
   while (access(folder.c_str(), F_OK) != 0) {
     const size_t slash = folder.rfind('/');

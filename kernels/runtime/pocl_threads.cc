@@ -7,7 +7,7 @@
 namespace egosieve::kernels {
 
 void LimitPoclThreads(int threads) {
-  // The second is the name since PoCL 4.
+  // The second name is used since PoCL 4.
   for (const char* name : {"POCL_MAX_PTHREAD_COUNT", "POCL_CPU_MAX_CU_COUNT"}) {
     const char* said = std::getenv(name);
     const int before = said != nullptr ? std::atoi(said) : 0;

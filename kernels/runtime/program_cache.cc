@@ -12,7 +12,7 @@ namespace {
 
 constexpr char kFormat[] = "egosieve program 1\n";
 
-// Format, length of the key, key, binary, hash of all before it as 16 digits.
+// Format, length of the key, key, binary, and a hash of all these as 16 digits.
 std::string Encode(const std::string& key, std::string_view binary) {
   std::string file = absl::StrCat(kFormat, key.size(), "\n", key);
   file.append(binary.data(), binary.size());
@@ -31,12 +31,11 @@ std::string Decode(const std::string& key, const std::string& file) {
   return file.substr(prefix.size(), end - prefix.size());
 }
 
-// A program whose build has failed is given up, not released: PoCL 3.1 leaves some failures, such
-// as a lack of memory, with the program's lock held, and clReleaseProgram would wait for it for
-// ever.
+// A program whose build has failed is dropped, not released: after some failures, such as a lack of
+// memory, PoCL 3.1 keeps the program's lock held, and clReleaseProgram would wait for it forever.
 void Build(cl::Program& program, const cl::Device& device, const std::string& options) {
   try {
-    // Program::build would ask for the log after any error, and throw that call's error instead.
+    // Program::build would request the log after any error, and throw that request's error instead.
     const cl_int code = clBuildProgram(program(), 1, &device(), options.c_str(), nullptr, nullptr);
     if (code == CL_BUILD_PROGRAM_FAILURE) {
       throw cl::BuildError(code, "clBuildProgram", program.getBuildInfo<CL_PROGRAM_BUILD_LOG>());
@@ -48,8 +47,8 @@ void Build(cl::Program& program, const cl::Device& device, const std::string& op
   }
 }
 
-// A null program when the driver refuses the binary, as it may after an update that its version
-// does not show.
+// Returns a null program if the driver refuses the binary, as may happen after a driver update that
+// does not change its version.
 cl::Program FromBinary(const cl::Context& context, const cl::Device& device,
                        const std::string& binary, const std::string& options) {
   try {

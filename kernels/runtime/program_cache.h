@@ -2,9 +2,9 @@
 // (kernels/runtime/cache_folder.h).
 //
 // A file's name is the hash of everything that the binary depends on: source, options, device,
-// vendor, driver and platform with their versions. It holds that text again, the binary, and the
-// hash of both; a file that does not match in every byte counts as absent, and a cache that cannot
-// be written is no error.
+// vendor, driver and platform with their versions. The file contains that text again, the binary,
+// and a hash of both. A file that does not match in every byte counts as absent, and an unwritable
+// cache is not an error.
 #ifndef EGOSIEVE_KERNELS_RUNTIME_PROGRAM_CACHE_H_
 #define EGOSIEVE_KERNELS_RUNTIME_PROGRAM_CACHE_H_
 
@@ -20,17 +20,17 @@ namespace egosieve::kernels {
 // Everything that a binary depends on.
 std::string ProgramKey(const DeviceInfo& device, std::string_view source, std::string_view options);
 
-// Where the binary of a key lies; empty when there is no cache folder.
+// The path of a key's binary; empty if there is no cache folder.
 std::string ProgramPath(const std::string& key);
 
-// Empty when there is no undamaged file for this key.
+// Empty if there is no undamaged file for this key.
 std::string LoadBinary(const std::string& key);
 
-// Errors are swallowed: the next run compiles again.
+// Errors are ignored: the next run compiles again.
 void StoreBinary(const std::string& key, std::string_view binary);
 
-// Builds `source`, from the cached binary if the driver takes it, else anew and into the cache.
-// Throws cl::Error and cl::BuildError.
+// Builds `source`: from the cached binary if the driver accepts it, otherwise anew, and stores the
+// binary. Throws cl::Error and cl::BuildError.
 cl::Program BuildProgram(const cl::Context& context, const cl::Device& device,
                          const DeviceInfo& info, const std::string& source,
                          const std::string& options, bool use_cache);

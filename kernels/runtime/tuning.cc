@@ -16,7 +16,7 @@ struct Field {
   int KernelTuning::*member;
   int least;
   int most;
-  const char* former_name = "";  // in tables of earlier versions
+  const char* former_name = "";  // name in tables of earlier versions
 };
 
 constexpr std::array<Field, 10> kFields = {{

@@ -1,8 +1,8 @@
-// The shapes of the kernels that suit one device best: what the tuner (tools/tune) searches for.
+// The best shapes of the kernels for one device, which the tuner (tools/tune) searches for.
 //
-// A table is a text file of lines "name value" in the user's cache folder, one file a device, read
-// when a context is opened; unknown names, values out of range and damaged files are ignored, and
-// the defaults hold.
+// A table is a text file of lines "name value" in the user's cache folder, one file per device,
+// read when a context is opened. Unknown names, values out of range and damaged files are ignored;
+// the defaults are then used.
 #ifndef EGOSIEVE_KERNELS_RUNTIME_TUNING_H_
 #define EGOSIEVE_KERNELS_RUNTIME_TUNING_H_
 
@@ -16,13 +16,13 @@ namespace egosieve::kernels {
 
 struct KernelTuning {
   int float_lanes = 4;  // lanes of a float vector: 1, 4, 8 or 16
-  int mean_width = 2;   // vectors of queries at once where means alone are wanted: 1 to 8
+  int mean_width = 2;   // vectors of queries at once for means alone: 1 to 8
   int width = 3;        // vectors of queries in a register block of the factor's kernel: 1 to 8
   int panel = 8;        // rows of the factor in a register block: 1 to 32
   int panels_per_group = 12;  // register blocks in a cache block of rows: 1 to 64
   int depth = 192;            // columns of the factor in a cache block: 8 to 4096
   int micro_tiles = 4;        // register blocks of queries in a tile: 1 to 64
-  int work_group = 1;         // work-items side by side, each with its own tile: 1 to 1024
+  int work_group = 1;         // work-items side by side, each with a tile: 1 to 1024
   int groups_per_unit = 1;    // work-groups per compute unit: 1 to 64
   // 1: the kernels of kernels/cl/dense_posterior_local.cl, in which a work-group shares a tile and
   // stages it in local memory. Then float_lanes is 1, panels_per_group divides work_group, and
@@ -34,23 +34,22 @@ struct KernelTuning {
   friend bool operator==(const KernelTuning& a, const KernelTuning& b) = default;
 };
 
-// What suits devices with vectors of `float_lanes` lanes without any search.
+// Good values, without a search, for devices with vectors of `float_lanes` lanes.
 KernelTuning DefaultTuning(int float_lanes);
-// Scalar work-items side by side in their thousands, tiles in local memory. Not timed on a GPU.
+// For thousands of scalar work-items side by side, with tiles in local memory. Not timed on a GPU.
 KernelTuning DefaultGpuTuning();
 
 std::string FormatTuning(const KernelTuning& tuning);
 
-// `defaults` with the values that `text` names; `defaults` alone when the result would not be
-// valid.
+// `defaults` with the values in `text`; `defaults` alone if the result would be invalid.
 KernelTuning ParseTuning(std::string_view text, const KernelTuning& defaults);
 
-// Where the table of a device lies; empty when there is no cache folder.
+// The path of a device's table; empty if there is no cache folder.
 std::string TuningPath(const DeviceInfo& device);
 
 KernelTuning LoadTuning(const DeviceInfo& device, const KernelTuning& defaults);
 
-// Written beside the table and renamed over it.
+// Writes a file beside the table and renames it.
 absl::Status SaveTuning(const DeviceInfo& device, const KernelTuning& tuning);
 
 }  // namespace egosieve::kernels

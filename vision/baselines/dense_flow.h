@@ -1,9 +1,9 @@
-// Dense flow seen from the second picture's grid, and what a homography leaves of it.
+// Dense flow on the second picture's grid, and its residual against a homography.
 //
 //   pair of grid pixel x2: x1 = x2 + b(x2), b the flow from the second picture to the first (DF1)
-//   distance |x2 - H x1|, H the homography that most textured, agreeing grid points follow  (DF2)
+//   distance |x2 - H x1|, H the homography that most textured, consistent grid points fit   (DF2)
 //
-// Every grid pixel has a pair: nothing is discarded, whatever the flow is worth there.
+// Every grid pixel has a pair: no flow is discarded, however unreliable.
 #ifndef EGOSIEVE_VISION_BASELINES_DENSE_FLOW_H_
 #define EGOSIEVE_VISION_BASELINES_DENSE_FLOW_H_
 
@@ -19,18 +19,20 @@
 namespace egosieve::vision {
 
 struct DenseFlow {
-  std::vector<PointPair> pairs;     // (DF1), one a grid pixel, row-major
-  std::vector<PointPair> reliable;  // of a 5-pixel grid: textured, and alike both ways
+  std::vector<PointPair> pairs;     // (DF1), one per grid pixel, row-major
+  std::vector<PointPair> reliable;  // of a 5-pixel grid: textured, and consistent in both
+                                    // directions
 };
 
-// Grey CV_8UC1 pictures of the grid's size, at least 16 pixels each way; errors of the flow.
+// Grey CV_8UC1 pictures of the grid's size, at least 16 pixels in each direction; errors of the
+// flow.
 absl::StatusOr<DenseFlow> FlowAtGrid(const cv::Mat& first, const cv::Mat& second,
                                      const kernels::ImageGrid& grid);
 
-// (DF2), one a grid pixel; empty, with no error, where no homography could be found.
+// (DF2), one per grid pixel; empty, without an error, if no homography was found.
 absl::StatusOr<std::vector<double>> HomographyDistances(const DenseFlow& flow, uint64_t seed);
 
-// A fundamental matrix from the reliable pairs; kind kNone where there is none.
+// A fundamental matrix from the reliable pairs; kind kNone if there is none.
 absl::StatusOr<MotionModel> FundamentalMatrixOf(const DenseFlow& flow, uint64_t seed);
 
 }  // namespace egosieve::vision

@@ -23,7 +23,7 @@ struct Places {
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Places>,
                                                  Places, 2, size_t>;
 
-// The nearest, and of equally near ones the first in the list, whatever the tree's order.
+// The nearest feature; of equally near ones the first in the list, for any order of the tree.
 class FirstNearest {
  public:
   using DistanceType = double;

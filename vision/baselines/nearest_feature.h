@@ -1,4 +1,4 @@
-// Values at features spread over an image: every grid pixel takes that of the nearest feature.
+// Spreads values at features over an image: every grid pixel gets the value of its nearest feature.
 #ifndef EGOSIEVE_VISION_BASELINES_NEAREST_FEATURE_H_
 #define EGOSIEVE_VISION_BASELINES_NEAREST_FEATURE_H_
 
@@ -9,9 +9,9 @@
 
 namespace egosieve::vision {
 
-// positions: N x 2, (x, y) in pixels; values: N. Returns grid.size() values, row-major; `otherwise`
-// everywhere where there is no feature. Distances are Euclidean; of equally near features the one
-// that comes first. O(grid log N).
+// positions: N x 2, (x, y) in pixels; values: N. Returns grid.size() values, row-major; all are
+// `otherwise` if there are no features. Distances are Euclidean; of equally near features the first
+// one counts. O(grid log N).
 std::vector<float> SpreadToGrid(kernels::ConstMatrixView<double> positions,
                                 const std::vector<double>& values, const kernels::ImageGrid& grid,
                                 double otherwise = 0.0);

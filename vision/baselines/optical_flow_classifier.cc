@@ -21,7 +21,7 @@ struct CameraMotion {
   Eigen::Vector3d epipole = Eigen::Vector3d::Zero();          // K t
 };
 
-// Where a pair lies along its epipolar line.
+// Position of a pair relative to its epipolar line.
 struct AlongLine {
   double across = 0.0;           // distance to the line, pixels
   double beyond_infinity = 0.0;  // from x2(0) in the direction of growing s, pixels
@@ -75,7 +75,7 @@ CameraMotion Decompose(const Eigen::Matrix3d& f, const Eigen::Matrix3d& k,
   Eigen::Matrix3d w;
   w << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   constexpr size_t kEnough = 2000;
-  constexpr double kMost = 10.0;  // pixels: movers do not decide
+  constexpr double kMost = 10.0;  // pixels; limits the influence of movers
   const size_t step = std::max<size_t>(1, pairs.size() / kEnough);
   CameraMotion best;
   double least = std::numeric_limits<double>::infinity();
@@ -87,7 +87,7 @@ CameraMotion Decompose(const Eigen::Matrix3d& f, const Eigen::Matrix3d& k,
       double sum = 0.0;
       for (size_t i = 0; i < pairs.size(); i += step) {
         const AlongLine along = Locate(motion, f, pairs[i]);
-        // Beyond the epipole, which is what an infinite inverse depth says, no point gets.
+        // No point can lie beyond the epipole, which belongs to an infinite inverse depth.
         const bool possible = along.valid && std::isfinite(along.inverse_depth);
         sum += possible ? std::min(kMost, DepthViolation(along)) : kMost;
       }
@@ -100,10 +100,10 @@ CameraMotion Decompose(const Eigen::Matrix3d& f, const Eigen::Matrix3d& k,
   return best;
 }
 
-// h: the densest value among the lower half's points; 0 where there is no density to speak of.
+// h: the densest value of the points in the lower half; 0 if no value is dense enough.
 double RoadHeight(const CameraMotion& motion, const Eigen::Matrix3d& f, double focal,
                   double centre_y, const std::vector<PointPair>& pairs, double minimum_share) {
-  constexpr double kWindow = 0.1;  // relative width either way
+  constexpr double kWindow = 0.1;  // relative width in each direction
   constexpr size_t kFewest = 50;
   std::vector<double> logarithms;
   for (const PointPair& pair : pairs) {

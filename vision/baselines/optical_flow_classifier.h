@@ -1,24 +1,27 @@
 // Optical-flow classification of moving objects, per frame and without memory, after Klappstein,
 // Vaudrey, Rabe, Wedel and Klette (2009), "Moving object segmentation using optical flow and depth
-// information", for one camera: how far a point pair is from what any static point could do.
+// information", for one camera. It measures the distance of a point pair from all possible
+// positions of a static point.
 //
-// With rotation R and translation t between the frames, a static point seen at x1 is seen in the
-// second frame on a segment of its epipolar line, by its inverse depth s (in units of 1 / |t|):
+// Let R be the rotation and t the translation between the frames. A static point at x1 appears in
+// the second frame on a segment of its epipolar line, at a place given by its inverse depth s (in
+// units of 1 / |t|):
 //
 //   x2(s) ~ K R K^-1 x1 + s K t,     0 <= s <= s_road(x1)                                     (OF1)
 //
-//   epipolar constraint    x2 lies on the line: distance to it
-//   positive depth         s >= 0: else the distance to x2(0), the place of a point at infinity
+//   epipolar constraint    x2 lies on the line; else the distance to it
+//   positive depth         s >= 0; else the distance to x2(0), the place of a point at infinity
 //   positive height        s <= s_road: nothing lies below the road; else the distance to
-//   x2(s_road)
+//                          x2(s_road)
 //
-// The violation is the distance to the segment, pixels. R and t come from the fundamental matrix
-// and the focal length, guessed where it is not given; of the four decompositions the one that the
-// pairs violate least. The line itself is taken from F, on which a wrong guess has no bearing.
+// The violation is the distance to the segment, in pixels. R and t come from the fundamental matrix
+// and the focal length, which is guessed if it is not given. Of the four decompositions the one
+// with the smallest violations is taken. The line itself comes from F, so that a wrong guess does
+// not affect it.
 //
 // Road: a plane below the camera, n = (0, 1, 0), at height h (in units of |t|): s_road = (K^-1
-// x1)_y / h. h is where the values (K^-1 x1)_y / s of points in the lower half of the image are
-// densest, if at least `minimum_road_share` of these fall within 10 % of it.
+// x1)_y / h. h is the densest of the values (K^-1 x1)_y / s of points in the lower half of the
+// image, if at least `minimum_road_share` of these are within 10 % of it.
 //
 // Without translation (homography, static) the violation is the residual.
 #ifndef EGOSIEVE_VISION_BASELINES_OPTICAL_FLOW_CLASSIFIER_H_
@@ -48,9 +51,9 @@ struct OpticalFlowClassifierOptions {
 enum class ViolatedConstraint : uint8_t { kEpipolar, kPositiveDepth, kPositiveHeight };
 
 struct OpticalFlowClassification {
-  std::vector<double> violation_pixels;        // one a pair
-  std::vector<ViolatedConstraint> constraint;  // the one that decided
-  double road_height = 0.0;                    // h, in units of |t|; 0: no road was found
+  std::vector<double> violation_pixels;        // one per pair
+  std::vector<ViolatedConstraint> constraint;  // the deciding constraint
+  double road_height = 0.0;                    // h, in units of |t|; 0: no road found
 };
 
 // `matrix` is F or H in pixels, first image to second. InvalidArgument for invalid options or an

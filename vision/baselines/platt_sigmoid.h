@@ -5,9 +5,9 @@
 //   minimise -sum_i t_i log p_i + (1 - t_i) log(1 - p_i),
 //   t_i = (N+ + 1) / (N+ + 2) for positives, 1 / (N- + 2) for negatives              (PS2)
 //
-// by Newton's method with backtracking on a convex function, in the form that neither overflows nor
-// cancels (Lin, Lin and Weng, A note on Platt's probabilistic outputs for support vector machines,
-// 2007). The decision values must not be those of the points that the classifier was trained on.
+// It uses Newton's method with backtracking on a convex function, in the form without overflow or
+// cancellation (Lin, Lin and Weng, A note on Platt's probabilistic outputs for support vector
+// machines, 2007). The decision values must not be those of the classifier's training points.
 #ifndef EGOSIEVE_VISION_BASELINES_PLATT_SIGMOID_H_
 #define EGOSIEVE_VISION_BASELINES_PLATT_SIGMOID_H_
 
@@ -19,14 +19,14 @@
 namespace egosieve::vision {
 
 struct PlattSigmoid {
-  double a = -1.0;  // A; negative where larger values speak for the positive class
+  double a = -1.0;  // A; negative if larger values favour the positive class
   double b = 0.0;
 
   double Probability(double decision) const;  // (PS1)
 };
 
-// One class only, or no points, is fitted as well: (PS2)'s targets bound the answer.
-// InvalidArgument where sizes differ or a value is not finite.
+// One class alone, or no points, can be fitted as well: the targets of (PS2) bound the result.
+// InvalidArgument if sizes differ or a value is not finite.
 absl::StatusOr<PlattSigmoid> FitPlattSigmoid(const std::vector<double>& decisions,
                                              const std::vector<uint8_t>& positive);
 

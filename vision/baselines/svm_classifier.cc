@@ -26,7 +26,7 @@ bool HasBothClasses(const std::vector<uint8_t>& positive) {
          !std::all_of(positive.begin(), positive.end(), is_positive);
 }
 
-// Points that are in a fold, or all others.
+// Points of one fold, or all others.
 struct Part {
   std::vector<float> inputs;
   std::vector<uint8_t> positive;
@@ -106,7 +106,7 @@ std::vector<double> SvmClassifier::Decide(kernels::ConstMatrixView<float> querie
   if (queries.rows == 0) return decisions;
   cv::Mat1f raw;
   machine_->predict(AsMat(queries), raw, cv::ml::StatModel::RAW_OUTPUT);
-  // OpenCV's value is positive for the first class, which is 0.
+  // OpenCV's value is positive for the first class, 0.
   for (int64_t i = 0; i < queries.rows; ++i) decisions[i] = -raw(static_cast<int>(i));
   return decisions;
 }

@@ -1,10 +1,10 @@
-// A support vector machine with a Gaussian kernel (OpenCV's), as a decision function.
+// A support vector machine with a Gaussian kernel (OpenCV's). It gives a decision function.
 //
 //   f(x) = sum_i alpha_i exp(-gamma |x - x_i|^2) - rho,   f > 0: positive              (SV1)
 //
 // ChooseSvmParameters takes gamma and C from a small grid by cross-validation: the pair with the
-// least sum of the two classes' error rates, the smaller gamma and C where that is equal. Points
-// i, i + k, i + 2 k, ... form a fold: the answer depends on the points and their order alone.
+// least sum of the two classes' error rates; of equal ones the smaller gamma and C. Points i, i +
+// k, i + 2 k, ... form a fold: the result depends on the points and their order alone.
 #ifndef EGOSIEVE_VISION_BASELINES_SVM_CLASSIFIER_H_
 #define EGOSIEVE_VISION_BASELINES_SVM_CLASSIFIER_H_
 
@@ -43,8 +43,8 @@ class SvmClassifier {
   cv::Ptr<cv::ml::SVM> machine_;
 };
 
-// Decision values of machines that have not seen the point, by k folds; 0 where a fold's rest has
-// one class only.
+// Decision values by k folds, each from a machine that was trained without the point; 0 if the
+// training points of a fold have one class only.
 absl::StatusOr<std::vector<double>> CrossValidatedDecisions(kernels::ConstMatrixView<float> inputs,
                                                             const std::vector<uint8_t>& positive,
                                                             const SvmParameters& parameters,

@@ -1,15 +1,16 @@
-// The objects of a probability map: regions that are likely to move, and somewhere surely do.
+// Objects of a probability map: connected regions of likely motion, nearly certain at some pixel.
 //
 //   object = region of 8-connected pixels with p >= low that holds a pixel with p >= high    (OB1)
 //
-// One threshold either breaks up what moves or finds objects in the noise: a patch that is only
-// likely is mostly a mislabelled place of the static world, while the rim and the blank parts of
-// something that moves are only likely, too. Reference: Canny (1986), thresholding with hysteresis.
+// A single threshold either splits movers or finds objects in noise. A patch of middling
+// probability is mostly a mislabelled part of the static scene; yet the rim and the textureless
+// parts of a mover have no higher probability either. Reference: Canny (1986), thresholding with
+// hysteresis.
 //
-// Six synthetic scenes of 60 frames, evaluate --suite --object_low=... --object_high=..., vehicles
-// found within 40 m (same direction, oncoming, crossing) and false objects a frame: 0.25, 0.8:
-// 0.93, 0.73, 0.77, 0.07; 0.3, 0.8: 0.93, 0.71, 0.78, 0.07; 0.3, 0.75: 0.93, 0.73, 0.78, 0.12; 0.3,
-// 0.85: 0.93, 0.67, 0.77, 0.04; one threshold of 0.5: 0.96, 0.69, 0.81, 0.35.
+// Six synthetic scenes of 60 frames, evaluate --suite --object_low=... --object_high=..., share of
+// vehicles found within 40 m (same direction, oncoming, crossing) and false objects per frame:
+// 0.25, 0.8: 0.93, 0.73, 0.77, 0.07; 0.3, 0.8: 0.93, 0.71, 0.78, 0.07; 0.3, 0.75: 0.93, 0.73, 0.78,
+// 0.12; 0.3, 0.85: 0.93, 0.67, 0.77, 0.04; a single threshold of 0.5: 0.96, 0.69, 0.81, 0.35.
 #ifndef EGOSIEVE_VISION_OBJECTS_MAP_OBJECTS_H_
 #define EGOSIEVE_VISION_OBJECTS_MAP_OBJECTS_H_
 
@@ -27,8 +28,8 @@ struct ObjectThresholds {
   absl::Status Validate() const;
 };
 
-// (OB1) of masks, CV_8UC1 of one size, non-zero where p >= low and p >= high. 0: no object; objects
-// are numbered from 1 in the order of their first pixels, row by row.
+// (OB1) for masks, CV_8UC1 of one size, non-zero where p >= low and where p >= high. 0: no object.
+// Objects are numbered from 1 in the order of their first pixels, row by row.
 cv::Mat1i NumberObjects(const cv::Mat1b& above_low, const cv::Mat1b& above_high);
 
 struct MapObject {

@@ -1,5 +1,5 @@
-// A first-in first-out queue between two threads that never holds more than `capacity` items: a
-// fast producer waits for a slow consumer.
+// A bounded first-in first-out queue between two threads. It holds at most `capacity` items, so
+// that a fast producer waits for a slow consumer.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_BOUNDED_QUEUE_H_
 #define EGOSIEVE_VISION_SEGMENTATION_BOUNDED_QUEUE_H_
 
@@ -17,7 +17,8 @@ class BoundedQueue {
  public:
   explicit BoundedQueue(size_t capacity) : capacity_(capacity) {}
 
-  // Waits for room. False, and the item is dropped, once the queue is closed or cancelled.
+  // Waits until the queue is not full. Returns false, and drops the item, if the queue is closed or
+  // cancelled.
   bool Push(T item) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return closed_ || items_.size() < capacity_; });
@@ -29,7 +30,7 @@ class BoundedQueue {
     return true;
   }
 
-  // Waits for an item; nothing once the queue is closed and empty.
+  // Waits for an item. Returns nothing if the queue is closed and empty.
   std::optional<T> Pop() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return closed_ || !items_.empty(); });
@@ -42,14 +43,14 @@ class BoundedQueue {
     return item;
   }
 
-  // No more items come; those inside are still delivered.
+  // Refuses further items. Items inside the queue are still delivered.
   void Close() {
     std::lock_guard lock(mutex_);
     closed_ = true;
     changed_.notify_all();
   }
 
-  // Close, and drop what is inside.
+  // Closes the queue and drops the items inside.
   void Cancel() {
     std::lock_guard lock(mutex_);
     closed_ = true;

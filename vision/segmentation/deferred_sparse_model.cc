@@ -12,7 +12,7 @@ absl::StatusOr<DeferredSparseModel> DeferredSparseModel::Restore(
     std::shared_ptr<kernels::Context> context, gp::ExactModelState state,
     const gp::SparseModelOptions& options) {
   DeferredSparseModel model;
-  // Solved at once, so that a state that is no good is refused here.
+  // Solved at once, so that an invalid state is refused here.
   EGOSIEVE_ASSIGN_OR_RETURN(model.solved_, gp::SparseModel::Restore(context, state, options));
   model.context_ = std::move(context);
   model.options_ = options;

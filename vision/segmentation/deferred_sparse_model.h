@@ -1,11 +1,11 @@
-// Points and hyperparameters whose sparse model (gp/model/sparse_model.h) is solved when something
-// is asked of it, and kept until they change.
+// Points and hyperparameters of a sparse model (gp/model/sparse_model.h). The model is solved at
+// the first query after a change, and the solution is kept until the next change.
 //
-// An online learner changes about half of its points a frame, and then the hyperparameters: to
-// solve once, n m^2, costs less than to add and remove terms and to solve after each change. What
-// is answered depends on points and hyperparameters alone, not on their history.
+// An online learner changes about half of its points per frame, and then the hyperparameters. One
+// solution, n m^2, costs less than adding and removing terms and solving after each change. Answers
+// depend on points and hyperparameters alone, not on their history.
 //
-// Not thread-safe, queries included; a posterior is.
+// Not thread-safe, queries included; a posterior is thread-safe.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_DEFERRED_SPARSE_MODEL_H_
 #define EGOSIEVE_VISION_SEGMENTATION_DEFERRED_SPARSE_MODEL_H_
 
@@ -27,12 +27,12 @@ namespace egosieve::vision {
 
 class DeferredSparseModel {
  public:
-  // InvalidArgument on a state or options that SparseModel::Restore would not take.
+  // InvalidArgument for a state or options that SparseModel::Restore refuses.
   static absl::StatusOr<DeferredSparseModel> Restore(std::shared_ptr<kernels::Context> context,
                                                      gp::ExactModelState state,
                                                      const gp::SparseModelOptions& options);
 
-  // Checked as SparseModel's; after an error nothing has changed.
+  // Checked like SparseModel's. After an error nothing has changed.
   absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                    int64_t frame);
   absl::Status Remove(absl::Span<const int64_t> rows);

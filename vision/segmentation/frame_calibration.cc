@@ -11,7 +11,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kLeastShare = 0.002;  // of movers, and of the rest
+constexpr double kLeastShare = 0.002;  // of movers, and of the static scene
 
 }  // namespace
 

@@ -1,9 +1,9 @@
-// Squashing fitted to a frame's own labelled places rather than to the model's points.
+// Fits the squashing to a frame's own labelled places rather than to the model's points.
 //
-// The model's points were thinned to lie apart, so each is harder to tell from its neighbours than
-// a pixel is from the points around it: leave-one-out is underconfident. What is fitted is
-// probabilistic_least_squares.h, (LS2), at a sample of places that the model does not hold, half of
-// them of each class, weighed back to the frame's share of movers (the mean of its labels).
+// The model's points were thinned to lie apart. So each is harder to predict from its neighbours
+// than a pixel is from the points around it, and leave-one-out is underconfident. The fit is that
+// of probabilistic_least_squares.h, (LS2). It uses a sample of places that the model does not hold,
+// half of them from each class, reweighted to the frame's share of movers (the mean of its labels).
 #ifndef EGOSIEVE_VISION_SEGMENTATION_FRAME_CALIBRATION_H_
 #define EGOSIEVE_VISION_SEGMENTATION_FRAME_CALIBRATION_H_
 
@@ -17,8 +17,8 @@
 
 namespace egosieve::vision {
 
-// inputs: N x D; labels: N, in [0, 1]; left: rows to sample from, increasing, at least one. Starts
-// from the posterior's squashing. Errors as Posterior::Evaluate's.
+// inputs: N x D; labels: N, in [0, 1]; left: rows to sample from, increasing, at least one. The fit
+// starts from the posterior's squashing. Errors as Posterior::Evaluate's.
 absl::StatusOr<gp::SquashParameters> FitSquashToFrame(const gp::Posterior& posterior,
                                                       kernels::ConstMatrixView<float> inputs,
                                                       absl::Span<const double> labels,

@@ -1,4 +1,4 @@
-// The account of one frame: what was seen, what was learnt, what it cost. A line of frames.jsonl.
+// The record of one frame: counts of points, state of the model, times. One line of frames.jsonl.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_FRAME_RECORD_H_
 #define EGOSIEVE_VISION_SEGMENTATION_FRAME_RECORD_H_
 
@@ -14,13 +14,13 @@
 
 namespace egosieve::vision {
 
-// Points through the four filters (paper, section IV-E) and the budget.
+// Numbers of points after the four filters (paper, section IV-E) and the budget.
 struct SelectionCounts {
   int64_t candidates = 0;  // labelled features of the frame
   int64_t dropped_by_density = 0;
   int64_t dropped_by_novelty = 0;
   int64_t added = 0;
-  int64_t dropped_by_consistency = 0;  // of the model's points, as all that follow
+  int64_t dropped_by_consistency = 0;  // of the model's points, as in the fields below
   int64_t dropped_by_model_density = 0;
   int64_t dropped_by_age = 0;
   int64_t dropped_by_budget = 0;
@@ -33,7 +33,7 @@ struct StageMilliseconds {
   double geometry = 0.0;
   double labelling = 0.0;
   double selection = 0.0;    // filters, their predictions, adding to and removing from the model
-  double training = 0.0;     // hyperparameters, and the factor's rebuilding
+  double training = 0.0;     // hyperparameters, and rebuilding the factor
   double calibration = 0.0;  // leave-one-out, a and b
   double posterior = 0.0;    // making the dense posterior of the model
   double inference = 0.0;    // descriptors and posterior on the grid
@@ -55,9 +55,9 @@ struct FrameRecord {
   double noise_pixels = 0.0;        // scale of the static features' residuals
   int64_t static_label_count = 0;   // p < 1/2
   int64_t dynamic_label_count = 0;  // p >= 1/2
-  int frame_gap = 0;                // frames between the two of the pair; 0: no pair
+  int frame_gap = 0;                // between the two frames of the pair; 0: no pair
   std::array<int64_t, kEvidenceTerms> decided_count{};  // of the dynamic labels, by EvidenceTerm
-  std::vector<cv::Rect> own_vehicle;                    // labelled_frame.h, as what follows
+  std::vector<cv::Rect> own_vehicle;                    // labelled_frame.h; so too the next two
   std::string doubt;
   CameraStep step;
 
@@ -75,7 +75,7 @@ struct FrameRecord {
   StageMilliseconds milliseconds;
 
   bool learnt = false;
-  std::string reason;  // why the frame was not learnt from; empty where it was
+  std::string reason;  // why the frame was not learnt; empty if it was
 };
 
 }  // namespace egosieve::vision

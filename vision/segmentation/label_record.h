@@ -1,4 +1,4 @@
-// What a frame's labels say of it.
+// Copies the results of a frame's labelling to its record.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_LABEL_RECORD_H_
 #define EGOSIEVE_VISION_SEGMENTATION_LABEL_RECORD_H_
 
@@ -7,7 +7,7 @@
 
 namespace egosieve::vision {
 
-// Writes the fields of `record` that come from labelling, its times included.
+// Writes the fields of `record` that come from labelling, including its times.
 void RecordLabels(const LabelledFrame& labels, FrameRecord& record);
 
 }  // namespace egosieve::vision

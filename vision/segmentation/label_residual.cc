@@ -12,7 +12,7 @@ namespace egosieve::vision {
 namespace {
 
 constexpr int kStridePixels = 5;
-constexpr double kLeast = 0.01;         // of (LR1)
+constexpr double kLeast = 0.01;         // in (LR1)
 constexpr double kStepsPerUnit = 12.0;  // the largest residual, 2 logit(0.99), is 110 steps
 constexpr float kLeastProbability = 1e-6f;
 

@@ -1,20 +1,21 @@
-// What the process leaves of a frame's own labels, near them.
+// Residual of the Gaussian process at a frame's own labels, applied near them.
 //
 // The process is smooth: a far car with ten of ten thousand labelled places gets a probability that
-// peaks below 1/2. At every labelled place i, p_i the label and q_i the process's probability,
+// peaks below 1/2. At labelled place i, let p_i be the label and q_i the process's probability. The
+// residual is
 //
 //   r_i = logit(p_i) - logit(q_i),   both from 0.01 to 0.99                                 (LR1)
 //
-// and to the log odds of a pixel of that frame is added
+// and the log odds of each pixel of that frame are increased by
 //
 //   w m,   m = median of r over the 3 x 3 cells around it                                   (LR2)
 //
-// r of a cell of 5 pixels is that of its nearest labelled place. A label that its neighbours do not
-// share changes nothing. w = 0 is the process alone. It is a local part beside the
-// global one, as in Snelson & Ghahramani, "Local and global sparse Gaussian process
-// approximations" (2007), of that frame alone: nothing of it is learnt.
+// A cell is 5 pixels wide; its r is that of the nearest labelled place. A single label that differs
+// from its neighbours changes nothing. With w = 0 the process alone decides. This is a local part
+// beside the global one, as in Snelson & Ghahramani, "Local and global sparse Gaussian process
+// approximations" (2007). It holds for that frame alone and is not learnt.
 //
-// m is kept on the grid of cells in steps of 1/12, a byte each, whatever the map's grid.
+// m is kept on the grid of cells in steps of 1/12, one byte each, independent of the map's grid.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_LABEL_RESIDUAL_H_
 #define EGOSIEVE_VISION_SEGMENTATION_LABEL_RESIDUAL_H_
 
@@ -36,15 +37,15 @@ class LabelResidual {
  public:
   LabelResidual() = default;  // of no frame: changes no map
 
-  // Of frame `frame_index` of `size` pixels. positions: N x 2, pixels; labels, own: N, p and q of
+  // For frame `frame_index` of `size` pixels. positions: N x 2, pixels; labels, own: N, p and q of
   // (LR1), in [0, 1]. Without places it changes no map.
   LabelResidual(int64_t frame_index, cv::Size size, kernels::ConstMatrixView<double> positions,
                 absl::Span<const double> labels, absl::Span<const float> own);
 
-  // (LR2) on the map's probability, if it is of the same frame and size.
+  // Applies (LR2) to the map's probability if the map is of the same frame and size.
   void Apply(double weight, SegmentationMap& map) const;
 
-  // Equal residuals give equal bytes; empty: of no frame.
+  // Equal residuals give equal bytes; empty for no frame.
   std::string ToBytes() const;
   // InvalidArgument for bytes that ToBytes did not write.
   static absl::StatusOr<LabelResidual> FromBytes(std::string_view bytes);
@@ -52,7 +53,7 @@ class LabelResidual {
  private:
   int64_t frame_index_ = -1;
   kernels::ImageGrid grid_;
-  std::vector<int8_t> steps_;  // grid_.size(); empty: of no frame
+  std::vector<int8_t> steps_;  // grid_.size(); empty: no frame
 };
 
 }  // namespace egosieve::vision

@@ -1,13 +1,13 @@
-// The Gaussian process that the learner keeps: exact, or through inducing inputs, behind one face;
-// and what was done to it, as values that can be stored and done again.
+// The learner's Gaussian process, exact or with inducing inputs, behind one interface; and its
+// changes as values that can be stored and repeated.
 //
-//   kExact    gp/model/exact_model.h     n^2 a query: the paper's
-//   kSparse   gp/model/sparse_model.h    m^2 a query: every pixel is affordable
+//   kExact    gp/model/exact_model.h     n^2 per query: the paper's
+//   kSparse   gp/model/sparse_model.h    m^2 per query: every pixel is affordable
 //
-// The sparse model is solved when it is asked for after a change (deferred_sparse_model.h).
+// The sparse model is solved at the first query after a change (deferred_sparse_model.h).
 //
-// Every change is a deterministic function of the model and the operation: two models that are
-// alike to the last bit, Rebuild included, stay so under the same operations.
+// Every change, Rebuild included, is a deterministic function of the model and the operation: two
+// models that agree to the last bit still agree after the same operations.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_LEARNER_MODEL_H_
 #define EGOSIEVE_VISION_SEGMENTATION_LEARNER_MODEL_H_
 
@@ -33,7 +33,7 @@ enum class ModelKind { kExact, kSparse };
 
 struct LearnerModelOptions {
   ModelKind kind = ModelKind::kExact;
-  gp::SparseModelOptions sparse;  // of kSparse; DTC or FITC; refresh_share is without effect
+  gp::SparseModelOptions sparse;  // for kSparse; DTC or FITC; refresh_share has no effect
 
   absl::Status Validate() const;
 };
@@ -55,22 +55,22 @@ class LearnerModel {
                                              const gp::Hyperparameters& hyperparameters,
                                              const LearnerModelOptions& options);
 
-  // As ExactModel's. After an error the model is as it was.
+  // As ExactModel's. After an error the model is unchanged.
   absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                    int64_t frame);
   absl::Status Remove(absl::Span<const int64_t> rows);
-  // Of all points there are, in their order; in [0, 1].
+  // Labels of all points, in their order; in [0, 1].
   absl::Status SetLabels(absl::Span<const double> labels);
   absl::Status SetHyperparameters(const gp::Hyperparameters& hyperparameters);
   absl::Status Apply(const ModelOperation& operation);
 
-  // What follows then depends on points and hyperparameters alone, not on the history.
+  // Afterwards results depend on points and hyperparameters alone, not on the history.
   absl::Status Rebuild();
   gp::ExactModelState State() const;
-  // As the model that State was taken from is after Rebuild.
+  // Gives the model that `state` was taken from, as it is after Rebuild.
   absl::Status Restore(const gp::ExactModelState& state);
 
-  // Off at first. The changes since the last call, where they are recorded.
+  // Off at first. TakeOperations returns the changes recorded since its last call.
   void RecordOperations(bool record) { recording_ = record; }
   std::vector<ModelOperation> TakeOperations();
 
@@ -88,8 +88,8 @@ class LearnerModel {
 
   absl::StatusOr<std::vector<float>> PredictMean(kernels::ConstMatrixView<float> points) const;
   absl::StatusOr<std::vector<double>> PredictOwnMean() const;
-  double LogMarginalLikelihood() const;  // NaN where a sparse model cannot be solved
-  // Of these rows.
+  double LogMarginalLikelihood() const;  // NaN if a sparse model cannot be solved
+  // For these rows.
   absl::StatusOr<gp::LeaveOneOut> PredictLeaveOneOut(absl::Span<const int64_t> rows) const;
   absl::StatusOr<std::shared_ptr<const gp::Posterior>> MakePosterior(
       const gp::SquashParameters& squash) const;

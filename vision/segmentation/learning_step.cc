@@ -37,7 +37,7 @@ absl::StatusOr<std::vector<T>> Take(const std::string& name, gp::ArrayMap& array
   return std::move(*elements);
 }
 
-// Elements of an array, taken from its front in turn.
+// Reads an array's elements from front to back.
 template <typename T>
 class Reader {
  public:

@@ -1,6 +1,6 @@
-// What one frame did to the learner's model: enough to do it again without the frame's features,
-// labels or training, to the last bit. A few tens of kB a frame, where the model's factor is
-// megabytes.
+// The changes that one frame made to the learner's model: enough to repeat them to the last bit
+// without the frame's features, labels or training. A few tens of kB per frame; the model's factor
+// takes megabytes.
 //
 // As bytes it is NumPy's .npz (gp/io/array_file.h):
 //
@@ -10,13 +10,13 @@
 //   counts           i8 [k]       added or removed points; 0; labels
 //   frames           i8 [k]       of added points; 0
 //   inputs           u1 [n, 4 D]  of all added points, one after another: float32, little-endian
-//   labels           f8 [...]     of added points, and those that are set, one after another
+//   labels           f8 [...]     of added points, and labels that are set, one after another
 //   rows             i8 [r]       of all removed points
 //   hyperparameters  f8 [h, P+2]  scales, sigma_f, sigma_n
 //   squash           f8 [2]       a, b after the frame
 //   location_prior   u1 [...]     state after the frame (location_prior.h)
-//   potential        u1 [...]     likewise (potential_model.h); empty where nothing changed it
-//   label_residual   u1 [...]     of the frame (label_residual.h); empty where it has none
+//   potential        u1 [...]     likewise (potential_model.h); empty where it did not change
+//   label_residual   u1 [...]     of the frame (label_residual.h); empty where there is none
 #ifndef EGOSIEVE_VISION_SEGMENTATION_LEARNING_STEP_H_
 #define EGOSIEVE_VISION_SEGMENTATION_LEARNING_STEP_H_
 
@@ -37,15 +37,15 @@ struct LearningStep {
   std::vector<ModelOperation> operations;
   gp::SquashParameters squash;
   std::string location_prior;
-  std::string potential;       // empty: as before
+  std::string potential;       // empty: unchanged
   std::string label_residual;  // empty: none
 };
 
 // Equal steps give equal bytes. Errors as SerializeArrays'.
 absl::StatusOr<std::string> SerializeStep(const LearningStep& step);
 
-// `covariance`: of the hyperparameters. DataLoss, saying what, for bytes that are no step of
-// `dimension` inputs; Unimplemented for those of a later version.
+// `covariance`: of the hyperparameters. DataLoss, with the reason, for bytes that are no step of
+// `dimension` inputs; Unimplemented for another version of the format.
 absl::StatusOr<LearningStep> ParseStep(std::string_view bytes,
                                        kernels::CovarianceFunction covariance, int64_t dimension);
 

@@ -17,15 +17,15 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "numbers are written as they lie");
 
 constexpr int kColumns = 64, kRows = 36;
-constexpr double kReach = 2.0;        // deviation of the neighbourhood that d is taken over, cells
+constexpr double kReach = 2.0;        // deviation of the blur of d, in cells
 constexpr double kPriorFrames = 4.0;  // n0
-constexpr double kDynamic = 0.5;      // labels from here on count
+constexpr double kDynamic = 0.5;      // labels from this value on count
 
 int CellOf(double place, int size, int cells) {
   return std::clamp(static_cast<int>(place / size * cells), 0, cells - 1);
 }
 
-// Values of cells between their centres, linear, constant beyond.
+// Interpolation between cell centres: linear, constant beyond the outermost centres.
 class Between {
  public:
   Between(int pixel, int size, int cells) {
@@ -35,7 +35,7 @@ class Between {
   }
 
   int lower;
-  float share;  // of the next
+  float share;  // weight of the next cell
 };
 
 }  // namespace

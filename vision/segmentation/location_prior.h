@@ -1,18 +1,18 @@
-// Where in the image things have moved so far.
+// How often things have moved at each place of the image so far.
 //
-// On a road most of what moves passes through the same part of the image: what comes there next is
-// more probably a mover than what comes elsewhere, the more so while it is too small and too far to
-// be labelled. With d(x) the density of dynamic labels around a place, summed over the drive with
-// forgetting, d_mean its mean over the image and n the frames that it rests on, the odds of the
-// process's probability are multiplied by
+// On a road most traffic passes through the same part of the image. There a new object is more
+// probably a mover than elsewhere, above all while it is too small and too far to be labelled. Let
+// d(x) be the density of dynamic labels around a place, summed over the drive with forgetting,
+// d_mean its mean over the image, and n the number of frames in the sum, with the same forgetting.
+// The odds of the process's probability are multiplied by
 //
 //   ( (n d(x) / d_mean + n0) / (n + n0) )^w                                                  (L1)
 //
-// Bayes' rule for places, p(x | dynamic) / p(x), less bold: w < 1 because the process has the place
-// among its inputs already, and the same object labels the same place in frame after frame. Without
-// dynamic labels so far nothing changes.
+// This is Bayes' rule for places, p(x | dynamic) / p(x), with less weight: w < 1 because the
+// process already has the place among its inputs, and because the same object labels the same place
+// in frame after frame. Without dynamic labels so far nothing changes.
 //
-// The state is some thousand numbers, whatever the image's size; places are relative to the image.
+// The state is some thousand numbers, for any image size; places are relative to the image.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_LOCATION_PRIOR_H_
 #define EGOSIEVE_VISION_SEGMENTATION_LOCATION_PRIOR_H_
 
@@ -30,8 +30,8 @@
 namespace egosieve::vision {
 
 struct LocationPriorOptions {
-  double weight = 0.0;   // w; in [0, 1], 0: nothing is learnt or changed
-  double memory = 0.99;  // of d and n, from frame to frame; in [0, 1]
+  double weight = 0.0;   // w; in [0, 1]; 0: off
+  double memory = 0.99;  // factor of d and n per frame; in [0, 1]
 
   absl::Status Validate() const;
 };
@@ -40,20 +40,20 @@ class LocationPrior {
  public:
   explicit LocationPrior(const LocationPriorOptions& options);
 
-  // A frame's labels, if it has any. A standing camera teaches nothing: one red light would
-  // outweigh the street.
+  // Adds a frame's labels, if it has any. Frames of a standing camera are left out: one red light
+  // would outweigh the street.
   void Learn(const LabelledFrame& labels);
 
   // positions: N x 2, pixels, within an image of `size`; labels: N, in [0, 1].
   void Add(cv::Size size, kernels::ConstMatrixView<double> positions,
            absl::Span<const double> labels);
 
-  // (L1), on the map's probability.
+  // Applies (L1) to the map's probability.
   void Apply(SegmentationMap& map) const;
 
   // The state; equal states give equal bytes.
   std::string ToBytes() const;
-  // InvalidArgument for bytes that ToBytes did not write; unchanged then.
+  // InvalidArgument for bytes that ToBytes did not write; then nothing changes.
   absl::Status Restore(std::string_view bytes);
 
  private:

@@ -21,7 +21,7 @@
 namespace egosieve::vision {
 namespace {
 
-// Regression means, whose classes are their signs, as the probabilities that agreement compares.
+// Turns regression means, whose signs are the classes, into probabilities for agreement filters.
 template <typename T>
 std::vector<float> PredictionsFromMeans(const T& means) {
   std::vector<float> predictions;
@@ -33,16 +33,17 @@ std::vector<float> PredictionsFromMeans(const T& means) {
 }
 
 constexpr double kMostZeroLabel = 0.5;    // targets must stay in [-1, 1]
-constexpr double kLeastZeroLabel = 0.01;  // where hardly anything has a dynamic label
+constexpr double kLeastZeroLabel = 0.01;  // for models with hardly any dynamic label
 
-// (T1), as the labels whose targets 2 p - 1 are y.
+// (T1), as labels whose targets 2 p - 1 are y.
 std::vector<double> Scaled(std::vector<double> labels, double zero_label) {
   if (zero_label == 0.5) return labels;
   for (double& label : labels) label = 0.5 + 0.5 * (label - zero_label) / (1.0 - zero_label);
   return labels;
 }
 
-// Which of equally old points goes first must not follow their order in the image.
+// Random order of points of equal age: the order of dropping must not follow their order in the
+// image.
 std::vector<double> RandomRanks(size_t count, uint64_t seed, int64_t frame_index) {
   std::mt19937_64 random(seed ^ (static_cast<uint64_t>(frame_index) << 32));
   std::vector<double> ranks(count);
@@ -152,8 +153,9 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
   counts.dropped_by_budget = counts.added - static_cast<int64_t>(selected.size());
   Points arriving{GatherRows(inputs, selected), Gather(labels, selected)};
   std::vector<int64_t> alive;
-  // What untrained hyperparameters say of a point is no ground to drop it: with random ones the
-  // first frame lost all its rarer class, and without two classes nothing is ever trained.
+  // Predictions of untrained hyperparameters are no reason to drop a point. With random
+  // hyperparameters the first frame lost all points of its rarer class, and without two classes
+  // nothing is ever trained.
   if (options_.consistency_filter && trainer_.state().frames_trained > 0) {
     EGOSIEVE_RETURN_IF_ERROR(Add(arriving, frame_index));
     arriving = Points();
@@ -244,7 +246,7 @@ absl::StatusOr<std::vector<int64_t>> OnlineLearner::SelectNewPoints(
 
 absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& alive, Points& arriving,
                                  SelectionCounts& counts) const {
-  // The model's points that are alive, then those that arrive: from the oldest to the newest.
+  // The model's kept points, then the new ones: from the oldest to the newest.
   const int64_t dimension = model_.input_dimension();
   const int64_t alive_count = static_cast<int64_t>(alive.size());
   std::vector<double> inputs = GatherRows(model_.inputs(), alive);
@@ -385,7 +387,7 @@ absl::Status OnlineLearner::Restore(const gp::ModelFile& checkpoint) {
   if (!(whole && zero_label > 0.0 && zero_label <= kMostZeroLabel)) {
     return absl::InvalidArgumentError("the checkpoint holds no label for the target zero");
   }
-  // The trainer checks before it changes; the model's check of its state is the costly one.
+  // The trainer checks before it changes; the model's check of its state is the expensive one.
   gp::HyperparameterTrainer trainer = trainer_;
   EGOSIEVE_RETURN_IF_ERROR(trainer.Restore(*checkpoint.trainer));
   EGOSIEVE_RETURN_IF_ERROR(model_.Restore(checkpoint.model));

@@ -1,35 +1,36 @@
-// What happens to the Gaussian process when a frame's labels arrive (paper, section IV):
+// Updates the Gaussian process with a frame's labels (paper, section IV):
 //
 //   1. density       thin the new points                                            IV-E, 1
 //   2. novelty       keep those that the model gets wrong (all while it is empty)   IV-E, 2
 //      add           the factor grows                                               IV-D
 //   3. consistency   drop model points that are still classified wrongly            IV-E, 3
-//                    or, by default, those that the frame's labels contradict;
-//                    contradiction_filter.h
+//                    or, by default, those that the frame's labels contradict
+//                    (contradiction_filter.h)
 //   4. density       thin the model, newest preferred                               IV-E, 4
 //   5. budget        drop the oldest beyond the budget, the rarer class protected
-//      remove        one removal of all that 3 to 5 name                            IV-D
-//      scale         to mean zero, where that is asked for: (T1)                    IV-A
+//      remove        points of steps 3 to 5, all at once                            IV-D
+//      scale         targets to mean zero, if requested: (T1)                       IV-A
 //   6. training      annealing at first, then a few gradient steps                  IV-B
 //   7. calibration   a, b by leave-one-out on a stratified sample                   IV-C
-//                    or, by default, at the frame's places that the model does not
-//                    hold; frame_calibration.h
+//                    or, by default, at places of the frame that the model does not
+//                    hold (frame_calibration.h)
 //
 // A label p becomes the target
 //
 //   y = (p - p0) / (1 - p0),                                                                (T1)
 //
-// whose zero, the process's prior mean, is the label p0. Regression reverts to it where nothing was
-// seen, and steps 2 and 3 decide by the sign of the mean: a point is classified as dynamic where
-// its neighbourhood has labels above p0. p0 = 1/2 takes the prior for undecided; the paper scales
-// its data to mean zero (IV-A): p0 is the mean label of the model's points, at most 1/2, taken anew
-// in every frame. With 1/2, and few dynamic labels of which most are false, the mean is negative
-// everywhere: step 3 empties the rarer class in the second frame, and without two classes nothing
-// is trained or taken any more.
+// whose zero, the process's prior mean, is the label p0. The regression returns to it where there
+// are no points. Steps 2 and 3 classify by the sign of the mean: a point counts as dynamic where
+// its neighbourhood has labels above p0. With p0 = 1/2 the prior is undecided. The paper scales its
+// data to mean zero (IV-A): p0 is then the mean label of the model's points, at most 1/2, computed
+// anew in every frame. With p0 = 1/2, and few dynamic labels of which most are false, the mean is
+// negative everywhere: step 3 then removes the rarer class in the second frame, and without two
+// classes no training takes place and no point is added any more.
 //
-// Step 2 and the paper's step 3 can be switched off: with clean labels they cost accuracy. Without
-// the latter nothing has to be predicted by the grown model, and steps 4 and 5 are decided before
-// points are added, so that the factor never grows by what is dropped at once.
+// Step 2 and the paper's step 3 can be switched off: with clean labels they reduce accuracy.
+// Without the paper's step 3 no prediction of the grown model is needed. Steps 4 and 5 are then
+// decided before points are added, so that the factor does not grow by points that are dropped at
+// once.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_ONLINE_LEARNER_H_
 #define EGOSIEVE_VISION_SEGMENTATION_ONLINE_LEARNER_H_
 
@@ -59,30 +60,32 @@ struct OnlineLearnerOptions {
   kernels::CovarianceFunction covariance = kernels::CovarianceFunction::kArcsine;
   LearnerModelOptions model;
   double zero_label = 0.5;           // p0 of (T1); in (0, 0.5]
-  bool scales_to_mean_zero = false;  // p0 is the model's own mean label instead
+  bool scales_to_mean_zero = false;  // p0 is the mean label of the model's points instead
   bool random_start = false;         // hyperparameters drawn within their bounds, as in the paper
   gp::DensityFilterOptions new_point_density{0.08};
   bool novelty_filter = false;
   bool consistency_filter = false;
-  // Of contradiction_filter.h, in place of the consistency filter; 0: none are dropped.
+  // Radius of contradiction_filter.h, which replaces the consistency filter; 0: no point is
+  // dropped.
   double contradiction_radius = 0.0;
   gp::DensityFilterOptions model_density{0.056};
   gp::BudgetOptions budget;
-  // The most points that one frame brings, of the budget: a model of one frame alone forgets what
-  // stands still for a moment. Room that the budget has is filled beyond it: the first frames'.
-  // A stratified random sample stays, the rest counts as over budget.
+  // Largest number of new points per frame, as a share of the budget: a model of one frame alone
+  // forgets movers that stop for a moment. While the model is small, as in the first frames, a
+  // frame may exceed it and fill the budget. A stratified random sample of the points is kept; the
+  // rest counts as dropped by the budget.
   double arrival_share = 0.5;
   gp::TrainerOptions training;
   int64_t calibration_sample_size = 600;  // points; at least 2
   gp::SquashFitOptions squash;
-  // frame_calibration.h; else leave-one-out, as in the paper, which also serves frames that leave
-  // hardly a place out of the model.
+  // True: by frame_calibration.h. False: by leave-one-out, as in the paper. Leave-one-out also
+  // serves frames of which nearly all places are in the model.
   bool calibrates_to_frame = true;
   uint64_t seed = 1;
 
-  // Of step 1, and 0.7 of it of step 4.
+  // Radius of step 1; step 4 gets 0.7 of it.
   void SetDensity(double radius);
-  // Points that a frame may bring to a model of `size`.
+  // Largest number of points that a frame may add to a model of `size` points.
   int64_t ArrivalLimit(int64_t size) const;
   absl::Status Validate() const;
 };
@@ -94,35 +97,36 @@ class OnlineLearner {
       const OnlineLearnerOptions& options);
 
   // Steps 1 to 7. inputs: N x D; labels: N, in [0, 1]. Fills the record's fields on selection,
-  // model, theta, calibration and their times. After an error the model is whole, but part of the
+  // model, theta, calibration and their times. After an error the model is valid, but some of the
   // steps may have been taken.
   absl::Status Learn(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
                      int64_t frame_index, FrameRecord& record);
 
-  // What Learn did since the last call to the model that the posterior comes from, for Replay;
-  // without the location prior, which is not the learner's.
-  // Recorded from the first call of RecordSteps on.
+  // TakeStep returns the changes that Learn made, since the last call, to the model of the
+  // posterior. Replay repeats them. The location prior is not included, since it is not the
+  // learner's. Steps are recorded from the first call of RecordSteps on.
   void RecordSteps() { model_.RecordOperations(true); }
   LearningStep TakeStep();
-  // Does to the model what a learner in the same state did when the step was recorded, and takes
-  // its calibration: the posterior is then that learner's, to the last bit. Nothing is trained.
+  // Repeats a step that a learner in the same state recorded, calibration included. The posterior
+  // then equals that learner's to the last bit. Nothing is trained.
   absl::Status Replay(const LearningStep& step);
 
-  // The fields of the record that describe the model as it is.
+  // The fields of the record that describe the present model.
   void Describe(FrameRecord& record) const;
 
   absl::StatusOr<std::shared_ptr<const gp::Posterior>> MakePosterior() const;
 
-  // The learner as a value. The model is rebuilt on the way, so that this learner and one restored
-  // from the value go on alike to the last bit.
+  // The learner's state as a value. The model is rebuilt, so that this learner and one restored
+  // from the value continue with the same bits.
   absl::StatusOr<gp::ModelFile> Checkpoint();
-  // Errors as those of the parts; unchanged then.
+  // Errors as those of the parts; then nothing changes.
   absl::Status Restore(const gp::ModelFile& checkpoint);
 
   const LearnerModel& model() const { return model_; }
   const gp::SquashParameters& squash() const { return squash_; }
   double zero_label() const { return zero_label_; }  // p0 of (T1)
-  // Of the checkpoint's annotations, those at their front that are the learner's.
+  // Number of bytes of the learner's own annotations, which come first among the checkpoint's
+  // annotations.
   int64_t annotation_bytes() const;
 
  private:
@@ -147,8 +151,8 @@ class OnlineLearner {
   absl::Status Add(const Points& points, int64_t frame_index);
   absl::Status ScaleToMeanZero();
   std::vector<double> LabelsOf(absl::Span<const double> targets) const;
-  // Steps 4 and 5 on the model's rows `alive` and the points about to be added: both are reduced to
-  // what stays.
+  // Steps 4 and 5 on the model's rows `alive` and the points about to be added. Both are reduced to
+  // the points kept.
   absl::Status Thin(int64_t frame_index, std::vector<int64_t>& alive, Points& arriving,
                     SelectionCounts& counts) const;
   absl::Status Train(FrameRecord& record);

@@ -14,10 +14,10 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr float kChromaScale = 3.0f;   // of (Q1)
+constexpr float kChromaScale = 3.0f;   // in (Q1)
 constexpr double kLengthScale = 1.2;   // of every input
 constexpr double kNoiseStddev = 0.5;   // sigma_n
-constexpr int64_t kFewestPoints = 20;  // of either class, before anything is told
+constexpr int64_t kFewestPoints = 20;  // of either class, before there is a posterior
 const gp::SquashParameters kSquash{std::sqrt(M_PI / 2.0), 0.0};
 
 gp::Hyperparameters FixedHyperparameters() {
@@ -29,7 +29,7 @@ gp::Hyperparameters FixedHyperparameters() {
   return hyperparameters;
 }
 
-// Uniform in [0, 1), a function of its arguments alone.
+// Uniform in [0, 1), determined by the constructor's arguments alone.
 class Draws {
  public:
   Draws(uint64_t seed, int64_t update, int moves)
@@ -134,7 +134,7 @@ void PotentialModel::Replace(int moves, kernels::ConstMatrixView<float> descript
   const int64_t room = options_.points_per_class - size;
   const int64_t count = std::min({std::max(static_cast<int64_t>(due), room), options_.arrivals,
                                   static_cast<int64_t>(rows.size())});
-  // The first `count` of a random order of both the candidates and the points that go.
+  // The first `count` of a random order, for both the candidates and the points to remove.
   const auto shuffle = [&](std::vector<int64_t>& numbers, int64_t first) {
     for (int64_t i = 0; i < first; ++i) {
       std::swap(numbers[i], numbers[i + draws.Below(static_cast<int64_t>(numbers.size()) - i)]);

@@ -1,29 +1,29 @@
-// What has moved before: a slow model of what looks like the things that move in this drive. A
-// parked car on a street where cars move, somebody who waits where people walk.
+// A slow model of the appearance of things that have moved in this drive. Examples: a parked car on
+// a street where cars move, a person who waits where others walk.
 //
-// It sees of a place its height in the image and its colour, not where beside others it lies, nor
-// that it moves:
+// Its inputs are a place's height in the image and its colour, not its column nor its motion:
 //
 //   x = (v, I_M, 3 (I_R - I_G), 3 ((I_R + I_G) / 2 - I_B))                                   (Q1)
 //
-// of the segmenter's descriptor (kernels/ops/descriptor_field.h). A label p that is sure is an
-// observation of a class of -1 or 1 that is known with the probability p:
+// of the segmenter's descriptor (kernels/ops/descriptor_field.h). A label p with enough certainty
+// is an observation of a class of -1 or 1 that is known with the probability p:
 //
 //   y = 2 p - 1,  noise variance r_c (sigma_n^2 + 1 - y^2)                                   (Q2)
 //
-// where r_c = n_c / min(n_-, n_+) makes both classes weigh the same. What stands is a small part of
-// all that is labelled static, so that what looks like a mover stays on the movers' side.
+// where r_c = n_c / min(n_-, n_+) gives both classes the same weight. Standing things that look
+// like movers are a small part of all static labels, so that their appearance stays on the movers'
+// side.
 //
-// Memory: every `interval_seconds` a frame's labels replace points of their class at random,
+// Memory: every `interval_seconds` a frame's labels replace randomly chosen points of their class,
 //
 //   n_c interval / min(s_c, memory)  of them, s_c the seconds in which the class was seen    (Q3)
 //
-// so that the points of a class are a sample over all of its time at first and over about
-// `memory_seconds` later. A class that is not seen forgets nothing.
+// At first the points of a class are therefore a sample of all of its time, later of about the last
+// `memory_seconds`. A class that is not seen keeps its points.
 //
-// The covariance is the squared exponential with fixed hyperparameters. The answer is the
-// probability Phi(a mu / sqrt(1 + a^2 s^2)) with a = sqrt(pi / 2), by which it is (1 + mu) / 2 to
-// first order: 1/2 where nothing alike was seen.
+// The covariance is the squared exponential with fixed hyperparameters. The output is the
+// probability Phi(a mu / sqrt(1 + a^2 s^2)) with a = sqrt(pi / 2). To first order it is (1 + mu) /
+// 2, and it is 1/2 where nothing similar was seen.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_POTENTIAL_MODEL_H_
 #define EGOSIEVE_VISION_SEGMENTATION_POTENTIAL_MODEL_H_
 
@@ -49,8 +49,8 @@ struct PotentialOptions {
   double memory_seconds = 120.0;
   double interval_seconds = 0.5;
   int64_t points_per_class = 600;
-  int64_t arrivals = 40;         // of a class in one frame at most
-  double least_certainty = 0.5;  // of |2 p - 1|; labels below it are passed over; in [0, 1)
+  int64_t arrivals = 40;         // largest number per class and frame
+  double least_certainty = 0.5;  // of |2 p - 1|; labels below it are ignored; in [0, 1)
   int64_t inducing_points = 96;
   uint64_t seed = 1;
 
@@ -64,17 +64,17 @@ class PotentialModel {
   // Options must be valid.
   PotentialModel(std::shared_ptr<kernels::Context> context, const PotentialOptions& options);
 
-  // The labels of a frame at `seconds`. descriptors: N x 6; labels: N, in [0, 1]. Nothing where the
-  // last update is less than an interval ago. Unchanged after an error.
+  // Learns the labels of the frame at `seconds`. descriptors: N x 6; labels: N, in [0, 1]. Does
+  // nothing if the last update is less than an interval ago. Unchanged after an error.
   absl::Status Learn(double seconds, kernels::ConstMatrixView<float> descriptors,
                      absl::Span<const double> labels);
 
-  // Of the points as they are; null before both classes were seen.
+  // Posterior of the present points; null until both classes were seen often enough.
   const std::shared_ptr<const gp::Posterior>& posterior() const { return posterior_; }
 
-  // The state; equal states give equal bytes, and with them equal posteriors.
+  // The state. Equal states give equal bytes and equal posteriors.
   absl::StatusOr<std::string> ToBytes() const;
-  // InvalidArgument or DataLoss for bytes that ToBytes did not write; unchanged then.
+  // InvalidArgument or DataLoss for bytes that ToBytes did not write; then nothing changes.
   absl::Status Restore(std::string_view bytes);
 
   // Whether Learn has changed the model since the last call.
@@ -88,7 +88,7 @@ class PotentialModel {
     std::array<double, 2> class_seconds{};  // s_c of (Q3); 0: static, 1: moving
   };
 
-  // (Q3) with the labels of one class at `rows`.
+  // (Q3) with the labels of one class at `rows`; moves: 0 for static, 1 for moving.
   void Replace(int moves, kernels::ConstMatrixView<float> descriptors,
                absl::Span<const double> labels, std::vector<int64_t> rows, State& state) const;
   absl::StatusOr<std::shared_ptr<const gp::Posterior>> Solve(const gp::PointSet& points) const;

@@ -29,7 +29,7 @@ inline std::vector<double> Gather(absl::Span<const double> values, absl::Span<co
   return gathered;
 }
 
-// The rows of [0, count) that are not in `kept`, which increases.
+// The rows of [0, count) that are not in `kept`; `kept` is increasing.
 inline std::vector<int64_t> Complement(int64_t count, absl::Span<const int64_t> kept) {
   std::vector<int64_t> rest;
   size_t next = 0;

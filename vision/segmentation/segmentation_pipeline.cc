@@ -20,7 +20,7 @@
 namespace egosieve::vision {
 namespace {
 
-// A frame on its way, with what the stages behind have still to use.
+// A frame in the pipeline, with the data that later stages need.
 struct InFlight {
   SegmentedFrame result;
   std::shared_ptr<const ExtractedFrame> extracted;
@@ -30,7 +30,7 @@ struct InFlight {
   std::shared_ptr<const MapPosterior> posterior;
 };
 
-// The stages as functions of one frame; the drivers below run them in turn or on threads.
+// The stages as functions of one frame. The drivers below run them in turn or on threads.
 class Stages {
  public:
   Stages(FrameSource& source, OnlineSegmenter& segmenter, const PipelineOptions& options,
@@ -80,16 +80,16 @@ class Stages {
     return absl::OkStatus();
   }
 
-  // Frames wait here until those ahead of them have been extracted; returns the ones that need
-  // not wait any longer. Frames after end_frame are looked at and go no further.
+  // Frames wait here until the frames ahead of them have been extracted. Returns the frames that
+  // need not wait any longer. Frames after end_frame serve as frames ahead only.
   std::vector<InFlight> LookAhead(InFlight item) {
     waiting_.push_back(std::move(item));
     std::vector<InFlight> ready;
     while (static_cast<int>(waiting_.size()) > AheadFrames()) Release(ready);
     return ready;
   }
-  // At the end of the input. Where a stop was asked for, frames whose pictures ahead were not all
-  // read are left to the run that goes on.
+  // For the end of the input. After a stop request, frames whose frames ahead were not all read are
+  // left to the run that continues this one.
   std::vector<InFlight> EndLookAhead() {
     std::vector<InFlight> ready;
     while (!summary_.stopped && !waiting_.empty()) Release(ready);
@@ -128,7 +128,7 @@ class Stages {
 
   absl::Status Sink(const InFlight& item) const { return sink_(item.result); }
 
-  // Whether what has not been learnt from is to be left out.
+  // Whether frames not yet learnt are to be left out.
   bool IsStopping() {
     if (!stopped_learning_) stopped_learning_ = stop_requested_ && stop_requested_();
     return stopped_learning_;
@@ -163,8 +163,8 @@ class Stages {
     item.posterior = std::move(learnt.posterior);
     item.result.labels = std::move(learnt.labels);
     item.result.record = std::move(learnt.record);
-    // The labeller tells the features' time with that of the pair that used them; without a pair
-    // extraction is all there was.
+    // The labeller reports the features' time with that of the pair that used them. Without a pair
+    // extraction is the only such time.
     StageMilliseconds& milliseconds = item.result.record.milliseconds;
     milliseconds.features =
         std::max(milliseconds.features, item.extract_milliseconds - milliseconds.equalization);
@@ -208,10 +208,10 @@ class Stages {
   const PipelineOptions& options_;
   const std::function<bool()>& stop_requested_;
   const SegmentedFrameSink& sink_;
-  // Written by Read (stopped, warning) and Learn (counts): different members, read after the join.
+  // Written by Read (stopped, warning) and Learn (counts): different members; read after the join.
   PipelineSummary summary_;
-  bool stopped_learning_ = false;  // used by the stage that learns
-  std::deque<InFlight> waiting_;   // used by the stage that extracts
+  bool stopped_learning_ = false;  // used by the learning stage
+  std::deque<InFlight> waiting_;   // used by the extracting stage
 };
 
 absl::Status RunInTurn(Stages& stages) {
@@ -229,8 +229,8 @@ absl::Status RunInTurn(Stages& stages) {
   }
 }
 
-// Keeps the first error and ends the stages before the one that failed; those behind it finish what
-// they were given.
+// Keeps the first error and ends the stages before the one that failed. Later stages finish their
+// frames.
 class OverlappedRun {
  public:
   OverlappedRun(Stages& stages, int queue_capacity) : stages_(stages) {
@@ -239,7 +239,7 @@ class OverlappedRun {
     }
   }
 
-  // Reads on the caller's thread. False where the system refuses a thread for a stage: then no
+  // Reads on the caller's thread. Returns false if the system refuses a thread for a stage; then no
   // frame has been read.
   bool Run() {
     bool complete = false;
@@ -294,7 +294,7 @@ class OverlappedRun {
     queues_[0]->Close();
   }
 
-  // On a thread of its own: from the queue of the stage's number to the next.
+  // Runs on its own thread: from the stage's queue to the next queue.
   void RunStage(int stage) {
     const absl::Status status =
         kernels::CatchExceptions([&] { return stage == 0 ? ExtractAll() : TransformAll(stage); });

@@ -1,17 +1,17 @@
-// A drive through the segmenter with its stages overlapped:
+// Runs a drive through the segmenter with overlapped stages:
 //
 //   read -> extract features -> look ahead -> label -> learn -> infer -> sink
 //
-// A frame is labelled when the segmenter's ahead_frames after it have been extracted, so that its
+// A frame is labelled once the `ahead_frames` frames after it have been extracted, so that its
 // labels can use pictures before and after it.
 //
-// One thread per stage and a bounded queue between neighbours, so that every stage sees the frames
-// in order: the results are those of the same calls in turn, byte for byte. Labelling and learning
-// are the stages whose result for a frame depends on the frames before it.
+// There is one thread per stage and a bounded queue between neighbouring stages, so that every
+// stage sees the frames in order. The results are those of the same calls one after the other, byte
+// for byte. Only in labelling and learning does a frame's result depend on the frames before it.
 //
-// Learning and inference can be done at two times: a run that records its steps
-// (learning_step.h) lets another one, given these, skip extraction and learning and infer the same
-// maps later, elsewhere, for other frames or at another stride.
+// Learning and inference can be separate runs. A first run records its steps (learning_step.h). A
+// second run takes these, skips extraction and learning, and infers the same maps later, elsewhere,
+// for other frames or at another stride.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_SEGMENTATION_PIPELINE_H_
 #define EGOSIEVE_VISION_SEGMENTATION_SEGMENTATION_PIPELINE_H_
 
@@ -36,55 +36,56 @@ struct PipelineOptions {
   int queue_capacity = 3;   // frames between two stages; at least 1
   int64_t first_frame = 0;  // index in the input
   int64_t end_frame = -1;   // index after the last frame; -1: the end of the input
-  int64_t frame_step = 1;   // between the indices of the source's frames; at least 1
-  // A checkpoint comes with every frame whose index + 1 is a multiple of this, or passes one; 0:
-  // none. Checkpoints rebuild the model's factor: runs agree to the last bit only where this
-  // agrees.
+  int64_t frame_step = 1;   // difference of successive frame indices of the source; at least 1
+  // A checkpoint is made after every frame whose index + 1 is a multiple of this, or passes one; 0:
+  // none. Checkpoints rebuild the model's factor: two runs agree to the last bit only if their
+  // intervals agree.
   int64_t checkpoint_interval = 0;
 
-  // The frames that get a map; null: all. Frames without one are learnt from all the same.
+  // The frames that get a map; null: all. The other frames are learnt as well.
   std::function<bool(int64_t index)> wants_map;
   bool record_steps = false;  // SegmentedFrame::step is filled
 
-  // Replay: the step that was recorded for a frame, or "" where there is none, a damaged frame's.
-  // Null: extract and learn. Set, checkpoint_interval must be the recorded run's; no checkpoint
-  // is given, and records have no more than what inference adds.
+  // Replay: returns the recorded step of a frame, or "" if there is none, as for a damaged frame.
+  // Null: extract and learn. In a replay checkpoint_interval must be the recorded run's, no
+  // checkpoint is returned, and records contain the fields of inference alone.
   std::function<absl::StatusOr<std::string>(int64_t index)> recorded_step;
 
   bool WantsMap(int64_t index) const { return wants_map == nullptr || wants_map(index); }
   absl::Status Validate() const;
 };
 
-// What the sink gets, one a frame, in the order of the input.
+// The sink's input, one per frame, in the order of the input.
 struct SegmentedFrame {
   int64_t index = 0;
   double read_milliseconds = 0.0;
-  // Why there is no picture; then nothing below is set but the record's index and reason.
+  // Why there is no picture. If set, of the fields below only the record's index and reason are
+  // set, and the checkpoint if one is due.
   std::optional<std::string> damage;
   Frame frame;
   LabelledFrame labels;
-  SegmentationMap map;  // empty where the frame gets none
+  SegmentationMap map;  // empty if the frame gets none
   FrameRecord record;
-  std::string checkpoint;  // of the segmenter after this frame; empty where none is due
-  std::string step;        // what was learnt; empty where it is not recorded, or nothing came
+  std::string checkpoint;  // of the segmenter after this frame; empty if none is due
+  std::string step;        // changes of the model; empty if not recorded, or for a damaged frame
 };
 
 struct PipelineSummary {
   int64_t segmented_frames = 0;
   int64_t damaged_frames = 0;
-  int64_t unlearnt_frames = 0;  // segmented, but not learnt from
-  bool stopped = false;         // stop_requested said so before the end of the input
-  std::string warning;          // of the source's end
+  int64_t unlearnt_frames = 0;  // segmented, but not learnt
+  bool stopped = false;         // by stop_requested, before the end of the input
+  std::string warning;          // from the source at its end
 };
 
-// Called on one thread, not the caller's where stages overlap. An error ends the run.
+// Called on one thread; with overlap it is not the caller's thread. An error ends the run.
 using SegmentedFrameSink = std::function<absl::Status(const SegmentedFrame&)>;
 
-// Runs to the end of the source, to `end_frame`, or until `stop_requested` (asked before every
-// read and, where stages overlap, before a frame is learnt from, on the stages' threads) returns
-// true; frames that were learnt from by then are finished, others are left out. Returns the first
-// error of source, segmenter or sink; the sink has then seen every frame before the error's,
-// but those that waited for frames ahead of them.
+// Runs to the end of the source, to `end_frame`, or until `stop_requested` returns true. It is
+// called before every read and, with overlap, before each frame is learnt, on the stages' threads.
+// Frames that were learnt by then are finished, others are left out. Returns the first error of
+// source, segmenter or sink. The sink has then received every frame before the error, except frames
+// that waited for frames ahead of them.
 absl::StatusOr<PipelineSummary> RunPipeline(FrameSource& source, OnlineSegmenter& segmenter,
                                             const PipelineOptions& options,
                                             const std::function<bool()>& stop_requested,

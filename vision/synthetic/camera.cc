@@ -30,7 +30,8 @@ Eigen::Vector2d Intrinsics::Project(const Eigen::Vector3d& point) const {
 Eigen::Vector2d Intrinsics::Undistort(double x, double y) const {
   const Eigen::Vector2d distorted((x - centre_x) / focal_pixels, (y - centre_y) / focal_pixels);
   if (radial == 0.0) return distorted;
-  // Newton's method for r (1 + k r^2) = |distorted|; it converges from there for both signs of k.
+  // Newton's method for r (1 + k r^2) = |distorted|; from this start it converges for both signs of
+  // k.
   const double target = distorted.norm();
   if (!(target > 0.0)) return distorted;
   double r = target;
@@ -44,7 +45,7 @@ Eigen::Vector2d Intrinsics::Undistort(double x, double y) const {
 
 bool Intrinsics::DistortsUpTo(double pixels) const {
   if (radial >= 0.0) return true;
-  // r (1 + k r^2) grows up to r = (-3 k)^-1/2, where it is 2/3 of that.
+  // r (1 + k r^2) increases up to r = (-3 k)^-1/2; there it is 2/3 of that r.
   return pixels / focal_pixels < 2.0 / 3.0 / std::sqrt(-3.0 * radial);
 }
 

@@ -1,4 +1,4 @@
-// How things travel: a path in the plane and a speed over time.
+// Motion of vehicles and people: a path in the plane and a speed over time.
 //
 //   (T1) path    straight pieces and arcs, joined smoothly, with lateral shifts o(s) laid over them
 //                (s: arc length of the pieces): p(s) = base(s) + o(s) normal(s)
@@ -6,7 +6,7 @@
 //                last
 //   (T3) s(t)    = s_0 + integral of (T2): exact, quadratic between keys
 //
-// Everything is a closed form of t, so any frame can be made without the ones before it.
+// Everything is a closed form of t, so that any frame can be rendered without the frames before it.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_DRIVE_H_
 #define EGOSIEVE_VISION_SYNTHETIC_DRIVE_H_
 
@@ -31,7 +31,7 @@ class Path {
   // Moves to the left by `offset_metres` between arc lengths `from` and `to`.
   Path& Shift(double from, double to, double offset_metres);
 
-  // Beyond its ends the path goes straight on.
+  // Beyond its ends the path continues straight.
   PathPoint At(double s) const;
 
  private:
@@ -66,12 +66,12 @@ struct DriveState {
 class Drive {
  public:
   Drive() = default;
-  // Keys in order of time; none: it stands. `start` is the arc length at t = 0.
+  // Keys in order of time; without keys it stands still. `start` is the arc length at t = 0.
   Drive(Path path, double start, std::vector<SpeedKey> keys);
 
   DriveState At(double seconds) const;
   double Speed(double seconds) const;      // (T2)
-  double Travelled(double seconds) const;  // (T3), less s_0
+  double Travelled(double seconds) const;  // (T3), minus s_0
 
  private:
   double Integral(double seconds) const;  // of (T2), from the first key

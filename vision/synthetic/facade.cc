@@ -40,7 +40,7 @@ Color WallAlbedo(const Wall& wall, float u, float v, float footprint) {
   return wall.color * std::exp(std::clamp(wall.texture * shade, -1.5f, 0.8f));
 }
 
-// What is seen through one window of w x h metres, with its frame.
+// The view through one window of w x h metres, with its frame.
 SurfaceColor WindowColor(const Wall& wall, uint32_t h, float u, float v, float w, float height,
                          float footprint) {
   SurfaceColor out;

@@ -1,7 +1,7 @@
-// The walls of houses: rendered or of brick, stained; windows with frames, curtains, blinds and
-// reflections of their own, shop fronts with lettered signs on the ground floor, doors, posters and
-// graffiti. Everything is drawn from hashes of the house, the wall, the floor and the bay, so no
-// two windows are alike.
+// The walls of houses. They are of render or brick, stained, with windows, shop fronts with
+// lettered signs on the ground floor, doors, posters and graffiti. Windows have frames, curtains,
+// blinds and reflections of their own. Everything is drawn from hashes of the house, the wall, the
+// floor and the bay, so that all windows differ.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_FACADE_H_
 #define EGOSIEVE_VISION_SYNTHETIC_FACADE_H_
 
@@ -18,7 +18,7 @@ struct SurfaceColor {
 
 struct Wall {
   uint32_t house = 0;  // seed
-  uint32_t wall = 0;   // seed of this wall of it
+  uint32_t wall = 0;   // seed of this wall
   Color color = Color::Zero();
   float width = 0.0f;    // metres
   float height = 0.0f;   // metres

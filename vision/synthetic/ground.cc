@@ -8,8 +8,8 @@
 namespace egosieve::vision {
 namespace {
 
-// Coordinates across and along the street that the point lies on; `to_junction` from the centre of
-// the nearest crossing street.
+// Coordinates across and along the street of the point; `to_junction` is the distance from the
+// centre of the nearest crossing street.
 struct StreetPoint {
   float across;
   float along;
@@ -54,7 +54,7 @@ float Manhole(float x, float y, uint32_t seed, float footprint) {
   return lid * (0.25f * pattern - 0.3f) - 0.6f * rim;
 }
 
-// White paint of one street: how much of the point it covers.
+// White paint of one street: the share of the point that it covers.
 float Markings(const StreetPoint& p, uint32_t seed, float footprint) {
   constexpr float kZebraFrom = 6.6f, kZebraTo = 9.8f;
   const float a = std::abs(p.across), j = std::abs(p.to_junction);
@@ -66,7 +66,7 @@ float Markings(const StreetPoint& p, uint32_t seed, float footprint) {
   }
   const bool right_hand = (p.across < 0.0f) == (p.to_junction < 0.0f);
   float paint = 0.0f;
-  if (j < 12.0f) {  // the stop line of traffic that comes towards the junction
+  if (j < 12.0f) {  // the stop line of traffic towards the junction
     if (right_hand && a < kLaneWidth) paint = SoftBox(10.8f, 11.3f, j, footprint);
     return std::max(paint, 1.0f - SoftStep(0.08f, a, footprint));
   }
@@ -108,7 +108,7 @@ float Litter(float x, float y, uint32_t seed, float coarsest, float density, flo
   for (uint32_t k = 0; k < 7; ++k) {
     const float fine = Clamp01(0.25f * coarsest / footprint - 1.0f);
     if (!(fine > 0.0f)) break;
-    // Turned and shifted, so that the cells of different sizes do not line up.
+    // Rotated and shifted, so that the cells of different sizes do not line up.
     const float turned = 0.8f * x - 0.6f * y;
     y = 0.6f * x + 0.8f * y;
     x = turned;

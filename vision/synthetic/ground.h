@@ -1,5 +1,5 @@
-// The road's surface: asphalt with repairs, cracks, stains, manholes and litter; lane markings,
-// parking lines, zebra crossings and stop lines where the street grid has them, worn.
+// The road's surface: asphalt with repairs, cracks, stains, manholes and litter. Where the street
+// grid has them there are lane markings, parking lines, zebra crossings and stop lines, all worn.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_GROUND_H_
 #define EGOSIEVE_VISION_SYNTHETIC_GROUND_H_
 
@@ -16,18 +16,18 @@ struct GroundStyle {
   bool markings = true;
 };
 
-// Albedo at (x, y), metres, as a pixel of that footprint (metres) sees it.
+// Mean albedo at (x, y), metres, over a pixel's footprint (metres).
 Color GroundAlbedo(const GroundStyle& style, const Eigen::Vector2d& point, float footprint);
 
 // Slabs of concrete; `texture` as above.
 Color PavementAlbedo(uint32_t seed, float texture, const Eigen::Vector2d& point, float footprint);
 
-// Spots of grit, litter, leaves and stains, at most one a square cell: 0 where there is none,
+// Spots of grit, litter, leaves and stains, at most one per square cell: 0 where there is none,
 // otherwise signed contrast.
 float Speckles(float x, float y, uint32_t seed, float cell, float density, float footprint);
 
-// Speckles of seven sizes, cells of `coarsest` metres and its halves: each as fine as a pixel can
-// see.
+// Speckles of seven sizes, in cells of `coarsest` metres, half of it, and so on: down to the
+// resolution of a pixel.
 float Litter(float x, float y, uint32_t seed, float coarsest, float density, float footprint);
 
 }  // namespace egosieve::vision

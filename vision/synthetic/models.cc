@@ -74,7 +74,7 @@ void AppendWheels(const std::vector<double>& axles, double track, double radius,
 }
 
 void AppendCar(const ModelLook& look, double travelled, Assembly* model) {
-  // Profiles are shared by all cars: they are built once.
+  // Profiles are shared by all cars and built once.
   static const auto* const body = new std::shared_ptr<const Profile>(MakeProfile({{-2.10, -0.30},
                                                                                   {2.08, -0.30},
                                                                                   {2.14, -0.05},

@@ -1,5 +1,5 @@
-// Things in the street, built of primitives. Each stands on z = 0 of its own frame, x forward, y to
-// the left, and is placed by a rigid motion of the plane.
+// Models of street objects, built of primitives. Each stands on z = 0 of its own frame, x forward,
+// y to the left, and is placed by a rigid motion of the plane.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_MODELS_H_
 #define EGOSIEVE_VISION_SYNTHETIC_MODELS_H_
 
@@ -15,7 +15,7 @@ enum class ObjectClass { kCar, kVan, kBus, kPedestrian, kCyclist };
 
 const char* ObjectClassName(ObjectClass object_class);
 
-// Where a model stands: world = Rz(yaw) local + position.
+// Position and heading of a model: world = Rz(yaw) local + position.
 struct Placement {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   double yaw_radians = 0.0;
@@ -27,8 +27,8 @@ struct ModelLook {
   bool lights_on = false;
 };
 
-// Appends the model's primitives, all of which belong to `object`. `travelled_metres` turns wheels
-// and swings limbs; a model that has not moved since looks the same.
+// Appends the model's primitives, all with the index `object`. `travelled_metres` turns wheels and
+// swings limbs; a model looks the same as long as it is unchanged.
 void AppendModel(const ModelLook& look, const Placement& placement, double travelled_metres,
                  int object, std::vector<Primitive>* primitives);
 
@@ -46,7 +46,7 @@ void AppendSign(const Eigen::Vector3d& foot, double yaw_radians, uint32_t seed,
 void AppendRailing(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                    std::vector<Primitive>* primitives);
 
-// A colour that cars are sold in; one that people wear.
+// PaintColor: a usual colour of cars; ClothColor: a usual colour of clothes.
 Color PaintColor(uint32_t seed);
 Color ClothColor(uint32_t seed);
 

@@ -1,4 +1,4 @@
-// Hash-based noise: every value is a pure function of its arguments, so that textures are attached
+// Hash-based noise. Every value is a pure function of its arguments, so that textures are attached
 // to surfaces, never repeat, and do not depend on the order of evaluation.
 //
 //   (N1) value noise   v(x, y) in [-1, 1]: hashes of the four surrounding integer points, blended
@@ -42,8 +42,8 @@ inline float Unit(uint32_t hash) { return static_cast<float>(hash >> 8) * 0x1p-2
 
 inline float Clamp01(float x) { return std::clamp(x, 0.0f, 1.0f); }
 
-// 0 below `edge`, 1 above it, linear over `width` around it: an edge as a pixel of that footprint
-// sees it.
+// 0 below `edge`, 1 above it, linear over `width` around it: an edge averaged over a pixel's
+// footprint.
 inline float SoftStep(float edge, float x, float width) {
   return Clamp01((x - edge) / std::max(width, 1e-6f) + 0.5f);
 }

@@ -1,15 +1,15 @@
-// What a camera behind a windscreen sees of its own vehicle: it is fixed in the image, whatever
-// moves outside. s = 2 x / (w - 1) - 1 for pixels (x, y) of an image of w x h.
+// The parts of the own vehicle that a camera behind a windscreen sees. They are fixed in the image.
+// s = 2 x / (w - 1) - 1 for pixels (x, y) of an image of w x h.
 //
 //   (O1) bonnet      y >= h (1 - b (1 - s^2 / 3)): painted metal
 //   (O2) bracket     a dark wedge at the right border, from the bonnet up to the middle
 //   (O3) reflection  L' = (1 - m / 4) L + r m: soft bright patches m in [0, 1] of the dashboard in
 //                    the windscreen, which does not hide the world
-//   (O4) stamp       date and time, once a second another, written into the picture at its upper
-//                    left corner
+//   (O4) stamp       date and time, changing once per second, written into the upper left corner of
+//                    the picture
 //
-// Bonnet, bracket and the stamp's box are the own vehicle's pixels; the reflection's are the
-// world's.
+// Pixels of bonnet, bracket and the stamp's box belong to the own vehicle; those of the reflection
+// belong to the world.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_OWN_VEHICLE_H_
 #define EGOSIEVE_VISION_SYNTHETIC_OWN_VEHICLE_H_
 

@@ -59,7 +59,7 @@ inline void ClipHalfSpace(const HalfSpace& space, const Vector3d& o, const Vecto
 inline bool ClipQuadric(double a, double b, double c, Interval* interval) {
   const double discriminant = b * b - a * c;
   if (!(discriminant > 0.0) || !(a > 0.0)) {
-    return !(a > 0.0) && c <= 0.0;  // parallel to a cylinder's axis, inside it
+    return !(a > 0.0) && c <= 0.0;  // parallel to a cylinder's axis, inside the cylinder
   }
   const double root = std::sqrt(discriminant);
   interval->near = (-b - root) / a;

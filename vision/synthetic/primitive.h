@@ -1,6 +1,6 @@
-// The solids that a synthetic scene is made of, and their intersection with rays.
+// The solids of a synthetic scene, and their intersection with rays.
 //
-// A primitive has its own frame: world = rotation * local + origin. In it
+// A primitive has its own frame: world = rotation * local + origin. In this frame
 //
 //   kBox        |x| <= h_x, |y| <= h_y, |z| <= h_z                h = half_size
 //   kEllipsoid  (x/h_x)^2 + (y/h_y)^2 + (z/h_z)^2 <= 1
@@ -8,10 +8,11 @@
 //   kProfile    a convex polygon of the x-z plane, extruded along y between two planes that may
 //               lean inwards: the body of a car, its cabin, a roof
 //
-// A ray o + t d, d with unit camera-axis component or any length, meets a convex solid in one
-// interval: the intersection of the intervals of its half-spaces (boxes, profiles) or of its
-// quadric and half-spaces (ellipsoids, cylinders). Cutout materials (leaves, spoked wheels) remove
-// parts of the surface: then the second end of the interval counts.
+// A ray o + t d, d of any length or with unit component along the camera's axis, meets a convex
+// solid in one interval. It is the intersection of the intervals of its half-spaces (boxes,
+// profiles) or of its quadric and half-spaces (ellipsoids, cylinders). Cutout materials (leaves,
+// spoked wheels) have holes in the surface: a ray through a hole meets the second end of the
+// interval.
 //
 // Faces are numbered: boxes 0..5 = -x, +x, -y, +y, -z, +z; cylinders 0 side, 1 bottom, 2 top;
 // ellipsoids 0; profiles: the polygon's edges in order, then -y, +y.
@@ -61,8 +62,8 @@ struct Profile {
   Eigen::Vector3d half_size = Eigen::Vector3d::Zero();  // of its bounding box, centred at 0
 };
 
-// The convex polygon `points` (x, z), counter-clockwise, extruded to |y| <= half_width at z = 0 and
-// leaning inwards by `lean` metres for each metre of height.
+// The convex polygon `points` (x, z), counter-clockwise, extruded to |y| <= half_width at z = 0,
+// leaning inwards by `lean` metres per metre of height.
 std::shared_ptr<const Profile> MakeProfile(const std::vector<Eigen::Vector2d>& points,
                                            double half_width, double lean);
 
@@ -98,7 +99,7 @@ struct Hit {
   Eigen::Vector3d local_normal;  // outward
 };
 
-// Whether the ray meets the primitive at some t in (t_min, hit->t); then fills t, face, local and
+// Whether the ray meets the primitive at some t in (t_min, hit->t). If so, fills t, face, local and
 // local_normal.
 bool Intersect(const Primitive& primitive, const Ray& ray, double t_min, Hit* hit);
 

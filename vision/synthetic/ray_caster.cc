@@ -13,7 +13,7 @@ using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
 constexpr double kFarMetres = 320.0;
-constexpr double kMovableMetres = 220.0;  // farther ones are a pixel or two
+constexpr double kMovableMetres = 220.0;  // farther ones cover a pixel or two
 constexpr double kHazeMetres = 1800.0;
 constexpr double kShadowCellMetres = 3.0;
 
@@ -54,7 +54,8 @@ Eigen::AlignedBox2d Plan(const std::vector<AlignedBox3d>& bounds) {
 PinholeView FitPinhole(const Intrinsics& intrinsics, int width, int height) {
   PinholeView view{intrinsics, width, height};
   if (intrinsics.radial == 0.0) return view;
-  // Corners reach farthest with a barrel distortion, the middles of the sides with a pincushion's.
+  // Corners reach farthest with a barrel distortion, the middles of the sides with a pincushion
+  // distortion.
   Eigen::AlignedBox2d reach;
   for (const double x : {-1.0, 0.5 * (width - 1), 1.0 * width}) {
     for (const double y : {-1.0, 0.5 * (height - 1), 1.0 * height}) {
@@ -203,13 +204,13 @@ Hit RayCaster::Trace(const Ray& ray, double x, double y) const {
 Vector3d RayCaster::NormalAt(const Hit& hit, const Ray& ray) const {
   if (hit.primitive < 0) return Vector3d::UnitZ();
   const Vector3d normal = At(hit.primitive).rotation * hit.local_normal;
-  return normal.dot(ray.direction) > 0.0 ? -normal : normal;  // the inside of a crown
+  return normal.dot(ray.direction) > 0.0 ? -normal : normal;  // the inside of a tree's crown
 }
 
 SurfaceColor RayCaster::Texture(const Hit& hit, const Ray& ray, const Vector3d& normal,
                                 double pixel_share) const {
   const double slope = std::max(-normal.dot(ray.direction) / ray.direction.norm(), 0.02);
-  // Between the pixel's extent across the view, t / f, and along it, t / (f slope): the exponent is
+  // Between the pixel's extent across the view, t / f, and along it, t / (f slope), with exponent
   // 5/8.
   const double root = std::sqrt(slope);
   const float footprint = static_cast<float>(

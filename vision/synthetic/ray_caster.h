@@ -1,4 +1,4 @@
-// One instant of a scene, ready to be looked at along any ray.
+// Casts rays into one instant of a scene.
 //
 //   (R1) radiance = albedo ( sun max(0, n.l) lit + sky (1 + n_z)/2 + bounce (1 - n_z)/2 + lamps )
 //                   + emission
@@ -22,7 +22,7 @@
 
 namespace egosieve::vision {
 
-// What does not change over a drive, built once: bounds and shadows of the scenery.
+// Data that are constant over a drive, built once: bounds and shadows of the scenery.
 class SceneIndex {
  public:
   explicit SceneIndex(const Scene& scene);
@@ -30,26 +30,26 @@ class SceneIndex {
   ShadowGrid shadows;
 };
 
-// What a ray meets, and the light there.
+// The point that a ray meets, and the light there.
 struct Sample {
   Hit hit;
-  Color light = Color::Zero();  // (R1) but for albedo and emission
+  Color light = Color::Zero();  // (R1) without albedo and emission
   bool lit = false;             // by the sun
   int object = -1;              // index in Scene::objects
 
   double depth() const { return hit.t; }  // Z, metres; infinite: the sky
-  // Differs where neighbouring pixels should be smoothed: another primitive, face or shadow.
+  // Differs if neighbouring pixels need smoothing: another primitive, face or shadow.
   int32_t Surface() const {
     if (std::isinf(hit.t)) return 0;
     return 2 * (16 * (hit.primitive + 1) + hit.face) + (lit ? 2 : 1);
   }
 };
 
-// Rays of a smoothed pixel, on a rotated grid.
+// Offsets of the rays of a smoothed pixel, on a rotated grid.
 inline constexpr double kSubpixels[4][2] = {
     {-0.375, -0.125}, {0.125, -0.375}, {0.375, 0.125}, {-0.125, 0.375}};
 
-// The picture without distortion: a pinhole image that holds every pixel's ray.
+// The picture without distortion: a pinhole image that contains every pixel's ray.
 struct PinholeView {
   Intrinsics intrinsics;
   int width = 0;
@@ -66,12 +66,12 @@ class RayCaster {
   Sample Cast(double x, double y) const;
   // (R1) and (R2) along one ray.
   Color Radiance(double x, double y) const;
-  // Mean over a pixel that sees one surface: `sample` is its central ray's. Texture is taken at
-  // four points, light at the centre alone.
+  // Mean over a pixel that sees one surface; `sample` is that of its central ray. Texture is
+  // evaluated at four points, light at the centre alone.
   Color RadianceInside(double x, double y, const Sample& sample) const;
-  // Share of the sun's light that the clouds let through to a point, at any time.
+  // Share of the sun's light that reaches a point through the clouds at any time.
   float Clouds(const Eigen::Vector3d& point, double seconds) const;
-  // The world point at depth Z on the ray of a pixel; its direction if Z is infinite.
+  // The world point at depth Z on the ray of a pixel; the ray's direction if Z is infinite.
   Eigen::Vector3d PointAt(double x, double y, double depth) const;
 
  private:
@@ -79,7 +79,7 @@ class RayCaster {
   const Primitive& At(int index) const;
   Hit Trace(const Ray& ray, double x, double y) const;
   Eigen::Vector3d NormalAt(const Hit& hit, const Ray& ray) const;
-  // `pixel_share`: of the pixel's width that one ray stands for.
+  // `pixel_share`: share of the pixel's width that one ray represents.
   SurfaceColor Texture(const Hit& hit, const Ray& ray, const Eigen::Vector3d& normal,
                        double pixel_share) const;
   Color ThroughHaze(const Color& radiance, double depth) const;

@@ -60,7 +60,7 @@ void Oncoming(SceneBuilder& s) {
 
 void Ahead(SceneBuilder& s) {
   s.DriveCamera(-62.0, {{0.0, 9.0}});
-  // Falls back, holds its distance, pulls away.
+  // Falls back, keeps its distance, then pulls away.
   s.Ahead(kCar, -46.0, {{0.0, 9.0}, {2.0, 9.0}, {4.0, 7.6}, {5.0, 9.0}, {7.0, 9.0}, {9.0, 11.5}});
   s.Ahead(kVan, -26.0, {{0.0, 9.0}, {3.0, 10.0}});
 }
@@ -129,7 +129,7 @@ void Handheld(SceneBuilder& s) {
   s.Walkers(12.0);
 }
 
-// Buses that crawl past at six metres, with nothing but the houses above and between them at rest.
+// Buses that crawl past at six metres. Only the houses above and between them are static.
 void BusStop(SceneBuilder& s) {
   s.WalkCamera(-30.0, 1.4, 0.05, 1.05);
   for (int k = 0; k < 6; ++k) {

@@ -18,7 +18,7 @@ struct SceneRecipe {
 };
 
 const std::vector<SceneRecipe>& Recipes();
-// Null if there is none of that name.
+// Null if there is no scenario of that name.
 const SceneRecipe* FindRecipe(std::string_view name);
 Scene BuildScene(const SceneRecipe& recipe, uint64_t seed, double duration_seconds);
 

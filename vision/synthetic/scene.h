@@ -1,5 +1,5 @@
-// Everything that one synthetic drive consists of: scenery, things that may move, the camera and
-// the light. Plain data; a pure function of scenario, seed and options.
+// Contents of one synthetic drive: scenery, movable objects, the camera and the light. Plain data;
+// a pure function of scenario, seed and options.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_SCENE_H_
 #define EGOSIEVE_VISION_SYNTHETIC_SCENE_H_
 
@@ -19,7 +19,7 @@ namespace egosieve::vision {
 struct SceneObject {
   ModelLook look;
   Drive drive;
-  double ground_metres = 0.0;  // height of what it stands on
+  double ground_metres = 0.0;  // height of the ground below it
 };
 
 struct LightSettings {
@@ -27,17 +27,17 @@ struct LightSettings {
   Color sun = Color(2.7f, 2.5f, 2.15f);
   Color sky = Color(0.42f, 0.50f, 0.64f);            // ambient from above
   Color bounce = Color(0.24f, 0.21f, 0.18f);         // ambient from below
-  double cloud_cover = 0.25;                         // how much of the sun clouds may take
+  double cloud_cover = 0.25;                         // largest share of sunlight lost in clouds
   Eigen::Vector2d wind = Eigen::Vector2d(4.0, 2.0);  // metres per second
   bool night = false;
 };
 
 struct SensorSettings {
   double shutter_seconds = 0.002;
-  double read_noise = 0.004;  // of full scale, linear light
-  double shot_noise = 0.010;  // standard deviation at full scale; grows with the root of the signal
-  double exposure = 0.9;      // gain
-  double exposure_swing = 0.0;  // amplitude of its logarithm, which wanders within a second or two
+  double read_noise = 0.004;    // of full scale, linear light
+  double shot_noise = 0.010;    // deviation at full scale; grows with the root of the signal
+  double exposure = 0.9;        // gain
+  double exposure_swing = 0.0;  // amplitude of its logarithm; it varies within a second or two
 };
 
 struct Scene {

@@ -10,9 +10,10 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kLongMetres = 1e6;  // paths go straight on beyond their ends anyway
+constexpr double kLongMetres = 1e6;  // paths continue straight beyond their ends
 
-// Half the length of the disc chain that stands for a model in clearance tests, and its radius.
+// Half the length, and the radius, of the chain of discs that represents a model in clearance
+// tests.
 struct Clearance {
   double half_length;
   double radius;
@@ -204,8 +205,8 @@ void SceneBuilder::CrossingWalker(double x, int side, double seconds, double spe
 void SceneBuilder::CrossingWalkers(double spacing_metres) {
   for (double x = CameraX(0.0) + 9.0; x < CameraX(duration_);
        x += spacing_metres * Uniform(0.7, 1.3)) {
-    // Whoever comes from the right has left the camera's lane when it arrives; whoever comes from
-    // the left has not reached it.
+    // A walker from the right has left the camera's lane when the camera arrives; one from the left
+    // has not reached it yet.
     const bool from_right = Uniform(0.0, 1.0) < 0.6;
     const double ahead = from_right ? Uniform(4.6, 5.6) : Uniform(2.0, 3.0);
     CrossingWalker(x, from_right ? 1 : -1, CameraArrival(x) - ahead, Uniform(1.3, 1.7));

@@ -1,8 +1,8 @@
-// Words in which scenarios are written: the camera's drive and the traffic around it.
+// Vocabulary for scenarios: the camera's drive and the traffic around it.
 //
 // The camera drives east (along x) on street j = 0. Seconds count from the first frame. A mover is
-// added only if it keeps clear of the camera and of all movers added before it, for the whole
-// drive; otherwise it is left out, which keeps crowded scenes plausible.
+// added only if it keeps clear of the camera and of all movers added before it for the whole drive.
+// Otherwise it is left out, so that crowded scenes stay plausible.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_SCENE_BUILDER_H_
 #define EGOSIEVE_VISION_SYNTHETIC_SCENE_BUILDER_H_
 
@@ -29,26 +29,26 @@ class SceneBuilder {
   void DriveCamera(double start_x, std::vector<SpeedKey> keys);
   // Turns left (+1) or right (-1) at the junction with x = 0.
   void TurnCamera(double start_x, int side, std::vector<SpeedKey> keys);
-  // Round one block to the left, again and again, a round in `round_seconds`.
+  // Drives round one block to the left again and again, `round_seconds` per round.
   void RoundCamera(double round_seconds);
-  // On the pavement, looking `yaw` from the walking direction.
+  // On the pavement, looking `yaw_radians` away from the walking direction.
   void WalkCamera(double start_x, double speed, double sway_radians, double yaw_radians);
 
-  // Trunks and railings beside the way of a camera that walks, within two metres of it.
+  // Trunks and railings beside a walking camera's path, within two metres of it.
   void LineTheWay();
 
   double CameraX(double seconds) const;
   double CameraSpeed(double seconds) const;
-  // When the camera's x passes `x`; the duration if it does not.
+  // Time at which the camera's x passes `x`; the drive's duration if it does not.
   double CameraArrival(double x) const;
 
-  // --- Traffic. `x` is where the mover is at t = 0.
+  // --- Traffic. `x` is the mover's position at t = 0.
   void Ahead(ObjectClass object_class, double x, std::vector<SpeedKey> keys);
   void Oncoming(ObjectClass object_class, double x, std::vector<SpeedKey> keys);
-  // In the oncoming lane, heading the camera's way; returns to the right lane `return_metres`
+  // In the oncoming lane, in the camera's direction; returns to the right lane `return_metres`
   // after the start if that is positive.
   void Overtaker(ObjectClass object_class, double x, double speed, double return_metres);
-  // Along the street x = i pitch, crossing y = 0 at `seconds`; from the south for side = +1.
+  // Along the street x = i pitch, passing y = 0 at `seconds`; from the south for side = +1.
   void Crossing(ObjectClass object_class, int i, int side, double seconds, double speed);
   void Cyclist(double x, double speed, bool oncoming);
   // On the pavement of side +1 (north) or -1 (south), heading east for direction +1.
@@ -56,16 +56,17 @@ class SceneBuilder {
   // Crosses street j = 0 at x, stepping off at `seconds`, from the south for side = +1.
   void CrossingWalker(double x, int side, double seconds, double speed);
 
-  // People who cross the camera's street before it, one every `spacing_metres` of its way.
+  // People who cross the street ahead of the camera, one every `spacing_metres` of its path.
   void CrossingWalkers(double spacing_metres);
-  // Sprinkles walkers on both pavements, `per_100_metres` of them along the camera's way.
+  // Distributes walkers over both pavements, `per_100_metres` of them along the camera's path.
   void Walkers(double per_100_metres);
-  // Oncoming traffic with gaps of about `gap_metres` at that speed.
+  // Oncoming traffic at `speed`, with gaps of about `gap_metres`.
   void OncomingStream(double gap_metres, double speed);
-  // All through the drive and on all streets of the block of RoundCamera, alike in every round:
-  // cars every `every_seconds` on each side, and people on the southern street's pavements.
+  // Traffic for RoundCamera, for the whole drive, on all streets of its block, and the same in
+  // every round: cars every `every_seconds` on each side, and people on the southern street's
+  // pavements.
   void TrafficRound(double every_seconds, double walkers_per_100_metres);
-  // Cars that cross at every junction on the way, before and after the camera is near.
+  // Cars that cross at every junction on the path, before and after the camera is near.
   void CrossingStream(double every_seconds, double speed);
 
   Scene Finish();

@@ -11,7 +11,7 @@ namespace egosieve::vision {
 namespace {
 
 constexpr int kCurveEntries = 16384;
-constexpr float kCurveEnd = 5.0f;  // 1 - exp(-5) is white to within a grey level
+constexpr float kCurveEnd = 5.0f;  // 1 - exp(-5) equals white within a grey level
 
 std::vector<float> ResponseCurve() {  // (P4)
   std::vector<float> curve(kCurveEntries);
@@ -25,7 +25,7 @@ std::vector<float> ResponseCurve() {  // (P4)
   return curve;
 }
 
-// Sum of four bytes, centred and scaled to variance 1: close enough to Gaussian up to 3 sigma.
+// Sum of four bytes, centred and scaled to variance 1: nearly Gaussian up to 3 sigma.
 float PseudoGaussian(uint32_t hash) {
   const uint32_t sum = (hash & 255u) + ((hash >> 8) & 255u) + ((hash >> 16) & 255u) + (hash >> 24);
   return (static_cast<float>(sum) - 510.0f) / 147.8f;

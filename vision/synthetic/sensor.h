@@ -1,4 +1,4 @@
-// From radiance to an 8-bit picture.
+// Turns radiance into an 8-bit picture.
 //
 //   (P1) motion blur   mean of the radiance along the pixel's own path while the shutter is open
 //   (P2) lens          each pixel gives 11 % of its light to each of its four neighbours
@@ -16,8 +16,8 @@
 
 namespace egosieve::vision {
 
-// radiance: CV_32FC3, red, green, blue. motion: CV_32FC2, pixels travelled while the shutter is
-// open; empty: no blur. Returns CV_8UC3 in OpenCV's order (blue, green, red).
+// radiance: CV_32FC3, red, green, blue. motion: CV_32FC2, displacement in pixels while the shutter
+// is open; empty: no blur. Returns CV_8UC3 in OpenCV's order (blue, green, red).
 cv::Mat Expose(const cv::Mat& radiance, const cv::Mat& motion, const SensorSettings& settings,
                double gain, uint32_t seed, int threads);
 

@@ -1,12 +1,12 @@
-// Finds what may stand between a point and the sun.
+// Finds the primitives that may lie between a point and the sun.
 //
 // A primitive shades the point P only if the line through P along the sun's direction meets its
 // bounding box; that line meets the ground at
 //
 //   (S1) G = P - to_sun P_z / to_sun_z
 //
-// so P's shaders are among the primitives whose box, pushed down along the same direction, covers
-// G. The grid holds these footprints in square cells: a query looks into one cell.
+// So only those primitives can shade P whose box, projected down along the same direction, covers
+// G. The grid holds these footprints in square cells: a query reads one cell.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_SHADOW_GRID_H_
 #define EGOSIEVE_VISION_SYNTHETIC_SHADOW_GRID_H_
 
@@ -20,7 +20,7 @@ namespace egosieve::vision {
 class ShadowGrid {
  public:
   ShadowGrid() = default;
-  // Footprints of `bounds` that fall outside `area` are dropped: nothing there is shaded.
+  // Footprints of `bounds` outside `area` are dropped: points there are not shaded.
   ShadowGrid(const std::vector<Eigen::AlignedBox3d>& bounds, const Eigen::Vector3d& to_sun,
              const Eigen::AlignedBox2d& area, double cell_metres);
 
@@ -28,7 +28,7 @@ class ShadowGrid {
     const int32_t* begin = nullptr;
     const int32_t* end = nullptr;
   };
-  // Indices into `bounds` of what may shade the point.
+  // Indices into `bounds` of the primitives that may shade the point.
   Range Candidates(const Eigen::Vector3d& point) const;
 
  private:

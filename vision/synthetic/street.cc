@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kMovingMetresPerSecond = 0.05;
 
-// The picture before the sensor, and what each pixel's central ray met.
+// The picture before the sensor, and the hit of each pixel's central ray.
 struct Canvas {
   std::vector<Sample> samples;
   cv::Mat radiance;  // CV_32FC3
@@ -51,7 +51,7 @@ Canvas Paint(const RayCaster& caster, const ScenarioOptions& options) {
     for (int x = 0; x < width; ++x) {
       Color color = Color::Zero();
       if (IsEdge(canvas, x, y)) {
-        // Bright lamps are cut off, or their edges could not be smoothed.
+        // Bright lamps are clipped; otherwise their edges could not be smoothed.
         for (const auto& offset : kSubpixels)
           color += 0.25f * caster.Radiance(x + offset[0], y + offset[1]).min(4.0f);
       } else {
@@ -70,7 +70,7 @@ Eigen::Vector2d Project(const Intrinsics& k, const Pose& pose, const Eigen::Vect
   return k.Project({local.x(), local.y(), std::max(local.z(), 1e-3)});
 }
 
-// Pixels travelled while the shutter is open, for each pixel's own surface.
+// Displacement of each pixel's own surface, in pixels, while the shutter is open.
 cv::Mat ShutterMotion(const Scene& scene, const RayCaster& caster, const Canvas& canvas,
                       double seconds, int threads) {
   const double half = 0.5 * scene.sensor.shutter_seconds;
@@ -97,7 +97,7 @@ cv::Mat ShutterMotion(const Scene& scene, const RayCaster& caster, const Canvas&
   return motion;
 }
 
-// Follows the light of the last half second, as an automatic exposure does.
+// Exposure that follows the light of the last half second, like an automatic exposure.
 double ExposureGain(const Scene& scene, const RayCaster& caster, double seconds) {
   const double swing =
       scene.sensor.exposure_swing * ValueNoise(static_cast<float>(1.4 * seconds), scene.seed + 43);

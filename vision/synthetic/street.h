@@ -1,13 +1,14 @@
-// Drives through a synthetic town with exact truth: for every frame the picture, the pixels that
-// belong to something that moves on its own, depth, the camera's pose and every object's motion.
+// Drives through a synthetic town with exact truth: for every frame the picture, the pixels on
+// movers, depth, the camera's pose and every object's motion.
 //
-// A frame is ray-cast (ray_caster.h); truth is what the ray through a pixel's centre meets. Pixels
-// whose neighbours see another surface or shadow are smoothed by four more rays; the others take
-// their texture at four points. Then come motion blur, lens, noise and response (sensor.h).
-// A drive that shows its own vehicle (own_vehicle.h) has its pixels void in the mask.
-// Shadows, however they move, belong to what they fall on. A frame is a pure function of scenario,
-// seed, options and its index: neither its predecessors nor the number of threads matter. Cost:
-// about a quarter of a second of processor time for 640 x 360 pixels.
+// A frame is ray-cast (ray_caster.h); truth is taken where the ray through a pixel's centre meets
+// the scene. Pixels whose neighbours see another surface or shadow are smoothed by four more rays;
+// the others evaluate their texture at four points. Motion blur, lens, noise and response follow
+// (sensor.h). In a drive with its own vehicle in view (own_vehicle.h), the own vehicle's pixels are
+// void in the mask. Shadows, also moving ones, belong to the surface that they fall on. A frame is
+// a pure function of scenario, seed, options and its index; earlier frames and the number of
+// threads have no influence. Cost: about a quarter of a second of processor time for 640 x 360
+// pixels.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_STREET_H_
 #define EGOSIEVE_VISION_SYNTHETIC_STREET_H_
 
@@ -34,18 +35,19 @@ struct ScenarioOptions {
   int height_pixels = 360;
   int frames = 150;
   double frames_per_second = 10.0;
-  double field_of_view_degrees = 75.0;  // horizontal, but for the distortion
-  double radial = 0.0;                  // coefficient of the lens (camera.h); negative: a barrel's
-  double exposure_swing = 0.0;          // how far the exposure wanders: amplitude of its logarithm
+  double field_of_view_degrees = 75.0;  // horizontal, without distortion
+  double radial = 0.0;                  // coefficient of the lens (camera.h); negative: barrel
+                                        // distortion
+  double exposure_swing = 0.0;          // amplitude of the logarithm of the exposure
   bool noise = true;
   bool motion_blur = true;
   int threads = 2;
 
-  // InvalidArgument, naming field, value and rule.
+  // InvalidArgument with field, value and rule.
   absl::Status Validate() const;
 };
 
-// How an object's heading lies to the camera's: the direction of traffic as the driver sees it.
+// An object's heading relative to the camera's: the direction of traffic from the driver's view.
 enum class Relation {
   kStanding,
   kAhead,     // within 45 degrees of the camera's heading
@@ -65,22 +67,22 @@ struct ObjectState {
   double heading_radians = 0.0;                        // world, from the x axis
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // world, metres per second
   Eigen::Vector3d relative_velocity =
-      Eigen::Vector3d::Zero();   // camera axes, less the camera's own
+      Eigen::Vector3d::Zero();   // camera axes, minus the camera's own
   double distance_metres = 0.0;  // from the camera to its centre
   int area_pixels = 0;
-  cv::Rect box;  // of its pixels
+  cv::Rect box;  // around its pixels
 };
 
 struct SyntheticFrame {
   int index = 0;
   double seconds = 0.0;
   cv::Mat image;  // CV_8UC3, blue, green, red
-  // CV_8UC1: 255 where the pixel's object moves at this instant, 128 where the own vehicle hides
-  // it, else 0.
+  // CV_8UC1: 255 where the pixel's object moves at this instant, 128 on the own vehicle, else 0.
   cv::Mat mask;
   cv::Mat ids;          // CV_16UC1: object, 0 for scenery
-  cv::Mat depth;        // CV_64FC1: Z in metres, infinite in the sky; that behind the own vehicle
-  cv::Mat own_vehicle;  // CV_8UC1: 255 at its pixels; empty where the drive shows none
+  cv::Mat depth;        // CV_64FC1: Z of the scene in metres, also behind the own vehicle;
+                        // infinite: sky
+  cv::Mat own_vehicle;  // CV_8UC1: 255 at its pixels; empty if the drive shows none
   Pose pose;
   std::vector<ObjectState> objects;
 };
@@ -108,7 +110,7 @@ class Scenario {
   ScenarioOptions options_;
   std::unique_ptr<const Scene> scene_;
   std::unique_ptr<const SceneIndex> index_;
-  std::unique_ptr<const OwnVehicle> own_vehicle_;  // null: not seen
+  std::unique_ptr<const OwnVehicle> own_vehicle_;  // null: not in view
 };
 
 struct ScenarioDescription {
@@ -116,11 +118,11 @@ struct ScenarioDescription {
   std::string_view summary;  // one line
 };
 
-// All scenarios, in the order in which they are best read.
+// All scenarios, in the order for listings.
 const std::vector<ScenarioDescription>& Scenarios();
 std::vector<std::string> ScenarioNames();
 
-// NotFound, listing the names, for an unknown one.
+// NotFound, with a list of the names, for an unknown name.
 absl::StatusOr<Scenario> MakeScenario(std::string_view name, uint64_t seed,
                                       const ScenarioOptions& options = {});
 

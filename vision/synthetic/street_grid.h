@@ -1,9 +1,9 @@
 // The plan of the synthetic town: streets on a rectangular grid, blocks between them.
 //
-// World axes: x along the main streets, y to the left of it, z up, metres; the road's surface is
-// z = 0. Streets run along x at y = j pitch_y and along y at x = i pitch_x, for all integers i, j.
-// Across a street, from its centre line: a driving lane a side, a parking strip, the kerb, the
-// pavement, the houses. Traffic keeps to the right.
+// World axes: x along the main streets, y to the left of it, z up, metres; the road's surface is z
+// = 0. Streets run along x at y = j pitch_y and along y at x = i pitch_x, for all integers i, j.
+// From the centre line of a street outwards lie a driving lane, a parking strip, the kerb, the
+// pavement and the houses, on both sides. Traffic keeps to the right.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_STREET_GRID_H_
 #define EGOSIEVE_VISION_SYNTHETIC_STREET_GRID_H_
 
@@ -13,7 +13,7 @@ namespace egosieve::vision {
 
 inline constexpr double kPitchX = 66.0;
 inline constexpr double kPitchY = 74.0;
-inline constexpr double kLaneWidth = 3.3;  // one lane a side
+inline constexpr double kLaneWidth = 3.3;  // one lane per side
 inline constexpr double kKerb = 5.5;       // from the centre line; beyond: pavement
 inline constexpr double kHouseLine = 9.2;  // from the centre line
 inline constexpr double kKerbHeight = 0.12;

@@ -138,7 +138,7 @@ SurfaceColor CarCabin(const Primitive& primitive, const Hit& hit, const Point& p
   } else {
     glass *= 1.0f - SoftStep(0.62f, std::abs(p.y), f);
   }
-  // Seats, heads and what the glass mirrors, fixed to the car.
+  // Seats, heads and reflections in the glass, fixed to the car.
   const float inside = 0.07f + 0.05f * FractalNoise(p.u, p.v, look.seed + 8, f, {0.7f, 5, 0.75f});
   const float mirrored =
       0.12f * SoftStep(0.0f, p.z - 0.1f + 0.15f * ValueNoise(p.u * 3.0f, look.seed + 9), 0.1f);

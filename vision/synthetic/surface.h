@@ -1,4 +1,4 @@
-// What a ray sees where it meets a primitive: albedo and emitted light, drawn from the primitive's
+// Albedo and emitted light where a ray meets a primitive. They are drawn from the primitive's
 // appearance and the point in its own frame, so that texture moves with its object.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_SURFACE_H_
 #define EGOSIEVE_VISION_SYNTHETIC_SURFACE_H_

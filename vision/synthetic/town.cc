@@ -61,14 +61,14 @@ class TownBuilder {
                           {{hx1, hy0}, {0, 1}, {1, 0}, hy1 - hy0},
                           {{hx0, hy1}, {0, -1}, {-1, 0}, hy1 - hy0}};
     for (int e = 0; e < 4; ++e) {
-      const bool full = e < 2;  // the other two lie between the first two's houses
+      const bool full = e < 2;  // the other two lie between the houses of the first two
       AddHouses(edges[e], full ? 0.0 : kDepth, full ? edges[e].length : edges[e].length - kDepth,
                 Hash(seed + e));
       AddStreetFurniture(edges[e], Hash(seed + 10 + e));
     }
   }
 
-  // Bays on both sides of the piece of street between two junctions.
+  // Bays on both sides of the street between two junctions.
   void AddParkedCars(const Vector2d& from, const Vector2d& along, double length, uint32_t seed) {
     const Vector2d left(-along.y(), along.x());
     const int bays = static_cast<int>((length - 30.0) / 5.6);

@@ -15,8 +15,8 @@ struct TownOptions {
   double reach_metres = 150.0;  // around the points that the camera passes
   double min_height_metres = 8.0;
   double max_height_metres = 24.0;
-  double parked = 0.55;  // share of the parking bays that are taken
-  double trees = 0.75;   // share of the places for trees that have one
+  double parked = 0.55;  // share of parking bays with a car
+  double trees = 0.75;   // share of tree places with a tree
   bool lights_on = false;
 };
 

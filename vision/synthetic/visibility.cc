@@ -7,7 +7,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kNear = 0.05;  // metres; nothing of interest is nearer
+constexpr double kNear = 0.05;  // metres; no object is nearer
 
 struct Footprint {
   int x0, x1, y0, y1;  // tiles
@@ -15,7 +15,8 @@ struct Footprint {
   int32_t primitive;
 };
 
-// The image of a box, clipped at the near plane: false if it is behind, beyond or beside the view.
+// The image of a box, clipped at the near plane. False if the box is behind, beyond or beside the
+// view.
 bool ProjectBox(const Eigen::AlignedBox3d& box, const Intrinsics& intrinsics, const Pose& pose,
                 double far_metres, Eigen::AlignedBox2d* image, double* depth) {
   Eigen::Vector3d corners[8];
@@ -63,7 +64,7 @@ TileVisibility::TileVisibility(const std::vector<Eigen::AlignedBox3d>& scenery,
     Eigen::AlignedBox2d image;
     double depth;
     if (!ProjectBox(box, intrinsics, pose, far_metres, &image, &depth)) continue;
-    // A pixel of margin for the rays between pixels that smooth edges.
+    // One pixel of margin for the rays between pixels, which smooth edges.
     const double x0 = image.min().x() - 1.0, x1 = image.max().x() + 1.0;
     const double y0 = image.min().y() - 1.0, y1 = image.max().y() + 1.0;
     if (x1 < 0.0 || y1 < 0.0 || x0 > width - 1 || y0 > height - 1) continue;

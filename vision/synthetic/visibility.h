@@ -1,9 +1,9 @@
-// Which primitives each square tile of the image can see, nearest first.
+// Lists the primitives that each square tile of the image can see, nearest first.
 //
-// Rays are o + t d with d of unit component along the optical axis, so t is the depth Z. A
+// Rays are o + t d with unit component of d along the optical axis, so that t is the depth Z. A
 // primitive is listed in the tiles that the projection of its bounding box touches (grown by a
-// pixel), with the smallest depth of the box: once a hit is nearer than the next entry's depth, the
-// rest of the list cannot matter.
+// pixel), with the smallest depth of the box. Once a hit is nearer than the next entry's depth, the
+// rest of the list can be skipped.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_VISIBILITY_H_
 #define EGOSIEVE_VISION_SYNTHETIC_VISIBILITY_H_
 
@@ -25,7 +25,7 @@ class TileVisibility {
     int32_t primitive = 0;
   };
 
-  // Indices count through `scenery` and on through `movable`.
+  // Indices count through `scenery`, then through `movable`.
   TileVisibility(const std::vector<Eigen::AlignedBox3d>& scenery,
                  const std::vector<Eigen::AlignedBox3d>& movable, const Intrinsics& intrinsics,
                  const Pose& pose, int width, int height, double far_metres);

@@ -11,7 +11,7 @@
 namespace egosieve::vision {
 namespace {
 
-// For each feature of the current frame the matched one before, or -1.
+// For each feature of the current frame its match in the frame before, or -1.
 absl::StatusOr<std::vector<int32_t>> Predecessors(const std::vector<Match>& matches, int64_t before,
                                                   int64_t now) {
   std::vector<int32_t> predecessors(now, -1);

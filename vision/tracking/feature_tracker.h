@@ -1,18 +1,17 @@
-// Features chained from frame to frame by their matches, so that evidence has a memory.
+// Chains features from frame to frame by their matches, so that evidence can be accumulated.
 //
-// Every feature of the current frame has a track: the one of the feature that it was matched to in
-// the frame before, or a new one. Chaining matches is free of drift in position (each place is a
-// detection of its own), but may change over from one scene point to a similar one little by
-// little. Against that the descriptor is compared with the track's reference, its first appearance,
-// or the one after which `reference_frames` have passed (a scene point's look changes as it comes
-// nearer):
+// Every feature of the current frame has a track: that of its match in the frame before, or a new
+// one. Chained matches do not drift in position, since each place is a detection of its own, but
+// they may change over gradually to a similar scene point nearby. Therefore the descriptor is
+// compared with the track's reference. This is its first descriptor, renewed after
+// `reference_frames` frames, since a scene point changes its appearance as it comes nearer:
 //
 //   |a - a_ref| > max_descriptor_distance:  the track ends, a new one begins                  (FT1)
 //
-// Matches must be one to one (mutual). A frame index that is not `frame_step` beyond the last one,
-// a dropped frame for instance, ends all tracks. Memory is bounded by the features of one frame,
-// about 300 bytes each. Cost: linear in the features. state() is all there is: a tracker restored
-// from it goes on bit for bit.
+// Matches must be one to one (mutual). If a frame index is not the last one plus `frame_step`, for
+// instance after a dropped frame, all tracks end. Memory is bounded by the features of one frame,
+// about 300 bytes each. Cost: linear in the features. state() is the complete state: a tracker
+// restored from it continues with the same bits.
 #ifndef EGOSIEVE_VISION_TRACKING_FEATURE_TRACKER_H_
 #define EGOSIEVE_VISION_TRACKING_FEATURE_TRACKER_H_
 
@@ -29,9 +28,9 @@
 namespace egosieve::vision {
 
 struct FeatureTrackerOptions {
-  // Euclidean, of 8-bit SIFT descriptors, whose length is about 512; positive.
+  // Euclidean distance of 8-bit SIFT descriptors, whose length is about 512; positive.
   double max_descriptor_distance = 350;
-  int reference_frames = 16;  // after which the reference is renewed; positive
+  int reference_frames = 16;  // frames until the reference is renewed; positive
   int frame_step = 1;         // from one frame of a chain to the next; positive
 
   absl::Status Validate() const;
@@ -42,8 +41,8 @@ using SiftDescriptor = std::array<uint8_t, kSiftDescriptorBytes>;
 struct FeatureTrackerState {
   int64_t frame_index = -1;  // of the last frame; -1: none yet
   int64_t next_id = 0;
-  std::vector<Track> tracks;               // one a feature of the last frame, in its order
-  std::vector<SiftDescriptor> references;  // one a track
+  std::vector<Track> tracks;               // one per feature of the last frame, in its order
+  std::vector<SiftDescriptor> references;  // one per track
   std::vector<int32_t> reference_ages;     // frames since the reference was taken
 };
 
@@ -51,21 +50,21 @@ class FeatureTracker {
  public:
   static absl::StatusOr<FeatureTracker> Create(const FeatureTrackerOptions& options);
 
-  // matches: from the last frame's features (first) to this one's (second); not read where
-  // frame_index is not `frame_step` beyond the last. InvalidArgument for an index that does not
-  // grow, for features that are not whole, or for matches out of range or not one to one; the state
-  // is unchanged then.
+  // matches: from the last frame's features (first) to this one's (second); ignored if frame_index
+  // is not the last one plus `frame_step`. InvalidArgument for an index that does not increase, for
+  // incomplete features, or for matches out of range or not one to one; the state is then
+  // unchanged.
   absl::Status Advance(int64_t frame_index, const FeatureSet& features,
                        const std::vector<Match>& matches);
 
-  // Ends all tracks: a cut, another image size. Ids go on.
+  // Ends all tracks, as after a cut or a change of the image size. Ids continue.
   void EndAll();
 
   // tracks()[i] belongs to feature i of the last frame.
   const std::vector<Track>& tracks() const { return state_.tracks; }
   const FeatureTrackerState& state() const { return state_; }
 
-  // InvalidArgument where the parts of the state do not belong together.
+  // InvalidArgument if the parts of the state are inconsistent.
   absl::Status Restore(FeatureTrackerState state);
 
  private:

@@ -10,7 +10,7 @@
 namespace egosieve::vision {
 namespace {
 
-// The least length and, by that, how much of the past they have in common.
+// The length of history that all four tracks have: the least of their lengths.
 int64_t CommonLength(const Track* const (&around)[4]) {
   int64_t length = around[0]->length;
   for (const Track* track : around) length = std::min(length, track->length);

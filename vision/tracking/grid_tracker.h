@@ -1,20 +1,22 @@
-// Tracks that end in every node of a regular grid, from dense flow between consecutive frames: the
-// grid is seeded anew in each frame, and every node inherits the past of the place that it came
+// Tracks that end in the nodes of a regular grid, from dense flow between consecutive frames. The
+// grid is placed anew in each frame, and every node inherits the history of the place that it came
 // from.
 //
 //   x_(t-1) = x_t + b(x_t)                 a link: checked flow from t to t - 1; flow_grid.h
 //   x_(t-k) = x_(t-1) + o_(k-1)(x_(t-1)),  o_k = places[k] - places[0] of frame t - 1        (GT1)
 //
-// o is read between the four nodes around x_(t-1), bilinearly, as long as they moved alike: back to
-// the first k where their steps places[k] - places[k - 1] differ by more than `agreement_floor +
-// agreement_slope |step|`. From there on, and so at the edge of an object, the nearest is read. A
-// past ends where it leaves the image, half a node beside one that did not.
-// Drift is guarded by the check of each link; a node without a link is a birth.
+// o is interpolated bilinearly between the four nodes around x_(t-1), as long as they moved alike:
+// back to the first k where their steps places[k] - places[k - 1] differ by more than
+// `agreement_floor + agreement_slope |step|`. For that k and older places, and so at the edges of
+// objects, the nearest node's o is taken. A history ends where it leaves the image, even if that of
+// a neighbouring node does not. The check of each link limits drift; a node without a link starts a
+// new track.
 //
-// The nearest node is the parent. Of several children the one nearest to it keeps its id; the
-// others (the image expands, driving forward) get new ids. Cost: 16 reads of four a node, about 8
-// ms for 18600 nodes. Memory is bounded by the grid, about 160 bytes a node. state() is all there
-// is: a tracker restored from it goes on bit for bit.
+// The nearest node is the parent. Of several children, the one nearest to the parent keeps its id;
+// the others get new ids (when driving forward, the image expands and parents have several). Cost:
+// 16 interpolations per node, about 8 ms for 18600 nodes. Memory is bounded by the grid, about 160
+// bytes per node. state() is the complete state: a tracker restored from it continues with the same
+// bits.
 #ifndef EGOSIEVE_VISION_TRACKING_GRID_TRACKER_H_
 #define EGOSIEVE_VISION_TRACKING_GRID_TRACKER_H_
 
@@ -46,33 +48,33 @@ struct GridTrackerState {
   int64_t frame_index = -1;  // of the last frame; -1: none yet
   int64_t next_id = 0;
   cv::Size nodes;             // of the grid
-  std::vector<Track> tracks;  // nodes.area() of them, row by row
+  std::vector<Track> tracks;  // nodes.area() tracks, row by row
 };
 
 class GridTracker {
  public:
   static absl::StatusOr<GridTracker> Create(const GridTrackerOptions& options);
 
-  // links: from the last frame (1) to this one (2), which is `frame_step` later; their ends are
-  // nodes of the grid, each at most once, as TrackGrid with anchor_second has them. Not read where
-  // frame_index is another, or the image's size: all tracks are born then. InvalidArgument for an
-  // index that does not grow, an empty size, and for links whose end is no node or whose beginning
-  // is outside the image; the state is unchanged then.
+  // links: from the last frame (1) to this one (2), which must be `frame_step` later. Their ends
+  // are nodes of the grid, each at most once, as from TrackGrid with anchor_second. If frame_index
+  // or the image's size is another, links are ignored and all tracks start anew. InvalidArgument
+  // for an index that does not increase, for an empty size, and for links whose end is no node or
+  // whose beginning is outside the image; the state is then unchanged.
   absl::Status Advance(int64_t frame_index, cv::Size image_size,
                        const std::vector<PointPair>& links);
 
-  // Ends all tracks: a cut. Ids go on.
+  // Ends all tracks, as after a cut. Ids continue.
   void EndAll();
 
   const std::vector<Track>& tracks() const { return state_.tracks; }
   const GridTrackerState& state() const { return state_; }
-  // InvalidArgument where the parts of the state do not belong together.
+  // InvalidArgument if the parts of the state are inconsistent.
   absl::Status Restore(GridTrackerState state);
 
  private:
   explicit GridTracker(const GridTrackerOptions& options) : options_(options) {}
 
-  // Gives the nodes of `next` that links end in their past, and ids to the heirs.
+  // Gives linked nodes of `next` their history, and each parent's id to its nearest child.
   absl::Status Link(cv::Size image_size, const std::vector<PointPair>& links,
                     GridTrackerState& next) const;
   // (GT1) for a node that came from `before`; a track without an id.

@@ -10,15 +10,15 @@ namespace egosieve::vision {
 
 inline constexpr int kTrackHistory = 16;
 
-// One scene point followed through consecutive frames. Of a track of any length the places in the
-// last kTrackHistory frames are kept.
+// One scene point followed through consecutive frames. A track may have any length; its places in
+// the last kTrackHistory frames are kept.
 struct Track {
-  int64_t id = -1;         // never given twice in a drive
-  int64_t parent_id = -1;  // its id in the frame before; another one's where that has split; or -1
-  int64_t length = 0;      // frames since it was born, the current one included
+  int64_t id = -1;         // unique within a drive
+  int64_t parent_id = -1;  // id in the frame before, another track's after a split; -1: none
+  int64_t length = 0;      // frames since its start, including the current one
   std::array<cv::Point2f, kTrackHistory> places;  // [k]: k frames before the current one, pixels
 
-  // Whether places[k] is there.
+  // Whether places[k] exists.
   bool Reaches(int k) const { return k >= 0 && k < kTrackHistory && k < length; }
 
   // The track continued to `place` in the next frame.

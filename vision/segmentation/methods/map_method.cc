@@ -83,7 +83,7 @@ class GaussianProcessMethod : public MapMethod {
   }
 
  private:
-  // As OnlineSegmenter does.
+  // The same as in OnlineSegmenter.
   absl::Status AddResidual(const MethodInput& input, SegmentationMap& map) const {
     const LabelledFrame& labels = *input.labels;
     if (labels.size() == 0 || labels.labelled.index != input.frame_index) return absl::OkStatus();
@@ -99,7 +99,7 @@ class GaussianProcessMethod : public MapMethod {
 
   std::unique_ptr<OnlineLearner> learner_;
   double residual_weight_;
-  std::shared_ptr<const gp::Posterior> posterior_;  // of the model as it is; null: to be made
+  std::shared_ptr<const gp::Posterior> posterior_;  // of the present model; null: to be made
 };
 
 class SvmMethod : public MapMethod {
@@ -128,7 +128,7 @@ class SvmMethod : public MapMethod {
   OnlineSvm svm_;
 };
 
-// A value at each labelled feature, spread to the nearest pixels.
+// A value at each labelled feature; each pixel takes the value of its nearest feature.
 class NearestFeatureMethod : public MapMethod {
  public:
   using Values = absl::StatusOr<std::vector<double>> (*)(const MethodInput& input);
@@ -171,7 +171,7 @@ absl::StatusOr<std::vector<double>> OpticalFlowValues(const MethodInput& input) 
   return ScoresOf(classification.violation_pixels);
 }
 
-// A distance of each grid pixel's dense flow.
+// The distance of the dense flow at each pixel of the grid.
 class DenseFlowMethod : public MapMethod {
  public:
   using Distances = absl::StatusOr<std::vector<double>> (*)(const DenseFlow& flow,

@@ -1,21 +1,20 @@
-// The segmenter's rivals behind one interface: labelled features of a frame in, a map out. All of
-// them get the same features, labels, descriptors and grid.
+// The segmenter and the methods it is compared with, behind one interface: from the labelled
+// features of a frame to a map. All methods get the same features, labels, descriptors and grid.
 //
 //   name                  memory   the map
 //   arcsine               yes      Gaussian process, arcsine covariance (the segmenter itself)
 //   squared_exponential   yes      the same with the squared-exponential covariance
 //   svm                   yes      support vector machine in the same incremental framework
-//   labels                no       each pixel the label of the nearest feature
-//   ransac                no       each pixel the nearest feature's distance to the motion model
-//   optical_flow          no       each pixel the nearest feature's violation
-//                                  (optical_flow_classifier.h)
-//   dense_optical_flow    no       the violation of each pixel's own dense flow
-//   homography_flow       no       the distance of each pixel's dense flow to a homography
+//   labels                no       label of the feature nearest to each pixel
+//   ransac                no       distance of the nearest feature to the motion model
+//   optical_flow          no       violation at the nearest feature (optical_flow_classifier.h)
+//   dense_optical_flow    no       violation of each pixel's own dense flow
+//   homography_flow       no       distance of each pixel's dense flow to a homography
 //
-// Distances d become scores d / (d + 3 px): strictly increasing, 1/2 at the paper's furthest
-// plausible distance; they are no probabilities. Methods without memory answer 0 everywhere in a
-// frame without labels. Where things have moved so far (location_prior.h) is no part of a method:
-// method_segmenter.h gives it to all of them.
+// Distances d become scores d / (d + 3 px): strictly increasing, and 1/2 at the largest plausible
+// distance of the paper. These scores are not probabilities. Methods without memory give 0
+// everywhere in a frame without labels. The location prior (location_prior.h) is not part of a
+// method: method_segmenter.h applies it to all of them.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_METHODS_MAP_METHOD_H_
 #define EGOSIEVE_VISION_SEGMENTATION_METHODS_MAP_METHOD_H_
 
@@ -37,12 +36,12 @@
 
 namespace egosieve::vision {
 
-// What a method sees of a frame.
+// A method's input for one frame.
 struct MethodInput {
   int64_t frame_index = 0;
   const LabelledFrame* labels = nullptr;  // never null; may have no labels
-  // Equalised grey pictures of the frame and of the pair's first; the latter is empty without a
-  // pair.
+  // Equalised grey pictures of the frame and of the pair's first frame; the latter is empty without
+  // a pair.
   cv::Mat grey, grey_before;
   kernels::ConstMatrixView<float> inputs;  // N x 6, of the labelled places
   kernels::ConstMatrixView<float> field;   // grid.size() x 6, of the frame
@@ -54,7 +53,7 @@ class MapMethod {
   virtual ~MapMethod() = default;
 
   // Frames in order. Fills the record's fields on selection, model and calibration and their times,
-  // the map's included. The deviation is left empty where the method has none.
+  // including that of the map. The deviation is left empty where the method has none.
   virtual absl::StatusOr<SegmentationMap> Answer(const MethodInput& input, FrameRecord& record) = 0;
   // Whether its scores are meant as probabilities.
   virtual bool probabilistic() const = 0;
@@ -65,16 +64,16 @@ struct MethodName {
   const char* summary;
 };
 
-// In the order in which they are best told.
+// In the order for listings.
 const std::vector<MethodName>& MethodNames();
 
-// NotFound, listing the names, for an unknown one.
+// NotFound, with a list of the names, for an unknown name.
 absl::StatusOr<std::unique_ptr<MapMethod>> MakeMethod(const std::string& name,
                                                       std::shared_ptr<kernels::Context> context,
                                                       const OnlineSegmenterOptions& options);
 
-// The pairs of the labelled features from the first frame of the pair to the second, and their
-// places in the frame itself, N x 2.
+// PairsOf: the labelled features as pairs, from the first frame of the pair to the second.
+// PlacesInFrame: their places in the frame itself, N x 2.
 std::vector<PointPair> PairsOf(const LabelledFrame& labels);
 std::vector<double> PlacesInFrame(const LabelledFrame& labels);
 

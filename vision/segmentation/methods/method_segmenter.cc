@@ -14,7 +14,7 @@
 namespace egosieve::vision {
 namespace {
 
-// Frames back that a pair's first frame can lie; labels beyond have no dense flow.
+// Number of recent pictures kept. If a pair's first frame is older, its labels have no dense flow.
 constexpr size_t kRecentFrames = 12;
 
 FrameRecord SharedRecord(const Frame& frame, const LabelledFrame& labels) {

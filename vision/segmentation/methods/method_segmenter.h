@@ -1,6 +1,6 @@
-// Several methods over one drive, frame by frame: features, labels and descriptors are computed
-// once and handed to all, and where things have moved so far (location_prior.h) counts the same in
-// every map.
+// Runs several methods over one drive, frame by frame. Features, labels and descriptors are
+// computed once for all methods, and the same location prior (location_prior.h) applies to every
+// map.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_METHODS_METHOD_SEGMENTER_H_
 #define EGOSIEVE_VISION_SEGMENTATION_METHODS_METHOD_SEGMENTER_H_
 
@@ -24,11 +24,11 @@ namespace egosieve::vision {
 
 struct MethodAnswer {
   SegmentationMap map;
-  // The map's probability without the location prior; empty where that has no weight.
+  // The map's probability without the location prior; empty where the prior has weight 0.
   std::vector<float> without_prior;
-  // What all share (features, labels and their times) and what is the method's own.
+  // Shared fields (features, labels and their times) and the method's own.
   FrameRecord record;
-  double own_milliseconds = 0.0;  // without what all share
+  double own_milliseconds = 0.0;  // without the shared steps
 };
 
 struct MethodAnswers {
@@ -44,12 +44,12 @@ class MethodSegmenter {
       std::shared_ptr<kernels::Context> context, const OnlineSegmenterOptions& options,
       const std::vector<std::string>& methods);
 
-  // As OnlineSegmenter's Extract and Learn, map included: frames in order.
+  // As OnlineSegmenter's Extract, Learn and Infer together: frames in order.
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
   absl::StatusOr<MethodAnswers> Process(
       const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
       const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead);
-  // Both, without frames ahead.
+  // Extract and Process, without frames ahead.
   absl::StatusOr<MethodAnswers> Process(const Frame& frame);
 
   const OnlineSegmenterOptions& options() const { return options_; }
@@ -70,7 +70,7 @@ class MethodSegmenter {
     int64_t frame_index = 0;
     cv::Mat grey;  // equalised
   };
-  std::deque<Picture> recent_;  // the newest last
+  std::deque<Picture> recent_;  // newest last
 };
 
 }  // namespace egosieve::vision

@@ -186,7 +186,8 @@ absl::Status OnlineSvm::Learn(kernels::ConstMatrixView<float> inputs,
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> rows,
                               SelectNew(inputs, labels, frame_index, record.selection));
     Append(inputs, labels, rows, frame_index);
-    // As with the process: the first frame's points are not judged by a machine that saw them only.
+    // As for the process, the first frame's points are not filtered: a machine would have seen only
+    // them.
     if (options_.learner.consistency_filter && machine_) {
       EGOSIEVE_RETURN_IF_ERROR(Train());  // "after their incorporation"
       if (machine_) {

@@ -1,14 +1,14 @@
-// A support vector machine in the place of the Gaussian process: the same filters, the same budget,
-// the same points (online_learner.h, steps 1 to 5), then
+// A support vector machine in place of the Gaussian process: the same filters, budget and points
+// (online_learner.h, steps 1 to 5), then
 //
-//   6. training      the machine anew on the kept points, at most `training_points` of them, a
-//                    sample that protects the rarer class; kernel and cost by cross-validation when
-//                    it is first trained and every `parameter_interval` frames
+//   6. training      the machine is trained anew on at most `training_points` of the kept points, a
+//                    sample that protects the rarer class; kernel and cost by cross-validation at
+//                    the first training and every `parameter_interval` frames
 //   7. calibration   Platt's sigmoid on cross-validated decision values of a stratified sample
 //
-// A point is positive where its label is 1/2 or more. "Wrong" in the filters is by the machine's
-// sign. While only one class has been seen there is no machine: its probability is that class's
-// share by Platt's targets, (N+ + 1) / (N + 2).
+// A point is positive if its label is 1/2 or more. The filters take the machine's sign as its
+// prediction. Until both classes have been seen there is no machine: the probability is that of
+// Platt's targets, (N+ + 1) / (N + 2).
 #ifndef EGOSIEVE_VISION_SEGMENTATION_METHODS_ONLINE_SVM_H_
 #define EGOSIEVE_VISION_SEGMENTATION_METHODS_ONLINE_SVM_H_
 
@@ -27,9 +27,9 @@
 namespace egosieve::vision {
 
 struct OnlineSvmOptions {
-  OnlineLearnerOptions learner;  // filters, budget, sample sizes, seed; the rest is not used
+  OnlineLearnerOptions learner;  // filters, budget, sample sizes, seed; the rest is unused
   int64_t training_points = 1500;
-  int parameter_interval = 50;  // frames that were learnt from
+  int parameter_interval = 50;  // in learnt frames
   int folds = 3;
 };
 
@@ -50,7 +50,7 @@ class OnlineSvm {
               absl::Span<const int64_t> rows, int64_t frame_index);
   void Keep(absl::Span<const int64_t> rows);
   kernels::ConstMatrixView<float> View() const;
-  // 0, 1/2 or 1 by the machine's sign: what the filters compare with the labels.
+  // 0, 1/2 or 1 by the machine's sign, for the filters to compare with the labels.
   std::vector<float> Predictions(kernels::ConstMatrixView<float> points) const;
 
   absl::StatusOr<std::vector<int64_t>> SelectNew(kernels::ConstMatrixView<float> inputs,
