@@ -51,11 +51,12 @@ void Gradients(const cv::Mat& image, cv::Mat& magnitude, cv::Mat& angle_bins) {
   angle_bins *= kOrientations / 360.0;
 }
 
-// Shares `weight` among the eight nearest bins; row and column in (-1, 4), orientation in [0, 8).
+// Shares `weight` among the eight nearest bins; row and column of the padded histogram, in (0, 5),
+// orientation in [0, 8).
 inline void Add(float row, float column, float orientation, float weight, Histogram& histogram) {
-  const int r = static_cast<int>(row + 1.0F), c = static_cast<int>(column + 1.0F);
+  const int r = static_cast<int>(row), c = static_cast<int>(column);
   const int o = static_cast<int>(orientation);
-  const float fr = row + 1.0F - static_cast<float>(r), fc = column + 1.0F - static_cast<float>(c);
+  const float fr = row - static_cast<float>(r), fc = column - static_cast<float>(c);
   const float fo = orientation - static_cast<float>(o);
   float* bin = &histogram[(r * kPaddedCells + c) * kPaddedOrientations + o];
   const float lower = weight * (1.0F - fr), upper = weight * fr;
@@ -152,7 +153,7 @@ void SiftDescriber::DescribeOne(const Level& level, const DescribedPlace& place,
   const int right = std::min(centre_x + radius, level.magnitude.cols - 1);
   const int top = std::max(centre_y - radius, 0);
   const int bottom = std::min(centre_y + radius, level.magnitude.rows - 1);
-  constexpr float kCentre = 0.5F * kCells - 0.5F;
+  constexpr float kCentre = 0.5F * kCells + 0.5F;  // of the padded histogram
   for (int row = top; row <= bottom; ++row) {
     const float* magnitude = level.magnitude.ptr<float>(row);
     const float* angle = level.angle_bins.ptr<float>(row);
@@ -162,7 +163,7 @@ void SiftDescriber::DescribeOne(const Level& level, const DescribedPlace& place,
       const float dx = static_cast<float>(column) - x;
       const float u = dx * cosine + dy * sine + kCentre;
       const float v = dy * cosine - dx * sine + kCentre;
-      if (!(u > -1.0F && u < kCells && v > -1.0F && v < kCells)) continue;
+      if (!(u > 0.0F && u < kCells + 1 && v > 0.0F && v < kCells + 1)) continue;
       float orientation = turn - angle[column];
       if (orientation < 0.0F) orientation += kOrientations;
       if (orientation >= kOrientations) orientation -= kOrientations;

@@ -43,6 +43,9 @@ class Machine : public ::testing::Test {
     EXPECT_THAT(outcome.err, ::testing::HasSubstr(what));
   }
 
+  // Sanitizers need their lines on stderr, and a library that aborts then ends the program.
+  static bool ShowsLibraryLines() { return std::getenv("EGOSIEVE_LIBRARY_LINES") != nullptr; }
+
   std::string root_;
 };
 

@@ -42,6 +42,7 @@ TEST_F(Machine, AVideoForWhichThereIsNoRoom) {
 }
 
 TEST_F(Machine, ADamagedCacheOfCompiledKernels) {
+  if (ShowsLibraryLines()) GTEST_SKIP() << "EGOSIEVE_LIBRARY_LINES is set";
   WritePatchDrive(root_, SmallPatchDrive(3));
   const std::string cache = root_ + "/kcache";
   fs::create_directories(cache);
@@ -66,6 +67,7 @@ TEST_F(Machine, ADamagedCacheOfCompiledKernels) {
 
 // What a library that reaches for memory it was refused, or that aborts, does to the program.
 TEST_F(Machine, ASignalByWhichALibraryEndsTheProgram) {
+  if (ShowsLibraryLines()) GTEST_SKIP() << "EGOSIEVE_LIBRARY_LINES is set";
   WritePatchDrive(root_, SmallPatchDrive(3));
   const std::string err = root_ + "/signal.txt";
   for (const int signal : {SIGSEGV, SIGBUS, SIGABRT}) {
@@ -90,6 +92,7 @@ TEST_F(Machine, ASignalByWhichALibraryEndsTheProgram) {
 
 // As LLVM, which has its own handler for SIGABRT from the moment that it is loaded.
 TEST_F(Machine, ALibraryThatAbortsWithAHandlerOfItsOwn) {
+  if (ShowsLibraryLines()) GTEST_SKIP() << "EGOSIEVE_LIBRARY_LINES is set";
   WritePatchDrive(root_, SmallPatchDrive(3));
   const std::string library = fs::absolute("tests/tools/end_to_end/libaborting.so").string();
   ExpectOneLine(Shell(absl::StrCat("LD_PRELOAD=", library, " \"$EGOSIEVE\" segment ", root_,
@@ -99,6 +102,7 @@ TEST_F(Machine, ALibraryThatAbortsWithAHandlerOfItsOwn) {
 
 // libpng tells of a broken checksum on stderr by itself.
 TEST_F(Machine, WhatLibrariesPrintIsNotPassedOn) {
+  if (ShowsLibraryLines()) GTEST_SKIP() << "EGOSIEVE_LIBRARY_LINES is set";
   WritePatchDrive(root_, SmallPatchDrive(3));
   const std::string path = root_ + "/frames/000001.png";
   std::string bytes = *ReadFile(path);
