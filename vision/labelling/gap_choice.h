@@ -1,6 +1,6 @@
 // Chooses the frame gap of a pair (frame_gap auto), so that there is enough parallax.
 //
-//   p <- p^(1-w) (parallax / gap)^w        pixels a picture, tracked over the drive          (GC1)
+//   p <- p^(1-w) (parallax / gap)^w        pixels per picture, tracked over the drive        (GC1)
 //   gap = ceil(wanted / p),  at most `longest`;  1 where p < least                           (GC2)
 //
 // With the calibrated motion (two_view_motion.h), parallax is the median over the static points of

@@ -22,7 +22,7 @@ enum class LabelOutcome {
   kTooFewFeatures,   // black, white or without texture
   kTooFewMatches,    // a cut, an obstructed lens, a turn by 90 degrees, ...
   kDuplicateFrame,   // the same picture again, byte for byte
-  kUntrustedMotion,  // a motion model was found, but too few correspondences support it
+  kUntrustedMotion,  // no motion model is supported by enough correspondences
 };
 
 const char* Name(LabelOutcome outcome);
