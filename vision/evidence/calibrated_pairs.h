@@ -9,8 +9,8 @@
 //
 //   m = n_2 / n_1 (c_1 v_1) . v_2,   s^2 = (n_2 / n_1)^2 (sigma_1^2 + |c_1|^2 / 4)          (CP1)
 //
-// v_1 and v_2 are the normals of the lines. s allows the speed to change by half. With equal prior
-// probability, the velocity is not constant and the pair's own ratio l holds:
+// v_1 and v_2 are the normals of the lines. s allows the speed to change by half. Movers of this
+// velocity and movers of any other, for which l holds, have equal prior probability:
 //
 //   l_2 = log( exp(l) / 2 + N(c_2; m, sigma_2^2 + s^2) / N(c_2; 0, sigma_2^2) / 2 )         (CP2)
 //

@@ -1,8 +1,9 @@
 // Objects above the road in each column of the image, and their ground contact (ground_contact.h).
 //
 // Each column is read from the bottom upwards: places on the road first, then above them the first
-// stretch of places of similar depth that is too large to be the object's motion smoothed onto the
-// road. The stretch is one object. Its inverse depth is the median over its places.
+// stretch of places of similar depth that is large enough. A smaller one may be motion that smooth
+// flow carries onto the road. The stretch is one object. Its inverse depth is the median over its
+// places.
 #ifndef EGOSIEVE_VISION_EVIDENCE_COLUMN_CONTACT_H_
 #define EGOSIEVE_VISION_EVIDENCE_COLUMN_CONTACT_H_
 

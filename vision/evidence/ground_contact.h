@@ -4,7 +4,8 @@
 // stands on the ground reaches down to the row where m.A_b = r. Two pictures show which rows are
 // object and which are ground. A strip of 7 x 3 pixels around row y is compared (S1) with its
 // position in the frame before, if it moved like the ground there, and if it moved like an object
-// of inverse depth r. With E_ground(y) and E_object(y) the two squared differences,
+// of inverse depth r. With E_ground(y) and E_object(y) the two squared differences, kappa and v as
+// in (S1),
 //
 //   g(y) = kappa (E_ground(y) - E_object(y)) / (2 v),   S(b) = sum of g over the rows above b  (B1)
 //

@@ -7,9 +7,9 @@
 //
 //   |P|^2 >= N (kLeastTexture sigma)^2,   |P - S|^2 <= kMostChange |P|^2                     (M1)
 //
-// shows that the place is road, if P has texture in both directions: nothing was searched, and such
-// texture does not agree by chance. A single edge is not enough: it looks the same when moved along
-// itself, like blank asphalt or a blank door. A blank place is one with
+// shows that the place is road, if P has texture in both directions: without a search, such texture
+// does not agree by chance. A single edge is not enough: it looks the same when moved along itself,
+// like blank asphalt or a blank door. A blank place is one with
 //
 //   |P|^2 and |P - S|^2 < N (kLeastTexture sigma)^2,   |p - s| <= kMostApart sigma           (M2)
 //

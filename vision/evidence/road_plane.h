@@ -5,10 +5,10 @@
 //
 //   r = m.A,   m = n |t| / h                                                                 (R1)
 //
-// m is fitted to the moving points in the lower middle of the image; points there without image
-// motion are on a bonnet, or on a blank road that flow does not follow. The fit uses seeded samples
-// of three points and reweighted least squares. It stays near the last frame's slope m / m_y if
-// that is known. The plane counts as a road if it has support and few points lie below it. On blank
+// m is fitted to the points in the lower middle of the image that have image motion; points without
+// it are on a bonnet, or on a blank road that flow does not follow. The fit uses seeded samples of
+// three points and reweighted least squares. It stays near the last frame's slope m / m_y if that
+// is known. The plane counts as a road if it has support and few points lie below it. On blank
 // asphalt flow is arbitrary, so a point below the plane counts only if the grey levels agree. A
 // single picture shows such a plane among rocks, too, so the plane has to be confirmed (RoadSlope).
 // Evidence from the road: road_contact.h.

@@ -82,7 +82,7 @@ struct FrameLabellerOptions {
   // not reduced. The options in pixels below refer to the reduced pictures.
   int longest_side_pixels = 0;
   int frame_gap = 1;         // frames between the two of a pair; 1 to 100; 0: auto
-  int feature_count = 0;     // SIFT and corners asked for; 0: 7000 at 1242 x 375, by area
+  int feature_count = 0;     // target number of SIFT and corners; 0: 7000 at 1242 x 375, by area
   double match_ratio = 0.8;  // nearest to second-nearest descriptor distance; (0, 1]
   // true: features are searched for near their predicted places, and everywhere only if there is no
   // prediction or few are found; false: always everywhere.

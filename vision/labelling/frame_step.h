@@ -18,7 +18,7 @@ namespace egosieve::vision {
 // Motions of a frame to the pictures near it.
 struct FrameViews {
   int64_t index_before = 0, index = 0;   // in the input: of the frame before and of this one
-  int gap = 1;                           // frames between the two of `world`
+  int gap = 1;                           // frame gap of `world`
   const TwoViewMotion* world = nullptr;  // from the frame `gap` before; null: not trusted
   const View* behind = nullptr;          // to the frame before; read if `gap` is more than 1
   const Outlook* outlook = nullptr;
