@@ -14,7 +14,7 @@ namespace {
 constexpr double kMostLogRatio = 12.0;
 constexpr double kSpeedChange = 0.5;  // of a mover between two pairs, a share of its speed
 
-// Of a place off its epipolar line, for one picture; pixels.
+// Motion of a place away from its epipolar line, pixels per picture.
 struct Drift {
   bool known = false;
   Eigen::Vector2d pixels = Eigen::Vector2d::Zero();
@@ -45,7 +45,7 @@ double LogRatioOfDrift(const Drift& drift, const PairLikelihood& likelihood, dou
   return 0.5 * (z_static * z_static - z * z) + std::log(noise / deviation);
 }
 
-// Sets the drift where it was not known.
+// Sets the drift if it is not known.
 double LogRatio(const CalibratedPair& pair, const PointPair& place, bool is_unbounded,
                 const Pinhole& camera, Drift& drift) {
   const PairLikelihood likelihood = LikelihoodOf(pair.motion, camera, place, !is_unbounded);

@@ -9,37 +9,38 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kOnRoad = 0.15;  // of the road's inverse depth: what counts as road
-constexpr double kSeenOnRoad = 1.0, kSeenOffRoad = 3.0;  // of the pictures' log-likelihood ratio
-constexpr int kRoadBelow = 2;    // points of road that show a ground contact
+constexpr double kOnRoad = 0.15;  // greatest difference from the road, of its inverse depth
+constexpr double kSeenOnRoad = 1.0, kSeenOffRoad = 3.0;  // bounds of against_road
+constexpr int kRoadBelow = 2;    // fewest points of road below a ground contact
 constexpr int kMostMissed = 2;   // cells without a place, within a stretch
 constexpr int kMostBetween = 4;  // cells between the road and the stretch
-constexpr int kFewestAlike = 2;  // places of a stretch that are seen not to be road
-// Of a stretch that is more than what flow carries over the road.
+constexpr int kFewestAlike = 2;  // places of a stretch that are not road
+// Least size of a stretch; a smaller one may be motion that smooth flow carries onto the road.
 constexpr size_t kEnoughPlaces = 3;
 constexpr double kEnoughRise = 0.3;  // of the camera's height
-constexpr double kSureRoad = 5.0;    // deviations by which a road is nearer than infinity
-constexpr double kMostRise = 2.5;    // of the camera's height, above it: taller is no vehicle
+constexpr double kSureRoad = 5.0;    // least inverse depth of certain road, in deviations
+constexpr double kMostRise = 2.5;    // above the camera, in camera heights; no vehicle is taller
 constexpr double kCarRise = 0.3, kVanRise = 0.5;  // the same, of their roofs
 constexpr double kLeastFall = 0.02;      // of A_y below the horizon: 70 m for a camera on a car
 constexpr double kHorizonError = 0.003;  // of A_y
 constexpr double kMostLogRatio = 6.0;
-// The ground around an object: cells to either side, the fewest places that show it, its least
-// unevenness where they do, that where they do not, and how far it may be from the plane.
+// The ground around an object: cells to either side, the fewest places of road, the least
+// unevenness with that many places, the unevenness with fewer, and the bounds of the ratio of its
+// inverse depth to the plane's.
 constexpr int kCellsAround = 12;
 constexpr size_t kFewestAround = 8;
 constexpr double kLeastUnevenness = 0.07, kUnseenUnevenness = 0.12;
 constexpr double kDeviationPerMedian = 1.4826;  // of absolute differences from the median
 constexpr double kLeastShare = 0.8, kMostShare = 1.1, kLeastOfDepth = 0.8;
 
-// A column of the image from the bottom upwards: what stands above road, and whether its depth is
-// that of the road where it begins.
+// A column of the image from the bottom upwards. Finds the objects above the road, and compares
+// their depth with the road's at their ground contact.
 class Column {
  public:
   Column(const ColumnView& view, std::vector<PointContact>& contacts)
       : view_(view), contacts_(contacts) {}
 
-  // The next point upwards, in the raster's cell `height`, counted from below.
+  // Adds the next point upwards, in the raster's cell `height`, counted from below.
   void Add(int point, int height) {
     column_.push_back(point);
     ground_.push_back(view_.grounds[point]);
@@ -68,13 +69,13 @@ class Column {
  private:
   const InverseDepth& At(size_t k) const { return view_.points[column_[k]]; }
   double Rise(size_t k) const { return -view_.road.Fall(At(k).ray); }
-  // Places may be missing in between.
+  // Distance in cells; some of them may have no place.
   int Cells(size_t lower, size_t upper) const { return height_[upper] - height_[lower]; }
   bool IsSureRoad(size_t k) const {
     return ground_[k] == Ground::kRoad && view_.road.At(At(k).ray) > kSureRoad * At(k).deviation;
   }
 
-  // Median of r and its deviation over places in the column.
+  // Medians of r and of its deviation over places in the column.
   InverseDepth MiddleOf(const std::vector<size_t>& stretch) const {
     std::vector<double> values, deviations;
     for (const size_t k : stretch) {
@@ -87,15 +88,16 @@ class Column {
     return middle;
   }
 
-  // Places in the column of the points from `first` upwards that are alike their mean: flow goes
-  // over smoothly from one thing to the next, and a chain of neighbours goes with it.
+  // Indices in the column, from `first` upwards, of points that are alike the mean of the stretch.
+  // Neighbours are not compared with each other: flow is smooth, so a chain of similar neighbours
+  // can lead from one object to the next.
   std::vector<size_t> StretchFrom(size_t first) const {
     std::vector<size_t> stretch = {first};
     InverseDepth mean = At(first);
     for (size_t k = first + 1; k < column_.size() && Cells(stretch.back(), k) <= kMostMissed + 1;
          ++k) {
       if (k > first + 1 && IsSureRoad(k) && IsSureRoad(k - 1)) break;
-      // Near the horizon all may be road; what is road in truth soon differs from the first.
+      // Near the horizon every point fits the road; true road soon differs from the first point.
       if (!IsAlike(mean, At(k))) continue;
       if (ground_[k] == Ground::kRoad && !IsAlike(At(first), At(k))) continue;
       stretch.push_back(k);
@@ -106,8 +108,8 @@ class Column {
     return stretch;
   }
 
-  // The first stretch from above `road_top` on that is more than what flow carries over the road,
-  // which is last seen there and first seen to end at `off`; else the longest.
+  // The first stretch above `road_top` that is large enough; if there is none, the longest.
+  // road_top: the last point of road; off: the first point above it that is not road.
   std::vector<size_t> StretchAbove(size_t road_top, size_t off) const {
     const double least_rise = kEnoughRise * view_.road.Fall(At(road_top).ray);
     std::vector<size_t> longest;
@@ -122,19 +124,19 @@ class Column {
     return longest;
   }
 
-  // The place in the column behind what was judged.
+  // Judges the stretch above `road_top`. Returns the index in the column after it.
   size_t JudgeAbove(size_t road_top, size_t off) {
     std::vector<size_t> stretch = StretchAbove(road_top, off);
     const auto seen = std::count_if(stretch.begin(), stretch.end(),
                                     [&](size_t k) { return ground_[k] == Ground::kOff; });
     if (seen < kFewestAlike) return off + 1;
     const size_t behind = stretch.back() + 1;
-    // A blank wall or sky behind may seem to go on; it is no part of what has a ground contact.
+    // Blank background (a wall, the sky) may continue the stretch; it is not part of the object.
     while (!stretch.empty() && !At(stretch.back()).is_textured) stretch.pop_back();
     if (stretch.empty()) return behind;
     const double fall = view_.road.Fall(At(road_top).ray);
     const bool is_tall = Rise(stretch.back()) > kMostRise * fall;
-    // What seems far is alike to what is far and rises behind it.
+    // An object that seems far is alike to distant, taller objects behind it.
     while (is_tall && !stretch.empty() && Rise(stretch.back()) > kCarRise * fall) {
       stretch.pop_back();
     }
@@ -158,7 +160,8 @@ class Column {
     return behind;
   }
 
-  // From the places of road beside and below `place`, where the object may touch the ground.
+  // Sets ground_share and unevenness from the road beside and below `place`, where the object may
+  // touch the ground.
   void SetGroundAround(cv::Point2f place, ContactDepths& depths) const {
     std::vector<double> shares;
     const auto [top, middle] = view_.raster.CellAt(place);
@@ -183,7 +186,7 @@ class Column {
     depths.unevenness = std::max(kLeastUnevenness, kDeviationPerMedian * MedianInPlace(shares));
   }
 
-  // Without pictures: the places of the column from its `top`-th downwards.
+  // Without pictures: rows at the places of the column, from its index `top` downwards.
   std::vector<ContactRow> PlacesBelow(size_t top, const ContactDepths& depths) const {
     std::vector<ContactRow> rows;
     for (size_t k = top + 1; k-- > 0;) {

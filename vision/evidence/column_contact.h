@@ -1,9 +1,9 @@
-// What each column of the image shows above the road, and whether it stands there
-// (ground_contact.h).
+// Objects above the road in each column of the image, and their ground contact (ground_contact.h).
 //
-// From the bottom upwards: places of road, then the first stretch of alike places above them that
-// is more than what smooth flow carries over the road. The stretch is one object, of the median of
-// its places' inverse depths.
+// Each column is read from the bottom upwards: places on the road first, then above them the first
+// stretch of places of similar depth that is large enough. A smaller one may be motion that smooth
+// flow carries onto the road. The stretch is one object. Its inverse depth is the median over its
+// places.
 #ifndef EGOSIEVE_VISION_EVIDENCE_COLUMN_CONTACT_H_
 #define EGOSIEVE_VISION_EVIDENCE_COLUMN_CONTACT_H_
 
@@ -19,10 +19,10 @@ namespace egosieve::vision {
 
 enum class Ground { kRoad, kUnclear, kOff };
 
-// By the pictures where they tell, else by depth.
+// From the grey levels (against_road) where they decide, else from depth.
 Ground GroundOf(const RoadPlane& road, const InverseDepth& point);
 
-// What its column's ground contact says of a point.
+// Evidence for a point from the ground contact of its column.
 struct PointContact {
   bool judged = false;
   ContactRatios ratios;
@@ -34,13 +34,14 @@ struct ColumnView {
   const std::vector<InverseDepth>& points;
   const std::vector<cv::Point2f>& places;  // in the image, one per point
   const std::vector<Ground>& grounds;      // one per point
-  const ContactPictures* pictures;         // null without
+  const ContactPictures* pictures;         // null: contacts are found from depths alone
 };
 
 // One per point.
 std::vector<PointContact> ContactsByColumn(const ColumnView& view);
 
-// Of what may be one surface: by 2.5 deviations and a tenth of what they are.
+// Whether two points may lie on one surface: their inverse depths differ by less than 2.5
+// deviations plus a tenth of the larger.
 bool IsAlike(const InverseDepth& a, const InverseDepth& b);
 
 }  // namespace egosieve::vision

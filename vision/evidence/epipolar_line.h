@@ -1,4 +1,4 @@
-// Where a point of the first frame may lie in the second, by its depth.
+// The epipolar line of a point of the first frame in the second, parametrised by depth.
 //
 //   A = R K^-1 x_1,  x_inf = project(A)                                the point at infinity
 //   x_2(r) = project(A + r t)                                          r = |t| / Z_1, inverse depth
@@ -7,8 +7,8 @@
 //   r = s A_3 / (G - s t_3),   G = f |t_xy - t_3 A_xy / A_3|           its inverse
 //   dr/ds = A_3 G / (G - s t_3)^2
 //
-// A static point has r > 0, so s > 0: s < 0 is flow towards the point of expansion (driving
-// forward), and belongs to a depth behind the camera.
+// A static point has r > 0, so s > 0. s < 0 belongs to a depth behind the camera: driving forward,
+// it is flow towards the point of expansion.
 #ifndef EGOSIEVE_VISION_EVIDENCE_EPIPOLAR_LINE_H_
 #define EGOSIEVE_VISION_EVIDENCE_EPIPOLAR_LINE_H_
 
@@ -34,7 +34,7 @@ struct EpipolarLine {
     const double remaining = gain - s * forward;
     return ray(2) * gain / (remaining * remaining);
   }
-  // s can be reached by a depth in (-infinity, infinity) short of the point of expansion.
+  // Whether some depth in (-infinity, infinity) gives this s, short of the point of expansion.
   bool Reachable(double s) const { return gain - s * forward > 0.02 * gain; }
 };
 
@@ -49,7 +49,7 @@ inline EpipolarLine LineOf(const Pinhole& camera, const Eigen::Matrix3d& rotatio
   const Eigen::Vector2d slope =
       camera.focal_pixels * (t.head<2>() - line.ray.head<2>() * (t(2) / line.ray(2)));
   line.gain = slope.norm();
-  // Within a pixel of the point of expansion (t_3 = 1) a line has no direction to speak of.
+  // At the point of expansion the direction of the line is undefined.
   if (!(line.gain > 1e-9)) return line;
   line.direction = slope / line.gain;
   line.valid = true;

@@ -14,7 +14,7 @@
 namespace egosieve::vision {
 namespace {
 
-// Nothing without both pictures.
+// nullopt unless both pictures are given.
 std::optional<PhotometricSupport> PicturesOf(const EvidenceFrame& frame) {
   if (frame.grey.empty() || frame.grey_before.empty()) return std::nullopt;
   std::vector<cv::Point2f> befores, nows;
@@ -47,7 +47,7 @@ absl::Status CheckFrame(const EvidenceFrame& frame, int64_t last_index) {
   return absl::OkStatus();
 }
 
-// The points' indices by increasing track id, those without an id left out.
+// Indices of the points with a track id, by increasing id.
 absl::StatusOr<std::vector<int64_t>> ByTrack(const std::vector<EvidencePoint>& points) {
   std::vector<int64_t> order;
   order.reserve(points.size());
@@ -65,7 +65,7 @@ absl::StatusOr<std::vector<int64_t>> ByTrack(const std::vector<EvidencePoint>& p
   return order;
 }
 
-// The greatest part of the sum in the sum's own direction.
+// The term that contributes most to the sum in the sum's direction.
 EvidenceTerm Decisive(const std::array<double, kEvidenceTerms>& sums, bool dynamic) {
   const auto chosen = dynamic ? std::max_element(sums.begin(), sums.end())
                               : std::min_element(sums.begin(), sums.end());

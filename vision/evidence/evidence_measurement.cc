@@ -1,4 +1,4 @@
-// Steps 1 to 5 of evidence_accumulator.h: what the terms of a frame are.
+// Steps 1 to 4 and the road of evidence_accumulator.h: the terms of a frame.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -20,8 +20,8 @@ namespace egosieve::vision {
 namespace {
 
 constexpr size_t kFewestResiduals = 20;
-constexpr int kRoadMemory = 5;         // frames for which a slope is remembered that is not seen
-constexpr double kPoseExplains = 1.1;  // greatest scale of the pose's distances over the given F's
+constexpr int kRoadMemory = 5;         // frames for which a slope is kept while no road is found
+constexpr double kPoseExplains = 1.1;  // greatest scale of distances: pose over given F
 
 PointPair PairOf(const EvidencePoint& point) {
   return {point.before.x, point.before.y, point.now.x, point.now.y};
@@ -33,7 +33,7 @@ PointTriple TripleOf(const EvidencePoint& point) {
           {point.now.x, point.now.y}};
 }
 
-// Where the point would be in frame t if it stood still: the nearest place that the model allows.
+// Position of the point in frame t if it were static: the nearest one that the model allows.
 cv::Point2f StandingPlace(MotionModelKind kind, const Eigen::Matrix3d& matrix,
                           const PointPair& pair) {
   const Eigen::Vector3d moved = matrix * Eigen::Vector3d(pair.x1, pair.y1, 1.0);
@@ -72,8 +72,8 @@ CalibratedPair PairOf(const EvidenceFrame& frame, const EvidenceView& view) {
   return pair;
 }
 
-// m of the ground whose speed the motion knows, in the picture that it begins in: of an upright
-// camera that keeps its direction of travel. Other cameras have no horizon that is known.
+// m of level ground, from its speed and the direction of travel, in the motion's first picture.
+// nullopt unless both are known and the camera moves forward or back: else the horizon is unknown.
 std::optional<Eigen::Vector3d> GroundPlaneOf(const TwoViewMotion& motion) {
   if (!(motion.ground_heights > 0.0) || !motion.travel || !MovesForwardOrBack(*motion.travel)) {
     return std::nullopt;
@@ -82,8 +82,8 @@ std::optional<Eigen::Vector3d> GroundPlaneOf(const TwoViewMotion& motion) {
   return motion.ground_heights * Eigen::Vector3d(0.0, 1.0, -tau(1) / tau(2));
 }
 
-// Whether the plane lies as the ground of a camera that keeps its direction of travel: level, its
-// horizon where the camera moves to.
+// Whether the plane agrees with the direction of travel: level, with the horizon at the point that
+// the camera moves to.
 bool LiesAlongTravel(const RoadSlope& slope, const std::optional<TwoViewMotion>& motion) {
   if (!motion || !motion->travel || !MovesForwardOrBack(*motion->travel)) return false;
   RoadSlope level;
@@ -91,8 +91,8 @@ bool LiesAlongTravel(const RoadSlope& slope, const std::optional<TwoViewMotion>&
   return AreAlike(slope, level);
 }
 
-// The part of a road's view that every pair of pictures has; `owners` gets the points of its pairs.
-// before: one place a point, where it is in the other picture.
+// The fields of RoadView that are common to all pairs of pictures; `owners` gets the point of each
+// of its pairs. before: one per point, its place in the other picture.
 RoadView RoadViewOf(const EvidenceFrame& frame, const Pinhole& camera, const RelativePose& pose,
                     const std::vector<cv::Point2f>& before, const OwnVehicleBlocks& own_vehicle,
                     std::vector<size_t>& owners) {
@@ -177,7 +177,7 @@ EvidenceAccumulator::Motion EvidenceAccumulator::MotionOf(const EvidenceFrame& f
   const double memory = next.has_noise ? options_.noise_memory : 0.0;
   next.log_noise = memory * next.log_noise + (1.0 - memory) * std::log(noise);
   next.has_noise = true;
-  // A frame that is noisier than the drive (a jolt, blur) is judged by its own noise.
+  // A frame that is noisier than the drive (a jolt, blur) uses its own noise.
   motion.noise_pixels = std::max(noise, std::exp(next.log_noise));
   return motion;
 }
@@ -225,7 +225,7 @@ void EvidenceAccumulator::Measure(const EvidenceFrame& frame, const Motion& moti
       result.points[i].log_ratio[static_cast<int>(term)] = ratio;
       result.points[i].present[static_cast<int>(term)] = true;
     };
-    // `standing`: where the term would have a point that stands still.
+    // standing: position of the point if it were static, according to the term.
     const auto set_supported = [&](EvidenceTerm term, double ratio, cv::Point2f standing) {
       if (pictures != nullptr && ratio > 0.0) {
         ratio =
@@ -307,7 +307,7 @@ void EvidenceAccumulator::MeasureRoadAhead(const EvidenceFrame& frame,
   }
   if (longest == nullptr) return;
   const std::optional<Eigen::Vector3d> plane = GroundPlaneOf(longest->motion);
-  // A plane that this pair alone shows may be anything.
+  // A plane found in this pair alone need not be a road.
   if (!next.road.known && !plane) return;
   const EvidenceView& ahead = frame.views[longest - views.data()];
   std::vector<size_t> owners;

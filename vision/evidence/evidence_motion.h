@@ -1,4 +1,4 @@
-// Steps 1 and 2 of a frame's evidence, kept for the others. Internal to evidence_accumulator.h.
+// Result of steps 1 and 2 of evidence_accumulator.h. Internal to it.
 #ifndef EGOSIEVE_VISION_EVIDENCE_EVIDENCE_MOTION_H_
 #define EGOSIEVE_VISION_EVIDENCE_EVIDENCE_MOTION_H_
 
@@ -16,7 +16,7 @@ inline bool IsKnown(cv::Point2f p) { return std::isfinite(p.x) && std::isfinite(
 struct EvidenceAccumulator::Motion {
   MotionModelKind kind = MotionModelKind::kNone;
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
-  std::vector<PointPair> pairs;  // of the points that take part
+  std::vector<PointPair> pairs;  // of the points with `estimates`
   Pinhole camera;
   RelativePose pose;
   ThreeViewMotion three_views;

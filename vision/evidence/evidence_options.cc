@@ -8,7 +8,7 @@
 namespace egosieve::vision {
 namespace {
 
-// One bound of an option: the value, whether it holds, and the rule in words.
+// Checks one option. rule: the condition `holds` in words.
 absl::Status Check(const char* name, double value, bool holds, const char* rule) {
   if (holds && std::isfinite(value)) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(name, " is ", value, "; it must ", rule));

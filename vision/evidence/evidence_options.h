@@ -1,4 +1,4 @@
-// What evidence is gathered, and how it is weighed; evidence_accumulator.h.
+// Options of evidence_accumulator.h: which terms of evidence are measured, and their weights.
 #ifndef EGOSIEVE_VISION_EVIDENCE_EVIDENCE_OPTIONS_H_
 #define EGOSIEVE_VISION_EVIDENCE_EVIDENCE_OPTIONS_H_
 
@@ -10,7 +10,7 @@
 namespace egosieve::vision {
 
 struct EvidenceOptions {
-  bool epipolar = true;  // distance to the motion model, whichever that is
+  bool epipolar = true;  // distance to the motion model, of any kind
   bool negative_depth = true;
   bool three_view = true;
   bool road = true;
@@ -20,7 +20,7 @@ struct EvidenceOptions {
   double focal_pixels = 0.0;        // 0: guessed (pinhole.h); the result hardly depends on it
   double forgetting = 0.5;          // lambda of (F3); [0, 1)
   double tempering = 0.7;           // kappa of (F3); (0, 1]
-  double noise_memory = 0.9;        // of scales and the share of movers, a frame; [0, 1)
+  double noise_memory = 0.9;        // of scales and the share of movers, per frame; [0, 1)
   double noise_floor_pixels = 0.1;  // of the scale of residuals; positive
   RelativePoseOptions pose;
   ThreeViewOptions three_views;

@@ -1,4 +1,4 @@
-// Independent work on each of many points, in stretches on several threads.
+// Runs independent work for each of many points on several threads.
 #ifndef EGOSIEVE_VISION_EVIDENCE_FOR_EACH_POINT_H_
 #define EGOSIEVE_VISION_EVIDENCE_FOR_EACH_POINT_H_
 
@@ -10,7 +10,7 @@
 
 namespace egosieve::vision {
 
-// work(0), ..., work(count - 1); each writes to places of its own.
+// Calls work(0), ..., work(count - 1). No two calls may write to the same memory.
 template <typename Work>
 void ForEachPoint(size_t count, const Work& work) {
   constexpr size_t kStretch = 512;  // about a millisecond

@@ -44,7 +44,7 @@ double StudentThree(double z) {
 
 double DepthLogRatio(double z) {
   if (!(z < 0.0)) return 0.0;
-  // Below, 1/2 + atan cancels; the ratio there is beyond doubt anyway.
+  // Below -1000, 1/2 + atan loses all digits. The ratio is large enough there.
   return -std::log(2.0 * StudentThree(std::max(z, -1000.0)));
 }
 

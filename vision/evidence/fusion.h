@@ -1,24 +1,24 @@
-// From residuals to one probability.
+// Fusion of residuals into one probability.
 //
-// All residuals come as z = r / deviation, the deviation being the term's own, estimated from the
-// static majority. Static points are distributed as Student's t with 3 degrees of freedom, whose
-// tails allow for the odd bad place; movers lie anywhere, on a scale of S deviations.
-// Log-likelihood ratios, dynamic against static:
+// All residuals come as z = r / deviation. The deviation is the term's own, estimated from the
+// static majority. Static points follow Student's t with 3 degrees of freedom, whose tails allow
+// for occasional bad positions. Movers lie anywhere, on a scale of S deviations. Log-likelihood
+// ratios, dynamic against static:
 //
 //   distance    l(z) = log c(|z| / S) / S - log t_3(|z|),  c Cauchy's density                  (F1)
 //   depth       l(z) = max(0, -log 2 T_3(z)),              T_3 the distribution function       (F2)
 //
-// The road's ratio is that of road_plane.h. (F2): the depth of a static point is uniform over all
-// positive ones, of a mover over both signs; a positive depth says nothing. Along a track each
-// term's ratios add up with forgetting,
+// The road's ratio is that of road_contact.h. (F2): the depth of a static point is uniform over all
+// positive depths, that of a mover over both signs; so a positive depth is no evidence. Along a
+// track the ratios of each term are summed with forgetting,
 //
 //   A <- lambda A + l                                                                        (F3)
 //   L = sum_terms log(h + (1 - h) exp(kappa A))                                              (F4)
 //
-// kappa < 1 because neighbouring frames share places and so errors. h is the share of movers that a
-// term cannot see however long it looks: cars along the epipolar line, cars at constant speed. It
-// caps what a term can say for standing still (log h), and not what it says against. lambda, kappa
-// and h are properties of the estimator, not of a drive. With pi the share of movers
+// kappa < 1 because neighbouring frames share positions and therefore errors. h is the share of
+// movers that a term cannot detect in any number of frames: cars along the epipolar line, cars at
+// constant speed. It limits a term's evidence for static (to log h), not its evidence for dynamic.
+// lambda, kappa and h are properties of the estimator, not of a drive. With pi the share of movers
 //
 //   p = 1 / (1 + exp(-L - log(pi / (1 - pi))))                                                (F5)
 //   pi <- mean of p                                                                           (F6)
@@ -42,7 +42,7 @@ const char* Name(EvidenceTerm term);
 inline constexpr double kMoverScale = 15.0;                                               // S
 inline constexpr std::array<double, kEvidenceTerms> kHiddenShare = {0.3, 0.0, 0.6, 0.0};  // h
 
-// (F1), (F2); 0 for z that is not a number.
+// (F1), (F2); 0 if z is NaN.
 double DistanceLogRatio(double z);
 double DepthLogRatio(double z);
 
@@ -55,7 +55,8 @@ double VisibleLogRatio(EvidenceTerm term, double ratio);
 // (F5).
 double ProbabilityOf(double log_ratio, double mover_share);
 
-// (F6) to convergence from `start`, within [0.01, 0.5]; start where there is no ratio.
+// (F6) from `start` to convergence, within [0.01, 0.5]; `start` in that range if there are no
+// ratios.
 double EstimateMoverShare(const std::vector<double>& log_ratios, double start);
 
 }  // namespace egosieve::vision

@@ -14,14 +14,14 @@ namespace {
 
 constexpr int kHalfWidth = 3, kHalfHeight = 1;  // of a strip, pixels
 constexpr int kStripPixels = (2 * kHalfWidth + 1) * (2 * kHalfHeight + 1);
-constexpr double kIndependentShare = 0.25;  // kappa, as of (S1)
+constexpr double kIndependentShare = 0.25;  // kappa, as in (S1)
 constexpr double kMostOfARow = 5.0;
 constexpr double kHang = 0.15;                          // h
 constexpr double kFarBelow = 2.5, kLeastGround = 0.01;  // of LowestGround
 
 using Strip = std::array<float, kStripPixels>;
 
-// Less its mean.
+// The strip less its mean.
 Strip StripAt(const cv::Mat& picture, const ProjectedPlaces& places) {
   Strip strip = TakeProjected<kHalfWidth, kHalfHeight>(picture, places);
   SubtractMean(strip);
@@ -71,7 +71,7 @@ ContactPictures::ContactPictures(const RoadPlane& road, const Pinhole& camera,
 double ContactPictures::Gain(double x, double y, const ContactDepths& depths) const {
   using Eigen::Vector3d;
   const Strip here = StripAt(now_, {{x, y, 1.0}, Vector3d::UnitX(), Vector3d::UnitY()});
-  // From a ray with its inverse depth to the homogeneous pixel before, both linear in the pixel.
+  // Homogeneous pixel in the frame before, of a ray with its inverse depth; linear in both.
   const auto before = [&](const Vector3d& ray, double inverse_depth) -> Vector3d {
     const Vector3d point = back_.rotation * ray + inverse_depth * back_.translation;
     return {camera_.focal_pixels * point(0) + camera_.centre_x * point(2),

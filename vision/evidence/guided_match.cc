@@ -14,8 +14,8 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kMostChange = 0.15, kLeastTexture = 2.0, kMostApart = 3.0;
-constexpr double kLeastCorner = 0.1;  // of the gradients' squares, across their main direction
-constexpr double kMostStep = 4.0;     // noise levels, from one blank place to the next
+constexpr double kLeastCorner = 0.1;  // smaller eigenvalue of the structure tensor over its trace
+constexpr double kMostStep = 4.0;     // between neighbouring blank places, in noise levels
 
 enum class Shown { kRoad, kBlank, kOther };
 
@@ -24,7 +24,8 @@ struct Look {
   float level = 0.0f;  // mean of the patch
 };
 
-// Whether a patch has texture in both directions. An edge alone looks the same moved along itself.
+// Whether a patch has texture in both directions. A single edge looks the same when moved along
+// itself.
 bool IsCorner(const Patch& patch) {
   double xx = 0.0, yy = 0.0, xy = 0.0;
   for (int y = 1; y + 1 < kPatchSide; ++y) {
@@ -91,7 +92,7 @@ class RoadPictures {
   Eigen::Matrix3d motion_;  // of the road, now to before
 };
 
-// Whether the road goes on, from the picture's lower edge upwards.
+// Whether the road continues without interruption, from the lower edge of the picture upwards.
 class RoadBelow {
  public:
   explicit RoadBelow(double noise_levels) : most_step_(kMostStep * noise_levels) {}
@@ -111,7 +112,7 @@ class RoadBelow {
  private:
   double most_step_;
   bool goes_on_ = true;
-  bool has_level_ = false;  // of the last blank place, with none but blank ones since
+  bool has_level_ = false;  // the last place was blank, and `level_` is its level
   float level_ = 0.0f;
 };
 

@@ -1,24 +1,25 @@
-// Road that flow does not follow, found where the camera's motion has it.
+// Finds static road where optical flow fails, from the camera's motion and the road plane.
 //
-// Dense flow loses what moves far and changes its size between two frames: the road before the
-// camera, first of all. Its plane and the camera's motion say where each place was. With P the
-// patch of N = 7 x 7 pixels around it in the current frame and S the frame before, taken through
-// the homography of plane and motion, each less its mean p, s,
+// Dense flow loses points that move far and change their size between two frames, above all the
+// road close to the camera. The road plane and the camera's motion predict where each place was.
+// With P the patch of N = 7 x 7 pixels around it in the current frame, S the patch of the frame
+// before, warped by the homography of plane and motion, and p, s their means, which are subtracted,
 //
 //   |P|^2 >= N (kLeastTexture sigma)^2,   |P - S|^2 <= kMostChange |P|^2                     (M1)
 //
-// shows that it is road where P has texture in both directions: nothing was searched, and such
-// texture does not agree by chance. An edge alone does: it looks the same moved along itself, and
-// shows as little as blank asphalt or a blank door. Such places count as road where
+// shows that the place is road, if P has texture in both directions: without a search, such texture
+// does not agree by chance. A single edge is not enough: it looks the same when moved along itself,
+// like blank asphalt or a blank door. A blank place is one with
 //
 //   |P|^2 and |P - S|^2 < N (kLeastTexture sigma)^2,   |p - s| <= kMostApart sigma           (M2)
 //
-// (or P is such an edge, by (M1)), and below, to the lower edge of the picture or the next place
-// that is road, there is nothing else and no step of brightness of more than kMostStep sigma: what
-// stands on the road ends at an edge. sigma: noise of photometric_support.h.
+// or with a single edge that satisfies (M1). A blank place counts as road if all places below it,
+// down to the next place that is road or to the lower edge of the picture, are blank too, and their
+// brightness changes by no more than kMostStep sigma from one to the next: an object that stands on
+// the road ends at an edge. sigma: noise of photometric_support.h.
 //
-// A search along the epipolar line for what stands on the road finds it, one time in ten on what
-// moves; it made labels worse than none. Cost: 0.5 us a place that is looked at.
+// Objects on the road are not searched for along their epipolar lines: one match in ten was on a
+// mover, and the labels were worse than without. Cost: 0.5 us per place that is examined.
 #ifndef EGOSIEVE_VISION_EVIDENCE_GUIDED_MATCH_H_
 #define EGOSIEVE_VISION_EVIDENCE_GUIDED_MATCH_H_
 
@@ -35,8 +36,8 @@ struct GuidedPlace {
   cv::Point2f now, before;
 };
 
-// Those of `places`, of the current frame, that are road by (M1) or (M2), column by column. before,
-// now: CV_8UC1 of one size; pose: before to now, found; road: found.
+// The `places` of the current frame that are road by (M1) or (M2), column by column. before, now:
+// CV_8UC1 of one size; pose: before to now, found; road: found.
 std::vector<GuidedPlace> MatchRoad(const RoadPlane& road, const Pinhole& camera,
                                    const RelativePose& pose, const cv::Mat& before,
                                    const cv::Mat& now, double noise_levels,

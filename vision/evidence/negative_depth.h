@@ -1,4 +1,5 @@
-// Depths behind the camera: impossible for a static point, usual for a car that pulls away.
+// Depths behind the camera (cheirality): impossible for a static point, usual for a car that pulls
+// away.
 //
 //   s     = d.(x_2 - x_inf)            signed flow along the epipolar line, epipolar_line.h  (N1)
 //   var s = 2 sigma^2 + j^T C j + (sigma_f ds/dlog f)^2
@@ -6,12 +7,12 @@
 //   j     = -A x g,  g^T = d^T (dproject/dA)       ds/dw, by a small rotation                (N3)
 //   ds/dlog f = -d.(x_inf - c + f (B_xy - A_xy B_3 / A_3) / A_3) + j.dw/dlog f,  B = R e_3   (N4)
 //
-// with C the covariance of the rotation (relative_pose.h, P5), dw/dlog f and sigma_f (P7) what is
-// not known of the lens: in a sharp turn, far points seem to be behind the camera under a focal
-// length that is too long. z = s / sqrt(var s) below about -3 cannot be static; above it says
-// little, as most static points and most movers have s > 0.
+// C is the covariance of the rotation (relative_pose.h, P5). dw/dlog f and sigma_f (P7) describe
+// the error of the focal length: in a sharp turn, a focal length that is too long makes far points
+// appear to be behind the camera. A point with z = s / sqrt(var s) below about -3 cannot be static.
+// Larger z are weak evidence, because most static points and most movers have s > 0.
 //
-// Nothing is said where the pose was not found or the point lies at the point of expansion.
+// No value is given if the pose was not found or the point lies at the point of expansion.
 // Reference: Klappstein, Stein & Franke (2006), positive depth constraint.
 #ifndef EGOSIEVE_VISION_EVIDENCE_NEGATIVE_DEPTH_H_
 #define EGOSIEVE_VISION_EVIDENCE_NEGATIVE_DEPTH_H_

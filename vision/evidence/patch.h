@@ -1,4 +1,4 @@
-// Grey pictures between pixels, and patches of them, compared less their means.
+// Bilinear samples and patches of grey pictures. Patches are compared after subtracting the mean.
 #ifndef EGOSIEVE_VISION_EVIDENCE_PATCH_H_
 #define EGOSIEVE_VISION_EVIDENCE_PATCH_H_
 
@@ -16,7 +16,7 @@ inline constexpr int kPatchRadius = 3;
 inline constexpr int kPatchSide = 2 * kPatchRadius + 1;
 inline constexpr int kPatchPixels = kPatchSide * kPatchSide;
 
-// Row by row, as all patches.
+// Row by row, like all patches.
 using Patch = std::array<float, kPatchPixels>;
 
 // Returns the mean.
@@ -34,7 +34,7 @@ double SquaredDifference(const std::array<float, kPixels>& a, const std::array<f
   return sum;
 }
 
-// Bilinear, of a CV_8UC1 picture; NaN outside of it.
+// Bilinear sample of a CV_8UC1 picture; NaN outside of it.
 inline float SampleAt(const cv::Mat& picture, double x, double y) {
   if (!(x >= 0 && y >= 0 && x < picture.cols - 1 && y < picture.rows - 1)) {
     return std::numeric_limits<float>::quiet_NaN();
@@ -48,18 +48,18 @@ inline float SampleAt(const cv::Mat& picture, double x, double y) {
   return above + fy * (below - above);
 }
 
-// Where a patch's pixels are in a picture under a projective motion: homogeneous pixels, linear in
-// the patch's.
+// Positions of a patch's pixels in a picture under a projective motion: homogeneous pixel
+// coordinates, linear in the coordinates within the patch.
 struct ProjectedPlaces {
   Eigen::Vector3d centre, across, down;
 };
 
-// The patch of 2 kHalfWidth + 1 by 2 kHalfHeight + 1 pixels, each taken from its place. NaN where
-// it leaves the picture.
+// The patch of 2 kHalfWidth + 1 by 2 kHalfHeight + 1 pixels, each sampled at its position in
+// `places`; NaN outside of the picture.
 template <int kHalfWidth, int kHalfHeight>
 auto TakeProjected(const cv::Mat& picture, const ProjectedPlaces& places) {
   constexpr int kWidth = 2 * kHalfWidth + 1, kPixels = kWidth * (2 * kHalfHeight + 1);
-  std::array<double, kPixels> x, y;  // apart from the samples, so that they fill vector registers
+  std::array<double, kPixels> x, y;  // in a loop of their own, which the compiler vectorises
   for (int i = 0; i < kPixels; ++i) {
     const double u = i % kWidth - kHalfWidth, v = i / kWidth - kHalfHeight;
     const double z = places.centre(2) + u * places.across(2) + v * places.down(2);

@@ -16,15 +16,16 @@ constexpr double kNoiseFloorLevels = 1.5;
 constexpr double kIndependentShare = 0.25;  // kappa
 constexpr double kStepsPerPixel = 2.0;
 constexpr int kMostSteps = 400;
-// Two patches that differ by less are no two exposures: half a grey level each is rounding alone.
+// Patches that differ by less are copies, not two exposures: rounding alone adds up to half a grey
+// level to each.
 constexpr double kCopyLevels = 0.7;
 constexpr double kMovedPixels = 1.0;
-constexpr size_t kFewest = 20;          // places, for their median to count
+constexpr size_t kFewest = 20;          // least number of places for a median
 constexpr double kLeastScaling = 0.05;  // a sixth of a pixel at the patch's edge
 
-constexpr int kLanes = kPatchSide + 1;  // of a patch's row, which fills a vector register
+constexpr int kLanes = kPatchSide + 1;  // a patch's row, padded to fill a vector register
 
-// The patch around a place, sampled bilinearly. False where it leaves the picture.
+// The patch around a place, sampled bilinearly. False if it leaves the picture.
 bool SampleLevels(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
   const float left = place.x - kPatchRadius, top = place.y - kPatchRadius;
   if (!(left >= 0 && top >= 0 && left + kPatchSide < picture.cols &&
@@ -56,13 +57,13 @@ bool Sample(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
   return true;
 }
 
-// Where the pixels of a patch are along one axis.
+// Positions of a patch's pixels along one axis.
 struct ScaledAxis {
-  std::array<int, kPatchSide> first;   // of the two pixels around it
-  std::array<float, kLanes> beyond{};  // from there
+  std::array<int, kPatchSide> first;   // the whole pixel before each position
+  std::array<float, kLanes> beyond{};  // distance from `first`
 };
 
-// False where it leaves the picture.
+// False if the patch leaves the picture.
 bool MakeAxis(double centre, double scale, int size, ScaledAxis& axis) {
   for (int k = 0; k < kPatchSide; ++k) {
     const double at = centre + scale * (k - kPatchRadius);
@@ -89,7 +90,7 @@ bool SampleScaledLevels(const cv::Mat& picture, cv::Point2f place, double scale,
     }
     for (int u = 0; u < kLanes; ++u) levels[u] = left[u] + x.beyond[u] * (right[u] - left[u]);
   };
-  // Rows of the patch share those of the picture.
+  // Neighbouring rows of the patch reuse interpolated rows of the picture.
   std::array<float, kLanes> above, below, levels;
   for (int v = 0; v < kPatchSide; ++v) {
     const int row = y.first[v], moved = v > 0 ? row - y.first[v - 1] : kPatchSide;
@@ -105,8 +106,8 @@ bool SampleScaledLevels(const cv::Mat& picture, cv::Point2f place, double scale,
   return true;
 }
 
-// Patches side by side, so that one instruction serves the same pixel of all of them: in sums of
-// one patch alone each addition waits for the one before.
+// Patches stored side by side, so that one vector instruction processes the same pixel of all of
+// them. In the sum over a single patch, each addition would have to wait for the one before.
 class PatchBatch {
  public:
   static constexpr int kMost = 16;
@@ -116,8 +117,8 @@ class PatchBatch {
     for (int i = 0; i < kPatchPixels; ++i) levels_[i][count_] = levels[i];
     ++count_;
   }
-  // The least of the squared differences between `patch`, less its mean, and the patches less
-  // theirs; infinite without patches.
+  // The least squared difference between `patch`, whose mean is 0, and the patches less their
+  // means; infinite without patches.
   double LeastSquaredDifference(const Patch& patch) const {
     float means[kMost] = {}, sums[kMost] = {};
     for (int i = 0; i < kPatchPixels; ++i) {
@@ -140,7 +141,7 @@ class PatchBatch {
   int count_ = 0;
 };
 
-// Mean square of the gradient, central differences inside the patch; per pixel^2.
+// Mean square of the gradient, by central differences inside the patch; (grey levels per pixel)^2.
 double SquaredGradient(const Patch& patch) {
   double sum = 0.0;
   for (int y = 1; y + 1 < kPatchSide; ++y) {
@@ -214,7 +215,7 @@ std::optional<double> PhotometricSupport::LogRatioOnSegment(cv::Point2f before, 
   const cv::Point2f way = segment.last - segment.first;
   const int steps = std::clamp(
       static_cast<int>(std::ceil(kStepsPerPixel * std::hypot(way.x, way.y))), 1, kMostSteps);
-  // The ratio grows with E_0: the least E_0 has the least ratio.
+  // The ratio grows with E_0, so the least E_0 gives the least ratio.
   double still = std::numeric_limits<double>::infinity();
   for (int k = 0; k <= steps && still > found;) {
     PatchBatch batch;

@@ -6,14 +6,14 @@
 
 namespace egosieve::vision {
 
-// The simplest camera: square pixels, principal point in the middle of the image.
+// Pinhole camera with square pixels and the principal point in the middle of the image.
 //
 //   x = K X / X_3,   K = [ f 0 c_x; 0 f c_y; 0 0 1 ]
 struct Pinhole {
   double focal_pixels = 1.0;
   double centre_x = 0.0, centre_y = 0.0;
 
-  // focal_pixels of 0: a guess of 0.9 times the image's longer side, a field of view of 58 degrees.
+  // focal_pixels = 0: guess 0.9 times the longer side of the image, a field of view of 58 degrees.
   static Pinhole Of(cv::Size image, double focal_pixels) {
     Pinhole camera;
     camera.focal_pixels = focal_pixels > 0

@@ -14,8 +14,8 @@ namespace {
 
 constexpr int64_t kFewestPairs = 20;
 constexpr double kInlierMultiple = 3.0;    // of sigma, for (P3) and the parallax
-constexpr double kSignificant = 3.0;       // parallax of a point that votes, in sigma
-constexpr double kCertainRotation = 0.02;  // radians, the greatest deviation of a pose that is one
+constexpr double kSignificant = 3.0;       // least parallax of a point in (P3), in sigma
+constexpr double kCertainRotation = 0.02;  // greatest deviation of the rotation, radians
 
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
 using Vector5d = Eigen::Matrix<double, 5, 1>;
@@ -85,7 +85,7 @@ Eigen::Matrix<double, 3, 2> Tangent(const Eigen::Vector3d& t) {
   return basis;
 }
 
-// dd/dlog f, the distance in units of the focal length as it is.
+// dd/dlog f, the distance in units of the unchanged focal length.
 double ByFocal(const Eigen::Matrix3d& r, const Eigen::Vector3d& t, const RayPair& pair,
                double value) {
   constexpr double kStep = 1e-4;
@@ -109,7 +109,7 @@ void Refine(const std::vector<RayPair>& rays, int iterations, double floor, Rela
       const double weight = 1.0 / (1.0 + ratio * ratio);
       Vector5d jacobian;
       jacobian << d.by_rotation, tangent.transpose() * d.by_translation;
-      const double w2 = weight * weight;  // squared: far points lose their say altogether
+      const double w2 = weight * weight;  // squared, so that outliers have almost no weight
       normal.noalias() += w2 * jacobian * jacobian.transpose();
       gradient.noalias() += w2 * d.value * jacobian;
       if (k == iterations) {
@@ -126,7 +126,7 @@ void Refine(const std::vector<RayPair>& rays, int iterations, double floor, Rela
       return;
     }
     const Vector5d step = -factor.solve(gradient);
-    // A step beyond a radian means that the two cannot be told apart: keep what there is.
+    // A step of more than a radian: rotation and translation cannot be separated; keep the pose.
     if (!(step.norm() < 1.0)) {
       k = iterations - 1;
       continue;
@@ -139,8 +139,8 @@ void Refine(const std::vector<RayPair>& rays, int iterations, double floor, Rela
 
 struct Votes {
   int64_t in_front = 0, behind = 0;
-  std::vector<double> parallax;      // |s|, pixels, of the points near their lines
-  std::vector<double> significance;  // |s| over what noise and lens may do; likewise
+  std::vector<double> parallax;      // |s| of the inliers, pixels
+  std::vector<double> significance;  // of the inliers, |s| over the effects of noise and lens
 };
 
 Votes Count(const std::vector<RayPair>& rays, const Pinhole& camera, const RelativePose& pose,
@@ -165,7 +165,7 @@ Votes Count(const std::vector<RayPair>& rays, const Pinhole& camera, const Relat
   return votes;
 }
 
-// What the given share of the values exceeds.
+// The value that the given share of the values exceeds.
 double ExceededBy(std::vector<double> values, double share) {
   const auto quantile =
       values.begin() + static_cast<int64_t>((1.0 - share) * static_cast<double>(values.size() - 1));
@@ -173,7 +173,7 @@ double ExceededBy(std::vector<double> values, double share) {
   return *quantile;
 }
 
-// Those that may be static (P6).
+// The pairs that may be static (P6).
 std::vector<RayPair> WithoutNegativeDepths(const std::vector<RayPair>& rays, const Pinhole& camera,
                                            const RelativePose& pose) {
   std::vector<RayPair> possible;
@@ -255,7 +255,8 @@ RelativePose EstimateRelativePose(const std::vector<PointPair>& pairs,
   w << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   const Eigen::Matrix3d one = u * w * v.transpose();
   const Eigen::Matrix3d other = u * w.transpose() * v.transpose();
-  // The twins differ by half a turn about t: the smaller rotation is that of neighbouring frames.
+  // The twisted pair differs by half a turn about t. Between neighbouring frames the rotation is
+  // the smaller one.
   pose.rotation = one.trace() > other.trace() ? one : other;
   pose.translation = u.col(2);
   if (!(pose.rotation.trace() > 1.0)) return pose;
@@ -314,7 +315,7 @@ RelativePose Inverse(const RelativePose& pose) {
   RelativePose inverse = pose;
   inverse.rotation = pose.rotation.transpose();
   inverse.translation = -(inverse.rotation * pose.translation);
-  // exp(w) R turned round is R^T exp(-w) = exp(-R^T w) R^T.
+  // The inverse of exp(w) R is R^T exp(-w) = exp(-R^T w) R^T.
   inverse.rotation_covariance =
       inverse.rotation * pose.rotation_covariance * inverse.rotation.transpose();
   inverse.rotation_by_focal = -(inverse.rotation * pose.rotation_by_focal);

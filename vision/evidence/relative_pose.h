@@ -9,19 +9,19 @@
 //   (P4), (P5) again, without the points that are significantly behind a camera             (P6)
 //   dw/dlog f = -((J^T W J)^-1 J^T W dd/dlog f)_w     what another focal length does to R   (P7)
 //
-// with Sampson's distance d, rho of Cauchy, sigma the scale of residual_scale.h. Rotations beyond
-// 90 degrees are refused in (P3): they are the twisted twins of small ones. (P4) makes the pose
-// agree with the guessed camera: what the guess gets wrong is taken up by R and t, so that the flow
-// that they predict hardly depends on it while the camera hardly turns; in sharp turns it does, and
-// (P7) says how.
+// with Sampson's distance d, rho of Cauchy, sigma the scale of residual_scale.h. Rotations above
+// 90 degrees are rejected in (P3): they belong to the twisted pairs of small rotations. (P4) fits
+// the pose to the guessed focal length. R and t absorb the error of the guess, so that the flow
+// they predict hardly depends on it as long as the camera hardly turns. In sharp turns it does, as
+// (P7) describes.
 //
-// The translation is significant where the parallax is: the share `parallax_share` of the points
-// whose distance to the line is small moves along it by more than `parallax_multiple` sigma beyond
-// what the rotation alone does, and by more than `lens_multiple` deviations of f make of a rotation
-// (negative_depth.h, N4). Where it is not (standing, turning on the spot, a far or flat world), t
-// means nothing, and so would every depth.
+// The translation is significant if the parallax is: at least the share `parallax_share` of the
+// inliers moves along the epipolar line, relative to the point at infinity, by more than the root
+// of the sum of two squares: `parallax_multiple` sigma, and `lens_multiple` times the effect of one
+// deviation of f (negative_depth.h, N4). If it is not (camera at rest, turning on the spot, distant
+// or flat scene), t is meaningless, and so would be every depth.
 //
-// Cost: 1 ms for 2000 pairs, of which more are not used.
+// Cost: 1 ms for 2000 pairs; no more than 2000 are used.
 // References: Hartley & Zisserman, 2nd ed., 9.6; Nister (2004).
 #ifndef EGOSIEVE_VISION_EVIDENCE_RELATIVE_POSE_H_
 #define EGOSIEVE_VISION_EVIDENCE_RELATIVE_POSE_H_
@@ -44,8 +44,9 @@ struct RelativePoseOptions {
   double parallax_share = 0.25;     // (0, 1)
   double parallax_multiple = 5.0;   // positive
   double lens_multiple = 2.0;       // not negative
-  double cheirality_margin = 0.6;   // least share of the votes of (P3) that decides; [0.5, 1]
-  // Of log f: lenses see 40 to 100 degrees, the guess is 58. Not negative; 0: f is known.
+  double cheirality_margin = 0.6;   // least share of points in front in (P3); [0.5, 1]
+  // Deviation of log f: fields of view are 40 to 100 degrees, the guess is 58. Not negative; 0: f
+  // is known.
   double focal_deviation = 0.4;
 
   absl::Status Validate() const;
@@ -53,7 +54,7 @@ struct RelativePoseOptions {
 
 enum class PoseOutcome {
   kFound,
-  kUndetermined,        // fewer than 20 pairs near their lines, or too alike to tell a pose from
+  kUndetermined,        // fewer than 20 inliers, or a rotation that is too uncertain
   kNoTranslation,       // parallax not significant
   kAmbiguousDirection,  // (P3) undecided
 };
@@ -66,7 +67,7 @@ struct RelativePose {
   Eigen::Vector3d translation = Eigen::Vector3d::UnitZ();  // t, unit
   Eigen::Matrix3d rotation_covariance =
       Eigen::Matrix3d::Zero();  // of w in R' = exp(w) R, radians^2
-  // (P7) and the deviation of log f. For the pair's own evidence: states do not keep them.
+  // (P7) and the deviation of log f. Used for the pair's own evidence; not stored in states.
   Eigen::Vector3d rotation_by_focal = Eigen::Vector3d::Zero();
   double focal_deviation = 0.0;
   double noise_pixels = 0.0;     // sigma
@@ -86,7 +87,7 @@ double FlowByFocal(const Pinhole& camera, const RelativePose& pose, const Epipol
 // K^-T [t]x R K^-1, unit Frobenius norm.
 Eigen::Matrix3d FundamentalOfPose(const RelativePose& pose, const Pinhole& camera);
 
-// The pose the other way, second frame to first.
+// The pose from the second frame to the first.
 RelativePose Inverse(const RelativePose& pose);
 
 // exp of the cross product matrix of w (Rodrigues).

@@ -16,25 +16,26 @@ namespace {
 
 constexpr double kSlack = 0.25;  // of the road's inverse depth: hollows and slopes far ahead
 constexpr double kMostLogRatio = 6.0;
-constexpr double kNearest = 2.5;     // of the road's inverse depth: the nearest that is tried
-constexpr double kLeastDepth = 0.1;  // before, of the depth now
-// Of a surface: the columns that must be judged for what they say to count in full; what many of
-// them say counts more, up to kMostWeight; and its rise above the ground contact, camera heights.
+constexpr double kNearest = 2.5;     // greatest inverse depth that is tried, over the road's
+constexpr double kLeastDepth = 0.1;  // in the first frame, of the depth in the second
+// Of a surface: the share of its columns with a contact for which its ratio counts in full; the
+// greatest factor by which the ratio grows with their number; and the greatest rise above the
+// camera, in camera heights.
 constexpr double kEnoughColumns = 0.5, kMostWeight = 1.5, kSurfaceRise = 1.5;
 
-// As (F2), with Gaussian tails: that roads are not plane is in the deviations already.
+// As (F2), with Gaussian tails, because the deviations already include the unevenness of roads.
 double RoadLogRatio(double z) {
   if (!(z < 0.0)) return 0.0;
   return std::min(kMostLogRatio, -std::log(std::erfc(-z / std::sqrt(2.0))));
 }
 
-// What a surface's columns say.
+// Ground contacts of the columns of one surface.
 struct Votes {
-  int columns = 0, last_column = -1;                       // that it is seen in
-  int last_judged = -1;                                    // column
-  std::vector<double> too_far, too_near;                   // of the judged columns
+  int columns = 0, last_column = -1;                       // columns with the surface in them
+  int last_judged = -1;                                    // last column with a contact
+  std::vector<double> too_far, too_near;                   // of the columns with a contact
   double fall = 0.0;                                       // of their contacts, the sum
-  double rise = -std::numeric_limits<double>::infinity();  // the highest
+  double rise = -std::numeric_limits<double>::infinity();  // the greatest
 
   void Add(const ContactRatios& contact, const RoadPlane& road) {
     too_far.push_back(contact.too_far);
@@ -50,7 +51,7 @@ struct Votes {
   }
 };
 
-// What most columns of a surface say holds for all of it.
+// For each point the ratio of its surface, from the medians over the surface's columns.
 std::vector<double> RatiosBySurface(const ColumnView& view,
                                     const std::vector<PointContact>& contacts) {
   const std::vector<InverseDepth>& points = view.points;
@@ -81,8 +82,8 @@ std::vector<double> RatiosBySurface(const ColumnView& view,
   return ratios;
 }
 
-// Where a point of the road that is now at `place` was in the first frame; nothing above the
-// horizon.
+// Position in the first frame of a point of the road that is at `place` in the second; nullopt
+// above the horizon.
 std::optional<cv::Point2f> PlaceOfRoadBefore(const RoadPlane& road, const Pinhole& camera,
                                              const RelativePose& back, cv::Point2f place) {
   const Eigen::Vector3d ray = camera.Ray(place.x, place.y);

@@ -1,28 +1,30 @@
-// Points that stand neither on the road nor on anything that stands on it.
+// Evidence against points that lie neither on the road nor on a static object on the road.
 //
 // With r a point's inverse depth, A its ray and m.A the road's inverse depth there (road_plane.h),
 // a static point is not below the road,
 //
 //   r >= m.A                                                                                 (R2)
 //
-// with slack, for roads are not plane, and what stands on the road has the road's depth where it
-// touches it. A stretch of alike points in a column of the image, below which road is seen, has its
-// ground contact there (ground_contact.h) unless it rises more than kMostRise camera heights above
-// the camera: houses and trees do. A car ahead seems too far for its contact, infinitely far at
-// equal speed; an oncoming one too near: with v_o its speed and v the camera's, (v_o + v) / v times
-// as near. Both hold whatever the direction of the epipolar lines. The road's inverse depth is the
-// plane's, times what the places of road around the object have of it.
+// with slack, because roads are not plane. An object on the road has the road's depth at its ground
+// contact. A stretch of similar points in a column of the image with road below it has its ground
+// contact there (column_contact.h, ground_contact.h). A car ahead seems too far for its contact,
+// infinitely far at equal speed. An oncoming car seems too near: (v_o + v) / v times as near, with
+// v_o its speed and v the camera's. Both hold for every direction of the epipolar lines. A stretch
+// that rises more than kMostRise camera heights above the camera (a house, a tree) cannot count as
+// too near, and only its lower part can count as too far. The road's inverse depth is the plane's,
+// times the ratio that road places around the object show.
 //
-// Flow is smooth and carries a mover's motion some places over the road below it, where the
-// pictures know better: against_road tells road from what is not, and (R2) says no more than it.
-// Lane lines and walls along the road slide along themselves, and the road's place is only known as
-// well as its speed is: nor does (R2) say more than against_static, which asks for all depths from
-// the road's on. Of what is too near, the columns of one surface (surfaces.h) speak for all of it,
-// those without a contact in sight included: the mean of what they say, less where few of its
-// columns have one, nothing where it is taller than a vehicle. One column alone often takes for its
-// contact what is the blank side of a car in front.
+// Flow is smooth and carries a mover's motion onto a few places of the road below it. Grey levels
+// correct this: against_road compares each point with the road, and limits (R2). Lane lines and
+// walls along the road look the same when moved along themselves, and the road's position is known
+// only as well as its speed. Therefore against_static, which tries all depths from the road's to
+// nearer ones, limits (R2) as well. In one column alone, the blank side of a car in front is often
+// mistaken for the ground contact. Therefore all columns of one surface (surfaces.h) are judged
+// together, also those without a visible contact. The surface's ratio is the larger of its columns'
+// two medians (too far, too near). It is reduced if few of the columns have a contact, and 0 if the
+// surface is taller than a vehicle.
 //
-// Nothing is said without a plane. Reference: Klappstein, Stein & Franke (2006), positive height
+// Without a plane all ratios are 0. Reference: Klappstein, Stein & Franke (2006), positive height
 // constraint.
 #ifndef EGOSIEVE_VISION_EVIDENCE_ROAD_CONTACT_H_
 #define EGOSIEVE_VISION_EVIDENCE_ROAD_CONTACT_H_
@@ -40,15 +42,17 @@
 
 namespace egosieve::vision {
 
-// What the pictures say for the places of a pair against those of a point of the road (S1), signed;
-// nothing above the horizon, 0 where they do not say. camera, pose: as for InverseDepths.
+// Log-likelihood ratios from grey levels of the positions of a pair against those of a point on the
+// road (S1), signed; nullopt above the horizon, 0 where a patch leaves its picture. camera, pose:
+// as for InverseDepths.
 class RoadComparison {
  public:
   RoadComparison(const Pinhole& camera, const RelativePose& pose,
                  const PhotometricSupport& pictures);
 
   std::optional<double> AgainstRoad(const RoadPlane& road, const PointPair& pair) const;
-  // (S2) against everything static: from the road's inverse depth, less the slack of (R2), on.
+  // (S2) against all static points: inverse depths from the road's, less the slack of (R2), to
+  // 2.5 times the road's.
   std::optional<double> AgainstStatic(const RoadPlane& road, const PointPair& pair) const;
 
  private:
@@ -57,12 +61,13 @@ class RoadComparison {
   PhotometricSupport reversed_;
 };
 
-// Sets against_road of the points that are below the horizon, one a pair.
+// Sets against_road of the points below the horizon, and against_static of those that are farther
+// than (R2) allows. points: one per pair.
 void CompareWithRoad(const RoadPlane& road, const RoadComparison& comparison,
                      const std::vector<PointPair>& pairs, std::vector<InverseDepth>& points);
 
-// Log-likelihood ratio by (R2) and the ground contact, not negative, one per point; places: of the
-// points, in the image; pictures: null without.
+// Log-likelihood ratio by (R2) and the ground contact, not negative, one per point. places: of the
+// points in the image. pictures: null: contacts are found from depths alone.
 std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<InverseDepth>& points,
                                   const std::vector<cv::Point2f>& places, cv::Size image,
                                   const ContactPictures* pictures);

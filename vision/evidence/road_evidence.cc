@@ -8,8 +8,8 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kMostDoubt = 1.5;  // log-likelihood ratio of a place that stands still
-constexpr double kSeenOff = 3.0;    // of the pictures', for a place that is not on the plane
+constexpr double kMostDoubt = 1.5;  // bound of the log-likelihood ratio of a static place
+constexpr double kSeenOff = 3.0;    // least ratio of grey levels for a place off the plane
 
 void Append(const std::vector<GuidedPlace>& guided, const RoadView& view,
             std::vector<PointPair>& pairs, std::vector<InverseDepth>& depths) {

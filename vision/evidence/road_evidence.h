@@ -1,11 +1,13 @@
-// The road's part in a frame's evidence, step by step:
+// The road term of a frame's evidence, in three steps:
 //
-//   1. inverse depths of the places that were followed, and the plane    road_plane.h
-//      that they show; else a given one
-//   2. with both pictures: road among the places that were not           guided_match.h
-//   3. what the pictures, R2 and R3 say of all of them                   road_contact.h
+//   1. inverse depths of the followed places, and the road plane       road_plane.h
+//      fitted to them; if none is found, a given plane
+//   2. with both pictures: road among the unfollowed places            guided_match.h
+//   3. log-likelihood ratios of all places, by grey levels, (R2)       road_contact.h
+//      and ground contacts
 //
-// A place of step 2 that step 3 doubts is given up: nothing follows it, so it has no word to say.
+// A place of step 2 for which step 3 finds evidence of motion is dropped, because no flow confirms
+// it.
 #ifndef EGOSIEVE_VISION_EVIDENCE_ROAD_EVIDENCE_H_
 #define EGOSIEVE_VISION_EVIDENCE_ROAD_EVIDENCE_H_
 
@@ -28,18 +30,18 @@ struct RoadView {
   Pinhole camera;
   RelativePose pose;  // before to now, found
   cv::Size size;
-  std::vector<PointPair> pairs;         // places that were followed
-  std::vector<bool> is_textured;        // one a pair
-  std::vector<cv::Point2f> unfollowed;  // places of the current frame that were not
+  std::vector<PointPair> pairs;         // places that flow follows
+  std::vector<bool> is_textured;        // one per pair
+  std::vector<cv::Point2f> unfollowed;  // places of the current frame where flow failed
   cv::Mat before, now;                  // CV_8UC1 of `size`; not read without `pictures`
   const PhotometricSupport* pictures = nullptr;
-  std::optional<Eigen::Vector3d> plane;  // m of (R1), where flow shows none
+  std::optional<Eigen::Vector3d> plane;  // m of (R1), used if none is found in `pairs`
 };
 
 struct RoadEvidence {
-  RoadPlane road;                     // the rest is empty where it was not found
-  std::vector<double> log_ratios;     // one a pair
-  std::vector<GuidedPlace> standing;  // of those that were not followed
+  RoadPlane road;                     // if not found, the other fields are empty
+  std::vector<double> log_ratios;     // one per pair
+  std::vector<GuidedPlace> standing;  // the unfollowed places that are static road
 };
 
 RoadEvidence MeasureRoad(const RoadView& view, const RoadSlope& last, uint64_t seed);

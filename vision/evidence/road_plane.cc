@@ -11,13 +11,13 @@
 namespace egosieve::vision {
 namespace {
 
-// Where the road is looked for: rays below the horizon of a level camera, within 45 degrees of the
-// middle (less where it is far).
+// The road is searched for among rays at least kLeastFall below the horizon and near the middle of
+// the image; the width grows with the distance below the horizon.
 constexpr double kLeastFall = 0.04;
 constexpr double kMostAcross = 0.15, kMostHorizon = 0.25;  // of a camera on a car
 constexpr double kSlopeChange = 0.03;                      // between frames: a jolt
-// Deviations by which a road is nearer than infinity. Flow stays at nought on a blank road, and on
-// the own vehicle; a car ahead is as far.
+// Least inverse depth of a candidate, in deviations. Blank road and own vehicle have zero flow, and
+// a car ahead at equal speed seems infinitely far.
 constexpr double kLeastNear = 3.0;
 constexpr double kLeastMotionPixels = 0.5, kLeastMotion = 5.0;  // the latter in deviations
 constexpr int kSamples = 150;
@@ -39,7 +39,7 @@ bool IsPlausible(const Eigen::Vector3d& m, const RoadSlope& last) {
   return !last.known || AreAlike(slope, last);
 }
 
-// Indices of points.
+// Indices of the points that the plane is fitted to.
 std::vector<size_t> Candidates(const std::vector<InverseDepth>& points, const RoadSlope& last) {
   const double horizon = last.known ? last.horizon : 0.0;
   std::vector<size_t> candidates;

@@ -5,13 +5,13 @@
 //
 //   r = m.A,   m = n |t| / h                                                                 (R1)
 //
-// m is found among the points of the lower middle of the image that move, for what stands still
-// there is a bonnet or a blank road that flow does not follow; by seeded sampling of three and
-// reweighted least squares, near the last frame's slope m / m_y where that is known. It counts as a
-// road where it has support and hardly anything lies below it; of blank asphalt flow says anything,
-// and what seems to lie below counts only where the pictures agree. One picture alone shows some
-// such plane among rocks, too: it has to be confirmed (RoadSlope). What a road says of points:
-// road_contact.h.
+// m is fitted to the points in the lower middle of the image that have image motion; points without
+// it are on a bonnet, or on a blank road that flow does not follow. The fit uses seeded samples of
+// three points and reweighted least squares. It stays near the last frame's slope m / m_y if that
+// is known. The plane counts as a road if it has support and few points lie below it. On blank
+// asphalt flow is arbitrary, so a point below the plane counts only if the grey levels agree. A
+// single picture shows such a plane among rocks, too, so the plane has to be confirmed (RoadSlope).
+// Evidence from the road: road_contact.h.
 //
 // Reference: Klappstein, Stein & Franke (2006), positive height constraint.
 #ifndef EGOSIEVE_VISION_EVIDENCE_ROAD_PLANE_H_
@@ -31,16 +31,16 @@
 
 namespace egosieve::vision {
 
-// m over m_y of the last plane that was seen.
+// m / m_y of the last plane that was found.
 struct RoadSlope {
-  bool known = false;     // confirmed: by another picture, or by the direction of travel
-  bool proposed = false;  // one picture alone has shown it so far
+  bool known = false;     // confirmed by another picture or by the direction of travel
+  bool proposed = false;  // found in at least one picture
   double across = 0.0;    // m_x / m_y: roll
   double horizon = 0.0;   // -m_z / m_y: A_y of the horizon in the middle of the image
-  int unseen = 0;         // frames since it was seen
+  int unseen = 0;         // frames since it was found
 };
 
-// Within what a jolt changes from picture to picture.
+// Whether the two differ by no more than a jolt changes the slope from picture to picture.
 bool AreAlike(const RoadSlope& a, const RoadSlope& b);
 
 inline constexpr double kRoadUnevenness = 0.08;  // of r, deviation of a road from a plane
@@ -50,16 +50,15 @@ struct InverseDepth {
   Eigen::Vector3d ray = Eigen::Vector3d::UnitZ();  // A, third component 1
   double value = 0.0;                              // r
   double deviation = 0.0;                          // sigma_r
-  bool is_textured = true;                         // false: may belong to what is behind
+  bool is_textured = true;                         // false: the flow may be the background's
   bool moves = true;                               // in the image, by more than noise
-  // What the pictures say for this depth against the road's (S1), signed.
+  // Log-likelihood ratio from grey levels of this depth against the road's (S1), signed.
   double against_road = std::numeric_limits<double>::infinity();
-  // The same against every depth that something static can have here, the road's and nearer (S2);
-  // not negative.
+  // The same against all depths of static points here, the road's and nearer (S2); not negative.
   double against_static = std::numeric_limits<double>::infinity();
 };
 
-// pose: first frame of the pairs to second, found. One a pair, of the second frame's place.
+// pose: first frame of the pairs to second, found. One per pair, at the place in the second frame.
 std::vector<InverseDepth> InverseDepths(const Pinhole& camera, const RelativePose& pose,
                                         const std::vector<PointPair>& pairs);
 
@@ -75,7 +74,7 @@ struct RoadPlane {
   double Fall(const Eigen::Vector3d& ray) const { return m.dot(ray) / m(1); }
 };
 
-// Whether the pictures, too, say that a point, by its index, is not on the plane.
+// Whether grey levels confirm that the point of this index is not on the plane.
 using IsSeenOffPlane = std::function<bool(const RoadPlane& plane, size_t point)>;
 
 // is_seen_off: null without pictures.

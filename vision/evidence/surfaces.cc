@@ -8,7 +8,7 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kLeastCellPixels = 4.0;
-// Of neighbours, in deviations and of r; of surfaces likewise.
+// Greatest differences between neighbours and between surfaces, in deviations and as a share of r.
 constexpr double kNeighbourDeviations = 1.5, kNeighbourShare = 0.05;
 constexpr double kSurfaceDeviations = 2.0, kSurfaceShare = 0.1;
 
@@ -39,13 +39,13 @@ std::vector<Edge> EdgesOf(const Raster& raster, const std::vector<InverseDepth>&
       }
     }
   }
-  // Ties in the order of the raster, so that the surfaces do not depend on the sort.
+  // Ties stay in the order of the raster, so that the surfaces do not depend on the sort.
   std::stable_sort(edges.begin(), edges.end(),
                    [](const Edge& a, const Edge& b) { return a.apart < b.apart; });
   return edges;
 }
 
-// Points joined into surfaces, with the sums over each.
+// Points joined into surfaces, with sums over the points of each surface.
 class Joined {
  public:
   explicit Joined(const std::vector<InverseDepth>& points) : parents_(points.size()) {

@@ -1,13 +1,14 @@
-// The points of an image in surfaces of one depth.
+// Segments the points of an image into surfaces of one depth.
 //
-// Points lie in the cells of a raster, and one speaks for its cell. Those of neighbouring cells are
-// joined where they are alike, the most alike first, and where the means of what they are part of
-// are alike, too:
+// Points lie in the cells of a raster, and one point represents each cell. Points of neighbouring
+// cells are joined if they are alike, the most alike first, and if the means of the surfaces to
+// which they belong are alike, too:
 //
 //   |r_a - r_b| < 2 sigma + 0.1 max(|r_a|, |r_b|),   r, sigma: means over the surface          (U1)
 //
-// Flow is smooth, and joined by neighbours alone a car would be one with the house behind it.
-// Reference: Felzenszwalb & Huttenlocher (2004), the order of joining. Cost: n log n.
+// The second condition is needed because flow is smooth: by neighbours alone a car would be joined
+// to the house behind it. Reference: Felzenszwalb & Huttenlocher (2004), the order of joining.
+// Cost: n log n.
 #ifndef EGOSIEVE_VISION_EVIDENCE_SURFACES_H_
 #define EGOSIEVE_VISION_EVIDENCE_SURFACES_H_
 
@@ -19,14 +20,14 @@
 
 namespace egosieve::vision {
 
-// Square cells, about one a place.
+// Square cells, about one per place.
 class Raster {
  public:
   Raster(const std::vector<cv::Point2f>& places, cv::Size image);
 
   int rows() const { return rows_; }
   int columns() const { return columns_; }
-  // The index of the place that speaks for a cell; -1: none.
+  // The index of the place that represents a cell; -1: none.
   int At(int row, int column) const { return speakers_[row * columns_ + column]; }
   // Row and column.
   std::pair<int, int> CellAt(cv::Point2f place) const {
@@ -42,7 +43,7 @@ class Raster {
   std::vector<int> speakers_;
 };
 
-// The surface of each point; -1 for those that are not `is_part`, and for those that do not speak.
+// The surface of each point; -1 for points without `is_part` and points that represent no cell.
 // Surfaces are numbered from 0.
 std::vector<int> FindSurfaces(const Raster& raster, const std::vector<InverseDepth>& points,
                               const std::vector<bool>& is_part);

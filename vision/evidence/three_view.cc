@@ -13,8 +13,8 @@ namespace {
 constexpr int64_t kFewestTriples = 20;
 // The median of |e| / sigma in two dimensions is sqrt(2 log 2).
 constexpr double kMedianOfRayleigh = 1.17741;
-constexpr double kSignificant = 3.0;  // flow of a point that votes for the scale, in sigma
-constexpr double kNearest = 0.05;     // X_c(3) of a point that can be predicted
+constexpr double kSignificant = 3.0;  // least flow of a point that the scale uses, in sigma
+constexpr double kNearest = 0.05;     // least X_c(3) of a point that can be predicted
 constexpr double kMostRatio = 1.6;    // of the lengths of the two steps
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
@@ -98,7 +98,7 @@ double ScaleRatio(const std::vector<PointTriple>& triples, const std::vector<Bas
   return static_cast<int64_t>(ratios.size()) < kFewestTriples ? 0.0 : Median(ratios);
 }
 
-// One Gauss-Newton step; false where the normal equations say nothing. Leaves m and P.
+// One Gauss-Newton step; false if it cannot be solved or is too large. Sets m, and P if `last`.
 bool Step(const std::vector<PointTriple>& triples, const std::vector<Base>& bases,
           const Pinhole& camera, bool last, ThreeViewMotion& motion) {
   std::vector<Prediction> predictions;

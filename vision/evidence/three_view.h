@@ -1,5 +1,5 @@
-// Whether a point's place in a third frame agrees with the depth that the first two imply. Frames
-// a, b, c in order; b is the base.
+// Whether a point's position in a third frame agrees with the depth from the first two. Frames a,
+// b, c in order; b is the base.
 //
 //   1. a and b give the inverse depth of x_b:  r = r(s_ba), units of 1/|t_ab|      epipolar_line.h
 //   2. the motion b to c with the scale of a to b:  X_c = A + r tau,  A = R K^-1 x_b          (V1)
@@ -10,19 +10,20 @@
 //        C + J P J^T with the covariance P of (R, tau)                                        (V3)
 //   5. the residual along the line,  z = u.e / |u|,  its variance  u^T C u / |u|^2
 //
-// R and tau start from the pose of b to c and the median ratio of depths, which chains the scale;
-// they are fitted to the static majority: minimise sum rho(e^T C^-1 e / m^2) by Gauss-Newton, rho
-// of Cauchy, m the robust scale of the residuals (6 parameters). Transfer by two epipolar lines,
-// which fails wherever the two lines coincide (all of them, driving straight), is not used.
+// R and tau start from the pose of b to c and the median ratio of depths, which chains the scale.
+// They are fitted to the static majority: minimise sum rho(e^T C^-1 e / m^2) by Gauss-Newton, rho
+// of Cauchy, m the robust scale of the residuals (6 parameters). Transfer by two epipolar lines is
+// not used, because it fails where the two lines coincide, which is everywhere when driving
+// straight.
 //
-// What is seen: movers that speed up, turn, or whose path is not that of a static point at another
-// depth. What is not: movement at constant velocity parallel to the camera's.
+// Detected: movers that change their speed, turn, or whose path is not that of a static point at
+// another depth. Not detected: motion at constant velocity parallel to the camera's.
 //
-// Nothing is said where one of the poses was not found, the scale has no support, or the point lies
-// near the point of expansion; nor where |tau| is not near 1: a step is longer than the other by
-// more than a car brakes where a picture is missing, and places that were followed over a long step
-// are off along their lines by more than sigma, which is measured across them. Cost: 1 ms for 2000
-// triples, of which more are not used. Reference: Hartley & Zisserman, 2nd ed., 12.3, 15.
+// No residual is given if one of the poses was not found, the scale has no support, or the point
+// lies near the point of expansion; nor if |tau| is not near 1. Two steps differ by more than
+// braking explains only if a picture is missing, and points that were followed over a long step
+// have errors along their lines that exceed sigma, which is measured across the lines. Cost: 1 ms
+// for 2000 triples; no more than 2000 are used. Reference: Hartley & Zisserman, 2nd ed., 12.3, 15.
 #ifndef EGOSIEVE_VISION_EVIDENCE_THREE_VIEW_H_
 #define EGOSIEVE_VISION_EVIDENCE_THREE_VIEW_H_
 
@@ -55,7 +56,7 @@ struct ThreeViewMotion {
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  // P: (w, dtau)
   RelativePose base_to_first;                                                    // b to a
   double noise_pixels = 0.0;                                                     // sigma
-  double scale = 1.0;        // m: residuals over what (V2) predicts; 1 where the noise is right
+  double scale = 1.0;        // m: residuals over those predicted by (V2); 1 if sigma is right
   double speed_ratio = 1.0;  // |tau|
 };
 

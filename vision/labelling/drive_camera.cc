@@ -19,24 +19,24 @@ namespace egosieve::vision {
 namespace {
 
 constexpr int64_t kFewestLinks = 100;
-// How probably a vehicle travels in no direction of its own, as when it slides.
+// Probability that a vehicle does not travel in its own direction, as when it skids.
 constexpr double kVehicleTravelsElsewhere = 1e-6;
 
 Pinhole CameraOf(cv::Size size, double focal_ratio) {
   return Pinhole::Of(size, focal_ratio * std::max(size.width, size.height));
 }
 
-// How many times as long it is to the next pair as between the two pictures of pair k.
+// Time from pair k to the next pair, over the time between the two pictures of pair k; at least 1.
 double TimesAsLong(const std::vector<PicturePair>& pairs, size_t k) {
   const double length = pairs[k].length_seconds();
   if (k + 1 >= pairs.size() || !(length > 0.0)) return 1.0;
   return std::max(1.0, (pairs[k + 1].seconds() - pairs[k].seconds()) / length);
 }
 
-// A pair that moves enough places of the world.
+// A pair with enough links in the part of the image that is not fixed.
 struct WorldPair {
   const PicturePair* pair = nullptr;
-  std::vector<PointPair> links;  // of what is not fixed in the image
+  std::vector<PointPair> links;  // without places that are fixed in the image
   TwoViewMotion motion;
   double times_as_long = 1.0;  // TimesAsLong
   size_t picture = 0;          // of the pair, among the drive's
@@ -61,7 +61,7 @@ std::vector<WorldPair> PairsOfTheWorld(const DrivePictures& drive, const FixedPl
   return found;
 }
 
-// Without what is fixed in the image.
+// The windows without tracks of places that are fixed in the image.
 std::vector<TrackWindow> WindowsOfTheWorld(std::vector<TrackWindow> windows,
                                            const FixedPlaces& fixed) {
   for (TrackWindow& window : windows) {
@@ -73,7 +73,7 @@ std::vector<TrackWindow> WindowsOfTheWorld(std::vector<TrackWindow> windows,
   return windows;
 }
 
-// The direction of `travel`, sharpened by the ground. ignored: of the pictures as they were taken.
+// The direction of `travel`, refined by the ground. ignored: in pixels of the original pictures.
 Eigen::Vector3d SharpenedDirection(const TravelPrior& travel, const std::vector<WorldPair>& worlds,
                                    double focal_ratio, const cv::Mat1b& ignored) {
   std::vector<GroundSearchView> views;
@@ -144,7 +144,7 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
                            United(options.pictures.ignored, camera.own_vehicle));
   }
   if (!camera.travel.IsOfVehicle()) return camera;
-  // The rest of the share was of pairs whose motion was not found.
+  // Pairs that disagree with the direction are attributed to wrong estimates of motion.
   camera.travel.share = 1.0 - kVehicleTravelsElsewhere;
   std::vector<cv::Mat1b> seconds;
   for (const PicturePair& pair : drive.pairs) seconds.push_back(pair.second_reduced);

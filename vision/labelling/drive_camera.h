@@ -1,10 +1,10 @@
-// The camera of a recorded drive, learnt in a first pass over some of its pictures.
+// Estimates the camera of a recorded drive in a first pass over some of its pictures.
 //
-// Pairs of pictures, spread over the drive (drive_pictures.h), tell what of the image is the own
-// vehicle (own_vehicle.h). Without it, windows of pictures tell the focal length
-// (bundle_adjustment.h), and the pairs the direction of travel (travel_prior.h), which a few
-// pictures more of the ground sharpen (ground_direction.h). A recording can be read twice, a live
-// camera cannot.
+// Pairs of pictures, spread over the drive (drive_pictures.h), show the own vehicle
+// (own_vehicle.h). Points on it are left out of the rest: windows of pictures give the focal length
+// (bundle_adjustment.h), and the pairs give the direction of travel (travel_prior.h), which some
+// more pictures of the ground refine (ground_direction.h). The first pass needs a recording; a live
+// camera has none.
 #ifndef EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
 #define EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
 
@@ -24,23 +24,23 @@ struct DriveCamera {
   double log_focal_deviation = 0.0;  // standard deviation of the focal length's logarithm
   int pair_count = 0;                // pairs of pictures for `travel` and `own_vehicle`
   TravelPrior travel;
-  cv::Mat1b own_vehicle;  // 255 where it is, else 0; empty: nowhere
+  cv::Mat1b own_vehicle;  // 255 on the own vehicle, else 0; empty: no own vehicle
   cv::Mat1b windscreen;   // own_vehicle/windscreen.h, likewise
-  // M of fixed_pattern.h; empty: too few pictures, or the own vehicle was not looked for.
+  // M of fixed_pattern.h; empty: too few pictures, or `finds_own_vehicle` is false.
   cv::Mat1b fixed_pattern;
 };
 
 struct DriveCameraOptions {
-  DrivePicturesOptions pictures;  // no windows are read where focal_ratio is given
-  double focal_ratio = 0.0;       // of DriveCamera, where it is known; 0: to be learnt
+  DrivePicturesOptions pictures;  // no windows are read if focal_ratio is given
+  double focal_ratio = 0.0;       // as in DriveCamera, if known; 0: to be estimated
   bool finds_own_vehicle = true;
   OwnVehicleOptions own_vehicle;
 
   absl::Status Validate() const;
 };
 
-// Reads from `source`, whose next frame is undefined afterwards. Frames that cannot be read are
-// passed over; errors are the source's. The same for the same input.
+// Reads from `source`, whose next frame is undefined afterwards. Unreadable frames are skipped;
+// errors are the source's. The same input gives the same result.
 absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
                                              const DriveCameraOptions& options);
 

@@ -18,31 +18,31 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kPairSeconds = 0.08;    // from the first picture of a pair to the second, at least
-constexpr double kGroundSeconds = 0.15;  // from the first picture to the last that shows the ground
+constexpr double kPairSeconds = 0.08;    // least time between the two pictures of a pair
+constexpr double kGroundSeconds = 0.15;  // from the first picture to the last one for the ground
 constexpr double kWindowSeconds = 0.6, kLongestWindowSeconds = 2.0;
 constexpr double kWindowMotion = 0.025;  // median, of the longer side
 constexpr int kLongestPair = 6;          // frames
 constexpr int kLongestWindow = 36;       // frames
-constexpr int kWindowViews = 5;          // pictures of a window that are kept, beside the first
+constexpr int kWindowViews = 5;          // pictures of a window that are kept besides the first
 constexpr int kGridStride = 10;          // pixels
-constexpr int64_t kUnknownLength = 600;  // frames, where the source does not know its own
+constexpr int64_t kUnknownLength = 600;  // frames, if the source does not know its length
 
-// A frame that could be read.
+// A readable frame.
 struct ReadPicture {
-  cv::Size size;  // as it was taken
+  cv::Size size;  // of the original picture
   TimedPicture picture;
   cv::Mat1b reduced;
 };
 
-// The frames of a source, of which those from the last Forget() on can be had again.
+// Reads the frames of a source, and keeps those from the index of the last Forget() on.
 class PictureReader {
  public:
   PictureReader(FrameSource& source, const EqualizationOptions& equalization)
       : source_(source), equalization_(equalization), first_(source.next_index()) {}
 
-  // Frame `index`, which must not lie before what was forgotten; nothing where it cannot be read or
-  // the drive has ended.
+  // Frame `index`, which must not lie before the last Forget(); null if it cannot be read or the
+  // drive has ended.
   absl::StatusOr<const ReadPicture*> At(int64_t index) {
     while (!has_ended_ && first_ + static_cast<int64_t>(frames_.size()) <= index) {
       EGOSIEVE_ASSIGN_OR_RETURN(FrameRead read, source_.Next());
@@ -62,12 +62,12 @@ class PictureReader {
     return &*frames_[at];
   }
 
-  // Whether At(index) showed that the drive has ended before it.
+  // After At(index): whether the drive ends before `index`.
   bool EndsBefore(int64_t index) const {
     return has_ended_ && first_ + static_cast<int64_t>(frames_.size()) <= index;
   }
 
-  // Goes to `index`.
+  // Drops the frames before `index`, and seeks to it if it lies ahead.
   absl::Status Forget(int64_t index) {
     while (first_ < index && !frames_.empty()) {
       frames_.pop_front();
@@ -87,12 +87,13 @@ class PictureReader {
 };
 
 struct ReadPair {
-  std::optional<PicturePair> pair;  // without links; nothing where the pictures cannot be used
+  std::optional<PicturePair> pair;  // without links; nullopt if the pictures cannot be used
   cv::Size size;
   int64_t end = 0;  // index after the last frame read
 };
 
-// most_pictures: as many are read, or until the pair is whole.
+// Reads until the pair is complete and either the ground has its pictures or `most_pictures` are
+// read.
 absl::StatusOr<ReadPair> ReadPairAt(PictureReader& reader, int64_t index, int64_t most_pictures) {
   ReadPair read;
   PicturePair pair;
@@ -140,7 +141,7 @@ struct ReadWindow {
   int64_t end = 0;  // index after the last frame read
 };
 
-// Corners followed through the pictures from `index` on, at kWindowViews of them.
+// Corners tracked through the pictures from `index` on, kept in kWindowViews + 1 of them.
 absl::StatusOr<ReadWindow> ReadWindowAt(PictureReader& reader, int64_t index, cv::Size size,
                                         const cv::Mat1b& ignored) {
   ReadWindow read;

@@ -1,7 +1,7 @@
-// What the first pass over a drive reads: pairs of pictures for the camera's motion, and windows of
-// pictures for its lens.
+// Pictures for the first pass over a drive: pairs for the camera's motion, and windows for its
+// focal length.
 //
-// Pairs are about 0.08 s long. Their pictures reach to 0.15 s, for the ground. A window lasts at
+// Pairs are about 0.08 s long. Their pictures continue to 0.15 s, for the ground. A window lasts at
 // least 0.6 s, until the points have moved by a fortieth of the longer side, and at most 2 s.
 // Windows are spread over the drive and do not overlap.
 #ifndef EGOSIEVE_VISION_LABELLING_DRIVE_PICTURES_H_
@@ -31,33 +31,31 @@ struct TimedPicture {
 struct PicturePair {
   std::vector<TimedPicture> pictures;  // the first of the pair, and those after it
   size_t second = 0;                   // of the pair, in `pictures`
-  cv::Mat1b reduced, second_reduced;   // of the two (fixed_pattern.h), not equalised
-  std::vector<PointPair>
-      links;  // between textured places, pixels of the pictures as they were taken
+  cv::Mat1b reduced, second_reduced;   // the two of the pair (fixed_pattern.h), not equalised
+  std::vector<PointPair> links;        // between textured places, pixels of the original pictures
 
   double seconds() const { return pictures[0].seconds; }
   double length_seconds() const { return pictures[second].seconds - pictures[0].seconds; }
 };
 
 struct DrivePictures {
-  cv::Size size;  // as they were taken; pictures of another size are left out
+  cv::Size size;  // of the original pictures; pictures of another size are left out
   std::vector<PicturePair> pairs;
-  std::vector<TrackWindow> windows;  // pixels of the pictures as they were taken
+  std::vector<TrackWindow> windows;  // pixels of the original pictures
 };
 
 struct DrivePicturesOptions {
   int pairs = 24;                 // at most; positive
   int windows = 8;                // at most; not negative
-  int64_t first_frame = 0;        // where the drive begins in the input
-  int64_t longest_frames = 3000;  // of the drive that are looked at; positive
-  cv::Mat1b ignored;              // ignored_area.h: not the world, whatever else is found
+  int64_t first_frame = 0;        // of the drive in the input
+  int64_t longest_frames = 3000;  // length of the part of the drive that is read; positive
+  cv::Mat1b ignored;              // ignored_area.h: never part of the static scene
   EqualizationOptions equalization;
 
   absl::Status Validate() const;
 };
 
-// Reads from `source`, forwards only. Frames that cannot be read are passed over; errors are the
-// source's.
+// Reads from `source`, forwards only. Unreadable frames are skipped; errors are the source's.
 absl::StatusOr<DrivePictures> ReadDrivePictures(FrameSource& source,
                                                 const DrivePicturesOptions& options);
 

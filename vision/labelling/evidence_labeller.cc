@@ -12,7 +12,7 @@ namespace {
 constexpr int kSupportRadius = 2;  // nodes
 constexpr double kSupportShare = 0.45;
 
-// Ids of the two trackers side by side.
+// Unique ids for the tracks of both trackers.
 int64_t GridId(int64_t id) { return id < 0 ? id : 2 * id; }
 int64_t FeatureId(int64_t id) { return id < 0 ? id : 2 * id + 1; }
 
@@ -91,7 +91,7 @@ absl::Status EvidenceLabeller::AdvanceGrid(cv::Size size, const FramePairs& pair
     grid_.EndAll();
     return absl::OkStatus();
   }
-  // A tracker that had nothing to go on last time begins in the picture before this one.
+  // A tracker without links in the last picture starts in that picture.
   if (grid_.state().frame_index != state_.picture || grid_.tracks().empty()) {
     grid_.EndAll();
     if (grid_.state().frame_index < state_.picture) {
@@ -147,7 +147,7 @@ std::vector<TrackedPoint> EvidenceLabeller::GridPoints(int gap, const GridLinks&
     const bool tracked = far_behind[n] != 0;
     TrackedPoint point;
     point.evidence.now = PlaceOfNode(n, nodes.width, stride_pixels_);
-    // The longer way where it is followed, else the shorter one.
+    // The longer span if it can be followed, else the shorter one.
     if (holds(far_ahead, n)) {
       point.far_ahead = ahead.far[n];
     } else if (holds(near_ahead, n)) {

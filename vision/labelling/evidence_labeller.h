@@ -1,13 +1,13 @@
-// Labels from evidence gathered along tracks.
+// Labels from evidence accumulated along tracks.
 //
-//   1. links between the last two frames continue the tracks       vision/tracking
-//   2. the pair's other frame: g pictures ago, by the track        frame_labeller.h
+//   1. links between the last two frames extend the tracks         vision/tracking
+//   2. the other frame of the pair: g pictures ago, by the track   frame_labeller.h
 //   3. the camera's motion between the two, from the tracks        vision/geometry
 //   4. evidence and its probability                                vision/evidence
 //
-// Pictures are counted, not frame numbers: a repeated picture is no step, and frames that are
-// missing make the step longer. Grid nodes and features are tracked side by side; a source that
-// gave nothing for a picture loses its tracks.
+// Pictures are counted, not frame numbers: a repeated picture is not a step, and missing frames
+// make the step longer. Grid nodes and features are tracked separately; if one of the two has no
+// links for a picture, its tracks end.
 #ifndef EGOSIEVE_VISION_LABELLING_EVIDENCE_LABELLER_H_
 #define EGOSIEVE_VISION_LABELLING_EVIDENCE_LABELLER_H_
 
@@ -30,7 +30,7 @@
 namespace egosieve::vision {
 
 struct EvidenceLabellerState {
-  int64_t picture = -1;                // of the last one taken in; -1: none
+  int64_t picture = -1;                // number of the last picture; -1: none
   std::vector<int64_t> frame_indices;  // of the pictures that tracks may reach, oldest first
   GridTrackerState grid;
   FeatureTrackerState features;
@@ -39,10 +39,10 @@ struct EvidenceLabellerState {
 
 inline const cv::Point2f kUnknownPlace{EvidencePoint::kUnknown, EvidencePoint::kUnknown};
 
-// A place that a track has reached, or that a picture near it follows.
+// A point of the current picture, followed by a track or by flow to a picture ahead.
 struct TrackedPoint {
   EvidencePoint evidence;
-  // Where only a picture other than the pair's follows the place; NaN elsewhere.
+  // Its places in pictures other than the two of the pair; NaN where not followed or not used.
   cv::Point2f far_ahead = kUnknownPlace, near_ahead = kUnknownPlace, near_behind = kUnknownPlace;
   bool is_textured = true;
   bool is_supported = true;  // enough places around it could be followed as well
@@ -59,32 +59,31 @@ class EvidenceLabeller {
  public:
   static absl::StatusOr<EvidenceLabeller> Create(const FrameLabellerOptions& options);
 
-  // A picture that nothing leads to: the drive's first, or the first behind a cut.
+  // For a picture without links from the one before: the first of the drive or after a cut.
   void Begin(int64_t frame_index);
-  // The last picture once more.
+  // For a frame that repeats the last picture.
   void Repeat(int64_t frame_index) { state_.frame_indices.back() = frame_index; }
   // Step 1. pairs: from `before`, the last picture, to `frame`.
   absl::Status Advance(const ExtractedFrame& before, const ExtractedFrame& frame,
                        const FramePairs& pairs);
 
-  // Of the last picture; -1: none.
+  // Frame index of the last picture; -1: none.
   int64_t last_frame_index() const {
     return state_.frame_indices.empty() ? -1 : state_.frame_indices.back();
   }
-  // How many pictures back any track may reach.
+  // Number of pictures that a track may reach back.
   int PicturesBefore() const { return static_cast<int>(state_.frame_indices.size()) - 1; }
   int64_t FrameIndexBefore(int pictures) const {
     return state_.frame_indices[state_.frame_indices.size() - 1 - pictures];
   }
 
   // Tracks of the current picture that reach `gap` pictures back, and nodes of the grid that
-  // `ahead` follows; none on the windscreen.
+  // `ahead` follows; without those on the windscreen.
   std::vector<TrackedPoint> Points(int gap, const GridLinks& ahead) const;
-  // Nodes of the grid without such a track, or without support.
+  // Nodes of the grid without such a track or without support, outside of the ignored area.
   std::vector<cv::Point2f> UnfollowedPlaces(int gap, cv::Size image) const;
-  // Step 4; `model` may be of kind kNone.
-  // `before`: the other frame of the pair, or null. `world`: the calibrated motion, or null.
-  // `views`: further pictures; those without a frame are passed over.
+  // Step 4. `model` may be of kind kNone. `before`: the other frame of the pair, or null. `world`:
+  // the calibrated motion, or null. `views`: further pictures; those without a frame are skipped.
   absl::StatusOr<EvidenceResult> Judge(const ExtractedFrame* before, const ExtractedFrame& frame,
                                        int gap, const MotionModel& model,
                                        const std::vector<TrackedPoint>& points,
@@ -111,7 +110,7 @@ class EvidenceLabeller {
   GridTracker grid_;
   FeatureTracker features_;
   EvidenceAccumulator accumulator_;
-  std::vector<uint8_t> is_textured_;  // of the grid's nodes, this picture's
+  std::vector<uint8_t> is_textured_;  // of the grid's nodes in the current picture
   EvidenceLabellerState state_;       // picture and frame_indices only
 };
 

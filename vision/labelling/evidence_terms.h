@@ -8,27 +8,28 @@
 
 namespace egosieve::vision {
 
-// What a label may rest on (vision/evidence).
+// The terms of evidence that labels use (vision/evidence).
 struct EvidenceTerms {
-  bool epipolar = true;        // distance to the motion model, whichever that is
-  bool negative_depth = true;  // flow towards the point of expansion
-  bool three_view = true;      // a depth that does not last
-  bool road = true;            // below the road, or standing on it elsewhere than its depth says
-  bool accumulation = true;    // memory along tracks
-  bool own_vehicle = true;     // parts of the image that stand still while the world moves
+  bool epipolar = true;        // distance to the motion model, of any kind
+  bool negative_depth = true;  // cheirality: flow towards the point of expansion
+  bool three_view = true;      // depths of two pairs of pictures that disagree
+  bool road = true;            // below the road, or at a depth that disagrees with ground contact
+  bool accumulation = true;    // sums along tracks
+  bool own_vehicle = true;     // parts of the image that are fixed while the scene moves
 
   static EvidenceTerms EpipolarAlone() { return {true, false, false, false, false, false}; }
 
   bool IsEpipolarAlone() const {
     return epipolar && !negative_depth && !three_view && !road && !accumulation && !own_vehicle;
   }
-  // Something says what moves; the last two only add to it.
+  // Whether a term that detects movers is selected; the last two only modify the others.
   bool IsEnough() const { return epipolar || negative_depth || three_view || road; }
 };
 
 // "all", or the fields' names in their order, joined by commas.
 std::string Describe(const EvidenceTerms& terms);
-// InvalidArgument, listing the names, for what Describe cannot have written; any order is read.
+// Accepts the names in any order. InvalidArgument, listing the names, for other text, or if
+// IsEnough() is false.
 absl::StatusOr<EvidenceTerms> ParseEvidenceTerms(absl::string_view text);
 
 }  // namespace egosieve::vision

@@ -1,4 +1,4 @@
-// What is computed of a frame alone, once.
+// The data computed once from a single frame.
 #ifndef EGOSIEVE_VISION_LABELLING_EXTRACTED_FRAME_H_
 #define EGOSIEVE_VISION_LABELLING_EXTRACTED_FRAME_H_
 
@@ -12,8 +12,8 @@
 
 namespace egosieve::vision {
 
-// Shared by pointer and immutable to its users; features that were not asked for at once are
-// computed when first needed, the same whenever that is.
+// Shared by pointer and immutable to its users. Features may be computed only when first needed;
+// the result is the same.
 struct ExtractedFrame {
   Frame frame;
   cv::Mat grey;  // CV_8UC1, equalised
@@ -30,7 +30,7 @@ struct ExtractedFrame {
     return features_;
   }
 
-  // What features() took when it was called first; only after a call.
+  // Duration of the first call of features(); valid only after that call.
   double features_milliseconds() const { return features_milliseconds_; }
 
  private:

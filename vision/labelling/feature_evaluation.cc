@@ -26,7 +26,7 @@ Eigen::Matrix3d ToEigen(const cv::Matx33d& m) {
   return result;
 }
 
-// The pair's places, in the order of its frames.
+// The places in both frames, in the order of the pair.
 std::vector<PointPair> PairsOf(const LabelledFrame& frame) {
   const bool on_first = frame.labelled.index == frame.first_index;
   const std::vector<double>& a = on_first ? frame.positions : frame.other_positions;
@@ -44,7 +44,7 @@ std::vector<double> RejectedResiduals(const LabelledFrame& frame,
                    EpipolarDistance::kSampson);
 }
 
-// The labelled place nearest to (x, y); -1 where none is within the radius.
+// The labelled place nearest to (x, y); -1 if none is within the radius.
 int64_t NearestPlace(const LabelledFrame& frame, double x, double y, double radius) {
   int64_t nearest = -1;
   double least = radius * radius;

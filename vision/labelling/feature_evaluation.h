@@ -1,5 +1,5 @@
-// How well distances and labels tell movers from the rest, where the truth is known: the area under
-// the ROC curve over labelled features.
+// Scores residuals and labels against ground truth: the area under the ROC curve, movers against
+// static points, over labelled features.
 //
 //   AUC = P(score of a mover > score of another) + 1/2 P(equal)            (Mann & Whitney, 1947)
 #ifndef EGOSIEVE_VISION_LABELLING_FEATURE_EVALUATION_H_
@@ -18,14 +18,14 @@
 
 namespace egosieve::vision {
 
-// Nothing where one of the two kinds is missing. scores and is_mover are of one length, scores not
-// NaN.
+// nullopt if one of the two classes is empty. scores and is_mover have the same length; scores must
+// not be NaN.
 std::optional<double> AreaUnderRoc(const std::vector<double>& scores,
                                    const std::vector<bool>& is_mover);
 
 struct FeatureScore {
-  std::optional<double> residual_auc;  // of the motion model that was chosen
-  std::optional<double> rejected_auc;  // of the one that was not, at the same places
+  std::optional<double> residual_auc;  // of the selected motion model
+  std::optional<double> rejected_auc;  // of the rejected one, at the same places
   std::optional<double> label_auc;
   int64_t scored_count = 0;
   int64_t mover_count = 0;
@@ -34,14 +34,14 @@ struct FeatureScore {
 // mask: CV_8UC1 of the labelled frame's size; 255 mover, 128 not scored, else static.
 FeatureScore ScoreAgainstMask(const LabelledFrame& frame, const cv::Mat& mask);
 
-// A scene point followed by hand: label 1 is static, 2 and more are moving objects.
+// A scene point tracked by hand: label 1 is static, 2 and more are moving objects.
 struct LabelledTrack {
   int label = 1;
   std::map<int64_t, cv::Point2d> places;  // by frame number, pixels
 };
 
-// From "track,label,frame,x,y" lines below one header line; frame numbers less
-// `first_frame_number`.
+// Reads lines "track,label,frame,x,y" below one header line. `first_frame_number` is subtracted
+// from the frame numbers.
 absl::StatusOr<std::vector<LabelledTrack>> ReadLabelledTracks(const std::string& path,
                                                               int64_t first_frame_number);
 
@@ -50,22 +50,22 @@ struct TrackPairs {
   std::vector<bool> is_mover;
 };
 
-// The tracks that are seen in both frames.
+// The tracks with a place in both frames.
 TrackPairs PairsOfTracks(const std::vector<LabelledTrack>& tracks, int64_t first, int64_t second);
 
-// The motion model's residuals at the tracks rather than at the features. A track's label is that
-// of the nearest labelled place, where one is within `label_radius_pixels`; others do not count in
-// label_auc.
+// Scores the motion model's residuals at the tracks instead of the features. A track's label is
+// that of the nearest labelled place within `label_radius_pixels`; tracks without one do not count
+// in label_auc.
 FeatureScore ScoreAgainstTracks(const LabelledFrame& frame,
                                 const std::vector<LabelledTrack>& tracks,
                                 double label_radius_pixels = 10.0);
 
-// Whether the motion model that was chosen tells movers from the rest as well as the rejected one,
-// by the truth. Differences in AUC up to kTiedAuc are of no weight and are counted apart.
+// Whether the selected motion model separates movers from static points better than the rejected
+// one, by ground truth. Differences in AUC up to kTiedAuc count as a tie.
 enum class ChoiceVerdict { kBetter, kTied, kWorse };
 inline constexpr double kTiedAuc = 0.01;
 
-// Nothing where there was no choice or the truth has one kind only.
+// nullopt if there was no rejected model or the ground truth has one class only.
 std::optional<ChoiceVerdict> JudgeChoice(const FeatureScore& score);
 
 }  // namespace egosieve::vision

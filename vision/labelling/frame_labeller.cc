@@ -46,7 +46,7 @@ absl::Status FrameLabeller::Implementation::CheckOrder(const ExtractedFrame& fra
 absl::Status FrameLabeller::Implementation::Push(std::shared_ptr<const ExtractedFrame> frame) {
   EGOSIEVE_RETURN_IF_ERROR(CheckOrder(*frame));
   if (!history_.empty() && SizeBefore() != frame->frame.image.size()) history_.clear();
-  // Not so for a frame that was labelled, or that the restored state knows.
+  // Skipped for frames that were already labelled or are part of the restored state.
   if (gathers_ && evidence_.last_frame_index() < frame->frame.index) {
     evidence_.Begin(frame->frame.index);
     movers_.Forget();

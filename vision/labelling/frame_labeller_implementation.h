@@ -1,4 +1,4 @@
-// The state and the steps of frame_labeller.h. Internal to it.
+// State and steps of frame_labeller.h. Internal to it.
 #ifndef EGOSIEVE_VISION_LABELLING_FRAME_LABELLER_IMPLEMENTATION_H_
 #define EGOSIEVE_VISION_LABELLING_FRAME_LABELLER_IMPLEMENTATION_H_
 
@@ -38,12 +38,12 @@ inline void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& 
 inline TwoViewMotionOptions MotionOptionsOf(const FrameLabellerOptions& options) {
   TwoViewMotionOptions motion;
   motion.travel = options.travel;
-  // A vehicle's direction of travel tells the world from traffic already.
+  // With a vehicle's direction of travel, traffic is not mistaken for the static scene anyway.
   if (!options.evidence.accumulation || options.travel.IsOfVehicle()) motion.memory = 0.0;
   return motion;
 }
 
-// Null where the drive's is not known.
+// Null if the drive's fixed pattern is not known.
 inline std::shared_ptr<const FixedPattern> PatternOf(const FrameLabellerOptions& options) {
   if (options.fixed_pattern.empty()) return nullptr;
   cv::Mat1f median;
@@ -75,7 +75,7 @@ class FrameLabeller::Implementation {
  private:
   absl::Status CheckOrder(const ExtractedFrame& frame) const;
   cv::Size SizeBefore() const { return history_.back()->frame.image.size(); }
-  // Frames between the two of the pair that ends in the current one; `before`: how many there are.
+  // Frame gap of the pair that ends in the current frame. before: number of frames before it.
   int Gap(int before) const {
     return options_.frame_gap > 0 ? options_.frame_gap : std::min(gap_.gap, before);
   }
@@ -87,41 +87,42 @@ class FrameLabeller::Implementation {
   }
   absl::Status LabelPair(const ExtractedFrame& first, const ExtractedFrame& second,
                          LabelledFrame& result);
-  // The same with evidence along tracks; `before` is the frame before.
+  // The same with evidence along tracks. before: the frame before the current one.
   absl::Status LabelTracks(const ExtractedFrame& before, const ExtractedFrame& frame,
                            const Pictures& ahead, LabelledFrame& result);
-  // From the pictures ahead alone; the outcome stays as it is where they say nothing.
+  // Labels from the pictures ahead alone; the outcome stays as it is if none of them can be used.
   absl::Status LabelFromAhead(const ExtractedFrame& frame, const Pictures& ahead,
                               LabelledFrame& result);
-  // Whether there is enough to go on; else the outcome is set.
+  // Whether there are enough correspondences of one scene; else sets the outcome.
   bool IsEnough(const FramePairs& pairs, LabelledFrame& result) const;
   absl::StatusOr<MotionModel> FindMotion(const std::vector<PointPair>& pairs, int64_t frame_index,
                                          LabelledFrame& result) const;
-  // Whether places are followed by the flow grid and the motion between pictures is calibrated.
+  // Whether the flow grid is used and the motion between pictures is calibrated.
   bool FollowsCalibrated() const {
     return options_.IsCalibrated() && options_.features != FeatureSource::kSiftCorners;
   }
-  // Between the two of the pair; `world` is set where it is calibrated and was not known.
+  // The motion between the two frames of the pair. Sets `world` if it is calibrated and not known.
   absl::StatusOr<MotionModel> MotionOfTracks(const std::vector<TrackedPoint>& points,
                                              const ExtractedFrame& frame, const MovedNodes& moved,
                                              TwoViewMotion& world, LabelledFrame& result);
-  // Empty where the motion is not calibrated, or the grid of flow not used.
+  // Empty if the motion is not calibrated or the flow grid is not used.
   absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
                                     absl::Span<const float> moved, LabellingTimes& times);
   Pinhole Camera(cv::Size size) const;
-  // A picture later. back: the motion from `frame` to `before`; null: not known.
+  // Updates the speed of the ground. back: the motion from `frame` to `before`; null: not known.
   void ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
                      const TwoViewMotion* back, const View& far, const Pictures& ahead);
   // Sets is_fixed of the points where the frame agrees with the drive's fixed pattern.
   void MarkFixed(const ExtractedFrame& frame, std::vector<TrackedPoint>& points);
-  // Bounds the motion's ground by the speed over the drive.
+  // Replaces the motion's ground bound if the speed of the ground over the drive gives a better
+  // one.
   void BoundGround(const ExtractedFrame& a, const ExtractedFrame& b, TwoViewMotion& motion) const;
   void ObserveGap(const MotionModel& model, int gap);
-  // What the next pair is predicted from: nothing, where the motion is not to be believed.
+  // Keeps the motion field that predicts the next pair; none if the motion is not trusted.
   void KeepMotion(const FramePairs& pairs, int pictures, cv::Size size, bool trusted);
 
   const FrameLabellerOptions options_;
-  const bool gathers_;  // evidence beyond the epipolar distance
+  const bool gathers_;  // uses evidence beyond the epipolar distance
   const std::shared_ptr<const FixedPattern> pattern_;
   std::deque<std::shared_ptr<const ExtractedFrame>> history_;  // at most frame_gap, oldest first
   MixtureState mixture_;
@@ -129,8 +130,8 @@ class FrameLabeller::Implementation {
   MotionField motion_;  // of the last pair
   MoverMemory movers_;
   GroundSpeed ground_;
-  PairMotions pair_motions_;  // its motions are state
-  // Its last picture is that of the history's last frame. Not used where !gathers_.
+  PairMotions pair_motions_;  // its motions are part of state()
+  // Its last picture is that of the last frame of `history_`. Not used unless gathers_.
   EvidenceLabeller evidence_;
 };
 

@@ -1,5 +1,5 @@
-// From a pair of frames, or tracks and the pictures ahead, to labels: the steps of
-// frame_labeller.h behind the extraction.
+// The steps of frame_labeller.h after extraction: labels from a pair of frames, or from tracks and
+// the pictures ahead.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -21,8 +21,8 @@ namespace egosieve::vision {
 namespace {
 
 constexpr uint64_t kGeometryStep = 1;
-constexpr int kNoGap = 1 << 20;        // pictures that no track reaches back
-constexpr double kLeastOfSpeed = 0.5;  // of the slope that the ground's speed lets expect
+constexpr int kNoGap = 1 << 20;        // longer than any track
+constexpr double kLeastOfSpeed = 0.5;  // of the slope expected from the speed of the ground
 
 cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
   cv::Matx33d result;
@@ -132,7 +132,7 @@ void FrameLabeller::Implementation::BoundGround(const ExtractedFrame& a, const E
                                                 TwoViewMotion& motion) const {
   const double seconds = std::abs(b.frame.time_seconds - a.frame.time_seconds);
   const double heights = ground_.Low() * seconds, slope = SlopeOfHeights(heights);
-  // A pair that shows hardly any slope shows something else, such as traffic on the road.
+  // A slope far below the expected one belongs to something else, such as traffic on the road.
   if (slope > 0.0 && (slope < motion.ground_slope || motion.ground_slope < kLeastOfSpeed * slope)) {
     motion.ground_slope = slope;
     motion.ground_heights = heights;
@@ -259,7 +259,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
     EGOSIEVE_ASSIGN_OR_RETURN(behind,
                               LookBack(before, frame, camera, movers_.nodes(), pair_motions_));
   } else if (FollowsCalibrated() && pairs.matches.empty()) {
-    // What looked ahead from the frame before.
+    // The motion that was estimated when looking ahead from the frame before.
     EGOSIEVE_ASSIGN_OR_RETURN(world, pair_motions_.Between(before, frame, camera, movers_.nodes()));
   }
   std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);

@@ -1,4 +1,4 @@
-// What a frame says of the camera: its step from the frame before, and whether to rely on it.
+// The camera's step from the frame before, and whether a frame's labels are reliable.
 #ifndef EGOSIEVE_VISION_LABELLING_FRAME_STEP_H_
 #define EGOSIEVE_VISION_LABELLING_FRAME_STEP_H_
 
@@ -15,16 +15,16 @@
 
 namespace egosieve::vision {
 
-// What LabelTracks knows of a frame.
+// Motions of a frame to the pictures near it.
 struct FrameViews {
   int64_t index_before = 0, index = 0;   // in the input: of the frame before and of this one
-  int gap = 1;                           // frames between the two of `world`
-  const TwoViewMotion* world = nullptr;  // from the frame `gap` before; null: not to be trusted
-  const View* behind = nullptr;          // to the frame before; read where `gap` is more than 1
+  int gap = 1;                           // frame gap of `world`
+  const TwoViewMotion* world = nullptr;  // from the frame `gap` before; null: not trusted
+  const View* behind = nullptr;          // to the frame before; read if `gap` is more than 1
   const Outlook* outlook = nullptr;
 };
 
-// Not known without `world`, or where `behind` is needed and was not found.
+// The step is unknown without `world`, or if `behind` is needed and was not found.
 CameraStep StepOf(const FrameViews& views, const std::vector<TrackedPoint>& points,
                   const Pinhole& camera);
 

@@ -60,7 +60,7 @@ MixtureLabels EstimateMixtureLabels(const std::vector<double>& distances,
   const double dimension = options.residual_dimension;
   const bool has_memory = previous.noise_pixels > 0.0;
   const double memory = has_memory ? options.memory_share * n : 0.0;
-  constexpr double kLeastShare = 1e-3;  // neither kind is ever ruled out
+  constexpr double kLeastShare = 1e-3;  // keeps both components of the mixture possible
 
   double sigma = NoiseScale(distances, options.noise_floor_pixels);
   double share = has_memory ? previous.dynamic_share : 0.2;

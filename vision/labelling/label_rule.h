@@ -1,17 +1,19 @@
-// From the distances d of matches to the motion model, in pixels, to probabilities p of being
-// dynamic.
+// Label rules: from the distances d of matches to the motion model, in pixels, to probabilities p
+// of being dynamic.
 //
 //   scaled distance   p = d / d_max; d > d_max is a false match and gets no label  (paper, III)
 //   scaled median     p = min(1, d / (c s)),  s = max(floor, 1.48 median d)        (L1)
 //   mixture           p = w u / (w u + (1 - w) g(d)); static: Gaussian of deviation sigma, dynamic:
 //                     uniform within R                                             (L2)
 //
-// A match that moved far is located worse: perspective distorts what is near, and flow smooths it.
-// The last two rules therefore take distances reduced to those of a match that hardly moved,
+// A match with long flow is located less accurately, because perspective distorts near objects and
+// flow smooths them. The last two rules therefore take distances reduced to those of a match with
+// short flow,
 //
 //   d / sqrt(1 + (k f / floor)^2),   f = |(x2, y2) - (x1, y1)|.                    (L0)
 //
-// Without it, what passes close by drowns what crosses further away; hand-held video loses nothing.
+// Without it, errors of near objects hide movers that cross further away. Hand-held video does not
+// become worse.
 #ifndef EGOSIEVE_VISION_LABELLING_LABEL_RULE_H_
 #define EGOSIEVE_VISION_LABELLING_LABEL_RULE_H_
 
@@ -31,7 +33,7 @@ std::vector<double> ScaledMedianLabels(const std::vector<double>& distances, dou
                                        double multiple);
 
 struct MixtureState {
-  double noise_pixels = 0.0;   // sigma; 0: nothing known yet
+  double noise_pixels = 0.0;   // sigma; 0: not estimated yet
   double dynamic_share = 0.0;  // w
 };
 
@@ -39,7 +41,7 @@ struct MixtureOptions {
   int residual_dimension = 1;  // m: 1 for distances to lines, 2 to points
   double noise_floor_pixels = 0.1;
   double range_pixels = 30.0;  // R: the largest distance that counts
-  double memory_share = 0.2;   // of the matches of the frame, that the previous state weighs
+  double memory_share = 0.2;   // weight of the previous state, as a share of the frame's matches
   int iterations = 30;
 };
 
@@ -48,7 +50,7 @@ struct MixtureLabels {
   MixtureState state;
 };
 
-// (L2) with the parameters of (L3), from `previous`.
+// (L2) with sigma and w estimated by expectation maximisation from the distances and `previous`.
 MixtureLabels EstimateMixtureLabels(const std::vector<double>& distances,
                                     const MixtureState& previous, const MixtureOptions& options);
 

@@ -1,5 +1,4 @@
-// What the front end hands to the learner: places in a frame and how probably each belongs to
-// something that moves by itself.
+// Output of the front end: places in a frame with their probabilities of belonging to a mover.
 #ifndef EGOSIEVE_VISION_LABELLING_LABELLED_FRAME_H_
 #define EGOSIEVE_VISION_LABELLING_LABELLED_FRAME_H_
 
@@ -19,11 +18,11 @@ namespace egosieve::vision {
 enum class LabelOutcome {
   kLabelled,         // labels are given
   kNoPair,           // fewer than frame_gap + 1 frames seen so far, or since the last interruption
-  kSizeChanged,      // the frame is of another size than the ones before: a new start
+  kSizeChanged,      // the frame has another size than the ones before: labelling starts anew
   kTooFewFeatures,   // black, white or without texture
   kTooFewMatches,    // a cut, an obstructed lens, a turn by 90 degrees, ...
   kDuplicateFrame,   // the same picture again, byte for byte
-  kUntrustedMotion,  // a motion model was found, but the frame gives no ground to believe it
+  kUntrustedMotion,  // no motion model is supported by enough correspondences
 };
 
 const char* Name(LabelOutcome outcome);
@@ -36,41 +35,42 @@ struct LabellingTimes {
   double labelling_milliseconds = 0.0;
 };
 
-// N labelled places. Where outcome is not kLabelled, N = 0 and `reason` says why in a sentence;
-// counts and times hold what is known.
+// N labelled places. If outcome is not kLabelled, N = 0 and `reason` gives the reason in a
+// sentence; counts and times are set as far as they are known.
 struct LabelledFrame {
   LabelOutcome outcome = LabelOutcome::kNoPair;
   std::string reason;
 
-  int64_t frame_index = 0;                      // the frame handed in: the later one of the pair
+  int64_t frame_index = 0;                      // the input frame: the later one of the pair
   int64_t first_index = -1, second_index = -1;  // the pair, -1 without one
   Frame labelled;                               // the frame whose pixels `positions` are in
 
   std::vector<double> positions;  // N x 2, (x, y) in pixels of `labelled`, inside it
-  // N x 2, in the pair's other frame; that of `positions` where only the frames ahead know a place.
+  // N x 2, in the pair's other frame; the same as in `positions` if a place has none there.
   std::vector<double> other_positions;
   std::vector<double> probability;      // N, of being dynamic, in [0, 1]
-  std::vector<double> residual_pixels;  // N, distance to what the motion model allows, 0 there
-  // N, the evidence that weighs most in the direction of the probability.
+  std::vector<double> residual_pixels;  // N, distance to the motion model; 0 without other position
+  // N, the term that contributes most in the direction of the probability.
   std::vector<EvidenceTerm> decided_by;
-  // Parts of the image that stand still while the world moves, in pixels of `labelled`; no place is
-  // in them.
+  // Areas of the own vehicle, in pixels of `labelled`; no place is in them.
   std::vector<cv::Rect> own_vehicle;
 
   MotionModelKind motion_model = MotionModelKind::kNone;
   cv::Matx33d motion_matrix = cv::Matx33d::eye();  // H or F, first frame to second, in pixels
-  MotionModelKind rejected_model = MotionModelKind::kNone;  // the best that was not chosen
+  MotionModelKind rejected_model = MotionModelKind::kNone;  // the best rejected one
   cv::Matx33d rejected_matrix = cv::Matx33d::eye();
-  double parallax_pixels = 0.0;  // median of what a homography leaves; 0 where none was tried
+  // As in gap_choice.h: median over static points with a calibrated motion, else median residual of
+  // a homography; 0 if none was tried.
+  double parallax_pixels = 0.0;
   bool motion_trusted = false;
-  int64_t feature_count = 0;    // of the frame handed in: key points, corners, textured grid points
-  int64_t match_count = 0;      // before anything was discarded
+  int64_t feature_count = 0;    // of the input frame: key points, corners, textured grid points
+  int64_t match_count = 0;      // before any are discarded
   int64_t inlier_count = 0;     // of the motion model, among the matches it was estimated from
-  int64_t discarded_count = 0;  // matches given no label
-  int64_t guided_count = 0;     // of the places, last in their order: no matches; guided_match.h
+  int64_t discarded_count = 0;  // matches without a label
+  int64_t guided_count = 0;     // places from guided_match.h, which have no match
   double noise_pixels = 0.0;    // scale of static points' residuals, one standard deviation
-  // Why the labels are not to be relied on: nothing says where the camera moved, or most of the
-  // image does not agree. Empty: they are.
+  // Why the labels are not reliable: the camera's motion is unknown, or most of the image does not
+  // agree with it. Empty: they are reliable.
   std::string doubt;
   double static_share = 1.0;  // of the places that a calibrated motion was estimated from
   CameraStep step;            // from the frame before; known where the motion is calibrated

@@ -14,7 +14,8 @@ namespace {
 
 constexpr uint64_t kMagic = 0x3530'6c62'616c'6765;  // "egalbl05"
 
-// One walk over the state serves both ways: Writer appends, Reader takes.
+// Walk() is used for both directions: with a Writer it appends the state to bytes, with a Reader it
+// sets the state from bytes.
 class Writer {
  public:
   template <typename Number>
@@ -62,7 +63,7 @@ class Reader {
     std::memcpy(values, rest_.data(), count * sizeof(Number));
     rest_.remove_prefix(count * sizeof(Number));
   }
-  // Resizes; never beyond what the bytes left can hold.
+  // Resizes `items`, but never beyond the number that the remaining bytes can hold.
   template <typename Item>
   bool Count(std::vector<Item>& items, size_t bytes_each) {
     uint64_t count = 0;
@@ -78,7 +79,7 @@ class Reader {
   bool ok_ = true;
 };
 
-// `State` is const for a Writer.
+// In the functions below the state is const for a Writer.
 template <typename Archive, typename Points>
 void WalkPlaces(Archive& archive, Points& places) {
   static_assert(sizeof(cv::Point2f) == 2 * sizeof(float));

@@ -1,11 +1,11 @@
-// What a labeller carries from frame to frame, as bytes.
+// The state that a labeller carries from frame to frame, as bytes.
 //
 //   magic, version | mixture | frame gap | motion field | ground's speed | places that moved | motions
 //   of pairs | evidence_labeller.h: pictures, grid tracks, feature tracks, sums of evidence, poses,
 //   own vehicle
 //
-// Numbers are little-endian as in memory, counts stand before what they count. Equal states give
-// equal bytes. About 3 MB at 1242 x 375.
+// Numbers are little-endian as in memory. Each count precedes its items. Equal states give equal
+// bytes. About 3 MB at 1242 x 375.
 #ifndef EGOSIEVE_VISION_LABELLING_LABELLER_STATE_H_
 #define EGOSIEVE_VISION_LABELLING_LABELLER_STATE_H_
 

@@ -1,7 +1,8 @@
-// Which places of the last picture moved. In the next pair of pictures they hardly count for the
-// camera's motion (two_view_motion.h, TV7): what moved a moment ago does so still, so a mover that
-// fills most of the picture does not become the world. Not for cameras on vehicles, whose direction
-// of travel does the same (travel_prior.h), nor without the evidence term of accumulation.
+// Remembers which places of the last picture moved. In the next pair of pictures they have little
+// weight for the camera's motion (two_view_motion.h, TV7), because movers usually keep moving. So a
+// mover that fills most of the picture is not mistaken for the static scene. Not used for cameras
+// on vehicles, for which the direction of travel has the same effect (travel_prior.h), nor without
+// the evidence term of accumulation.
 #ifndef EGOSIEVE_VISION_LABELLING_MOVER_MEMORY_H_
 #define EGOSIEVE_VISION_LABELLING_MOVER_MEMORY_H_
 
@@ -16,8 +17,8 @@
 
 namespace egosieve::vision {
 
-// A probability for each node of a picture's grid, row by row; 0 where nothing is known. Empty:
-// nothing is known of any.
+// Probability of having moved for each node of a picture's grid, row by row; 0 where not known.
+// Empty: not known for any node.
 using MovedNodes = std::vector<float>;
 
 class MoverMemory {
@@ -26,12 +27,13 @@ class MoverMemory {
 
   // Of the last picture.
   const MovedNodes& nodes() const { return nodes_; }
-  // Of the next picture; links: from the last one (1) to nodes of the next one (2).
+  // The probabilities moved to the next picture. links: from the last picture (1) to nodes of the
+  // next one (2).
   MovedNodes CarriedBy(const std::vector<PointPair>& links, cv::Size image) const;
-  // At a place of a picture whose nodes are `nodes`.
+  // The probability at a place of a picture with the probabilities `nodes`.
   float At(const MovedNodes& nodes, cv::Point2f place, cv::Size image) const;
 
-  // A picture was judged.
+  // Stores the probabilities of the last picture.
   void Remember(const std::vector<TrackedPoint>& points, const EvidenceResult& evidence,
                 cv::Size image);
   void Forget() { nodes_.clear(); }

@@ -16,8 +16,8 @@ bool IsTrusted(const TwoViewMotion& motion) {
   return motion.found && motion.static_share >= MotionModelOptions().minimum_support;
 }
 
-// A camera stands where its rotation moves the image by less than a model that is selected allows,
-// and nothing shows parallax.
+// The camera is static if there is no parallax and its rotation moves the image by less than the
+// limit of motion_model.h (GR2).
 MotionModelKind KindOf(const TwoViewMotion& motion, const Pinhole& camera) {
   if (motion.HasParallax()) return MotionModelKind::kFundamental;
   const double angle = Eigen::AngleAxisd(motion.rotation).angle();

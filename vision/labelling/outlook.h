@@ -1,4 +1,5 @@
-// The pictures near a labelled one: where its places are in them, and the camera's motion to them.
+// The pictures near a labelled frame: the places of its points in them, and the camera's motion to
+// them.
 #ifndef EGOSIEVE_VISION_LABELLING_OUTLOOK_H_
 #define EGOSIEVE_VISION_LABELLING_OUTLOOK_H_
 
@@ -14,13 +15,14 @@
 
 namespace egosieve::vision {
 
-// Another picture, and the camera's motion from the labelled one to it; no frame: not to be used.
+// Another picture and the camera's motion from the labelled one to it. Without a frame: not used.
 struct View {
   const ExtractedFrame* frame = nullptr;
   TwoViewMotion motion;
 };
 
-// What the pictures ahead say of a frame; `near` is not used where it is the same as `far`.
+// Places and motions in the pictures ahead of a frame. `near` is not used if it is the same as
+// `far`.
 struct Outlook {
   GridLinks links;
   View near, far;
@@ -32,21 +34,22 @@ struct Outlook {
   bool empty() const { return near.frame == nullptr && far.frame == nullptr; }
 };
 
-// `ahead`: pictures after the frame, in order; `far` is the last before the size changes: what
-// moves slowly shows over time. A picture that repeats the one before it is passed over. Empty
-// where the pictures are of another scene or their motion is not to be trusted. moved: which nodes of
-// the frame's grid moved before (mover_memory.h).
+// ahead: pictures after the frame, in order. `near` is the next picture, `far` the last before the
+// size changes, in which slow motion shows. Pictures that repeat the one before are skipped. Empty
+// if the pictures show another scene or their motion is not trusted. moved: for the nodes of the
+// frame's grid (mover_memory.h).
 absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
                                   const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead,
                                   const Pinhole& camera, absl::Span<const float> moved,
                                   PairMotions& motions);
 
-// From `frame` to `before`, the picture before it; moved: of the grid of `before`.
+// From `frame` to `before`, the picture before it. moved: for the nodes of the grid of `before`.
 absl::StatusOr<View> LookBack(const ExtractedFrame& before, const ExtractedFrame& frame,
                               const Pinhole& camera, absl::Span<const float> moved,
                               PairMotions& motions);
 
-// The motion as the model of a pair, of `pair_count` pairs; not trusted where too few places agree.
+// The motion as the model of a pair with `pair_count` correspondences; not trusted if too few of
+// them are static.
 MotionModel ModelOf(const TwoViewMotion& motion, const Pinhole& camera, int64_t pair_count);
 
 // Whether two pictures are the same in every pixel.

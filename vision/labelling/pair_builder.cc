@@ -12,14 +12,14 @@
 namespace egosieve::vision {
 namespace {
 
-// Of the features, those that must agree with their neighbours for the windows to be in the right
-// place; elsewhere 0.006 do.
+// Least share of the features that agree with their neighbours if the predicted windows are right;
+// with wrong windows 0.006 agree.
 constexpr double kWindowsSuffice = 0.05;
 
-// Flow between the two frames, and how far it can be relied on.
+// Flow between the two frames, and its reliability.
 struct GridFlow {
-  FlowPair fields;     // empty where the frames are too small
-  double share = 0.0;  // of the grid's textured points, those whose flow holds
+  FlowPair fields;     // empty if the frames are too small
+  double share = 0.0;  // share of the grid's textured points whose flow passes its checks
 
   bool Suffices() const { return share >= kFlowSuffices; }
 };
@@ -28,7 +28,7 @@ double Share(int64_t part, int64_t whole) {
   return static_cast<double>(part) / static_cast<double>(std::max<int64_t>(whole, 1));
 }
 
-// What says where features of the first frame are in the second.
+// Predicts the places in the second frame of features of the first.
 struct Prediction {
   const GridFlow& flow;
   const MotionField& motion;
@@ -37,7 +37,7 @@ struct Prediction {
 
 struct CheckedMatches {
   std::vector<Match> matches;
-  std::vector<PointPair> places;  // one a match
+  std::vector<PointPair> places;  // one per match
   std::vector<uint8_t> agrees;    // with its neighbours
   int64_t agreeing_count = 0;
 };
@@ -109,7 +109,7 @@ absl::Status AddFeatureMatches(const ExtractedFrame& first, const ExtractedFrame
   return absl::OkStatus();
 }
 
-// The grid's flow stands in for features, and finding it counts as that.
+// Tracked grid points count as features, and the time for flow as time for features.
 absl::StatusOr<GridFlow> AddFlowGrid(const ExtractedFrame& first, const ExtractedFrame& second,
                                      const FrameLabellerOptions& options, FlowCache& flows,
                                      Stopwatch& watch, FramePairs& pairs) {

@@ -1,14 +1,15 @@
-// What the pictures ahead say of a picture's places, and the camera's motion between pictures.
+// Places of a picture's grid nodes in the pictures ahead, and the camera's motion between pictures.
 //
 // Flows between consecutive pictures are chained,
 //
 //   x_0 a node of the grid,  x_(k+1) = x_k + f_k(x_k)                                      (PM1)
 //
-// each step checked forward and backward as in flow_grid.h. The far end of a chain shows slow
-// motion, the near end follows what is small and fast; what a mover hides in the picture before is
-// seen in a later one. Flows and motions are computed once, for one camera: what looks ahead to a
-// picture is what looks back from it. Flows are no state: from the same pictures they come out the
-// same. Motions are, for they depend on what moved before the first picture.
+// each step checked forward and backward as in flow_grid.h. The last place of a chain shows slow
+// motion, the first one follows small, fast objects. A place that a mover occludes in the picture
+// before is visible in a later one. Flows and motions are computed once and used twice: looking
+// ahead from the first picture of a pair, and looking back from the second. Flows are not part of
+// the state, because the same pictures give the same flows. Motions are, because they depend on the
+// movers before the first picture.
 #ifndef EGOSIEVE_VISION_LABELLING_PAIR_MOTIONS_H_
 #define EGOSIEVE_VISION_LABELLING_PAIR_MOTIONS_H_
 
@@ -29,18 +30,18 @@
 
 namespace egosieve::vision {
 
-// Nodes of a picture's grid in two later pictures; NaN where flow does not lead there. Empty where
-// nothing was looked at.
+// Places of a picture's grid nodes in two later pictures; NaN where flow failed. Empty if no
+// pictures were given or they are too small for flow.
 struct GridLinks {
   cv::Size nodes;                      // of the grid
-  std::vector<cv::Point2f> near, far;  // one a node: in the next picture, and in the last one
-  std::vector<uint8_t> is_textured;    // one a node
-  double followed_share = 0.0;         // of the textured nodes, those that `near` follows
+  std::vector<cv::Point2f> near, far;  // one per node: in the next picture, and in the last one
+  std::vector<uint8_t> is_textured;    // one per node
+  double followed_share = 0.0;         // share of the textured nodes that `near` follows
 
   bool empty() const { return near.empty(); }
 };
 
-// Between the pictures of two frames.
+// The camera's motion between the pictures of two frames.
 struct KnownMotion {
   int64_t first = -1, second = -1;  // indices of the frames
   TwoViewMotion motion;
@@ -55,7 +56,7 @@ class FlowCache {
                                                           const ExtractedFrame& second);
   // Drops the flows that begin before the frame `index`.
   void Forget(int64_t index);
-  // What all flows so far took.
+  // Time spent on all flows so far.
   double milliseconds() const { return milliseconds_; }
 
  private:
@@ -86,14 +87,14 @@ class PairMotions {
 
   FlowCache& flows() { return flows_; }
 
-  // The places of a picture that agree with the drive's fixed pattern. They tell nothing of the
+  // The places of a picture that agree with the drive's fixed pattern. They are not used for the
   // camera's motion.
   const PatternPlaces& FixedIn(const ExtractedFrame& picture);
 
-  // From the first of at least two pictures; empty where they are too small for flow.
+  // Follows the nodes of the first of at least two pictures; empty if they are too small for flow.
   absl::StatusOr<GridLinks> Follow(const Pictures& pictures);
-  // The camera's motion from `first` to `last`, where the textured nodes of `links` are at
-  // `places`; not found where too few are known. moved: which nodes moved before `first`
+  // The camera's motion from `first` to `last`, in which the nodes of `links` are at `places`. Only
+  // textured nodes count; not found if too few are known. moved: nodes that moved before `first`
   // (mover_memory.h); empty: not known.
   TwoViewMotion Along(const ExtractedFrame& first, const ExtractedFrame& last,
                       const GridLinks& links, const std::vector<cv::Point2f>& places,
@@ -101,10 +102,10 @@ class PairMotions {
   // The same between consecutive pictures.
   absl::StatusOr<TwoViewMotion> Between(const ExtractedFrame& first, const ExtractedFrame& second,
                                         const Pinhole& camera, absl::Span<const float> moved);
-  // Motions that are known, and those of a former run.
+  // Exports the motions, and imports those of an earlier run.
   std::vector<KnownMotion> known() const;
   void Restore(const std::vector<KnownMotion>& known);
-  // Drops what begins before the frame `index`.
+  // Drops all data of pictures and pairs that begin before the frame `index`.
   void Forget(int64_t index);
 
  private:

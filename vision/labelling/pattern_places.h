@@ -1,6 +1,6 @@
 // Places of a picture that agree with the drive's fixed pattern
-// (vision/own_vehicle/fixed_pattern.h): reflections, dirt on the windscreen, and the own vehicle as
-// far as it is not known as such.
+// (vision/own_vehicle/fixed_pattern.h): reflections, dirt on the windscreen, and parts of the own
+// vehicle that were not found as such.
 #ifndef EGOSIEVE_VISION_LABELLING_PATTERN_PLACES_H_
 #define EGOSIEVE_VISION_LABELLING_PATTERN_PLACES_H_
 
@@ -14,7 +14,7 @@ namespace egosieve::vision {
 class PatternPlaces {
  public:
   PatternPlaces() = default;  // none
-  // pattern: null where none is known. grey: of the drive's size, else there are none.
+  // pattern: null if not known. grey: if it is not of the drive's size, no place agrees.
   PatternPlaces(const FixedPattern* pattern, const cv::Mat& grey);
 
   bool empty() const { return agreeing_.empty(); }

@@ -13,7 +13,7 @@ bool IsInside(double x, double y, cv::Size size) {
   return x >= 0 && y >= 0 && x <= size.width - 1 && y <= size.height - 1;
 }
 
-// noise_pixels: that of (L1); the mixture puts its own in its place.
+// noise_pixels: s of (L1); the mixture rule replaces it with its sigma.
 std::vector<double> Probabilities(const std::vector<double>& distances, MotionModelKind kind,
                                   const FrameLabellerOptions& options, MixtureState& state,
                                   double& noise_pixels) {
@@ -79,7 +79,7 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
                      const MotionModel& model, const EvidenceResult& evidence,
                      const FrameLabellerOptions& options, LabelledFrame& result) {
   result.noise_pixels = evidence.noise_pixels;
-  // A line checks one direction of two: a lone place may pass by chance.
+  // A distance to a line checks one direction of two: a single place may pass by chance.
   const bool needs_support = model.kind == MotionModelKind::kFundamental;
   const auto add = [&](cv::Point2f now, cv::Point2f before, double probability, EvidenceTerm by) {
     const PointPair pair{before.x, before.y, now.x, now.y};

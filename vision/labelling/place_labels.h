@@ -1,6 +1,6 @@
-// The places of a labelled frame with their probabilities, from the distance to the motion model
-// (label_rule.h) or from evidence along tracks (vision/evidence/fusion.h). Places outside of the
-// picture, and those that the rule or the evidence gives no probability, are counted as discarded.
+// Fills in the places of a labelled frame and their probabilities, from the distance to the motion
+// model (label_rule.h) or from evidence along tracks (vision/evidence/fusion.h). Places outside of
+// the picture and places without a probability are counted as discarded.
 #ifndef EGOSIEVE_VISION_LABELLING_PLACE_LABELS_H_
 #define EGOSIEVE_VISION_LABELLING_PLACE_LABELS_H_
 
@@ -17,13 +17,13 @@
 
 namespace egosieve::vision {
 
-// `labelled` is the frame of the pair that options.labelled_side names. `mixture` goes from frame
+// labelled: the frame of the pair that options.labelled_side selects. mixture: carried from frame
 // to frame.
 void LabelByDistance(const ExtractedFrame& labelled, const std::vector<PointPair>& pairs,
                      const MotionModel& model, const FrameLabellerOptions& options,
                      MixtureState& mixture, LabelledFrame& result);
 
-// evidence: one a point. The nodes of the flow grid that options.ignored covers are static.
+// evidence: one per point. Nodes of the flow grid in options.ignored are labelled static.
 void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint>& points,
                      const MotionModel& model, const EvidenceResult& evidence,
                      const FrameLabellerOptions& options, LabelledFrame& result);

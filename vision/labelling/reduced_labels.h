@@ -1,9 +1,9 @@
-// Labels on reduced pictures: their number, and what finding them costs, fall with the area.
+// Labels on reduced pictures: their number and the cost of finding them fall with the area.
 //
 //   s = min(1, longest side asked for / longer side of the picture)
 //   x_full = (x + 1/2) / s - 1/2                                                           (RL1)
 //
-// With A the matrix of (RL1), a homography becomes A H A^-1 and a fundamental matrix A^-T F A^-1.
+// With A the matrix of (RL1), a homography H becomes A H A^-1, a fundamental matrix F A^-T F A^-1.
 #ifndef EGOSIEVE_VISION_LABELLING_REDUCED_LABELS_H_
 #define EGOSIEVE_VISION_LABELLING_REDUCED_LABELS_H_
 
@@ -14,18 +14,18 @@
 
 namespace egosieve::vision {
 
-// 0 reduces nothing.
+// longest_side_pixels = 0: not reduced.
 cv::Size ReducedSize(cv::Size full, int longest_side_pixels);
 
-// By averaging over areas; the picture itself where there is nothing to reduce.
+// Averages over areas; returns the picture itself if it is small enough.
 cv::Mat ReducePicture(const cv::Mat& picture, int longest_side_pixels);
-// A mask's nearest pixels.
+// Takes the nearest pixels.
 cv::Mat1b ReduceMask(const cv::Mat1b& mask, int longest_side_pixels);
 
-// (RL1) of both places.
+// Applies (RL1) to both places.
 PointPair EnlargePair(const PointPair& pair, cv::Size reduced, cv::Size full);
 
-// Everything in pixels, from pictures of the size `reduced` to those of the size `full`.
+// Converts all values in pixels from pictures of the size `reduced` to the size `full`.
 void EnlargeLabels(cv::Size reduced, cv::Size full, LabelledFrame& labels);
 
 }  // namespace egosieve::vision

@@ -1,19 +1,17 @@
-// What stays in place in the image over a drive: the median of its pictures, and where a picture
-// agrees with it.
+// The fixed pattern of a drive: the median of its pictures, and where a picture agrees with it.
 //
-// M is the median, pixel by pixel, of pictures spread over the drive: what is fixed in the image
-// stays sharp in it, all else blurs. In a window around each pixel a picture I is fitted by a
-// shifted M,
+// M is the median, pixel by pixel, of pictures spread over the drive: parts that are fixed in the
+// image stay sharp in it, all others blur. In a window around each pixel, a picture I is fitted by
+// a shifted M,
 //
 //   I ~ a M(x + u) + b,   a = cov(I, M) / var(M),
 //   (cov(G, G) + lambda) u = cov(G, I) / a - cov(G, M),   G the gradient of M              (FX1)
 //
 // and agrees with it where the correlation of I and M is at least `least_correlation` and |u| at
-// most `most_shift_pixels`. What the camera follows does not stay in place to a fraction of a
-// pixel.
+// most `most_shift_pixels`. Objects that the camera follows are not fixed to a fraction of a pixel.
 //
-// All this on pictures reduced to at most 640 pixels. Reference for the median of what is fixed:
-// Dekel, Rubinstein, Liu & Freeman (2017), on watermarks.
+// Pictures are reduced to at most 640 pixels. Reference for the median: Dekel, Rubinstein, Liu &
+// Freeman (2017), on watermarks.
 #ifndef EGOSIEVE_VISION_OWN_VEHICLE_FIXED_PATTERN_H_
 #define EGOSIEVE_VISION_OWN_VEHICLE_FIXED_PATTERN_H_
 
@@ -29,7 +27,7 @@ struct FixedPatternOptions {
   double most_shift_pixels = 0.3;  // of the reduced picture; positive
 };
 
-// A grey picture as the pattern uses it.
+// Prepare a grey picture for the pattern: first reduce it, then smooth it.
 cv::Mat1b ReducedPicture(const cv::Mat1b& grey);
 cv::Mat1f SmoothPicture(const cv::Mat1b& reduced);
 
@@ -50,7 +48,7 @@ class FixedPattern {
   const cv::Mat1f& xy() const { return xy_; }
   const cv::Mat1f& yy() const { return yy_; }
 
-  // 255 where the picture, SmoothPicture() of M's size, agrees, else 0.
+  // 255 where the picture agrees with M, else 0. picture: from SmoothPicture(), of M's size.
   cv::Mat1b Agreeing(const cv::Mat1f& picture) const;
 
  private:

@@ -13,22 +13,22 @@
 namespace egosieve::vision {
 namespace {
 
-// Pixels, of a part of the own vehicle.
+// Pixels of a patch of the own vehicle.
 constexpr int kLeastArea = 2 * kFixedPatternWindow * kFixedPatternWindow;
-constexpr double kChangingShare = 0.2;  // of the pictures show contrast: not blank
-constexpr int kClosing = 9;             // pixels: gaps in what is fixed, changing digits
-constexpr double kLeastBelow = 0.03;    // rays: nearer to the horizon the ground is too far
+constexpr double kChangingShare = 0.2;  // of pictures with contrast at a place that is not blank
+constexpr int kClosing = 9;             // pixels: closes gaps, such as changing digits
+constexpr double kLeastBelow = 0.03;    // rays; closer to the horizon the ground is too far away
 constexpr size_t kFewestBelow = 20;     // points
-constexpr double kGroundShare = 0.3;    // of (OV3): traffic, which keeps up, and hills
-constexpr double kEnclosed = 0.6;       // share of own vehicle around what it encloses
+constexpr double kGroundShare = 0.3;    // of (OV3): allows for traffic at equal speed, and hills
+constexpr double kEnclosed = 0.6;       // share of own vehicle along the border of a blank part
 
-// tau of two_view_motion.h: the translation as the first camera sees it.
+// tau of two_view_motion.h: the translation in the first camera's coordinates.
 Eigen::Vector3d TauOf(const TwoViewMotion& motion) {
   return motion.rotation.transpose() * motion.translation;
 }
 
-// The summand of (OV2) at a place of the whole picture; `scale`: pixels of the reduced picture in
-// one of it, `times`: n_k.
+// The summand of (OV2) at a place of the original picture. scale: size of the reduced picture over
+// the original; times: n_k.
 double EvidenceOf(const PairWorld& world, double times, const Eigen::Vector2d& place,
                   const Eigen::Matrix2d& s, double scale, const Pinhole& camera,
                   const OwnVehicleOptions& options) {
@@ -48,7 +48,7 @@ double EvidenceOf(const PairWorld& world, double times, const Eigen::Vector2d& p
   return std::min(options.most_pair_evidence, 0.5 * cost / (sigma * sigma));
 }
 
-// Patches not much larger than the window may agree by chance.
+// Removes patches not much larger than the window, which may agree by chance.
 void RemoveSmall(cv::Mat1b& own) {
   cv::Mat1i component, properties;
   cv::Mat1d centres;
@@ -60,8 +60,7 @@ void RemoveSmall(cv::Mat1b& own) {
   }
 }
 
-// Adds blank parts of which own vehicle is most of what is around them; the image's border is
-// neither for nor against.
+// Adds blank parts whose border is mostly own vehicle. The border of the image does not count.
 void FillEnclosed(const cv::Mat1b& kind, cv::Mat1b& own) {
   cv::morphologyEx(own, own, cv::MORPH_CLOSE,
                    cv::getStructuringElement(cv::MORPH_ELLIPSE, {kClosing, kClosing}));

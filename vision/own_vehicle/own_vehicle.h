@@ -1,26 +1,27 @@
-// The own vehicle: what is fixed in the image all drive long while the world moves. Bonnet,
-// dashboard, mirror, time stamp, black borders and reflections in the windscreen.
+// The own vehicle: everything that is fixed in the image during the whole drive while the scene
+// moves. Bonnet, dashboard, mirror, time stamp, black borders and reflections in the windscreen.
 //
-// 1. Candidates. From pictures spread over the drive their median M (fixed_pattern.h). A pixel with
-//    contrast in M is a candidate where `agreeing_share` of the pictures agree with it.
+// 1. Candidates. M is the median of pictures spread over the drive (fixed_pattern.h). A pixel with
+//    contrast in M is a candidate if `agreeing_share` of the pictures agree with M there.
 //
-// 2. Proof. What is far away and straight ahead is fixed as well, and so are lines that lead there.
-//    Between a picture k and the next the world at a candidate would move by w_k + n_k r e_k, r >=
-//    r_k its inverse depth (w_k by the camera's rotation, e_k by its translation between k and a
-//    picture soon after, n_k times as long ago as the next), of which the structure tensor S of M,
-//    trace 1, sees a part:
+// 2. Proof. Distant points straight ahead are fixed in the image as well, and so are lines that
+//    lead to them. From picture k to the next, k + 1, a static point at a candidate would move by
+//    w_k + n_k r e_k, with r >= r_k its inverse depth. w_k is the effect of the camera's rotation,
+//    e_k of its translation, both from picture k to a picture soon after it. n_k is the time to
+//    picture k + 1, over the time to that picture. Only a part of this motion is visible at the
+//    candidate, given by the structure tensor S of M, trace 1:
 //
 //      E = sum_k min(c, min_r |S^(1/2) (w_k + n_k r e_k)|^2 / (2 sigma^2))                  (OV2)
 //
-//    is the log likelihood ratio of "fixed" against "world". The candidate is own vehicle where
-//    E > least_evidence. r_k is that of the ground (ground_bound.h, GB1). Its slope here is a third
-//    of the median over static points below the horizon, because the mode does not show between
-//    pictures so near in time.                                                              (OV3)
+//    is the log-likelihood ratio of "fixed" against "static scene". The candidate is own vehicle if
+//    E > least_evidence. r_k is that of the ground (ground_bound.h, GB1). Its slope here is 0.3
+//    times the median over static points below the horizon, because pictures so close in time show
+//    no clear mode.                                                                         (OV3)
 //
-// 3. Patches of less than two windows are dropped. Blank parts that own vehicle and the image's
-//    border enclose belong to it.
+// 3. Patches of less than two windows are dropped. Blank parts that are enclosed by own vehicle and
+//    the border of the image are added.
 //
-// All this on pictures reduced to at most 640 pixels.
+// Pictures are reduced to at most 640 pixels.
 #ifndef EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_H_
 #define EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_H_
 
@@ -38,38 +39,38 @@
 namespace egosieve::vision {
 
 struct OwnVehicleOptions {
-  int fewest_pictures = 12;         // with fewer there is no own vehicle; at least 3
+  int fewest_pictures = 12;         // with fewer, no own vehicle is found; at least 3
   FixedPatternOptions pattern;      // its most_shift_pixels is sigma as well
   double agreeing_share = 0.8;      // in (0, 1]
-  double least_contrast = 2.5;      // deviation in the window, grey levels; less is blank; positive
+  double least_contrast = 2.5;      // deviation in the window, grey levels; below: blank; positive
   double least_evidence = 12.0;     // positive
   double most_pair_evidence = 4.0;  // c, of one pair; positive
 
   absl::Status Validate() const;
 };
 
-// The world between a picture and one soon after.
+// Motion of the static scene between a picture and one soon after it.
 struct PairWorld {
   TwoViewMotion motion;
-  double times = 1.0;         // n of (OV2); cameras turn to and fro, but travel on
+  double times = 1.0;         // n of (OV2); not for rotation, because cameras turn to and fro
   double ground_slope = 0.0;  // g of (OV3)
   size_t picture = 0;         // k, among all pictures
 };
 
-// (OV3) from the places that `motion` was estimated from.
+// (OV3). pairs: the correspondences that `motion` was estimated from.
 double LeastGroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,
                         const Pinhole& camera);
 
-// What step 1 found, in the reduced picture's pixels.
+// Result of step 1, in pixels of the reduced picture.
 struct FixedPlaces {
   enum Kind : uint8_t { kBlank = 0, kChanging = 1, kFixed = 2 };
-  cv::Size image;                   // of the whole pictures
+  cv::Size image;                   // of the original pictures
   cv::Mat1b kind;                   // of the reduced picture; empty: too few pictures
-  std::vector<cv::Mat1b> agreeing;  // 255 where a picture agrees with M, else 0; one a picture
+  std::vector<cv::Mat1b> agreeing;  // 255 where a picture agrees with M, else 0; one per picture
   cv::Mat1f s_xx, s_xy, s_yy;       // S
   cv::Mat1b median;                 // M
 
-  // Whether the place, in pixels of the whole picture, is a candidate.
+  // Whether the place, in pixels of the original picture, is a candidate.
   bool IsFixed(double x, double y) const;
 };
 
@@ -77,18 +78,19 @@ struct FixedPlaces {
 FixedPlaces FindFixedPlaces(const std::vector<cv::Mat1b>& reduced, cv::Size image,
                             const OwnVehicleOptions& options);
 
-// Step 2: 255 at those of `candidates` where E > least_evidence, else 0. both_agree: for each pair,
-// where both its pictures agree with M; then no other pairs count at a place, and n_k is 1.
+// Step 2: 255 at the `candidates` with E > least_evidence, else 0. both_agree: if given, 255 where
+// both pictures of a pair agree with M, by PairWorld::picture. Then only these pairs count at a
+// place, and n_k is 1.
 cv::Mat1b ProvenPlaces(const cv::Mat1b& candidates, const FixedPlaces& places,
                        const std::vector<PairWorld>& worlds, const Pinhole& camera,
                        const OwnVehicleOptions& options,
                        const std::vector<cv::Mat1b>* both_agree = nullptr);
 
-// A mask of the reduced picture's size at that of the image; empty where nothing is set.
+// Enlarges a mask of the reduced picture to the size `image`; empty if no pixel is set.
 cv::Mat1b OfTheImage(const cv::Mat1b& reduced, cv::Size image);
 
-// Steps 2 and 3: 255 where the own vehicle is, else 0, of the size of the image; empty where it is
-// nowhere. Motions that were not found are passed over. `camera` is that of the whole image.
+// Steps 2 and 3: 255 on the own vehicle, else 0, of the size of the original pictures; empty if
+// there is none. Motions that were not found are skipped. camera: of the original pictures.
 cv::Mat1b ProveOwnVehicle(const FixedPlaces& places, const std::vector<PairWorld>& worlds,
                           const Pinhole& camera, const OwnVehicleOptions& options);
 

@@ -18,9 +18,9 @@ constexpr double kGradientOfSobel = 1.0 / 8.0;
 constexpr double kStillPixels = 0.5, kRoadPixels = 3.0;  // between t - g and t
 constexpr double kStillShare = 0.1;                      // of the road's motion: cameras shake
 constexpr int kFewestPlaces = 2;
-constexpr double kMostPlaces = 0.7;  // share that decides
+constexpr double kMostPlaces = 0.7;  // least share of a block's places that decides
 constexpr double kGainByRoad = 3.0;
-constexpr int kRowsPerGap = 10;  // of rows of blocks, one may lie between two that are joined
+constexpr int kRowsPerGap = 10;  // one block of gap is allowed per so many rows of blocks
 
 cv::Mat HalfOf(const cv::Mat& grey) {
   cv::Mat half;
@@ -87,12 +87,12 @@ double WorldCost(const BlockSums& sums, const BlockMotion& motion) {
   return at_infinity - slope * slope / curvature;
 }
 
-// (O4): whether (O1) is out of the question.
+// Whether the block is not still by (O4).
 bool IsMoving(const BlockSums& sums, double pixels, double variance) {
   if (!(sums.dd <= kStillCost * pixels * variance)) return true;
   const double determinant = sums.gg.determinant();
   const double trace = sums.gg.trace();
-  // Along an edge only the motion across it is known.
+  // On an edge, only the motion across it is observable.
   const Eigen::Matrix2d damped = sums.gg + (1e-6 * trace + 1e-9) * Eigen::Matrix2d::Identity();
   if (!(determinant > 1e-3 * trace * trace)) {
     const double across = trace > 0 ? sums.dg.norm() / trace : 0.0;
@@ -102,7 +102,7 @@ bool IsMoving(const BlockSums& sums, double pixels, double variance) {
   return w.norm() > kStillShift && -w.dot(sums.dg) > kStillGain * variance;
 }
 
-// The blocks of a pair of images, their noise and what moves them.
+// The blocks of a pair of images: sums, numbers of pixels, and the variance of the image noise.
 struct Blocks {
   std::vector<BlockSums> sums;
   std::vector<double> pixels;
@@ -132,11 +132,11 @@ Blocks BlocksOf(const cv::Mat& before, const cv::Mat& now, cv::Size blocks, doub
   return result;
 }
 
-// Blocks that do not say, between those that are joined.
+// Greatest number of blocks in a gap that is bridged.
 int MostGap(cv::Size blocks) { return std::max(1, blocks.height / kRowsPerGap); }
 
-// Flags the blocks of short gaps between flagged ones in a line of blocks, `first` and every `step`
-// on; not those that were seen to move.
+// Flags the blocks of short gaps between flagged blocks, unless they were seen to move. The line of
+// `count` blocks starts at `first`, in steps of `step`.
 void FillGaps(int first, int step, int count, double off, bool edge_is_own,
               OwnVehicleBlocks& state) {
   const int most_gap = MostGap(state.blocks);
@@ -151,7 +151,7 @@ void FillGaps(int first, int step, int count, double off, bool edge_is_own,
   }
 }
 
-// A bonnet is blank in parts.
+// Fills gaps in columns and rows, because parts of a bonnet are blank.
 void FillOwnVehicle(double off, OwnVehicleBlocks& state) {
   const int columns = state.blocks.width, rows = state.blocks.height;
   for (int column = 0; column < columns; ++column) {
@@ -160,7 +160,7 @@ void FillOwnVehicle(double off, OwnVehicleBlocks& state) {
   for (int row = 0; row < rows; ++row) FillGaps(row * columns, 1, columns, off, false, state);
 }
 
-// How far the road would move where a pair is, pixels; 0 above the horizon.
+// Image motion of the road at the place of a pair, pixels; 0 above the horizon.
 double RoadMotionAt(const WorldMotion& motion, const PointPair& pair) {
   const RelativePose& pose = motion.pose;
   const Eigen::Vector3d ray = pose.rotation * motion.camera.Ray(pair.x1, pair.y1);
@@ -173,7 +173,7 @@ double RoadMotionAt(const WorldMotion& motion, const PointPair& pair) {
 
 enum class ByRoad { kSilent, kStill, kMoving };
 
-// What the places of each block say.
+// Compares the motion of each block's places with the road's.
 std::vector<ByRoad> JudgeByRoad(const WorldMotion& motion, cv::Size blocks) {
   std::vector<ByRoad> judged(blocks.area(), ByRoad::kSilent);
   if (!motion.has_line || !motion.road.found) return judged;
@@ -197,7 +197,7 @@ std::vector<ByRoad> JudgeByRoad(const WorldMotion& motion, cv::Size blocks) {
   return judged;
 }
 
-// l of (O4), without what the road says.
+// l of (O4), without the evidence from the road.
 double GainOf(const BlockSums& sums, double pixels, double variance, const BlockMotion& block) {
   if (!block.valid) return 0.0;
   const double gain = (WorldCost(sums, block) - sums.dd) / (2.0 * pixels * variance);
@@ -209,7 +209,7 @@ void LearnFrom(const Blocks& blocks, const WorldMotion& motion,
   const std::vector<ByRoad> by_road = JudgeByRoad(motion, state.blocks);
   const int most_gap = MostGap(state.blocks);
   for (int column = 0; column < state.blocks.width; ++column) {
-    int gap = 0;  // blocks since the last that the road says to be still, or the lower edge
+    int gap = 0;  // blocks since the last one with ByRoad::kStill, or since the lower edge
     for (int row = state.blocks.height - 1; row >= 0; --row) {
       const int k = row * state.blocks.width + column;
       gap += by_road[k] == ByRoad::kMoving ? most_gap + 1 : 1;
@@ -218,7 +218,7 @@ void LearnFrom(const Blocks& blocks, const WorldMotion& motion,
       if (is_joined) {
         gap = 0;
       } else {
-        // The half image's pixel i covers 2 i and 2 i + 1.
+        // Pixel i of the half image covers the pixels 2 i and 2 i + 1.
         gain = GainOf(blocks.sums[k], blocks.pixels[k], blocks.variance,
                       MotionAt(motion, 2.0 * kBlock * (column + 0.5) - 0.5,
                                2.0 * kBlock * (row + 0.5) - 0.5));

@@ -6,10 +6,10 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr int kFewestProven = 10;  // pixels, of a patch
+constexpr int kFewestProven = 10;  // pixels of a patch
 constexpr int kReach = 13;         // pixels: a window and one on each side
 
-// 255 at contrast in M that enough pictures agree with.
+// 255 where M has contrast and enough pictures agree with it.
 cv::Mat1b Recurring(const FixedPlaces& places, const FixedPattern& pattern,
                     const OwnVehicleOptions& fixed, const WindscreenOptions& options) {
   cv::Mat1i agreeing = cv::Mat1i::zeros(places.kind.size());
@@ -19,7 +19,7 @@ cv::Mat1b Recurring(const FixedPlaces& places, const FixedPattern& pattern,
          (pattern.variance() >= fixed.least_contrast * fixed.least_contrast);
 }
 
-// The connected patches of `candidates` of which enough is proven.
+// The connected patches of `candidates` with a large enough share of proven pixels.
 cv::Mat1b ProvenPatches(const cv::Mat1b& candidates, const cv::Mat1b& proven, double least_share) {
   cv::Mat1i patch;
   const int count = cv::connectedComponents(candidates, patch, 8, CV_32S);

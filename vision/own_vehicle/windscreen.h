@@ -1,13 +1,14 @@
-// What is on the windscreen: reflections and dirt, through which the world shows. A match there
-// mixes what stays in the image with the world behind it, and its flow is that of neither.
+// Areas of the windscreen with reflections or dirt, through which the scene is visible. A match
+// there mixes the fixed pattern with the scene behind it, and its flow is that of neither.
 //
-// Few pictures agree with the drive's median M there (fixed_pattern.h), for the world disturbs
+// Few pictures agree with the drive's median M there (fixed_pattern.h), because the scene disturbs
 // them. Places with contrast in M that `recurring_share` of the pictures agree with are connected
 // to patches. Over the pairs both of whose pictures agree with M at the place, with n_k = 1, (OV2)
-// of own_vehicle.h is the log likelihood ratio of "stays in the image" against "world". A patch is
-// on the windscreen where that exceeds least_evidence on `proven_share` of it.           (WS1)
+// of own_vehicle.h is the log-likelihood ratio of "fixed" against "static scene". A patch is on the
+// windscreen if that exceeds least_evidence on `proven_share` of it.                     (WS1)
 //
-// Matches mix half a window around it as well. All this on reduced pictures, as there.
+// Matches within half a window of a patch are affected as well. Pictures are reduced as in
+// own_vehicle.h.
 #ifndef EGOSIEVE_VISION_OWN_VEHICLE_WINDSCREEN_H_
 #define EGOSIEVE_VISION_OWN_VEHICLE_WINDSCREEN_H_
 
@@ -24,9 +25,9 @@ struct WindscreenOptions {
   double proven_share = 0.1;     // in (0, 1]
 };
 
-// 255 where matches mix, else 0, of the size of the image; empty where they do nowhere.
-// seconds: the second picture of each pair, reduced; `places` is of the first ones. `fixed`, with
-// which `places` was made, must be valid.
+// 255 where matches are affected, else 0, of the size of the original pictures; empty if there are
+// none. places: of the first pictures of the pairs. seconds: the second pictures, reduced. fixed:
+// the options that `places` was made with; must be valid.
 cv::Mat1b FindWindscreen(const FixedPlaces& places, const std::vector<cv::Mat1b>& seconds,
                          const std::vector<PairWorld>& worlds, const Pinhole& camera,
                          const OwnVehicleOptions& fixed, const WindscreenOptions& options = {});
