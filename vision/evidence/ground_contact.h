@@ -7,7 +7,7 @@
 // of inverse depth r. With E_ground(y) and E_object(y) the two squared differences, kappa and v as
 // in (S1),
 //
-//   g(y) = kappa (E_ground(y) - E_object(y)) / (2 v),   S(b) = sum of g over the rows above b  (B1)
+//   g(y) = kappa (E_ground(y) - E_object(y)) / (2 v),   S(b) = sum of g over the rows to b     (B1)
 //
 // is the log-likelihood of a ground contact in row b, up to a constant. g is clamped in each row.
 // A moving object may touch the ground in any row. For a static object the row must agree with r,

@@ -36,8 +36,8 @@ absl::Status FrameLabellerOptions::Validate() const {
   }
   if (!evidence.IsEnough()) {
     return error(
-        "evidence names nothing that tells what moves; it needs epipolar, negative_depth "
-        "or three_view");
+        "evidence has no term that tells movers from the static scene; it needs epipolar, "
+        "negative_depth, three_view or road");
   }
   if (!evidence.IsEpipolarAlone() && labelled_side != LabelledSide::kCurrentFrame) {
     return error("evidence beyond epipolar needs labelled_side to be the current frame");
