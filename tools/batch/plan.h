@@ -70,7 +70,7 @@ class BatchPlan {
   // egosieve's arguments; empty if the drive has no such piece.
   std::vector<std::string> Arguments(size_t stage, size_t drive) const;
   bool IsDone(size_t stage, size_t drive, const DriveProgress& progress) const;
-  // Whether notes tell if the stage's tasks are done; otherwise the run folder does.
+  // Whether notes record that the stage's tasks are done; otherwise the run folder does.
   bool IsNoted(size_t stage) const {
     return stages_[stage].command != "segment" && stages_[stage].command != "infer";
   }

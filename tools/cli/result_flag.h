@@ -21,7 +21,7 @@ struct ResultFlag {
     app.add_flag("--json", json, "Print the result as a line of JSON");
   }
 
-  // fields: an object. text: the same as text, with its line breaks.
+  // fields: an object. text: the result as text, with its line breaks.
   void Tell(const std::string& command, const nlohmann::ordered_json& fields,
             const std::string& text) const {
     if (!json) {

@@ -55,7 +55,7 @@ class BoxScores {
   void Merge(const BoxScores& other);
 
   int64_t frames() const { return frames_; }
-  // Of "moving vehicle", "standing person" and so on, at one distance (kBoxDistances) or at "all".
+  // Boxes of "moving vehicle", "standing person" and so on, at one of kBoxDistances or at "all".
   BoxCount Of(const std::string& kind, const std::string& distance) const;
   int64_t left_out() const { return left_out_; }
   // (BX3); 0 if no pixel is outside.

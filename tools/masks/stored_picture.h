@@ -13,7 +13,7 @@ namespace egosieve::tools {
 
 struct StoredPicture {
   cv::Mat3b pixels;
-  int orientation = 1;  // of EXIF, 1 to 8, by which `pixels` are turned upright
+  int orientation = 1;  // EXIF's, 1 to 8, by which `pixels` are turned upright
 };
 
 // Errors of ReadImage.

@@ -54,8 +54,8 @@ std::string ToText(const RunDescription& description);
 // DataLoss, naming the field; FailedPrecondition for another format.
 absl::StatusOr<RunDescription> RunDescriptionFromText(absl::string_view text);
 
-// The first flag, input, device or source of models in which two descriptions of a run differ,
-// `now` of its continuation: "stride is 5 there and 3 here". Empty if they agree.
+// The first flag, input, device or source of models that differs between the run `before` and its
+// continuation `now`: "stride is 5 there and 3 here". Empty if they agree.
 std::string DescribeDifference(const RunDescription& before, const RunDescription& now);
 
 }  // namespace egosieve::tools

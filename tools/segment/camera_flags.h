@@ -1,5 +1,5 @@
-// What `segment` knows of the camera, given or estimated: its lens, and the area of its image that
-// does not show the scene. --camera, --ignore.
+// The camera of `segment`, given or estimated: its lens, and the area of its image that does not
+// show the scene. --camera, --ignore.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_CAMERA_FLAGS_H_
 #define EGOSIEVE_TOOLS_SEGMENT_CAMERA_FLAGS_H_
 

@@ -8,9 +8,9 @@
 //   own_vehicle_share              of the image
 //   fixed_pattern, windscreen      whether fixed_pattern.png and windscreen.png exist
 //   travel_direction, travel_concentration, travel_share      vision/trajectory/travel_prior.h
-// own_vehicle.png, if present: 255 own vehicle, 0 scene. fixed_pattern.png, if present: the median
-// of pictures of the drive. windscreen.png, if present: 255 where objects on the windscreen mix
-// with the scene.
+// own_vehicle.png, if present: 255 own vehicle, 0 scene.
+// fixed_pattern.png, if present: the median of pictures of the drive.
+// windscreen.png, if present: 255 where objects on the windscreen mix with the scene.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_RUN_CAMERA_H_
 #define EGOSIEVE_TOOLS_SEGMENT_RUN_CAMERA_H_
 

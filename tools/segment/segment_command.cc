@@ -110,7 +110,7 @@ class SegmentCommand : public Command {
       return absl::CancelledError("interrupted; nothing was written");
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<FolderLock> lock, LockFolder());
-    // Before the folder is made anew: interrupting the first pass keeps the former run.
+    // Before the folder is replaced: interrupting the first pass keeps the former run.
     EGOSIEVE_RETURN_IF_ERROR(
         camera_.Find(input, schedule_.first_frame(), resume_, directory_, options.labeller));
     if (schedule_.frame_step() > 1) {

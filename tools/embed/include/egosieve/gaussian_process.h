@@ -68,7 +68,7 @@ extern "C" {
 /** Handle of a model that learns. Calls on one model wait for each other. */
 typedef struct egosieve_gp egosieve_gp;
 
-/** What a model believed at one moment: a handle. Immutable: any number of threads may predict. */
+/** Handle of a model's posterior at one moment. Immutable: any number of threads may predict. */
 typedef struct egosieve_posterior egosieve_posterior;
 
 /** Covariance function: one of the constants below. */
@@ -355,7 +355,7 @@ EGOSIEVE_API egosieve_status egosieve_posterior_predict_image(egosieve_posterior
 EGOSIEVE_API egosieve_status egosieve_posterior_free(egosieve_posterior* posterior);
 
 /**
- * Stores a text or bytes with the model and in its file; replaces what was stored before.
+ * Stores a text or bytes with the model and in its file; replaces an earlier annotation.
  * @param gp     The model.
  * @param bytes  Null only if size is 0.
  * @param size   In bytes.
