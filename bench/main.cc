@@ -1,5 +1,5 @@
 // Runs the benchmarks that are linked in. --json=FILE writes Google Benchmark's JSON to FILE; all
-// other flags are its own.
+// other flags are those of Google Benchmark.
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
@@ -12,7 +12,7 @@
 
 namespace {
 
-// Leaves out of a benchmark's name how its time was taken ("/real_time").
+// Removes the way of timing ("/real_time") from a benchmark's name.
 template <typename Reporter>
 class ShortNames : public Reporter {
  public:
@@ -24,7 +24,7 @@ class ShortNames : public Reporter {
   }
 };
 
-// The results say what computed.
+// Adds the device's name to the results.
 void NameDevice() {
   const auto devices = egosieve::kernels::ListDevices();
   if (!devices.ok()) return;

@@ -66,9 +66,9 @@ int main(int argc, char** argv) {
   egosieve::kernels::LetPoclWrite();
   egosieve::tools::TakeStandardStreams();
   egosieve::tools::CatchInterruptions();
-  egosieve::tools::ThreadsFlag().Apply();  // for the commands that have no such flag, too
+  egosieve::tools::ThreadsFlag().Apply();  // also for commands without this flag
   const int code = egosieve::tools::RunCommandLine(argc, argv);
-  // Without the libraries' handlers at exit: OpenBLAS's waits for ever for threads that wait for
-  // memory.
+  // Skips the libraries' handlers at exit: that of OpenBLAS would wait forever for threads that
+  // wait for memory.
   std::_Exit(code);
 }

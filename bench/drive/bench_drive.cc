@@ -1,17 +1,17 @@
-// bench_drive: what a frame of a long drive costs, as JSON on stdout.
+// bench_drive: the cost per frame of a long drive, as JSON on stdout.
 //
 //   bench_drive [--frames=300] [--profiles=paper,paper_full,default,fast,opencv] [--data=DIR]
 //               [--megapixels=0] [--threads=0] [--model_points=0]
-//       DIR/kitti-residential played back and forth through each profile; steady state is the
+//       DIR/kitti-residential played back and forth with each profile; steady state is the
 //       second half of the frames. paper_full is the paper's profile without its filters 2 and 3,
 //       so that the model holds its 4,000 points on a drive this short; opencv is OpenCV's dense
-//       flow and its RANSAC fundamental matrix alone. Pictures of --megapixels are the same scaled.
+//       flow and its RANSAC fundamental matrix alone. --megapixels scales the pictures.
 //   bench_drive --soak [--frames=14500] [--budget=400]
-//       one long drive of small frames, synthetic and (where there are data) real in turn: whether
-//       time a frame, memory and open files stay; fixed work in between tells how the machine's own
-//       speed changed meanwhile.
+//       one long drive of small frames, alternately synthetic and (if there are data) real: whether
+//       time per frame, memory and open files stay constant; fixed work in between shows changes of
+//       the machine's own speed.
 //
-// Exit code 1 where the output is not sound; times are told, and judged by the reader.
+// The exit code is 1 if the output is wrong; times are printed, but not judged.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -51,7 +51,7 @@ constexpr int64_t kComparedFrames = 6;
 struct Profile {
   std::string name;
   OnlineSegmenterOptions options;
-  double target_seconds;  // a frame of 1242x375, on two cores
+  double target_seconds;  // per frame of 1242x375, on two cores
 };
 
 std::vector<Profile> Profiles() {
@@ -64,7 +64,7 @@ std::vector<Profile> Profiles() {
   return profiles;
 }
 
-// A folder that goes with the object.
+// A temporary folder, removed with the object.
 class ScratchFolder {
  public:
   ScratchFolder()
@@ -81,8 +81,8 @@ class ScratchFolder {
   std::string path_;
 };
 
-// The masks of a folder by the number in their name, which is that of a picture of the same number
-// in `frames`: 255 moves, 0 stands, else void. By the picture's place in `frames`.
+// The masks of a folder, each by the index in `frames` of the picture with the same name. A pixel
+// is moving if it is 255, static if 0, else void.
 std::map<int64_t, cv::Mat> ReadMasks(const std::string& frames, const std::string& masks) {
   std::vector<std::string> names;
   std::error_code error;
@@ -134,7 +134,7 @@ struct Flags {
   std::string data;
 };
 
-// As segment's first pass sets it.
+// Sets the camera as segment's first pass does.
 absl::Status LearnCamera(PlayedSource& source, OnlineSegmenterOptions& options) {
   vision::FrameLabellerOptions& labeller = options.labeller;
   if (!labeller.WantsCamera()) return absl::OkStatus();
@@ -146,7 +146,7 @@ absl::Status LearnCamera(PlayedSource& source, OnlineSegmenterOptions& options) 
   return absl::OkStatus();
 }
 
-// The clip at the size asked for.
+// The clip at the requested size.
 absl::StatusOr<Clip> ScaledClip(const Clip& clip, double megapixels) {
   if (megapixels == 0.0) return clip;
   EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat picture, clip.read(0));
@@ -231,8 +231,8 @@ absl::StatusOr<bool> MeasureProfiles(const Flags& flags,
   return sound;
 }
 
-// One turn of each clip: the median of each by itself, and their mean. The median of two clips that
-// cost differently would jump between them.
+// Each clip is played for one turn: the median is taken for each clip, then their mean. A common
+// median of two clips of different cost would jump between them.
 constexpr int64_t kTurn = 250;
 constexpr size_t kWorkEvery = 10;  // frames
 

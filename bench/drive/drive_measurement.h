@@ -1,5 +1,5 @@
-// A drive from its frames to its run folder, as `segment` writes it, with the clock beside: seconds
-// between frames, milliseconds by stage, memory and open files, and whether what came out is sound.
+// Runs a drive from its frames to its run folder, as `segment` does, and measures it: seconds
+// between frames, milliseconds per stage, memory and open files. Also checks the output.
 #ifndef EGOSIEVE_BENCH_DRIVE_DRIVE_MEASUREMENT_H_
 #define EGOSIEVE_BENCH_DRIVE_DRIVE_MEASUREMENT_H_
 
@@ -17,16 +17,16 @@
 
 namespace egosieve::bench {
 
-// In the order in which a frame's line tells them.
+// In the order of a frame's line.
 inline constexpr int kStages = 12;
 inline constexpr const char* kStageNames[kStages] = {
     "decode",    "equalization", "features",    "matching",  "geometry",  "labelling",
     "selection", "training",     "calibration", "posterior", "inference", "writing"};
 
-// Of a fixed size: the account of a long drive must not itself be what grows.
+// Of fixed size, so that the record of a long drive does not grow by itself.
 struct FrameMeasurement {
   double finished_seconds = 0.0;   // since the drive's start
-  double processor_seconds = 0.0;  // of all threads, since then
+  double processor_seconds = 0.0;  // of all threads, since the drive's start
   double resident_mebibytes = 0.0;
   int64_t open_files = 0;
   int64_t model_size = 0;
@@ -37,31 +37,31 @@ struct FrameMeasurement {
 
 struct DriveMeasurement {
   std::vector<FrameMeasurement> frames;
-  std::vector<std::string> complaints;  // about the output; empty where it is sound
+  std::vector<std::string> complaints;  // about the output; empty if it is sound
 };
 
-// What is looked at of each frame beside its soundness; may be null.
+// Called with each frame, beside the checks; may be null.
 using MapVisitor = std::function<void(const vision::SegmentedFrame& frame)>;
 
-// Writes the run folder `directory`, which must not exist. Each map is looked at as it comes
-// (there, of its grid's size, probabilities in [0, 1], deviations finite and not negative), and
+// Writes the run folder `directory`, which must not exist. Each map is checked when it is made (it
+// exists, has its grid's size, probabilities in [0, 1], deviations finite and not negative), and
 // read back from the folder at the end.
 absl::StatusOr<DriveMeasurement> MeasureDrive(std::shared_ptr<kernels::Context> context,
                                               const vision::OnlineSegmenterOptions& options,
                                               PlayedSource& source, const std::string& directory,
                                               const MapVisitor& visit);
 
-// The maps of the first `count` frames, one frame after the other on one thread, are those that
-// lie in `directory`, byte for byte. Otherwise a complaint.
+// Computes the maps of the first `count` frames again, one frame after the other on one thread, and
+// compares them with those in `directory` byte by byte. Returns a complaint if they differ.
 absl::StatusOr<std::string> CompareWithOneThread(std::shared_ptr<kernels::Context> context,
                                                  vision::OnlineSegmenterOptions options,
                                                  PlayedSource& source, int64_t count,
                                                  const std::string& directory);
 
-double Median(std::vector<double> values);  // 0 of none
-// Of the seconds between frames begin - 1 and begin, ..., end - 2 and end - 1.
+double Median(std::vector<double> values);  // 0 if empty
+// The median of the seconds between frames begin - 1 and begin, ..., end - 2 and end - 1.
 double MedianSecondsPerFrame(const DriveMeasurement& drive, size_t begin, size_t end);
-// Likewise of the processors, which other programs disturb less.
+// The same of the processors' time, which other programs disturb less.
 double MedianProcessorSecondsPerFrame(const DriveMeasurement& drive, size_t begin, size_t end);
 
 }  // namespace egosieve::bench

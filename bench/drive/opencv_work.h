@@ -1,4 +1,4 @@
-// Work of OpenCV alone, to compare with.
+// Work of OpenCV alone, for comparison.
 #ifndef EGOSIEVE_BENCH_DRIVE_OPENCV_WORK_H_
 #define EGOSIEVE_BENCH_DRIVE_OPENCV_WORK_H_
 
@@ -13,13 +13,13 @@
 namespace egosieve::bench {
 
 struct OpenCvSeconds {
-  std::vector<double> wall, processor;  // of each frame but the first
+  std::vector<double> wall, processor;  // per frame, except the first
 };
 
-// What the motion of a picture's pixels (DIS flow) and one fundamental matrix (RANSAC) cost.
+// The cost of dense flow between pictures (DIS) and of one fundamental matrix (RANSAC).
 absl::StatusOr<OpenCvSeconds> MeasureOpenCv(const Clip& clip, int64_t count);
 
-// A piece of work that never changes: what the machine itself was worth at the time.
+// A fixed piece of work, which shows how fast the machine itself is at the time.
 class FixedWork {
  public:
   FixedWork();

@@ -1,5 +1,5 @@
-// A drive of any length made of a few clips: each is played back and forth, and after every `turn`
-// frames the next one is.
+// A drive of any length made of a few clips: each clip is played back and forth, and after every
+// `turn` frames the next clip follows.
 //
 //   frame i of a clip of n pictures shows picture  p(i) = n - 1 - |n - 1 - i mod (2 n - 2)|
 //
@@ -21,11 +21,12 @@ namespace egosieve::bench {
 
 struct Clip {
   int64_t size = 0;
-  // Picture 0 .. size - 1, decoded anew each time where decoding belongs to what is measured.
+  // Reads picture 0 .. size - 1. Decodes it again at each call if decoding is part of the
+  // measurement.
   std::function<absl::StatusOr<cv::Mat>(int64_t picture)> read;
 };
 
-// (p) above; size >= 1.
+// p(i) above; size >= 1.
 int64_t PictureOf(int64_t frame, int64_t size);
 
 class PlayedSource : public vision::FrameSource {
@@ -44,11 +45,11 @@ class PlayedSource : public vision::FrameSource {
   int64_t turn_ = 0, count_ = 0, next_ = 0;
 };
 
-// The pictures of a folder, read from disk each time.
+// The pictures of a folder, read from disk at each call.
 absl::StatusOr<Clip> FolderClip(const std::string& folder);
-// A clip's pictures, all read once, scaled to `size`, and kept.
+// A clip's pictures, read once, scaled to `size`, and kept in memory.
 absl::StatusOr<Clip> KeptClip(const Clip& clip, cv::Size size);
-// `count` pictures of the synthetic junction at 10 a second.
+// `count` pictures of the synthetic junction at 10 per second.
 absl::StatusOr<Clip> SyntheticClip(int64_t count, cv::Size size);
 
 }  // namespace egosieve::bench

@@ -1,5 +1,5 @@
-// Points as a street frame gives them, seeded: six inputs in [-1, 1], objects as clusters in
-// position and colour, one label in ten high.
+// Points like those of a street frame, seeded: six inputs in [-1, 1], objects as clusters in
+// position and colour; one object in ten has high labels.
 #ifndef EGOSIEVE_BENCH_GP_STREET_POINTS_H_
 #define EGOSIEVE_BENCH_GP_STREET_POINTS_H_
 
@@ -51,7 +51,7 @@ inline StreetPoints MakeStreetPoints(int64_t n, uint64_t seed) {
   return points;
 }
 
-// The device that the environment names, by default the best there is.
+// The device that the environment names; by default the best one.
 inline std::shared_ptr<kernels::Context> BenchContext() {
   static const auto context = kernels::OpenContext();
   if (!context.ok()) std::abort();

@@ -1,4 +1,4 @@
-// Seeded models, images and queries that look like the segmenter's.
+// Seeded models, images and queries like those of the segmenter.
 #ifndef EGOSIEVE_BENCH_KERNELS_BENCHMARK_DATA_H_
 #define EGOSIEVE_BENCH_KERNELS_BENCHMARK_DATA_H_
 
@@ -12,13 +12,13 @@
 
 namespace egosieve::kernels {
 
-// The device of EGOSIEVE_DEVICE or the default one; ends the program with a message when there is
+// The device of EGOSIEVE_DEVICE or the default one; ends the program with a message if there is
 // none.
 std::shared_ptr<Context> BenchmarkContext();
 
 enum class BenchmarkKernel {
   kGentleArcsine,       // weights of about 0.4
-  kSteepArcsine,        // squared weights up to e^6, as training finds them for positions
+  kSteepArcsine,        // squared weights up to e^6, as trained for positions
   kSquaredExponential,  // lengths of 0.3 and 0.6
 };
 
@@ -34,10 +34,10 @@ struct BenchmarkModel {
   PosteriorModel model(FactorKind kind) const;
 };
 
-// n points of an image's inputs, labels with a moving blob, noise 0.3. Made once.
+// n points of an image's inputs, labels with a moving blob, noise 0.3. Made only once.
 const BenchmarkModel& ModelOf(int64_t n, BenchmarkKernel kernel);
 
-// Inputs of every `stride`-th pixel of a smooth image of 640 x 480 pixels, 6 values each.
+// Inputs at every `stride`-th pixel of a smooth image of 640 x 480 pixels, 6 values each.
 std::vector<float> ImageQueries(int stride);
 
 }  // namespace egosieve::kernels

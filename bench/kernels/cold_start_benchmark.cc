@@ -1,4 +1,4 @@
-// From the start of a process to its first posterior, with empty and with warm caches (the
+// Time from the start of a process to its first posterior, with empty and with filled caches (the
 // library's own and PoCL's).
 #include <benchmark/benchmark.h>
 #include <unistd.h>
@@ -20,7 +20,7 @@ std::string ProgramPath() {
       .string();
 }
 
-// The mean that the program should print.
+// The mean that the program must print.
 double ExpectedMean() {
   const CovarianceParameters parameters = {CovarianceFunction::kArcsine, {1.0, 1.0, 1.0}, 1.0};
   const double query[] = {0.125, 0.5};
@@ -30,7 +30,7 @@ double ExpectedMean() {
          reference::Covariance(parameters, query, second);
 }
 
-// Runs the program with its caches in `folder`; false unless it printed the right answer.
+// Runs the program with its caches in `folder`; false unless it printed the right result.
 bool RunProgram(const std::string& folder) {
   const std::string command =
       "EGOSIEVE_CACHE_DIR=" + folder + "/own POCL_CACHE_DIR=" + folder + "/pocl " + ProgramPath();

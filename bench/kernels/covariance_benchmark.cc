@@ -14,7 +14,7 @@
 namespace egosieve::kernels {
 namespace {
 
-// Points alone; the factor of ModelOf is not needed.
+// Only points; the factor of ModelOf is not needed.
 std::vector<double> Points(int64_t n) {
   const std::vector<float> queries = ImageQueries(5);
   std::vector<double> points;
@@ -80,8 +80,8 @@ BENCHMARK_TEMPLATE(BM_CovarianceMatrix, float, BenchmarkKernel::kSteepArcsine)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
-// Vector operations of one pair, 7 components: 38 of the covariance (double: 11 more in the
-// polynomial, the square root counts 5), 8 of the factor, 4 for each component.
+// Vector operations per pair, 7 components: 38 for the covariance (double: 11 more in the
+// polynomial, the square root counts 5), 8 for the factor, 4 for each component.
 constexpr double kGradientOperations = 38 + 11 + 8 + 28;
 
 void BM_CovarianceGradient(benchmark::State& state) {

@@ -1,4 +1,5 @@
-// The descriptor field of an image of a driving data set's size, at every pixel and at every fifth.
+// The descriptor field at every pixel and at every fifth pixel of an image with the size of a
+// driving data set's.
 #include <benchmark/benchmark.h>
 
 #include <cmath>

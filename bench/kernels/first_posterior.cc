@@ -1,5 +1,5 @@
-// From nothing to a posterior: opens the default device, creates a small model, evaluates one query
-// with mean, variance and probability, and prints the answer's mean. What BM_ColdStart times.
+// Makes a first posterior: opens the default device, creates a small model, evaluates one query
+// with mean, variance and probability, and prints the mean. BM_ColdStart times this program.
 #include <cstdio>
 
 #include "kernels/ops/dense_posterior.h"

@@ -1,4 +1,4 @@
-// Dense posteriors over an image of 640 x 480 pixels. Each benchmark checks a sample of its answers
+// Dense posteriors over an image of 640 x 480 pixels. Each benchmark checks a sample of its results
 // against the float64 reference outside the timer.
 #include <benchmark/benchmark.h>
 
@@ -20,17 +20,18 @@
 namespace egosieve::kernels {
 namespace {
 
-// Vector operations (a multiply-add counts one) that one evaluation of the arcsine and its share of
-// the mean need, with 7 components:
-//   from the dot product   8 dot product, 2 h, 4 root, 8 polynomial and product, 2 sign, 1 alpha =
-//   25 where differences are  1 comparison for all; where a vector of queries has a lane that needs
-//   possible               them, 1 sign, 1 sum of e, 14 differences and squares, 1 selection = 17
+// Vector operations (a multiply-add counts one) for one evaluation of the arcsine and its share of
+// the mean, with 7 components:
+//   from the dot product    8 dot product, 2 h, 4 root, 8 polynomial and product, 2 sign,
+//                           1 alpha = 25
+//   if differences are      1 comparison for all; if a vector of queries has a lane that needs
+//   possible                them, 1 sign, 1 sum of e, 14 differences and squares, 1 selection = 17
 constexpr double kDotOperations = 25;
 constexpr double kComparison = 1;
 constexpr double kDifferenceOperations = 17;
 
-// Operations of one evaluation on average: the share of vectors that need differences is counted on
-// a sample of vectors of 16 queries.
+// Mean number of operations per evaluation: the share of vectors that need differences is counted
+// on a sample of vectors of 16 queries.
 double OperationsAnEvaluation(const PosteriorModel& model, const std::vector<float>& queries) {
   const int64_t width = PreparedWidth(model.covariance);
   const double threshold = DifferenceThreshold(width - 1);
@@ -60,8 +61,8 @@ double OperationsAnEvaluation(const PosteriorModel& model, const std::vector<flo
              static_cast<double>(vectors);
 }
 
-// What is wrong with a sample of queries beside the reference, in units of each output; "" if
-// nothing is.
+// Compares a sample of queries with the reference and describes errors, in units of each output; ""
+// if there are none.
 std::string CheckSample(const PosteriorModel& model, const std::vector<float>& queries,
                         const float* mean, const float* variance, const float* probability) {
   // Fifteen times the error of the mean in bench/results/peers.md, for weights that cancel more.
@@ -172,7 +173,7 @@ void EvaluateAll(benchmark::State& state, const PosteriorModel& model, int strid
   state.counters["queries_per_second"] =
       benchmark::Counter(static_cast<double>(m), benchmark::Counter::kIsIterationInvariantRate);
   const double n = static_cast<double>(model.inputs.rows);
-  // n^2 / 2 multiply-adds a query: of the variance alone.
+  // n^2 / 2 multiply-adds per query, for the variance alone.
   state.counters["fraction_of_fma_peak"] =
       0.5 * n * n * m / FmaPerSecond<float>(*BenchmarkContext()) / seconds;
   state.counters["gflops"] =
@@ -222,8 +223,8 @@ BENCHMARK(BM_DensePosteriorPicture)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
-// Threads that ask one posterior at the same time, each a tile of queries a call: work for one
-// core, so that on two idle cores a thread's rate beside another is that of a thread alone.
+// Threads that query one posterior at the same time, one tile of queries per call. That is work for
+// one core, so on two idle cores each of two threads has the rate of a single thread.
 void BM_DensePosteriorByThreads(benchmark::State& state) {
   static const std::unique_ptr<DensePosterior> posterior = [] {
     auto made = DensePosterior::Create(
@@ -264,7 +265,7 @@ BENCHMARK(BM_SparsePosterior)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
-// What precedes the first query of a frame: checks, packing, upload.
+// The work before the first query of a frame: checks, packing, upload.
 void BM_DensePosteriorCreate(benchmark::State& state) {
   const PosteriorModel model =
       ModelOf(state.range(0), BenchmarkKernel::kSteepArcsine).model(FactorKind::kCholesky);

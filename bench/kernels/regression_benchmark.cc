@@ -1,4 +1,4 @@
-// Exact regression on the device in float64: the factorisation with the solves, and with the
+// Exact regression on the device in float64: the factorisation with the solves, alone and with the
 // inverse and the likelihood's gradient. Residuals are checked outside the timer.
 #include <benchmark/benchmark.h>
 
@@ -60,7 +60,7 @@ void BM_DeviceRegression(benchmark::State& state, bool with_gradient) {
   if (!(LargestResidual(parameters, x, y, result->alpha) <= 1e-7)) {
     return state.SkipWithError("wrong solution");
   }
-  // Multiply-adds: n^3 / 6 of the factor, as many of its inverse and of the inverse's product.
+  // Multiply-adds: n^3 / 6 each for the factor, for its inverse and for the inverse's product.
   const double cube = static_cast<double>(n) * static_cast<double>(n) * static_cast<double>(n);
   const double operations = (with_gradient ? 3.0 : 1.0) * cube / 6.0;
   state.counters["gflops"] =

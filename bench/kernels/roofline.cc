@@ -31,7 +31,7 @@ double FmaPerSecond(Context& context) {
   static double best = 0.0;
   constexpr int kSteps = 1 << 20;
   constexpr int kChains = 16;
-  // On GPUs as many work-items as a unit holds at most.
+  // On GPUs, as many work-items as a unit can hold.
   const int group = context.tuning().work_group > 1 ? 128 : 1;
   constexpr int kItemsOfAUnit = 2048;
   const bool is_double = sizeof(T) == sizeof(double);

@@ -1,4 +1,4 @@
-// What the machine can do at best, measured in the run that it is compared with.
+// Peak speeds of the machine, measured in the same run as the figures that are compared with them.
 #ifndef EGOSIEVE_BENCH_KERNELS_ROOFLINE_H_
 #define EGOSIEVE_BENCH_KERNELS_ROOFLINE_H_
 
@@ -9,21 +9,21 @@
 
 namespace egosieve::kernels {
 
-// Vector arithmetic operations (a multiply-add counts one) times lanes, a second, of the device: a
-// kernel of independent multiply-adds of T, float or double, in registers. The best of all runs in
-// this process: a peak that a noisy moment lowered would flatter what is compared with it. 0 where
-// there is no such device.
+// Vector arithmetic operations (a multiply-add counts one) times lanes, per second, of the device:
+// a kernel of independent multiply-adds of T, float or double, in registers. The best of all runs
+// in this process is taken: a peak lowered by a moment of noise would make the compared figures
+// look better. 0 if there is no such device.
 template <typename T>
 double FmaPerSecond(Context& context);
 
-// Seconds of OpenBLAS's strsm, or Eigen's triangular solve on all cores, the better of the two:
-// L^-1 B in float32 with L n x n and B n x m.
+// Seconds for L^-1 B in float32, with L n x n and B n x m: OpenBLAS's strsm or Eigen's triangular
+// solve on all cores, the faster of the two.
 double StrsmSeconds(int64_t n, int64_t m);
 
-// Bytes a second of a copy in memory on all cores, read and written bytes counted.
+// Bytes per second of a copy in memory on all cores, counting bytes read and written.
 double CopyBytesPerSecond();
 
-// The wall's seconds an iteration of a benchmark's loop, for counters that are no rates.
+// Wall-clock seconds per iteration of a benchmark's loop, for counters that are not rates.
 class LoopTimer {
  public:
   double SecondsAnIteration(int64_t iterations) const {

@@ -1,5 +1,5 @@
-// 7000 SIFT key points and corners of a 1242 x 375 picture, and OpenCV's SIFT on the same; and the
-// flow that tracks a grid.
+// SIFT key points and corners, 7000 in a picture of 1242 x 375; OpenCV's SIFT on the same picture;
+// the flow that tracks a grid.
 #include <benchmark/benchmark.h>
 
 #include <cstring>

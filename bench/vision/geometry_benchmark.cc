@@ -1,5 +1,5 @@
-// Both motion models of 7000 point pairs, a fifth of them movers and a tenth false matches, and the
-// choice.
+// Fits both motion models to 7000 point pairs, of which a fifth are movers and a tenth false
+// matches, and selects one.
 #include <benchmark/benchmark.h>
 
 #include "tests/vision/geometry/synthetic_pairs.h"
@@ -18,7 +18,7 @@ void BM_Geometry(benchmark::State& state) {
   MotionModelOptions options;
   absl::StatusOr<MotionModel> model = absl::UnknownError("");
   for (auto _ : state) {
-    ++options.seed;  // RANSAC's work depends on its luck
+    ++options.seed;  // RANSAC's work depends on chance
     model = EstimateMotionModel(pairs.pairs, options);
   }
   const bool is_forward = scene.motion == testing::CameraMotion::kForward;

@@ -1,5 +1,5 @@
-// Matching 7000 features with 7000: full search, OpenCV's full search on the same, and windowed
-// search.
+// Matching 7000 features with 7000: full search, OpenCV's full search on the same features, and
+// windowed search.
 #include <benchmark/benchmark.h>
 
 #include <opencv2/features2d.hpp>
@@ -17,7 +17,7 @@ struct FeaturePair {
   FeatureSet first, second;
 };
 
-// As one kind, so that full search compares every feature with every other.
+// All features of one kind, so that full search compares every feature with every other.
 const FeaturePair& Features() {
   static const FeaturePair pair = [] {
     FeaturePair made{*ExtractFeatures(BenchmarkPair().first, {}),

@@ -12,7 +12,7 @@ struct TexturedPair {
   cv::Matx33d homography;  // first to second, pixels
 };
 
-// The same at every call.
+// The same pair at every call.
 const TexturedPair& BenchmarkPair();
 
 }  // namespace egosieve::vision

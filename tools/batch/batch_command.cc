@@ -119,13 +119,13 @@ class BatchCommand : public Command {
   }
 
  private:
-  // Elsewhere than in this process (plan_run.h).
+  // Runs the plan outside this process (plan_run.h).
   absl::StatusOr<ExitCode> RunPlan() const {
     if (inputs_.size() > 1) {
       return absl::InvalidArgumentError(
           "--engine, --task, --plan and --status take one INPUT; list the drives in a manifest");
     }
-    // What the engine needs is written beside it.
+    // Files for the engine are written beside this path.
     const std::string& beside = IsManifest(inputs_.front()) ? inputs_.front() : given_.out;
     return plan_run_.Run(beside, entries_, result_);
   }
@@ -202,7 +202,7 @@ class BatchCommand : public Command {
     }
   }
 
-  // A page that cannot be written costs no drive; the last failure is reported.
+  // A page that cannot be written does not stop the drives; the last failure is reported.
   void Say(size_t i, const std::string& what) {
     std::cerr << absl::StrFormat("batch: %d of %d, %s: %s\n", i + 1, entries_.size(),
                                  entries_[i].out, what);
@@ -243,7 +243,7 @@ class BatchCommand : public Command {
   ResultFlag result_;
 
   std::vector<BatchEntry> entries_;
-  std::vector<std::string> left_out_;  // of the inputs: what is no drive
+  std::vector<std::string> left_out_;  // the inputs that are not drives
   std::vector<DriveOutcome> outcomes_;
   absl::Status index_status_;
 };

@@ -15,10 +15,10 @@ namespace {
 
 using Flags = BatchSettings::Flags;
 
-// Flags that belong to the batch itself.
+// Flags that only the batch itself sets.
 constexpr const char* kReserved[] = {"out", "resume", "overwrite", "config", "print_config"};
 
-// A flag that is there already gets the later value.
+// Adds a flag; a flag that is already there gets the new value.
 void SetFlag(const std::string& name, const std::string& value, Flags& flags) {
   const auto found = std::find_if(flags.begin(), flags.end(),
                                   [&](const auto& flag) { return flag.first == name; });

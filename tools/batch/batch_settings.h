@@ -1,4 +1,4 @@
-// What is said of the drives of a batch: run folder, flags of each command, commands that follow.
+// Settings for the drives of a batch: run folder, flags of each command, commands that follow.
 #ifndef EGOSIEVE_TOOLS_BATCH_BATCH_SETTINGS_H_
 #define EGOSIEVE_TOOLS_BATCH_BATCH_SETTINGS_H_
 
@@ -12,7 +12,7 @@
 
 namespace egosieve::tools {
 
-// What is said of drives, one or all; what is not said is empty.
+// Settings of one drive or of all; an empty field is not set.
 struct BatchSettings {
   using Flags = std::vector<std::pair<std::string, std::string>>;  // name, value
 
@@ -25,25 +25,25 @@ struct BatchSettings {
 // The commands that may follow segment.
 const std::vector<std::string>& FollowingCommands();
 
-// Words by commas. InvalidArgument for one that is none of FollowingCommands().
+// Words separated by commas. InvalidArgument for a word that is not in FollowingCommands().
 absl::StatusOr<std::vector<std::string>> ParseThen(absl::string_view text);
-// "--stride=2 --learn_only". InvalidArgument for words that are no flags, and for flags that the
-// batch sets itself.
+// Parses "--stride=2 --learn_only". InvalidArgument for words that are not flags, and for flags
+// that the batch sets itself.
 absl::StatusOr<BatchSettings::Flags> ParseFlags(absl::string_view text);
 
 bool IsFollowing(const std::string& word);
 
-// InvalidArgument: "where: what"; without "where: " where that is empty. The setters below name
-// `where` likewise.
+// InvalidArgument: "where: what", or "what" if `where` is empty. The setters below use `where` in
+// the same way.
 absl::Status Refused(const std::string& where, const std::string& what);
 
-// A flag that is there already gets the later value. InvalidArgument for flags that the batch sets
-// itself.
+// Adds a flag; a flag that is already there gets the new value. InvalidArgument for flags that the
+// batch sets itself.
 absl::Status AddFlag(const std::string& where, const std::string& name, const std::string& value,
                      BatchSettings::Flags& flags);
 absl::Status SetThen(const std::string& where, const std::vector<std::string>& words,
                      BatchSettings& settings);
-// `settings`, overridden by what `later` says.
+// Overrides `settings` with the settings that `later` has.
 void Override(const BatchSettings& later, BatchSettings& settings);
 
 }  // namespace egosieve::tools

@@ -40,7 +40,7 @@ vision::FrameSourceOptions SourceOptions(const std::vector<std::string>& flags) 
   return options;
 }
 
-// Of the next frame that can be read; none at the end.
+// The time of the next frame that can be read; absent at the end.
 std::optional<double> NextTime(vision::FrameSource& source) {
   while (true) {
     const absl::StatusOr<vision::FrameRead> read = source.Next();
@@ -51,7 +51,7 @@ std::optional<double> NextTime(vision::FrameSource& source) {
 
 using Json = nlohmann::ordered_json;
 
-// Other where a file of the input has changed its size.
+// Identifies an input; differs if a file of the input has another size.
 std::string Identity(const vision::FrameSource& source) {
   uintmax_t bytes = 0;
   for (const std::string& file : source.files()) {
@@ -62,7 +62,7 @@ std::string Identity(const vision::FrameSource& source) {
   return absl::StrCat(source.description(), ", ", bytes, " bytes");
 }
 
-// What was found of this input, by a former call.
+// The scenes that an earlier call found in this input.
 std::optional<vision::SceneCuts> ReadScenes(const std::string& path, const std::string& input) {
   const Json document = Json::parse(ReadFile(path).value_or(""), nullptr, false);
   if (!document.is_object() || document.value("input", Json()) != input) return std::nullopt;
@@ -74,7 +74,7 @@ std::optional<vision::SceneCuts> ReadScenes(const std::string& path, const std::
   }
 }
 
-// Notes that cannot be written cost the next call the time, and nothing else.
+// If notes cannot be written, the next call only takes longer.
 absl::StatusOr<vision::SceneCuts> ScenesOf(const BatchEntry& entry, vision::FrameSource& source) {
   const std::string path = TaskNotesPath(entry) + "/scenes.json";
   const std::string input = Identity(source);
@@ -124,7 +124,7 @@ std::vector<int64_t> CutsAtScenes(int64_t frames, const std::vector<int64_t>& sc
                                   double seconds_per_frame, double minutes) {
   std::vector<int64_t> cuts, ends = scenes;
   ends.push_back(frames);
-  int64_t piece = 0, scene = 0;  // where they begin
+  int64_t piece = 0, scene = 0;  // their first frames
   for (const int64_t end : ends) {
     if (!EqualCuts(end - piece, seconds_per_frame, minutes).empty()) {
       if (scene > piece) cuts.push_back(piece = scene);

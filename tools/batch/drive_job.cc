@@ -26,9 +26,9 @@ namespace {
 namespace fs = std::filesystem;
 using State = DriveOutcome::State;
 
-constexpr int kCannotStart = 126;  // as shells have it
+constexpr int kCannotStart = 126;  // as in shells
 
-// In a folder of this name beside the run folder, so that no file of somebody else's is in the way.
+// The file lies in a folder of this name beside the run folder, to avoid clashes with other files.
 std::string OwnFile(const BatchEntry& entry, const std::string& suffix) {
   const fs::path out = AbsolutePath(entry.out);
   return (out.parent_path() / "egosieve_logs" / out.filename()).string() + suffix;
@@ -36,7 +36,7 @@ std::string OwnFile(const BatchEntry& entry, const std::string& suffix) {
 
 std::string NotesPath(const BatchEntry& entry) { return OwnFile(entry, ".then"); }
 
-// The last line that the program says about an error; what comes before may be warnings.
+// The program's last line of error; earlier lines may be warnings.
 std::string LastComplaint(const std::string& path) {
   const absl::StatusOr<std::string> text = ReadFile(path);
   if (!text.ok()) return "";
@@ -52,7 +52,7 @@ absl::StatusOr<RunDescription> DescriptionIn(const std::string& out) {
   return folder.ReadDescription();
 }
 
-// What a step leaves; empty where it is many files, which the lines name.
+// The output of a step; empty if it is many files, which the run's lines name.
 std::string ProductOf(const BatchEntry& entry, const std::string& command) {
   if (command == "masks") return MasksPath(entry);
   const fs::path out = entry.out;
@@ -72,9 +72,9 @@ std::vector<std::string> Arguments(const std::string& program, const BatchEntry&
   return words;
 }
 
-// In the child: only calls that are safe after a fork.
+// Runs in the child: only calls that are safe after a fork.
 [[noreturn]] void Become(const char* program, char* const* arguments, int log) {
-  prctl(PR_SET_PDEATHSIG, SIGTERM);  // a batch that is killed takes its drives along
+  prctl(PR_SET_PDEATHSIG, SIGTERM);  // a batch that is killed also ends its drives
   const int nothing = open("/dev/null", O_RDONLY);
   dup2(nothing, STDIN_FILENO);
   dup2(log, STDOUT_FILENO);
@@ -115,7 +115,7 @@ absl::StatusOr<DriveJob> DriveJob::Start(const std::string& program, const Batch
   const std::string log_path = LogPath(entry);
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(fs::path(log_path).parent_path().string()));
   std::error_code error;
-  // It is opened for appending next, which reports what cannot be removed.
+  // The file is opened for appending next; that reports a log that cannot be removed.
   fs::remove(log_path, error);
   DriveJob job(program, entry);
   const absl::StatusOr<RunDescription> before = DescriptionIn(entry.out);
@@ -182,7 +182,7 @@ bool DriveJob::HasEnded() {
 absl::StatusOr<bool> DriveJob::StartNext() {
   for (; next_step_ < entry_.then.size(); ++next_step_) {
     const BatchStep& step = entry_.then[next_step_];
-    if (!did_something_ && IsDone(step)) continue;  // later ones rest on earlier ones
+    if (!did_something_ && IsDone(step)) continue;  // later steps depend on earlier ones
     if (interrupted_) {
       End(State::kInterrupted, "");
       return false;

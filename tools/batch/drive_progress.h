@@ -1,5 +1,5 @@
-// How far the tasks of a drive are, from its run folder alone: any machine that sees the folder can
-// tell, whatever runs the tasks.
+// Progress of a drive's tasks, read only from its run folder: any machine that sees the folder can
+// read it, whatever engine runs the tasks.
 #ifndef EGOSIEVE_TOOLS_BATCH_DRIVE_PROGRESS_H_
 #define EGOSIEVE_TOOLS_BATCH_DRIVE_PROGRESS_H_
 
@@ -13,9 +13,9 @@ namespace egosieve::tools {
 
 struct DriveProgress {
   std::string state = "not started";  // of segment: run.json's `ended`
-  std::string reason;                 // the error's line, where it failed
+  std::string reason;                 // the error's line, if it failed
   std::string finished_utc;           // when segment ended
-  int64_t frames = 0;                 // that have a line
+  int64_t frames = 0;                 // frames with a line
   int64_t frames_failed = 0;
   int64_t maps = 0;
   std::vector<int64_t> missing_maps;  // by shard
@@ -24,7 +24,7 @@ struct DriveProgress {
   bool has_report = false;
 };
 
-// A folder without a run is a drive that was not started. Errors: a run that cannot be read.
+// A folder without a run is a drive that has not started. Errors: a run that cannot be read.
 absl::StatusOr<DriveProgress> ReadDriveProgress(const std::string& out, int shards);
 
 }  // namespace egosieve::tools

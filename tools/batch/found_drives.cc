@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 bool IsHidden(const fs::path& path) { return path.filename().string().starts_with('.'); }
 
-// What lies in the folder itself, without what is hidden.
+// The entries of the folder itself, without hidden ones.
 std::vector<fs::path> Children(const fs::path& folder) {
   std::vector<fs::path> children;
   std::error_code error;
@@ -39,7 +39,7 @@ bool HoldsPictures(const fs::path& folder, bool or_videos) {
   });
 }
 
-// Empty where the path is no drive.
+// The path for segment; empty if the path is not a drive.
 std::string InputOf(const fs::path& path) {
   std::error_code error;
   if (fs::is_regular_file(path, error)) {

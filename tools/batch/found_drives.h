@@ -1,8 +1,8 @@
-// The drives in a folder, or those that a glob names.
+// The drives in a folder, or those that match a glob.
 //
-// In a folder every video is a drive, and every folder that holds pictures or videos, or has a
-// folder frames/ or images/ that does; a glob's matches likewise. What is none of these is left out
-// and reported.
+// In a folder, each video is a drive, and so is each folder with pictures or videos in it, or in
+// its subfolder frames/ or images/. The same holds for the matches of a glob. Everything else is
+// left out and reported.
 #ifndef EGOSIEVE_TOOLS_BATCH_FOUND_DRIVES_H_
 #define EGOSIEVE_TOOLS_BATCH_FOUND_DRIVES_H_
 
@@ -15,7 +15,7 @@ namespace egosieve::tools {
 
 struct FoundDrive {
   std::string name;  // of the file without its extension, or of the folder
-  std::string path;  // what segment is given
+  std::string path;  // the path for segment
 };
 
 struct FoundDrives {
@@ -23,8 +23,8 @@ struct FoundDrives {
   std::vector<std::string> left_out;  // names
 };
 
-// `input`: a folder, a glob or a video. NotFound where there is nothing; InvalidArgument where none
-// of it is a drive, where a folder holds the pictures of one, and where two have one name.
+// `input`: a folder, a glob or a video. NotFound if nothing is there. InvalidArgument if it has no
+// drive, if a folder holds the pictures of one drive, or if two drives have the same name.
 absl::StatusOr<FoundDrives> FindDrives(const std::string& input);
 
 }  // namespace egosieve::tools

@@ -23,7 +23,7 @@ using State = DriveOutcome::State;
 constexpr char kGenerator[] = "<meta name=\"generator\" content=\"egosieve batch\">";
 constexpr int kRefreshSeconds = 5;
 
-// For an address: all but what needs no escape there.
+// Escapes a path for use in an address.
 std::string Address(const std::string& path) {
   std::string address;
   for (const char c : path) {
@@ -56,7 +56,7 @@ std::string Links(const fs::path& folder, const BatchEntry& entry) {
   return links;
 }
 
-// A class of report's style sheet.
+// A class of the report's style sheet.
 const char* Pill(State state) {
   switch (state) {
     case State::kDone:

@@ -142,7 +142,7 @@ absl::StatusOr<Manifest> ParseJson(absl::string_view text) {
   Json json;
   try {
     json = Json::parse(text.begin(), text.end());
-  } catch (const Json::exception& error) {  // numbers that no double holds among them
+  } catch (const Json::exception& error) {  // also for numbers beyond the range of a double
     return absl::InvalidArgumentError(absl::StrCat("it is not JSON: ", error.what()));
   }
   Manifest manifest;
@@ -236,7 +236,7 @@ absl::StatusOr<Manifest> ParseToml(absl::string_view text) {
   return manifest;
 }
 
-// "runs/a/" and "runs/a" are one folder.
+// "runs/a/" and "runs/a" are the same folder.
 std::string From(const std::string& folder, const std::string& path) {
   const fs::path normal = (fs::path(folder) / path).lexically_normal();
   return (normal.has_filename() ? normal : normal.parent_path()).string();
@@ -252,8 +252,8 @@ bool IsJson(absl::string_view text) {
           (second.empty() || second[0] == '{' || second[0] == ']' || second[0] == '"'));
 }
 
-// The folder of a drive: what it says itself, else of `given`, else of the defaults; empty where
-// nobody says.
+// The run folder of a drive: its own, else that of `given`, else that of the defaults; empty if
+// none is set.
 std::string OutOf(const Drive& drive, const std::string& folder, const BatchSettings& given,
                   const BatchSettings& defaults) {
   if (!drive.settings.out.empty()) return From(folder, drive.settings.out);

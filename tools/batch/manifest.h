@@ -1,11 +1,11 @@
-// The drives of a batch, and what is done with each.
+// The drives of a batch, and the commands for each.
 //
-// A manifest in TOML: one table per drive, in the file's order, whose keys are its input, its run
-// folder and flags of `segment`; tables below it hold flags of the commands that follow. The table
-// `defaults` holds what all drives share, and a drive's own keys override it:
+// A manifest in TOML: one table per drive, in the file's order. Its keys are the drive's input, its
+// run folder and flags of `segment`; subtables hold flags of the commands that follow. The table
+// `defaults` holds the settings that all drives share; a drive's own keys override it:
 //
 //   [defaults]
-//   out = "out"                        # run folders are out/NAME where a drive names none
+//   out = "out"                        # run folders are out/NAME if a drive names none
 //   then = ["reconstruct", "masks"]
 //   profile = "fast"
 //   [defaults.masks]
@@ -15,15 +15,16 @@
 //   path = "a.mp4"
 //   stride = 3
 //
-// [[drives]] with path and out does for tables that are to have no name. In JSON: a list of
-// objects, of which all but path and out may be missing, or {"defaults": {...}, "drives": [...]}:
+// Drives without a name are tables [[drives]] with path and out. In JSON: a list of objects, in
+// which all but path and out may be missing, or {"defaults": {...}, "drives": [...]}:
 //
 //   [{"path": "a.mp4", "out": "out/a", "flags": {"stride": 3}, "masks": {"for": "colmap"}}, ...]
 //
-// "cuts", a list of frame numbers, is where a drive's further pieces begin, for plans (plan.h).
+// "cuts", a list of frame numbers, gives the beginnings of a drive's further pieces, for plans
+// (plan.h).
 //
-// true means a flag without a value, false for none. Paths are relative to the manifest's
-// folder.
+// true means a flag without a value, false means that the flag is not given. Paths are relative to
+// the manifest's folder.
 #ifndef EGOSIEVE_TOOLS_BATCH_MANIFEST_H_
 #define EGOSIEVE_TOOLS_BATCH_MANIFEST_H_
 
@@ -50,20 +51,20 @@ struct BatchEntry {
   std::vector<int64_t> cuts = {};    // frames at which a further piece begins, ascending
 };
 
-// A drive of that name, which becomes its run folder in `given.out`.
+// A drive of this name; the name becomes that of its run folder in `given.out`.
 BatchEntry MakeEntry(const std::string& name, const std::string& path, const BatchSettings& given);
 
-// InvalidArgument, naming the entry's number, from 1, and what is wrong with it; also where there
-// is none. `folder`: the manifest's. `given` overrides what the manifest says, except its out.
+// InvalidArgument, with the entry's number from 1 and the error; also if there are no entries.
+// `folder`: the manifest's. `given` overrides the manifest's settings, except its out.
 absl::StatusOr<std::vector<BatchEntry>> ParseManifest(absl::string_view text,
                                                       const std::string& folder,
                                                       const BatchSettings& given = {});
 
-// The file at `path`; errors name it.
+// Reads the file at `path`; errors name it.
 absl::StatusOr<std::vector<BatchEntry>> ReadManifest(const std::string& path,
                                                      const BatchSettings& given = {});
 
-// InvalidArgument where two entries have the same run folder.
+// InvalidArgument if two entries have the same run folder.
 absl::Status CheckFolders(const std::vector<BatchEntry>& entries);
 
 }  // namespace egosieve::tools

@@ -34,7 +34,7 @@ bool Names(const std::vector<std::string>& flags, const std::string& name,
   return std::count(flags.begin(), flags.end(), absl::StrCat("--", name, "=", value)) > 0;
 }
 
-// What follows segment where nothing else is said.
+// The steps after segment, if none are given.
 std::vector<BatchStep> DefaultSteps() { return {{"reconstruct", {}}, {"report", {}}}; }
 
 bool IsSegmented(const std::string& run) {
@@ -42,7 +42,7 @@ bool IsSegmented(const std::string& run) {
   return progress.ok() && progress->is_segmented;
 }
 
-// Whether it writes a file for each frame and nothing else.
+// Whether the step writes one file per frame and no other file.
 bool HasFilesByFrame(const BatchStep& step) {
   if (step.command == "render") return true;
   return step.command == "masks" && !Names(step.flags, "for", "coco") &&
@@ -73,7 +73,7 @@ BatchPlan::BatchPlan(std::vector<BatchEntry> entries, int shards, int threads)
     : entries_(std::move(entries)), shards_(shards), threads_(threads) {
   for (BatchEntry& entry : entries_) {
     if (entry.then.empty()) entry.then = DefaultSteps();
-    // infer has stages of its own; without it there is nothing to share out.
+    // infer has stages of its own; in a drive's own steps it is not needed.
     std::erase_if(entry.then, [](const BatchStep& step) { return step.command == "infer"; });
   }
   for (const BatchEntry& entry : entries_) {
@@ -102,7 +102,7 @@ void BatchPlan::AddStep(const BatchStep& step) {
   std::vector<size_t> before =
       masks.empty() ? StagesBeforeSteps() : std::vector<size_t>{masks.back()};
   const bool is_reconstruct = step.command == "reconstruct";
-  // Shares of masks take a run that has its masks.
+  // Shares of masks need a run that already has its masks.
   const bool is_shared =
       is_reconstruct ||
       (HasFilesByFrame(step) && (step.command != "masks" || !StagesOf("reconstruct").empty()));
@@ -122,7 +122,7 @@ std::vector<size_t> BatchPlan::StagesOf(const std::string& command) const {
   return stages;
 }
 
-// Those that make the maps.
+// The stages that complete the maps.
 std::vector<size_t> BatchPlan::StagesBeforeSteps() const {
   return StagesOf(pieces_ > 1 ? "merge" : "infer");
 }
@@ -140,7 +140,7 @@ int64_t BatchPlan::LongestPiece(int64_t longest_drive_frames) const {
   return longest;
 }
 
-// `piece` of them all, or 0 where no drive is cut.
+// `piece`: number of the piece, or 0 if no drive is cut.
 std::vector<std::string> BatchPlan::SegmentArguments(int piece, const BatchEntry& entry) const {
   std::vector<std::string> arguments = {
       "segment", entry.path, "--out=" + PieceFolder(entry, std::max(1, piece)), "--resume"};
@@ -296,7 +296,7 @@ absl::Status BecomeProgram(const std::string& program, std::vector<std::string> 
   std::cout.flush();
   std::cerr.flush();
   dup2(StderrDescriptor(), STDERR_FILENO);
-  // A signal that comes from here on waits for the program, which catches it.
+  // A signal that arrives from here on is held until the program catches it.
   HoldInterruptions();
   if (InterruptionRequested()) return absl::CancelledError("interrupted; nothing was begun");
   execv(program.c_str(), pointers.data());

@@ -3,25 +3,26 @@
 //
 //   segment            segment PATH --out=OUT --learn_only
 //   infer K/N          infer OUT --shard=K/N, needs segment
-//   what follows, in its order: `then` of the drives, else reconstruct and report
+//   following steps, in order: `then` of the drives, else reconstruct and report
 //     reconstruct K/N    for N > 1: reconstruct OUT --shard=K/N, needs every infer
-//     reconstruct        reconstruct OUT --resume, needs those
+//     reconstruct        reconstruct OUT --resume, needs these shares
 //     masks K/N, render K/N, report, ...    need reconstruct, else every infer
 //
-// Where drives are cut into pieces, P at most, these come before what follows instead:
+// If drives are cut into pieces, at most P, these tasks replace segment and infer:
 //
 //   segment p/P        segment PATH --out=PIECE --from --to, with its maps; the first piece is OUT,
 //                      the others are OUT.pieces/p and begin kOverlapFrames before their cut
 //   merge              merge OUT OUT.pieces/2 ..., needs every segment
 //
-// A drive of fewer pieces has tasks with nothing to do.
+// A drive with fewer pieces has some tasks with nothing to do.
 //
-// masks in one file (COCO, MOTS) are one task; shares of render write no video.
+// masks into one file (COCO, MOTS) are one task. Shares of render write no video.
 //
-// Of D drives and S stages, task t (from 0) is stage t / D of drive t mod D: each stage is a range
-// of numbers, in the manifest's order, and what a task needs has a lower number. A task that is
-// done may be run again and does nothing but check; one that was cut off continues. What follows
-// infer is done where a note says so, egosieve_logs/OUT.tasks/STAGE: for this run, with these
+// With D drives and S stages, task t (from 0) is stage t / D of drive t mod D. Each stage is a
+// range of numbers, in the manifest's order, and a task has a higher number than the tasks that it
+// needs. A task that is already done may be run again and only checks; an interrupted task
+// continues. A step after infer counts as done if the note egosieve_logs/OUT.tasks/STAGE says so
+// for this run and these flags.
 // flags.
 #ifndef EGOSIEVE_TOOLS_BATCH_PLAN_H_
 #define EGOSIEVE_TOOLS_BATCH_PLAN_H_
@@ -37,7 +38,7 @@
 
 namespace egosieve::tools {
 
-// By then the model of a piece has its budget.
+// After so many frames the model of a piece has reached its budget.
 inline constexpr int64_t kOverlapFrames = 10;
 
 struct PlanStage {
@@ -49,8 +50,8 @@ struct PlanStage {
 
 class BatchPlan {
  public:
-  // `shards` of each drive's frames, at least 1; `threads` of each task's program, 0: the
-  // machine's. Drives have the same commands in `then` (CheckThen).
+  // `shards` of each drive's frames, at least 1. `threads` of each task's program; 0: all of the
+  // machine. All drives have the same commands in `then` (CheckThen).
   BatchPlan(std::vector<BatchEntry> entries, int shards, int threads);
 
   const std::vector<BatchEntry>& entries() const { return entries_; }
@@ -62,22 +63,22 @@ class BatchPlan {
     return static_cast<int64_t>(stage * entries_.size() + drive);
   }
 
-  int pieces() const { return pieces_; }  // of the drive that has most
-  // Frames of the longest piece of a drive, where the longest drive has this many.
+  int pieces() const { return pieces_; }  // of the drive with most pieces
+  // Frames of the longest piece of a drive, if the longest drive has this many frames.
   int64_t LongestPiece(int64_t longest_drive_frames) const;
 
-  // egosieve's arguments; none where the drive has no such piece.
+  // egosieve's arguments; empty if the drive has no such piece.
   std::vector<std::string> Arguments(size_t stage, size_t drive) const;
   bool IsDone(size_t stage, size_t drive, const DriveProgress& progress) const;
-  // Whether a note says that the stage's tasks are done; else the run folder does.
+  // Whether notes record that the stage's tasks are done; otherwise the run folder does.
   bool IsNoted(size_t stage) const {
     return stages_[stage].command != "segment" && stages_[stage].command != "infer";
   }
   absl::Status NoteDone(int64_t task) const;
-  // Drives with a task to do; those of which that is not known count among them.
+  // Drives with a task to do, including drives of which that is not known.
   std::vector<size_t> UnfinishedDrives() const;
-  // None where there is nothing to do. OutOfRange for a number that is no task's;
-  // FailedPrecondition, naming the task to run first, where one that it needs is not done.
+  // Empty if there is nothing to do. OutOfRange if no task has this number. FailedPrecondition if a
+  // task that it needs is not done; the message names the task to run first.
   absl::StatusOr<std::vector<std::string>> ArgumentsOfReadyTask(int64_t task) const;
 
  private:
@@ -97,18 +98,17 @@ class BatchPlan {
   int pieces_ = 1;
 };
 
-// Where the run of a drive's piece lies, from 1 on.
+// The run folder of a drive's piece; pieces count from 1.
 std::string PieceFolder(const BatchEntry& entry, int piece);
 
-// InvalidArgument where a drive with cuts has flags of segment that choose frames or leave maps
-// out.
+// InvalidArgument if a drive with cuts has flags of segment that choose frames or leave out maps.
 absl::Status CheckCuts(const std::vector<BatchEntry>& entries);
 
-// InvalidArgument where drives differ in the commands that follow.
+// InvalidArgument if drives differ in the commands that follow.
 absl::Status CheckThen(const std::vector<BatchEntry>& entries);
 
-// Becomes `program` with these arguments; returns only where that fails, or where the process was
-// asked to stop.
+// Replaces this process by `program` with these arguments. Returns only if that fails or if the
+// process was asked to stop.
 absl::Status BecomeProgram(const std::string& program, std::vector<std::string> arguments);
 
 }  // namespace egosieve::tools

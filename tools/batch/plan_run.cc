@@ -58,7 +58,7 @@ std::string StatusRow(const std::string& run, int width, const DriveProgress& pr
   return progress.reason.empty() ? row : absl::StrCat(row, "  ", progress.reason);
 }
 
-// Paths in the plan are seen from any folder.
+// Paths in the plan must be valid in any folder.
 std::vector<BatchEntry> WithAbsolutePaths(std::vector<BatchEntry> entries) {
   for (BatchEntry& entry : entries) {
     entry.path = AbsolutePath(entry.path);

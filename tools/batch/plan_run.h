@@ -1,9 +1,9 @@
-// The flags of `batch` that run its plan elsewhere than in this process, and what they do.
+// The flags of `batch` that run its plan outside this process, and their implementation.
 //
-//   --engine=slurm   measures, writes the scripts of job arrays, submits them
+//   --engine=slurm   measures costs, writes the scripts of job arrays, submits them
 //   --task=K         becomes the program of one task
 //   --plan           prints the tasks with their numbers
-//   --status         prints how far each drive is
+//   --status         prints the progress of each drive
 #ifndef EGOSIEVE_TOOLS_BATCH_PLAN_RUN_H_
 #define EGOSIEVE_TOOLS_BATCH_PLAN_RUN_H_
 
@@ -26,11 +26,11 @@ class PlanRun {
  public:
   void AddFlags(CLI::App& app);
 
-  // Whether the flags ask for anything that Run does.
+  // Whether a flag is given that Run implements.
   bool IsAskedFor() const;
-  // InvalidArgument where drives are to be learnt in pieces, which is done by plans alone.
+  // InvalidArgument if drives are to be learnt in pieces; only plans can do that.
   absl::Status CheckUncut(const std::vector<BatchEntry>& entries) const;
-  // `manifest`: its path, beside which egosieve_jobs/ is written.
+  // `manifest`: its path; egosieve_jobs/ is written beside it.
   absl::StatusOr<ExitCode> Run(const std::string& manifest, std::vector<BatchEntry> entries,
                                const ResultFlag& result) const;
 
@@ -45,7 +45,7 @@ class PlanRun {
   std::string engine_ = "local";
   int shards_ = 2;
   int cpus_ = 0;
-  CutOptions cut_;  // beside those drives that the manifest cuts
+  CutOptions cut_;  // for drives that the manifest does not cut
   std::optional<int64_t> task_;
   bool plan_ = false;
   bool status_ = false;

@@ -26,7 +26,7 @@ using Json = nlohmann::ordered_json;
 constexpr double kTimeShare = 2.0, kMemoryShare = 1.5;
 constexpr int64_t kMebibyte = 1 << 20, kMemoryStep = 128;
 
-// For a shell.
+// Quotes text for a shell.
 std::string Quoted(const std::string& text) {
   return absl::StrCat("'", absl::StrReplaceAll(text, {{"'", "'\\''"}}), "'");
 }
@@ -76,7 +76,7 @@ std::string ToManifest(const std::vector<BatchEntry>& entries) {
   return drives.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-// What a program of Slurm printed; Unavailable with what it said where it failed.
+// The output of a Slurm program; Unavailable, with its message, if it failed.
 absl::StatusOr<std::string> Call(std::vector<std::string> words, const std::string& folder) {
   const std::string log_path = folder + "/slurm.log", name = words.front();
   words.insert(words.begin(), "/usr/bin/env");
@@ -124,7 +124,7 @@ TaskRequest RequestFor(const BatchPlan& plan, size_t stage, const BatchCost& cos
     const auto measured = cost.seconds_per_frame.find(command);
     return measured == cost.seconds_per_frame.end() ? 0.0 : measured->second;
   };
-  const bool is_piece = asked.command == "segment" && asked.shard > 0;  // makes its maps, too
+  const bool is_piece = asked.command == "segment" && asked.shard > 0;  // it also makes its maps
   const int64_t frames =
       is_piece ? plan.LongestPiece(cost.longest_drive_frames) : cost.longest_drive_frames;
   double seconds = seconds_of(asked.command) + (is_piece ? seconds_of("infer") : 0.0);
@@ -196,7 +196,7 @@ std::string SubmittedJobs(const std::string& folder) {
 absl::Status CheckNothingIsQueued(const std::string& folder) {
   const std::string jobs = SubmittedJobs(folder);
   if (jobs.empty()) return absl::OkStatus();
-  // Jobs that Slurm has forgotten are an error there.
+  // If Slurm no longer knows the jobs, it reports an error.
   const absl::StatusOr<std::string> queued =
       Call({"squeue", "--noheader", "--format=%A", "--jobs=" + jobs}, folder);
   if (!queued.ok() || queued->empty()) return absl::OkStatus();

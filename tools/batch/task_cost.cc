@@ -24,11 +24,11 @@ namespace egosieve::tools {
 namespace {
 
 struct DrivesSeen {
-  size_t largest = 0;  // whose pictures are
+  size_t largest = 0;  // the drive with the largest pictures
   int64_t longest_frames = 0;
 };
 
-// A drive that cannot be read costs nothing: its task says so.
+// A drive that cannot be read counts nothing: its task reports the error.
 absl::StatusOr<DrivesSeen> LookAt(const std::vector<BatchEntry>& entries) {
   DrivesSeen seen;
   int64_t most_pixels = 0;

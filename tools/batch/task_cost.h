@@ -1,10 +1,10 @@
-// What the tasks of a drive take, measured on the first frames of one on this machine.
+// Costs of a drive's tasks, measured on the first frames of one drive on this machine.
 //
 //   (T1)  seconds per frame of a stage = seconds of its task on a piece / frames of the piece
 //
-// What a task takes before its first frame is in it, so that a long drive takes less than (T1)
-// says. The model reaches its budget within ten frames and memory does not grow with a drive's
-// length: a short piece is measured for all of it.
+// (T1) includes the time that a task needs before its first frame, so a long drive takes less than
+// (T1) predicts. The model reaches its budget within ten frames, and memory does not grow with a
+// drive's length, so a short piece is enough.
 #ifndef EGOSIEVE_TOOLS_BATCH_TASK_COST_H_
 #define EGOSIEVE_TOOLS_BATCH_TASK_COST_H_
 
@@ -18,15 +18,15 @@
 namespace egosieve::tools {
 
 struct BatchCost {
-  std::map<std::string, double> seconds_per_frame;  // by command, of all shards together
+  std::map<std::string, double> seconds_per_frame;  // by command, all shards together
   int64_t peak_memory_bytes = 0;                    // resident, of the largest task
   int64_t measured_frames = 0;
-  int64_t longest_drive_frames = 0;  // as the inputs' headers say
+  int64_t longest_drive_frames = 0;  // according to the inputs' headers
 };
 
-// Looks at every drive, and runs the stages on the first `frames` of the one whose pictures are
-// largest, in `scratch`, a folder that is removed before and after. Errors: no drive can be read,
-// or a stage fails, with the path of its log.
+// Inspects every drive, and runs the stages on the first `frames` frames of the drive with the
+// largest pictures, in `scratch`, a folder that is removed before and after. Errors: no drive can
+// be read, or a stage fails, with the path of its log.
 absl::StatusOr<BatchCost> MeasureCost(const std::string& program, const BatchPlan& plan,
                                       const std::string& scratch, int64_t frames);
 

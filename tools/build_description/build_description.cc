@@ -36,7 +36,7 @@ constexpr char kMode[] = "not optimised";
 
 std::string BuildDescription() {
   std::string commit = kBuildLabel;
-  if (commit.empty() || commit == "redacted") commit = "unknown";  // Bazel's word without --stamp
+  if (commit.empty() || commit == "redacted") commit = "unknown";  // Bazel's value without --stamp
   return absl::StrCat("commit ", commit, ", ", kCompiler, ", ", kVectors, ", ", kMode);
 }
 

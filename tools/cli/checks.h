@@ -1,4 +1,4 @@
-// Checks of flags' values, whose errors say what is allowed.
+// Checks of the values of flags. Their errors say which values are allowed.
 #ifndef EGOSIEVE_TOOLS_CLI_CHECKS_H_
 #define EGOSIEVE_TOOLS_CLI_CHECKS_H_
 
@@ -54,7 +54,7 @@ inline CLI::Validator OneOf(const std::vector<std::string>& words) {
       "");
 }
 
-// An option whose words name values: `given` holds the word, ValueOf gives its value.
+// The words that a flag accepts, each with its value.
 template <typename Value>
 using Words = std::vector<std::pair<std::string, Value>>;
 

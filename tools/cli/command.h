@@ -1,8 +1,8 @@
-// A command of the program `egosieve`: what its folder gives to the command line.
+// A command of the program `egosieve`: the interface between its folder and the command line.
 //
 // A command's folder offers one function, `std::unique_ptr<Command> MakeXxxCommand()`, in its own
-// header; tools/egosieve.cc lists them. The command line (command_line.h) builds a parser, lets the
-// command add its flags, and runs it:
+// header; tools/egosieve.cc lists these functions. The command line (command_line.h) builds a
+// parser, lets the command add its flags, and runs it:
 //
 //   class SegmentCommand : public Command {
 //     std::string name() const override { return "segment"; }
@@ -29,7 +29,7 @@ class Command {
   virtual std::string name() const = 0;
   // One sentence.
   virtual std::string summary() const = 0;
-  // Command lines that work as they are, one per line; --help ends with them.
+  // Command lines that can be run as they are, one per line; they end the text of --help.
   virtual std::string example() const = 0;
 
   // Binds flags to members. Lower case with underscores, units in the name or the description.

@@ -47,7 +47,7 @@ std::vector<std::string> LongFlags(const CLI::App& app) {
   return flags;
 }
 
-// "" where every flag given is known.
+// An error message; "" if every given flag is known.
 std::string DescribeUnknownFlag(const CLI::App& app) {
   for (const std::string& argument : app.remaining()) {
     if (absl::StartsWith(argument, "-")) {
@@ -58,8 +58,8 @@ std::string DescribeUnknownFlag(const CLI::App& app) {
   return "";
 }
 
-// The first flag that takes a value and is given none; "" where there is none. CLI11 gives it the
-// argument that follows, be that a flag.
+// The first flag that needs a value and was given without one; "" if there is none. CLI11 would
+// take the next argument as its value, even if that is a flag.
 std::string FlagWithoutValue(const CLI::App& app, const std::vector<std::string>& arguments) {
   for (size_t i = 0; i < arguments.size() && arguments[i] != "--"; ++i) {
     const std::string name = arguments[i].substr(0, arguments[i].find('='));
@@ -76,10 +76,10 @@ std::string FlagWithoutValue(const CLI::App& app, const std::vector<std::string>
   return "";
 }
 
-// CLI11's messages in this program's words.
+// CLI11's messages in the wording of this program.
 std::string DescribeParseError(const CLI::App& app, const CLI::ParseError& error) {
   const std::string message = error.what();
-  // What is missing may be what was misspelt: the unknown flag says more than the required one.
+  // A missing flag may be misspelt: report the unknown flag rather than the missing one.
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr ||
       dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
     if (std::string unknown = DescribeUnknownFlag(app); !unknown.empty()) return unknown;
@@ -128,7 +128,7 @@ std::string ConfigText(const CLI::App& app) {
   return text;
 }
 
-// Reading a pipe would wait for somebody to write into it.
+// Reading a pipe would block until something is written to it.
 CLI::Validator NoPipe() {
   return CLI::Validator(
       [](std::string& path) {

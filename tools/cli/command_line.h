@@ -1,4 +1,4 @@
-// The program's command line: finds the command, reads its flags, runs it, says what went wrong.
+// The program's command line: finds the command, reads its flags, runs it and reports errors.
 //
 // Every command has --help, --config=FILE (TOML with the names of the flags; unknown keys are
 // errors) and --print_config; the program has --man and `completion bash` (manual.h). Errors are
@@ -18,14 +18,14 @@ namespace egosieve::tools {
 
 class CommandLine {
  public:
-  // `build`, if there is one, follows the version in what --version prints.
+  // `build`, if not empty, follows the version in the output of --version.
   CommandLine(std::string program, std::string description, std::string version,
               std::string build = "");
 
   void Add(std::unique_ptr<Command> command);
 
-  // `arguments` excludes the program's name. Returns the process's exit code, which is not 0
-  // where `out` could not take everything. Never throws.
+  // `arguments` excludes the program's name. Returns the process's exit code, which is not 0 if
+  // writing to `out` failed. Never throws.
   int Run(std::vector<std::string> arguments, std::ostream& out, std::ostream& err);
 
  private:
@@ -33,7 +33,7 @@ class CommandLine {
   int RunCommand(Command& command, std::vector<std::string> arguments, std::ostream& out,
                  std::ostream& err);
   std::string Help() const;
-  // `write` gets what a manual describes, whose apps live as long as the call.
+  // `write` gets the description for a manual; its apps live as long as the call.
   std::string WriteManual(std::string (*write)(const ManualProgram&));
   int TellCompletion(const std::vector<std::string>& arguments, std::ostream& out,
                      std::ostream& err);
@@ -45,7 +45,8 @@ class CommandLine {
   std::vector<std::unique_ptr<Command>> commands_;
 };
 
-// The candidate nearest to `word` by edit distance, or "" where none is near enough to be a slip.
+// The candidate nearest to `word` by edit distance, or "" if none is near enough to be a typing
+// error.
 std::string NearestName(const std::string& word, const std::vector<std::string>& candidates);
 
 }  // namespace egosieve::tools

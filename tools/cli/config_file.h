@@ -1,4 +1,4 @@
-// The file of --config: TOML, whose keys are the names of a command's flags.
+// The file of --config: TOML with the names of a command's flags as keys.
 #ifndef EGOSIEVE_TOOLS_CLI_CONFIG_FILE_H_
 #define EGOSIEVE_TOOLS_CLI_CONFIG_FILE_H_
 
@@ -8,8 +8,8 @@
 
 namespace egosieve::tools {
 
-// Reads by toml_entries.h, writes as CLI11 does. What is no TOML is a CLI::FileError whose message
-// names the line.
+// Reads by toml_entries.h, writes as CLI11 does. Text that is not TOML is a CLI::FileError; its
+// message names the line.
 class ConfigFile : public CLI::ConfigTOML {
  public:
   std::vector<CLI::ConfigItem> from_config(std::istream& input) const override;

@@ -14,7 +14,7 @@
 namespace egosieve::tools {
 
 std::string DescribeDevice(const kernels::DeviceInfo& device) {
-  // Platforms add their build's options after two blanks.
+  // Platforms append their build options after two spaces.
   return absl::StrCat(device.name, " (", device.platform.substr(0, device.platform.find("  ")),
                       ")");
 }
@@ -38,7 +38,7 @@ absl::StatusOr<OpenedDevice> DeviceFlag::Open() const {
   };
   OpenedDevice opened;
   kernels::ContextOptions options;
-  if (choice == "reference") {  // must work where a driver is broken
+  if (choice == "reference") {  // must work even with a broken driver
     opened.info = kernels::ReferenceDevice();
     options.device = choice;
   } else {

@@ -1,4 +1,4 @@
-// The flag --device: on what the dense arithmetic runs.
+// The flag --device: the device for the dense arithmetic.
 #ifndef EGOSIEVE_TOOLS_CLI_DEVICE_FLAG_H_
 #define EGOSIEVE_TOOLS_CLI_DEVICE_FLAG_H_
 
@@ -24,8 +24,8 @@ class DeviceFlag {
  public:
   void AddFlag(CLI::App& app);
 
-  // A device that was named and is not there is a usage error; none at all is the environment's.
-  // One that is the processor gets no more than MaximumThreads().
+  // Naming a device that does not exist is a usage error; having no device at all is an error of
+  // the environment. A device that is the processor gets at most MaximumThreads() threads.
   absl::StatusOr<OpenedDevice> Open() const;
 
  private:

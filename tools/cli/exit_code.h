@@ -1,11 +1,11 @@
-// What a program's exit code says, and how a Status becomes one.
+// The program's exit codes, and how a Status becomes one.
 //
 //   0    done
-//   1    the machine is in the way: no device, a full disk, a folder that cannot be written
+//   1    error of the environment: no device, a full disk, a folder that cannot be written
 //   2    usage: a flag, a value or a folder that does not fit the command
 //   3    the input cannot be read
 //   4    finished, with some frames failed
-//   130  interrupted; what was written is whole
+//   130  interrupted; everything written so far is complete
 #ifndef EGOSIEVE_TOOLS_CLI_EXIT_CODE_H_
 #define EGOSIEVE_TOOLS_CLI_EXIT_CODE_H_
 
@@ -26,13 +26,14 @@ enum class ExitCode {
 };
 
 // InvalidArgument, FailedPrecondition, AlreadyExists and OutOfRange are usage; NotFound and
-// DataLoss are inputs that cannot be read; Cancelled is an interruption; all else is environment.
+// DataLoss are inputs that cannot be read; Cancelled is an interruption; all others are the
+// environment.
 ExitCode ExitCodeForStatus(const absl::Status& status);
 
-// `status` as an error of the input, whatever code the library below gave it: OK stays OK, all else
-// becomes DataLoss with the same message.
+// `status` as an error of the input, whatever its code: OK stays OK, any other becomes DataLoss
+// with the same message.
 absl::Status AsInputError(const absl::Status& status);
-// Likewise for what the user asked for: InvalidArgument.
+// The same as an error of usage: InvalidArgument.
 absl::Status AsUsageError(const absl::Status& status);
 
 // An error's one line for stderr: "egosieve: what; what to do". Line breaks become spaces.

@@ -1,20 +1,22 @@
-// SIGINT and SIGTERM as a request to stop between two frames, from the program's first statement
-// on: whatever a command is doing then, it ends with all that it wrote whole. A second one of the
-// same kind ends the process at once, as if nothing had been caught; one of each does not, since
-// a command passes a terminal's SIGINT on as SIGTERM to programs that have had it already.
+// SIGINT and SIGTERM as a request to stop between two frames. They are caught from the program's
+// first statement on, so that a command ends with complete files. A second signal of the same kind
+// ends the process at once, with the signal's default action. One signal of each kind does not: a
+// command passes a terminal's SIGINT on as SIGTERM to child programs that have already received
+// SIGINT.
 #ifndef EGOSIEVE_TOOLS_CLI_INTERRUPTION_H_
 #define EGOSIEVE_TOOLS_CLI_INTERRUPTION_H_
 
 namespace egosieve::tools {
 
-// Keeps the signals back. For what comes before main: the libraries' initialisers take longer than
-// much of what a command does.
+// Blocks the signals. For the time before main: the initialisers of the libraries take longer than
+// much of a command's work.
 void HoldInterruptions();
-// Catches them, and those that were kept back.
+// Catches the signals, also those that arrived while they were blocked.
 void CatchInterruptions();
 bool InterruptionRequested();
 
-// For commands that do not ask: the signals end the process again, at once where one has come.
+// For commands that do not ask InterruptionRequested(): the signals end the process again, at once
+// if one has already arrived.
 void EndOnInterruptions();
 
 }  // namespace egosieve::tools

@@ -13,7 +13,7 @@
 namespace egosieve::tools {
 namespace {
 
-// Text as troff sets it, whatever its characters mean to troff; lists may break behind their marks.
+// Text with troff's special characters escaped; lists may break after their separators.
 std::string Escaped(absl::string_view text) {
   std::string line = absl::StrReplaceAll(
       text, {{"\\", "\\e"}, {"-", "\\-"}, {"|", "|\\:"}, {",", ",\\:"}, {"\n", " "}});
@@ -30,8 +30,8 @@ std::vector<std::string> NamesOf(const CLI::Option& option) {
 
 bool TakesValue(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
 
-// The words that a flag takes: those of a type such as "exact|sparse" or "FRAMES|auto", whose names
-// in capitals mean values.
+// The words that a flag accepts: those of a type such as "exact|sparse" or "FRAMES|auto", in which
+// capitals stand for values.
 std::vector<std::string> WordsOf(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   std::vector<std::string> words = absl::StrSplit(type, '|');
@@ -136,7 +136,7 @@ std::string BashCompletion(const ManualProgram& program) {
       }
     }
   }
-  // "=" ends a word of COMP_WORDS, so that --flag=w arrives as three.
+  // "=" separates words of COMP_WORDS, so --flag=w arrives as three words.
   return absl::StrFormat(R"(# Completion of %1$s for bash.
 _%1$s() {
   local command=${COMP_WORDS[1]} current=${COMP_WORDS[COMP_CWORD]} flag= flags= words= takes_value=

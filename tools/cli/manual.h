@@ -1,5 +1,5 @@
-// The program's manual page and its completion in shells, made from the flags of its commands, so
-// that neither can differ from --help.
+// The program's manual page and shell completion. Both are made from the flags of its commands, so
+// that they cannot differ from --help.
 #ifndef EGOSIEVE_TOOLS_CLI_MANUAL_H_
 #define EGOSIEVE_TOOLS_CLI_MANUAL_H_
 
@@ -23,14 +23,14 @@ struct ManualProgram {
   std::vector<ManualCommand> commands;
 };
 
-// The exit codes (exit_code.h), a line each: "0    done".
+// The exit codes (exit_code.h), one per line: "0    done".
 const std::vector<std::pair<int, std::string>>& ExitCodeTexts();
 
-// In man's macros for troff: man 7.
+// The manual page in troff's man macros: man 7.
 std::string ManualPage(const ManualProgram& program);
 
-// A script for bash that completes commands, flags and the words that a flag takes; where a flag
-// takes a file, and for arguments, bash completes files.
+// A bash script that completes commands, flags and the words that a flag accepts. For arguments,
+// and flags that take a file, bash completes file names.
 std::string BashCompletion(const ManualProgram& program);
 
 }  // namespace egosieve::tools

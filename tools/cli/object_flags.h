@@ -1,4 +1,4 @@
-// The flags --object_low and --object_high: what is called an object (map_objects.h).
+// The flags --object_low and --object_high: the thresholds of an object (map_objects.h).
 #ifndef EGOSIEVE_TOOLS_CLI_OBJECT_FLAGS_H_
 #define EGOSIEVE_TOOLS_CLI_OBJECT_FLAGS_H_
 

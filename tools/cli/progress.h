@@ -1,7 +1,8 @@
-// How far a command is, on stderr.
+// Progress of a command, on stderr.
 //
-//   auto   a bar with rate and time to go on a terminal; else a line every five seconds
-//   json   an object a line: {"command", "done", "total", "frames_per_second", "eta_seconds", ...}
+//   auto   on a terminal, a bar with rate and remaining time; else one line every five seconds
+//   json   one object per line: {"command", "done", "total", "frames_per_second", "eta_seconds",
+//          ...}
 //   none   nothing
 #ifndef EGOSIEVE_TOOLS_CLI_PROGRESS_H_
 #define EGOSIEVE_TOOLS_CLI_PROGRESS_H_
@@ -27,12 +28,12 @@ struct ProgressFlag {
 class Progress {
  public:
   using Clock = std::chrono::steady_clock;
-  // What else is shown: name and value, "model size" 3999 for example.
+  // Further values to show, by name: "model size" 3999 for example.
   using Details = std::vector<std::pair<std::string, double>>;
 
-  // total: -1 where unknown; a hint, which `done` may pass.
+  // total: -1 if unknown. It is a hint; `done` may exceed it.
   Progress(std::string command, const ProgressFlag& flag, int64_t total);
-  // For tests: another stream, terminal or not.
+  // For tests: another stream, which counts as a terminal or not.
   Progress(std::string command, ProgressMode mode, int64_t total, std::ostream& stream,
            bool terminal);
   ~Progress() { Finish(); }
@@ -41,7 +42,7 @@ class Progress {
 
   // One more frame is done.
   void Advance(const Details& details = {});
-  // Since the beginning.
+  // Time since the beginning.
   double Seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
   // Shows the last state and ends the bar's line. Later calls do nothing.
   void Finish();

@@ -1,5 +1,5 @@
-// The flag --json: what a command prints at its end, as one line of JSON with its name in the field
-// "command" instead of text for people. tools/schema/result.schema.json has the fields. Errors
+// The flag --json: a command prints its result at the end as one line of JSON instead of text. The
+// field "command" has the command's name. tools/schema/result.schema.json lists the fields. Errors
 // and warnings stay on stderr.
 #ifndef EGOSIEVE_TOOLS_CLI_RESULT_FLAG_H_
 #define EGOSIEVE_TOOLS_CLI_RESULT_FLAG_H_
@@ -11,7 +11,7 @@
 
 namespace egosieve::tools {
 
-// Of result.schema.json; grows where a reader of the old form would be wrong.
+// Version of result.schema.json; raised when readers of the previous form would misread the result.
 inline constexpr int kResultSchemaVersion = 1;
 
 struct ResultFlag {
@@ -21,7 +21,7 @@ struct ResultFlag {
     app.add_flag("--json", json, "Print the result as a line of JSON");
   }
 
-  // fields: an object. text: the same with its line breaks.
+  // fields: an object. text: the result as text, with its line breaks.
   void Tell(const std::string& command, const nlohmann::ordered_json& fields,
             const std::string& text) const {
     if (!json) {

@@ -20,13 +20,13 @@
 namespace egosieve::tools {
 namespace {
 
-constexpr int kLinesTold = 3;  // of a library's last words
-constexpr int kLowest = 10;    // descriptors below are left to the user's shell
+constexpr int kLinesTold = 3;  // number of a library's last lines in the report
+constexpr int kLowest = 10;    // lower descriptors are left to the user's shell
 
 int own_stderr = STDERR_FILENO;
-int library_lines = -1;           // the pipe's end that is read
-std::array<char, 1 << 16> words;  // what it held, at the end
-std::array<char, 1024> advice;    // made before it is needed: a signal handler cannot allocate
+int library_lines = -1;           // reading end of the pipe
+std::array<char, 1 << 16> words;  // contents of the pipe, at the end
+std::array<char, 1024> advice;    // prepared beforehand: a signal handler cannot allocate
 
 bool UserWantsLibraryLines() {
   for (const char* name :
@@ -50,7 +50,7 @@ void Say(const char* text, size_t size) {
 }
 void Say(const char* text) { Say(text, std::strlen(text)); }
 
-// Where the last lines begin; line breaks become blanks.
+// Start of the last lines; replaces line breaks by spaces.
 const char* LastWords() {
   size_t size = 0;
   ssize_t count;
@@ -97,8 +97,8 @@ extern "C" void TellOfAbort(int signal) {
 }  // namespace
 }  // namespace egosieve::tools
 
-// Before the C library's own, for libraries, too: one that loads LLVM has its handler for SIGABRT
-// in place before WatchForAborts has been called again.
+// Replaces the C library's abort, also for libraries: one that loads LLVM has LLVM's handler of
+// SIGABRT in place before WatchForAborts is called again.
 extern "C" void abort() noexcept {
   if (egosieve::tools::own_stderr != STDERR_FILENO) egosieve::tools::TellOfAbort(SIGABRT);
   signal(SIGABRT, SIG_DFL);

@@ -1,5 +1,5 @@
-// The flag --threads: how many threads a command takes. Commands without it take what
-// kernels/base/parallel_for.h says.
+// The flag --threads: how many threads a command uses. Commands without it use the limit of
+// kernels/base/parallel_for.h.
 #ifndef EGOSIEVE_TOOLS_CLI_THREADS_FLAG_H_
 #define EGOSIEVE_TOOLS_CLI_THREADS_FLAG_H_
 
@@ -11,8 +11,8 @@ class ThreadsFlag {
  public:
   void AddFlag(CLI::App& app);
 
-  // Limits what this process starts from now on: the libraries' threads, OpenCV's, and those of the
-  // devices that --device opens. Returns the limit, at least 1.
+  // Limits the threads that this process starts from now on: those of the libraries, of OpenCV, and
+  // of the devices that --device opens. Returns the limit, at least 1.
   int Apply() const;
 
  private:

@@ -1,7 +1,7 @@
 #include "tools/cli/toml_entries.h"
 
-// Texts such as "[:]" break what toml++ asserts, and are then refused by what follows. Without this
-// its assertions end the program, or with NDEBUG are promises to the compiler.
+// Texts such as "[:]" violate toml++'s assertions; the code below then refuses them. Without this
+// definition the assertions would end the program, or with NDEBUG be assumptions of the compiler.
 #pragma push_macro("NDEBUG")
 #undef NDEBUG
 #define TOML_ASSERT(expression) static_cast<void>(0)
@@ -20,7 +20,7 @@
 namespace egosieve::tools {
 namespace {
 
-// The fewest digits that read back as the same number.
+// The shortest text that reads back as the same number.
 std::string Shortest(double number) {
   char digits[32];
   return std::string(digits, std::to_chars(digits, digits + sizeof(digits), number).ptr);

@@ -11,16 +11,16 @@
 namespace egosieve::tools {
 
 struct TomlEntry {
-  // The names of its tables and its own. A table of an array is named by its rank: [[a]] and its
-  // second table's b are "a", "1", "b".
+  // The names of the entry's tables, then its own. A table of an array is named by its index from
+  // 0: b in the second table [[a]] is "a", "1", "b".
   std::vector<std::string> path;
-  std::vector<std::string> values;  // as text; one but for arrays
+  std::vector<std::string> values;  // as text; one, except in arrays
   bool is_array = false;
   int line = 0;
 };
 
-// InvalidArgument, naming the line, for what is no TOML, and for dates and arrays within arrays,
-// which no flag takes.
+// InvalidArgument, naming the line, for text that is not TOML, and for dates and nested arrays,
+// which no flag accepts.
 absl::StatusOr<std::vector<TomlEntry>> ReadTomlEntries(absl::string_view text);
 
 }  // namespace egosieve::tools

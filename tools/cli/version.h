@@ -1,4 +1,4 @@
-// The release, as --version and run.json name it.
+// The release, as printed by --version and written to run.json.
 #ifndef EGOSIEVE_TOOLS_CLI_VERSION_H_
 #define EGOSIEVE_TOOLS_CLI_VERSION_H_
 

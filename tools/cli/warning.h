@@ -1,4 +1,4 @@
-// A warning of a command that continues: one line on stderr.
+// Prints a warning, one line on stderr; the command continues.
 #ifndef EGOSIEVE_TOOLS_CLI_WARNING_H_
 #define EGOSIEVE_TOOLS_CLI_WARNING_H_
 
@@ -10,7 +10,7 @@
 
 namespace egosieve::tools {
 
-// Nothing where the message is empty.
+// Prints nothing if the message is empty.
 inline void Warn(absl::string_view message) {
   if (!message.empty()) std::cerr << ErrorLine(absl::StrCat("warning: ", message)) << "\n";
 }

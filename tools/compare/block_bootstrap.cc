@@ -24,7 +24,7 @@ int64_t BlockLength(int64_t frames, const BootstrapOptions& options) {
   return std::min<int64_t>(options.block_frames, std::max<int64_t>(1, frames / kFewestBlocks));
 }
 
-// One drive's resampled sum: whole blocks, and a last one that may be shorter.
+// Resampled sums of one drive: whole blocks, and a last block that may be shorter.
 class Drive {
  public:
   Drive(const std::vector<double>& values, int64_t block)
@@ -40,7 +40,7 @@ class Drive {
   }
 
  private:
-  // The bias of the modulus is under count / 2^64.
+  // The modulus has a bias below count / 2^64.
   size_t Draw(std::mt19937_64& random) const {
     return static_cast<size_t>(random() % static_cast<uint64_t>(count_));
   }
@@ -58,7 +58,7 @@ double Quantile(const std::vector<double>& sorted, double share) {
   return sorted[low] + (place - static_cast<double>(low)) * (sorted[high] - sorted[low]);
 }
 
-// Takes the resampled figures; the rest of the interval is set.
+// Sets the interval from the resampled figures; its other fields are set before.
 void SetQuantiles(std::vector<double> resampled, BootstrapInterval& interval) {
   double positive = 0.0;
   for (const double value : resampled) positive += value > 0.0 ? 1.0 : value == 0.0 ? 0.5 : 0.0;
@@ -68,7 +68,7 @@ void SetQuantiles(std::vector<double> resampled, BootstrapInterval& interval) {
   interval.high = Quantile(resampled, 0.975);
 }
 
-// A drive's frames less their mean, and what is left of its figures.
+// A drive's frame numbers minus their mean, and the residuals of its figures.
 struct CentredDrive {
   std::vector<double> time;
   std::vector<double> residual;
@@ -89,7 +89,7 @@ CentredDrive Centre(const std::vector<FrameFigure>& frames) {
   return drive;
 }
 
-// sum t e, the residuals e drawn by blocks.
+// sum t e, with the residuals e resampled by blocks.
 double ResampledProduct(const CentredDrive& drive, int64_t block, std::mt19937_64& random) {
   const size_t count = drive.time.size();
   double product = 0.0;

@@ -1,23 +1,23 @@
-// How sure a mean difference is, when neighbouring frames are alike: the block bootstrap.
+// Confidence interval of a mean difference when neighbouring frames are alike: the block bootstrap.
 //
 //   d_i       the difference of two methods' figures in frame i
-//   blocks    `block_frames` frames in a row, within one drive, wrapping at its end; fewer in a
-//             drive that has less than three blocks of them: a drive drawn whole is always the same
+//   blocks    `block_frames` consecutive frames within one drive, wrapping at its end; shorter in a
+//             drive with fewer than three such blocks, since a drive drawn whole never varies
 //   resample  for each drive of n frames ceil(n / block_frames) blocks with replacement, cut to n
 //   interval  quantiles 0.025 and 0.975 of the resampled means over all frames
 //
-// How sure it is that other drives would give it: the bootstrap over sequences.
+// Confidence interval with respect to the choice of drives: the bootstrap over sequences.
 //
-//   d_s       a drive's mean difference; the figure is their mean, so that long drives do not rule
+//   d_s       a drive's mean difference; the figure is their mean, so long drives do not dominate
 //   resample  as many drives with replacement; interval as above
 //
 // A figure's trend over time, with the same blocks as above:
 //
 //   slope      b = sum (t - T_d)(a - A_d) / sum (t - T_d)^2 over all frames of all drives d, whose
-//              means are T_d and A_d: drives may lie at different heights
+//              means are T_d and A_d: drives may have different levels
 //   residuals  e = a - A_d - b (t - T_d)
 //   resample   the residuals of each drive by blocks in a row, wrapping, around the fitted line;
-//              the interval is that of the slopes found again
+//              the interval is that of the slopes fitted to the resampled data
 //
 // Deterministic in the seed. Reference: Künsch (1989); circular blocks after Politis and Romano
 // (1992).
@@ -48,12 +48,12 @@ struct BootstrapInterval {
   int64_t frames = 0;
 };
 
-// Each drive's differences in the order of its frames; drives without frames are left out. Absent
-// without frames. Options must be valid.
+// Takes each drive's differences in the order of its frames; drives without frames are left out.
+// Absent if there are no frames. Options must be valid.
 std::optional<BootstrapInterval> BlockBootstrap(const std::vector<std::vector<double>>& differences,
                                                 const BootstrapOptions& options);
 
-// `frames` is the number of drives. Absent without drives. Options must be valid.
+// Here `frames` is the number of drives. Absent if there are none. Options must be valid.
 std::optional<BootstrapInterval> SequenceBootstrap(const std::vector<double>& differences,
                                                    const BootstrapOptions& options);
 
@@ -62,8 +62,8 @@ struct FrameFigure {
   double value = 0.0;  // a
 };
 
-// `mean` is the slope a frame, `frames` those of the drives that count: drives with fewer than
-// three frames are left out. Absent without drives. Options must be valid.
+// `mean` is the slope per frame. `frames` counts the frames of all drives used; drives with fewer
+// than three frames are left out. Absent if no drive is left. Options must be valid.
 std::optional<BootstrapInterval> SlopeBootstrap(const std::vector<std::vector<FrameFigure>>& drives,
                                                 const BootstrapOptions& options);
 

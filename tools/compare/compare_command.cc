@@ -41,7 +41,7 @@ std::string AllMethods() {
                        });
 }
 
-// A way to segment, ready to be run.
+// Options of one variant of segment.
 struct NamedOptions {
   std::string name;
   ComparisonOptions options;
@@ -122,7 +122,7 @@ class CompareCommand : public Command {
     if (options_.methods.empty()) return absl::InvalidArgumentError("no method; name one at least");
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<NamedOptions> profiles, Profiles());
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
-    // Names are checked before minutes are spent.
+    // Check the names before any long computation.
     for (const std::string& method : options_.methods) {
       const auto made =
           vision::MakeMethod(method, device.context, profiles.front().options.segmenter);
@@ -299,7 +299,7 @@ class CompareCommand : public Command {
   std::vector<std::string> variants_;
   CLI::Option* profile_option_ = nullptr;
   CLI::Option* scenarios_option_ = nullptr;
-  ComparisonOptions options_;  // but for the segmenter's, which each profile has its own
+  ComparisonOptions options_;  // without the segmenter's, which differ per profile
   BootstrapOptions bootstrap_;
   SegmentFlags segment_;
   DeviceFlag device_;

@@ -1,4 +1,5 @@
-// egosieve compare: the segmenter and its rivals on the same features, frames and pixels.
+// egosieve compare: compares the segmenter with other methods on the same features, frames and
+// pixels.
 #ifndef EGOSIEVE_TOOLS_COMPARE_COMPARE_COMMAND_H_
 #define EGOSIEVE_TOOLS_COMPARE_COMPARE_COMMAND_H_
 

@@ -17,7 +17,7 @@ namespace egosieve::tools {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr int kSmoothing = 4;  // frames to either side
+constexpr int kSmoothing = 4;  // on either side
 
 std::vector<NamedScores> Scores(const ComparisonSummary& summary) {
   std::vector<NamedScores> all;
@@ -27,7 +27,7 @@ std::vector<NamedScores> Scores(const ComparisonSummary& summary) {
   return all;
 }
 
-// The mean over drives of what each says at a frame's place in its drive.
+// Mean over drives of each drive's value at a frame's position in the drive.
 template <typename Value>
 Series MeanByFrame(const std::vector<DriveComparison>& drives, size_t method, Value value) {
   std::map<int64_t, std::pair<double, int>> sums;
@@ -49,7 +49,7 @@ Series MeanByFrame(const std::vector<DriveComparison>& drives, size_t method, Va
   return series;
 }
 
-// A moving mean, so that nine methods can be told apart.
+// A moving mean, so that nine methods can be distinguished.
 std::vector<double> Smoothed(const std::vector<double>& values) {
   std::vector<double> smoothed;
   const auto count = static_cast<int>(values.size());
@@ -209,7 +209,7 @@ Figure ProfilesFigure(const std::vector<ProfileComparison>& profiles) {
   return figure;
 }
 
-// All of one profile, in the order in which they are told.
+// All figures of one profile, in the order of the page.
 std::vector<Figure> FiguresOf(const ProfileComparison& profile) {
   const std::vector<DriveComparison>& drives = profile.drives;
   const ComparisonSummary& summary = profile.summary;

@@ -1,5 +1,5 @@
-// The paper's figures 2e, 4a and 4b for a comparison, and what belongs beside them: one page, each
-// figure once a profile.
+// The paper's figures 2e, 4a and 4b for a comparison, and related ones: one page with each figure
+// once per profile.
 #ifndef EGOSIEVE_TOOLS_COMPARE_COMPARISON_FIGURES_H_
 #define EGOSIEVE_TOOLS_COMPARE_COMPARISON_FIGURES_H_
 
@@ -10,7 +10,7 @@
 
 namespace egosieve::tools {
 
-// Profiles of which every drive failed have no figures.
+// Profiles in which every drive failed have no figures.
 PlotPage MakeComparisonPage(const std::vector<ProfileComparison>& profiles);
 
 }  // namespace egosieve::tools

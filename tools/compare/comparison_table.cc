@@ -48,7 +48,7 @@ std::vector<double> FiguresOf(const MethodResult& method,
   return figures;
 }
 
-// Mean of the last third less mean of the first.
+// Mean of the last third minus mean of the first third.
 Figure GainOf(const std::vector<double>& aucs) {
   const size_t third = aucs.size() / 3;
   if (third == 0) return std::nullopt;
@@ -57,7 +57,7 @@ Figure GainOf(const std::vector<double>& aucs) {
   return *Mean(last) - *Mean(first);
 }
 
-// Frame by frame, where both have one; the methods see the same frames.
+// Differences in frames where both have the figure; the methods see the same frames.
 std::vector<double> Differences(const MethodResult& a, const MethodResult& b,
                                 FrameFigureOf figure = &MethodFrame::auc) {
   std::vector<double> differences;
@@ -80,7 +80,7 @@ std::optional<BootstrapInterval> OverDrives(const std::vector<const DriveCompari
   return SequenceBootstrap(means, bootstrap);
 }
 
-// The AUC by frame, less the other method's, where there is one.
+// The AUC per frame, minus that of the other method if there is one.
 std::vector<FrameFigure> AucsByFrame(const MethodResult& method, const MethodResult* other) {
   std::vector<FrameFigure> aucs;
   for (size_t i = 0; i < method.frames.size(); ++i) {
@@ -211,7 +211,7 @@ Json DriveJson(const DriveComparison& drive) {
   return json;
 }
 
-// What of the drives that were compared is not in the figures.
+// Reports which parts of the compared drives are not in the figures.
 void AppendLeftOut(const std::vector<DriveComparison>& drives, std::string* table) {
   int64_t frames = 0, prior = 0, without = 0, voids = 0, one_class = 0, outside = 0;
   for (const DriveComparison& drive : drives) {

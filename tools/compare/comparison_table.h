@@ -1,17 +1,18 @@
-// What a comparison found over all its drives.
+// Results of a comparison over all its drives.
 //
-//   AUC (frames)   mean over all scored frames of all drives that have one
+//   AUC (frames)   mean over the scored frames, of all drives, that have one
 //   AUC (drives)   mean over drives of the mean over frames
 //   pooled AUC     of all scored pixels together
 //   no prior       AUC (drives) without the location prior
-//   IoU            of what has a probability above the threshold, as AUC (drives); in frames with
-//                  movers
-//   difference     of the first method to another one in AUC, frame by frame (block_bootstrap.h),
-//                  and over drives; of both or of neither with the location prior; in IoU over
-//                  drives
-//   slope          AUC a frame over the frame's number, common to all drives (SlopeBootstrap);
-//                  of the lead over the method `labels`, which learns nothing, likewise
-//   gain           mean AUC of each drive's last third of frames less that of its first third
+//   IoU            of the pixels with a probability above the threshold, averaged as AUC (drives);
+//                  only frames with movers
+//   difference     AUC of the first method minus that of another one, over frames
+//                  (block_bootstrap.h) and over drives; both methods with or both without the
+//                  location prior; for IoU over drives
+//   slope          AUC per frame as a function of the frame's number, common to all drives
+//                  (SlopeBootstrap); likewise for the lead over the method `labels`, which learns
+//                  nothing
+//   gain           mean AUC of each drive's last third of frames minus that of its first third
 #ifndef EGOSIEVE_TOOLS_COMPARE_COMPARISON_TABLE_H_
 #define EGOSIEVE_TOOLS_COMPARE_COMPARISON_TABLE_H_
 
@@ -35,10 +36,10 @@ struct MethodSummary {
   std::optional<double> drive_iou;
   std::optional<double> gain;
   std::optional<BootstrapInterval> slope;
-  std::optional<BootstrapInterval> slope_of_lead;  // of its AUC less that of `labels`
+  std::optional<BootstrapInterval> slope_of_lead;  // of its AUC minus that of `labels`
   double own_milliseconds = 0.0;                   // median over frames
   double model_size = 0.0;                         // mean over the drives' last frames
-  // Of the first method to this one; absent for itself.
+  // The first method minus this one; absent for the first method itself.
   std::optional<BootstrapInterval> difference;
   std::optional<BootstrapInterval> difference_over_drives;
   std::optional<BootstrapInterval> difference_over_drives_without_prior;
@@ -54,11 +55,11 @@ struct ComparisonSummary {
   int failed = 0;
 };
 
-// At least one drive that did not fail.
+// Needs at least one drive that did not fail.
 ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
                             const BootstrapOptions& bootstrap);
 
-// The mean IoU of the method's frames at the one threshold that is best for them all.
+// The method's mean IoU over frames, at the single threshold that maximises it.
 std::optional<double> BestIou(const DriveScores& scores);
 
 std::string ToTable(const std::vector<DriveComparison>& drives, const ComparisonSummary& summary);

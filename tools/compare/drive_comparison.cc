@@ -20,7 +20,7 @@
 namespace egosieve::tools {
 namespace {
 
-// As run folders store it: scores are then those of `evaluate`, to the last bit.
+// As in run folders, so that the scores equal those of `evaluate` to the last bit.
 constexpr double kDeviationFullScale = 4.0;
 
 FrameMaps MapsOf(const vision::SegmentationMap& map, const std::vector<float>& probability) {
@@ -109,7 +109,7 @@ class Comparison {
     return scores.frames().back().auc;
   }
 
-  // How many masks have another size than this frame, of which one does.
+  // Reports how many masks differ in size from this frame; `first` is the error of its own mask.
   absl::Status Misfit(const vision::Frame& frame, const absl::Status& first) const {
     int64_t count = 0;
     for (const int64_t index : truth_.frames()) {

@@ -30,7 +30,7 @@ std::string SideBySide(const std::vector<ProfileComparison>& profiles) {
     absl::StrAppendFormat(&names, "   %8s %8s %8s", "AUC", "pooled", "IoU best");
   }
   std::string table = absl::StrCat(head, "\n", names, "\n");
-  // All profiles have the same methods, but one of which every drive failed has none.
+  // All profiles have the same methods, except that a profile has none if all its drives failed.
   const auto longest =
       std::max_element(profiles.begin(), profiles.end(), [](const auto& a, const auto& b) {
         return a.summary.methods.size() < b.summary.methods.size();
@@ -53,7 +53,7 @@ std::string SideBySide(const std::vector<ProfileComparison>& profiles) {
   return table;
 }
 
-// One decision for an interval of a figure that is claimed to be positive.
+// Judges a claim that a figure is positive, by its interval.
 const char* Verdict(const BootstrapInterval& interval) {
   return interval.low > 0.0 ? "shown" : interval.high < 0.0 ? "contradicted" : "not shown";
 }
@@ -71,7 +71,7 @@ void TellOrder(const ComparisonSummary& summary, std::vector<std::string>& lines
   for (const char* rival : {"squared_exponential", "svm", "optical_flow", "ransac"}) {
     tell("the paper's claim", rival);
   }
-  // The paper's rival has sparse flow: that of every pixel is the stronger one.
+  // The paper compares with sparse flow; dense flow is the stronger method.
   for (const char* rival : {"dense_optical_flow", "labels", "homography_flow"}) {
     tell("beyond the paper", rival);
   }

@@ -13,21 +13,21 @@ namespace egosieve::tools {
 
 struct ProfileComparison {
   std::string profile;                       // or a variant's name
-  std::map<std::string, std::string> flags;  // DescribeOptions' of its segmenter
+  std::map<std::string, std::string> flags;  // DescribeOptions of its segmenter
   std::vector<DriveComparison> drives;
-  ComparisonSummary summary;  // of the drives
+  ComparisonSummary summary;  // of these drives
 };
 
-// A line a method with a group of columns a profile, then each profile's own table (ToTable of
-// comparison_table.h).
+// One line per method with a group of columns per profile, then each profile's own table (ToTable
+// of comparison_table.h).
 std::string ToTable(const std::vector<ProfileComparison>& profiles);
-// A line a profile, drive, method and frame.
+// One line per profile, drive, method and frame.
 std::string ToCsv(const std::vector<ProfileComparison>& profiles);
 nlohmann::ordered_json ToJson(const std::vector<ProfileComparison>& profiles);
 
-// What the paper claims and these figures do or do not show, a sentence each; empty unless the
-// first method is arcsine. That a method improves over time is judged by its lead over `labels`,
-// which learn nothing: the drive itself may get easier.
+// Which claims of the paper these figures support or not, one sentence each; empty unless the first
+// method is arcsine. Whether a method improves over time is judged by its lead over `labels`, which
+// learns nothing, because the drive itself may become easier.
 std::vector<std::string> CompareWithPaper(const ComparisonSummary& summary);
 
 }  // namespace egosieve::tools

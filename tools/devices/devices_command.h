@@ -1,4 +1,4 @@
-// egosieve devices: what --device= can choose from.
+// egosieve devices: lists the devices for --device=.
 #ifndef EGOSIEVE_TOOLS_DEVICES_DEVICES_COMMAND_H_
 #define EGOSIEVE_TOOLS_DEVICES_DEVICES_COMMAND_H_
 

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Maps in [0, 1] or [0, full_scale] as the 16-bit pixels that they are written as.
+// Maps in [0, 1] or [0, full_scale] as 16-bit pixels, as they are written to files.
 cv::Mat1w AsWritten(const cv::Mat1f& values, double full_scale) {
   cv::Mat1w pixels(values.size());
   for (int y = 0; y < values.rows; ++y) {
@@ -36,7 +36,7 @@ cv::Mat_<T> AtGrid(const cv::Mat_<T>& image, const kernels::ImageGrid& grid) {
   return sampled;
 }
 
-// Frames by the number in their names; empty where a name has none or two have the same.
+// Frames by the number in their names; empty if a name has no number or two have the same.
 std::map<int64_t, int64_t> IndicesByNumber(const std::vector<std::string>& names) {
   std::map<int64_t, int64_t> indices;
   for (size_t i = 0; i < names.size(); ++i) {
@@ -102,7 +102,7 @@ absl::Status DriveTruth::OpenMasks(const std::string& path, const TruthFrames& f
   int64_t behind = frames.indices.empty() ? 0 : frames.indices.back() + 1;
   for (auto& [key, mask] : masks.paths) {
     int64_t index = key;
-    if (matched_by_ == "order") {  // mask k is that of the k-th frame
+    if (matched_by_ == "order") {  // mask k belongs to the k-th frame
       const bool has_frame = key < static_cast<int64_t>(frames.indices.size());
       index = has_frame ? frames.indices[key] : behind++;
     }

@@ -97,7 +97,7 @@ class EvaluateCommand : public Command {
         ->type_name("FILE");
   }
 
-  // What was asked for, else what lies beside the input.
+  // The given paths, else the files beside the input.
   FurtherTruth FurtherTruthOf(const std::string& input) const {
     FurtherTruth truth = FindFurtherTruth(input);
     if (!further_.boxes.empty()) truth.boxes = further_.boxes;
@@ -277,7 +277,7 @@ class EvaluateCommand : public Command {
 
   std::string directory_;
   std::string truth_;
-  FurtherTruth further_;  // as far as it was given
+  FurtherTruth further_;  // only the given paths
   PotentialScoresOptions potential_;
   TrajectoryErrorOptions trajectory_;
   EvaluateOptions options_;

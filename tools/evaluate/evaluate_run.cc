@@ -18,7 +18,7 @@
 namespace egosieve::tools {
 namespace {
 
-// Masks that do not fit are counted to the end, so that the error can say how many there are.
+// Masks of a wrong size are counted to the end, so that the error can give their number.
 struct Misfits {
   int64_t count = 0;
   int64_t of = 0;
@@ -44,7 +44,7 @@ class RunScorer {
                     : options.scores),
         masks_(options.scores.objects.min_area) {}
 
-  // A line that has a map and a truth.
+  // Scores a line that has a map and a truth.
   absl::Status Score(const FrameLine& line) {
     EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps,
                               ReadScoredMaps(folder_, description_, line, options_.pixels));
@@ -64,7 +64,7 @@ class RunScorer {
     return scores_.Add(*frame);
   }
 
-  // The mask that reconstruct wrote for a line with a truth; nothing where there is none.
+  // Scores the mask of reconstruct for a line with a truth; does nothing if there is no mask.
   absl::Status ScoreMask(const FrameLine& line) {
     const std::string path = folder_.FrameFile("masks", line.index, ".png");
     if (truth_.scattered() || !std::filesystem::exists(path)) return absl::OkStatus();
@@ -72,7 +72,7 @@ class RunScorer {
     MaskFrame frame;
     frame.index = line.index;
     const absl::StatusOr<cv::Mat1b> truth = truth_.ReadMask(line.index, size);
-    if (absl::IsOutOfRange(truth.status())) return absl::OkStatus();  // a misfit, counted by Score
+    if (absl::IsOutOfRange(truth.status())) return absl::OkStatus();  // counted by Score
     EGOSIEVE_RETURN_IF_ERROR(truth.status());
     frame.truth = *truth;
     EGOSIEVE_ASSIGN_OR_RETURN(frame.mask, ReadTruthMask(path, size));
@@ -145,7 +145,7 @@ absl::StatusOr<RunEvaluation> EvaluateRun(const RunFolder& folder, const std::st
   RunScorer scorer(folder, description, truth, options);
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<ScorableLine> scorable, ReadScorableLines(folder));
   int64_t matched = 0;
-  for (const auto& [line, of_prior] : scorable) {  // other lines' truth counts as without a map
+  for (const auto& [line, of_prior] : scorable) {  // truth of other lines counts as without a map
     if (!truth.Has(line.index)) {
       ++evaluation.frames_without_mask;
       continue;

@@ -1,10 +1,11 @@
 // Scores a run's maps against a truth (drive_truth.h).
 //
-// Scored are the grid's pixels (the 16-bit probabilities as they were written, nothing
-// interpolated), or, where the run was reconstructed and that is asked for, every pixel of full/.
-// Truth at tracks takes the grid's maps, interpolated linearly at each point. Frames before the
-// first that was learnt from carry the prior, the same everywhere: they are left out and counted,
-// unless `with_prior` is set. Masks that reconstruct wrote are scored as they are, at full
+// The scored pixels are those of the grid (the 16-bit probabilities as written, without
+// interpolation) or, if requested and the run was reconstructed, all pixels of full/. For truth at
+// tracks, the grid's maps are interpolated linearly at each point. Frames before the first learnt
+// frame have the map of the prior, which is the same everywhere: they are left out and counted,
+// unless `with_prior` is set. Masks of reconstruct are scored unchanged, at full resolution, in
+// every frame with a mask.
 // resolution, in every frame that has one.
 #ifndef EGOSIEVE_TOOLS_EVALUATE_EVALUATE_RUN_H_
 #define EGOSIEVE_TOOLS_EVALUATE_EVALUATE_RUN_H_
@@ -25,7 +26,7 @@ struct EvaluateOptions {
   ScoredPixels pixels = ScoredPixels::kGrid;
   MatchMasks match = MatchMasks::kAuto;
   bool with_prior = false;
-  // Its areas are in pixels of the image, whatever is scored.
+  // Its areas are in pixels of the image, for any scored pixels.
   DriveScoresOptions scores = DefaultScores();
 
   // Objects below 100 pixels of the image are not counted.
@@ -34,19 +35,19 @@ struct EvaluateOptions {
     options.objects.min_area = 100;
     return options;
   }
-  // With areas in pixels of a grid of that stride.
+  // The same with areas in pixels of a grid of this stride.
   DriveScoresOptions ScoresAtStride(int stride) const;
 };
 
 struct RunEvaluation {
   Evaluation evaluation;
-  DriveScores scores;   // the same as histograms, for merging over runs
-  MaskScores masks{1};  // of masks/ and ids/, where reconstruct has written them
+  DriveScores scores;   // the same as histograms, for merging runs
+  MaskScores masks{1};  // of masks/ and ids/, if reconstruct has written them
 };
 
-// FailedPrecondition where no frame has both a map and a truth, where masks have another size than
-// their frames, or where the truth lies beside the frames of another drive: no figure is computed
-// from nothing. `after_frame` is called after each frame; returning false cancels.
+// FailedPrecondition if no frame has both a map and a truth, if masks differ in size from their
+// frames, or if the truth belongs to the frames of another drive. `after_frame` is called after
+// each frame; returning false cancels.
 absl::StatusOr<RunEvaluation> EvaluateRun(const RunFolder& folder, const std::string& truth,
                                           const EvaluateOptions& options,
                                           const std::function<bool()>& after_frame);

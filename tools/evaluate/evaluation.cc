@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// A figure of a frame: its name in files, and above its column.
+// A figure of a frame: its name in files and its heading in the table.
 struct Figure {
   const char* name;
   const char* heading;

@@ -1,4 +1,4 @@
-// One run's evaluation as figures.
+// Figures of one run's evaluation.
 #ifndef EGOSIEVE_TOOLS_EVALUATE_EVALUATION_PAGE_H_
 #define EGOSIEVE_TOOLS_EVALUATE_EVALUATION_PAGE_H_
 

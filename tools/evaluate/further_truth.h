@@ -1,11 +1,11 @@
-// What a drive's folder may know beside masks and tracks, and how a run compares with it.
+// Further truth in a drive's folder, beside masks and tracks, and how a run compares with it.
 //
-//   boxes.csv        things in boxes (box_truth.h): which are marked (box_scores.h)
+//   boxes.csv        things in boxes (box_truth.h): which of them are marked (box_scores.h)
 //   poses.txt        the camera's poses (KITTI's format, row k is frame k), camera.json its lens
 //                    and rate: against the run's trajectory.txt (TUM) and camera.json
 //                    (trajectory_errors.h)
-//   own_vehicle.png  255 where the camera's own vehicle is seen: the share of it that is marked
-//   scene.json       a synthetic drive: with boxes.csv what a run's potential is compared with
+//   own_vehicle.png  255 on the own vehicle: its share that is marked
+//   scene.json       a synthetic drive: with boxes.csv, the truth for a run's potential
 //                    (potential_scores.h)
 #ifndef EGOSIEVE_TOOLS_EVALUATE_FURTHER_TRUTH_H_
 #define EGOSIEVE_TOOLS_EVALUATE_FURTHER_TRUTH_H_
@@ -32,8 +32,7 @@ struct FurtherTruth {
   std::string scene;
 };
 
-// Those of the files above that lie beside the input: in the folder that holds frames/ or the
-// video.
+// Finds these files beside the input: in the folder that holds frames/ or the video.
 FurtherTruth FindFurtherTruth(const std::string& input);
 
 struct FurtherOptions {
@@ -41,14 +40,14 @@ struct FurtherOptions {
   bool with_prior = false;
   BoxScoresOptions boxes;
   PotentialScoresOptions potential;
-  TrajectoryErrorOptions trajectory;  // its rate is that of poses without a rate in camera.json
+  TrajectoryErrorOptions trajectory;  // its rate is used if camera.json gives none
 };
 
 struct FurtherScores {
-  std::optional<BoxScores> boxes;  // where a frame with boxes has a map
+  std::optional<BoxScores> boxes;  // if a frame with boxes has a map
   std::optional<TrajectoryErrors> trajectory;
-  // The same where row k is frame k + row_shift, if that (1 or -1) at least halves the rotation
-  // error: the truth's clock is then in doubt.
+  // The same if row k is frame k + row_shift, where row_shift is 1 or -1. Set only if that at least
+  // halves the rotation error: the truth's clock is then in doubt.
   std::optional<TrajectoryErrors> shifted;
   int row_shift = 0;
   std::optional<double> focal_error_percent;
@@ -58,8 +57,8 @@ struct FurtherScores {
   bool empty() const;
 };
 
-// What the run or the truth does not have is left empty. DataLoss for damaged files; NotFound for a
-// path that is given and not there.
+// Scores are empty if the run or the truth lacks the data. DataLoss for damaged files; NotFound if
+// a given path does not exist.
 absl::StatusOr<FurtherScores> ScoreFurther(const RunFolder& folder, const FurtherTruth& truth,
                                            const FurtherOptions& options);
 

@@ -98,7 +98,7 @@ std::vector<std::string> KindsByBoxes(const std::vector<LabelledBox>& boxes,
             std::abs(2.0 * x - box.left - box.right) <= middle * (box.right - box.left) &&
             std::abs(2.0 * y - box.top - box.bottom) <= middle * (box.bottom - box.top);
         const bool told = box.moving.has_value() && box.box_class != BoxClass::kUntold;
-        // Where boxes overlap, which one hides the other is not known.
+        // If boxes overlap, it is not known which of them hides the other.
         kind = kind.empty() && within && told ? absl::StrCat(*box.moving ? "moving " : "standing ",
                                                              BoxClassName(box.box_class))
                                               : kVoid;

@@ -1,8 +1,10 @@
-// How a run's potential (vision/segmentation/potential_model.h) ranks things that could move, and
-// stand, above the scenery: the area under the ROC curve at the grid's pixels, by kind of thing.
+// How well a run's potential (vision/segmentation/potential_model.h) ranks standing things that
+// could move above the scenery: the area under the ROC curve at the grid's pixels, by kind of
+// thing.
 //
-// Truth is a synthetic drive, whose objects are known pixel by pixel (synthetic_truth.h), or boxes
-// (box_truth.h): then a thing is the middle of its box, and scenery what lies in no box.
+// The truth is a synthetic drive, whose objects are known per pixel (synthetic_truth.h), or boxes
+// (box_truth.h). With boxes, a thing is the middle of its box, and scenery is everything outside
+// all boxes.
 #ifndef EGOSIEVE_TOOLS_EVALUATE_POTENTIAL_SCORES_H_
 #define EGOSIEVE_TOOLS_EVALUATE_POTENTIAL_SCORES_H_
 
@@ -23,20 +25,20 @@
 namespace egosieve::tools {
 
 struct PotentialScoresOptions {
-  double from_seconds = 0.0;  // of the drive; frames before are left out
+  double from_seconds = 0.0;  // time in the drive; earlier frames are left out
   double middle = 0.6;        // of each side of a box, in (0, 1]
 };
 
 class PotentialScores {
  public:
-  // `kinds`: of each of the grid's pixels, row by row; "": scenery; "void": left out.
+  // `kinds`: one per pixel of the grid, row by row; "": scenery; "void": left out.
   void Add(const cv::Mat1f& potential, const std::vector<std::string>& kinds);
 
   bool empty() const { return frames_ == 0; }
-  // Of "standing vehicle" and so on against scenery; nothing without pixels of either.
+  // For "standing vehicle" and so on against scenery; absent if either has no pixels.
   std::optional<double> Auc(const std::string& kind) const;
   nlohmann::ordered_json ToJson() const;
-  std::string ToTable() const;  // a line a kind
+  std::string ToTable() const;  // one line per kind
 
  private:
   std::map<std::string, RocHistogram> kinds_;  // positives
@@ -44,12 +46,12 @@ class PotentialScores {
   int64_t frames_ = 0;
 };
 
-// Kinds of the grid's pixels by boxes of one frame.
+// Kinds of the grid's pixels, from the boxes of one frame.
 std::vector<std::string> KindsByBoxes(const std::vector<LabelledBox>& boxes,
                                       const kernels::ImageGrid& grid, double middle);
 
-// Of the run's potential maps; empty where it has none, or no truth is known. scene: the folder of
-// a synthetic drive; boxes: a file; empty: not known.
+// Scores the run's potential maps; empty if it has none or no truth is known. scene: the folder of
+// a synthetic drive; boxes: a file; either empty if not known.
 absl::StatusOr<PotentialScores> ScorePotential(const RunFolder& folder, const std::string& scene,
                                                const std::string& boxes,
                                                const PotentialScoresOptions& options);

@@ -1,5 +1,5 @@
-// Where frames/ lies in the truth's folder or beside it, they must be those that are scored:
-// FailedPrecondition else, naming both. `frames` and `fingerprint` are those of `whose`
+// Checks that frames/ in the truth's folder or beside it, if it exists, is the scored drive;
+// otherwise FailedPrecondition, naming both. `frames` and `fingerprint` are those of `whose`
 // (RunDescription::Input), read from frame `from` on.
 #ifndef EGOSIEVE_TOOLS_EVALUATE_SAME_DRIVE_H_
 #define EGOSIEVE_TOOLS_EVALUATE_SAME_DRIVE_H_

@@ -1,4 +1,4 @@
-// The maps of a run that are scored, frame by frame, as every form of truth needs them.
+// The scored maps of a run, frame by frame, as every form of truth needs them.
 #ifndef EGOSIEVE_TOOLS_EVALUATE_SCORED_MAPS_H_
 #define EGOSIEVE_TOOLS_EVALUATE_SCORED_MAPS_H_
 
@@ -10,11 +10,11 @@
 
 namespace egosieve::tools {
 
-// Those of grid/, as they were written, or every pixel of full/.
+// The maps of grid/, as written, or every pixel of full/.
 enum class ScoredPixels { kGrid, kFull };
 
-// The deviation is left empty where the run has none. FailedPrecondition where full/ is asked for
-// and the frame has no map there.
+// The deviation is left empty if the run has none. FailedPrecondition if full/ is requested and the
+// frame has no map there.
 absl::StatusOr<FrameMaps> ReadScoredMaps(const RunFolder& folder, const RunDescription& description,
                                          const FrameLine& line, ScoredPixels pixels);
 
@@ -24,10 +24,10 @@ kernels::ImageGrid ScoredGrid(const FrameLine& line, const RunDescription& descr
 
 struct ScorableLine {
   FrameLine line;
-  bool of_prior = false;  // nothing had been learnt by then: the map is the same everywhere
+  bool of_prior = false;  // before anything was learnt: the map is the same everywhere
 };
 
-// The run's lines that have a map. A method without a model learns from its frame alone.
+// The run's lines with a map. A method without a model learns only from the frame itself.
 absl::StatusOr<std::vector<ScorableLine>> ReadScorableLines(const RunFolder& folder);
 
 }  // namespace egosieve::tools

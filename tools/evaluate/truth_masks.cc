@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The images in a folder, in natural order; empty where there is none, or no folder.
+// The images in a folder, in natural order; empty if there are none, or no folder.
 std::vector<std::string> ListImages(const std::string& folder) {
   std::error_code error;
   std::vector<std::string> files;
@@ -52,7 +52,7 @@ absl::StatusOr<std::vector<std::string>> ListMaskFiles(const std::string& folder
   return files;
 }
 
-// Empty where a file's name is no frame's, or two files have one frame's.
+// Empty if a file has not the name of a frame, or two files have that of one frame.
 std::map<int64_t, std::string> ByName(const std::vector<std::string>& files,
                                       const std::vector<std::string>& frame_names) {
   std::map<std::string, int64_t> indices;
@@ -69,7 +69,7 @@ std::map<int64_t, std::string> ByName(const std::vector<std::string>& files,
   return paths;
 }
 
-// Empty where a file's name has no number, or two have the same.
+// Empty if a file's name has no number, or two have the same number.
 std::map<int64_t, std::string> ByNumber(const std::vector<std::string>& files) {
   std::map<int64_t, std::string> paths;
   for (const std::string& file : files) {

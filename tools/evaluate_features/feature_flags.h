@@ -15,13 +15,14 @@ namespace egosieve::tools {
 
 class FeatureFlags {
  public:
-  // --features, --every, --features_json and the labeller's flags.
+  // Adds --features, --every, --features_json and the labeller's flags.
   void AddFlags(CLI::App& app);
 
   bool wanted() const { return wanted_; }
 
-  // Either `input` with `truth` (frames and masks or tracks; without a truth, a folder as in
-  // feature_sequence.h), or `suite`, a folder of such folders. Prints the table, writes the JSON.
+  // Scores either `input` with `truth` (frames and masks or tracks; without a truth, a folder as in
+  // feature_sequence.h), or `suite`, a folder of such folders. Prints the table and writes the
+  // JSON.
   absl::StatusOr<ExitCode> Run(const std::string& input, const std::string& truth,
                                const std::string& suite, const ProgressFlag& progress) const;
 

@@ -109,7 +109,7 @@ ordered_json Json(const SequenceScore& score) {
   return json;
 }
 
-// Mean over sequences of their means.
+// Mean over sequences of each sequence's mean.
 std::optional<double> MeanOfMeans(const std::vector<SequenceScore>& scores, const AucOf& auc_of) {
   double sum = 0.0;
   int64_t count = 0;

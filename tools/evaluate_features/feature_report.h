@@ -9,12 +9,12 @@
 
 namespace egosieve::tools {
 
-// A line a sequence, a line for all (means over sequences, counts summed), and the rule by which
-// the choice of motion model was judged. An AUC that does not exist is "-".
+// One line per sequence, one line for all (means over sequences, sums of counts), and the rule by
+// which the choice of motion model was judged. A missing AUC is "-".
 std::string ToTable(const std::vector<SequenceScore>& scores);
 
-// {"sequences": [{"name", "residual_auc", ..., "frames": [...]}], "all": {...}}; null for an AUC
-// that does not exist.
+// {"sequences": [{"name", "residual_auc", ..., "frames": [...]}], "all": {...}}; a missing AUC is
+// null.
 std::string ToJson(const std::vector<SequenceScore>& scores,
                    const EvaluateFeaturesOptions& options);
 

@@ -16,14 +16,14 @@
 namespace egosieve::tools {
 namespace {
 
-// A synthetic drive is named by its folder.
+// The truth of a synthetic drive is its folder; returns its masks.
 std::string MasksOrTracks(const Sequence& sequence) {
   std::error_code error;
   const std::filesystem::path masks = std::filesystem::path(sequence.truth) / "masks";
   return std::filesystem::is_directory(masks, error) ? masks.string() : sequence.truth;
 }
 
-// The number at the end of a frame's name; 0 where there is none.
+// The number at the end of a frame's name; 0 if there is none.
 int64_t NumberOf(const std::string& name) {
   const size_t last = name.find_last_not_of("0123456789");
   int64_t number = 0;

@@ -1,6 +1,6 @@
-// A sequence of frames with truth to score features against: one of a suite's
-// (tools/suite/sequences.h). Of labelled tracks, "track,label,frame,x,y", frame k is the one whose
-// name ends in k; frames follow each other in natural order.
+// A sequence of frames with truth for scoring features: one of a suite's (tools/suite/sequences.h).
+// In labelled tracks, "track,label,frame,x,y", frame k is the frame whose name ends in k. Frames
+// are in natural order.
 #ifndef EGOSIEVE_TOOLS_EVALUATE_FEATURES_FEATURE_SEQUENCE_H_
 #define EGOSIEVE_TOOLS_EVALUATE_FEATURES_FEATURE_SEQUENCE_H_
 
@@ -20,13 +20,14 @@ struct FeatureSequence {
   std::string truth;   // a folder of masks or a file of tracks
 };
 
-// Those of the suite in `folder`, in natural order of their names. NotFound where there is none.
+// The sequences of the suite in `folder`, in natural order of their names. NotFound if there is
+// none.
 absl::StatusOr<std::vector<FeatureSequence>> FindFeatureSequences(const std::string& folder);
 
-// What a sequence's frames are scored against: masks or tracks.
+// Truth for a sequence's frames: masks or tracks.
 struct FeatureTruth {
   std::map<int64_t, std::string> masks;       // by frame index
-  std::vector<vision::LabelledTrack> tracks;  // used where there are no masks
+  std::vector<vision::LabelledTrack> tracks;  // used if there are no masks
 
   bool has_tracks() const { return !tracks.empty(); }
 };

@@ -1,4 +1,4 @@
-// What a few lines over OpenCV give: the distance that every labeller here has to beat.
+// A baseline of a few lines over OpenCV: the distance that every labeller here has to surpass.
 //
 //   SIFT key points, nearest by L2, d1 < 0.8 d2, fundamental matrix by RANSAC at 1 pixel,
 //   Sampson's distance
@@ -19,7 +19,7 @@ struct PlainRansac {
   Eigen::Matrix3d fundamental = Eigen::Matrix3d::Zero();
 };
 
-// BGR images. FailedPrecondition where too little matches.
+// BGR images. FailedPrecondition if there are too few matches.
 absl::StatusOr<PlainRansac> EstimateByPlainRansac(const cv::Mat& first, const cv::Mat& second);
 
 }  // namespace egosieve::tools

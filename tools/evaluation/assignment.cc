@@ -5,7 +5,7 @@
 namespace egosieve::tools {
 namespace {
 
-// rows <= columns. By column, its row or -1; costs are minus the scores.
+// rows <= columns. Returns each column's row or -1. Costs are the negative scores.
 std::vector<int> SolveWide(const cv::Mat1d& scores) {
   const int rows = scores.rows, columns = scores.cols;
   // Row and column 0 mean "none".

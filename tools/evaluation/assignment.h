@@ -8,8 +8,8 @@
 
 namespace egosieve::tools {
 
-// scores: finite and not negative. By row, its column, or -1: every row or every column has a
-// partner, whichever are fewer; pairs with a score of 0 are left apart.
+// scores: finite and not negative. Gives each row's column, or -1. Every row or every column has a
+// partner, whichever are fewer, but pairs with a score of 0 are not joined.
 std::vector<int> AssignLargest(const cv::Mat1d& scores);
 
 }  // namespace egosieve::tools

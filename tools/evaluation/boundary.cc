@@ -14,7 +14,7 @@ double ShareNear(const cv::Mat1b& boundary, const cv::Mat1b& other, double radiu
   if (pixels == 0 || cv::countNonZero(other) == 0) return 0.0;
   cv::Mat1f distance;
   cv::distanceTransform(other == 0, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-  // Squared distances are integers: half a unit of slack for the root in float32.
+  // Squared distances are integers, so 0.5 allows for float32's rounding of the root.
   const double limit = std::sqrt(radius * radius + 0.5);
   return static_cast<double>(cv::countNonZero(boundary & (distance <= limit))) / pixels;
 }

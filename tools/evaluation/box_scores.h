@@ -1,5 +1,5 @@
-// How many labelled boxes a map marks, by class, motion and distance, and how much it marks beside
-// them.
+// How many labelled boxes a map marks, by class, motion and distance, and which share of the area
+// outside all boxes it marks.
 //
 //   (BX1) m = mean over the pixels of the box's middle of p, interpolated linearly; the middle is
 //        the rectangle about the box's centre with `middle` of each of its sides, clipped to the
@@ -7,9 +7,9 @@
 //   (BX2) a box is marked where m >= threshold
 //   (BX3) outside = pixels of the map in no box at all; marked outside = of these, p >= threshold
 //
-// Left out of (BX2), not of (BX3): boxes that are largely truncated or largely occluded (levels of
-// box_truth.h above the options'), whose motion is unknown, whose class is untold, or whose middle
-// lies outside the image.
+// Some boxes are left out of (BX2), but not of (BX3): boxes that are largely truncated or largely
+// occluded (levels of box_truth.h above those of the options), and boxes with unknown motion,
+// unknown class, or a middle outside the image.
 #ifndef EGOSIEVE_TOOLS_EVALUATION_BOX_SCORES_H_
 #define EGOSIEVE_TOOLS_EVALUATION_BOX_SCORES_H_
 
@@ -30,8 +30,8 @@ namespace egosieve::tools {
 struct BoxScoresOptions {
   double threshold = 0.5;
   double middle = 0.6;     // of each side, in (0, 1]
-  int most_truncated = 1;  // level up to which a box counts
-  int most_occluded = 1;   // likewise
+  int most_truncated = 1;  // largest level of a box that counts
+  int most_occluded = 1;   // the same for occlusion
 
   absl::Status Validate() const;
 };
@@ -41,7 +41,7 @@ struct BoxCount {
   int64_t marked = 0;
 };
 
-// (BX1); negative where the middle lies outside the image.
+// (BX1); negative if the middle lies outside the image.
 double MeanInMiddle(const LabelledBox& box, const cv::Mat1f& probability,
                     const kernels::ImageGrid& grid, double middle);
 
@@ -55,14 +55,14 @@ class BoxScores {
   void Merge(const BoxScores& other);
 
   int64_t frames() const { return frames_; }
-  // Of "moving vehicle", "standing person" and so on, at one distance (kBoxDistances) or at "all".
+  // Boxes of "moving vehicle", "standing person" and so on, at one of kBoxDistances or at "all".
   BoxCount Of(const std::string& kind, const std::string& distance) const;
   int64_t left_out() const { return left_out_; }
-  // (BX3); 0 where nothing is outside.
+  // (BX3); 0 if no pixel is outside.
   double OutsideShare() const;
 
   nlohmann::ordered_json ToJson() const;
-  // A row a kind, a column a distance that there is, and a line for what lies outside.
+  // One row per kind, one column per distance present, and one line for the area outside.
   std::string ToTable() const;
 
  private:

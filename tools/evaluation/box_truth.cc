@@ -49,7 +49,7 @@ absl::StatusOr<double> NumberIn(const CsvRow& row, Field field) {
   return value;
 }
 
-// An empty field leaves `level` as it is.
+// An empty field leaves `level` unchanged.
 absl::Status ReadLevel(const CsvRow& row, Field field, int* level) {
   if (row.texts[field].empty()) return absl::OkStatus();
   if (absl::SimpleAtoi(row.texts[field], level)) return absl::OkStatus();

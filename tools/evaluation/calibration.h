@@ -1,9 +1,9 @@
-// Whether probabilities mean what they say. All from the histograms of 16-bit scores (roc.h), p_v =
-// v / 65535 being the probability that score v states:
+// Whether stated probabilities match frequencies. All measures come from the histograms of 16-bit
+// scores (roc.h), where p_v = v / 65535 is the probability stated by score v:
 //
 //   Brier     sum_v ( p_v^+ (1 - p_v)^2 + p_v^- p_v^2 ) / n
 //   log loss  -sum_v ( p_v^+ log p_v + p_v^- log (1 - p_v) ) / n,  p_v clipped to half a step from
-//             0 and 1: a stated 0 may have been anything that rounds to it
+//             0 and 1: a stated 0 may be any value that rounds to it
 //   ECE       sum_b (n_b / n) |mean stated probability of bin b - share of positives in it|
 //
 // p_v^+, p_v^-: positives and negatives of score v; bins of equal width, the last one closed.
@@ -25,7 +25,7 @@ struct ReliabilityBin {
   double low = 0.0;  // stated probabilities from here
   double high = 0.0;
   int64_t pixels = 0;
-  double mean_stated = 0.0;     // of the bin's pixels; 0 where it has none
+  double mean_stated = 0.0;     // of the bin's pixels; 0 if it has none
   double positive_share = 0.0;  // likewise
 };
 

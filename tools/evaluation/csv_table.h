@@ -1,5 +1,5 @@
-// Truth files: a header of field names, then one line per row, fields by commas in any order;
-// further fields are ignored.
+// Truth files: a header of field names, then one line per row, fields separated by commas in any
+// order; unknown fields are ignored.
 #ifndef EGOSIEVE_TOOLS_EVALUATION_CSV_TABLE_H_
 #define EGOSIEVE_TOOLS_EVALUATION_CSV_TABLE_H_
 
@@ -21,8 +21,8 @@ struct CsvRow {
   absl::Status Bad(absl::string_view what) const;
 };
 
-// Empty lines are skipped; an optional field that the header lacks is empty in every row. DataLoss,
-// naming the line and the field, where a required one is missing.
+// Empty lines are skipped. An optional field that the header lacks is empty in every row. DataLoss,
+// naming the line and the field, if a required field is missing.
 absl::StatusOr<std::vector<CsvRow>> ParseCsv(absl::string_view csv,
                                              const std::vector<std::string>& required,
                                              const std::vector<std::string>& optional = {});

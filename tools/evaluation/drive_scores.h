@@ -1,13 +1,13 @@
-// All figures of one map's run against one truth, gathered frame by frame.
+// All figures of one run's maps against one truth, collected frame by frame.
 //
-// Pooled figures are over all scored pixels together; mean figures over the frames that have them.
-// Frames without movers have no AUC and no IoU of their own: what they have is a false-positive
-// rate at the declared threshold, pooled over them. Objects are scored by objects.h; with synthetic
-// truth, recall is also given by heading, class, size and distance. Truth that is scattered points
-// rather than an image has neither outlines nor objects: figures on these are absent then. Every
-// figure is absent where nothing supports it.
+// Pooled figures are over all scored pixels together; mean figures are over the frames that have
+// them. Frames without movers have no AUC and no IoU; they give a false-positive rate at the
+// declared threshold, pooled over these frames. Objects are scored by objects.h; with synthetic
+// truth, recall is also given by heading, class, size and distance. If the truth is scattered
+// points instead of an image, figures of outlines and objects are absent. A figure is absent
+// whenever there are no data for it.
 //
-// Memory: a few histograms of 65,536 bins, for any number of frames, and some numbers per frame.
+// Memory: a few histograms of 65,536 bins for all frames, and some numbers per frame.
 #ifndef EGOSIEVE_TOOLS_EVALUATION_DRIVE_SCORES_H_
 #define EGOSIEVE_TOOLS_EVALUATION_DRIVE_SCORES_H_
 
@@ -30,27 +30,27 @@
 namespace egosieve::tools {
 
 struct DriveScoresOptions {
-  double threshold = 0.5;  // declared: probabilities from here on are called dynamic
+  double threshold = 0.5;  // declared: probabilities of this value or more are called dynamic
   int calibration_bins = 15;
   int curve_points = 200;  // of the ROC and precision-recall curves
-  ObjectOptions objects;   // iou_threshold: of "found"; 0.3 and 0.5 are given in any case
+  ObjectOptions objects;   // iou_threshold: of "found"; 0.3 and 0.5 are always given
 
   absl::Status Validate() const;
 };
 
-// One frame at the pixels that are scored: grid or full.
+// One frame at the scored pixels: grid or full.
 struct ScoredFrame {
   int64_t index = 0;
   cv::Mat1w probability;   // 16-bit scores (roc.h)
   cv::Mat1w deviation;     // 16 bits, any scale; may be empty
   cv::Mat1b truth;         // 0 static, 128 void, else dynamic
-  bool scattered = false;  // pixels are points without order: neighbours in memory mean nothing
-  cv::Mat1i ids;           // movers told apart; empty: connected components of the truth
-  // What is known of the objects, by id; null: nothing.
+  bool scattered = false;  // pixels are unordered points: neighbours in memory are not neighbours
+  cv::Mat1i ids;           // numbers of movers; empty: connected components of the truth
+  // Known properties of the objects, by id; null: none.
   const std::map<int, SyntheticObject>* objects = nullptr;
 };
 
-// Thresholds 0.05, 0.10, ..., 0.95, at which the mean IoU over frames is given as well.
+// Thresholds 0.05, 0.10, ..., 0.95, at which the mean IoU over frames is also given.
 inline constexpr int kThresholdSteps = 19;
 constexpr double ThresholdStep(int step) { return 0.05 * (step + 1); }
 
@@ -70,12 +70,12 @@ struct FrameScores {
   std::optional<double> best_iou;             // at this frame's own best threshold
   std::optional<double> brier;
   std::optional<double> log_loss;
-  std::array<double, kThresholdSteps> iou_at = {};  // where there are movers
+  std::array<double, kThresholdSteps> iou_at = {};  // in frames with movers
 };
 
-// How many objects of a group were seen and found.
+// How many objects of a group were visible and found.
 struct ObjectRecall {
-  int64_t objects = 0;      // frame by frame: one that is seen in ten frames counts ten times
+  int64_t objects = 0;      // counted per frame: an object seen in ten frames counts ten times
   int64_t found = 0;        // at the options' IoU
   int64_t found_at_30 = 0;  // IoU of 0.3 or more
   int64_t found_at_50 = 0;
@@ -86,35 +86,35 @@ class DriveScores {
  public:
   explicit DriveScores(const DriveScoresOptions& options);
 
-  // InvalidArgument, naming the sizes, where a frame's maps differ in size; nothing is added then.
+  // InvalidArgument, naming the sizes, if a frame's maps differ in size; nothing is added then.
   absl::Status Add(const ScoredFrame& frame);
-  // `other`: of the same options and later frames.
+  // `other`: has the same options and later frames.
   void Merge(const DriveScores& other);
 
   const std::vector<FrameScores>& frames() const { return frames_; }
   const RocHistogram& pooled() const { return pooled_; }
   const UncertaintyHistogram& uncertainty() const { return uncertainty_; }
   bool has_deviation() const { return has_deviation_; }
-  // The same for what the probability itself says of its doubt, sqrt(p (1 - p)): the deviation of
-  // the class, where the map's is that of f.
+  // The same for the deviation of the class, sqrt(p (1 - p)), which follows from the probability;
+  // the map's deviation is that of f.
   const UncertaintyHistogram& class_uncertainty() const { return class_uncertainty_; }
-  // The mean over the frames that have the figure; absent where none has.
+  // The mean over the frames that have the figure; absent if none has it.
   std::optional<double> Mean(std::optional<double> FrameScores::*figure) const;
-  // Over the frames with movers, at each ThresholdStep; empty where there is no such frame.
+  // Over the frames with movers, at each ThresholdStep; empty if there are no such frames.
   std::vector<double> MeanIouByThreshold() const;
   // By group: "all", "relation ahead", "class car", "size 100-399", "distance under 20 m",
   // "ahead within 40 m", "ahead vehicle within 40 m" (neither pedestrian nor cyclist), ...
   const std::map<std::string, ObjectRecall>& recall() const { return recall_; }
   int64_t false_objects() const { return false_objects_; }
-  int64_t frames_with_objects() const { return frames_with_objects_; }  // looked for in them
-  // Absent where objects were looked for in no frame.
+  int64_t frames_with_objects() const { return frames_with_objects_; }  // with scored objects
+  // Absent if objects were scored in no frame.
   std::optional<double> FalseObjectsPerFrame() const;
-  // Pooled over the frames without movers; absent where there is none.
+  // Pooled over the frames without movers; absent if there are none.
   std::optional<double> FalsePositiveRateWithoutMovers() const;
 
-  // All of it, curves included; absent figures are null.
+  // All figures, including curves; absent figures are null.
   nlohmann::ordered_json ToJson() const;
-  // The figures that people read first, a line each.
+  // The main figures for people, one per line.
   std::string Summary() const;
 
  private:
@@ -124,7 +124,7 @@ class DriveScores {
   };
 
   absl::StatusOr<Regions> ScoreRegions(const ScoredFrame& frame) const;
-  // From the frame's own histogram; counts what it adds to the frames without movers.
+  // Fills the scores from the frame's own histogram; adds to the counts of frames without movers.
   void FillFrameScores(const RocHistogram& own, std::optional<double> boundary_f,
                        FrameScores& scores);
   void AppendThreshold(const char* name, int threshold, std::string* text) const;

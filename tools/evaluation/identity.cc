@@ -9,12 +9,12 @@ namespace egosieve::tools {
 namespace {
 
 constexpr int kThresholds = 19;
-// Of similarities at a threshold, against rounding; TrackEval's.
+// Tolerance for rounding when similarities are compared with thresholds; as in TrackEval.
 constexpr double kSlack = 2.2e-16;
 
 double ThresholdAt(int step) { return 0.05 * (step + 1); }
 
-// The index of a number's track, which is new where the number is.
+// The index of the track with this number; adds the track if it is new.
 int TrackOf(int number, std::map<int, int>& tracks, std::vector<int64_t>& frames) {
   const auto [place, is_new] = tracks.try_emplace(number, static_cast<int>(tracks.size()));
   if (is_new) frames.push_back(0);
@@ -54,7 +54,7 @@ void IdentityScorer::Add(const cv::Mat1i& truth, const cv::Mat1i& predicted,
                          const cv::Mat1b& void_pixels) {
   const Areas areas = MeasureAreas(truth, predicted, void_pixels, min_area_);
   Frame frame;
-  std::vector<int> real, called;  // numbers
+  std::vector<int> real, called;  // numbers of the objects
   for (const auto& [number, area] : areas.truth) {
     real.push_back(number);
     frame.truth.push_back(TrackOf(number, truth_tracks_, truth_frames_));

@@ -1,4 +1,4 @@
-// How well numbers stay with their movers: IDF1 and HOTA over masks of numbered objects.
+// How well numbers stay with their movers: IDF1 and HOTA of masks of numbered objects.
 //
 //   s(i, j)   IoU of object i of the truth and object j of the prediction in one frame
 //   IDF1      the one-to-one assignment of whole tracks with the most frames in which s >= 1/2;
@@ -12,8 +12,8 @@
 //             c / (frames of i + frames of j - c), c the frames in which i and j are a pair
 //             HOTA = mean over a of sqrt(DetA AssA)                                          (ID2)
 //
-// Objects of the truth below `min_area` pixels are left out; so are predicted ones that lie for
-// more than half on those or on void pixels.
+// Objects of the truth below `min_area` pixels are left out. So are predicted objects of which more
+// than half lies on such objects or on void pixels.
 //
 // References: Ristani et al. (2016); Luiten et al., HOTA (2021), and its program TrackEval.
 #ifndef EGOSIEVE_TOOLS_EVALUATION_IDENTITY_H_
@@ -40,11 +40,11 @@ class IdentityScorer {
  public:
   explicit IdentityScorer(int min_area) : min_area_(min_area) {}
 
-  // Numbers of objects, 0: none; of one size. void_pixels: non-zero where the truth does not say;
+  // Numbers of objects, 0: none; all of one size. void_pixels: not 0 where the truth is unknown;
   // may be empty.
   void Add(const cv::Mat1i& truth, const cv::Mat1i& predicted, const cv::Mat1b& void_pixels);
 
-  // Absent where neither has an object.
+  // Absent if neither has an object.
   std::optional<IdentityScores> Score() const;
 
  private:

@@ -5,7 +5,7 @@
 namespace egosieve::tools {
 namespace {
 
-// The grid pixel at or before a position, and how far behind it the position lies, in [0, 1].
+// The grid pixel at or before a position, and the position's distance from it in steps, in [0, 1].
 struct Place {
   int before = 0;
   double share = 0.0;

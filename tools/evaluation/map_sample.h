@@ -8,7 +8,7 @@
 
 namespace egosieve::tools {
 
-// At (x, y) in pixels of the image, linearly between the four grid pixels around it.
+// The value at (x, y) in pixels of the image, linear between the four grid pixels around it.
 double InterpolateAt(const cv::Mat1f& map, const kernels::ImageGrid& grid, double x, double y);
 
 }  // namespace egosieve::tools

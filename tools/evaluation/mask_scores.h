@@ -1,11 +1,11 @@
-// The masks and numbers that reconstruct wrote, against truth: the measures of DAVIS, and whether
-// numbers stay.
+// Scores masks and numbers of reconstruct against truth: the measures of DAVIS, and the stability
+// of numbers.
 //
 //   J   IoU of the mask in frames with movers, mean over frames
 //   F   boundary measure (boundary.h), likewise
 //   T   temporal instability (temporal_stability.h) between consecutive frames, mean over pairs,
-//       and that of the true masks
-//   ids IDF1 and HOTA (identity.h), where the truth tells its objects apart
+//       and the same of the true masks
+//   ids IDF1 and HOTA (identity.h), if the truth distinguishes its objects
 //
 // Frames are added in their order. Void pixels are static in both masks.
 #ifndef EGOSIEVE_TOOLS_EVALUATION_MASK_SCORES_H_
@@ -26,9 +26,9 @@ namespace egosieve::tools {
 
 struct MaskFrame {
   int64_t index = 0;
-  cv::Mat1b mask;   // non-zero where moving
+  cv::Mat1b mask;   // not 0 where moving
   cv::Mat1b truth;  // 0 static, 128 void, else dynamic
-  // Numbers of objects; empty where the truth, or the run, has none.
+  // Numbers of objects; empty if the truth, or the run, has none.
   cv::Mat1i ids, truth_ids;
 };
 
@@ -36,7 +36,7 @@ class MaskScores {
  public:
   explicit MaskScores(int min_object_area) : identity_(min_object_area) {}
 
-  // InvalidArgument, naming the sizes, where they differ; nothing is added then.
+  // InvalidArgument, naming the sizes, if they differ; nothing is added then.
   absl::Status Add(const MaskFrame& frame);
 
   int64_t frames() const { return frames_; }
@@ -47,7 +47,7 @@ class MaskScores {
   std::optional<IdentityScores> Identity() const { return identity_.Score(); }
 
   nlohmann::ordered_json ToJson() const;  // absent figures are null
-  std::string Summary() const;            // for people, a line or two; empty without frames
+  std::string Summary() const;            // for people, one or two lines; empty without frames
 
  private:
   struct Mean {

@@ -11,7 +11,7 @@
 namespace egosieve::tools {
 namespace {
 
-// For every pixel the id of the nearest object; 0 where there is none in the image.
+// The id of the object nearest to each pixel; 0 if the image has no object.
 cv::Mat1i NearestObject(const cv::Mat1i& ids) {
   cv::Mat1i nearest = cv::Mat1i::zeros(ids.size());
   const cv::Mat1b background = ids == 0;
@@ -40,7 +40,7 @@ struct Prediction {
 struct Overlap {
   int area = 0;
   int hit = 0;      // |P and o|
-  int charged = 0;  // predicted pixels beside the object that are charged to it
+  int charged = 0;  // predicted pixels outside the object, assigned to it
 };
 
 }  // namespace

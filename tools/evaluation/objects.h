@@ -1,16 +1,16 @@
-// Which objects were found, and what was called an object that is none.
+// Which objects were found, and which predicted objects are false.
 //
-// Truth gives every pixel an object id (0: none), and so does the prediction (map_objects.h). A
-// predicted object may cover several neighbouring ones of the truth, so each of its pixels is
-// charged to the one that is nearest to it:
+// The truth gives every pixel an object id (0: none), and so does the prediction (map_objects.h). A
+// predicted object may cover several neighbouring objects of the truth. Therefore each of its
+// pixels is assigned to the nearest of them:
 //
 //   IoU(o) = |P and o| / |o or { p in predicted objects that touch o : nearest(p) = o }|      (1)
 //   found(o)      IoU(o) >= iou_threshold
-//   false object  one of at least min_area pixels, less than `min_overlap` of whose pixels lie on
-//                 objects (or on void pixels)
+//   false object  a predicted object of at least min_area pixels; the share of its pixels on
+//                 objects (or on void pixels) is below `min_overlap`
 //
-// Objects below min_area pixels (of the map that is scored: grid or full) are not counted as missed
-// or false; their pixels still are what they are.
+// Objects below min_area pixels (of the scored map: grid or full) do not count as missed or false;
+// their pixels remain in (1).
 #ifndef EGOSIEVE_TOOLS_EVALUATION_OBJECTS_H_
 #define EGOSIEVE_TOOLS_EVALUATION_OBJECTS_H_
 
@@ -28,7 +28,7 @@ struct ObjectOptions {
   vision::ObjectThresholds thresholds;  // of the prediction
   double iou_threshold = 0.5;
   int min_area = 4;          // pixels of the scored map
-  double min_overlap = 0.1;  // of a predicted object that is no false one
+  double min_overlap = 0.1;  // least overlap of a predicted object that is not false
 
   absl::Status Validate() const;
 };
@@ -45,13 +45,13 @@ struct ObjectScores {
   int64_t false_objects = 0;
 };
 
-// predicted, ids: numbers of objects, 0: none. void_pixels: non-zero where the truth does not say;
-// may be empty. InvalidArgument where sizes differ.
+// predicted, ids: numbers of objects, 0: none. void_pixels: not 0 where the truth is unknown; may
+// be empty. InvalidArgument if sizes differ.
 absl::StatusOr<ObjectScores> ScoreObjects(const cv::Mat1i& predicted, const cv::Mat1i& ids,
                                           const cv::Mat1b& void_pixels,
                                           const ObjectOptions& options);
 
-// Ids for masks that do not tell objects apart: connected components (8 neighbours), from 1.
+// Ids for masks without numbers: connected components (8 neighbours), from 1.
 cv::Mat1i ComponentsOf(const cv::Mat1b& mask);
 
 }  // namespace egosieve::tools

@@ -110,7 +110,7 @@ std::vector<OperatingPoint> RocHistogram::Curve(int max_points) const {
   const int64_t positives = positive_count(), negatives = negative_count();
   if (positives == 0 || negatives == 0) return {};
   std::vector<OperatingPoint> curve = {{kScores, 0.0, 0.0, 1.0}};
-  // A step of the curve's length, which is at most 2, so that the points do not exceed the limit.
+  // A step along the curve, whose length is at most 2, so that the points stay within the limit.
   const double step = 2.0 / std::max(1, max_points - 2);
   int64_t hits = 0, alarms = 0;
   for (int score = kScores - 1; score >= 0; --score) {

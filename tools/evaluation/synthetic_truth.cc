@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-// The drive's folder, with or without masks/ behind it.
+// The drive's folder, for a path with or without masks/ at its end.
 fs::path DriveFolder(const std::string& folder) {
   fs::path path = fs::path(folder).lexically_normal();
   if (path.filename().empty()) path = path.parent_path();

@@ -1,4 +1,4 @@
-// Truth as a folder that `egosieve synthesize` wrote: objects with their headings beside the masks.
+// Truth in a folder of `egosieve synthesize`: masks, and objects with their headings.
 #ifndef EGOSIEVE_TOOLS_EVALUATION_SYNTHETIC_TRUTH_H_
 #define EGOSIEVE_TOOLS_EVALUATION_SYNTHETIC_TRUTH_H_
 
@@ -26,18 +26,18 @@ struct SyntheticTruth {
   int height_pixels = 0;
   std::map<int64_t, std::map<int, SyntheticObject>> frames;  // by index, then by id
 
-  // ids/NNNNNN.png. DataLoss, naming the file, where it is not a 16-bit grey image of the drive's
-  // size; NotFound for a frame that the drive has not.
+  // ids/NNNNNN.png. DataLoss, naming the file, if it is not a 16-bit grey image of the drive's
+  // size; NotFound if the drive has no such frame.
   absl::StatusOr<cv::Mat1i> ReadIds(int64_t frame) const;
   // The same with the pixels of standing objects set to 0.
   absl::StatusOr<cv::Mat1i> ReadMovingIds(int64_t frame) const;
 };
 
-// `folder`: that of the drive, or its masks/. NotFound where there is no scene.json, DataLoss,
-// naming the field, where it is damaged.
+// `folder`: that of the drive, or its masks/. NotFound if there is no scene.json; DataLoss, naming
+// the field, if it is damaged.
 absl::StatusOr<SyntheticTruth> ReadSyntheticTruth(const std::string& folder);
 
-// Whether `folder`, or the folder of which it is masks/, is a synthetic drive.
+// Whether `folder`, or its parent if it is masks/, is a synthetic drive.
 bool IsSyntheticTruth(const std::string& folder);
 
 }  // namespace egosieve::tools

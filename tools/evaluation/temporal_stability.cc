@@ -46,8 +46,8 @@ struct Pair {
   int before = 0, now = 0;
 };
 
-// The path of least cost from the first pair to the last, where point i of a contour means
-// point i + start of it.
+// The path of least cost from the first pair to the last; point i of a contour means point i +
+// start.
 std::vector<Pair> LeastPath(const cv::Mat1f& cost, Pair start) {
   const int rows = cost.rows, columns = cost.cols;
   const auto at = [&](int i, int j) {
@@ -82,7 +82,7 @@ std::vector<Pair> LeastPath(const cv::Mat1f& cost, Pair start) {
   return path;
 }
 
-// Of the pairs with the same `point`, the cheapest.
+// Of the pairs with the same `point`, keeps the cheapest.
 std::vector<Pair> KeepBest(const std::vector<Pair>& pairs, const cv::Mat1f& cost, int Pair::*point,
                            int points) {
   std::vector<int> best(points, -1);

@@ -1,5 +1,6 @@
-// Truth as labelled tracks: lines `track,label,frame,x,y` under that header; label 1 is static, 2
-// and more are movers; pixels from 0, fractions allowed; fields in any order, others ignored.
+// Truth as labelled tracks: lines `track,label,frame,x,y` under that header. Label 1 is static,
+// labels of 2 or more are movers. Pixels count from 0 and may have fractions. Fields are in any
+// order; others are ignored.
 #ifndef EGOSIEVE_TOOLS_EVALUATION_TRACK_TRUTH_H_
 #define EGOSIEVE_TOOLS_EVALUATION_TRACK_TRUTH_H_
 
@@ -28,8 +29,8 @@ struct TrackTruth {
   int64_t dynamic_points = 0;
 };
 
-// DataLoss, naming the line and what is wrong with it; FailedPrecondition where there is no point,
-// or points of one class only.
+// DataLoss, naming the line and its error; FailedPrecondition if there are no points or points of
+// only one class.
 absl::StatusOr<TrackTruth> ParseTrackTruth(absl::string_view csv);
 
 // The same from a file, named in errors; NotFound.

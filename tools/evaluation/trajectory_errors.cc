@@ -26,7 +26,7 @@ struct NumberLine {
   std::vector<double> values;
 };
 
-// Lines of `count` numbers, by blanks; empty lines and comments are skipped.
+// Lines of `count` numbers, separated by blanks; empty lines and comments are skipped.
 absl::StatusOr<std::vector<NumberLine>> ParseNumbers(absl::string_view text, size_t count) {
   std::vector<NumberLine> parsed;
   int64_t number = 0;
@@ -51,7 +51,7 @@ absl::StatusOr<std::vector<NumberLine>> ParseNumbers(absl::string_view text, siz
   return parsed;
 }
 
-// The rotation nearest to a matrix; nothing where its determinant is not positive.
+// The rotation nearest to a matrix; absent if its determinant is not positive.
 std::optional<Eigen::Matrix3d> NearestRotation(const Eigen::Matrix3d& matrix) {
   if (!(matrix.determinant() > 0.0)) return std::nullopt;
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);

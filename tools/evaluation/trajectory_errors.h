@@ -1,6 +1,6 @@
-// How far an estimated trajectory and focal length lie from the truth. Nothing is aligned: every
-// figure is about relative motion in the camera's own axes, so the world's frame and the
-// trajectory's scale do not matter.
+// Errors of an estimated trajectory and focal length. Nothing is aligned: all figures are about
+// relative motion in the camera's own axes, so the world's frame and the trajectory's scale have no
+// influence.
 //
 // R_i, c_i: rotation (world from camera) and centre of frame i, at t_i seconds; ^ marks estimates.
 //
@@ -13,8 +13,8 @@
 //                    is 90 degrees off
 //   (E3) focal       100 (f^ / w^) / (f / w) - 100, percent; w is the image's width in pixels
 //
-// Only frames that have both an estimate and a truth take part. Quaternions and rotation matrices
-// are made orthonormal when they are read.
+// Only frames with both an estimate and a truth count. Quaternions and rotation matrices are made
+// orthonormal when they are read.
 #ifndef EGOSIEVE_TOOLS_EVALUATION_TRAJECTORY_ERRORS_H_
 #define EGOSIEVE_TOOLS_EVALUATION_TRAJECTORY_ERRORS_H_
 
@@ -50,8 +50,8 @@ absl::StatusOr<std::vector<TimedPose>> ParseTumTrajectory(absl::string_view text
 // frame k. DataLoss, naming the line.
 absl::StatusOr<Trajectory> ParseKittiPoses(absl::string_view text);
 
-// Each pose to the frame whose time is nearest and less than half the smallest step away; others
-// are left out. `frame_seconds`: increasing.
+// Assigns each pose to the frame with the nearest time, if that is less than half the smallest step
+// away; other poses are left out. `frame_seconds`: increasing.
 Trajectory ByFrame(const std::vector<TimedPose>& poses,
                    const std::map<int64_t, double>& frame_seconds);
 
@@ -68,7 +68,7 @@ struct TrajectoryErrors {
   int64_t frames = 0;                         // with an estimate and a truth
   std::optional<double> rotation;             // (E1)
   std::optional<double> rotation_neighbours;  // (E1) with a span of 0
-  int64_t travelling = 0;                     // pairs that (E2) is made of
+  int64_t travelling = 0;                     // pairs that count for (E2)
   std::optional<double> direction;            // (E2)
 };
 

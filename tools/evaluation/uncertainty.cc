@@ -7,7 +7,7 @@ namespace {
 
 constexpr int kLevels = RocHistogram::kScores;
 
-// A run of pixels that leave together: how many, and their errors' sum.
+// Pixels that are removed together: their number, and the sum of their errors.
 struct Group {
   double pixels = 0.0;
   double error = 0.0;
@@ -15,7 +15,7 @@ struct Group {
 
 double MeanError(double error, double pixels) { return pixels > 0.0 ? error / pixels : 0.0; }
 
-// Groups in the order in which they leave.
+// Groups in the order of their removal.
 class Removal {
  public:
   explicit Removal(std::vector<Group> groups) : groups_(std::move(groups)) {
@@ -28,11 +28,10 @@ class Removal {
   double pixels() const { return pixels_; }
   double error() const { return error_; }
 
-  // Integral over f of the mean remaining error. Within a group of k pixels of mean error g, with n
-  // pixels of error sum E before it leaves, after x of them have left the mean is (E - g x)/(n -
-  // x):
-  //   integral_0^k = g k + (E - g n) log(n / (n - k)),      g k when the last group leaves (E = g
-  //   n)
+  // Integral over f of the mean remaining error. Take a group of k pixels with mean error g. Before
+  // its removal there are n pixels with error sum E. After removal of x of its pixels the mean is
+  // (E - g x)/(n - x):
+  //   integral_0^k = g k + (E - g n) log(n / (n - k)),      g k for the last group (E = g n)
   double Area() const {
     double area = 0.0, n = pixels_, e = error_;
     for (size_t i = 0; i < groups_.size(); ++i) {
@@ -47,7 +46,7 @@ class Removal {
     return area / pixels_;
   }
 
-  // The mean error that remains after a share `removed` has left.
+  // The mean error that remains after the share `removed` is removed.
   double RemainingAfter(double removed) const {
     double leave = removed * pixels_, n = pixels_, e = error_;
     for (const Group& group : groups_) {

@@ -1,15 +1,15 @@
-// Whether the stated uncertainty knows where the map is wrong.
+// Whether the stated uncertainty is large where the map is wrong.
 //
 //   error          e = |v - 65535 t| of a pixel with score v and truth t in {0, 1}
-//   sparsification S(f) = mean error of the pixels that remain when the share f with the largest
-//                  deviation is taken away, over the mean error of all; pixels of equal deviation
-//                  go together, in equal parts of error
-//   oracle         the same when the pixels with the largest error go first
+//   sparsification S(f) = mean error of the pixels that remain after the share f with the largest
+//                  deviation is removed, divided by the mean error of all; pixels of equal
+//                  deviation are removed together, in equal parts of error
+//   oracle         the same if the pixels with the largest error are removed first
 //   AUSE           integral over f from 0 to 1 of S - S_oracle: 0 for a perfect ranking       (1)
 //   error AUC      area under the ROC curve of the deviation as a score for "the pixel is wrong at
 //                  the threshold"                                                             (2)
 //
-// Integer histograms, mergeable; (1) is integrated in closed form: between two distinct deviations
+// Integer histograms, mergeable. (1) is integrated in closed form: between two distinct deviations
 // the remaining mean is a hyperbola in f.
 //
 // Reference: Ilg et al., Uncertainty Estimates and Multi-Hypotheses Networks for Optical Flow
@@ -33,16 +33,16 @@ struct SparsificationPoint {
 
 class UncertaintyHistogram {
  public:
-  // `threshold`: scores from which a pixel is called dynamic (roc.h, 3).
+  // `threshold`: a pixel with this score or more is called dynamic (roc.h, 3).
   explicit UncertaintyHistogram(int threshold);
 
   void Add(uint16_t score, uint16_t deviation, bool positive);
   // `other` must have the same threshold.
   void Merge(const UncertaintyHistogram& other);
 
-  // (1); absent without pixels or where no pixel has any error.
+  // (1); absent without pixels or if no pixel has an error.
   std::optional<double> AreaUnderSparsificationError() const;
-  // (2); absent where all pixels are right, or all wrong.
+  // (2); absent if all pixels are right, or all wrong.
   std::optional<double> ErrorAuc() const { return wrong_.Auc(); }
   // At f = 0, 1/points, ..., 1 - 1/points.
   std::vector<SparsificationPoint> Curve(int points) const;

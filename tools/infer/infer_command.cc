@@ -36,10 +36,10 @@
 namespace egosieve::tools {
 namespace {
 
-constexpr auto kPoll = std::chrono::milliseconds(1000);  // of a run that is being written
+constexpr auto kPoll = std::chrono::milliseconds(1000);  // for a run that is still being written
 constexpr auto kShortPoll = std::chrono::milliseconds(50);
 
-// A number that `segment` wrote into run.json.
+// A number that `segment` wrote to run.json.
 absl::StatusOr<int64_t> NumberOf(const RunDescription& description, const std::string& flag) {
   const auto found = description.flags.find(flag);
   int64_t number = 0;
@@ -105,7 +105,7 @@ class InferCommand : public Command {
     if (InterruptionRequested()) {
       return absl::CancelledError("interrupted; nothing was written");
     }
-    // Neither the models nor the maps are to be removed meanwhile.
+    // Keep models and maps from being removed meanwhile.
     EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock reading, FolderLock::Use(target_.run));
     EGOSIEVE_ASSIGN_OR_RETURN(MapBook book, target_.Open(*work.run, work.description,
                                                          work.options.stride_pixels, work.device));
@@ -123,7 +123,7 @@ class InferCommand : public Command {
     vision::OnlineSegmenterOptions options;
     int64_t run_from = 0;
     int64_t checkpoint_every = 0;
-    std::string device;      // that makes them
+    std::string device;      // that makes the maps
     std::set<int64_t> done;  // frames that this program has worked on
     std::optional<ModelReplay> models;
     Shard shard;
@@ -175,8 +175,8 @@ class InferCommand : public Command {
            work.shard.Contains(index);
   }
 
-  // What is due and not there. A frame that could not be read has the map of the last one before it
-  // that could: that is made, too.
+  // Frames whose maps are due and missing. A frame that could not be read gets the map of the last
+  // readable frame before it, so that map is made, too.
   std::vector<int64_t> WantedFrames(const Work& work, MapBook& book) const {
     std::vector<int64_t> wanted;
     const FrameLine* before = nullptr;
@@ -195,7 +195,7 @@ class InferCommand : public Command {
     return wanted;
   }
 
-  // Enters, into a folder of --out, the lines of this shard and of what is wanted beside it.
+  // Adds, to a folder of --out, the lines of this shard and those of wanted frames outside it.
   absl::Status EnterLines(const Work& work, const std::vector<int64_t>& wanted,
                           MapBook& book) const {
     if (target_.is_run()) return absl::OkStatus();
@@ -212,7 +212,7 @@ class InferCommand : public Command {
     return absl::OkStatus();
   }
 
-  // The frames from wanted[begin] on between which no checkpoint saves replaying: [begin, end).
+  // The frames [begin, end) of `wanted` between which no checkpoint would save replaying.
   static size_t EndOfStretch(const Work& work, const std::vector<int64_t>& wanted, size_t begin) {
     size_t end = begin + 1;
     const int64_t every = work.checkpoint_every;
@@ -223,7 +223,7 @@ class InferCommand : public Command {
     return end;
   }
 
-  // One stretch of frames in their order; false where it was interrupted.
+  // One stretch of frames in their order; false if interrupted.
   absl::StatusOr<bool> InferStretch(Work& work, absl::Span<const int64_t> wanted,
                                     vision::FrameSource& frames, MapBook& book,
                                     Progress& progress) const {
@@ -257,11 +257,11 @@ class InferCommand : public Command {
     return true;
   }
 
-  // Follows a run that segment is still writing to its end; false where it was interrupted.
+  // Follows a run that segment is still writing, to its end; false if interrupted.
   absl::StatusOr<bool> InferWhatComes(Work& work, vision::FrameSource& frames,
                                       MapBook& book) const {
     while (true) {
-      // Asked for first: when it is no longer so, the lines that are read then are all.
+      // Asked first: if segment has ended by now, the lines read next are complete.
       EGOSIEVE_ASSIGN_OR_RETURN(const bool is_growing, FolderLock::IsTaken(target_.run));
       EGOSIEVE_RETURN_IF_ERROR(work.models->ReadLines());
       EGOSIEVE_RETURN_IF_ERROR(book.Refresh());

@@ -1,6 +1,6 @@
-// egosieve infer DIR: the dense maps that segment left out. On the run's device they are those that
-// segment would have written, byte for byte; on another they differ by float32's rounding
-// (kernels/ops/dense_posterior.h), and their lines name it.
+// egosieve infer DIR: makes the dense maps that segment left out. On the run's device they equal
+// segment's maps byte for byte. On another device they differ by float32's rounding
+// (kernels/ops/dense_posterior.h), and their lines name that device.
 #ifndef EGOSIEVE_TOOLS_INFER_INFER_COMMAND_H_
 #define EGOSIEVE_TOOLS_INFER_INFER_COMMAND_H_
 

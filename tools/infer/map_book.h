@@ -1,9 +1,10 @@
-// The maps of a run folder that are made after its lines: each is written, then its line is
+// Maps of a run folder that are made after its lines: each map is written, then its line is
 // appended to this program's own log (tools/run_folder/run_folder.h).
 //
-// A line says that its frame has a map only once the map lies there whole. Any number of programs,
-// on any number of machines, may fill one folder at the same time, also while segment writes it:
-// none waits for another or changes another's file. A map that two of them make has the same bytes.
+// A line states that its frame has a map only after the complete map has been written. Any number
+// of programs, on any number of machines, may fill one folder at the same time, also while segment
+// writes it. They do not wait for each other and change no other program's file. A map that two of
+// them make has the same bytes.
 #ifndef EGOSIEVE_TOOLS_INFER_MAP_BOOK_H_
 #define EGOSIEVE_TOOLS_INFER_MAP_BOOK_H_
 
@@ -23,21 +24,21 @@ namespace egosieve::tools {
 
 class MapBook {
  public:
-  // Maps will come from `device`.
+  // The maps will be made on `device`.
   static absl::StatusOr<MapBook> Open(const RunFolder& folder, const RunDescription& description,
                                       const std::string& device);
 
-  // By the logs as they are now.
+  // Reads the logs again.
   absl::Status Refresh();
-  // The frames whose lines say that they have a map, and which have it.
+  // Whether the frame's line states that it has a map, and the map exists.
   bool Holds(int64_t index);
-  // Enters a line that the folder does not have yet.
+  // Adds a line that the folder does not have yet.
   absl::Status Add(const FrameLine& line);
 
   const std::map<int64_t, FrameLine>& lines() const { return lines_; }
 
-  // Writes the frame's maps and its line; a frame that could not be read gets the last map before
-  // it, where there is one. NotFound where the frame has no line.
+  // Writes the frame's maps and its line. A frame that could not be read gets the last map before
+  // it, if there is one. NotFound if the frame has no line.
   absl::Status Write(const vision::SegmentedFrame& frame);
 
  private:
@@ -50,8 +51,8 @@ class MapBook {
   RunDescription description_;
   std::string device_;
   std::map<int64_t, FrameLine> lines_;
-  std::map<int64_t, bool> holds_;  // what has been looked for on the disk
-  std::optional<LineLog> log_;     // from the first line on
+  std::map<int64_t, bool> holds_;  // results of earlier look-ups on the disk
+  std::optional<LineLog> log_;     // opened at the first line
 };
 
 }  // namespace egosieve::tools

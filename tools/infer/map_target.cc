@@ -59,7 +59,7 @@ absl::StatusOr<RunFolder> MapTarget::OpenOut(const RunDescription& description) 
                                                  " holds another run: ", difference,
                                                  "; choose another for --out, or add --overwrite"));
   }
-  // Of several programs that begin at the same time one makes the folder.
+  // If several programs begin at the same time, one of them makes the folder.
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(out));
   EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::TakeWhenFree(out));
   if (!overwrite && RunFolder::Open(out).ok()) return OpenOut(description);

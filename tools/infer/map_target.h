@@ -1,4 +1,4 @@
-// The folder that infer fills: the run itself, or a folder of --out that holds maps alone. Several
+// The folder that infer fills: the run itself, or a folder of --out that holds only maps. Several
 // programs may fill one folder at the same time.
 #ifndef EGOSIEVE_TOOLS_INFER_MAP_TARGET_H_
 #define EGOSIEVE_TOOLS_INFER_MAP_TARGET_H_
@@ -21,16 +21,16 @@ struct MapTarget {
   bool is_run() const { return out.empty(); }
   const std::string& path() const { return is_run() ? run : out; }
 
-  // What is read is not what is replaced, whatever names and links lead there.
+  // Checks that no input would be replaced. Links and other spellings of a path are resolved.
   absl::Status CheckApartFrom(const vision::FrameSource& frames) const;
 
-  // `description` is the run's. A folder of --out is made anew, or is one that an earlier call has
-  // begun: AlreadyExists where it holds other maps. Another device may continue it.
+  // `description` is the run's. A folder of --out is new, or one that an earlier call has begun:
+  // AlreadyExists if it holds other maps. Another device may continue it.
   absl::StatusOr<MapBook> Open(const RunFolder& folder, const RunDescription& description,
                                int stride_pixels, const std::string& device) const;
 
-  // Writes how it ended into run.json of --out, with what all programs have made so far; that of a
-  // run stays the run's. finished: false where it was interrupted.
+  // Writes the end of the work into run.json of --out, with the counts of all programs so far. The
+  // run.json of a run is not changed. finished: false if interrupted.
   absl::Status TellEnd(const absl::StatusOr<bool>& finished, double seconds) const;
 
  private:

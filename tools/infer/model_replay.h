@@ -1,4 +1,4 @@
-// The model of any frame of a run that keeps its models: from a checkpoint and the steps after it
+// The model at any frame of a run that keeps its models: from a checkpoint and the steps after it
 // (tools/segment/resume.h).
 #ifndef EGOSIEVE_TOOLS_INFER_MODEL_REPLAY_H_
 #define EGOSIEVE_TOOLS_INFER_MODEL_REPLAY_H_
@@ -17,23 +17,23 @@ namespace egosieve::tools {
 
 class ModelReplay {
  public:
-  // `checkpoint_every`: the run's; 0: it has none. `segmenter` is new.
+  // `checkpoint_every`: that of the run; 0: it has no checkpoints. `segmenter` is new.
   ModelReplay(const RunFolder& run, int64_t checkpoint_every,
               std::unique_ptr<vision::OnlineSegmenter> segmenter)
       : run_(run), checkpoint_every_(checkpoint_every), segmenter_(std::move(segmenter)) {}
 
-  // The run as it is now, which segment may still be writing.
+  // Reads the run's present lines; segment may still be writing it.
   absl::Status ReadLines();
   const std::vector<FrameLine>& lines() const { return lines_; }
 
-  // Makes the model that of the moment before frame `index`: from where it is, or from a checkpoint
-  // that is nearer.
+  // Sets the model to its state before frame `index`, starting from its present state or from a
+  // nearer checkpoint.
   absl::Status MoveTo(int64_t index);
-  // What frame `index` did to the model; empty for one that could not be read. DataLoss where the
-  // run has no such frame or lost its step.
+  // The step of frame `index`; empty if the frame could not be read. DataLoss if the run has no
+  // such frame or has lost its step.
   absl::StatusOr<std::string> StepOf(int64_t index) const;
-  // For a pipeline that replays the frames up to `end`; one that does not get there leaves the
-  // model to be made anew.
+  // Lends the segmenter to a pipeline that replays the frames up to `end`. If the pipeline stops
+  // earlier, the model must be made again.
   vision::OnlineSegmenter& Lend(int64_t end);
 
  private:
@@ -41,7 +41,7 @@ class ModelReplay {
   int64_t checkpoint_every_ = 0;
   std::unique_ptr<vision::OnlineSegmenter> segmenter_;
   std::vector<FrameLine> lines_;
-  int64_t next_frame_ = 0;  // that the model has not seen
+  int64_t next_frame_ = 0;  // the first frame that the model has not seen
 };
 
 }  // namespace egosieve::tools

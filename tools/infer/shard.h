@@ -1,9 +1,9 @@
-// One of N shares of a run's frames: pieces between checkpoints, dealt out in turn.
+// One of N shares of a run's frames: the pieces between checkpoints are dealt out in turn.
 //
 //   frame i belongs to share (i / checkpoint_every) mod N
 //
-// So each piece begins at a checkpoint, and shares are known before the drive's length is. Commands
-// that need no model deal out pieces of kPieceFrames.
+// Each piece therefore begins at a checkpoint, and the shares do not depend on the drive's length.
+// Commands without a model deal out pieces of kPieceFrames.
 #ifndef EGOSIEVE_TOOLS_INFER_SHARD_H_
 #define EGOSIEVE_TOOLS_INFER_SHARD_H_
 
@@ -31,7 +31,8 @@ struct Shard {
   }
 };
 
-// "K/N" with K from 1 to N; empty: all. InvalidArgument; FailedPrecondition without checkpoints.
+// Parses "K/N" with K from 1 to N; empty: all frames. InvalidArgument; FailedPrecondition without
+// checkpoints.
 inline absl::StatusOr<Shard> ParseShard(const std::string& text, int64_t checkpoint_every) {
   Shard shard;
   shard.checkpoint_every = checkpoint_every;

@@ -15,7 +15,7 @@ constexpr double kGround = 0.7;      // percentile
 constexpr double kDark = 0.6;        // of the ground
 constexpr float kTouchesPixels = 4.0F;
 
-// Of the brightness where `near` is set; 0 where it is nowhere.
+// The ground's brightness, a percentile over `near`; 0 if `near` is empty.
 uint8_t Ground(const cv::Mat1b& brightness, const cv::Mat1b& near) {
   std::vector<uint8_t> values;
   for (int y = 0; y < near.rows; ++y) {
@@ -29,7 +29,7 @@ uint8_t Ground(const cv::Mat1b& brightness, const cv::Mat1b& near) {
   return *at;
 }
 
-// The connected parts of `dark` that hold a pixel of `touching`.
+// The connected parts of `dark` with a pixel of `touching`.
 cv::Mat1b PartsThatTouch(const cv::Mat1b& dark, const cv::Mat1b& touching) {
   cv::Mat1i parts;
   const int count = cv::connectedComponents(dark, parts, 8, CV_32S);

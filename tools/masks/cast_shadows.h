@@ -1,13 +1,14 @@
-// The shadows that movers cast on the ground beside their feet.
+// Shadows that movers cast on the ground beside their feet.
 //
-//   near      pixels of no mover, nearer than the margin to this one, not above the lower quarter
-//             of its box
+//   near      pixels outside all movers, nearer than the margin to this one, not above the lower
+//             quarter of its box
 //   dark      brightness, smoothed by 2 pixels, below 0.6 of the ground's: the 70th percentile of
-//             what is near                                                              (SH1)
-//   shadow    connected parts of what is near and dark that reach the mover within 4 pixels (CS2)
+//             the near pixels                                                           (SH1)
+//   shadow    connected parts of near, dark pixels that come within 4 pixels of the mover   (CS2)
 //
-// A shadow is distinguished from the ground by its darkness alone: what else is dark and begins at
-// the feet, a hole, a hedge, a flower pot, is taken for one; what lies in shadow already has none.
+// A shadow is distinguished from the ground only by its darkness. Other dark things that begin at
+// the feet (a hole, a hedge, a flower pot) are taken for shadows. A mover that is itself in shadow
+// has none.
 #ifndef EGOSIEVE_TOOLS_MASKS_CAST_SHADOWS_H_
 #define EGOSIEVE_TOOLS_MASKS_CAST_SHADOWS_H_
 

@@ -1,4 +1,4 @@
-// How much of what moves is masked, and how much of the rest, by true masks.
+// Which shares of the moving pixels and of the other pixels are masked, according to true masks.
 #ifndef EGOSIEVE_TOOLS_MASKS_COVERAGE_H_
 #define EGOSIEVE_TOOLS_MASKS_COVERAGE_H_
 
@@ -13,16 +13,16 @@ namespace egosieve::tools {
 
 class Coverage {
  public:
-  // truth: a folder of masks (tools/evaluate/truth_masks.h) for the frames of `input`, of
-  // which the first has `first_size` pixels; empty: none.
+  // truth: a folder of masks (tools/evaluate/truth_masks.h) for the frames of `input`, whose first
+  // frame has the size `first_size`; empty: none.
   static absl::StatusOr<Coverage> Open(const std::string& truth, const std::string& input,
                                        cv::Size first_size);
 
-  // Counts the frame's pixels where it has a true mask; void ones do not count.
+  // Counts the frame's pixels if it has a true mask; void pixels do not count.
   absl::Status Add(int64_t index, const cv::Mat1b& masked);
 
-  int64_t frames() const { return frames_; }  // that have a true mask
-  // Shares of the pixels; 0 where there are none.
+  int64_t frames() const { return frames_; }  // frames with a true mask
+  // Shares of the pixels; 0 if there are none.
   double MovingMasked() const;
   double RestMasked() const;
   // "masked: 0.953 of what moves, 0.021 of the rest, in 70 frames"

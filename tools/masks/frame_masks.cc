@@ -66,7 +66,7 @@ absl::StatusOr<FrameMask> ReadFrameMask(const RunFolder& folder, const FrameLine
   const cv::Mat1b own = IgnoredIn(line, options.ignored);
   if (options.own_vehicle) {
     mask.masked.setTo(255, own);
-  } else if (options.threshold) {  // reconstruct's masks are without it
+  } else if (options.threshold) {  // reconstruct's own masks exclude it already
     mask.masked.setTo(0, own);
   }
   return mask;

@@ -1,9 +1,9 @@
-// What is masked in the frames of a run.
+// The masked pixels in the frames of a run.
 //
-//   moving     reconstruct's mask; with a threshold: p >= threshold in its refined map    (FM1)
-//   own        the own vehicle and what the run ignores, where they are wanted            (FM2)
-//   dilated    what is nearer than `dilate_pixels` to (FM1) and, where they are wanted, the
-//              shadows that it casts (cast_shadows.h); numbers go to the nearest one      (FM3)
+//   moving     mask of reconstruct; with a threshold: p >= threshold in its refined map   (FM1)
+//   own        the own vehicle and the run's ignored area, if wanted                      (FM2)
+//   dilated    pixels nearer than `dilate_pixels` to (FM1) and, if wanted, to the shadows of movers
+//              (cast_shadows.h); each gets the number of the nearest mover                (FM3)
 //   masked     the union of (FM2) and (FM3)
 #ifndef EGOSIEVE_TOOLS_MASKS_FRAME_MASKS_H_
 #define EGOSIEVE_TOOLS_MASKS_FRAME_MASKS_H_
@@ -21,7 +21,7 @@ namespace egosieve::tools {
 struct FrameMaskOptions {
   std::optional<double> threshold;  // none: reconstruct's masks
   bool numbers = false;             // from reconstruct's ids
-  bool own_vehicle = false;         // mask it, and the run's ignored area
+  bool own_vehicle = false;         // mask it and the run's ignored area
   cv::Mat1b ignored;                // RunFolder::ReadIgnoredArea
   int dilate_pixels = 0;
   int shadow_margin_pixels = 0;  // 0: no shadows; not with numbers
@@ -31,14 +31,14 @@ struct FrameMaskOptions {
 
 struct FrameMask {
   cv::Mat1b masked;   // 0 or 255
-  cv::Mat1w numbers;  // 0 where it is not masked; empty unless wanted
+  cv::Mat1w numbers;  // 0 where not masked; empty unless wanted
 };
 
-// The file of reconstruct that a frame's mask is made from.
+// The file of reconstruct from which a frame's mask is made.
 std::string MaskSource(const RunFolder& folder, int64_t index, const FrameMaskOptions& options);
 
-// DataLoss, naming the file, where that is missing, damaged or of another size. picture: what was
-// segmented, of whatever size; for shadows alone.
+// DataLoss, naming the file, if it is missing, damaged or of another size. picture: the segmented
+// picture, of any size; only used for shadows.
 absl::StatusOr<FrameMask> ReadFrameMask(const RunFolder& folder, const FrameLine& line,
                                         const FrameMaskOptions& options,
                                         const cv::Mat3b& picture = {});

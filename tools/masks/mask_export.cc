@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The folders of the pictures; none for a video.
+// The folders of the pictures; empty for a video.
 std::set<std::string> PictureFolders(const DriveInput& input) {
   std::set<std::string> folders;
   std::error_code error;
@@ -32,7 +32,7 @@ std::set<std::string> PictureFolders(const DriveInput& input) {
   return folders;
 }
 
-// A folder to write to: apart from what is read, and empty unless that may be overwritten.
+// Checks a folder to write to: apart from the input, and empty unless it may be overwritten.
 absl::Status CheckFolder(const std::string& flag, const std::string& path, const DriveInput& input,
                          const std::string& run, bool overwrite) {
   std::error_code error;
@@ -59,7 +59,7 @@ absl::Status CheckFolder(const std::string& flag, const std::string& path, const
   return absl::OkStatus();
 }
 
-// Classes and numbers stay what they are.
+// Resizes without mixing classes or numbers.
 template <typename Mask>
 void Resize(cv::Size size, Mask& mask) {
   if (mask.empty() || mask.size() == size) return;
@@ -73,7 +73,7 @@ void Resize(cv::Size size, Mask& mask) {
 std::string MaskExport::SequenceName() const {
   const fs::path path(input_.description.path);
   const std::string name = path.stem().string();
-  // A folder of pictures is mostly called so, and its parent by what they show.
+  // Folders of pictures often have such a name; the parent's name then says more.
   const bool is_generic = name == "frames" || name == "images";
   return is_generic && path.has_parent_path() ? path.parent_path().filename().string() : name;
 }
@@ -268,7 +268,7 @@ absl::StatusOr<cv::Mat3b> MaskExport::ReadShown(int64_t index) {
   return frame == nullptr ? cv::Mat3b(1, 1) : cv::Mat3b(frame->image);
 }
 
-// A picture's file as it is; a frame of a video as PNG.
+// Copies a picture's file; writes a frame of a video as PNG.
 absl::Status MaskExport::WritePicture(const std::string& image, const std::string& path,
                                       const cv::Mat& frame) {
   const fs::path target = fs::path(options_.frames) / image;

@@ -1,4 +1,4 @@
-// Writes a run's masks for another program: all checks first, then frame by frame.
+// Writes a run's masks for another program: first makes all checks, then works frame by frame.
 #ifndef EGOSIEVE_TOOLS_MASKS_MASK_EXPORT_H_
 #define EGOSIEVE_TOOLS_MASKS_MASK_EXPORT_H_
 
@@ -26,24 +26,24 @@ struct MaskExportOptions {
   MaskFormat format = MaskFormat::kPlain;
   FrameMaskOptions mask;
   bool invert = false;
-  bool overwrite = false;  // files of the same names
+  bool overwrite = false;  // replace files of the same names
   std::string out;
-  std::string frames;      // folder for the pictures; empty: they are not written
+  std::string frames;      // folder for the pictures; empty: not written
   std::string also;        // the user's own masks (user_masks.h)
   std::string transforms;  // of kNerfstudio (transforms_file.h)
   std::string truth;       // true masks to compare with (coverage.h)
-  // The video that the pictures were taken from, of which the run is (video_frames.h); empty: the
-  // run is of the pictures.
+  // The video from which the pictures were taken; the run is then one of the video
+  // (video_frames.h). Empty: the run is one of the pictures.
   std::string video;
-  // Of the run's frames; more than one share: of a run that has its masks, for formats with a file
-  // for each frame. Shares are written into one folder, in any order, also twice.
+  // Share of the run's frames. More than one share needs a run that has its masks, and a format
+  // with one file per frame. Shares are written into one folder, in any order, also repeatedly.
   Shard shard;
 };
 
 class MaskExport {
  public:
-  // Checks all that can be checked before the input is segmented, and writes nothing. run: the
-  // folder that holds the run, or is to.
+  // Makes all checks that are possible before the input is segmented, and writes nothing. run: the
+  // folder of the run, which need not exist yet.
   static absl::StatusOr<MaskExport> Prepare(DriveInput input, const std::string& run,
                                             const MaskExportOptions& options);
 
@@ -56,7 +56,7 @@ class MaskExport {
 
   bool is_video() const { return files_.empty(); }
   int64_t images() const { return written_; }
-  // What is left to say, a warning each.
+  // Remaining messages, one warning each.
   const std::vector<std::string>& warnings() const { return warnings_; }
   const Coverage& coverage() const { return coverage_; }
 
@@ -68,20 +68,20 @@ class MaskExport {
 
   std::string SequenceName() const;
   absl::Status CheckNames(const std::vector<std::string>& images) const;
-  // The mask of the run's frame `line` for picture `index` of the input.
+  // Writes the mask of the run's frame `line` for picture `index` of the input.
   absl::Status WriteFrame(const RunFolder& folder, const FrameLine& line, int64_t index);
   // Pictures in the order of their masks, each with the line of its frame.
   absl::StatusOr<std::vector<std::pair<int64_t, FrameLine>>> Chosen(
       const std::vector<FrameLine>& lines) const;
   absl::Status WritePicture(const std::string& image, const std::string& path,
                             const cv::Mat& frame);
-  // The input's picture as it is looked at; a pixel where it cannot be read.
+  // The input's picture, turned upright; a single pixel if it cannot be read.
   absl::StatusOr<cv::Mat3b> ReadShown(int64_t index);
 
   DriveInput input_;
   MaskExportOptions options_;
   std::vector<std::string> files_;  // of the pictures; empty for a video
-  std::vector<int64_t> frames_;     // of the video, for each picture; empty without one
+  std::vector<int64_t> frames_;     // of the video, one per picture; empty without a video
   UserMasks also_;
   std::optional<TransformsFile> transforms_;
   Coverage coverage_;

@@ -1,17 +1,17 @@
-// The forms in which other programs read masks.
+// The formats in which other programs read masks.
 //
 //   plain               NAME.png             255 moving, 0 static
 //   colmap              IMAGE.png            0 ignored, 255 used: ImageReader.mask_path
 //   nerfstudio          masks/IMAGE.png      as colmap; transforms.json: a copy with mask_path
-//   instant-ngp         dynamic_mask_NAME.png    255 ignored; to lie next to the pictures
-//   gaussian-splatting  IMAGE                the picture, alpha 0 where it is ignored; PNG inside
-//                                            whatever its name, for JPEG has no alpha
+//   instant-ngp         dynamic_mask_NAME.png    255 ignored; must lie next to the pictures
+//   gaussian-splatting  IMAGE                the picture, alpha 0 where ignored; always PNG data,
+//                                            whatever its name, because JPEG has no alpha
 //   davis               NAME.png             palette; the mover's number, 0 background
 //   coco                annotations.json     run lengths (run_length.h), track_id: the number
 //   mots                SEQ/NNNNNN.png, SEQ.txt    1000 class + number
 //
-// IMAGE is the picture's name relative to the input, folders kept; NAME the same without its
-// extension; SEQ the input's name. Pictures of a video are NNNNNN.png, from 000000.png on.
+// IMAGE is the picture's name relative to the input, with folders; NAME is the same without its
+// extension; SEQ is the input's name. Pictures of a video are NNNNNN.png, starting at 000000.png.
 #ifndef EGOSIEVE_TOOLS_MASKS_MASK_FORMAT_H_
 #define EGOSIEVE_TOOLS_MASKS_MASK_FORMAT_H_
 
@@ -34,12 +34,13 @@ enum class MaskFormat {
 
 const Words<MaskFormat>& MaskFormatWords();
 
-// Whether the movers keep their numbers, so that there is one mask for each of them.
+// Whether the format keeps the movers' numbers, and so has one mask per mover.
 bool HasNumbers(MaskFormat format);
-// Whether the reader leaves masked pixels out of a scene, which the own vehicle is no part of.
+// Whether the reader reconstructs a scene from unmasked pixels. The own vehicle is then masked,
+// too.
 bool IsForScenes(MaskFormat format);
 
-// The file of an image, relative to the folder of the masks; empty for kCoco.
+// The mask file of an image, relative to the folder of the masks; empty for kCoco.
 std::string MaskFile(MaskFormat format, const std::string& image, int64_t index,
                      const std::string& sequence);
 

@@ -16,7 +16,7 @@
 namespace egosieve::tools {
 namespace {
 
-// The one class of COCO and MOTS: what moves. In MOTS 1 is a car, 2 a pedestrian.
+// The single class for COCO and MOTS: movers. In MOTS, 1 is a car, 2 a pedestrian.
 constexpr int kClass = 1;
 constexpr int kMotsClassStep = 1000;
 constexpr int kMostMots = kMotsClassStep - 1;
@@ -28,7 +28,7 @@ std::set<int> NumbersIn(const cv::Mat1w& numbers) {
   return found;
 }
 
-// The picture with an alpha channel, 0 where it is masked.
+// The picture with an alpha channel, 0 where masked.
 cv::Mat WithAlpha(const cv::Mat3b& picture, const cv::Mat1b& masked) {
   std::vector<cv::Mat> channels;
   cv::split(picture, channels);

@@ -13,24 +13,24 @@
 
 namespace egosieve::tools {
 
-// Every picture as its file stores it.
+// All pictures have the size and orientation that is stored in their files.
 struct MaskedFrame {
   int64_t index = 0;
   std::string image;
   cv::Mat1b masked;
-  cv::Mat1w numbers;  // of formats that have them
-  cv::Mat3b picture;  // of kGaussianSplatting
+  cv::Mat1w numbers;  // for formats with numbers
+  cv::Mat3b picture;  // for kGaussianSplatting
 };
 
 class MaskWriter {
  public:
-  // sequence: of kMots, "0000" for example.
+  // sequence: for kMots, "0000" for example.
   MaskWriter(MaskFormat format, std::string folder, std::string sequence)
       : format_(format), folder_(std::move(folder)), sequence_(std::move(sequence)) {}
 
-  // OutOfRange where a number is larger than the format holds.
+  // OutOfRange if a number is larger than the format allows.
   absl::Status Write(const MaskedFrame& frame);
-  // What belongs to all frames; transforms.json is not among it.
+  // Writes files that concern all frames, except transforms.json.
   absl::Status Finish();
 
  private:

@@ -33,8 +33,7 @@ namespace {
 
 enum class Treatment { kDefault, kKeep, kMask };
 
-// What to do with the masks in `out`, for pictures in `images`; empty where that goes without
-// saying.
+// How to use the masks in `out` for pictures in `images`; empty if that needs no explanation.
 std::string HowToUse(MaskFormat format, const std::string& images, const std::string& out) {
   switch (format) {
     case MaskFormat::kColmap:
@@ -150,7 +149,7 @@ class MasksCommand : public Command {
             "or run egosieve reconstruct first"));
       }
       std::vector<std::string> words = {"reconstruct", run_, absl::StrCat("--input=", pictures)};
-      // What is there already by reconstruct's own thresholds stays as it is.
+      // Products that reconstruct already made with its own thresholds stay.
       if (options_.mask.threshold) words.push_back("--what=probability");
       const ExitCode made = Step(std::move(words), false);
       if (made != ExitCode::kDone && made != ExitCode::kFramesFailed) return made;
@@ -197,7 +196,7 @@ class MasksCommand : public Command {
            "Writes the K-th of N shares, from 1 on, of a run that has its masks; what other "
            "shares wrote stays")
         ->type_name("K/N");
-    // Flags of segment, which says more of them.
+    // Flags passed on to segment; its help describes them further.
     const auto pass = [&](const char* flag, const char* type, const char* help, auto& flags) {
       app.add_option(flag, flags[flag], help)->type_name(type);
     };
@@ -260,7 +259,7 @@ class MasksCommand : public Command {
     });
   }
 
-  // Another command of the program, which says itself what goes wrong.
+  // Runs another command of the program, which reports its own errors.
   ExitCode Step(std::vector<std::string> words, bool segments) const {
     const auto pass = [&](const auto& flags) {
       for (const auto& [flag, value] : flags) {
@@ -280,7 +279,7 @@ class MasksCommand : public Command {
     return static_cast<ExitCode>(line.Run(std::move(words), std::cout, std::cerr));
   }
 
-  // Those that could be read and have a map.
+  // The lines of frames that could be read and have a map.
   static std::vector<FrameLine> LinesWithMaps(std::vector<FrameLine> lines) {
     lines.erase(std::remove_if(lines.begin(), lines.end(),
                                [](const FrameLine& line) {
@@ -291,7 +290,7 @@ class MasksCommand : public Command {
     return lines;
   }
 
-  // A run that was begun before keeps what it holds.
+  // A run that was begun earlier keeps its frames, even if there are more.
   void WarnOfMoreFrames(size_t frames) const {
     size_t most = 0;
     const std::optional<std::string>& given = passed_.at("--max_frames");
@@ -308,7 +307,7 @@ class MasksCommand : public Command {
            });
   }
 
-  // With `input` as it was given, or as the run has it.
+  // `input`: as given, or as stored in the run.
   void Tell(const MaskExport& output, const std::string& input) const {
     std::string text = absl::StrCat(output.images(), " masks in ", options_.out,
                                     "; the run is kept in ", run_, "\n");

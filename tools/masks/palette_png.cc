@@ -13,8 +13,8 @@ namespace {
 
 constexpr int kLabels = 256;
 
-// Bits 0, 3 and 6 of the label are the most significant ones of red, the next of each three those
-// of green and blue.
+// Bits 0, 3 and 6 of the label are the most significant bits of red; bits 1, 4, 7 those of green,
+// and bits 2, 5 those of blue.
 std::array<uint8_t, 3 * kLabels> VocColours() {
   std::array<uint8_t, 3 * kLabels> colours = {};
   for (int label = 0; label < kLabels; ++label) {

@@ -1,5 +1,5 @@
-// Labels as an 8-bit PNG with a palette, as DAVIS's and PASCAL VOC's readers want them: a pixel is
-// its label, 0 to 255; the colours are VOC's, which no reader needs.
+// Labels as an 8-bit PNG with a palette, as the readers of DAVIS and PASCAL VOC expect: a pixel is
+// its label, 0 to 255. The colours are those of VOC; no reader needs them.
 #ifndef EGOSIEVE_TOOLS_MASKS_PALETTE_PNG_H_
 #define EGOSIEVE_TOOLS_MASKS_PALETTE_PNG_H_
 

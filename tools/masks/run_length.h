@@ -1,10 +1,10 @@
-// Masks as run lengths, in the form that COCO's and MOTS's readers share (pycocotools' maskApi.c).
+// Masks as run lengths, in the common format of COCO and MOTS (pycocotools' maskApi.c).
 //
 //   runs   lengths of the runs of equal pixels down the columns, left to right; the first is of
-//          pixels that are 0, and may be of length 0                                         (RU1)
+//          pixels that are 0, and may have length 0                                          (RU1)
 //   text   x_i = run_i for i <= 2, else run_i - run_(i-2); each x in groups of five bits, least
-//          significant first, one character a group: 48 + bits, + 32 where more follow. The last
-//          group's bit 4 is the sign                                                         (RU2)
+//          significant first, one character per group: 48 + bits, + 32 if more follow. Bit 4 of the
+//          last group is the sign                                                            (RU2)
 //
 // Reference: Lin et al., "Microsoft COCO: Common Objects in Context", ECCV 2014, and its API.
 #ifndef EGOSIEVE_TOOLS_MASKS_RUN_LENGTH_H_
@@ -17,7 +17,7 @@
 
 namespace egosieve::tools {
 
-// (RU1); a pixel is 1 where it is not 0.
+// (RU1); a pixel is 1 if it is not 0.
 std::vector<int64_t> RunLengths(const cv::Mat1b& mask);
 
 // (RU2)

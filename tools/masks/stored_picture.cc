@@ -45,7 +45,7 @@ absl::StatusOr<StoredPicture> ReadStoredPicture(const std::string& path) {
   EGOSIEVE_ASSIGN_OR_RETURN(picture.pixels,
                             ReadImage(path, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION));
   EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat upright, ReadImage(path, cv::IMREAD_COLOR));
-  // OpenCV does not say by which orientation it turned a picture.
+  // OpenCV does not report the orientation by which it turned a picture.
   for (int orientation = 1; orientation <= 8; ++orientation) {
     const cv::Mat turned = Turn(picture.pixels, orientation);
     if (turned.size() == upright.size() && cv::norm(turned, upright, cv::NORM_INF) == 0.0) {
@@ -59,7 +59,7 @@ absl::StatusOr<StoredPicture> ReadStoredPicture(const std::string& path) {
 cv::Mat TurnBack(const cv::Mat& upright, int orientation) {
   if (orientation == 6) return Turn(upright, 8);
   if (orientation == 8) return Turn(upright, 6);
-  return Turn(upright, orientation);  // the others are their own inverses
+  return Turn(upright, orientation);  // the other orientations are their own inverses
 }
 
 }  // namespace egosieve::tools

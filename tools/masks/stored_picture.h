@@ -1,6 +1,6 @@
-// Pictures as their files store them. The frames of a run are turned upright as EXIF says; COLMAP,
-// PIL and stb, by which other programs read pictures, do not turn them, and want masks that lie on
-// the stored pixels.
+// Pictures as stored in their files. The frames of a run are turned upright according to EXIF.
+// COLMAP, PIL and stb, by which other programs read pictures, do not turn them, and need masks that
+// match the stored pixels.
 #ifndef EGOSIEVE_TOOLS_MASKS_STORED_PICTURE_H_
 #define EGOSIEVE_TOOLS_MASKS_STORED_PICTURE_H_
 
@@ -19,7 +19,7 @@ struct StoredPicture {
 // Errors of ReadImage.
 absl::StatusOr<StoredPicture> ReadStoredPicture(const std::string& path);
 
-// An upright picture's pixels as they lie in a file of that orientation.
+// The pixels of an upright picture as stored in a file with that orientation.
 cv::Mat TurnBack(const cv::Mat& upright, int orientation);
 
 }  // namespace egosieve::tools

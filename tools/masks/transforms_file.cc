@@ -31,7 +31,7 @@ absl::StatusOr<std::string> Find(const std::string& path, const std::string& inp
                    "; give nerfstudio's, as ns-process-data writes it, to --transforms"));
 }
 
-// The image that the path's end names, longest name first; empty where there is none.
+// The image whose name ends the path, longest name first; empty if there is none.
 std::string ImageOf(const fs::path& path, const std::set<std::string>& images) {
   for (auto begin = path.begin(); begin != path.end(); ++begin) {
     fs::path end;

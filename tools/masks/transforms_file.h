@@ -1,7 +1,8 @@
 // nerfstudio's transforms.json, to which masks are added.
 //
-// A frame is an image's where its file_path ends in the image's name, folders included; of several
-// images the one with the longest name. nerfstudio wants a mask for every frame or for none.
+// A frame belongs to an image if its file_path ends in the image's name, including folders; of
+// several such images, to the one with the longest name. nerfstudio needs a mask for every frame or
+// for none.
 #ifndef EGOSIEVE_TOOLS_MASKS_TRANSFORMS_FILE_H_
 #define EGOSIEVE_TOOLS_MASKS_TRANSFORMS_FILE_H_
 
@@ -17,13 +18,14 @@ namespace egosieve::tools {
 
 class TransformsFile {
  public:
-  // path: the file; empty: that in the images' folder or in the one that holds it. NotFound where
-  // there is none; DataLoss where it is none of nerfstudio's, or has frames that are no image's.
+  // path: the file; empty: the one in the images' folder or in its parent. NotFound if there is
+  // none. DataLoss if it is not a file of nerfstudio, or has frames without an image.
   static absl::StatusOr<TransformsFile> Read(const std::string& path, const std::string& input,
                                              const std::vector<std::string>& images);
 
-  // Writes folder/transforms.json: each frame of an image in `masked` with its mask_path, paths to
-  // the pictures as seen from there; other frames are left out. Returns how many those are.
+  // Writes folder/transforms.json: every frame whose image is in `masked`, with its mask_path and
+  // with paths to the pictures relative to that folder. Other frames are left out; their number is
+  // returned.
   absl::StatusOr<int> Write(const std::string& folder, const std::set<std::string>& masked) const;
 
  private:

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of the picture's mask in the folder; empty where it has none.
+// Path of the picture's mask in the folder; empty if there is none.
 std::string PathOf(const fs::path& folder, const std::string& image) {
   std::error_code error;
   for (const fs::path& name :

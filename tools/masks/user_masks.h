@@ -1,4 +1,4 @@
-// The user's own masks, which are united with ours: what is not 0 is masked.
+// The user's own masks, which are united with those of the run: pixels that are not 0 are masked.
 #ifndef EGOSIEVE_TOOLS_MASKS_USER_MASKS_H_
 #define EGOSIEVE_TOOLS_MASKS_USER_MASKS_H_
 
@@ -14,21 +14,21 @@ namespace egosieve::tools {
 
 class UserMasks {
  public:
-  // path: a picture, which is the mask of every image, or a folder with IMAGE.png, NAME.png or
-  // IMAGE itself for some of them. NotFound where there is none of these; OutOfRange where the
-  // first one is not of `size`. An empty path: no masks.
+  // path: a picture, used as the mask of every image, or a folder with IMAGE.png, NAME.png or IMAGE
+  // itself for some images. NotFound if none of these exists; OutOfRange if the first one is not of
+  // `size`. An empty path: no masks.
   static absl::StatusOr<UserMasks> Open(const std::string& path,
                                         const std::vector<std::string>& images, cv::Size size);
 
-  // "3 of 10 images have no mask in DIR"; "" where all have one.
+  // "3 of 10 images have no mask in DIR"; "" if all have one.
   std::string Describe() const;
 
-  // Adds the image's own mask, where it has one. OutOfRange where that is of another size.
+  // Adds the image's own mask, if there is one. OutOfRange if its size differs.
   absl::Status AddTo(int64_t index, cv::Mat1b& masked) const;
 
  private:
   std::string folder_;
-  std::vector<std::string> paths_;  // by image; empty where it has none
+  std::vector<std::string> paths_;  // by image; empty if it has none
 };
 
 }  // namespace egosieve::tools

@@ -16,7 +16,7 @@ namespace {
 
 const cv::Size kThumbnail(64, 36);
 
-// A row of (VF1).
+// A thumbnail as a row, for (VF1).
 cv::Mat1f Thumbnail(const cv::Mat3b& image) {
   cv::Mat small, grey;
   cv::resize(image, small, kThumbnail, 0, 0, cv::INTER_AREA);
@@ -24,7 +24,7 @@ cv::Mat1f Thumbnail(const cv::Mat3b& image) {
   cv::Mat1f row = cv::Mat1f(grey).reshape(1, 1);
   row -= cv::mean(row)[0];
   const double length = cv::norm(row);
-  if (length > 0.0) row /= length;  // one that is all of one grey agrees with nothing
+  if (length > 0.0) row /= length;  // a picture of a single grey matches nothing
   return row;
 }
 
@@ -33,7 +33,7 @@ struct Best {
   float agreement = -1.0F;
 };
 
-// Calls `visit` with index and thumbnail of each frame that can be read, from the first on.
+// Calls `visit` with index and thumbnail of each readable frame, beginning with the first.
 absl::Status Visit(vision::FrameSource& source,
                    const std::function<absl::Status(int64_t, const cv::Mat1f&)>& visit) {
   EGOSIEVE_RETURN_IF_ERROR(AsInputError(source.SeekTo(0)));

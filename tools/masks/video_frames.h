@@ -1,12 +1,12 @@
-// Which frame of a video a picture is: pictures that were taken from a video, every sixth say, have
-// neither its clock nor its numbers, may be scaled, and have been compressed once more.
+// Finds which frame of a video a picture is. Pictures taken from a video, for example every sixth
+// frame, have neither its times nor its numbers, may be scaled, and were compressed again.
 //
 // A picture and a frame are compared as thumbnails of 64 x 36 grey pixels, mean 0 and length 1:
 //
 //   (VF1) s(a, b) = a . b            1 for the same picture, whatever its brightness and contrast
 //   (VF2) frame of p = argmax_k s(p, k), the first of equals
 //
-// A picture is in the video where s is kLeastAgreement or more.
+// A picture counts as part of the video if s is kLeastAgreement or more.
 #ifndef EGOSIEVE_TOOLS_MASKS_VIDEO_FRAMES_H_
 #define EGOSIEVE_TOOLS_MASKS_VIDEO_FRAMES_H_
 
@@ -19,14 +19,14 @@
 
 namespace egosieve::tools {
 
-// On davis-train's ten clips as MPEG-4 videos, of which pictures are taken at half the size as JPEG
-// of quality 75: 0.9997 at least for the same frame, none of 766 mistaken; 0.971 in the median for
-// the next frame, 0.977 at the ninth decile for the one behind that.
+// On the ten clips of davis-train as MPEG-4 videos, with pictures taken at half the size as JPEG of
+// quality 75: at least 0.9997 for the same frame, and none of 766 is mistaken; for the next frame
+// 0.971 in the median; for the frame after that 0.977 at the ninth decile.
 inline constexpr double kLeastAgreement = 0.995;
 
-// The frame of each picture. Reads both sources to their end; pictures that cannot be read get -1.
-// after_frame is called for each of the video's frames, and ends by returning false, which is
-// Cancelled. InvalidArgument, naming the first, for pictures that are in no frame.
+// Gives the frame of each picture; -1 for a picture that cannot be read. Reads both sources to
+// their end. after_frame is called for each frame of the video; returning false ends the search
+// with Cancelled. InvalidArgument, naming the first such picture, if pictures match no frame.
 absl::StatusOr<std::vector<int64_t>> FindInVideo(vision::FrameSource& pictures,
                                                  vision::FrameSource& video,
                                                  const std::function<bool()>& after_frame);

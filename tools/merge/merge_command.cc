@@ -58,7 +58,7 @@ class MergeCommand : public Command {
   absl::StatusOr<ExitCode> Run() override {
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder target, RunFolder::Open(directory_));
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, target.ReadDescription());
-    // All are checked before anything is written.
+    // Check all before writing anything.
     bool has_pieces = false;
     for (const std::string& source : sources_) {
       EGOSIEVE_ASSIGN_OR_RETURN(const bool is_piece, CheckSource(description, source));
@@ -81,8 +81,8 @@ class MergeCommand : public Command {
   }
 
  private:
-  // Copies differ in where they lie and in the device that made their maps, which each line names;
-  // pieces in where they begin, and so in their first picture. Returns whether it is a piece.
+  // Copies differ in path and device of the maps, which each line names; pieces differ in their
+  // first frame, and so in their first picture. Returns whether it is a piece.
   static absl::StatusOr<bool> CheckSource(const RunDescription& description,
                                           const std::string& source) {
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(source));
@@ -113,7 +113,7 @@ class MergeCommand : public Command {
            from->second != later->second;
   }
 
-  // Of the input, in frames: its fingerprint's end.
+  // Length of the input in frames: the end of its fingerprint.
   static std::string LengthIn(const RunDescription& description) {
     const std::string& text = description.input.fingerprint;
     return text.substr(std::min(text.find('-'), text.size()));

@@ -140,7 +140,7 @@ class ModelCommand : public Command {
     std::string text = Describe(path, *file);
     if (!csv_.empty()) {
       const absl::Status written = WriteFileAtomically(csv_, PointsAsCsv(file->model));
-      if (absl::IsNotFound(written)) return AsUsageError(written);  // of its folder
+      if (absl::IsNotFound(written)) return AsUsageError(written);  // the folder is missing
       EGOSIEVE_RETURN_IF_ERROR(written);
       absl::StrAppend(&text, "points in ", csv_, "\n");
     }

@@ -1,4 +1,4 @@
-// egosieve model FILE|DIR: what a checkpoint holds, and its points as CSV.
+// egosieve model FILE|DIR: prints the contents of a checkpoint, and its points as CSV.
 #ifndef EGOSIEVE_TOOLS_MODEL_MODEL_COMMAND_H_
 #define EGOSIEVE_TOOLS_MODEL_MODEL_COMMAND_H_
 

@@ -24,7 +24,7 @@ const char* NameOf(Series::Style style) {
   return "line";
 }
 
-// NaN becomes null, as JSON has no NaN.
+// NaN becomes null, since JSON has no NaN.
 Json Numbers(const std::vector<double>& values) {
   Json json = Json::array();
   for (const double value : values) json.push_back(std::isfinite(value) ? Json(value) : Json());

@@ -1,4 +1,4 @@
-// Figures as data: what a plotting library draws, and what can be drawn again by another.
+// Figures as data: drawn by a plotting library, and reusable with another.
 #ifndef EGOSIEVE_TOOLS_PLOTS_FIGURE_H_
 #define EGOSIEVE_TOOLS_PLOTS_FIGURE_H_
 
@@ -14,7 +14,7 @@ struct Series {
   enum class Style { kLine, kDashed, kSteps, kBars, kIntervals };
 
   std::string name;
-  std::vector<double> x;         // of bars and intervals: 0, 1, ..., the place in `categories`
+  std::vector<double> x;         // of bars and intervals: 0, 1, ..., the index in `categories`
   std::vector<double> y;         // NaN: none
   std::vector<double> low = {};  // of intervals
   std::vector<double> high = {};
@@ -33,10 +33,10 @@ struct Figure {
   std::optional<std::pair<double, double>> y_range = {};
   bool diagonal = false;  // a faint line from (0, 0) to (1, 1)
   bool logarithmic_y = false;
-  bool full_width = false;  // of the page, where that has columns
+  bool full_width = false;  // of the page, if that has columns
 };
 
-// Whether any series has a finite point: figures without one are not drawn.
+// Whether any series has a finite point: figures without such a point are not drawn.
 bool HasPoints(const Figure& figure);
 
 nlohmann::ordered_json ToJson(const std::vector<Figure>& figures);

@@ -17,7 +17,7 @@
 namespace egosieve::tools {
 namespace {
 
-constexpr int kLibraryMissing = 3;  // plot.py
+constexpr int kLibraryMissing = 3;  // exit code of plot.py
 
 constexpr char kStyle[] =
     "body{font:16px/1.45 sans-serif;margin:2em auto;max-width:84em;padding:0 1em;color:#222}"
@@ -26,8 +26,8 @@ constexpr char kStyle[] =
     "figure svg{max-width:100%;height:auto}figcaption{max-width:60em}"
     "pre{font-size:11px;overflow-x:auto;background:#f6f6f6;padding:1em}";
 
-// Without the XML declaration and the document type. Ids in it are the library's, which repeat from
-// one figure to the next: each figure gets its own.
+// The SVG without XML declaration and document type. The library repeats its ids between figures,
+// so each figure gets ids of its own.
 std::string InlineSvg(const std::string& svg, const std::string& id) {
   const size_t start = svg.find("<svg");
   return absl::StrReplaceAll(start == std::string::npos ? svg : svg.substr(start),

@@ -2,7 +2,7 @@
 //
 //   FOLDER/figures.json    the figures as data (figure.h)
 //   FOLDER/ID.svg, ID.png  each figure
-//   FOLDER/index.html      title, text, the figures with their captions; it needs no other file
+//   FOLDER/index.html      title, text, the figures with their captions; needs no other file
 #ifndef EGOSIEVE_TOOLS_PLOTS_PLOT_PAGE_H_
 #define EGOSIEVE_TOOLS_PLOTS_PLOT_PAGE_H_
 
@@ -29,8 +29,8 @@ struct PlotPage {
   int columns = 1;                      // of figures
 };
 
-// FailedPrecondition, saying what to install, where there is no Python or no matplotlib: the data
-// are written all the same. Errors of the folder's files otherwise.
+// FailedPrecondition, naming the package to install, if Python or matplotlib is missing; the data
+// are written in any case. Otherwise errors of the folder's files.
 absl::Status WritePlotPage(const std::string& folder, const PlotPage& page,
                            const std::string& python = "/usr/bin/python3");
 

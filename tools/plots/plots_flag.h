@@ -1,4 +1,4 @@
-// The flag --plots of commands that draw.
+// The flag --plots of commands that draw figures.
 #ifndef EGOSIEVE_TOOLS_PLOTS_PLOTS_FLAG_H_
 #define EGOSIEVE_TOOLS_PLOTS_PLOTS_FLAG_H_
 
@@ -14,8 +14,8 @@ class PlotsFlag {
  public:
   void AddFlag(CLI::App& app);
 
-  // Draws where that is wanted and says on stderr where the page is. A plotting library that is
-  // missing is a warning on stderr: the figures' data are written and the command continues.
+  // Draws if wanted and prints the page's path on stderr. A missing plotting library is a warning
+  // on stderr: the figures' data are written and the command continues.
   absl::Status Write(const std::string& folder, const PlotPage& page) const;
 
  private:

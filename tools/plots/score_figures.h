@@ -1,4 +1,4 @@
-// The figures that scores (drive_scores.h) have by themselves, several scores in one figure.
+// Figures that follow from scores (drive_scores.h) alone; several scores in one figure.
 #ifndef EGOSIEVE_TOOLS_PLOTS_SCORE_FIGURES_H_
 #define EGOSIEVE_TOOLS_PLOTS_SCORE_FIGURES_H_
 
@@ -16,7 +16,7 @@ struct NamedScores {
   bool probabilistic = true;  // else it has no reliability diagram
 };
 
-// A curve of a histogram, for figures that the functions below made.
+// The ROC curve of a histogram, for figures of the functions below.
 Series RocSeries(const std::string& name, const RocHistogram& scores);
 
 Figure RocFigure(const std::vector<NamedScores>& all);

@@ -1,17 +1,17 @@
-// What reconstruct makes of a frame, and the files that hold it.
+// The products of reconstruct for a frame, and their files.
 //
 //   masks        masks/NNNNNN.png        0 static, 255 moving
 //   ids          ids/NNNNNN.png          16 bits: the mover's number, 0 where static
-//   tracks       tracks.csv              a row for every mover of every frame:
+//   tracks       tracks.csv              one row for every mover of every frame:
 //                frame,time_seconds,id,left,top,width,height,area,probability,sure
 //   objects      full/NNNNNN.objects.json
 //   probability  full/NNNNNN.prob.png    refined, value / 65535
 //   deviation    full/NNNNNN.std.png     of the latent function, interpolated from the grid
 //   class        full/NNNNNN.class.png   0 static, 128 unsure, 255 dynamic
 //
-// Boxes and areas in pixels; probability is the mean over the mover's pixels, sure is
-// 1 - 2 mean sqrt(p (1 - p)): 1 where every p is 0 or 1, 0 where all are 1/2. That is what finds a
-// map's errors; the deviation shows where data is missing.
+// Boxes and areas are in pixels. probability is the mean over the mover's pixels. sure is 1 - 2
+// mean sqrt(p (1 - p)): 1 if every p is 0 or 1, 0 if all are 1/2. It indicates errors of a map; the
+// deviation indicates missing data.
 #ifndef EGOSIEVE_TOOLS_RECONSTRUCT_FRAME_PRODUCTS_H_
 #define EGOSIEVE_TOOLS_RECONSTRUCT_FRAME_PRODUCTS_H_
 
@@ -37,7 +37,7 @@ struct ProductChoice {
   bool deviation = false;
   bool classes = false;
 
-  // Words by commas. InvalidArgument for an unknown one, and where there is none.
+  // Words separated by commas. InvalidArgument for an unknown word, and if there is none.
   static absl::StatusOr<ProductChoice> FromText(absl::string_view text);
   std::string ToText() const;
 };
@@ -46,7 +46,7 @@ struct FrameResult {
   int64_t index = 0;
   double time_seconds = 0.0;
   cv::Mat1f probability;  // refined
-  cv::Mat1f deviation;    // empty where there is none, or it is not wanted
+  cv::Mat1f deviation;    // empty if there is none, or it is not wanted
   cv::Mat1b mask;
   cv::Mat1w ids;
 };
@@ -54,7 +54,7 @@ struct FrameResult {
 // Makes the folders that the products need.
 absl::Status CreateProductFolders(const RunFolder& folder, const ProductChoice& what);
 
-// Writes the frame's files, each whole or not at all.
+// Writes the frame's files, each complete or not at all.
 absl::Status WriteProducts(const RunFolder& folder, const ProductChoice& what,
                            const FrameResult& result, double deviation_full_scale,
                            const ClassThresholds& classes, const vision::ObjectThresholds& objects);

@@ -1,7 +1,7 @@
-// From the maps on a grid to maps of every pixel, and to three classes.
+// Turns maps on a grid into maps of every pixel and into three classes.
 //
 //   values   linear between the grid's pixels (kernels/ops/grid_interpolation.h)
-//   class    0 (static) where p < static_below, 255 (dynamic) where p > dynamic_above, else 128
+//   class    0 (static) if p < static_below, 255 (dynamic) if p > dynamic_above, else 128
 #ifndef EGOSIEVE_TOOLS_RECONSTRUCT_FULL_MAPS_H_
 #define EGOSIEVE_TOOLS_RECONSTRUCT_FULL_MAPS_H_
 

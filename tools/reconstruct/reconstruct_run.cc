@@ -19,13 +19,13 @@ namespace egosieve::tools {
 namespace {
 
 constexpr size_t kChunkFrames = 32;
-// Of the frames read around a chunk on each side, whatever the frame rate: bounds memory.
+// Frames read on each side of a chunk, for any frame rate; bounds memory.
 constexpr size_t kMostReachFrames = 24;
 constexpr char kState[] = "reconstruct.json";
 constexpr char kTracks[] = "tracks.csv";
 
-// Frames before the first that was learnt from carry the prior; methods without a model learn from
-// their frame alone.
+// Frames before the first learnt frame have the map of the prior. Methods without a model learn
+// only from the frame itself.
 std::vector<bool> OwnMaps(const std::vector<FrameLine>& lines) {
   std::vector<bool> own;
   for (const FrameLine& line : lines) {
@@ -65,7 +65,7 @@ std::vector<std::pair<size_t, size_t>> ChunksOf(const std::vector<FrameLine>& li
   return chunks;
 }
 
-// Of the run that began then, `lines` all with pictures: what tells their refined maps apart.
+// For a run that began at that time, with pictures for all `lines`: distinguishes its refined maps.
 std::string DescribeMaps(const RunDescription& description, const std::vector<FrameLine>& lines,
                          const ReconstructOptions& options) {
   return absl::StrFormat("causal=%d frames=%d-%d started=%s", options.window.link.causal ? 1 : 0,
@@ -265,7 +265,7 @@ absl::StatusOr<std::vector<cv::Mat1f>> ReconstructRun::RefinedMapsOf(size_t begi
       statuses[i] = map.status();
       if (map.ok()) maps[i] = *std::move(map);
     });
-    // What is damaged is made again.
+    // Damaged maps are made again.
     if (std::all_of(statuses.begin(), statuses.end(), [](const auto& s) { return s.ok(); })) {
       return maps;
     }
@@ -339,7 +339,7 @@ absl::Status ReconstructRun::WriteChunk(size_t begin, std::vector<FrameResult>& 
 }
 
 absl::Status ReconstructRun::AddDeviation(const FrameLine& line, FrameResult& result) {
-  // Methods other than the process may have none.
+  // Methods other than the Gaussian process may have none.
   if (!options_.what.deviation ||
       !std::filesystem::exists(folder_.FrameFile("grid", line.index, ".std.png"))) {
     return absl::OkStatus();

@@ -1,15 +1,14 @@
-// Makes a run's maps into masks, numbers and tracks, chunk by chunk.
+// Turns a run's maps into masks, numbers and tracks, chunk by chunk.
 //
-//   chunk    up to 32 consecutive frames of one size. Frames around it, as far as a result reaches
-//            (vision/masks/map_window.h), are read with it and kept for the next
+//   chunk    up to 32 consecutive frames of one size. The frames around it on which its results
+//            depend (vision/masks/map_window.h) are read with it and kept for the next chunk
 //   files    of a chunk: frame products, then rows of tracks.csv, then reconstruct.json, which
-//            says what is done and holds the tracker's state. A run that was killed continues at
-//            its last chunk, and gives the same bytes
-//   shares   chunk c belongs to share c mod N, which refines its maps (refined_maps.h) and leaves
-//            the rest, that goes from frame to frame, to the call without a share
+//            records the progress and the tracker's state. A run that was killed continues at its
+//            last chunk, and gives the same bytes
+//   shares   chunk c belongs to share c mod N, which refines its maps (refined_maps.h). The rest of
+//            the work goes from frame to frame, and is left to the call without a share
 //
-// Memory: the frames of a chunk and at most 24 on each side of it, whatever the length of the
-// drive.
+// Memory: the frames of a chunk and at most 24 on each side of it, for any length of the drive.
 #ifndef EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_RUN_H_
 #define EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_RUN_H_
 
@@ -39,32 +38,33 @@ struct ReconstructOptions {
   vision::ObjectThresholds mask = {0.5, 0.7};
   vision::MapWindowOptions window;
   vision::MoverTrackerOptions tracker;
-  std::string input;    // replaces the path in run.json where it is not empty
+  std::string input;    // if not empty, replaces the path in run.json
   bool resume = false;  // continue where a former call with the same options stopped
-  Shard shard;          // more than one: refines the maps of its chunks, and no more
+  Shard shard;          // if more than one: only refines the maps of its chunks
 
   absl::Status Validate() const;
 };
 
-// Whether the last reconstruction of the run came to its end.
+// Whether the last reconstruction of the run was completed.
 bool IsReconstructed(const RunFolder& folder);
 
-// Whether a reconstruction with these options finds the maps of the share refined.
+// Whether the share's maps are refined already, with these options.
 bool IsRefined(const RunFolder& folder, const RunDescription& description,
                const std::vector<FrameLine>& lines, const ReconstructOptions& options);
 
 class ReconstructRun {
  public:
-  // lines: those that are asked for. Errors say what is wrong with the input and what to do.
+  // lines: the requested ones. Errors name the fault of the input and its remedy.
   static absl::StatusOr<std::unique_ptr<ReconstructRun>> Open(
       std::shared_ptr<kernels::Context> context, const RunFolder& folder,
       const std::vector<FrameLine>& lines, const ReconstructOptions& options);
 
-  // Frames of the share that have a map and could be read; those of them that were done before.
+  // Frames of the share that have a map and could be read; how many of them were done before.
   int64_t frames() const { return frames_; }
   int64_t frames_done_before() const { return done_before_; }
 
-  // To the end. `after_frame` is called for every frame; returning false cancels after its chunk.
+  // Works to the end. `after_frame` is called for every frame; returning false cancels after its
+  // chunk.
   absl::Status Run(const std::function<bool()>& after_frame);
 
  private:
@@ -80,13 +80,13 @@ class ReconstructRun {
   absl::Status StartTracks();
   absl::Status RestoreState();
   absl::Status SaveState(size_t done);
-  // Drops frames of the window before `from` and reads those up to `to`.
+  // Drops the window's frames before `from` and reads those up to `to`.
   absl::Status MoveWindow(size_t from, size_t to);
   absl::StatusOr<vision::WindowFrame> ReadFrame(size_t i);
   absl::Status AddDeviation(const FrameLine& line, FrameResult& result);
-  // Reads the frames that results of [begin, end) rest on.
+  // Reads the frames on which the results of [begin, end) depend.
   absl::Status MoveWindowAround(size_t begin, size_t end);
-  // As their share left them, else refined now.
+  // Reads the maps that a share has refined, or refines them now.
   absl::StatusOr<std::vector<cv::Mat1f>> RefinedMapsOf(size_t begin, size_t end);
   absl::Status RefineChunk(size_t begin, size_t end);
   absl::Status RunChunk(size_t begin, size_t end);

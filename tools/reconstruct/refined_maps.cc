@@ -65,9 +65,9 @@ absl::Status RefinedMaps::Remove() const {
       fs::remove(fs::path(folder_.File(kFolder)) / name, error);
       if (error) return CannotRemove(folder_.File(kFolder), error);
     }
-    fs::remove(folder_.File(kFolder), error);  // what holds somebody else's file stays
+    fs::remove(folder_.File(kFolder), error);  // stays if it holds other files
   }
-  // Last: what a removal that was cut off leaves is removed by the next.
+  // Removed last, so that the next removal completes one that was interrupted.
   fs::remove(folder_.File(kState), error);
   return error ? CannotRemove(folder_.File(kState), error) : absl::OkStatus();
 }

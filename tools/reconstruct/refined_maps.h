@@ -1,11 +1,11 @@
-// Refined maps of a run's frames, as shares of reconstruct leave them for the call that numbers the
+// Refined maps of a run's frames, which shares of reconstruct leave for the call that numbers the
 // movers.
 //
 //   refined/NNNNNN.prob.png   value / 65535
-//   refined.json              what they were made with
+//   refined.json              the options that they were made with
 //
-// Who finds them made otherwise removes them first. A map is whole or not there, so that shares may
-// be made twice.
+// Maps made with other options are removed first. A map is complete or absent, so shares may be
+// made twice.
 #ifndef EGOSIEVE_TOOLS_RECONSTRUCT_REFINED_MAPS_H_
 #define EGOSIEVE_TOOLS_RECONSTRUCT_REFINED_MAPS_H_
 
@@ -21,16 +21,16 @@ namespace egosieve::tools {
 
 class RefinedMaps {
  public:
-  // `made_with`: text that tells maps apart that differ.
+  // `made_with`: a text that differs for maps that differ.
   RefinedMaps(RunFolder folder, std::string made_with)
       : folder_(std::move(folder)), made_with_(std::move(made_with)) {}
 
-  // Whether there are maps, made with the same.
+  // Whether there are maps made with the same options.
   bool AreThere() const;
   bool Holds(int64_t index) const;
   absl::StatusOr<cv::Mat1f> Read(int64_t index, cv::Size size) const;
 
-  // Before the first Write: removes maps made otherwise.
+  // Called before the first Write: removes maps made with other options.
   absl::Status Begin() const;
   absl::Status Write(int64_t index, const cv::Mat1f& probability) const;
 
@@ -41,7 +41,7 @@ class RefinedMaps {
   std::string made_with_;
 };
 
-// As Write and Read give it back.
+// The map after the rounding of Write and Read.
 cv::Mat1f RoundedMap(const cv::Mat1f& probability);
 
 }  // namespace egosieve::tools

@@ -84,7 +84,7 @@ void DrawHatching(const cv::Mat3b& frame, const cv::Mat1b& ignored, cv::Mat3b& p
   }
 }
 
-// Text whose left edge and vertical middle are at `place`; returns its width.
+// Draws text with its left edge and vertical middle at `place`; returns its width.
 int DrawText(const std::string& text, cv::Point place, double scale, cv::Mat3b& image) {
   int baseline = 0;
   const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &baseline);
@@ -163,7 +163,7 @@ void OutlineMover(const cv::Mat1b& mover, int number, cv::Mat3b& picture) {
               width, cv::LINE_AA);
 }
 
-// The picture over a strip for the legend, which is returned too; even sides.
+// The picture above a strip for the legend, which is returned, too. Both sides are even.
 cv::Mat3b MakePage(const cv::Mat3b& picture, bool with_legend, cv::Mat3b* strip) {
   const int strip_height = with_legend ? std::clamp(picture.rows / 16, 20, 44) : 0;
   const int width = picture.cols + picture.cols % 2;

@@ -1,13 +1,13 @@
-// A frame with its movers, or its probability map, over it.
+// A frame overlaid with its movers or its probability map.
 //
-// Movers: each in a colour of its own, outlined, its number at its box's corner. The map:
+// Movers: each has its own colour, an outline, and its number at a corner of its box. The map:
 //
 //   colour(p)  a diverging map, safe for colour-blind eyes: blue (0) - none (1/2) - orange (1)
-//   alpha(p)   how much of it covers the frame: 0.22 at p = 0, 0.10 at 1/2, 0.65 at 1
-//   contour    a light line, dark-edged, around the objects (vision/objects/map_objects.h)
+//   alpha(p)   opacity over the frame: 0.22 at p = 0, 0.10 at 1/2, 0.65 at 1
+//   contour    a light line with dark edges around the objects (vision/objects/map_objects.h)
 //
-// Areas of the own vehicle are hatched, whatever the map says of them. Under the picture lies a strip
-// with the legend: the colours, the thresholds, the frame's number and time.
+// Areas of the own vehicle are hatched, for any value of the map. Below the picture is a strip with
+// the legend: colours, thresholds, the frame's number and time.
 #ifndef EGOSIEVE_TOOLS_RENDER_OVERLAY_H_
 #define EGOSIEVE_TOOLS_RENDER_OVERLAY_H_
 
@@ -23,12 +23,11 @@ struct OverlayOptions {
   vision::ObjectThresholds objects;
   bool legend = true;
   bool outlines_only = false;  // of movers: no fill
-  cv::Mat1b ignored;           // not 0: hatched instead of coloured; of the frame's size, or empty
+  cv::Mat1b ignored;           // not 0: hatched, not coloured; of the frame's size, or empty
 };
 
-// frame: CV_8UC3, B G R; probability: of the same size, in [0, 1]. `caption` is shown in the
-// legend. The legend's strip is as wide as the frame; the result has even sides, as video encoders
-// want it.
+// frame: CV_8UC3, B G R; probability: of the same size, in [0, 1]. `caption` appears in the legend.
+// The legend's strip is as wide as the frame. The result has even sides, as video encoders require.
 cv::Mat3b DrawOverlay(const cv::Mat3b& frame, const cv::Mat1f& probability,
                       const std::string& caption, const OverlayOptions& options = {});
 
@@ -36,7 +35,7 @@ cv::Mat3b DrawOverlay(const cv::Mat3b& frame, const cv::Mat1f& probability,
 cv::Mat3b DrawMovers(const cv::Mat3b& frame, const cv::Mat1w& ids, const std::string& caption,
                      const OverlayOptions& options = {});
 
-// Of a mover's number, B G R; told apart by colour-blind eyes among neighbours in number.
+// Colour of a mover's number, B G R. Neighbouring numbers differ for colour-blind eyes, too.
 cv::Vec3b MoverColour(int number);
 
 }  // namespace egosieve::tools

@@ -40,7 +40,7 @@ absl::StatusOr<OverlayVideo> OverlayVideo::Open(const std::string& path_without_
     const auto opens = [&] {
       return video.writer_.open(video.file_->name(), cv::CAP_FFMPEG, fourcc, rate_hz, size);
     };
-    // Twice: a file that could not be opened this once is no missing encoder.
+    // Tried twice: a file that failed to open once does not mean a missing encoder.
     if (opens() || opens()) return video;
   }
   return absl::UnavailableError(

@@ -1,5 +1,5 @@
-// A video from pictures of one size, in the best format that this machine's FFmpeg can write:
-// H.264 in mp4 (every browser plays it), else MPEG-4 part 2 in mp4, else Motion JPEG in avi.
+// A video of pictures of one size, in the best format that the installed FFmpeg can write: H.264 in
+// mp4 (every browser plays it), else MPEG-4 part 2 in mp4, else Motion JPEG in avi.
 #ifndef EGOSIEVE_TOOLS_RENDER_OVERLAY_VIDEO_H_
 #define EGOSIEVE_TOOLS_RENDER_OVERLAY_VIDEO_H_
 
@@ -16,8 +16,8 @@ namespace egosieve::tools {
 
 class OverlayVideo {
  public:
-  // Writes beside `path_without_suffix` until Finish, which gives the file its name. `size` has
-  // even sides; rate_hz > 0. Unavailable where no format can be written.
+  // Writes to a temporary file beside `path_without_suffix`; Finish gives it its name. `size` has
+  // even sides; rate_hz > 0. Unavailable if no format can be written.
   static absl::StatusOr<OverlayVideo> Open(const std::string& path_without_suffix, cv::Size size,
                                            double rate_hz);
 
@@ -27,10 +27,11 @@ class OverlayVideo {
     ++frames_;
   }
 
-  // Completes the file and returns its path. ResourceExhausted where the disk has not all of it.
+  // Completes the file and returns its path. ResourceExhausted if the disk could not hold all of
+  // it.
   absl::StatusOr<std::string> Finish();
 
-  // Empty for H.264; else a sentence on what was written instead, and what to install.
+  // Empty for H.264; else a sentence with the format written instead and the package to install.
   const std::string& warning() const { return warning_; }
 
  private:

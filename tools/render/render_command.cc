@@ -92,7 +92,7 @@ class RenderCommand : public Command {
       progress.Advance();
     }
     progress.Finish();
-    // What was drawn before an error or an interruption makes a whole video, too.
+    // Frames drawn before an error or an interruption also make a complete video.
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string video, FinishVideo());
     EGOSIEVE_RETURN_IF_ERROR(status);
     std::string text = video.empty() ? "" : absl::StrCat("video in ", video, "\n");
@@ -129,7 +129,7 @@ class RenderCommand : public Command {
     return absl::OkStatus();
   }
 
-  // The first picture fixes the video's size; frames of another are left out of it.
+  // The first picture sets the video's size; frames of other sizes are left out of the video.
   absl::Status AppendToVideo(const RunFolder& folder, const cv::Mat3b& picture) {
     if (!writer_) {
       EGOSIEVE_ASSIGN_OR_RETURN(OverlayVideo writer, OverlayVideo::Open(folder.File("overlay"),
@@ -145,7 +145,7 @@ class RenderCommand : public Command {
     return absl::OkStatus();
   }
 
-  // The video's path; empty where there is none.
+  // The video's path; empty if there is none.
   absl::StatusOr<std::string> FinishVideo() {
     if (!writer_) return std::string();
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string path, writer_->Finish());

@@ -15,19 +15,20 @@
 
 namespace egosieve::tools {
 
-// Draws the overlays of frames, in the order in which they are asked for; going on is cheap, going
-// back starts a video anew.
+// Draws the overlays of frames in the requested order. Moving forwards is cheap; moving backwards
+// restarts a video.
 class OverlaySource {
  public:
-  // `input` replaces the path in run.json where that is not empty. NotFound and the like, where the
-  // input cannot be opened any more, say what to do.
+  // `input`, if not empty, replaces the path in run.json. Errors such as NotFound, if the input
+  // cannot be opened any more, name the remedy.
   static absl::StatusOr<OverlaySource> Open(std::shared_ptr<kernels::Context> context,
                                             const RunFolder& folder, const std::string& input);
 
-  // Whether movers are drawn where reconstruct has numbered them, as at first, or the map always.
+  // Whether movers are drawn if reconstruct has numbered them, which is the default, or always the
+  // map.
   void ShowMovers(bool shows_movers) { shows_movers_ = shows_movers; }
 
-  // The overlay of a frame that did not fail. DataLoss where the input's frame is gone, damaged or
+  // The overlay of a frame that did not fail. DataLoss if the input's frame is missing, damaged or
   // of another size.
   absl::StatusOr<cv::Mat3b> Draw(const FrameLine& line, const OverlayOptions& options);
 
@@ -43,8 +44,8 @@ class OverlaySource {
   bool shows_movers_ = true;
 };
 
-// Frames per second of the run, by the median of their distances in time; 10 where there is
-// no clock. Between 1 and 60.
+// Frames per second of the run, from the median interval of its times; 10 if there is no clock.
+// Between 1 and 60.
 double FrameRate(const std::vector<FrameLine>& lines);
 
 }  // namespace egosieve::tools

@@ -163,7 +163,7 @@ Chart DroppedPointsChart(const ChartBuilder& builder) {
   return chart;
 }
 
-// Where in a drive nothing was learnt; the page's table says why.
+// Where in a drive nothing was learnt; the page's table gives the reasons.
 Chart OutcomeChart(const ChartBuilder& builder) {
   Chart chart{"outcome", "Frames by outcome",
               "Percentage of the frames that were learnt from, that have a map and were not learnt "
@@ -198,8 +198,8 @@ Chart LikelihoodChart(const ChartBuilder& builder) {
   return chart;
 }
 
-// The names of theta's D + 3 values where the covariance is the arcsine over the six inputs, or
-// D + 2 for the squared exponential.
+// The names of theta's values: D + 3 for the arcsine over the six inputs, D + 2 for the squared
+// exponential.
 std::vector<std::string> ThetaNames(size_t size) {
   std::vector<std::string> names;
   if (size == 9) {
@@ -250,7 +250,7 @@ Chart AucChart(const Evaluation& evaluation, int64_t max_points) {
               "Against the truth, frame by frame; frames whose truth has one class have none.",
               "AUC"};
   chart.from_zero = false;
-  // The evaluated frames as lines, so that they are averaged like all else.
+  // The evaluated frames as lines, to be averaged like the others.
   std::vector<FrameLine> lines;
   for (const FrameScores& frame : evaluation.frames) {
     lines.emplace_back();

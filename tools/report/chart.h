@@ -1,8 +1,8 @@
-// The report's charts, as data: one line a series over the frame's index.
+// The report's charts, as data: one line per series over the frame's index.
 //
-// A drive of n frames has more points than a screen has columns. From `max_points` on, k = ceil(n /
-// max_points) frames in a row become one point: the mean of what is finite among them, at the index
-// of the first.
+// A long drive has more frames than a screen has columns. If n exceeds `max_points`, k = ceil(n /
+// max_points) consecutive frames become one point: the mean of their finite values, at the index of
+// the first frame.
 #ifndef EGOSIEVE_TOOLS_REPORT_CHART_H_
 #define EGOSIEVE_TOOLS_REPORT_CHART_H_
 
@@ -24,18 +24,18 @@ struct Chart {
   std::string caption;  // what it shows, with units; one sentence or two
   std::string unit;     // of the vertical axis
   bool stacked = false;
-  bool from_zero = true;  // the vertical axis starts at 0 and ends where 98 % of the points lie
+  bool from_zero = true;  // the vertical axis starts at 0 and includes 98 % of the points
 
   std::vector<std::string> series = {};
   std::vector<double> x = {};                    // frame indices
-  std::vector<std::vector<double>> values = {};  // a row a series; NaN: none
+  std::vector<std::vector<double>> values = {};  // one row per series; NaN: none
 };
 
-// Charts without a finite point are left out. At least one frame.
+// Charts without a finite point are left out. Needs at least one frame.
 std::vector<Chart> MakeCharts(absl::Span<const FrameLine> lines,
                               const std::optional<Evaluation>& evaluation, int64_t max_points);
 
-// What the page's script reads.
+// The data for the page's script.
 nlohmann::ordered_json ToJson(const Chart& chart);
 
 }  // namespace egosieve::tools

@@ -1,4 +1,4 @@
-// The files that every report carries, as they were at build time.
+// Files that every report includes, with their contents at build time.
 #ifndef EGOSIEVE_TOOLS_REPORT_EMBEDDED_FILES_H_
 #define EGOSIEVE_TOOLS_REPORT_EMBEDDED_FILES_H_
 

@@ -1,4 +1,4 @@
-// What the program's pages share.
+// HTML that the program's pages share.
 #ifndef EGOSIEVE_TOOLS_REPORT_HTML_H_
 #define EGOSIEVE_TOOLS_REPORT_HTML_H_
 
@@ -8,7 +8,7 @@
 
 namespace egosieve::tools {
 
-// Text as it must be written between tags or in an attribute.
+// Text escaped for use between tags or in an attribute.
 std::string EscapeHtml(absl::string_view text);
 
 // The style sheet of reports and batches, page.css.

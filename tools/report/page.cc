@@ -25,7 +25,7 @@ namespace {
 
 using Outcome = FrameLine::Outcome;
 
-// Of the frames of one reason; the log has them all.
+// Largest number of ranges shown per reason; the log has all frames.
 constexpr size_t kShownRanges = 20;
 
 double MedianOrZero(const std::vector<double>& values) {
@@ -45,13 +45,13 @@ std::string Tile(absl::string_view figure, absl::string_view meaning) {
                       EscapeHtml(meaning), "</span></div>\n");
 }
 
-// The input's last two path components: "car-shadow/frames" says more than "frames".
+// The input's last two path components: "car-shadow/frames" is more specific than "frames".
 std::string Title(const RunDescription& description) {
   const std::filesystem::path path(description.input.path);
   return (path.parent_path().filename() / path.filename()).string();
 }
 
-// Maps that another device made than the run's.
+// Describes maps that were made on another device than the run's.
 std::string OtherDevices(absl::Span<const FrameLine> lines) {
   std::map<std::string, int64_t> counts;
   for (const FrameLine& line : lines) {
@@ -120,7 +120,7 @@ std::string Tiles(const ReportContent& content) {
                                 "pooled AUC against the truth"));
   }
   if (frames > 0) {
-    // Stages overlap: the clock's time, or the sum of the stages while the run has not ended.
+    // Stages overlap, so take the clock's time; while the run has not ended, the sum of the stages.
     const double seconds_per_frame = content.description.seconds > 0.0
                                          ? content.description.seconds / static_cast<double>(frames)
                                          : MedianOrZero(milliseconds) / 1000.0;
@@ -136,7 +136,7 @@ std::string Tiles(const ReportContent& content) {
   return absl::StrCat(html, "</section>\n");
 }
 
-// The pictures open large by a click; arrow keys step through them (page.js).
+// A click enlarges a picture; arrow keys move between pictures (page.js).
 std::string Pictures(const ReportContent& content) {
   std::string html = "<h2>What moves</h2>\n";
   const std::string timeline = MoverTimeline(content.tracks, content.lines);
@@ -205,7 +205,7 @@ std::string MotionModels(absl::Span<const FrameLine> lines) {
   return absl::StrCat(html, "</table>\n");
 }
 
-// Milliseconds by stage over the frames that have it: what is usual, and what a bad frame costs.
+// Milliseconds per stage over the frames that have the stage: typical and bad frames.
 std::string StageTable(absl::Span<const FrameLine> lines) {
   std::vector<std::string> stages;
   std::map<std::string, std::vector<double>> times;
@@ -240,7 +240,7 @@ std::string StageTable(absl::Span<const FrameLine> lines) {
   return absl::StrCat(html, "</table>\n");
 }
 
-// Frames by reason, numbers aside: the most frequent first, each in its first frame's words.
+// Frames by reason, ignoring numbers: the most frequent first, with the text of its first frame.
 std::string NotLearnt(absl::Span<const FrameLine> lines) {
   struct Group {
     std::string reason;

@@ -1,7 +1,7 @@
 // The report of a drive: one HTML page that needs no other file.
 //
-// Charts are drawn by dygraphs (https://dygraphs.com, MIT licence), whose text is part of the page;
-// without JavaScript the figures, pictures and tables remain.
+// Charts are drawn by dygraphs (https://dygraphs.com, MIT licence), which is embedded in the page.
+// Without JavaScript, the figures, pictures and tables remain.
 #ifndef EGOSIEVE_TOOLS_REPORT_PAGE_H_
 #define EGOSIEVE_TOOLS_REPORT_PAGE_H_
 
@@ -28,17 +28,17 @@ struct ReportContent {
   RunDescription description;
   std::vector<FrameLine> lines;
   std::optional<Evaluation> evaluation;
-  std::string tracks;  // the text of tracks.csv; empty where there is none
-  std::string video;   // the overlay video's path from the page; empty where there is none
+  std::string tracks;  // the text of tracks.csv; empty if there is none
+  std::string video;   // the overlay video's path from the page; empty if there is none
   std::vector<ReportPicture> pictures;
-  std::vector<std::string> picture_notes;  // what they show, what is missing and why
-  int64_t max_chart_points = 600;          // frames beyond are averaged
+  std::vector<std::string> picture_notes;  // their contents, and missing pictures with reasons
+  int64_t max_chart_points = 600;          // longer drives are averaged
 };
 
 std::string MakeReportPage(const ReportContent& content);
 
-// "0-3, 7, 9-12" for increasing indices; of more than `max_ranges` the longest, and how many
-// indices are left: "0-3, 9-12, and 1 more".
+// "0-3, 7, 9-12" for increasing indices. If there are more than `max_ranges` ranges, the longest
+// ones and the number of other indices: "0-3, 9-12, and 1 more".
 std::string DescribeRanges(absl::Span<const int64_t> indices, size_t max_ranges = SIZE_MAX);
 
 }  // namespace egosieve::tools

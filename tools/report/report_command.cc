@@ -42,7 +42,7 @@ std::string Jpeg(const cv::Mat3b& picture) {
   return std::string(bytes.begin(), bytes.end());
 }
 
-// `count` lines evenly over those that have a map, the first and the last among them.
+// `count` lines spread evenly over those with a map, including the first and the last.
 std::vector<FrameLine> ChoosePictures(const std::vector<FrameLine>& lines, int64_t count) {
   std::vector<FrameLine> with_map;
   std::copy_if(lines.begin(), lines.end(), std::back_inserter(with_map), [](const FrameLine& line) {
@@ -112,14 +112,14 @@ class ReportCommand : public Command {
   }
 
  private:
-  // Nothing where the run has no such file.
+  // Empty if the run has no such file.
   static absl::StatusOr<std::string> ReadIfThere(const RunFolder& folder, const char* name) {
     absl::StatusOr<std::string> text = ReadFile(folder.File(name));
     if (absl::IsNotFound(text.status())) return std::string();
     return text;
   }
 
-  // What is gone costs the page its pictures, not its charts.
+  // If the input is missing, the page lacks its pictures but not its charts.
   absl::Status AddPictures(const RunFolder& folder, ReportContent& content) {
     const auto tell = [&content](absl::string_view what) {
       Warn(what);

@@ -23,7 +23,7 @@ struct Mover {
   std::vector<int64_t> frames;  // increasing
 };
 
-// By the frame in which they come; the longest kMostRows.
+// The longest visible kMostRows movers, in the order of their first frames.
 std::vector<Mover> ReadMovers(absl::string_view tracks, size_t* left_out) {
   std::map<int, Mover> by_number;
   for (const absl::string_view row : absl::StrSplit(tracks, '\n', absl::SkipEmpty())) {

@@ -1,6 +1,5 @@
-// When each mover was there: a drawing (SVG) with a row for each number, frames from left to right.
-// Frames that were not learnt from, whose maps and numbers are less to be trusted, are grey
-// columns.
+// When each mover was visible: a drawing (SVG) with one row per number, frames from left to right.
+// Grey columns are frames that were not learnt from; their maps and numbers are less reliable.
 #ifndef EGOSIEVE_TOOLS_REPORT_TIMELINE_H_
 #define EGOSIEVE_TOOLS_REPORT_TIMELINE_H_
 
@@ -12,8 +11,8 @@
 
 namespace egosieve::tools {
 
-// tracks: the text of tracks.csv; lines that cannot be read are passed over. Of more than 40 movers
-// those that were there longest are drawn, and how many are left out is said. Empty without movers.
+// tracks: the text of tracks.csv; unreadable lines are skipped. If there are more than 40 movers,
+// the longest visible ones are drawn, and the number of the others is stated. Empty without movers.
 std::string MoverTimeline(absl::string_view tracks, absl::Span<const FrameLine> lines);
 
 }  // namespace egosieve::tools

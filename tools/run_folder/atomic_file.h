@@ -1,4 +1,4 @@
-// kernels/files/atomic_file.h by the names that the tools use.
+// Functions of kernels/files/atomic_file.h, in this namespace.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_ATOMIC_FILE_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_ATOMIC_FILE_H_
 

@@ -10,7 +10,7 @@ namespace egosieve::tools {
 namespace {
 
 constexpr double kLeastFollowed = 0.7;
-// A cut now and then does not make a run sparse.
+// A few scene cuts do not make a run sparse.
 constexpr double kSparseShare = 0.1;
 
 // The last run of digits in a picture's name, without the extension.

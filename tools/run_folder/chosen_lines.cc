@@ -14,7 +14,7 @@ bool LacksMap(const FrameLine& line) {
   return !line.has_map() && line.outcome != FrameLine::Outcome::kFailed;
 }
 
-// What makes the maps that are missing.
+// The command that makes the missing maps.
 std::string Remedy(const RunFolder& folder, const RunDescription& description) {
   if (!description.maps_from.empty()) {
     return absl::StrCat("egosieve infer ", description.maps_from, " --out=", folder.path());
@@ -24,7 +24,7 @@ std::string Remedy(const RunFolder& folder, const RunDescription& description) {
                       " with its input and flags");
 }
 
-// Maps that the lines name and that are gone.
+// DataLoss if a map of these lines is missing.
 absl::Status CheckFiles(const RunFolder& folder, const RunDescription& description,
                         absl::Span<const FrameLine> lines) {
   const auto is_gone = [&](const FrameLine& line) {

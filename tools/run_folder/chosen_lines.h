@@ -1,5 +1,5 @@
-// The frames of a run that a command works on, and what it says of those that have no map: a run
-// with --learn_only or --every leaves maps to be made by infer.
+// The frames of a run that a command works on, and messages about frames without a map: in a run
+// with --learn_only or --every, infer makes the missing maps later.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_CHOSEN_LINES_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_CHOSEN_LINES_H_
 
@@ -16,20 +16,21 @@
 
 namespace egosieve::tools {
 
-// The run's lines in `range`. InvalidArgument where there are none, FailedPrecondition where the
-// run has no frame at all.
+// The run's lines in `range`. InvalidArgument if there are none; FailedPrecondition if the run has
+// no frame at all.
 absl::StatusOr<std::vector<FrameLine>> ChooseLines(const RunFolder& folder,
                                                    const FrameRange& range);
 
-// FailedPrecondition where none of the lines, of which there is one at least, has a map: why, and
-// the command that makes them. DataLoss where a map's file is missing or empty, likewise.
+// `lines` has at least one line. FailedPrecondition if no line has a map: the message gives the
+// reason and the command that makes the maps. DataLoss, with the same hint, if a map's file is
+// missing or empty.
 absl::Status CheckMaps(const RunFolder& folder, const RunDescription& description,
                        absl::Span<const FrameLine> lines);
-// Of the whole run.
+// The same for the whole run.
 absl::Status CheckMaps(const RunFolder& folder);
 
-// "5 of 8 frames have no map; egosieve infer DIR makes them": of the frames that could be read. ""
-// where all have one.
+// "5 of 8 frames have no map; egosieve infer DIR makes them". Counts only frames that could be
+// read. "" if all have a map.
 std::string DescribeMissingMaps(const RunFolder& folder, const RunDescription& description,
                                 absl::Span<const FrameLine> lines);
 

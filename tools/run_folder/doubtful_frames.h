@@ -1,4 +1,4 @@
-// Which frames of a run are not to be relied on, and why.
+// Which frames of a run are unreliable, and why.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_DOUBTFUL_FRAMES_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_DOUBTFUL_FRAMES_H_
 
@@ -11,10 +11,10 @@
 
 namespace egosieve::tools {
 
-// Why the frame is not to be relied on; empty where it is.
+// Why the frame is unreliable; empty if it is reliable.
 std::string DoubtOf(const FrameLine& line);
 
-// "only # of # features" of "only 17 of 300 features": reasons of one kind.
+// Turns "only 17 of 300 features" into "only # of # features", to group reasons of one kind.
 std::string WithoutNumbers(absl::string_view reason);
 
 class DoubtfulFrames {
@@ -22,7 +22,7 @@ class DoubtfulFrames {
   void Add(const FrameLine& line);
 
   int64_t count() const { return count_; }
-  // "12 of 62 frames are unreliable, most often: ..."; empty where none is.
+  // "12 of 62 frames are unreliable, most often: ..."; empty if there are none.
   std::string Sentence() const;
 
  private:

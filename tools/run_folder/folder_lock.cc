@@ -16,7 +16,7 @@
 namespace egosieve::tools {
 namespace {
 
-constexpr char kUsed[] = "/grid";  // which every run has
+constexpr char kUsed[] = "/grid";  // exists in every run
 constexpr auto kPoll = std::chrono::milliseconds(20);
 constexpr auto kLongestWait = std::chrono::minutes(1);
 
@@ -37,7 +37,7 @@ absl::StatusOr<FolderLock> FolderLock::Lock(const std::string& run, const std::s
 }
 
 absl::StatusOr<FolderLock> FolderLock::Take(const std::string& path) {
-  constexpr int kAttempts = 5;  // IsTaken holds it for an instant
+  constexpr int kAttempts = 5;  // IsTaken holds the lock for an instant
   for (int attempt = 1;; ++attempt) {
     absl::StatusOr<FolderLock> lock = Lock(path, path, LOCK_EX, "writing into");
     if (!absl::IsFailedPrecondition(lock.status()) || attempt == kAttempts) return lock;

@@ -1,10 +1,11 @@
-// Locks on a run folder. They end with the object or the process, however that ends, and leave no
-// file. File systems without locks grant every lock.
+// Locks on a run folder. A lock ends with its object or its process, even if that is killed, and
+// leaves no file. File systems without locks grant every lock.
 //
-//   Take    what writes the log of the frames: segment, from beginning to end
-//   Use     what needs the run to stay: infer, in the run whose models it reads and in the one that
-//           it fills. Several programs may hold it, beside the one of Take.
-//   Clear   what removes the run
+//   Take    held by the writer of the frames' log: segment, from beginning to end
+//   Use     held by a program that needs the run to stay: infer, on the run whose models it reads
+//           and on the run that it fills. Several programs may hold it, also while another one
+//           holds Take
+//   Clear   held while a run is removed
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_FOLDER_LOCK_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_FOLDER_LOCK_H_
 
@@ -17,14 +18,14 @@ namespace egosieve::tools {
 
 class FolderLock {
  public:
-  // FailedPrecondition where another program's lock excludes it; Unavailable where there is no such
+  // FailedPrecondition if another program's lock excludes it; Unavailable if there is no such
   // folder.
   static absl::StatusOr<FolderLock> Take(const std::string& path);
   static absl::StatusOr<FolderLock> Use(const std::string& path);
   static absl::StatusOr<FolderLock> Clear(const std::string& path);
-  // Whether a program holds the lock of Take now.
+  // Whether a program holds the lock of Take at present.
   static absl::StatusOr<bool> IsTaken(const std::string& path);
-  // Waits for programs that hold it for a moment; after a minute as Take.
+  // Waits for programs that hold the lock only briefly; after a minute it fails as Take does.
   static absl::StatusOr<FolderLock> TakeWhenFree(const std::string& path);
 
   FolderLock(FolderLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}

@@ -27,7 +27,7 @@ constexpr std::array<std::string_view, 16> kFiles = {
     "eval.json",        "eval.csv",        "further.json",      "tracks.csv",
     "reconstruct.json", "frames.jsonl",    "trajectory.txt",    "refined.json"};
 
-// Files NNNNNN with one of the endings.
+// Files NNNNNN with one of these endings.
 struct FrameFolder {
   const char* name;
   std::vector<std::string_view> endings;
@@ -54,7 +54,7 @@ bool IsFrameFile(std::string_view name, const std::vector<std::string_view>& end
          std::find(endings.begin(), endings.end(), name.substr(digits)) != endings.end();
 }
 
-// The page, its data, and the two images of each figure that its data name.
+// Whether `name` is the page, its data, or an image of a figure that the data name.
 bool IsPlotFile(std::string_view name, const std::string& figures) {
   if (name == "figures.json" || name == "index.html" || name == "plot.log") return true;
   const fs::path path(name);
@@ -72,8 +72,8 @@ absl::Status Remove(const fs::path& path) {
       "cannot remove ", path.string(), ": ", error.message(), "; choose another folder for --out"));
 }
 
-// Removes the files of `folder` that `is_ours` and those that were to become one. What is a
-// directory or a link, to a folder or not, is nobody's file of ours.
+// Removes the files of `folder` that satisfy `is_ours`, and their temporary files. Directories and
+// links are never files of the program.
 template <typename IsOurs>
 absl::Status RemoveFiles(const fs::path& root, const std::string& folder, const IsOurs& is_ours,
                          std::vector<std::string>& left) {
@@ -96,12 +96,12 @@ absl::Status RemoveFiles(const fs::path& root, const std::string& folder, const 
       left.push_back(folder.empty() ? name : absl::StrCat(folder, "/", name));
     }
   }
-  // An empty folder goes, too, but for the one that locks are taken on (folder_lock.h).
+  // Empty folders are removed, too, except the one that holds the locks (folder_lock.h).
   if (!folder.empty() && folder != "grid") fs::remove(root / folder, error);
   return absl::OkStatus();
 }
 
-// With every link followed; of what does not exist the part that does.
+// Resolves all links; of a path that does not exist, those of its existing part.
 fs::path Canonical(const fs::path& path) {
   std::error_code error;
   fs::path canonical = fs::weakly_canonical(path, error);
@@ -171,7 +171,7 @@ absl::StatusOr<bool> IsBarelyBegun(const std::string& path) {
 
 absl::Status CheckApart(const std::string& out, const std::vector<std::string>& sources) {
   const fs::path folder = Canonical(out);
-  std::map<fs::path, fs::path> parents;  // links among thousands of files are few
+  std::map<fs::path, fs::path> parents;  // resolved folders; few of many files are links
   for (const std::string& source : sources) {
     const fs::path path = fs::absolute(source);
     std::error_code error;

@@ -1,5 +1,5 @@
-// What `--overwrite` removes: the files that the program writes into a run folder, by their names,
-// and nothing else.
+// Files that `--overwrite` removes: those that the program itself writes into a run folder, known
+// by their names, and no others.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_FORMER_RUN_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_FORMER_RUN_H_
 
@@ -10,22 +10,23 @@
 
 namespace egosieve::tools {
 
-// Removes them with their temporaries, run.json last: until then the folder is still one. Links
-// are not followed. Returns what is left, but for grid/, by names relative to `path`.
+// Removes these files and their temporary files, run.json last: until then the folder remains a run
+// folder. Links are not followed. Returns the names, relative to `path`, of everything that
+// remains, except the folder grid/ itself.
 absl::StatusOr<std::vector<std::string>> RemoveFormerRun(const std::string& path);
 
-// Removes what programs that were killed left half written, in the run folder and in those below it
-// that are its own. Files that are being written, and other names, stay.
+// Removes the partial files of killed programs, in the run folder and in its own subfolders. Files
+// that are being written, and other names, stay.
 void RemoveAbandonedFiles(const std::string& path);
 
-// Whether the folder holds nothing but what a run leaves that was killed before its run.json.
+// Whether the folder holds only files of a run that was killed before it wrote run.json.
 absl::StatusOr<bool> IsBarelyBegun(const std::string& path);
 
-// InvalidArgument, naming the flag --out, where one of `sources` is `out` or lies in it, whatever
-// names and links lead there. Paths that do not exist lie nowhere.
+// InvalidArgument, naming the flag --out, if one of `sources` is `out` or lies in it. Links and
+// other spellings of a path are resolved. Paths that do not exist lie nowhere.
 absl::Status CheckApart(const std::string& out, const std::vector<std::string>& sources);
 
-// Whether `path` is the folder or lies in it, whatever names and links lead there.
+// Whether `path` is the folder or lies in it. Links and other spellings of a path are resolved.
 bool LiesInFolder(const std::string& path, const std::string& folder);
 
 }  // namespace egosieve::tools

@@ -37,7 +37,7 @@ absl::Status ReadPoints(const Json& json, FrameLine::PointCounts& points) {
   return fields.status();
 }
 
-// null where it is not known.
+// null if not known.
 Json StepToJson(const vision::CameraStep& step) {
   if (!step.known) return Json();
   const auto list = [](const Eigen::Vector3d& v) { return Json{v(0), v(1), v(2)}; };
@@ -190,7 +190,7 @@ absl::StatusOr<FrameLine> FrameLineFromJson(const Json& json) {
 }
 
 std::string ToText(const FrameLine& line) {
-  // A file name in a reason may hold bytes that are not UTF-8.
+  // A file name in `reason` may have bytes that are not UTF-8.
   return ToJson(line).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -1,7 +1,7 @@
 // The record of one frame: a line of frames.jsonl.
 //
-// All but `milliseconds` is a function of input, flags, device and build: two runs agree in every
-// byte of the line once that field is taken out.
+// All fields except `milliseconds` depend only on input, flags, device and build: without it, the
+// lines of two runs are equal in every byte.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_FRAME_LINE_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_FRAME_LINE_H_
 
@@ -26,13 +26,13 @@ struct FrameLine {
                 // `reason` says why
   };
 
-  // Points by what became of them in this frame. dropped_by_* name the filter that dropped them.
+  // Numbers of points by their fate in this frame. dropped_by_* name the filter that dropped them.
   struct PointCounts {
     int64_t candidates = 0;  // labelled features
     int64_t dropped_by_density = 0;
     int64_t dropped_by_novelty = 0;
     int64_t added = 0;                   // to the model
-    int64_t dropped_by_consistency = 0;  // of the model's points, as all that follow
+    int64_t dropped_by_consistency = 0;  // of the model's points, as all below
     int64_t dropped_by_model_density = 0;
     int64_t dropped_by_age = 0;
     int64_t dropped_by_budget = 0;
@@ -43,8 +43,8 @@ struct FrameLine {
   double time_seconds = 0.0;
   Outcome outcome = Outcome::kAnswered;
   std::string reason;    // empty where learnt
-  std::string doubt;     // why the frame is not to be relied on; empty where it is
-  int width_pixels = 0;  // of the frame, which may differ from its neighbours'; 0: it has no map
+  std::string doubt;     // why the frame is unreliable; empty if it is reliable
+  int width_pixels = 0;  // of the frame; may differ between frames; 0: it has no map
   int height_pixels = 0;
 
   int64_t features = 0;
@@ -54,13 +54,13 @@ struct FrameLine {
   double noise_pixels = 0.0;          // scale of the static features' residuals
   int64_t labelled_static = 0;        // p < 1/2
   int64_t labelled_dynamic = 0;       // p >= 1/2
-  int64_t frame_gap = 0;              // frames between the two of the pair; 0: no pair
-  // Of the dynamic labels, by the evidence that weighed most; names of vision/evidence/fusion.h.
+  int64_t frame_gap = 0;              // frames between the two pictures of the pair; 0: no pair
+  // Shares of the dynamic labels by their strongest evidence; names of vision/evidence/fusion.h.
   std::vector<std::pair<std::string, double>> decided_by;  // shares
-  // Areas (x, y, width, height; pixels of the frame) found to belong to the own vehicle.
+  // Areas (x, y, width, height; pixels of the frame) that belong to the own vehicle.
   std::vector<std::array<int, 4>> own_vehicle;
 
-  vision::CameraStep step;  // of the camera, from the frame before
+  vision::CameraStep step;  // motion of the camera since the frame before
 
   PointCounts points;
   int64_t model_size = 0;     // points, after this frame; 0: the map is the prior
@@ -69,23 +69,24 @@ struct FrameLine {
   double b = 0.0;
   double log_likelihood_per_point = 0.0;  // of the training subset; 0 where no step was taken
   bool factor_rebuilt = false;
-  double jitter = 0.0;               // added to the noise variance for the factor's sake
-  double dynamic_share = 0.0;        // of the grid's pixels, with a probability of 1/2 or more
+  double jitter = 0.0;               // added to the noise variance so that the factor exists
+  double dynamic_share = 0.0;        // share of the grid's pixels with a probability of 1/2 or more
   int64_t clamped_variances = 0;     // negative from rounding, set to 0
-  int64_t saturated_deviations = 0;  // beyond the scale of the deviation maps
+  int64_t saturated_deviations = 0;  // above full scale in the deviation map
   std::string map_device;            // that made the map; empty, in the log absent: the run's
 
   bool has_map() const { return width_pixels > 0; }
 
-  // Stage and its time, in the order in which the stages ran.
+  // Stages and their times, in the order in which the stages ran.
   std::vector<std::pair<std::string, double>> milliseconds;
 };
 
 nlohmann::ordered_json ToJson(const FrameLine& line);
-// DataLoss, naming the field, where one is missing or has another type.
+// DataLoss, naming the field, if a field is missing or has another type.
 absl::StatusOr<FrameLine> FrameLineFromJson(const nlohmann::ordered_json& json);
 
-// One line, without its line break. Numbers that are not finite become null and are read as NaN.
+// One line, without its line break. Numbers that are not finite are written as null and read as
+// NaN.
 std::string ToText(const FrameLine& line);
 absl::StatusOr<FrameLine> FrameLineFromText(absl::string_view line);
 

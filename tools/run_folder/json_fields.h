@@ -1,5 +1,5 @@
-// Reading the fields of a JSON object by name, with errors that name the field. A document is read
-// by one function that visits every field; the first failure is kept and the rest is skipped.
+// Reads the fields of a JSON object by name; errors name the field. One function reads a whole
+// document by visiting every field. The first failure is kept, and later reads are skipped.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_JSON_FIELDS_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_JSON_FIELDS_H_
 
@@ -15,7 +15,7 @@ namespace egosieve::tools {
 
 class JsonFields {
  public:
-  // `document` names the object in errors. Both outlive this reader.
+  // `document` names the object in errors. `object` must outlive this reader.
   JsonFields(const nlohmann::ordered_json& object, std::string document)
       : object_(object), document_(std::move(document)) {
     if (!object_.is_object()) {
@@ -47,7 +47,7 @@ class JsonFields {
     }
   }
 
-  // As Read, but where there is no such field the target stays as it is.
+  // As Read, but a missing field leaves the target unchanged.
   template <typename T>
   void ReadIfThere(const char* name, T& target) {
     if (status_.ok() && object_.contains(name)) Read(name, target);

@@ -80,7 +80,7 @@ absl::Status LineLog::Append(absl::string_view line) {
     status = WriteError(path_, errno);
   }
   if (!status.ok()) {
-    // What a failed write left of the line; a file that cannot even shrink is cut by the next Open.
+    // Cuts off the rest of a failed write; if that fails, too, the next Open does it.
     [[maybe_unused]] const int ignored = ftruncate(descriptor_, size_);
     return status;
   }

@@ -1,5 +1,5 @@
-// A text file that grows by whole lines, each synced before Append returns. A line that could not
-// be written whole is cut off again.
+// A text file that grows by complete lines. Append returns after the line is synced to the disk. A
+// line that could not be written completely is cut off again.
 //
 // Errors are those of kernels/files/atomic_file.h.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_LINE_LOG_H_
@@ -17,17 +17,17 @@ namespace egosieve::tools {
 
 class LineLog {
  public:
-  // Opens for appending, creating the file. A last line without its line break is what a crash
-  // left: it is cut off.
+  // Opens for appending and creates the file if needed. A last line without a line break comes from
+  // a crash and is cut off.
   static absl::StatusOr<LineLog> Open(const std::string& path);
-  // Likewise, after cutting the file to its first `lines` lines; DataLoss if it has fewer.
+  // The same, after cutting the file to its first `lines` lines; DataLoss if it has fewer.
   static absl::StatusOr<LineLog> OpenTruncated(const std::string& path, int64_t lines);
 
   LineLog(LineLog&& other) noexcept;
   LineLog& operator=(LineLog&& other) noexcept;
   ~LineLog();
 
-  // `line` without its line break; several lines with those between them.
+  // `line` without its final line break; several lines are separated by line breaks.
   absl::Status Append(absl::string_view line);
 
  private:

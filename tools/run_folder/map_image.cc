@@ -15,12 +15,12 @@ namespace egosieve::tools {
 namespace {
 
 constexpr double kFullPixel = 65535.0;
-constexpr int64_t kMaximumBytes = std::numeric_limits<int>::max();  // a row of OpenCV's
+constexpr int64_t kMaximumBytes = std::numeric_limits<int>::max();  // longest row in OpenCV
 
 }  // namespace
 
 absl::StatusOr<std::string> EncodePng(const cv::Mat& image) {
-  // Level 1 and the Sub filter: three times as fast as the defaults, a tenth larger on smooth maps.
+  // Level 1, Sub filter: three times as fast as the defaults, a tenth larger on smooth maps.
   const std::vector<int> flags = {cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_PNG_STRATEGY,
                                   cv::IMWRITE_PNG_STRATEGY_FILTERED};
   std::vector<uchar> bytes;

@@ -2,7 +2,7 @@
 //
 //   pixel = round(65535 min(value / full_scale, 1)),   value >= 0
 //
-// so that a value comes back within full_scale / 131070, unless it saturated.
+// A value is recovered within full_scale / 131070, unless it saturated.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_MAP_IMAGE_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_MAP_IMAGE_H_
 
@@ -18,18 +18,18 @@ struct EncodedMap {
   int64_t saturated = 0;  // values above full_scale
 };
 
-// The pixels of values that are not negative, and what they are read as.
+// Pixels of values that are not negative, and values of pixels.
 cv::Mat1w MapPixels(const cv::Mat1f& values, double full_scale);
 cv::Mat1f MapValues(const cv::Mat1w& pixels, double full_scale);
 
-// InvalidArgument, naming the pixel, where a value is negative or not a number.
+// InvalidArgument, naming the pixel, if a value is negative or not a number.
 absl::StatusOr<EncodedMap> EncodeMap(const cv::Mat1f& values, double full_scale);
 
-// An image file by OpenCV's `flags` (cv::IMREAD_*). DataLoss, naming `path`, where it is none;
-// errors of kernels/files/atomic_file.h.
+// Reads an image file with OpenCV's `flags` (cv::IMREAD_*). DataLoss, naming `path`, if it is not
+// an image; errors of kernels/files/atomic_file.h.
 absl::StatusOr<cv::Mat> ReadImage(const std::string& path, int flags);
 
-// DataLoss, naming `path`, unless the file is a 16-bit grey PNG of the size expected; NotFound.
+// DataLoss, naming `path`, unless the file is a 16-bit grey PNG of the expected size; NotFound.
 absl::StatusOr<cv::Mat1f> ReadMap(const std::string& path, cv::Size expected, double full_scale);
 
 // Any 8-bit image as PNG bytes.

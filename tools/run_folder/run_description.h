@@ -1,4 +1,4 @@
-// What a run was: run.json.
+// Description of a run: run.json.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_RUN_DESCRIPTION_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_RUN_DESCRIPTION_H_
 
@@ -12,49 +12,50 @@
 
 namespace egosieve::tools {
 
-// The format of the whole folder; readers refuse later ones.
+// The format of the whole folder. Readers accept only this format.
 inline constexpr int kRunFormat = 2;
 
 struct RunDescription {
   std::string version;                       // of the program
-  std::map<std::string, std::string> flags;  // every flag that shapes the output, as it was used
-  std::string device;                        // that computes the dense maps; FrameLine::map_device
+  std::map<std::string, std::string> flags;  // every flag that shapes the output, with its value
+  std::string device;                        // device of the dense maps; see FrameLine::map_device
   uint64_t seed = 0;
-  // The run folder whose models made the maps, made absolute; empty: this one, in run.json absent.
+  // The run folder whose models made the maps, absolute; empty, in run.json absent: this one.
   std::string maps_from;
 
   struct Input {
-    std::string path;         // as it was given, made absolute
+    std::string path;         // as given, made absolute
     std::string kind;         // video, folder, glob, list or stream
-    std::string fingerprint;  // tells another input at the same path
+    std::string fingerprint;  // detects another input at the same path
   } input;
 
   kernels::ImageGrid grid;  // of the maps; its width and height are the frames'
 
-  // A pixel of grid/NNNNNN.prob.png is 65535 p; of .std.png 65535 s / deviation_full_scale, where s
-  // is the deviation of the latent function f, whose probability p = Phi(...) is; larger saturate.
+  // A pixel of grid/NNNNNN.prob.png is 65535 p; a pixel of .std.png is 65535 s /
+  // deviation_full_scale, where s is the deviation of the latent function f with probability p =
+  // Phi(...). Larger values saturate.
   double deviation_full_scale = 4.0;
 
-  // "running" is also what a run that was killed leaves.
+  // A run that was killed also leaves "running".
   std::string ended = "running";  // running, done, interrupted, failed
-  std::string ended_message;      // the error's line where it failed
+  std::string ended_message;      // the error's line if it failed
   int64_t frames_answered = 0;
   int64_t frames_learnt = 0;
   int64_t frames_failed = 0;
-  double seconds = 0.0;      // all that the run took, resumed parts included
+  double seconds = 0.0;      // duration of the run, including resumed parts
   std::string started_utc;   // ISO 8601
   std::string finished_utc;  // empty while running
 };
 
-// Whether the run leaves maps to be made later, and so keeps its models.
+// Whether the run leaves maps to be made later, and therefore keeps its models.
 bool KeepsModels(const RunDescription& description);
 
 std::string ToText(const RunDescription& description);
-// DataLoss, naming the field; FailedPrecondition for a later format.
+// DataLoss, naming the field; FailedPrecondition for another format.
 absl::StatusOr<RunDescription> RunDescriptionFromText(absl::string_view text);
 
-// The first flag, input, device or source of models in which a run that is to be continued differs
-// from the one that `before` describes: "stride is 5 there and 3 here". Empty where they agree.
+// The first flag, input, device or source of models that differs between the run `before` and its
+// continuation `now`: "stride is 5 there and 3 here". Empty if they agree.
 std::string DescribeDifference(const RunDescription& before, const RunDescription& now);
 
 }  // namespace egosieve::tools

@@ -42,7 +42,7 @@ void TellWhatIsLeft(const std::string& path, std::vector<std::string> left) {
                     count > kNamed ? absl::StrCat(" and ", count - kNamed, " more") : ""));
 }
 
-// A log's lines; none where there is no file. The last is left out where a crash cut it short.
+// A log's lines; none if the file is missing. A last line that a crash cut short is left out.
 absl::StatusOr<std::vector<FrameLine>> ReadLog(const std::string& path) {
   std::vector<FrameLine> lines;
   const absl::StatusOr<std::string> text = ReadFile(path);
@@ -190,7 +190,7 @@ absl::StatusOr<LineLog> RunFolder::OpenMapLog() const {
   for (char& letter : host) {
     if (letter == '/') letter = '_';
   }
-  // By time first: of two entries of a frame that of the program that began later holds.
+  // The name begins with the time: of two lines of a frame, that of the later program counts.
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   return LineLog::Open(
       File(absl::StrFormat("%s/%013d-%s-%d%s", kMapLogs,
@@ -205,7 +205,7 @@ bool RunFolder::HoldsMaps(const FrameLine& line, const RunDescription& descripti
     return !error && size > 0;
   };
   if (description.flags.count("potential") > 0 && !is_there("potential", ".png")) return false;
-  // A method without a deviation writes none.
+  // A method without deviations writes none.
   return is_there("grid", ".prob.png") &&
          (description.flags.count("method") > 0 || is_there("grid", ".std.png"));
 }

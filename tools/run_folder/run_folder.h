@@ -1,27 +1,27 @@
-// The output folder of a drive: where everything lies, and how it is written and read.
+// The output folder of a drive: its files, and how they are written and read.
 //
 //   run.json                       RunDescription
-//   frames.jsonl                   a FrameLine a line, in the order of the frames: segment's log
-//   log/TIME-HOST-PID.jsonl        the lines of maps that were made later, a log for each program
-//                                  that makes them; who reads merges them
+//   frames.jsonl                   one FrameLine per line, in the frames' order: segment's log
+//   log/TIME-HOST-PID.jsonl        lines of maps that were made later; one log per program that
+//                                  makes maps. Readers merge the logs
 //   grid/NNNNNN.{prob,std}.png     maps at grid resolution (map_image.h)
-//   potential/NNNNNN.png           with segment --potential: what looks like the things that move,
+//   potential/NNNNNN.png           with segment --potential: how much each place looks like movers,
 //                                  at grid resolution, value / 65535
-//   masks/, ids/, tracks.csv, full/    what reconstruct makes (tools/reconstruct/frame_products.h);
-//   reconstruct.json                   how far it is
-//   refined/, refined.json         what its shares make (tools/reconstruct/refined_maps.h)
+//   masks/, ids/, tracks.csv, full/    made by reconstruct (tools/reconstruct/frame_products.h);
+//   reconstruct.json                   its progress
+//   refined/, refined.json         made by reconstruct's shares (tools/reconstruct/refined_maps.h)
 //   camera.json, own_vehicle.png, fixed_pattern.png, windscreen.png
-//                                  what a first pass learnt (tools/segment/run_camera.h)
-//   ignored.png                    the user's own mask of what is not the world
+//                                  results of the first pass (tools/segment/run_camera.h)
+//   ignored.png                    the user's own mask of areas that do not show the scene
 //   frames/NNNNNN.png              pictures of a stream (segment --record)
 //   render/NNNNNN.png              overlays
 //   model/                         checkpoints
-//   steps/NNNNNN.npz               what the frame did to the model, where maps are made later
+//   steps/NNNNNN.npz               what the frame did to the model, if maps are made later
 //   report.html, overlay.mp4, eval.json, eval.csv, further.json, plots/
 //
-// NNNNNN is the frame's index in the input, from 0. A frame's maps are written before its line: a
-// frame that has a line has its maps, whole. Logs only grow, so that programs on several machines
-// may fill one folder without waiting for each other; a map that is made twice has the same bytes.
+// NNNNNN is the frame's index in the input, from 0. A frame's maps are written before its line, so
+// a frame with a line has complete maps. Logs only grow, so programs on several machines may fill
+// one folder without waiting for each other. A map that is made twice has the same bytes.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_RUN_FOLDER_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_RUN_FOLDER_H_
 
@@ -49,18 +49,18 @@ struct MapFile {
   const char* folder;
   const char* suffix;
 };
-// Those that a run's maps consist of, the probability, by which a map is known, last.
+// The files of a frame's maps. The probability is last, because it marks the maps as complete.
 inline constexpr MapFile kMapFiles[] = {
     {"potential", ".png"}, {"grid", ".std.png"}, {"grid", ".prob.png"}};
 
-// The folder's absolute path, the same however it is written.
+// The folder's absolute path, the same for all its spellings.
 std::string AbsolutePath(const std::string& path);
 
-// The grid of a frame's maps: the run's, but for the frame's own size.
+// The grid of a frame's maps: the run's, but with the frame's own size.
 kernels::ImageGrid GridOf(const FrameLine& line, const RunDescription& description);
 
-// Where a frame shows what is not the world: 255, else 0; of the frame's size. `ignored` is the
-// run's ReadIgnoredArea(), the rest the frame's own.
+// Pixels of a frame that do not show the scene: 255, else 0; of the frame's size. `ignored` is the
+// run's ReadIgnoredArea(); the frame's own areas are added.
 cv::Mat1b IgnoredIn(const FrameLine& line, const cv::Mat1b& ignored);
 
 class RunFolder {
@@ -69,12 +69,12 @@ class RunFolder {
                         kFixedPattern[] = "fixed_pattern.png", kWindscreen[] = "windscreen.png",
                         kRecorded[] = "frames";
 
-  // Makes the folder and its parents. A folder that holds something is refused (AlreadyExists)
-  // unless `overwrite` is set and it is a run folder that no other program works with
-  // (folder_lock.h): then a former run's files are removed, and only those (former_run.h); what is
-  // left is named on stderr. What a kill leaves before the first run.json counts as nothing.
+  // Makes the folder and its parents. AlreadyExists if the folder is not empty, unless `overwrite`
+  // is set and it is a run folder that no other program uses (folder_lock.h). Then the files of the
+  // former run are removed, and only those (former_run.h); all other files are listed on stderr.
+  // Files that a killed run left before its first run.json do not count.
   static absl::StatusOr<RunFolder> Create(const std::string& path, bool overwrite);
-  // NotFound where there is no folder, or no run in it.
+  // NotFound if there is no folder, or no run in it.
   static absl::StatusOr<RunFolder> Open(const std::string& path);
 
   const std::string& path() const { return path_; }
@@ -86,30 +86,30 @@ class RunFolder {
   absl::Status WriteDescription(const RunDescription& description) const;
   absl::StatusOr<RunDescription> ReadDescription() const;
 
-  // Those of all logs, merged. A last line that a crash cut short is left out; any other damage is
-  // DataLoss, with the line's number. Indices increase.
+  // The lines of all logs, merged; indices increase. A last line that a crash cut short is left
+  // out; any other damage is DataLoss, with the line's number.
   absl::StatusOr<std::vector<FrameLine>> ReadLines() const;
-  // Those of segment alone.
+  // The lines of segment's log only.
   absl::StatusOr<std::vector<FrameLine>> ReadSegmentedLines() const;
   absl::StatusOr<LineLog> OpenLog() const { return LineLog::Open(File("frames.jsonl")); }
-  // This process's own log of maps that are made later.
+  // This process's own log, for maps that are made later.
   absl::StatusOr<LineLog> OpenMapLog() const;
 
-  // Where kOwnVehicle or kIgnored is not 0: 255, else 0; empty where there is neither.
+  // 255 where kOwnVehicle or kIgnored is not 0, else 0; empty if both files are missing.
   absl::StatusOr<cv::Mat1b> ReadIgnoredArea() const;
 
-  // Whether the files that belong to a line with a map are there and not empty.
+  // Whether the files that belong to a line with a map exist and are not empty.
   bool HoldsMaps(const FrameLine& line, const RunDescription& description) const;
 
-  // Writes kMapFiles and returns how many deviations saturated. An empty deviation (means only) or
-  // potential is not written.
+  // Writes kMapFiles and returns how many deviations saturated. If the deviation (means only) or
+  // the potential is empty, it is not written.
   absl::StatusOr<int64_t> WriteGridMaps(int64_t index, const FrameMaps& maps,
                                         double deviation_full_scale) const;
-  // The maps of a line that has them, without the potential. The deviation is left empty where
-  // `with_deviation` is not set.
+  // The maps of a line with a map, without the potential. The deviation is left empty unless
+  // `with_deviation` is set.
   absl::StatusOr<FrameMaps> ReadGridMaps(const FrameLine& line, const RunDescription& description,
                                          bool with_deviation) const;
-  // NotFound where the run has none.
+  // NotFound if the run has none.
   absl::StatusOr<cv::Mat1f> ReadPotential(const FrameLine& line,
                                           const RunDescription& description) const;
 

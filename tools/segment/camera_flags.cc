@@ -56,7 +56,7 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
   if (!(labeller.focal_ratio > 0.0)) labeller.focal_ratio = given_ratio_;
   labeller.ignored = ignored_;
   if (!labeller.WantsCamera() || (was_given && !finds_own_vehicle_)) return absl::OkStatus();
-  if (input.is_live) return absl::OkStatus();  // what comes once cannot be passed over first
+  if (input.is_live) return absl::OkStatus();  // a stream allows no first pass
   if (resumes) {
     EGOSIEVE_ASSIGN_OR_RETURN(camera_, ReadRunCamera(directory));
   }
@@ -82,7 +82,7 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
 }
 
 void CameraFlags::Describe(std::map<std::string, std::string>& flags) const {
-  // What a first pass finds follows from the input.
+  // The results of a first pass follow from the input, so they are not described.
   if (camera_ && !(given_ratio_ > 0.0)) flags["focal_ratio"] = "learnt";
   if (!finds_own_vehicle_) flags["own_vehicle"] = "no";
   if (!ignored_.empty()) flags["ignore"] = Fingerprint(ignored_);

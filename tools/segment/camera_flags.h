@@ -1,5 +1,5 @@
-// What `segment` is given, or finds out, of the camera: its lens, and which part of its image is
-// not the world. --camera, --ignore.
+// The camera of `segment`, given or estimated: its lens, and the area of its image that does not
+// show the scene. --camera, --ignore.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_CAMERA_FLAGS_H_
 #define EGOSIEVE_TOOLS_SEGMENT_CAMERA_FLAGS_H_
 
@@ -21,17 +21,16 @@ class CameraFlags {
  public:
   void AddFlags(CLI::App& app);
 
-  // Reads the files that were given. InvalidArgument for a mask or a lens that does not fit the
-  // frames.
+  // Reads the given files. InvalidArgument if a mask or a lens does not fit the frames.
   absl::Status Read(const DriveInput& input);
-  // Sets the labeller's focal_ratio and ignored area: what was given, else what the run in
-  // `directory` has, where that is to go on (`resumes`), else that of a first pass from frame
-  // `from` on. There is no first pass where the labeller makes nothing of it.
+  // Sets the labeller's focal_ratio and ignored area. Values that were given come first, then those
+  // of the run in `directory` if it is continued (`resumes`), then those of a first pass from frame
+  // `from` on. There is no first pass if the labeller does not use its results.
   absl::Status Find(const DriveInput& input, int64_t from, bool resumes,
                     const std::string& directory, vision::FrameLabellerOptions& labeller);
-  // Into a run's description: flags that shape its output.
+  // Adds the flags that shape the output to a run's description.
   void Describe(std::map<std::string, std::string>& flags) const;
-  // Into a run folder.
+  // Writes the camera's files into a run folder.
   absl::Status Write(const std::string& directory) const;
 
  private:

@@ -27,7 +27,7 @@ std::string KindOf(const std::string& path) {
 
 }  // namespace
 
-// Fowler-Noll-Vo, 64 bits.
+// The Fowler-Noll-Vo hash, 64 bits.
 std::string Fingerprint(const cv::Mat& image) {
   uint64_t hash = 0xcbf29ce484222325;
   for (int y = 0; y < image.rows; ++y) {

@@ -1,4 +1,4 @@
-// The input of a drive, opened and inspected.
+// The input of a drive, opened and checked.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_DRIVE_INPUT_H_
 #define EGOSIEVE_TOOLS_SEGMENT_DRIVE_INPUT_H_
 
@@ -17,17 +17,17 @@ struct DriveInput {
   int width_pixels = 0;  // of the first frame that could be read
   int height_pixels = 0;
   RunDescription::Input description;
-  bool is_live = false;  // frames that come once (vision/frame/live_stream.h)
+  bool is_live = false;  // frames that come only once (vision/frame/live_stream.h)
 };
 
-// A number that differs for another image, as text.
+// A number, as text, that differs between images.
 std::string Fingerprint(const cv::Mat& image);
 
-// Reads on from frame `from` to the first frame that is not damaged. Every error is one of the
-// input (DataLoss): nothing there, nothing that can be read, or fewer frames than `from`.
+// Reads from frame `from` on to the first frame that is not damaged. Every error is one of the
+// input (DataLoss): it does not exist, cannot be read, or has too few frames for `from`.
 absl::StatusOr<DriveInput> OpenDriveInput(const std::string& path, int64_t from,
                                           const vision::FrameSourceOptions& options = {});
-// The same of a stream's address: its first frame, which is the next one.
+// The same for a stream's address: reads its first frame, which remains the next one.
 absl::StatusOr<DriveInput> OpenLiveInput(const std::string& address);
 
 }  // namespace egosieve::tools

@@ -43,7 +43,7 @@ std::vector<std::pair<std::string, double>> MakeMilliseconds(
           {"inference", stages.inference}};
 }
 
-// None where nothing was called dynamic.
+// Empty if no label is dynamic.
 std::vector<std::pair<std::string, double>> MakeShares(
     const std::array<int64_t, vision::kEvidenceTerms>& counts) {
   const auto total = static_cast<double>(std::accumulate(counts.begin(), counts.end(), int64_t{0}));
@@ -61,7 +61,7 @@ FrameMaps MakeMaps(const vision::SegmentationMap& map) {
   const auto as_image = [&](const std::vector<float>& values) {
     return cv::Mat1f(map.grid.rows(), map.grid.columns(), const_cast<float*>(values.data()));
   };
-  // A method without a deviation has none to write.
+  // A method without deviations has none to write.
   const auto if_any = [&](const std::vector<float>& values) {
     return values.empty() ? cv::Mat1f() : as_image(values);
   };
@@ -147,7 +147,7 @@ absl::StatusOr<DriveWriter> DriveWriter::Continue(const RunFolder& folder,
                                                   const std::vector<FrameLine>& lines,
                                                   DriveWriterOptions options) {
   EGOSIEVE_RETURN_IF_ERROR(folder.WriteDescription(description));
-  EGOSIEVE_RETURN_IF_ERROR(folder.OpenLog().status());  // makes it where a kill came before it
+  EGOSIEVE_RETURN_IF_ERROR(folder.OpenLog().status());  // creates it if a kill prevented that
   EGOSIEVE_ASSIGN_OR_RETURN(
       LineLog log,
       LineLog::OpenTruncated(folder.File("frames.jsonl"), static_cast<int64_t>(lines.size())));

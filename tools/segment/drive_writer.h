@@ -1,4 +1,4 @@
-// Writes what the segmenter makes of a drive into its run folder, frame by frame.
+// Writes the segmenter's results for a drive into its run folder, frame by frame.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_DRIVE_WRITER_H_
 #define EGOSIEVE_TOOLS_SEGMENT_DRIVE_WRITER_H_
 
@@ -17,7 +17,7 @@
 
 namespace egosieve::tools {
 
-// A frame's line, but for its outcome's cost in `writing` and its saturated deviations.
+// A frame's line, without its time for `writing` and its number of saturated deviations.
 FrameLine MakeLine(const vision::SegmentedFrame& frame);
 
 // 16-bit images of a map, as RunFolder writes them; views of `map`.
@@ -29,9 +29,9 @@ absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLin
 struct DriveWriterOptions {
   // The frames that get a map; null: all.
   std::function<bool(int64_t index)> wants_map;
-  // Of a run whose maps are made later: every checkpoint is a place to begin.
+  // For a run whose maps are made later: infer may begin at any checkpoint.
   bool keep_checkpoints = false;
-  std::string device;  // that computes; lines name it where it is not the run's
+  std::string device;  // that computes; named in lines if it is not the run's
 };
 
 class DriveWriter {
@@ -42,33 +42,33 @@ class DriveWriter {
 
     kernels::ImageGrid grid;  // the run's
     Baselines baselines;
-    int64_t answered = 0;  // could be read and have their map
+    int64_t answered = 0;  // frames that could be read and have their map
     int64_t learnt = 0;
-    int64_t failed = 0;         // could not be read
-    int64_t other_sizes = 0;    // answered, of another size than the run's first frame
+    int64_t failed = 0;         // frames that could not be read
+    int64_t other_sizes = 0;    // answered, but of another size than the run's first frame
     std::string first_failure;  // its reason
     DoubtfulFrames doubtful;
-    std::string last_not_learnt;  // reason of the last that has a map and was not learnt from
+    std::string last_not_learnt;  // reason of the last frame with a map that was not learnt from
 
     void Add(const FrameLine& line);
   };
 
-  // `folder` was made for a new run; `description` is written as it is.
+  // `folder` is that of a new run; `description` is written as it is.
   static absl::StatusOr<DriveWriter> Start(const RunFolder& folder,
                                            const RunDescription& description,
                                            DriveWriterOptions options = {});
 
-  // `folder` holds a run of which `lines` are kept: the log is cut after them.
+  // `folder` holds a run that keeps `lines`: the log is cut after them.
   static absl::StatusOr<DriveWriter> Continue(const RunFolder& folder,
                                               const RunDescription& description,
                                               const std::vector<FrameLine>& lines,
                                               DriveWriterOptions options = {});
 
-  // The maps, the step, then the line, then the checkpoint where there is one. After an error the
-  // folder holds the frames before. image: the picture's name, for the line.
+  // Writes the maps, the step, the line, and the checkpoint if there is one, in this order. After
+  // an error the folder holds the frames before this one. image: the picture's name, for the line.
   absl::Status Write(const vision::SegmentedFrame& frame, const std::string& image = "");
 
-  // Writes how the run ended into run.json. `seconds` is what this part of it took.
+  // Writes how the run ended into run.json. `seconds`: duration of this part of the run.
   absl::Status Finish(const std::string& ended, const std::string& message, double seconds);
 
   const Counts& counts() const { return counts_; }
@@ -83,7 +83,7 @@ class DriveWriter {
         options_(std::move(options)),
         counts_(description) {}
 
-  // A frame that could not be read gets the last map before it, where there is one.
+  // Gives a frame that could not be read the last map before it, if there is one.
   absl::Status AnswerFromBefore(FrameLine& line) const;
   void Remember(FrameLine line);
 
@@ -96,7 +96,7 @@ class DriveWriter {
   FrameLine last_with_map_;
 };
 
-// Now, in ISO 8601, to the second.
+// The present time in ISO 8601, to the second.
 std::string UtcNow();
 
 }  // namespace egosieve::tools

@@ -1,5 +1,5 @@
-// Another source's frames until the program is asked to stop: then an error, Cancelled. For passes
-// over a drive that write nothing.
+// Passes on another source's frames until the program is asked to stop; then returns the error
+// Cancelled. For passes over a drive that write nothing.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_INTERRUPTIBLE_SOURCE_H_
 #define EGOSIEVE_TOOLS_SEGMENT_INTERRUPTIBLE_SOURCE_H_
 

@@ -1,8 +1,8 @@
-// A camera's lens from a file: a run's camera.json, or COLMAP's cameras.txt.
+// A camera's lens, read from a file: a run's camera.json, or COLMAP's cameras.txt.
 //
-// Of cameras.txt the first camera is read: CAMERA_ID MODEL WIDTH HEIGHT PARAMS, lines with # are
-// comments. All of COLMAP's perspective models begin with the focal length, or with f_x and f_y,
-// whose mean is taken; principal point and distortion are not used.
+// Of cameras.txt, the first camera is used: CAMERA_ID MODEL WIDTH HEIGHT PARAMS; lines with # are
+// comments. All of COLMAP's perspective models begin with the focal length, or with f_x and f_y, of
+// which the mean is used. Principal point and distortion are not used.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_LENS_FILE_H_
 #define EGOSIEVE_TOOLS_SEGMENT_LENS_FILE_H_
 
@@ -13,10 +13,10 @@
 
 namespace egosieve::tools {
 
-// Focal length over the longer side. DataLoss, naming what is wrong.
+// Focal length over the longer side. DataLoss, naming the error.
 absl::StatusOr<double> ReadFocalRatio(const std::string& path);
 
-// The same of the text of a cameras.txt.
+// The same for the text of a cameras.txt.
 absl::StatusOr<double> FocalRatioOfColmap(absl::string_view text);
 
 }  // namespace egosieve::tools

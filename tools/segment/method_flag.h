@@ -1,4 +1,4 @@
-// The flag --method: the segmenter itself, or one of its rivals in its place.
+// The flag --method: the segmenter itself, or one of the methods to compare with.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_METHOD_FLAG_H_
 #define EGOSIEVE_TOOLS_SEGMENT_METHOD_FLAG_H_
 
@@ -15,11 +15,12 @@ class MethodFlag {
   void AddFlag(CLI::App& app);
 
   const std::string& name() const { return name_; }  // empty: not given
-  // Whether a method other than a Gaussian process was asked for.
+  // Whether a method other than a Gaussian process was requested.
   bool is_rival() const;
-  // The two processes are the segmenter with that covariance.
+  // The two Gaussian process methods are the segmenter with the covariance of that name.
   void Apply(vision::OnlineSegmenterOptions& options) const;
-  // InvalidArgument where a rival is to resume a run or to leave maps out: it has no checkpoints.
+  // InvalidArgument if another method is to resume a run or to leave out maps: it has no
+  // checkpoints.
   absl::Status CheckWith(bool resume, bool leaves_maps) const;
 
  private:

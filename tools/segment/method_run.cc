@@ -11,11 +11,11 @@
 namespace egosieve::tools {
 namespace {
 
-// A frame that waits for those ahead of it.
+// A frame that waits for later frames.
 struct Waiting {
   int64_t index = 0;
   vision::FrameRead read;
-  std::shared_ptr<const vision::ExtractedFrame> extracted;  // null where it is damaged
+  std::shared_ptr<const vision::ExtractedFrame> extracted;  // null if damaged
 };
 
 absl::StatusOr<Waiting> Extract(const vision::MethodSegmenter& segmenter, vision::FrameRead read) {

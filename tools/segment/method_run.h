@@ -1,4 +1,4 @@
-// A drive through the segmenter's rivals (vision/segmentation/methods), frame by frame.
+// Runs a drive through the methods to compare with (vision/segmentation/methods), frame by frame.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_METHOD_RUN_H_
 #define EGOSIEVE_TOOLS_SEGMENT_METHOD_RUN_H_
 
@@ -11,19 +11,19 @@
 
 namespace egosieve::tools {
 
-// `read` is the frame of the answers, or a damaged one, which has none (null).
+// `read` is the answered frame, or a damaged frame, which has no answers (null).
 using AnsweredFrame =
     std::function<absl::Status(vision::FrameRead& read, vision::MethodAnswers* answers)>;
 
-// Frames of the options' range, each with the segmenter's frames ahead, as vision::RunPipeline
-// without overlap, checkpoints or steps. Its summary has no unlearnt frames.
+// Processes frames of the options' range, each with the segmenter's frames ahead, like
+// vision::RunPipeline without overlap, checkpoints or steps. Its summary has no unlearnt frames.
 absl::StatusOr<vision::PipelineSummary> AnswerFrames(vision::FrameSource& source,
                                                      vision::MethodSegmenter& segmenter,
                                                      const vision::PipelineOptions& options,
                                                      const std::function<bool()>& stop_requested,
                                                      const AnsweredFrame& on_frame);
 
-// The same for the sink of a pipeline. `segmenter` has one method.
+// The same, for the sink of a pipeline. `segmenter` has one method.
 absl::StatusOr<vision::PipelineSummary> RunMethod(vision::FrameSource& source,
                                                   vision::MethodSegmenter& segmenter,
                                                   const vision::PipelineOptions& options,

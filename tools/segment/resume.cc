@@ -39,13 +39,13 @@ absl::StatusOr<std::vector<int64_t>> ListCheckpoints(const RunFolder& folder) {
   return indices;
 }
 
-// One too many does no harm.
+// If the removal fails, one checkpoint too many does no harm.
 void RemoveCheckpoint(const RunFolder& folder, int64_t index) {
   std::error_code error;
   fs::remove(folder.FrameFile("model", index, kSuffix), error);
 }
 
-// All but the last two of the frames named, increasing.
+// Removes the checkpoints of all but the last two of these frames, which are increasing.
 void RemoveOldest(const RunFolder& folder, const std::vector<int64_t>& indices) {
   for (size_t i = 0; i + kKeptCheckpoints < indices.size(); ++i) {
     RemoveCheckpoint(folder, indices[i]);
@@ -135,7 +135,7 @@ absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t fro
 
 absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource& source,
                                                             int64_t from, int64_t last, int count) {
-  // Damaged frames make the stretch longer: it doubles until it is long enough.
+  // Damaged frames make the stretch too short: it doubles until it is long enough.
   for (int64_t stretch = count;; stretch *= 2) {
     const int64_t first = std::max(from, last - stretch + 1);
     EGOSIEVE_RETURN_IF_ERROR(source.SeekTo(first));

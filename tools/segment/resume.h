@@ -1,13 +1,13 @@
-// Continuing a run that ended before its drive did, however it ended.
+// Continues a run that ended before its drive did, for any reason.
 //
-// Checkpoints lie in model/NNNNNN.npz (gp/io/model_file.h), each the state after frame NNNNNN,
-// whole or absent; the last two are kept. A run continues after the newest checkpoint whose frame
-// has its line; what had been written after it is written again, with the same bytes. A frame whose
-// maps are gone counts as not written, nor do those after it.
+// Checkpoints are model/NNNNNN.npz (gp/io/model_file.h), each with the state after frame NNNNNN.
+// They are complete or absent; the last two are kept. A run continues after the newest checkpoint
+// whose frame has its line. Later frames are written again, with the same bytes. A frame with
+// missing maps counts as not written, and so do all frames after it.
 //
-// A run whose maps are made later keeps all its checkpoints, and in steps/NNNNNN.npz what each
-// frame did to the model (vision/segmentation/learning_step.h): from a checkpoint and the steps
-// after it follows the model of any frame.
+// A run whose maps are made later keeps all its checkpoints, and the changes that each frame made
+// to the model in steps/NNNNNN.npz (vision/segmentation/learning_step.h). A checkpoint and the
+// steps after it give the model of any frame.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_RESUME_H_
 #define EGOSIEVE_TOOLS_SEGMENT_RESUME_H_
 
@@ -28,26 +28,26 @@ absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::
                              bool keep_all);
 
 absl::Status WriteStep(const RunFolder& folder, int64_t index, const std::string& bytes);
-// NotFound where the frame has none.
+// NotFound if the frame has none.
 absl::StatusOr<std::string> ReadStep(const RunFolder& folder, int64_t index);
 
 struct CheckpointBytes {
-  int64_t next_frame = 0;  // the frame after it
+  int64_t next_frame = 0;  // the frame after the checkpoint
   std::string bytes;
 };
 
-// The newest whole checkpoint after a frame of at most `last`; none where there is none. Errors
-// where one cannot be read.
+// The newest complete checkpoint after a frame of at most `last`; absent if there is none. Errors
+// if one cannot be read.
 absl::StatusOr<std::optional<CheckpointBytes>> FindCheckpoint(const RunFolder& folder,
                                                               int64_t last);
 
-// The lines of the run up to the first of which a file is missing or empty: a map, or the step in a
+// The lines of the run before the first line with a missing or empty file: a map, or the step in a
 // run that keeps them.
 absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder,
                                                       const RunDescription& description);
 
-// FailedPrecondition, naming the difference and what to do, where the run `before` in `directory`
-// is not the one that `now` describes. has_other_device: that of the call differs.
+// FailedPrecondition, naming the difference and the remedy, if the run `before` in `directory`
+// differs from the run that `now` describes. has_other_device: whether the device differs.
 absl::Status CheckSameRun(const RunDescription& before, const RunDescription& now,
                           bool has_other_device, const std::string& directory);
 
@@ -57,25 +57,26 @@ struct ResumePoint {
   std::vector<FrameLine> lines;  // of the frames before next_frame
 };
 
-// `from`: the run's first frame. `lines`: its whole ones.
+// `from`: the run's first frame. `lines`: its complete lines.
 absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t from,
                                             std::vector<FrameLine> lines);
 
-// The last `count` frames of from .. last that can be read, oldest first; fewer where there are
-// fewer. Leaves the source anywhere.
+// The last `count` readable frames of from .. last, oldest first; fewer if there are fewer. Leaves
+// the source at any frame.
 absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource& source,
                                                             int64_t from, int64_t last, int count);
 
-// Whether the source has no frame `index`; then `warning` is that of its end. Leaves it anywhere.
+// Whether the source has no frame `index`; then `warning` is that of its end. Leaves the source at
+// any frame.
 bool EndsBefore(int64_t index, vision::FrameSource& source, std::string& warning);
 
-// Temporary files of killed programs in the run folder. Those of running programs are locked and
-// stay.
+// Removes temporary files of killed programs from the run folder. Those of running programs are
+// locked and stay.
 void RemoveAbandonedFiles(const RunFolder& folder);
 
-// Removes the checkpoints after the frames from `next_frame` on, which are written again, and of
-// the others all but the last two: a kill between the writing of one and the removal of the oldest
-// leaves three. Does nothing in a run that keeps all.
+// Removes the checkpoints of frames from `next_frame` on, because those frames are written again.
+// Of the others, all but the last two are removed: a kill between the writing of one and the
+// removal of the oldest leaves three. Does nothing in a run that keeps all.
 absl::Status RemoveOtherCheckpoints(const RunFolder& folder, const RunDescription& description,
                                     int64_t next_frame);
 

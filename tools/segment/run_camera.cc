@@ -34,7 +34,7 @@ absl::Status WriteImage(const std::string& path, const cv::Mat1b& image) {
   return kernels::WriteFileAtomically(path, png);
 }
 
-// Absent, wrong or of another kind: says nothing.
+// A missing or invalid entry gives the default prior.
 vision::TravelPrior ParseTravel(const nlohmann::json& camera) {
   vision::TravelPrior travel;
   const auto direction = camera.find(kTravelDirection);
@@ -50,7 +50,7 @@ vision::TravelPrior ParseTravel(const nlohmann::json& camera) {
   return holds ? travel : vision::TravelPrior();
 }
 
-// The numbers come from the text alone, so that a run that goes on has the bits of the first one.
+// All numbers are read from the text, so that a resumed run has the same bits as the first one.
 absl::StatusOr<RunCamera> Parse(std::string text) {
   EGOSIEVE_ASSIGN_OR_RETURN(const CameraTruth camera, ParseCamera(text));
   RunCamera run;

@@ -1,16 +1,16 @@
-// The camera of a run: learnt in a first pass over the drive and kept in the run folder, from which
-// a resumed run takes it.
+// The camera of a run: estimated in a first pass over the drive and stored in the run folder, from
+// which a resumed run reads it.
 //
 // camera.json, as evaluation/trajectory_errors.h reads it:
 //   focal_pixels, width, height
-//   log_focal_deviation            how sure the focal length is
-//   pairs                          of pictures for the direction of travel and the own vehicle
+//   log_focal_deviation            deviation of the focal length's logarithm
+//   pairs                          of pictures, for the direction of travel and the own vehicle
 //   own_vehicle_share              of the image
-//   fixed_pattern, windscreen      whether there is a fixed_pattern.png, a windscreen.png
+//   fixed_pattern, windscreen      whether fixed_pattern.png and windscreen.png exist
 //   travel_direction, travel_concentration, travel_share      vision/trajectory/travel_prior.h
-// own_vehicle.png, where there is one: 255 own vehicle, 0 world.
-// fixed_pattern.png, likewise: the median of pictures of the drive.
-// windscreen.png, likewise: 255 where what is on the windscreen mixes with the world.
+// own_vehicle.png, if present: 255 own vehicle, 0 scene.
+// fixed_pattern.png, if present: the median of pictures of the drive.
+// windscreen.png, if present: 255 where objects on the windscreen mix with the scene.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_RUN_CAMERA_H_
 #define EGOSIEVE_TOOLS_SEGMENT_RUN_CAMERA_H_
 
@@ -29,17 +29,17 @@ namespace egosieve::tools {
 struct RunCamera {
   double focal_ratio = 0.0;  // over the longer side
   vision::TravelPrior travel;
-  cv::Mat1b own_vehicle;    // 255 where it is; empty: nowhere
+  cv::Mat1b own_vehicle;    // 255 on the own vehicle; empty: none
   cv::Mat1b windscreen;     // likewise
   cv::Mat1b fixed_pattern;  // vision/own_vehicle/fixed_pattern.h; empty: not known
   std::string text;         // of camera.json
 };
 
-// `source`, of frames of the size given, is left at an undefined frame.
+// `source`, with frames of the given size, is left at an undefined frame.
 absl::StatusOr<RunCamera> LearnRunCamera(vision::FrameSource& source, cv::Size size,
                                          const vision::DriveCameraOptions& options);
 
-// Of the run in `directory`; nothing where it has none. DataLoss for a damaged file.
+// The camera of the run in `directory`; absent if it has none. DataLoss for a damaged file.
 absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& directory);
 
 absl::Status WriteRunCamera(const std::string& directory, const RunCamera& camera);

@@ -5,7 +5,7 @@
 namespace egosieve::tools {
 namespace {
 
-// A header's count may be a guess: only a video that lacks more than this share was cut short.
+// The count in a header may be a guess: a video counts as cut short if more than this is missing.
 constexpr double kMissingShare = 0.1;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What is to be said of a run that came to its end, and its exit code.
+// Warnings and exit code of a run that reached its end.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_RUN_VERDICT_H_
 #define EGOSIEVE_TOOLS_SEGMENT_RUN_VERDICT_H_
 
@@ -16,7 +16,7 @@ struct RunVerdict {
   std::vector<std::string> warnings;  // one line each
 };
 
-// end_warning: EndOfFrames::warning, empty where there is none. source: of the run, at its end.
+// end_warning: EndOfFrames::warning, empty if there is none. source: that of the run, at its end.
 RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_warning,
                     const vision::FrameSource& source);
 

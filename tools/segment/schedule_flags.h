@@ -1,5 +1,5 @@
 // Which frames of a drive are segmented and when, which of them get a map, and when the model is
-// kept.
+// stored.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_SCHEDULE_FLAGS_H_
 #define EGOSIEVE_TOOLS_SEGMENT_SCHEDULE_FLAGS_H_
 
@@ -22,16 +22,16 @@ class ScheduleFlags {
   absl::Status Validate() const;
 
   int64_t first_frame() const { return range_.from; }
-  // Between the indices of the frames that are segmented.
+  // Difference between the indices of successive segmented frames.
   int64_t frame_step() const { return skip_ + 1; }
   const vision::FrameSourceOptions& source() const { return source_; }
 
-  // As RunDescription::flags holds them.
+  // Adds the flags to RunDescription::flags.
   void Describe(std::map<std::string, std::string>& flags) const;
 
   vision::PipelineOptions MakePipeline(int threads, int64_t first_frame) const;
 
-  // Of a null function every frame gets a map.
+  // Whether a frame gets a map. If the function is null, every frame does.
   std::function<bool(int64_t index)> WantedMaps() const;
   // Whether maps are left for later.
   bool LeavesMaps() const { return learn_only_ || every_ > 1; }

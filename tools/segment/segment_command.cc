@@ -110,7 +110,7 @@ class SegmentCommand : public Command {
       return absl::CancelledError("interrupted; nothing was written");
     }
     EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<FolderLock> lock, LockFolder());
-    // Before the folder is made anew: who stops the first pass keeps the run that was there.
+    // Before the folder is replaced: interrupting the first pass keeps the former run.
     EGOSIEVE_RETURN_IF_ERROR(
         camera_.Find(input, schedule_.first_frame(), resume_, directory_, options.labeller));
     if (schedule_.frame_step() > 1) {
@@ -133,9 +133,9 @@ class SegmentCommand : public Command {
 
  private:
   struct Beginning {
-    std::optional<DriveWriter> writer;  // absent: the run is done, as follows
+    std::optional<DriveWriter> writer;  // absent: the run is done, see below
     int64_t first_frame = 0;
-    std::optional<DriveWriter::Counts> counts;  // of a run that is done
+    std::optional<DriveWriter::Counts> counts;  // only of a run that is done
     std::string warning;                        // of the input's end
   };
 
@@ -160,7 +160,7 @@ class SegmentCommand : public Command {
     return input;
   }
 
-  // The maps must not become pictures of the input, nor --overwrite remove those.
+  // Maps must not become pictures of the input, and --overwrite must not remove its pictures.
   absl::Status CheckFolder(const DriveInput& input) const {
     const std::string& source = input.description.path;
     if (input.description.kind == "folder" && !input.is_live && LiesInFolder(directory_, source)) {
@@ -176,7 +176,7 @@ class SegmentCommand : public Command {
     for (const std::string& remark : vision::RemarksOnVideos(files)) Warn(remark);
   }
 
-  // None where --out is no folder, which is an error of RunFolder's.
+  // Absent if --out is not a folder, which RunFolder reports as an error.
   absl::StatusOr<std::optional<FolderLock>> LockFolder() const {
     std::error_code error;
     if (!fs::exists(directory_, error)) EGOSIEVE_RETURN_IF_ERROR(CreateFolder(directory_));
@@ -185,14 +185,14 @@ class SegmentCommand : public Command {
     return std::optional<FolderLock>(std::move(lock));
   }
 
-  // Nothing where --resume finds a run.
+  // Absent if --resume finds a run.
   absl::StatusOr<std::optional<RunFolder>> CreateUnlessResumed() const {
     if (resume_ && RunFolder::Open(directory_).ok()) return std::optional<RunFolder>();
     EGOSIEVE_ASSIGN_OR_RETURN(RunFolder folder, RunFolder::Create(directory_, overwrite_));
     return std::make_optional(std::move(folder));
   }
 
-  // A new run folder, or where --resume finds one the state in which it was left.
+  // A new run folder, or the state of the run that --resume has found.
   absl::StatusOr<Beginning> Begin(RunDescription description,
                                   const std::optional<RunFolder>& created, DriveInput& input,
                                   vision::OnlineSegmenter& segmenter) const {
@@ -233,7 +233,7 @@ class SegmentCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(
         beginning.writer,
         DriveWriter::Continue(folder, description, point.lines, WriterOptions(device)));
-    // A kill may have come before it was written.
+    // A kill may have prevented writing it before.
     EGOSIEVE_RETURN_IF_ERROR(camera_.Write(directory_));
     return beginning;
   }
@@ -278,7 +278,7 @@ class SegmentCommand : public Command {
     });
   }
 
-  // Writes what `run` gives to its sink, frame by frame, and how it ended.
+  // Writes the frames that `run` gives to its sink, and how the run ended.
   template <typename Run>
   absl::StatusOr<ExitCode> WriteAll(const DriveInput& input,
                                     const vision::PipelineOptions& pipeline, DriveWriter& writer,
@@ -301,7 +301,7 @@ class SegmentCommand : public Command {
     return End(summary, input, progress.Seconds(), writer);
   }
 
-  // A frame that could not be read keeps its place, as a file that cannot be either.
+  // A frame that could not be read keeps its index: its file will be unreadable, too.
   absl::Status Record(const vision::SegmentedFrame& frame) const {
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
     EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File(RunFolder::kRecorded)));
@@ -334,11 +334,11 @@ class SegmentCommand : public Command {
   absl::StatusOr<ExitCode> End(const absl::StatusOr<vision::PipelineSummary>& summary,
                                const DriveInput& input, double seconds, DriveWriter& writer) const {
     if (!summary.ok()) {
-      // The error is what matters; a run.json that cannot be written says "running" for ever.
+      // This error is returned; if run.json cannot be written, it keeps saying "running".
       writer.Finish("failed", std::string(summary.status().message()), seconds).IgnoreError();
       return summary.status();
     }
-    // A stream ends when its reader says so.
+    // A stream ends when its reader stops.
     const bool is_cut_short = summary->stopped && !input.is_live;
     EGOSIEVE_RETURN_IF_ERROR(writer.Finish(is_cut_short ? "interrupted" : "done", "", seconds));
     const DriveWriter::Counts& counts = writer.counts();
@@ -370,7 +370,7 @@ class SegmentCommand : public Command {
                  text);
   }
 
-  // The same for a run that has just ended and for one that was there.
+  // The same for a run that has just ended and for one that was finished before.
   static ExitCode Judge(const DriveWriter::Counts& counts, const std::string& warning,
                         const DriveInput& input) {
     const RunVerdict verdict = JudgeRun(counts, warning, *input.frames);

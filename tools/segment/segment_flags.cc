@@ -14,7 +14,7 @@ using vision::OnlineSegmenterOptions;
 
 constexpr int64_t kInputs = 6;  // of a descriptor: place, mean and colours
 
-// Empty for a covariance function that the model can have.
+// An error message; empty for a covariance function that the model supports.
 std::string CovarianceError(const std::string& text) {
   const auto function = kernels::CovarianceFunction::Parse(text);
   if (!function.ok()) return std::string(function.status().message());
@@ -219,7 +219,7 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   if (frame_gap_ == kAutomatic) {
     options.labeller.frame_gap = kAutomaticGap;
   } else if (frame_gap_.has_value()) {
-    options.labeller.frame_gap = std::stoi(*frame_gap_);  // a number, by its check
+    options.labeller.frame_gap = std::stoi(*frame_gap_);  // a number, as checked
   }
   Override(labelling_size_, options.labeller.longest_side_pixels);
   Override(feature_count_, options.labeller.feature_count);

@@ -1,6 +1,6 @@
 // The flags of `segment` that shape its output, and the segmenter's options that they make.
 //
-// A profile sets everything; a flag that is given overrides what the profile says.
+// A profile sets all options; a flag that is given overrides the profile.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_SEGMENT_FLAGS_H_
 #define EGOSIEVE_TOOLS_SEGMENT_SEGMENT_FLAGS_H_
 
@@ -19,7 +19,7 @@ class SegmentFlags {
  public:
   void AddFlags(CLI::App& app);
 
-  // The profile's options, overridden by what was given. `threads` is at least 1.
+  // The profile's options, overridden by the given flags. `threads` is at least 1.
   vision::OnlineSegmenterOptions MakeOptions(int threads) const;
 
   uint64_t seed() const { return seed_; }
@@ -60,12 +60,12 @@ class SegmentFlags {
   std::optional<std::string> zero_label_;
 };
 
-// Every flag of SegmentFlags by the value that the options have, so that two runs with the same
-// output have the same map, whether a value was given or came from the profile.
+// Every flag of SegmentFlags with the value of its option. Runs with the same options have the same
+// map, whether a value was given or came from the profile.
 std::map<std::string, std::string> DescribeOptions(const vision::OnlineSegmenterOptions& options);
 
-// The options that replay and inference read, from DescribeOptions' map; the others stay as they
-// are by default. DataLoss, naming the flag, where one is missing or has no known value.
+// The options that replay and inference need, from the map of DescribeOptions; the others have
+// their defaults. DataLoss, naming the flag, if one is missing or has no known value.
 absl::StatusOr<vision::OnlineSegmenterOptions> ReadInferenceOptions(
     const std::map<std::string, std::string>& flags);
 

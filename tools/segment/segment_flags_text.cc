@@ -13,7 +13,7 @@ namespace {
 
 using vision::OnlineSegmenterOptions;
 
-// The fewest digits that read back as the same number.
+// The shortest text that reads back as the same number.
 std::string Shortest(double number) {
   char digits[32];
   return std::string(digits, std::to_chars(digits, digits + sizeof(digits), number).ptr);
@@ -65,7 +65,7 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       {"zero_label",
        learner.scales_to_mean_zero ? std::string(kMeanLabel) : absl::StrCat(learner.zero_label)},
       {"seed", absl::StrCat(labeller.seed)},
-      // What the profiles set and no flag does.
+      // Settings of the profiles that have no flag.
       {"flow_quality", NameOf(FlowQualityWords(), labeller.flow_quality)},
       {"training_points", absl::StrCat(learner.training.subset_size)},
       {"labelled_frame",

@@ -1,4 +1,4 @@
-// The words that segment's flags take, and those that run.json has for what they set.
+// Words of segment's flags, and the words for their values in run.json.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_SEGMENT_WORDS_H_
 #define EGOSIEVE_TOOLS_SEGMENT_SEGMENT_WORDS_H_
 
@@ -19,10 +19,10 @@ const Words<vision::FlowQuality>& FlowQualityWords();
 const Words<bool>& SwitchWords();
 const Words<vision::OnlineSegmenterOptions (*)()>& Profiles();
 
-// The gap that the labeller chooses by itself.
+// The labeller chooses the gap itself.
 inline constexpr char kAutomatic[] = "auto";
 inline constexpr int kAutomaticGap = 0;
-// The label of the target zero, where it is the model's own mean.
+// The label for the target zero: the model's own mean.
 inline constexpr char kMeanLabel[] = "mean";
 inline constexpr int64_t kUnlimitedAge = 1000000;  // frames
 

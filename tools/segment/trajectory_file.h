@@ -1,6 +1,6 @@
 // trajectory.txt of a run: the camera's poses in the TUM format, `seconds tx ty tz qx qy qz qw`,
-// camera to world. Lengths as in vision/trajectory/camera_step.h: heights of the camera where the
-// ground was seen. One pose a frame of the log; made of its lines alone.
+// camera to world. Lengths are as in vision/trajectory/camera_step.h: in heights of the camera
+// where the ground was visible. One pose per frame of the log, made only from its lines.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_TRAJECTORY_FILE_H_
 #define EGOSIEVE_TOOLS_SEGMENT_TRAJECTORY_FILE_H_
 
@@ -13,10 +13,10 @@
 
 namespace egosieve::tools {
 
-// Empty where no step is known.
+// Empty if no step is known.
 std::string TrajectoryText(const std::vector<FrameLine>& lines);
 
-// No file where no step is known.
+// Writes no file if no step is known.
 absl::Status WriteTrajectory(const RunFolder& folder);
 
 }  // namespace egosieve::tools

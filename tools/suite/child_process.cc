@@ -76,7 +76,7 @@ absl::StatusOr<int> RunChild(const ChildCommand& command,
     }
     if (!stopping && stop_requested()) {
       stopping = true;
-      kill(process, SIGTERM);  // a terminal's SIGINT reaches the child itself: two would end it
+      kill(process, SIGTERM);  // a terminal sends SIGINT to the child, too: two would end it
     }
     std::this_thread::sleep_for(kPoll);
   }

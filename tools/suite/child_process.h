@@ -1,4 +1,4 @@
-// A program in a process of its own: what it crashes takes nothing else down.
+// Runs a program in a process of its own: if it crashes, nothing else does.
 #ifndef EGOSIEVE_TOOLS_SUITE_CHILD_PROCESS_H_
 #define EGOSIEVE_TOOLS_SUITE_CHILD_PROCESS_H_
 
@@ -13,17 +13,17 @@ namespace egosieve::tools {
 
 struct ChildCommand {
   std::vector<std::string> arguments;              // the program's path first
-  std::map<std::string, std::string> environment;  // beside this process's own
+  std::map<std::string, std::string> environment;  // added to this process's own
   std::string log_path;                            // both its outputs; empty: this process's
 };
 
-// The exit code, or 128 + the signal that ended it. While it runs, `stop_requested` is asked
-// several times a second; once true, the child gets SIGINT and is waited for. Errors: Unavailable
-// where it cannot be started, with the system's reason.
+// The exit code, or 128 + the signal that ended the process. While it runs, `stop_requested` is
+// asked several times per second; once it is true, the child gets SIGINT and is waited for. Errors:
+// Unavailable if it cannot be started, with the system's reason.
 absl::StatusOr<int> RunChild(const ChildCommand& command,
                              const std::function<bool()>& stop_requested);
 
-// The path of the program that is running.
+// The path of the running program.
 absl::StatusOr<std::string> OwnProgram();
 
 }  // namespace egosieve::tools

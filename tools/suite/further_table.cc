@@ -13,7 +13,7 @@ std::string Cell(const std::optional<double>& value) {
   return value ? absl::StrFormat(" %12.3f", *value) : absl::StrFormat(" %12s", "-");
 }
 
-// Of each variant that has boxes, in the order of the results.
+// One table for each variant with boxes, in the order of the results.
 std::string BoxTables(const std::vector<SequenceResult>& results) {
   std::vector<std::string> variants;
   std::map<std::string, BoxScores> pooled;

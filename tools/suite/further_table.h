@@ -1,5 +1,5 @@
-// What the suite's sequences know beside masks and tracks (further_truth.h): boxes, pooled over the
-// sequences of a variant; trajectory, lens and own vehicle, a line a sequence.
+// Figures from a suite's further truth, beside masks and tracks (further_truth.h): boxes, pooled
+// over the sequences of a variant; trajectory, lens and own vehicle, one line per sequence.
 #ifndef EGOSIEVE_TOOLS_SUITE_FURTHER_TABLE_H_
 #define EGOSIEVE_TOOLS_SUITE_FURTHER_TABLE_H_
 
@@ -10,7 +10,7 @@
 
 namespace egosieve::tools {
 
-// Empty where no sequence knows more.
+// Empty if no sequence has further truth.
 std::string FurtherTable(const std::vector<SequenceResult>& results);
 
 }  // namespace egosieve::tools

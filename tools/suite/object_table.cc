@@ -8,7 +8,7 @@
 namespace egosieve::tools {
 namespace {
 
-// Of one variant, pooled over the sequences.
+// Objects of one variant, pooled over the sequences.
 struct Objects {
   std::map<std::string, ObjectRecall> groups;
   int64_t frames = 0;
@@ -20,7 +20,7 @@ struct Objects {
 std::string ObjectTable(const std::vector<SequenceResult>& results) {
   std::vector<std::string> variants;  // in the order of the results
   std::map<std::string, Objects> pooled;
-  std::map<std::string, int64_t> counts;  // of the group's objects, most over the variants
+  std::map<std::string, int64_t> counts;  // objects of the group, largest count over the variants
   for (const SequenceResult& result : results) {
     if (!result.run || result.run->scores.recall().size() < 2) continue;
     const DriveScores& scores = result.run->scores;

@@ -1,5 +1,5 @@
 // Movers found, by group (heading, class, size, distance), pooled over a suite's sequences, one
-// column a variant.
+// column per variant.
 //
 //   recall          share of the group's objects, frame by frame, found with an IoU of 0.3 or more
 //   false a frame   components that lie on nothing that moves, over the frames looked at
@@ -13,7 +13,7 @@
 
 namespace egosieve::tools {
 
-// Empty where no sequence numbers its objects.
+// Empty if no sequence numbers its objects.
 std::string ObjectTable(const std::vector<SequenceResult>& results);
 
 }  // namespace egosieve::tools

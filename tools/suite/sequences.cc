@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 constexpr int kDepth = 3;
 
-// Empty where there is none.
+// The truth in a folder; empty if there is none.
 std::string TruthIn(const fs::path& folder) {
   std::error_code error;
   if (fs::is_regular_file(folder / "scene.json", error) &&

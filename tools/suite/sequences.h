@@ -1,11 +1,11 @@
-// The sequences of a suite: every folder below it that holds frames and a truth for them.
+// The sequences of a suite: every folder in it that holds frames and a truth for them.
 //
 //   frames   frames/, a folder of images
 //   truth    scene.json beside masks/ (a synthetic drive), else masks/, else labels/ (masks), else
 //            tracks.csv
 //
-// A sequence's name is its path below the suite; its group is the first part of that, or the whole
-// name where it has one part only.
+// A sequence's name is its path below the suite. Its group is the first part of that path, or the
+// whole name if there is only one part.
 #ifndef EGOSIEVE_TOOLS_SUITE_SEQUENCES_H_
 #define EGOSIEVE_TOOLS_SUITE_SEQUENCES_H_
 
@@ -25,10 +25,10 @@ struct Sequence {
 
 struct SequenceList {
   std::vector<Sequence> sequences;         // by name
-  std::vector<std::string> without_truth;  // names of folders with frames, but no truth
+  std::vector<std::string> without_truth;  // names of folders with frames but no truth
 };
 
-// Looks at most three folders deep. NotFound where there is no such folder or no sequence in it.
+// Searches at most three folders deep. NotFound if there is no such folder or no sequence in it.
 absl::StatusOr<SequenceList> FindSequences(const std::string& suite);
 
 }  // namespace egosieve::tools

@@ -23,7 +23,7 @@ std::vector<std::string> Profiles(const std::vector<SequenceResult>& results) {
   return profiles;
 }
 
-// One figure of the table, a bar a sequence and profile.
+// One figure of the table, with one bar per sequence and profile.
 Figure BySequence(const std::vector<SequenceResult>& results, const char* name, const char* title,
                   const char* caption) {
   Figure figure{std::string("by_sequence_") + name, title, caption, "", title};

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The last line of a log that says something.
+// The last line of a log that is not empty.
 std::string LastLine(const std::string& path) {
   const absl::StatusOr<std::string> text = ReadFile(path);
   if (!text.ok()) return "";
@@ -35,15 +35,15 @@ std::string LastLine(const std::string& path) {
   return last;
 }
 
-// 0: no limit.
+// Largest number of frames; 0: no limit.
 int64_t MostFrames(const SuiteOptions& options, double rate) {
   if (!(options.max_seconds > 0.0)) return options.max_frames;
   const int64_t frames = std::max<int64_t>(1, std::llround(options.max_seconds * rate));
   return options.max_frames > 0 ? std::min(frames, options.max_frames) : frames;
 }
 
-// Runs the program with its share of the cores, its log beside the run, NAME with `suffix`; `what`
-// it does is said where it fails.
+// Runs the program with its share of the cores; its log lies beside the run, as NAME with `suffix`.
+// `what` describes the work in errors.
 absl::Status RunProgram(std::vector<std::string> arguments, const std::string& run,
                         const char* suffix, const char* what, const SuiteOptions& options,
                         const std::function<bool()>& stop_requested) {
@@ -59,7 +59,7 @@ absl::Status RunProgram(std::vector<std::string> arguments, const std::string& r
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(logs.string()));
   EGOSIEVE_ASSIGN_OR_RETURN(const int code, RunChild(command, stop_requested));
   if (stop_requested()) return absl::CancelledError("interrupted");
-  // Some frames that cannot be read are no reason not to score the others.
+  // A few unreadable frames do not prevent scoring of the others.
   if (code == static_cast<int>(ExitCode::kDone) ||
       code == static_cast<int>(ExitCode::kFramesFailed)) {
     return absl::OkStatus();

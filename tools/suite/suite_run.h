@@ -1,12 +1,13 @@
-// Many sequences under several variants of segment, profiles or others: each is segmented where no
-// run of it is there yet, then evaluated.
+// Runs many sequences with several variants of segment, such as profiles. Each sequence is
+// segmented if it has no run yet, and then evaluated.
 //
 //   out/runs/VARIANT/NAME       the run folder; an existing one is continued or used as it is
-//   out/runs/VARIANT/egosieve_logs/NAME.log   what segmenting printed; NAME.masks.log: what
-//                                             reconstruct printed
+//   out/runs/VARIANT/egosieve_logs/NAME.log   output of segmenting; NAME.masks.log: output of
+//                                             reconstruct
 //
-// `jobs` sequences at a time, each segmented by a process of its own with its share of the cores:
-// one that crashes fails alone. The results' order does not depend on how long each took.
+// `jobs` sequences run at a time, each segmented by a process of its own with its share of the
+// cores. A crash affects only its own sequence. The order of the results does not depend on
+// durations.
 #ifndef EGOSIEVE_TOOLS_SUITE_SUITE_RUN_H_
 #define EGOSIEVE_TOOLS_SUITE_SUITE_RUN_H_
 
@@ -25,24 +26,24 @@
 
 namespace egosieve::tools {
 
-// One way to call segment; its name is that of a folder.
+// One set of flags of segment; its name is that of a folder.
 struct SuiteVariant {
   std::string name;
   std::vector<std::string> flags;
 };
 
-// Frames per second of a sequence: what camera.json beside its frames says, else 10, as segment
-// takes it for a folder of images. DataLoss for a camera.json that is damaged.
+// Frames per second of a sequence: from camera.json beside its frames, else 10, which is also
+// segment's rate for a folder of images. DataLoss if camera.json is damaged.
 absl::StatusOr<double> RateOf(const Sequence& sequence);
 
 SuiteVariant VariantOfProfile(const std::string& profile);
-// "NAME=FLAGS", flags by spaces. InvalidArgument where the name is not made of letters, digits,
-// '_', '-' and '+', or is missing.
+// Parses "NAME=FLAGS", flags separated by spaces. InvalidArgument if the name is missing or has
+// other characters than letters, digits, '_', '-' and '+'.
 absl::StatusOr<SuiteVariant> ParseVariant(absl::string_view text);
 
 struct SuiteOptions {
-  std::string program;  // that has the command `segment`
-  std::string out;      // the folder that is written
+  std::string program;  // a program with the command `segment`
+  std::string out;      // the output folder
   std::vector<SuiteVariant> variants = {VariantOfProfile("paper"), VariantOfProfile("default")};
   std::vector<std::string> segment_flags;  // passed on to every segmentation
   int jobs = 1;                            // 1 to 256
@@ -52,7 +53,7 @@ struct SuiteOptions {
   bool masks = true;                       // made by reconstruct, and scored
   EvaluateOptions evaluate;
   FurtherOptions further;
-  std::string true_camera;  // for sequences that have poses, but no camera.json; empty: none
+  std::string true_camera;  // for sequences with poses but without camera.json; empty: none
 
   absl::Status Validate() const;
 };
@@ -60,16 +61,15 @@ struct SuiteOptions {
 struct SequenceResult {
   Sequence sequence;
   std::string profile;               // name of the variant
-  absl::Status status;               // what failed, segmenting or evaluating
-  std::optional<RunEvaluation> run;  // where nothing did
+  absl::Status status;               // error of segmenting or evaluating
+  std::optional<RunEvaluation> run;  // if there was no error
   FurtherScores further;             // likewise
   int64_t frames = 0;                // of the run
   double seconds_per_frame = 0.0;    // of segmenting, wall clock
 };
 
-// One result a sequence and variant, variants within sequences. A sequence that fails has its
-// reason; Cancelled where `stop_requested` became true. `after_sequence` is called by one thread at
-// a time.
+// One result per sequence and variant, variants within sequences. A failed sequence has its reason.
+// Cancelled if `stop_requested` became true. `after_sequence` is called by one thread at a time.
 absl::StatusOr<std::vector<SequenceResult>> RunSuite(const SequenceList& list,
                                                      const SuiteOptions& options,
                                                      const std::function<bool()>& stop_requested,

@@ -1,4 +1,4 @@
-// A suite's results as one table: sequences, means over groups of them, spread, and what failed.
+// A suite's results as one table: sequences, means over groups of them, spread, and failures.
 //
 //   mean, deviation  over the sequences that have the figure; deviation with n - 1, absent for one
 //   one threshold    for each of 0.05 .. 0.95: the mean over sequences of the mean IoU over frames
@@ -36,12 +36,12 @@ struct Spread {
 // Absent without values.
 std::optional<Spread> SpreadOf(const std::vector<double>& values);
 
-// A group's name ("all" is one), then the profile's.
+// The group's name ("all" is one), then the profile's.
 using GroupKey = std::pair<std::string, std::string>;
 
 struct SuiteSummary {
   std::map<GroupKey, std::vector<std::optional<Spread>>> figures;  // in the order of SuiteFigures
-  // By threshold step (drive_scores.h); empty where no sequence has masks with movers.
+  // By threshold step (drive_scores.h); empty if no sequence has masks with movers.
   std::map<GroupKey, std::vector<double>> iou_by_threshold;
   int failed = 0;
 };
@@ -50,9 +50,9 @@ SuiteSummary SummariseSuite(const std::vector<SequenceResult>& results);
 
 std::string ToTable(const SequenceList& list, const std::vector<SequenceResult>& results,
                     const SuiteSummary& summary);
-// Markdown, a row a folder (the sequences' group, and "all") and profile: mean and least over all
-// its sequences of the AUC (mean over frames), and of J, the mean over frames of the IoU at the
-// declared threshold, where the truth is masks.
+// Markdown, one row per group ("all" included) and profile: the mean and the least value, over the
+// group's sequences, of the AUC (mean over frames), and of J, the mean over frames of the IoU at
+// the declared threshold, if the truth is masks.
 std::string ToMarkdown(const std::vector<SequenceResult>& results);
 std::string ToCsv(const std::vector<SequenceResult>& results);
 nlohmann::ordered_json ToJson(const SequenceList& list, const std::vector<SequenceResult>& results,

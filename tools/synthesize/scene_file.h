@@ -1,4 +1,4 @@
-// scene.json: what a synthetic drive was (the fields are explained in synthesize.h).
+// scene.json: the description of a synthetic drive (synthesize.h explains the fields).
 #ifndef EGOSIEVE_TOOLS_SYNTHESIZE_SCENE_FILE_H_
 #define EGOSIEVE_TOOLS_SYNTHESIZE_SCENE_FILE_H_
 
@@ -9,7 +9,7 @@
 
 namespace egosieve::tools {
 
-// Everything but the frames, which are to be appended to the array "frames".
+// All except the frames, which are to be appended to the array "frames".
 nlohmann::ordered_json DescribeScenario(const vision::Scenario& scenario, bool video);
 nlohmann::ordered_json DescribeFrame(const vision::SyntheticFrame& frame);
 

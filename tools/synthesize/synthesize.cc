@@ -24,9 +24,9 @@ namespace fs = std::filesystem;
 constexpr const char* kImageFolders[] = {"frames", "masks", "ids"};
 constexpr const char* kSceneFile = "scene.json";
 constexpr const char* kVideoFile = "video.mp4";
-constexpr const char* kCodedFile = "coded.mp4";        // there only while it is written
-constexpr const char* kUnfinishedFile = "unfinished";  // there until scene.json is
-// The file that marks the folder as a drive goes last.
+constexpr const char* kCodedFile = "coded.mp4";        // exists only during writing
+constexpr const char* kUnfinishedFile = "unfinished";  // exists until scene.json is written
+// The file that marks the folder as a drive is removed last.
 constexpr const char* kFiles[] = {kVideoFile,        kCodedFile, "poses.txt",    "camera.json",
                                   "own_vehicle.png", kSceneFile, kUnfinishedFile};
 constexpr int kJpegQuality = 60;
@@ -98,7 +98,7 @@ absl::Status PrepareFolder(const SynthesizeOptions& options) {
       return absl::AlreadyExistsError(
           absl::StrCat(folder, " holds a drive already; name another folder or allow overwriting"));
     }
-    // Others have folders of frames and masks, too.
+    // Other folders may have frames and masks, too.
     if (!empty && !fs::exists(fs::path(folder) / kSceneFile, error) &&
         !fs::exists(fs::path(folder) / kUnfinishedFile, error)) {
       return absl::AlreadyExistsError(absl::StrCat(
@@ -182,7 +182,7 @@ class DriveWriter {
     return absl::OkStatus();
   }
 
-  // frames/ from the coded video, which is removed.
+  // Writes frames/ from the coded video, which is then removed.
   absl::Status DecodeVideo() {
     cv::VideoCapture coded(VideoPath());
     int index = 0;
@@ -229,7 +229,7 @@ absl::Status Synthesize(const SynthesizeOptions& options, const AfterFrame& afte
   EGOSIEVE_RETURN_IF_ERROR(
       WriteFileAtomically((folder / "camera.json").string(), CameraText(scenario)));
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically((folder / kSceneFile).string(), SceneText(scene)));
-  std::error_code error;  // one too many does no harm
+  std::error_code error;  // if this fails, the extra file does no harm
   fs::remove(folder / kUnfinishedFile, error);
   return absl::OkStatus();
 }

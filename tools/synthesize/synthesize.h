@@ -1,17 +1,16 @@
 // Writes a synthetic drive (vision/synthetic/street.h) and its truth to a folder.
 //
 //   frames/NNNNNN.png   pictures; with `video`, video.mp4 (lossy) instead
-//   masks/NNNNNN.png    255 where what the pixel shows moves on its own, 128 where the camera's own
-//                       vehicle hides it, else 0
+//   masks/NNNNNN.png    255 on movers, 128 where the camera's own vehicle hides the scene, else 0
 //   ids/NNNNNN.png      16 bits: the object that the pixel shows, 0 for scenery
-//   own_vehicle.png     255 where the camera's own vehicle is seen; only where it is
+//   own_vehicle.png     255 on the camera's own vehicle; only if it is visible
 //   poses.txt           the camera's poses, one line per frame: the 12 numbers of world_from_camera
 //   camera.json         focal_pixels, radial (camera.h, C1), width, height, frames_per_second
 //   scene.json          scenario, seed, intrinsics; per frame: time, pose, visible objects
 //
-// NNNNNN counts frames from 0. Each file is whole or absent, and scene.json is written last: a
-// folder without it was interrupted, and has the empty file `unfinished` instead. scene.json's
-// fields, beside self-explaining ones:
+// NNNNNN counts frames from 0. Each file is complete or absent, and scene.json is written last: a
+// folder without it was interrupted, and has the empty file `unfinished` instead. Fields of
+// scene.json that are not self-explanatory:
 //
 //   intrinsics          focal_pixels, centre_x, centre_y (pixel centres at integers), radial
 //   world_from_camera   3 rows of 4: X_world = R X_camera + centre; camera x right, y down,
@@ -33,9 +32,9 @@
 
 namespace egosieve::tools {
 
-// What the pictures went through before they are written: nothing; each a JPEG of quality 60; all a
-// video by H.264 as OpenCV's FFmpeg writes it. They come back with the codec's artefacts. H.264's
-// bytes depend on the library's version and the number of cores.
+// Compression of the pictures before they are written: none; JPEG of quality 60 for each; one H.264
+// video of all, as OpenCV's FFmpeg writes it. The decoded pictures have the codec's artefacts.
+// H.264's bytes depend on the library's version and the number of cores.
 enum class Compression { kNone, kJpeg, kH264 };
 
 struct SynthesizeOptions {
@@ -51,10 +50,10 @@ struct SynthesizeOptions {
 // Called after each frame; returning false ends the work with Cancelled.
 using AfterFrame = std::function<bool(int done, int total)>;
 
-// InvalidArgument for options out of range; NotFound, listing the scenarios, for an unknown one;
-// AlreadyExists for a folder that holds something, unless `overwrite` is set and what it holds is a
-// drive: then that drive's files are removed, and only those. Unavailable, ResourceExhausted or
-// PermissionDenied where a file cannot be written.
+// InvalidArgument for options out of range; NotFound, listing the scenarios, for an unknown one.
+// AlreadyExists if the folder is not empty, unless `overwrite` is set and it holds a drive: then
+// that drive's files are removed, and only those. Unavailable, ResourceExhausted or
+// PermissionDenied if a file cannot be written.
 absl::Status Synthesize(const SynthesizeOptions& options, const AfterFrame& after_frame = nullptr);
 
 }  // namespace egosieve::tools

@@ -17,7 +17,7 @@
 namespace egosieve::tools {
 namespace {
 
-// "street  a town drive: ...", a line a scenario.
+// "street  a town drive: ...", one line per scenario.
 std::string ScenarioTable() {
   std::string table;
   for (const vision::ScenarioDescription& scenario : vision::Scenarios()) {

@@ -1,4 +1,4 @@
-// egosieve tune: the kernels' shapes that suit a device best, kept for later runs.
+// egosieve tune: finds the kernels' best shapes for a device and stores them for later runs.
 #ifndef EGOSIEVE_TOOLS_TUNE_TUNE_COMMAND_H_
 #define EGOSIEVE_TOOLS_TUNE_TUNE_COMMAND_H_
 

@@ -21,7 +21,7 @@ using kernels::KernelTuning;
 
 constexpr int kDimension = 6;
 
-// A model with made-up numbers: times do not depend on them, and its answers stay of order one.
+// A model with arbitrary numbers: times do not depend on them, and its results stay of order one.
 struct Problem {
   explicit Problem(const TuneOptions& options)
       : inputs(options.training_points * kDimension),
@@ -60,8 +60,8 @@ struct Timing {
   std::vector<float> answers;
 };
 
-// Of a CPU device the processor time of this process over the device's cores, which other programs
-// disturb least; of others the wall's.
+// On a CPU device, this process's processor time divided by the device's cores, which other
+// programs disturb least; on other devices, wall-clock time.
 double Seconds(const kernels::DeviceInfo& device) {
   timespec now;
   const bool is_cpu = device.type == kernels::DeviceType::kCpu;
@@ -76,7 +76,7 @@ class Search {
   absl::StatusOr<TuneResult> Run();
 
  private:
-  // Stops early where `hopeless_seconds` is exceeded.
+  // Stops early if `hopeless_seconds` is exceeded.
   absl::StatusOr<Timing> Time(const KernelTuning& tuning, Workload workload,
                               double hopeless_seconds = std::numeric_limits<double>::infinity());
   void TryField(const char* name, int KernelTuning::*field, const std::vector<int>& values,
@@ -104,7 +104,7 @@ absl::StatusOr<Timing> Search::Time(const KernelTuning& tuning, Workload workloa
   timing.answers.resize(count);
   kernels::PosteriorOutputs outputs;
   (mean_only ? outputs.mean : outputs.variance) = timing.answers.data();
-  // The first run compiles and is not timed. A shape several times slower than the best needs no
+  // The first run compiles and is not timed. A shape several times slower than the best gets no
   // second run.
   for (int run = 0; run <= options_.repeats; ++run) {
     const double begin = Seconds(context->info());
@@ -116,7 +116,7 @@ absl::StatusOr<Timing> Search::Time(const KernelTuning& tuning, Workload workloa
   return timing;
 }
 
-// Shapes change the order of sums of order one, by rounding alone.
+// Shapes change the order of sums of order one; results differ only by rounding.
 bool Search::AnswersAgree(const std::vector<float>& a, const std::vector<float>& b) const {
   for (size_t i = 0; i < a.size(); ++i) {
     if (!(std::abs(a[i] - b[i]) <= 1e-4f * (1.0f + std::abs(a[i])))) return false;
@@ -130,7 +130,7 @@ void Search::TryField(const char* name, int KernelTuning::*field, const std::vec
       std::find(options_.fields.begin(), options_.fields.end(), name) == options_.fields.end()) {
     return;
   }
-  const int held = result_.after.*field;  // what `best` was timed with
+  const int held = result_.after.*field;  // the value that `best` was timed with
   for (const int value : values) {
     if (value == held) continue;
     KernelTuning candidate = result_.after;
@@ -184,7 +184,7 @@ absl::StatusOr<TuneResult> Search::Run() {
   return result_;
 }
 
-// Shapes that do not fit together are passed over.
+// Combinations of shapes that do not fit together are skipped.
 void Search::SearchLocalTiles(Timing& mean, Timing& variance) {
   TryField("mean_width", &KernelTuning::mean_width, {1, 2, 4, 8}, Workload::kMean, mean);
   TryField("width", &KernelTuning::width, {2, 4, 8}, Workload::kVariance, variance);

@@ -1,10 +1,11 @@
-// Searches the shapes of the kernels that run fastest on a device (kernels/runtime/tuning.h).
+// Searches for the kernels' shapes that run fastest on a device (kernels/runtime/tuning.h).
 //
-// A search along one coordinate after another: each field is tried at its candidate values with the
-// others held, and the fastest is kept when it is faster than what was there by more than
-// `least_gain`. A shape's time is the least of several runs of the dense posterior, means alone for
-// the fields of the mean's kernel, with variances for those of the factor's. Every candidate's
-// answers are compared with those of the shape that the search began with; one whose answers differ
+// The search goes along one coordinate after another: each field is tried at its candidate values
+// with the others fixed. The fastest value replaces the present one if it is faster by more than
+// `least_gain`. A shape's time is the least of several runs of the dense posterior: means alone for
+// the fields of the mean's kernel, with variances for those of the factor's kernel. The results of
+// every candidate are compared with those of the initial shape. A candidate is dropped if its
+// results differ by more than rounding, or if it does not compile or run.
 // by more than rounding, or which does not compile or run, is dropped.
 #ifndef EGOSIEVE_TOOLS_TUNE_TUNER_H_
 #define EGOSIEVE_TOOLS_TUNE_TUNER_H_
@@ -27,8 +28,8 @@ struct TuneOptions {
   int64_t mean_queries = 32768;
   int64_t variance_queries = 1536;
   int repeats = 5;           // runs of a shape, of which the fastest counts
-  double least_gain = 0.02;  // a fraction of the time, below which a change is noise
-  // Where the search begins; unset: with the device's table, or its defaults.
+  double least_gain = 0.02;  // as a fraction of the time; smaller changes are noise
+  // Start of the search; unset: the device's table, or its defaults.
   std::optional<kernels::KernelTuning> begin;
   // Names of KernelTuning's fields to search; empty: all.
   std::vector<std::string> fields;
@@ -51,8 +52,8 @@ struct TuneResult {
   int shapes_dropped = 0;
 };
 
-// FailedPrecondition for the reference, which has no shapes. Writes nothing: kernels::SaveTuning
-// does.
+// FailedPrecondition for the reference, which has no shapes. Writes nothing; use
+// kernels::SaveTuning.
 absl::StatusOr<TuneResult> Tune(const TuneOptions& options);
 
 }  // namespace egosieve::tune

@@ -22,7 +22,7 @@ std::optional<size_t> FigureNamed(const std::string& name) {
   return std::nullopt;
 }
 
-// Over the groups but "all" that have the figure.
+// Mean over the groups, except "all", that have the figure.
 std::optional<double> MeanOverGroups(const std::string& figure, const std::string& profile,
                                      const SuiteSummary& summary) {
   const std::optional<size_t> index = FigureNamed(figure);

@@ -91,7 +91,7 @@ class TuneDefaultsCommand : public Command {
   }
 
  private:
-  // Names begin with their suite's, and a suite without groups is one.
+  // Names begin with that of their suite; a suite without groups counts as one group.
   absl::StatusOr<SequenceList> AllSequences() const {
     SequenceList all;
     for (const std::string& suite : suites_) {

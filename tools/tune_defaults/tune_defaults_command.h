@@ -1,5 +1,5 @@
-// egosieve tune_defaults --suite=A --suite=B --grid=...: which settings of segment serve all
-// sequences best. One setting for all: none depends on a sequence's name.
+// egosieve tune_defaults --suite=A --suite=B --grid=...: finds the settings of segment that are
+// best for all sequences. One setting serves all: none depends on a sequence's name.
 #ifndef EGOSIEVE_TOOLS_TUNE_DEFAULTS_TUNE_DEFAULTS_COMMAND_H_
 #define EGOSIEVE_TOOLS_TUNE_DEFAULTS_TUNE_DEFAULTS_COMMAND_H_
 

@@ -1,5 +1,5 @@
-// The growing and shrinking factor against a refactorisation by the best of Eigen and OpenBLAS, at
-// the size that the model keeps. Removal takes the oldest rows: the worst case.
+// Updates of the Cholesky factor compared with refactorisation by the faster of Eigen and OpenBLAS,
+// at the size of the model. Removal takes the oldest rows: the worst case.
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Cholesky>
@@ -54,7 +54,7 @@ IncrementalCholesky FactorOf(const RowMatrix& k) {
   return cholesky;
 }
 
-// Seconds that the best of Eigen and OpenBLAS takes for an n x n Cholesky factorisation, on copies.
+// Seconds for an n x n Cholesky factorisation by the faster of Eigen and OpenBLAS, on copies.
 double BestRefactorSeconds(const RowMatrix& k) {
   static int64_t measured_size = -1;
   static double best;
@@ -91,7 +91,7 @@ double ResidualInUnits(const IncrementalCholesky& cholesky, const RowMatrix& k) 
          (n * std::numeric_limits<double>::epsilon() * k.norm() * v.norm() / std::sqrt(n));
 }
 
-// Runs `update` on fresh copies of `start`, timed by hand; reports the speed-up.
+// Runs `update` on fresh copies of `start` with manual timing; reports the speed-up.
 template <typename Update>
 void MeasureUpdate(benchmark::State& state, const RowMatrix& start, const RowMatrix& expected,
                    Update update) {
@@ -138,7 +138,7 @@ void BM_Append(benchmark::State& state) {
   });
 }
 
-// A frame's work: k old rows go, k new ones come.
+// The work of one frame: removes k old rows and adds k new ones.
 void BM_RemoveAndAppend(benchmark::State& state) {
   const int64_t n = state.range(0), k = state.range(1);
   const RowMatrix& gram = SharedGram(n);

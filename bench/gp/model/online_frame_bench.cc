@@ -1,5 +1,5 @@
-// A frame's work on a model of n points, stage by stage: k points come, k go, calibration on a
-// sample, one training step on 800 points, a posterior for the dense map.
+// The work of one frame on a model of n points, stage by stage: adding k points, removing k points,
+// calibration on a sample, one training step on 800 points, a posterior for the dense map.
 #include <benchmark/benchmark.h>
 
 #include <chrono>

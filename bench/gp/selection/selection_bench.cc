@@ -1,5 +1,5 @@
-// A frame's selection: the four filters and the budget on `new` points against a model of n,
-// without the posterior evaluations that two of them need.
+// The selection of points in one frame: the four filters and the budget, for `new` points and a
+// model of n, without the posterior evaluations that two of the filters need.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

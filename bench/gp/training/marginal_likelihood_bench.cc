@@ -1,4 +1,5 @@
-// The log marginal likelihood with its gradient by all eight hyperparameters, in float64.
+// The log marginal likelihood and its gradient with respect to all eight hyperparameters, in
+// float64.
 #include <benchmark/benchmark.h>
 
 #include <cstdlib>

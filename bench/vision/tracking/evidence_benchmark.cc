@@ -1,4 +1,4 @@
-// A frame's tracks and evidence at n features: chaining matches, and all terms fused.
+// Tracks and evidence of one frame with n features: chaining matches, and fusing all terms.
 #include <benchmark/benchmark.h>
 
 #include <cstdlib>

@@ -27,7 +27,7 @@ int64_t ElementSize(egosieve_type type) {
   return type == EGOSIEVE_FLOAT32 ? sizeof(float) : sizeof(double);
 }
 
-// Elements do not overlap: along each axis, and one axis steps over what the other spans.
+// Whether elements do not overlap: neither along an axis, nor between the axes.
 bool StridesSeparate(int64_t rows, int64_t columns, int64_t row_stride, int64_t column_stride,
                      int64_t element) {
   const int64_t down = std::abs(row_stride), along = std::abs(column_stride);

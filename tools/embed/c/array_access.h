@@ -1,5 +1,5 @@
-// The caller's arrays: checked against their rules, then read and written element by element as
-// their strides say, or in place where they are packed float32.
+// The caller's arrays: checked first, then read and written element by element with their strides,
+// or in place if they are packed float32.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_ARRAY_ACCESS_H_
 #define EGOSIEVE_TOOLS_EMBED_C_ARRAY_ACCESS_H_
 
@@ -13,13 +13,13 @@
 
 namespace egosieve::embed {
 
-// Every error of this file is InvalidArgument and begins with the argument's name.
+// All errors of this file are InvalidArgument and begin with the argument's name.
 
-// An egosieve_const_array that keeps its rules.
+// An egosieve_const_array that passed its checks.
 class InputArray {
  public:
   static absl::StatusOr<InputArray> Matrix(const char* name, const egosieve_const_array* array);
-  // N x 1 or 1 x N, given back as N x 1.
+  // Accepts N x 1 or 1 x N; the result is N x 1.
   static absl::StatusOr<InputArray> Vector(const char* name, const egosieve_const_array* array);
 
   int64_t rows() const { return array_.rows; }
@@ -31,10 +31,10 @@ class InputArray {
   void CopyRows(int64_t begin, int64_t end, T* out) const;
   // All of them, in float64.
   std::vector<double> Values() const;
-  // Where the rows are aligned float32 with neighbouring columns: their first element and the
-  // elements between rows; else null.
+  // If the rows are aligned float32 with adjacent columns: the first element, and in `row_stride`
+  // the number of elements between rows. Otherwise null.
   const float* InPlace(int64_t& row_stride) const;
-  // Every element finite, also as a T.
+  // Checks that every element is finite, also after conversion to T.
   template <typename T>
   absl::Status CheckFinite() const;
 
@@ -45,17 +45,17 @@ class InputArray {
   egosieve_const_array array_;
 };
 
-// An egosieve_array that keeps its rules, of a shape that the call asks for; data may be null.
+// An egosieve_array that passed its checks, of the shape that a call needs; its data may be null.
 class OutputArray {
  public:
   OutputArray() = default;
-  // rows x columns; with columns = 1 also its transpose.
+  // rows x columns; if columns = 1, also 1 x rows.
   static absl::StatusOr<OutputArray> Create(const char* name, const egosieve_array& array,
                                             int64_t rows, int64_t columns);
 
   bool wanted() const { return array_.data != nullptr; }
   int64_t size() const { return array_.rows * array_.columns; }
-  // values: those of the row-major places begin to end - 1.
+  // Writes places begin to end - 1, in row-major order.
   template <typename T>
   void Write(int64_t begin, int64_t end, const T* values) const;
 
@@ -63,7 +63,7 @@ class OutputArray {
   egosieve_array array_{};
 };
 
-// The image as blue, green, red or grey; a copy in `storage` where the order differs.
+// The image as blue, green, red or as grey; copied into `storage` if its channel order differs.
 absl::StatusOr<kernels::ImageView> ViewImage(const char* name, const egosieve_image* image,
                                              std::vector<uint8_t>& storage);
 

@@ -1,4 +1,4 @@
-// Bytes into a buffer of the caller's.
+// Copies bytes into the caller's buffer.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_BYTE_OUTPUT_H_
 #define EGOSIEVE_TOOLS_EMBED_C_BYTE_OUTPUT_H_
 
@@ -11,8 +11,8 @@
 
 namespace egosieve::embed {
 
-// Copies `text` to `bytes` unless that is null, and its size to `*size`. InvalidArgument, telling
-// the size, where the buffer is too small; nothing is written then.
+// Copies `text` to `bytes`, unless that is null, and its size to `*size`. If the buffer is too
+// small, InvalidArgument with the size needed, and nothing is written.
 inline absl::Status GiveBytes(std::string_view text, void* bytes, int64_t capacity, int64_t* size) {
   if (size == nullptr) return absl::InvalidArgumentError("size is null");
   const auto needed = static_cast<int64_t>(text.size());

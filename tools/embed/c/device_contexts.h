@@ -1,4 +1,4 @@
-// One context a device, shared by every object on it, so that programs are compiled once.
+// One context per device, shared by all objects on it, so that programs are compiled once.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_DEVICE_CONTEXTS_H_
 #define EGOSIEVE_TOOLS_EMBED_C_DEVICE_CONTEXTS_H_
 
@@ -9,12 +9,12 @@
 
 namespace egosieve::embed {
 
-// device: as in the C interface's options; null is as empty. The context lives as long as an object
-// uses it.
+// device: as in the C interface's options; null counts as empty. The context lives as long as any
+// object uses it.
 absl::StatusOr<std::shared_ptr<kernels::Context>> ContextOf(const char* device);
 
-// On the caller's OpenCL context and device, or the context's first (kernels/runtime/
-// opencl_context.h).
+// A context on the caller's OpenCL context and device; a null device is the context's first
+// (kernels/runtime/opencl_context.h).
 absl::StatusOr<std::shared_ptr<kernels::Context>> ContextOn(void* opencl_context,
                                                             void* opencl_device);
 

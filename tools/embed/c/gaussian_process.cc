@@ -95,14 +95,14 @@ absl::StatusOr<std::optional<gp::SparseModelOptions>> SparseOptionsOf(
   return sparse;
 }
 
-// y: N x k, or the N values of one output in a row.
+// y: N x k; for one output also 1 x N.
 absl::StatusOr<InputArray> TargetsOf(const egosieve_const_array* y, int64_t count) {
   EGOSIEVE_ASSIGN_OR_RETURN(const InputArray targets, InputArray::Matrix("y", y));
   if (targets.rows() == 1 && count != 1) return InputArray::Vector("y", y);
   return targets;
 }
 
-// v null: no noise of the points' own.
+// v null: the points have no noise of their own.
 absl::Status ConditionOn(LearningModel& model, const egosieve_const_array* x,
                          const egosieve_const_array* y, const egosieve_const_array* v) {
   EGOSIEVE_ASSIGN_OR_RETURN(const InputArray inputs, InputArray::Matrix("x", x));
@@ -118,7 +118,7 @@ absl::Status ConditionOn(LearningModel& model, const egosieve_const_array* x,
   if (targets.rows() > 0 && targets.columns() < 1) {
     return absl::InvalidArgumentError("y: no columns");
   }
-  // Queries are float32, so that a point beyond it could never be asked for.
+  // Queries are float32, so a point beyond its range could never be queried.
   EGOSIEVE_RETURN_IF_ERROR(inputs.CheckFinite<float>());
   EGOSIEVE_RETURN_IF_ERROR(targets.CheckFinite<double>());
   std::vector<double> noise;
@@ -230,7 +230,7 @@ egosieve_gp_info InfoOf(const LearningModel::Description& description) {
 }  // namespace
 }  // namespace egosieve::embed
 
-// No covariance has more; a count beyond it is no count.
+// More than any covariance has; a larger count is an error.
 constexpr int64_t kMostScales = int64_t{1} << 20;
 
 using egosieve::embed::AllModels;

@@ -1,11 +1,11 @@
-// Handles that are no pointers: a freed or invented handle is found out, never followed.
+// Handles that are not pointers: a freed or invalid handle is detected, never dereferenced.
 //
 //   value = generation (32 bits) | slot (24 bits) | kind (7 bits) | 1
 //
-// A slot's generation grows with every object that it held, so the handle of an object that is gone
-// fits no slot until 2^32 objects later. The lowest bit is set: no object of the caller's lies at
-// such an address. Find gives shared ownership: an object that is freed while another thread uses
-// it goes when that thread is done.
+// A slot's generation is raised whenever its object is freed. The handle of a freed object
+// therefore matches no slot until 2^32 objects later. The lowest bit is set because no object of
+// the caller has such an address. Find gives shared ownership: if an object is freed while another
+// thread uses it, it is destroyed when that thread has finished.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_HANDLE_TABLE_H_
 #define EGOSIEVE_TOOLS_EMBED_C_HANDLE_TABLE_H_
 
@@ -26,13 +26,13 @@ namespace egosieve::embed {
 
 enum class HandleKind : uint64_t { kGaussianProcess = 1, kPosterior = 2, kSegmenter = 3 };
 
-// Handle: the opaque struct of the C interface; Object: what it refers to.
+// Handle: the opaque struct of the C interface. Object: the type behind it.
 template <HandleKind kKind, typename Handle, typename Object>
 class HandleTable {
   static_assert(sizeof(uintptr_t) == 8, "handles need 64 bits");
 
  public:
-  // ResourceExhausted after 2^24 objects at once.
+  // ResourceExhausted if there are already 2^24 objects.
   absl::StatusOr<Handle*> Insert(std::shared_ptr<Object> object) {
     std::unique_lock lock(mutex_);
     if (free_.empty()) {
@@ -58,9 +58,9 @@ class HandleTable {
     return slot->object;
   }
 
-  // Likewise.
+  // Frees the object's handle; errors as in Find.
   absl::Status Erase(const char* name, const Handle* handle) {
-    std::shared_ptr<Object> object;  // destroyed after the lock is gone
+    std::shared_ptr<Object> object;  // declared first: destroyed after the lock is released
     std::unique_lock lock(mutex_);
     Slot* slot = const_cast<Slot*>(SlotOf(handle));
     if (slot == nullptr) return Refusal(name, handle);

@@ -55,7 +55,7 @@ absl::Status WriteCoefficients(const gp::ExactModel& model, const egosieve_array
   return absl::OkStatus();
 }
 
-// A sparse model has the zero mean.
+// A sparse model has the zero mean, and so no coefficients.
 absl::Status WriteCoefficients(const gp::SparseModel&, const egosieve_array* coefficients) {
   return OutputOf("coefficients", coefficients, 0, 1).status();
 }
@@ -66,7 +66,7 @@ absl::StatusOr<gp::MarginalLikelihood> LikelihoodOf(const gp::ExactModel& model,
   return gp::ComputeMarginalLikelihood(*model.context(), there, model.observations(), order);
 }
 
-// With the inducing inputs that the model has.
+// Uses the model's present inducing inputs.
 absl::StatusOr<gp::MarginalLikelihood> LikelihoodOf(const gp::SparseModel& model,
                                                     const gp::Hyperparameters& there,
                                                     gp::LikelihoodOrder order) {
@@ -158,7 +158,7 @@ absl::Status DrawSamples(const LearningModel& model, const egosieve_const_array*
     options.of_observation = of_observation;
     EGOSIEVE_ASSIGN_OR_RETURN(const gp::NormalSamples drawn,
                               regression.Sample(queries.view(), options));
-    for (int64_t i = 0; i < queries.rows; ++i) {  // a row of k S values is k rows of S
+    for (int64_t i = 0; i < queries.rows; ++i) {  // a row of k S values is written as k rows of S
       output.Write(i * k * options.count, (i + 1) * k * options.count, drawn.values.row(i));
     }
     if (jitter != nullptr) *jitter = drawn.jitter;

@@ -1,5 +1,6 @@
-// What the model itself computes on the host, in float64, into the caller's arrays: joint
-// predictions, samples, gradients, leave-one-out. Nothing is written before all results are there.
+// Results that the model computes on the host, in float64, into the caller's arrays: joint
+// predictions, samples, gradients, leave-one-out. Nothing is written until all results are
+// computed.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_HOST_PREDICTION_H_
 #define EGOSIEVE_TOOLS_EMBED_C_HOST_PREDICTION_H_
 
@@ -11,7 +12,7 @@
 
 namespace egosieve::embed {
 
-// As the functions of the C interface with these names; errors name their arguments.
+// Each does the work of the C function of that name; errors name its arguments.
 absl::Status PredictInFloat64(const LearningModel& model, const egosieve_const_array* x,
                               egosieve_prediction* prediction);
 absl::Status PredictJoint(const LearningModel& model, const egosieve_const_array* x,

@@ -28,7 +28,7 @@ struct Subset {
   gp::Observations view() const { return points.observations(dimension); }
 };
 
-// `size` of the points (all where 0 or more than there are), in their order.
+// `size` of the points, in their order; all if `size` is 0 or exceeds their number.
 Subset DrawSubset(const gp::Observations& data, int64_t size, uint64_t seed) {
   const int64_t n = data.size();
   std::vector<int64_t> rows(n);
@@ -51,10 +51,10 @@ Subset DrawSubset(const gp::Observations& data, int64_t size, uint64_t seed) {
   return subset;
 }
 
-// J with its count of evaluations; -infinity where K is not positive definite.
+// J, with a count of its evaluations; -infinity if K is not positive definite.
 class Objective {
  public:
-  // sparse, inducing (m x D): of a sparse model.
+  // sparse, inducing (m x D): only for a sparse model.
   Objective(kernels::Context& context, const gp::Hyperparameters& kind, const Subset& subset,
             const std::optional<gp::SparseModelOptions>& sparse, std::vector<double> inducing)
       : context_(context),
@@ -110,7 +110,7 @@ struct Climb {
   bool converged = false;
 };
 
-// Every coordinate has a small step or lies on its bound, where steps never shrink.
+// Whether every coordinate has a small step or lies on its bound, where steps never shrink.
 bool Settled(const std::vector<double>& theta, const gp::RpropState& state,
              const gp::HyperparameterBounds& bounds, double tolerance) {
   for (size_t t = 0; t < theta.size(); ++t) {
@@ -166,7 +166,7 @@ double SpreadOf(kernels::ConstMatrixView<double> inputs, int64_t d) {
   return RootMeanSquare(column);
 }
 
-// Root mean square of the targets; around the mean of each output where `centred`.
+// Root mean square of the targets; around the mean of each output if `centred`.
 double SizeOf(kernels::ConstMatrixView<double> targets, bool centred) {
   std::vector<double> values;
   for (int64_t c = 0; c < targets.cols; ++c) {

@@ -1,4 +1,4 @@
-// From statuses and exceptions to the C interface's codes and the thread's last error.
+// Turns statuses and exceptions into the C interface's codes and the thread's last error.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_LAST_ERROR_H_
 #define EGOSIEVE_TOOLS_EMBED_C_LAST_ERROR_H_
 
@@ -9,21 +9,22 @@
 #include "absl/status/status.h"
 #include "tools/embed/include/egosieve/types.h"
 
-// Exported, so that both libraries have one last error a thread; no part of the public interface.
+// Exported so that both libraries share one last error per thread; not part of the public
+// interface.
 extern "C" EGOSIEVE_API void egosieve_internal_set_last_error(const char* function,
                                                               const char* text);
 
 namespace egosieve::embed {
 
-// Abseil has no code for a handle that is none; the library gives this one for nothing else.
+// Abseil has no code for an invalid handle. The library uses this one only for that.
 inline constexpr absl::StatusCode kInvalidHandle = absl::StatusCode::kUnauthenticated;
 
 egosieve_status CodeOf(const absl::Status& status);
 
-// Remembers "function: message" for this thread; CodeOf(status).
+// Stores "function: message" for this thread and returns CodeOf(status).
 egosieve_status Report(const char* function, const absl::Status& status) noexcept;
 
-// Runs a call's body, which returns an absl::Status; nothing leaves it but a code.
+// Runs a call's body, which returns an absl::Status. Exceptions become codes, too.
 template <typename Body>
 egosieve_status Guard(const char* function, Body&& body) noexcept {
   try {

@@ -9,8 +9,8 @@
 namespace egosieve::embed {
 namespace {
 
-// Labels are -1 and 1, or between. Values that are all 0 or 1 fit that, too, but are labels of
-// another convention nearly always, and their probabilities would be wrong.
+// Labels are -1 and 1, or between. Values that are all 0 or 1 satisfy this, too, but almost always
+// follow the other convention for labels; their probabilities would be wrong.
 template <typename Model>
 absl::Status CheckLabels(const Model& model) {
   const absl::Span<const double> targets = model.targets();

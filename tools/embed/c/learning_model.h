@@ -1,8 +1,8 @@
-// The object behind an egosieve_gp: an exact or a sparse model, its calibration, the posterior that
-// follows from both, and a lock.
+// The object behind an egosieve_gp: an exact or a sparse model, its calibration, the posterior made
+// from both, and a lock.
 //
-// Changes wait for each other. Posterior() waits for the change under way, makes the posterior if
-// the model has changed since, and is done; evaluation needs no lock.
+// Changes wait for each other. Posterior() waits for a change in progress, and makes the posterior
+// if the model has changed since the last call. Evaluating a posterior needs no lock.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_LEARNING_MODEL_H_
 #define EGOSIEVE_TOOLS_EMBED_C_LEARNING_MODEL_H_
 
@@ -39,7 +39,7 @@ absl::StatusOr<gp::LeaveOneOut> LeaveOneOutOf(const Model& model) {
 
 class LearningModel {
  public:
-  // sparse: of a sparse model; an exact one where there is none.
+  // sparse: options of a sparse model; without them the model is exact.
   static absl::StatusOr<std::shared_ptr<LearningModel>> Create(
       std::shared_ptr<kernels::Context> context, const gp::Hyperparameters& hyperparameters,
       const std::optional<gp::SparseModelOptions>& sparse,
@@ -47,7 +47,7 @@ class LearningModel {
   static absl::StatusOr<std::shared_ptr<LearningModel>> FromFile(
       std::shared_ptr<kernels::Context> context, gp::ModelFile file);
 
-  // What a model is at one moment.
+  // State of a model at one moment.
   struct Description {
     gp::Hyperparameters hyperparameters;
     gp::SquashParameters squash;
@@ -56,7 +56,7 @@ class LearningModel {
     bool has_labels = false;
     int64_t outputs = 1;
     std::optional<gp::SparseModelOptions> sparse;
-    int64_t inducing_size = 0;  // m that there are
+    int64_t inducing_size = 0;  // current m
   };
 
   absl::Status Condition(const gp::Observations& added);
@@ -65,16 +65,17 @@ class LearningModel {
   absl::Status SetHyperparameters(const std::vector<double>& scales, double signal_stddev,
                                   double noise_stddev);
   absl::StatusOr<SearchResult> Optimize(const SearchOptions& options);
-  // Does nothing where the model has not changed since the last time.
+  // Does nothing if the model has not changed since the last call.
   absl::Status Calibrate();
   void SetAnnotation(std::string annotation);
-  // Rebuilds the factor on the way, or chooses the inducing inputs anew.
+  // Rebuilds the factor, or chooses the inducing inputs again.
   absl::StatusOr<gp::ModelFile> ToFile();
 
   int64_t dimension() const { return dimension_; }  // D, never changes
   const std::shared_ptr<kernels::Context>& context() const { return context_; }
   Description Describe() const;
-  // What `ask` returns for the model, a gp::ExactModel or gp::SparseModel, under the lock.
+  // Calls `ask` with the model, a gp::ExactModel or gp::SparseModel, under the lock; returns its
+  // result.
   template <typename Ask>
   auto With(Ask&& ask) const {
     std::lock_guard lock(mutex_);
@@ -87,18 +88,18 @@ class LearningModel {
   using Model = std::variant<gp::ExactModel, gp::SparseModel>;
 
   LearningModel(Model model, const kernels::DensePosteriorOptions& options);
-  // Under the lock: what was made from the model no longer fits it.
+  // Called under the lock: discards everything derived from the model.
   void Changed();
 
   const std::shared_ptr<kernels::Context> context_;
   const int64_t dimension_;
   const kernels::DensePosteriorOptions options_;
-  mutable std::mutex mutex_;  // of all below
+  mutable std::mutex mutex_;  // guards all members below
   Model model_;
   gp::SquashParameters squash_;
-  bool calibrated_ = false;  // squash_ is that of the model as it is
+  bool calibrated_ = false;  // squash_ fits the current model
   std::string annotation_;
-  std::shared_ptr<const gp::Posterior> posterior_;  // null: to be made
+  std::shared_ptr<const gp::Posterior> posterior_;  // null: not made yet
 };
 
 }  // namespace egosieve::embed

@@ -1,5 +1,5 @@
-// The objects behind the handles of egosieve_gp and egosieve_posterior, and how a call reaches
-// them.
+// The tables of objects behind the handles of egosieve_gp and egosieve_posterior, and calls on
+// these objects.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_MODEL_HANDLES_H_
 #define EGOSIEVE_TOOLS_EMBED_C_MODEL_HANDLES_H_
 
@@ -19,11 +19,11 @@ namespace egosieve::embed {
 using Models = HandleTable<HandleKind::kGaussianProcess, egosieve_gp, LearningModel>;
 using Posteriors = HandleTable<HandleKind::kPosterior, egosieve_posterior, const DevicePosterior>;
 
-// Never destroyed: a program may use handles from its own destructors.
+// Never destroyed, because a program may use handles in its own destructors.
 Models& AllModels();
 Posteriors& AllPosteriors();
 
-// Guard of `body` with the object behind `gp`.
+// Calls `body` with the object behind `gp`, within Guard.
 template <typename Body>
 egosieve_status WithModel(const char* function, egosieve_gp* gp, Body&& body) {
   return Guard(function, [&]() -> absl::Status {
@@ -33,7 +33,7 @@ egosieve_status WithModel(const char* function, egosieve_gp* gp, Body&& body) {
   });
 }
 
-// The same of the posterior behind `posterior`.
+// The same for the posterior behind `posterior`.
 template <typename Body>
 egosieve_status WithPosterior(const char* function, egosieve_posterior* posterior, Body&& body) {
   return Guard(function, [&]() -> absl::Status {

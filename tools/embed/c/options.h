@@ -1,5 +1,5 @@
-// Structs of the C interface that may grow: they begin with the size that their caller was compiled
-// with.
+// Structs of the C interface that may grow: their first field is the size with which the caller was
+// compiled.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_OPTIONS_H_
 #define EGOSIEVE_TOOLS_EMBED_C_OPTIONS_H_
 
@@ -17,9 +17,9 @@ inline absl::Status CheckPointer(const char* name, const void* pointer) {
                             : absl::InvalidArgumentError(absl::StrCat(name, " is null"));
 }
 
-// What the caller's struct may say of its size: that of this version, or of an older one. Structs
-// grow at their ends by multiples of 8 bytes, so that an older one is a shorter one; a longer one
-// has fields whose meaning is not known here.
+// Checks the size that the caller's struct states: it must be that of this version or of an older
+// one. Structs grow at their ends by multiples of 8 bytes, so an older struct is a shorter one. A
+// longer struct has fields that this version does not know.
 template <typename Struct>
 absl::Status CheckStruct(const char* name, const Struct* given) {
   constexpr uint64_t kSmallest = 2 * sizeof(uint64_t);  // the size and a field
@@ -34,7 +34,7 @@ absl::Status CheckStruct(const char* name, const Struct* given) {
   return absl::OkStatus();
 }
 
-// Copies the caller's fields over `values`; what an older caller does not know stays.
+// Copies the caller's fields over `values`; fields that an older caller lacks stay as they are.
 template <typename Struct>
 absl::Status ReadStruct(const char* name, const Struct* given, Struct& values) {
   if (absl::Status status = CheckStruct(name, given); !status.ok()) return status;
@@ -42,7 +42,7 @@ absl::Status ReadStruct(const char* name, const Struct* given, Struct& values) {
   return absl::OkStatus();
 }
 
-// Sets a field of the caller's struct where that is new enough to have it.
+// Sets a field of the caller's struct if the struct is long enough to have it.
 template <typename Struct, typename Value>
 void WriteField(Value Struct::*field, Value value, Struct* given) {
   const auto* end = reinterpret_cast<const char*>(&(given->*field) + 1);
@@ -50,7 +50,7 @@ void WriteField(Value Struct::*field, Value value, Struct* given) {
   if (static_cast<uint64_t>(end - begin) <= given->struct_size) given->*field = value;
 }
 
-// Copies `values` into the caller's struct, as much as fits.
+// Copies as much of `values` as fits into the caller's struct.
 template <typename Struct>
 void WriteStruct(Struct values, Struct* given) {
   values.struct_size = given->struct_size;

@@ -18,12 +18,12 @@ namespace {
 
 constexpr int64_t kPiece = int64_t{1} << 16;
 
-// The caller's wishes, checked against the shape of the result.
+// The requested outputs, checked against the shape of the result.
 struct Outputs {
   OutputArray mean, variance, probability;
   bool of_observation = false;
 
-  // outputs: columns of the mean for each of the others'.
+  // outputs_of_model: the mean has this many times the columns of the other outputs.
   static absl::StatusOr<Outputs> Create(const egosieve_prediction* prediction, int64_t rows,
                                         int64_t columns, int64_t outputs_of_model = 1) {
     egosieve_prediction wishes;
@@ -47,7 +47,7 @@ struct Outputs {
   }
 };
 
-// The queries begin to end - 1 as packed rows, in `scratch` or where they are.
+// Queries begin to end - 1 as packed rows, copied to `scratch` or in place.
 using Queries = std::function<kernels::ConstMatrixView<float>(int64_t begin, int64_t end,
                                                               std::vector<float>& scratch)>;
 
@@ -56,7 +56,7 @@ absl::Status Evaluate(const DevicePosterior& at, int64_t count, bool in_place,
                       egosieve_prediction* prediction) {
   const gp::Posterior& posterior = *at.posterior;
   if (outputs.probability.wanted()) EGOSIEVE_RETURN_IF_ERROR(at.labels);
-  // Nothing reaches the caller's arrays before everything is there.
+  // Nothing is written to the caller's arrays until all results are computed.
   const auto room = [&](const OutputArray& output) {
     return std::vector<float>(output.wanted() ? output.size() : 0);
   };

@@ -1,8 +1,8 @@
-// Predictions from a posterior into the caller's arrays, in one pass where the queries lie packed
-// in float32, else through pieces of 2^16: a query's result depends on no other query, so pieces do
-// not show in the results.
+// Predictions from a posterior into the caller's arrays. Queries that are packed float32 are
+// computed in one pass, others in pieces of 2^16. A query's result does not depend on other
+// queries, so the pieces do not affect the results.
 //
-// Nothing is written before all results are there, in memory of the call's own.
+// Nothing is written until all results are computed, in memory of the call's own.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_PREDICTION_H_
 #define EGOSIEVE_TOOLS_EMBED_C_PREDICTION_H_
 
@@ -15,17 +15,17 @@
 
 namespace egosieve::embed {
 
-// A posterior with the device that it lies on.
+// A posterior with its device.
 struct DevicePosterior {
   std::shared_ptr<kernels::Context> context;
   std::shared_ptr<const gp::Posterior> posterior;
-  absl::Status labels;  // why there are no probabilities, where its targets are no labels
+  absl::Status labels;  // if the targets are no labels: why there are no probabilities
 
   int64_t outputs() const { return posterior->outputs(); }
   int64_t dimension() const { return posterior->hyperparameters().covariance.input_dimension(); }
 };
 
-// As the functions of the C interface with these names; errors name their arguments.
+// Each does the work of the C function of that name; errors name its arguments.
 absl::Status PredictPoints(const DevicePosterior& at, const egosieve_const_array* x,
                            egosieve_prediction* prediction);
 absl::Status PredictGrid(const DevicePosterior& at, const egosieve_grid* grid,

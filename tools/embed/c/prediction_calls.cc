@@ -18,7 +18,7 @@
 namespace egosieve::embed {
 namespace {
 
-// Body with the posterior of the model as it is.
+// Calls `body` with the posterior of the model's current state.
 template <typename Body>
 egosieve_status WithCurrentPosterior(const char* function, egosieve_gp* gp, Body&& body) {
   return WithModel(function, gp, [&](LearningModel& model) -> absl::Status {

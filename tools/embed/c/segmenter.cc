@@ -37,7 +37,7 @@ constexpr int64_t kMaximumFileBytes = int64_t{1} << 30;
 
 using Sessions = HandleTable<HandleKind::kSegmenter, egosieve_segmenter, SegmenterSession>;
 
-// Never destroyed: a program may use handles from its own destructors.
+// Never destroyed, because a program may use handles in its own destructors.
 Sessions& AllSessions() {
   static Sessions* sessions = new Sessions;
   return *sessions;
@@ -48,14 +48,14 @@ egosieve_status WithSession(const char* function, egosieve_segmenter* segmenter,
   return Guard(function, [&]() -> absl::Status {
     EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<SegmenterSession> session,
                               AllSessions().Find("segmenter", segmenter));
-    // The other library's limit: each has threads of its own.
+    // Take over the other library's limit: each library has threads of its own.
     kernels::SetMaximumThreads(egosieve_threads());
     return body(*session);
   });
 }
 
-// One of a map's arrays with the size that it has, the grid's or the frame's. What can fail comes
-// before anything is written: Prepare all, then Write all.
+// One of a map's arrays, of the size of the grid or the frame. All steps that can fail come before
+// anything is written: first Prepare for all, then Write for all.
 class MapOutput {
  public:
   static absl::StatusOr<MapOutput> Create(const char* name, const egosieve_array& array,
@@ -84,7 +84,7 @@ class MapOutput {
         kernels::MatrixView<float>(values_.data(), grid.height, grid.width));
   }
 
-  // Turns probabilities into the numbers of objects, none where `ignored` is not 0.
+  // Turns probabilities into numbers of objects; 0 where `ignored` is not 0.
   void NumberObjects(const kernels::ImageGrid& grid, const cv::Mat1b& ignored) {
     if (!array_.wanted()) return;
     const int stride = full_ ? 1 : grid.stride;
@@ -136,8 +136,7 @@ absl::Status WriteNoFrame(egosieve_frame_report* report) {
   return absl::OkStatus();
 }
 
-// Where the caller wants the map and the report of a frame. `map` and `report` as in
-// egosieve_segmenter_process.
+// Destinations of a frame's map and report. `map` and `report` as in egosieve_segmenter_process.
 class FrameOutputs {
  public:
   static absl::StatusOr<FrameOutputs> Create(const egosieve_map* map, egosieve_frame_report* report,
@@ -215,7 +214,7 @@ absl::Status FinishFrame(SegmenterSession& session, const egosieve_map* map,
   return outputs.Write(session, std::move(result));
 }
 
-// A copy of the pixels that are not 0.
+// A mask, in memory of its own, of the pixels that are not 0.
 absl::StatusOr<cv::Mat1b> IgnoredArea(const egosieve_image* image) {
   if (image == nullptr) return cv::Mat1b();
   std::vector<uint8_t> storage;

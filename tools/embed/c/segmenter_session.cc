@@ -200,7 +200,7 @@ absl::StatusOr<std::optional<SegmenterSession::Result>> SegmenterSession::Proces
   }
   const vision::Frame frame = FrameOf(image, next_frame_, time_seconds);
   EGOSIEVE_ASSIGN_OR_RETURN(auto extracted, segmenter_->Extract(frame));
-  // From here on the frame is taken in, even where the device fails before its map is there.
+  // From here on the frame counts as taken in, even if the device fails before its map is made.
   ++next_frame_;
   waiting_.push_back({frame, std::move(extracted)});
   if (static_cast<int64_t>(waiting_.size()) <= options_.lag) return std::nullopt;

@@ -10,7 +10,7 @@
 //   ignored          u1 [height, width], or [0]
 //   next_frame       i8 [1]
 //   checkpoint       u1 [...]   OnlineSegmenter::Checkpoint
-//   waiting          i8 [1]     the last so many frames are not learnt from yet
+//   waiting          i8 [1]     number of frames, at the end, that are not learnt from yet
 //   indices          i8 [F]     of the frames, oldest first
 //   grey             i8 [F]     1 where the frame has one channel
 //   times            f8 [F]     seconds
@@ -67,12 +67,13 @@ class SegmenterSession {
   static absl::StatusOr<std::shared_ptr<SegmenterSession>> FromBytes(
       std::shared_ptr<kernels::Context> context, std::string_view bytes);
 
-  // Learns from the frame that came `lag` frames before; nothing before there is one. The image is
-  // copied. With a lag all frames have one size, with an ignored area its size: InvalidArgument.
-  // After an error of the device the frame counts as taken in, and may have been learnt from.
+  // Takes a copy of the image, and learns from the frame that came `lag` frames before; returns
+  // nothing if there is none. With a lag all frames must have one size, with an ignored area its
+  // size; otherwise InvalidArgument. After an error of the device the frame counts as taken in, and
+  // may have been learnt from.
   absl::StatusOr<std::optional<Result>> Process(const kernels::ImageView& image,
                                                 double time_seconds, bool map_wanted);
-  // Learns from the next of the frames that wait for those after them; nothing if none does.
+  // Learns from the next frame that waits for later frames; returns nothing if none waits.
   absl::StatusOr<std::optional<Result>> Finish(bool map_wanted);
   // How many frames wait, and their size.
   std::pair<int64_t, cv::Size> WaitingFrames();
@@ -95,10 +96,10 @@ class SegmenterSession {
 
   const std::shared_ptr<kernels::Context> context_;
   const SessionOptions options_;
-  std::mutex mutex_;  // of all below
+  std::mutex mutex_;  // guards all members below
   std::unique_ptr<vision::OnlineSegmenter> segmenter_;
-  std::deque<vision::Frame> recent_;  // the last HistoryFrames() that were learnt from
-  std::deque<Waiting> waiting_;       // after them, at most the lag
+  std::deque<vision::Frame> recent_;  // the last HistoryFrames() frames that were learnt from
+  std::deque<Waiting> waiting_;       // frames after these, at most `lag`
   int64_t next_frame_ = 0;
 };
 

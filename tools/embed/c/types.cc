@@ -15,7 +15,7 @@
 
 namespace {
 
-// Long enough for any message; a plain array needs neither memory nor destruction.
+// Long enough for any message. A plain array needs no allocation and no destructor.
 thread_local char last_error[1024] = "";
 
 }  // namespace

@@ -1,11 +1,11 @@
-// Kriging: a field in the plane, known at scattered wells, is estimated with its uncertainty on a
-// dense grid.
+// Kriging: estimates a field in the plane from its values at scattered wells, with its uncertainty,
+// on a dense grid.
 //
 //   kriging [--wells=N] [--side=PIXELS] [--device=NAME] [--out=FILE]
 //
-// Every well gives the field's value with noise. The hyperparameters come from the wells by maximum
-// likelihood, the estimate from the posterior on side x side points: --side=1000 is a million.
-// --out writes side * side floats of the mean, then as many of the standard deviation.
+// Every well gives the field's value with noise. The hyperparameters are fitted to the wells by
+// maximum likelihood. The posterior gives the estimate at side x side points: --side=1000 is a
+// million. --out writes side * side floats of the mean, then as many of the standard deviation.
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -19,12 +19,12 @@
 
 namespace {
 
-// The truth: hills of two sizes.
+// The true field: hills of two sizes.
 double Field(double x, double y) {
   return std::sin(3.0 * x) * std::cos(2.0 * y) + 0.4 * std::sin(7.0 * x + 4.0 * y);
 }
 
-// Numbers in [0, 1) that are the same on every machine.
+// Random numbers in [0, 1) that are the same on every machine.
 class Random {
  public:
   double operator()() {

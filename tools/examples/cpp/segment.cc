@@ -1,5 +1,5 @@
-// The segmenter in a program of one's own: a textured square crosses a background that moves by
-// itself with the camera, and the map finds the square.
+// The segmenter within another program: a textured square crosses a background that shifts with the
+// camera's motion, and the map finds the square.
 //
 //   segment [--frames=N] [--device=NAME]
 #include <cstdint>

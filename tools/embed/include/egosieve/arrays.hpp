@@ -1,9 +1,9 @@
 /**
  * @file arrays.hpp
- * Views of the caller's memory: pointer, shape and strides, of float or double.
+ * Views of the caller's memory: pointer, shape and strides, with elements of float or double.
  *
- * Element (i, j) is data[i * row_stride + j * column_stride], strides in elements, negative ones
- * allowed. Vectors have one column. Eigen's matrices become views by egosieve/eigen.hpp.
+ * Element (i, j) is data[i * row_stride + j * column_stride]; strides are in elements and may be
+ * negative. Vectors have one column. egosieve/eigen.hpp makes views of Eigen's matrices.
  */
 #ifndef EGOSIEVE_ARRAYS_HPP_
 #define EGOSIEVE_ARRAYS_HPP_
@@ -18,7 +18,7 @@ namespace egosieve {
 
 namespace detail {
 
-/** A matrix as the C interface has it; strides in elements. */
+/** Fills a matrix of the C interface; strides in elements. */
 template <typename T, typename Array>
 void Describe(T* data, int64_t rows, int64_t columns, int64_t row_stride, int64_t column_stride,
               Array& array) {
@@ -35,7 +35,7 @@ void Describe(T* data, int64_t rows, int64_t columns, int64_t row_stride, int64_
 
 }  // namespace detail
 
-/** A matrix that is read. Cheap to copy; the memory must outlive the call that it is given to. */
+/** A matrix that is read. Cheap to copy; the memory must outlive the call that uses the view. */
 class ConstArray {
  public:
   /** No elements. */
@@ -60,17 +60,17 @@ class ConstArray {
       : ConstArray(values.data(), columns > 0 ? static_cast<int64_t>(values.size()) / columns : 0,
                    columns) {}
 
-  /** As the C interface takes it. */
+  /** The struct of the C interface. */
   const egosieve_const_array* c() const { return &array_; }
 
  private:
   egosieve_const_array array_{};
 };
 
-/** A matrix that is written; a default one is a result that is not wanted. */
+/** A matrix that is written; a default-constructed one is a result that is not wanted. */
 class Array {
  public:
-  /** Not wanted, not paid for. */
+  /** A result that is not wanted and not computed. */
   Array() = default;
   /** A row-major, packed matrix, or a vector of `rows` values; T is float or double. */
   template <typename T>
@@ -80,11 +80,11 @@ class Array {
   Array(T* data, int64_t rows, int64_t columns, int64_t row_stride, int64_t column_stride) {
     detail::Describe(data, rows, columns, row_stride, column_stride, array_);
   }
-  /** A vector of the size that it has. */
+  /** A vector with its present size. */
   template <typename T>
   Array(std::vector<T>& values) : Array(values.data(), static_cast<int64_t>(values.size())) {}
 
-  /** As the C interface takes it. */
+  /** The struct of the C interface. */
   const egosieve_array& c() const { return array_; }
 
  private:
@@ -99,7 +99,7 @@ struct Image {
   egosieve_channels channels = EGOSIEVE_BGR; /**< Order of the channels. */
   int64_t row_stride_bytes = 0;              /**< From one row to the next; 0: packed. */
 
-  /** As the C interface takes it. */
+  /** The struct of the C interface. */
   egosieve_image c() const {
     egosieve_image image{};
     image.data = data;

@@ -1,12 +1,12 @@
 /**
  * @file device_call.h
- * Predictions from and to OpenCL buffers, on a command queue of the caller's, without waiting.
+ * Predictions from and to OpenCL buffers, enqueued on the caller's command queue without waiting.
  *
- * OpenCL's handles are `void*` here, so that the header needs none of OpenCL's: pass cl_context,
- * cl_device_id, cl_command_queue, cl_event and cl_mem as they are.
+ * OpenCL's handles are `void*` here, so that this header does not depend on OpenCL's headers: pass
+ * cl_context, cl_device_id, cl_command_queue, cl_event and cl_mem as they are.
  *
- * Buffers and queues belong to the OpenCL context of the model: that of
- * egosieve_posterior_opencl(), or the one that `opencl_context` of egosieve_gp_options named.
+ * Buffers and queues must belong to the model's OpenCL context: that of
+ * egosieve_posterior_opencl(), which is `opencl_context` of egosieve_gp_options if that was set.
  */
 #ifndef EGOSIEVE_DEVICE_CALL_H_
 #define EGOSIEVE_DEVICE_CALL_H_
@@ -17,33 +17,33 @@
 extern "C" {
 #endif
 
-/** float32 values that lie next to each other in an OpenCL buffer. */
+/** Consecutive float32 values in an OpenCL buffer. */
 typedef struct egosieve_device_array {
-  void* memory;  /**< A cl_mem; null: this result is not wanted and not paid for. */
-  int64_t first; /**< The element of the first value. */
+  void* memory;  /**< A cl_mem; null: this result is not computed. */
+  int64_t first; /**< Index of the first value, in elements. */
 } egosieve_device_array;
 
-/** A prediction on a queue. */
+/** Inputs and outputs of a prediction on a queue. */
 typedef struct egosieve_device_call {
   uint64_t struct_size;              /**< Set by egosieve_device_call_init(). */
   void* queue;                       /**< A cl_command_queue, in order or not. */
-  void* const* wait;                 /**< cl_events that come first; null where wait_count is 0. */
+  void* const* wait;                 /**< cl_events to wait for; null if wait_count is 0. */
   int64_t wait_count;                /**< Default: 0. */
   void* queries;                     /**< A cl_mem of float32. */
   int64_t query_count;               /**< M. */
-  int64_t query_first;               /**< The element where the first query begins. Default: 0. */
+  int64_t query_first;               /**< Index of the first query's first element. Default: 0. */
   int64_t query_stride;              /**< Elements from one query to the next; 0, the default: D. */
   egosieve_device_array mean;        /**< Of f, M values. */
   egosieve_device_array variance;    /**< Of f, M values. */
-  egosieve_device_array probability; /**< M values; of labels only. */
-  egosieve_device_array clamped;     /**< One int32: variances that were set to 0. */
+  egosieve_device_array probability; /**< M values; only with labels. */
+  egosieve_device_array clamped;     /**< One int32: number of variances that were set to 0. */
 } egosieve_device_call;
 
-/** No queries and no result. Null does nothing. */
+/** Sets no queries and no results. Null does nothing. */
 EGOSIEVE_API void egosieve_device_call_init(egosieve_device_call* call);
 
 /**
- * The OpenCL context and device that a posterior lies on; they stay while it does. On "reference":
+ * Gives the OpenCL context and device of a posterior; they live as long as it does. On "reference":
  * #EGOSIEVE_FAILED_PRECONDITION.
  * @param posterior       The posterior.
  * @param opencl_context  Out: a cl_context; null: not wanted.
@@ -53,18 +53,17 @@ EGOSIEVE_API egosieve_status egosieve_posterior_opencl(egosieve_posterior* poste
                                                        void** opencl_context, void** opencl_device);
 
 /**
- * Enqueues a prediction and returns. Results are those of egosieve_posterior_predict(), but for a
- * rounding of the queries where the device prepares them otherwise than the host; nothing crosses
- * between host and device. A query with NaN or infinities has the mean NaN and the variance 0. The
+ * Enqueues a prediction and returns. The results are those of egosieve_posterior_predict(), except
+ * for rounding where the device prepares the queries differently from the host. No data move
+ * between host and device. A query with NaN or infinities gets the mean NaN and the variance 0. The
  * posterior, and any handle of the call, may be freed before the commands have ended.
  *
- * For models of one output with the zero mean, on devices with float64:
- * #EGOSIEVE_FAILED_PRECONDITION otherwise. After an error, commands enqueued before it may still
- * write into the results.
- * @param posterior  The posterior.
- * @param call       What, from where, to where.
- * @param event      Out: a cl_event that ends with the last command, and that the caller releases;
- *                   null: not wanted.
+ * Works for models of one output with the zero mean, on devices with float64; otherwise
+ * #EGOSIEVE_FAILED_PRECONDITION. After an error, commands enqueued before it may still write into
+ * the results.
+ * @param call       Queries, results and queue.
+ * @param event      Out: a cl_event that ends with the last command; the caller releases it. Null:
+ *                   not wanted.
  */
 EGOSIEVE_API egosieve_status egosieve_posterior_enqueue(egosieve_posterior* posterior,
                                                         const egosieve_device_call* call,

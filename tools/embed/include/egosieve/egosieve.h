@@ -1,6 +1,6 @@
 /**
  * @file egosieve.h
- * Everything: models and segmenter.
+ * Includes the whole C interface: models and segmenter.
  */
 #ifndef EGOSIEVE_EGOSIEVE_H_
 #define EGOSIEVE_EGOSIEVE_H_

@@ -1,6 +1,7 @@
 /**
  * @file egosieve.hpp
- * Everything in C++17: models and segmenter. Views of Eigen's matrices are in eigen.hpp.
+ * Includes the whole C++17 interface: models and segmenter. Views of Eigen's matrices are in
+ * eigen.hpp.
  */
 #ifndef EGOSIEVE_EGOSIEVE_HPP_
 #define EGOSIEVE_EGOSIEVE_HPP_

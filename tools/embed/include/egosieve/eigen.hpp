@@ -16,7 +16,7 @@
 
 namespace egosieve {
 
-/** A view of what is read. Expressions that have no memory of their own do not compile. */
+/** A view to read from. Expressions without memory of their own do not compile. */
 template <typename Derived>
 ConstArray View(const Eigen::DenseBase<Derived>& matrix) {
   static_assert((Derived::Flags & Eigen::DirectAccessBit) != 0,
@@ -28,7 +28,7 @@ ConstArray View(const Eigen::DenseBase<Derived>& matrix) {
              : ConstArray(derived.data(), derived.rows(), derived.cols(), inner, outer);
 }
 
-/** A view of what is written. */
+/** A view to write to. */
 template <typename Derived>
 Array MutableView(Eigen::DenseBase<Derived>& matrix) {
   static_assert((Derived::Flags & Eigen::DirectAccessBit) != 0,
@@ -39,7 +39,7 @@ Array MutableView(Eigen::DenseBase<Derived>& matrix) {
                              : Array(derived.data(), derived.rows(), derived.cols(), inner, outer);
 }
 
-/** The same for maps and blocks that are made in the call. */
+/** The same for temporary maps and blocks. */
 template <typename Derived>
 Array MutableView(Eigen::DenseBase<Derived>&& matrix) {
   return MutableView(matrix);

@@ -2,16 +2,17 @@
  * @file gaussian_process.h
  * Exact Gaussian process regression and classification by least squares, on an OpenCL device.
  *
- * A model holds n points (x_i, y_i), x in D dimensions, y of k outputs, and noise v_i of their own:
+ * A model holds n points (x_i, y_i), x in D dimensions, y of k outputs, noise variances v_i:
  *
  *     L L^T = K + diag(sigma_n^2 + v_i),   alpha = (L L^T)^-1 y                            (1)
  *     mean(x)        = k*.alpha                                                            (2)
  *     variance(x)    = k** - |L^-1 k*|^2     of f; of an observation: + sigma_n^2          (3)
  *     probability(x) = Phi( (a mean + b) / sqrt(1 + a^2 variance) )   of y = +1 against -1 (4)
  *
- * The outputs share covariance, noise and factor, and so their variances. The prior mean is zero or
- * h(x).b, h = (1) or (1, x), whose coefficients b have no prior knowledge: they are estimated by
- * generalised least squares, and (2), (3) carry them and their uncertainty (universal kriging).
+ * The outputs share covariance, noise and factor, and therefore have the same variances. The prior
+ * mean is zero or h(x).b with h = (1) or (1, x). There is no prior knowledge about the coefficients
+ * b: they are estimated by generalised least squares, and (2), (3) include them and their
+ * uncertainty (universal kriging).
  *
  * The covariance k is the arcsine (neural network) function
  *
@@ -22,35 +23,38 @@
  *
  *     k(x, x') = sigma_f^2 exp( -1/2 sum_d ((x_d - x'_d) / l_d)^2 )   scales = (l_1, ..., l_D)
  *
- * or any other that a text names: arcsine, constant, linear, matern12, matern32, matern52,
+ * or any other function given as a text: arcsine, constant, linear, matern12, matern32, matern52,
  * periodic, rational_quadratic, squared_exponential and white, their sums and products, and
- * isotropic(...), where all inputs share a scale: "matern52 + linear * isotropic(periodic)". Each
- * has its scales in its order, the terms of a sum but the first an amplitude before theirs.
+ * isotropic(...), in which all inputs share a scale: "matern52 + linear * isotropic(periodic)". The
+ * scales are those of the functions in the order of the text; each term of a sum, except the first,
+ * has an amplitude before its scales.
  *
- * A sparse model stands for the points by m inducing inputs u among them, chosen by pivoted
- * Cholesky and anew as points change, with k_u(x) = k(u, x), K_uu = k(u, u), S = sum_i k_u(x_i)
- * k_u(x_i)^T / lambda_i:
+ * A sparse model represents the points by m of them, the inducing inputs u. They are chosen by
+ * pivoted Cholesky, and again when points change. With k_u(x) = k(u, x), K_uu = k(u, u), S = sum_i
+ * k_u(x_i) k_u(x_i)^T / lambda_i:
  *
  *     mean(x) = k_u.(K_uu + S)^-1 sum_i k_u(x_i) y_i / lambda_i
  *     variance(x) = k** - k_u.K_uu^-1 k_u + k_u.(K_uu + S)^-1 k_u                          (5)
  *     lambda_i = sigma_n^2 + v_i                                    DTC
  *     lambda_i = sigma_n^2 + v_i + k(x_i, x_i) - k_u(x_i).K_uu^-1 k_u(x_i)   FITC
  *
- * It has one output and the zero mean. Its likelihood, which egosieve_gp_optimize() maximises, is
- * the variational lower bound of the exact one (Titsias) for DTC, and FITC's own for FITC.
+ * A sparse model has one output and the zero mean. Its likelihood, which egosieve_gp_optimize()
+ * maximises, is the variational lower bound of the exact likelihood (Titsias) for DTC, and FITC's
+ * own for FITC.
  *
- * Cost: conditioning on k points k n^2 flops, removing k of them 2 k n^2, a query n (D + 10) for
- * the mean and n^2 / 2 more for the variance; of a sparse model m in place of n, and k m^2 + m^3 /
- * 3 for k points. Memory: 8 n^2 bytes, and 2 n^2 on the device; of a sparse model 8 n m and 2 m^2.
+ * Cost in flops: conditioning on k points k n^2, removing k points 2 k n^2; each query n (D + 10)
+ * for the mean and n^2 / 2 more for the variance. For a sparse model, n is replaced by m, and k
+ * points cost k m^2 + m^3 / 3. Memory: 8 n^2 bytes, and 2 n^2 on the device; for a sparse model, 8
+ * n m and 2 m^2.
  *
  * Errors of the results: the factor is float64; queries, means and variances are float32 on a
  * device and float64 on "reference". The mean's error is at most sigma_f^2 |alpha|_1 (1e-6 + (66 +
- * n / 64) 2^-24 pi / 2). A query's result depends neither on the other queries nor on the number of
+ * n / 64) 2^-24 pi / 2). A query's result does not depend on other queries or on the number of
  * threads, to the last bit.
  *
  * References: Rasmussen & Williams (2006), 2.2, 2.7 and 6.5, eq. 4.29 (with 2/pi in front), eq.
  * 6.41; Quinonero-Candela & Rasmussen (2005); Titsias (2009). Joint predictions, samples, gradients
- * and leave-one-out: joint_posterior.h.
+ * and leave-one-out predictions are in joint_posterior.h.
  */
 #ifndef EGOSIEVE_GAUSSIAN_PROCESS_H_
 #define EGOSIEVE_GAUSSIAN_PROCESS_H_
@@ -61,10 +65,10 @@
 extern "C" {
 #endif
 
-/** A model that learns: a handle. Calls on one model wait for each other. */
+/** Handle of a model that learns. Calls on one model wait for each other. */
 typedef struct egosieve_gp egosieve_gp;
 
-/** What a model believed at one moment: a handle. Immutable: any number of threads may predict. */
+/** Handle of a model's posterior at one moment. Immutable: any number of threads may predict. */
 typedef struct egosieve_posterior egosieve_posterior;
 
 /** Covariance function: one of the constants below. */
@@ -100,91 +104,91 @@ enum {
 /** The largest D. */
 #define EGOSIEVE_MAX_DIMENSION 256
 
-/** Scales that #egosieve_gp_info has room for; egosieve_gp_scales() gives all. */
+/** Number of scales that fit into #egosieve_gp_info; egosieve_gp_scales() gives all. */
 #define EGOSIEVE_INFO_SCALES 33
 
-/** What a model is made from. */
+/** Options for a new model. */
 typedef struct egosieve_gp_options {
   uint64_t struct_size;           /**< Set by egosieve_gp_options_init(). */
   egosieve_covariance covariance; /**< Default: #EGOSIEVE_ARCSINE. */
   int32_t dimension;              /**< D, 1 to #EGOSIEVE_MAX_DIMENSION. No default. */
-  const double* scales;        /**< Positive; null: the function's own (w = exp(0.7), l = 0.5). */
-  int64_t scale_count;         /**< As many as the covariance has; 0 where scales is null. */
-  double signal_stddev;        /**< sigma_f, positive. Default: 1. */
-  double noise_stddev;         /**< sigma_n, positive. Default: 0.1. */
-  const char* device;          /**< A device's index, part of its name, "cpu", "gpu" or "reference".
-                                    Null or empty: the variable EGOSIEVE_DEVICE, else a GPU, else a
-                                    CPU. */
-  int64_t memory_cap_bytes;    /**< Device memory for tiles. Default: 256 MiB. */
-  const char* covariance_text; /**< Names the covariance; `covariance` is then
+  const double* scales;           /**< Positive; null: default values (w = exp(0.7), l = 0.5). */
+  int64_t scale_count;            /**< Number of scales of the covariance; 0 if scales is null. */
+  double signal_stddev;           /**< sigma_f, positive. Default: 1. */
+  double noise_stddev;            /**< sigma_n, positive. Default: 0.1. */
+  const char* device;             /**< Index of a device, part of its name, "cpu", "gpu" or
+                                    "reference". Null or empty: the variable EGOSIEVE_DEVICE, else a
+                                    GPU, else a CPU. */
+  int64_t memory_cap_bytes;       /**< Device memory for tiles. Default: 256 MiB. */
+  const char* covariance_text;    /**< The covariance as a text; `covariance` must then be
                                     #EGOSIEVE_NAMED_COVARIANCE or its default. Default: null. */
-  egosieve_mean mean;          /**< Default: #EGOSIEVE_ZERO_MEAN. */
+  egosieve_mean mean;             /**< Default: #EGOSIEVE_ZERO_MEAN. */
   egosieve_approximation approximation; /**< Default: #EGOSIEVE_EXACT. */
-  int64_t inducing_points;              /**< m at most, of a sparse model. Default: 512. */
-  void* opencl_context; /**< A cl_context to compute on, in place of `device` (device_call.h); it is
-                             retained. Default: null. */
-  void* opencl_device;  /**< The cl_device_id of that context; null: its first. */
+  int64_t inducing_points;              /**< Largest m, for a sparse model. Default: 512. */
+  void* opencl_context; /**< The cl_context to compute on, instead of `device` (device_call.h); it
+                             is retained. Default: null. */
+  void* opencl_device;  /**< A cl_device_id of that context; null: its first. */
 } egosieve_gp_options;
 
 /** Sets every field to its default. Null does nothing. */
 EGOSIEVE_API void egosieve_gp_options_init(egosieve_gp_options* options);
 
-/** A model without points: the prior. `*gp` is written on success only. */
+/** Creates a model without points: the prior. `*gp` is written only on success. */
 EGOSIEVE_API egosieve_status egosieve_gp_create(const egosieve_gp_options* options,
                                                 egosieve_gp** gp);
 
 /**
- * Frees a model; null is #EGOSIEVE_OK. Calls that are under way on other threads end first or go on
- * undisturbed; later ones get #EGOSIEVE_INVALID_HANDLE.
+ * Frees a model; null is #EGOSIEVE_OK. Calls in progress on other threads either end first or
+ * continue undisturbed; later calls return #EGOSIEVE_INVALID_HANDLE.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_free(egosieve_gp* gp);
 
 /**
- * Adds points at the end.
+ * Appends points to the model.
  * @param gp  The model.
  * @param x   N x D, finite.
- * @param y   N x k, finite, or N values in a row; k is that of the points there are. -1 and 1 (or
- * between, for soft labels) of one output where probabilities are wanted. Where every y is 0 or 1,
- * with a 0 among them, probabilities are refused: 2 y - 1 are labels.
+ * @param y   N x k, finite; for k = 1 also 1 x N. k must be that of the points in the model. For
+ *            probabilities, use one output with labels -1 and 1 (soft labels lie between). If every
+ *            y is 0 or 1 and at least one is 0, probabilities are refused: pass 2 y - 1 as labels.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_condition(egosieve_gp* gp, const egosieve_const_array* x,
                                                    const egosieve_const_array* y);
 
-/** The same with noise by point: v, N variances on top of sigma_n^2, not negative; null: all 0. */
+/** The same with noise per point: v holds N variances >= 0, added to sigma_n^2; null: all 0. */
 EGOSIEVE_API egosieve_status egosieve_gp_condition_noisy(egosieve_gp* gp,
                                                          const egosieve_const_array* x,
                                                          const egosieve_const_array* y,
                                                          const egosieve_const_array* v);
 
 /**
- * Removes points; those behind them move up.
+ * Removes points; the points after them move up.
  * @param gp     The model.
  * @param rows   Indices of points, each once, in any order.
- * @param count  Of rows.
+ * @param count  Number of rows.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_remove(egosieve_gp* gp, const int64_t* rows,
                                                 int64_t count);
 
-/** What a model is at the moment. */
+/** Current state of a model. */
 typedef struct egosieve_gp_info {
   uint64_t struct_size;                /**< Set by egosieve_gp_info_init(). */
-  int64_t size;                        /**< n, points. */
+  int64_t size;                        /**< n, the number of points. */
   int32_t dimension;                   /**< D. */
-  egosieve_covariance covariance;      /**< Its function. */
-  int64_t scale_count;                 /**< Of all scales. */
-  double scales[EGOSIEVE_INFO_SCALES]; /**< The first of them. */
+  egosieve_covariance covariance;      /**< Covariance function. */
+  int64_t scale_count;                 /**< Number of all scales. */
+  double scales[EGOSIEVE_INFO_SCALES]; /**< The first scales. */
   double signal_stddev;                /**< sigma_f. */
   double noise_stddev;                 /**< sigma_n. */
-  double jitter;                       /**< Added to sigma_n^2 where (1) was near singular. */
+  double jitter;                       /**< Added to sigma_n^2 if (1) was nearly singular. */
   double squash_a;                     /**< a of (4). */
   double squash_b;                     /**< b of (4). */
-  int64_t has_labels;   /**< Nonzero: every y is a label, as egosieve_gp_condition() says. */
+  int64_t has_labels;   /**< Nonzero: every y is a label, see egosieve_gp_condition(). */
   int64_t outputs;      /**< k. */
-  int64_t coefficients; /**< Of the mean function, for each output. */
-  egosieve_mean mean;   /**< Its function. */
-  egosieve_approximation approximation; /**< Of a sparse model, else #EGOSIEVE_EXACT. */
-  int64_t inducing_points;              /**< m at most; 0 of an exact model. */
-  int64_t inducing_count;               /**< m that there are at the moment. */
+  int64_t coefficients; /**< Coefficients of the mean function, per output. */
+  egosieve_mean mean;   /**< Mean function. */
+  egosieve_approximation approximation; /**< Of a sparse model; otherwise #EGOSIEVE_EXACT. */
+  int64_t inducing_points;              /**< Largest m; 0 for an exact model. */
+  int64_t inducing_count;               /**< The current m. */
 } egosieve_gp_info;
 
 /** Sets struct_size, and every other field to 0. Null does nothing. */
@@ -193,18 +197,18 @@ EGOSIEVE_API void egosieve_gp_info_init(egosieve_gp_info* info);
 /** Fills `info`. */
 EGOSIEVE_API egosieve_status egosieve_gp_describe(egosieve_gp* gp, egosieve_gp_info* info);
 
-/** Copies all scales out, `count` of egosieve_gp_info.scale_count; fewer are refused. */
+/** Copies all scales; `count` must be at least egosieve_gp_info.scale_count. */
 EGOSIEVE_API egosieve_status egosieve_gp_scales(egosieve_gp* gp, double* scales, int64_t count);
 
-/** The covariance as text, without an ending zero; arguments as in egosieve_gp_annotation(). */
+/** The covariance as text, without a final zero; arguments as in egosieve_gp_annotation(). */
 EGOSIEVE_API egosieve_status egosieve_gp_covariance_text(egosieve_gp* gp, void* text,
                                                          int64_t capacity, int64_t* size);
 
-/** Copies the model's points out: x is n x D, y is n x k; null data: not wanted. */
+/** Copies the model's points: x is n x D, y is n x k; an array with null data is skipped. */
 EGOSIEVE_API egosieve_status egosieve_gp_points(egosieve_gp* gp, const egosieve_array* x,
                                                 const egosieve_array* y);
 
-/** Copies the noise variances of the points out: v is n values. */
+/** Copies the noise variances of the points: v is n values. */
 EGOSIEVE_API egosieve_status egosieve_gp_noise_variances(egosieve_gp* gp, const egosieve_array* v);
 
 /** Sets the hyperparameters and rebuilds the factor. */
@@ -214,29 +218,29 @@ EGOSIEVE_API egosieve_status egosieve_gp_set_hyperparameters(egosieve_gp* gp, co
                                                              double noise_stddev);
 
 /**
- * log p(y | X) = -1/2 y.alpha - sum_i log L_ii - n/2 log 2 pi, the sum over outputs; 0 without
- * points. With a mean function the restricted likelihood, of what its coefficients leave; of a
- * sparse model what stands there.
+ * log p(y | X) = -1/2 y.alpha - sum_i log L_ii - n/2 log 2 pi, summed over outputs; 0 without
+ * points. With a mean function it is the restricted likelihood, from which the coefficients are
+ * eliminated. For a sparse model it is the likelihood described at the top of this file.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_log_marginal_likelihood(egosieve_gp* gp, double* value);
 
-/** How hyperparameters are optimised. */
+/** Options of the optimisation of hyperparameters. */
 typedef struct egosieve_optimize_options {
   uint64_t struct_size;          /**< Set by egosieve_optimize_options_init(). */
   int64_t subset_size;           /**< Points used at most, drawn at random; 0: all. Default: 800. */
-  int32_t annealing_evaluations; /**< Of simulated annealing before the ascent. Default: 0. */
-  int32_t gradient_steps;        /**< At most. Default: 100. */
+  int32_t annealing_evaluations; /**< Evaluations by simulated annealing, first. Default: 0. */
+  int32_t gradient_steps;        /**< Largest number of steps. Default: 100. */
   double tolerance;              /**< Ends when the largest step of a log falls below it: 1e-3. */
-  uint64_t seed;                 /**< Of the subset and the annealing. Default: 1. */
+  uint64_t seed;                 /**< Seed of the subset and the annealing. Default: 1. */
 } egosieve_optimize_options;
 
-/** What an optimisation did; likelihoods are of the subset. */
+/** Result of an optimisation; likelihoods are of the subset. */
 typedef struct egosieve_optimize_result {
   uint64_t struct_size;           /**< Set by egosieve_optimize_result_init(). */
-  double log_likelihood_at_start; /**< Before. */
-  double log_likelihood;          /**< After; never below that before. */
-  int64_t evaluations;            /**< Of the likelihood. */
-  int64_t points;                 /**< Used. */
+  double log_likelihood_at_start; /**< Before the optimisation. */
+  double log_likelihood;          /**< After it; never lower than before. */
+  int64_t evaluations;            /**< Number of evaluations of the likelihood. */
+  int64_t points;                 /**< Number of points used. */
   int32_t converged;              /**< Nonzero: the tolerance was reached. */
 } egosieve_optimize_result;
 
@@ -247,10 +251,11 @@ EGOSIEVE_API void egosieve_optimize_options_init(egosieve_optimize_options* opti
 EGOSIEVE_API void egosieve_optimize_result_init(egosieve_optimize_result* result);
 
 /**
- * Maximises the log marginal likelihood over the scales, sigma_f and sigma_n, from where they are,
- * by gradient ascent (iRprop-) on their logarithms within wide bounds that follow the data's
- * spread; then rebuilds the factor. sigma_n stays above a hundredth of y's root mean square, below
- * which float32 means would be lost in rounding. Cost: n^3 flops per step, n the points used.
+ * Maximises the log marginal likelihood over the scales, sigma_f and sigma_n by gradient ascent
+ * (iRprop-) on their logarithms. It starts at the current values, keeps within wide bounds that
+ * follow the spread of the data, and then rebuilds the factor. sigma_n stays above a hundredth of
+ * y's root mean square; below that, float32 means would be lost in rounding. Cost: n^3 flops per
+ * step, where n is the number of points used.
  * @param gp       The model; #EGOSIEVE_FAILED_PRECONDITION with fewer than 2 points.
  * @param options  Null: the defaults.
  * @param result   Null: not wanted.
@@ -260,29 +265,29 @@ EGOSIEVE_API egosieve_status egosieve_gp_optimize(egosieve_gp* gp,
                                                   egosieve_optimize_result* result);
 
 /**
- * Fits a and b of (4) by leave-one-out likelihood. All y must be labels
- * (egosieve_gp_condition()): #EGOSIEVE_FAILED_PRECONDITION otherwise, or with fewer than 2 points.
- * Before, a = 1 and b = 0. Costs nothing where the model has not changed since.
+ * Fits a and b of (4) by leave-one-out likelihood. All y must be labels (egosieve_gp_condition())
+ * and there must be at least 2 points; otherwise #EGOSIEVE_FAILED_PRECONDITION. Before the first
+ * call a = 1 and b = 0. Costs nothing if the model has not changed since the last call.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_calibrate(egosieve_gp* gp);
 
 /**
- * Results of a prediction, each where its array says, in the shape that the call names; the mean of
- * k > 1 outputs has k columns for each of its places, and is for egosieve_gp_predict() and
- * egosieve_posterior_predict() alone.
+ * Results of a prediction. Each array has the shape that the call names. With k > 1 outputs the
+ * mean has k columns per place, and is available only from egosieve_gp_predict() and
+ * egosieve_posterior_predict().
  */
 typedef struct egosieve_prediction {
   uint64_t struct_size;       /**< Set by egosieve_prediction_init(). */
   egosieve_array mean;        /**< (2); data null: not wanted. */
   egosieve_array variance;    /**< (3); data null: not wanted. */
-  egosieve_array probability; /**< (4), of labels only; data null: not wanted. */
+  egosieve_array probability; /**< (4), only with labels; data null: not wanted. */
   int32_t of_observation;     /**< Nonzero: variance is that of an observation. Default: 0. */
   int64_t clamped_variances;  /**< Out: how many were negative from rounding and set to 0. */
-  int64_t in_float64;         /**< Nonzero: in float64 throughout; egosieve_gp_predict() alone, and
+  int64_t in_float64;         /**< Nonzero: compute in float64; only for egosieve_gp_predict(), and
                                    without probabilities. Default: 0. */
 } egosieve_prediction;
 
-/** No result wanted, the variance that of f. Null does nothing. */
+/** Sets all results to not wanted, and the variance to that of f. Null does nothing. */
 EGOSIEVE_API void egosieve_prediction_init(egosieve_prediction* prediction);
 
 /**
@@ -298,24 +303,24 @@ EGOSIEVE_API egosieve_status egosieve_gp_predict(egosieve_gp* gp, const egosieve
 typedef struct egosieve_grid {
   double x0;       /**< First input of the first column. */
   double y0;       /**< Second input of the first row. */
-  double dx;       /**< Between columns. */
-  double dy;       /**< Between rows. */
+  double dx;       /**< Step between columns. */
+  double dy;       /**< Step between rows. */
   int64_t rows;    /**< At least 1. */
   int64_t columns; /**< At least 1. */
 } egosieve_grid;
 
-/** Predicts on a grid, whose points need no memory. Needs D = 2; arrays are rows x columns. */
+/** Predicts on a grid; its points need no memory. Needs D = 2; arrays are rows x columns. */
 EGOSIEVE_API egosieve_status egosieve_gp_predict_grid(egosieve_gp* gp, const egosieve_grid* grid,
                                                       egosieve_prediction* prediction);
 
 /**
- * Predicts over an image: at every `stride`-th pixel and on the image's border, the input is
+ * Predicts over an image. At every `stride`-th pixel and on the image's border, the input is
  *
  *     x = (u, v, I_M, I_R, I_G, I_B),
  *
- * u, v the pixel's coordinates mapped so that the longer side spans [-1, 1], I the means over
- * 7 x 7 pixels of brightness, red, green and blue, mapped to [-1, 1]. Needs D = 6; arrays are
- * ceil((height - 1) / stride) + 1 rows by ceil((width - 1) / stride) + 1 columns.
+ * where u, v are the pixel's coordinates, mapped so that the longer side spans [-1, 1], and I are
+ * the means over 7 x 7 pixels of brightness, red, green and blue, mapped to [-1, 1]. Needs D = 6;
+ * arrays are ceil((height - 1) / stride) + 1 rows by ceil((width - 1) / stride) + 1 columns.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_predict_image(egosieve_gp* gp, const egosieve_image* image,
                                                        int32_t stride,
@@ -327,10 +332,10 @@ EGOSIEVE_API egosieve_status egosieve_gp_describe_pixels(egosieve_gp* gp,
                                                          const egosieve_const_array* places,
                                                          const egosieve_array* out);
 
-/** A posterior that stays as the model is now, whatever becomes of the model. */
+/** Gives a posterior of the model's current state; later changes of the model do not affect it. */
 EGOSIEVE_API egosieve_status egosieve_gp_posterior(egosieve_gp* gp, egosieve_posterior** posterior);
 
-/** As egosieve_gp_predict(), of the moment when the posterior was made. */
+/** As egosieve_gp_predict(), with the model's state when the posterior was made. */
 EGOSIEVE_API egosieve_status egosieve_posterior_predict(egosieve_posterior* posterior,
                                                         const egosieve_const_array* x,
                                                         egosieve_prediction* prediction);
@@ -350,32 +355,32 @@ EGOSIEVE_API egosieve_status egosieve_posterior_predict_image(egosieve_posterior
 EGOSIEVE_API egosieve_status egosieve_posterior_free(egosieve_posterior* posterior);
 
 /**
- * Keeps a text or bytes of the caller's with the model and in its file; replaces what was kept.
+ * Stores a text or bytes with the model and in its file; replaces an earlier annotation.
  * @param gp     The model.
- * @param bytes  Null only where size is 0.
- * @param size   Bytes.
+ * @param bytes  Null only if size is 0.
+ * @param size   In bytes.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_set_annotation(egosieve_gp* gp, const void* bytes,
                                                         int64_t size);
 
 /**
- * Copies the annotation out.
+ * Copies the annotation.
  * @param gp        The model.
- * @param bytes     Where to; null where only the size is wanted.
- * @param capacity  Bytes there; fewer than the size: #EGOSIEVE_INVALID_ARGUMENT, and the last error
- *                  tells the size.
+ * @param bytes     Destination; null to ask only for the size.
+ * @param capacity  Bytes at the destination. If fewer than the size: #EGOSIEVE_INVALID_ARGUMENT,
+ *                  and the last error gives the size.
  * @param size      Out: bytes of the annotation.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_annotation(egosieve_gp* gp, void* bytes, int64_t capacity,
                                                     int64_t* size);
 
 /**
- * Writes the model into a file, whole or not at all; numpy.load() reads it. The factor is rebuilt
- * on the way, so that this model and the one that is loaded predict alike to the last bit.
+ * Writes the model into a file, completely or not at all; numpy.load() reads it. The factor is
+ * rebuilt, so that this model and a loaded copy predict identically to the last bit.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_save(egosieve_gp* gp, const char* path);
 
-/** Reads a model file; `device` as in egosieve_gp_options. Files may come from anywhere. */
+/** Reads a model file; `device` as in egosieve_gp_options. The file may come from any source. */
 EGOSIEVE_API egosieve_status egosieve_gp_load(const char* path, const char* device,
                                               egosieve_gp** gp);
 
@@ -383,7 +388,7 @@ EGOSIEVE_API egosieve_status egosieve_gp_load(const char* path, const char* devi
 EGOSIEVE_API egosieve_status egosieve_gp_serialize(egosieve_gp* gp, void* bytes, int64_t capacity,
                                                    int64_t* size);
 
-/** The model from its bytes, which may come from anywhere. */
+/** Creates a model from its bytes. The bytes may come from any source. */
 EGOSIEVE_API egosieve_status egosieve_gp_deserialize(const void* bytes, int64_t size,
                                                      const char* device, egosieve_gp** gp);
 

@@ -1,7 +1,7 @@
 /**
  * @file gaussian_process.hpp
- * Gaussian process regression and classification, exact and sparse, in C++17: owners of the handles
- * of gaussian_process.h and joint_posterior.h, which give equations, costs and errors.
+ * Gaussian process regression and classification, exact and sparse, in C++17. The classes own the
+ * handles of gaussian_process.h and joint_posterior.h, which give equations, costs and errors.
  *
  *     auto gp = egosieve::GaussianProcess::Create(options).value();
  *     gp.Condition({x, n, d}, {y, n}).ThrowIfError();
@@ -27,14 +27,14 @@ namespace egosieve {
 enum class Covariance : int32_t {
   kArcsine = EGOSIEVE_ARCSINE,                        /**< Neural network, D + 1 weights. */
   kSquaredExponential = EGOSIEVE_SQUARED_EXPONENTIAL, /**< Gaussian, D length-scales. */
-  kNamed = EGOSIEVE_NAMED_COVARIANCE,                 /**< The one that a text names. */
+  kNamed = EGOSIEVE_NAMED_COVARIANCE,                 /**< The function of covariance_text. */
 };
 
-/** Mean function, whose coefficients follow from the data. */
+/** Mean function; its coefficients are estimated from the data. */
 enum class Mean : int32_t {
   kZero = EGOSIEVE_ZERO_MEAN,         /**< No coefficients. */
-  kConstant = EGOSIEVE_CONSTANT_MEAN, /**< One. */
-  kLinear = EGOSIEVE_LINEAR_MEAN,     /**< D + 1, the constant first. */
+  kConstant = EGOSIEVE_CONSTANT_MEAN, /**< One coefficient. */
+  kLinear = EGOSIEVE_LINEAR_MEAN,     /**< D + 1 coefficients, the constant first. */
 };
 
 /** Exact, or the approximation of a sparse model. */
@@ -44,28 +44,28 @@ enum class Approximation : int64_t {
   kFitc = EGOSIEVE_FITC,   /**< Fully independent training conditional. */
 };
 
-/** What a model is made from. */
+/** Options for a new model. */
 struct GaussianProcessOptions {
-  Covariance covariance = Covariance::kArcsine;        /**< Function. */
+  Covariance covariance = Covariance::kArcsine;        /**< Covariance function. */
   std::string covariance_text;                         /**< As in #egosieve_gp_options. */
   Mean mean = Mean::kZero;                             /**< Mean function. */
   int32_t dimension = 0;                               /**< D, 1 to 256; must be set. */
-  std::vector<double> scales;                          /**< Positive; empty: the function's own. */
+  std::vector<double> scales;                          /**< Positive; empty: default values. */
   double signal_stddev = 1.0;                          /**< sigma_f, positive. */
   double noise_stddev = 0.1;                           /**< sigma_n, positive. */
   std::string device;                                  /**< As in #egosieve_gp_options. */
   void* opencl_context = nullptr;                      /**< As in #egosieve_gp_options. */
   void* opencl_device = nullptr;                       /**< As in #egosieve_gp_options. */
   int64_t memory_cap_bytes = int64_t{256} << 20;       /**< Device memory for tiles. */
-  Approximation approximation = Approximation::kExact; /**< Of a sparse model. */
-  int64_t inducing_points = 512;                       /**< m at most, of a sparse model. */
+  Approximation approximation = Approximation::kExact; /**< Exact or sparse. */
+  int64_t inducing_points = 512;                       /**< Largest m, for a sparse model. */
 };
 
-/** What a model is at the moment. */
+/** Current state of a model. */
 struct GaussianProcessInfo {
-  int64_t size = 0;                                    /**< n, points. */
+  int64_t size = 0;                                    /**< n, the number of points. */
   int32_t dimension = 0;                               /**< D. */
-  Covariance covariance = Covariance::kArcsine;        /**< Function. */
+  Covariance covariance = Covariance::kArcsine;        /**< Covariance function. */
   std::string covariance_text;                         /**< The function as text. */
   Mean mean = Mean::kZero;                             /**< Mean function. */
   int64_t outputs = 1;                                 /**< k. */
@@ -75,46 +75,46 @@ struct GaussianProcessInfo {
   double jitter = 0.0;                                 /**< Added to sigma_n^2 to factor K. */
   double squash_a = 1.0;                               /**< a of the probability. */
   double squash_b = 0.0;                               /**< b of the probability. */
-  Approximation approximation = Approximation::kExact; /**< Of a sparse model. */
-  int64_t inducing_points = 0;                         /**< m at most; 0 of an exact model. */
-  int64_t inducing_count = 0;                          /**< m that there are. */
+  Approximation approximation = Approximation::kExact; /**< Exact or sparse. */
+  int64_t inducing_points = 0;                         /**< Largest m; 0 for an exact model. */
+  int64_t inducing_count = 0;                          /**< The current m. */
 };
 
-/** How hyperparameters are optimised; see egosieve_gp_optimize(). */
+/** Options of the optimisation of hyperparameters; see egosieve_gp_optimize(). */
 struct OptimizeOptions {
-  int64_t subset_size = 800;         /**< Points used at most; 0: all. */
-  int32_t annealing_evaluations = 0; /**< Of simulated annealing before the ascent. */
-  int32_t gradient_steps = 100;      /**< At most. */
-  double tolerance = 1e-3;           /**< Largest step of a logarithm that ends the ascent. */
-  uint64_t seed = 1;                 /**< Of the subset and the annealing. */
+  int64_t subset_size = 800;         /**< Largest number of points used; 0: all. */
+  int32_t annealing_evaluations = 0; /**< Evaluations by annealing, before the ascent. */
+  int32_t gradient_steps = 100;      /**< Largest number of steps. */
+  double tolerance = 1e-3;           /**< Ends when the largest step of a log falls below it. */
+  uint64_t seed = 1;                 /**< Seed of the subset and the annealing. */
 };
 
-/** What an optimisation did; likelihoods are of the points used. */
+/** Result of an optimisation; likelihoods are of the points used. */
 struct OptimizeResult {
-  double log_likelihood_at_start = 0.0; /**< Before. */
-  double log_likelihood = 0.0;          /**< After; never below that before. */
-  int64_t evaluations = 0;              /**< Of the likelihood. */
-  int64_t points = 0;                   /**< Used. */
+  double log_likelihood_at_start = 0.0; /**< Before the optimisation. */
+  double log_likelihood = 0.0;          /**< After it; never lower than before. */
+  int64_t evaluations = 0;              /**< Number of evaluations of the likelihood. */
+  int64_t points = 0;                   /**< Number of points used. */
   bool converged = false;               /**< The tolerance was reached. */
 };
 
-/** Where left-out predictions go; a default Array is not wanted. */
+/** Destinations of leave-one-out predictions; a default Array is not wanted. */
 struct LeftOut {
   Array mean{};        /**< Of y, n x k. */
   Array variance{};    /**< Of y, n. */
   Array log_density{}; /**< log p(y_i | others), n x k. */
 };
 
-/** The likelihood at some hyperparameters. */
+/** The likelihood at given hyperparameters. */
 struct Likelihood {
   double value = 0.0;           /**< log p(y | X). */
-  std::vector<double> gradient; /**< By the logarithms; empty where not asked for. */
+  std::vector<double> gradient; /**< By the logarithms; empty if not asked for. */
 };
 
 /** A model that learns. Calls on one model wait for each other. */
 class GaussianProcess {
  public:
-  /** A model without points: the prior. */
+  /** Creates a model without points: the prior. */
   static Result<GaussianProcess> Create(const GaussianProcessOptions& options) {
     egosieve_gp_options c;
     egosieve_gp_options_init(&c);
@@ -140,7 +140,7 @@ class GaussianProcess {
     egosieve_gp* handle = nullptr;
     return Own(egosieve_gp_load(path.c_str(), device.c_str(), &handle), handle);
   }
-  /** The model from the bytes that Serialize() gave. */
+  /** Creates a model from the bytes of Serialize(). */
   static Result<GaussianProcess> Deserialize(const std::string& bytes,
                                              const std::string& device = "") {
     egosieve_gp* handle = nullptr;
@@ -148,7 +148,7 @@ class GaussianProcess {
     return Own(egosieve_gp_deserialize(bytes.data(), size, device.c_str(), &handle), handle);
   }
 
-  /** Takes the handle over. */
+  /** Takes ownership of the handle. */
   explicit GaussianProcess(egosieve_gp* handle) : handle_(handle) {}
   /** Takes the other's handle. */
   GaussianProcess(GaussianProcess&& other) noexcept
@@ -168,7 +168,7 @@ class GaussianProcess {
   Status Condition(const ConstArray& x, const ConstArray& y, const ConstArray& noise_variances) {
     return Status::FromC(egosieve_gp_condition_noisy(handle_, x.c(), y.c(), noise_variances.c()));
   }
-  /** Removes points by index, each once, in any order; those behind them move up. */
+  /** Removes points by index, each once, in any order; the points after them move up. */
   Status Remove(const std::vector<int64_t>& rows) {
     return Status::FromC(
         egosieve_gp_remove(handle_, rows.data(), static_cast<int64_t>(rows.size())));
@@ -195,10 +195,10 @@ class GaussianProcess {
     return OptimizeResult{result.log_likelihood_at_start, result.log_likelihood, result.evaluations,
                           result.points, result.converged != 0};
   }
-  /** Fits the probabilities by leave-one-out likelihood; needs every y in [-1, 1]. */
+  /** Fits the probabilities by leave-one-out likelihood; every y must be a label. */
   Status Calibrate() { return Status::FromC(egosieve_gp_calibrate(handle_)); }
 
-  /** What the model is at the moment. */
+  /** The current state of the model. */
   Result<GaussianProcessInfo> Describe() const {
     egosieve_gp_info c;
     egosieve_gp_info_init(&c);
@@ -228,11 +228,11 @@ class GaussianProcess {
     info.inducing_count = c.inducing_count;
     return info;
   }
-  /** Copies the noise variances of the points out, n values. */
+  /** Copies the noise variances of the points, n values. */
   Status NoiseVariances(const Array& v) const {
     return Status::FromC(egosieve_gp_noise_variances(handle_, &v.c()));
   }
-  /** Copies the points out: x is n x D, y is n x k; a default Array is not wanted. */
+  /** Copies the points: x is n x D, y is n x k; a default Array is not wanted. */
   Status Points(const Array& x, const Array& y) const {
     return Status::FromC(egosieve_gp_points(handle_, &x.c(), &y.c()));
   }
@@ -244,18 +244,18 @@ class GaussianProcess {
     return value;
   }
 
-  /** At M x D points. The value: variances that were negative from rounding and set to 0. */
+  /** At M x D points. The value: number of variances that rounding made negative, set to 0. */
   Result<int64_t> Predict(const ConstArray& x, const Prediction& prediction) const {
     return internal::Predict(
         prediction, [&](egosieve_prediction* c) { return egosieve_gp_predict(handle_, x.c(), c); });
   }
-  /** On a grid in the plane; needs D = 2. */
+  /** Predicts on a grid in the plane; needs D = 2. */
   Result<int64_t> PredictGrid(const Grid& grid, const Prediction& prediction) const {
     return internal::Predict(prediction, [&](egosieve_prediction* c) {
       return egosieve_gp_predict_grid(handle_, &grid, c);
     });
   }
-  /** Over an image, every `stride` pixels; needs D = 6. See egosieve_gp_predict_image(). */
+  /** Predicts at every `stride`-th pixel; needs D = 6. See egosieve_gp_predict_image(). */
   Result<int64_t> PredictImage(const Image& image, int32_t stride,
                                const Prediction& prediction) const {
     const egosieve_image c_image = image.c();
@@ -283,11 +283,11 @@ class GaussianProcess {
     if (!status.ok()) return status;
     return jitter;
   }
-  /** Gradients by the inputs: of the mean (M k) x D, of the variance M x D. */
+  /** Gradients with respect to the inputs: of the mean (M k) x D, of the variance M x D. */
   Status Gradients(const ConstArray& x, const Array& mean, const Array& variance = {}) const {
     return Status::FromC(egosieve_gp_gradients(handle_, x.c(), &mean.c(), &variance.c()));
   }
-  /** Predicts each point's y from all the others. */
+  /** Leave-one-out: predicts each point's y from all others. */
   Status LeaveOneOut(const LeftOut& out) const {
     return Status::FromC(
         egosieve_gp_leave_one_out(handle_, &out.mean.c(), &out.variance.c(), &out.log_density.c()));
@@ -306,7 +306,7 @@ class GaussianProcess {
     if (!status.ok()) return status;
     return likelihood;
   }
-  /** A posterior that stays as the model is now, for threads that predict while this one learns. */
+  /** A posterior of the model's current state, for threads that predict while the model learns. */
   Result<Posterior> MakePosterior() const {
     egosieve_posterior* posterior = nullptr;
     Status status = Status::FromC(egosieve_gp_posterior(handle_, &posterior));
@@ -314,18 +314,18 @@ class GaussianProcess {
     return Posterior(posterior);
   }
 
-  /** Keeps bytes of the caller's with the model and in its file. */
+  /** Stores bytes with the model and in its file. */
   Status SetAnnotation(const std::string& bytes) {
     return Status::FromC(
         egosieve_gp_set_annotation(handle_, bytes.data(), static_cast<int64_t>(bytes.size())));
   }
-  /** Those bytes. */
+  /** The bytes of SetAnnotation(). */
   Result<std::string> Annotation() const {
     return Bytes([this](void* bytes, int64_t capacity, int64_t* size) {
       return egosieve_gp_annotation(handle_, bytes, capacity, size);
     });
   }
-  /** Writes the model into a file, whole or not at all; rebuilds the factor. */
+  /** Writes the model into a file, completely or not at all; rebuilds the factor. */
   Status Save(const std::string& path) {
     return Status::FromC(egosieve_gp_save(handle_, path.c_str()));
   }
@@ -340,7 +340,7 @@ class GaussianProcess {
   egosieve_gp* handle() const { return handle_; }
 
  private:
-  // The handle by reference: the call whose status is checked here writes it.
+  // The handle is passed by reference because the call that gives `code` writes it.
   static Result<GaussianProcess> Own(egosieve_status code, egosieve_gp* const& handle) {
     if (code != EGOSIEVE_OK) return Status::FromC(code);
     return GaussianProcess(handle);
@@ -352,7 +352,7 @@ class GaussianProcess {
     Status status = Status::FromC(call(nullptr, 0, &size));
     if (!status.ok()) return status;
     std::string bytes;
-    do {  // again where another thread has made them more in between
+    do {  // repeated if another thread has made the text longer in between
       bytes.resize(static_cast<size_t>(size));
       status = Status::FromC(call(&bytes[0], static_cast<int64_t>(bytes.size()), &size));
     } while (!status.ok() && size > static_cast<int64_t>(bytes.size()));

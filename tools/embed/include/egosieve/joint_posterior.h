@@ -1,16 +1,16 @@
 /**
  * @file joint_posterior.h
- * What a model (gaussian_process.h) believes of several places together, and of their
- * surroundings: joint covariances, samples, gradients by the inputs, and its points left out.
+ * Joint predictions of a model (gaussian_process.h) at several places: joint covariances, samples,
+ * gradients with respect to the inputs, and leave-one-out predictions.
  *
  *     cov(x, x') = k(x, x') - (L^-1 k*).(L^-1 k*')                                         (6)
  *     f = mean + C z,   C C^T = cov + jitter I,   z ~ N(0, I)                              (7)
  *     y_i without point i:  mean y_i - alpha_i / [K_y^-1]_ii,  variance 1 / [K_y^-1]_ii    (8)
  *
- * and what a mean function adds to each. A sparse model has its covariance (5) of two places in
- * place of (6), and that of its points in place of K_y. All is computed in float64 from the model's
- * factor. Where a covariance is singular to working precision, the jitter of (7) climbs from 1e-10
- * of the largest prior variance by tens to 1e-4 of it.
+ * and the terms that a mean function adds to each. A sparse model uses its covariance (5) between
+ * two places instead of (6), and that of its points instead of K_y. All is computed in float64 from
+ * the model's factor. If a covariance is singular to working precision, the jitter of (7) is raised
+ * in factors of ten from 1e-10 to 1e-4 of the largest prior variance.
  *
  * References: Rasmussen & Williams (2006), eqs. 2.24, 2.42, 5.10 to 5.12, and A.2.
  */
@@ -38,25 +38,26 @@ EGOSIEVE_API egosieve_status egosieve_gp_predict_joint(egosieve_gp* gp,
                                                        const egosieve_array* covariance);
 
 /**
- * Draws samples (7) from the joint distribution at M places; of a model without points, from the
- * prior. Sample s depends on seed, M and k, not on how many samples are drawn.
+ * Draws samples (7) from the joint distribution at M places. For a model without points, this is
+ * the prior. Sample s depends on seed, M and k, but not on the number of samples.
  * @param gp              The model.
  * @param x               M x D, finite.
  * @param seed            The same seed gives the same samples.
  * @param of_observation  Nonzero: samples of y; of f otherwise.
  * @param samples         (M k) x S: sample s of output c at place i lies in row i k + c, column s.
- * @param jitter          Out: that of (7); null: not wanted.
+ * @param jitter          Out: the jitter of (7); null: not wanted.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_sample(egosieve_gp* gp, const egosieve_const_array* x,
                                                 uint64_t seed, int32_t of_observation,
                                                 const egosieve_array* samples, double* jitter);
 
 /**
- * Gradients of mean and variance of f by the inputs. Where a covariance has a cusp (matern12 at a
- * point of the model) its derivative counts as 0. Cost: M n D k, and 2 M n^2 for the variance.
+ * Gradients of mean and variance of f with respect to the inputs. At a cusp of the covariance
+ * (matern12 at a point of the model) the derivative counts as 0. Cost: M n D k, and 2 M n^2 for the
+ * variance.
  * @param gp        The model.
  * @param x         M x D, finite.
- * @param mean      (M k) x D, row i k + c being that of output c at place i; data null: not wanted.
+ * @param mean      (M k) x D, row i k + c is that of output c at place i; data null: not wanted.
  * @param variance  M x D; data null: not wanted.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_gradients(egosieve_gp* gp, const egosieve_const_array* x,
@@ -64,7 +65,7 @@ EGOSIEVE_API egosieve_status egosieve_gp_gradients(egosieve_gp* gp, const egosie
                                                    const egosieve_array* variance);
 
 /**
- * Predicts each point's y from all the others (8). Cost: n^3 / 3 flops.
+ * Leave-one-out: predicts each point's y from all others (8). Cost: n^3 / 3 flops.
  * @param gp           The model.
  * @param mean         n x k; data null: not wanted.
  * @param variance     Of y, n values; data null: not wanted.
@@ -79,13 +80,13 @@ EGOSIEVE_API egosieve_status egosieve_gp_mean_coefficients(egosieve_gp* gp,
                                                            const egosieve_array* coefficients);
 
 /**
- * The log marginal likelihood of the model's points at other hyperparameters; the model stays as it
- * is. Cost: n^3 / 3 flops, n^3 with the gradient.
+ * The log marginal likelihood of the model's points at other hyperparameters; the model is not
+ * changed. Cost: n^3 / 3 flops, n^3 with the gradient.
  * @param gp        The model.
  * @param theta     Logarithms of the scales, sigma_f and sigma_n.
- * @param count     Of theta: egosieve_gp_info.scale_count + 2.
+ * @param count     Length of theta: egosieve_gp_info.scale_count + 2.
  * @param value     Out.
- * @param gradient  Out: `count` derivatives by theta; null: not wanted.
+ * @param gradient  Out: `count` derivatives with respect to theta; null: not wanted.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_likelihood_at(egosieve_gp* gp, const double* theta,
                                                        int64_t count, double* value,

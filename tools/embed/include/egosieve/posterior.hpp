@@ -1,6 +1,6 @@
 /**
  * @file posterior.hpp
- * Where predictions go, and posteriors, which stay as their model was: owners of the handles of
+ * Destinations of predictions, and immutable posteriors. The classes own the handles of
  * #egosieve_posterior.
  */
 #ifndef EGOSIEVE_POSTERIOR_HPP_
@@ -16,16 +16,16 @@
 
 namespace egosieve {
 
-/** Where results go; a default Array is not wanted. */
+/** Destinations of the results; a default Array is not wanted. */
 struct Prediction {
   Array mean{};                /**< Of f. */
   Array variance{};            /**< Of f, or of an observation. */
   Array probability{};         /**< Of y = +1 against -1. */
   bool of_observation = false; /**< The variance is that of an observation. */
-  bool in_float64 = false;     /**< In float64 throughout; GaussianProcess::Predict() alone. */
+  bool in_float64 = false;     /**< Compute in float64; only for GaussianProcess::Predict(). */
 };
 
-/** A prediction on an OpenCL queue; a default one has no queries. See device_call.h. */
+/** A prediction on an OpenCL queue; by default without queries. See device_call.h. */
 class DeviceCall {
  public:
   DeviceCall() { egosieve_device_call_init(&call_); }
@@ -61,12 +61,12 @@ Result<int64_t> Predict(const Prediction& prediction, Call call) {
 }  // namespace internal
 
 /**
- * What a model believed at one moment. Immutable: any number of threads may predict. A moved-from
- * object only takes assignment and destruction.
+ * The posterior of a model at one moment. Immutable: any number of threads may predict. A
+ * moved-from object may only be assigned to or destroyed.
  */
 class Posterior {
  public:
-  /** Takes the handle over. */
+  /** Takes ownership of the handle. */
   explicit Posterior(egosieve_posterior* handle) : handle_(handle) {}
   /** Takes the other's handle. */
   Posterior(Posterior&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
@@ -77,19 +77,19 @@ class Posterior {
   }
   ~Posterior() { egosieve_posterior_free(handle_); }
 
-  /** At M x D points. The value: variances that were negative from rounding and set to 0. */
+  /** At M x D points. The value: number of variances that rounding made negative, set to 0. */
   Result<int64_t> Predict(const ConstArray& x, const Prediction& prediction) const {
     return internal::Predict(prediction, [&](egosieve_prediction* c) {
       return egosieve_posterior_predict(handle_, x.c(), c);
     });
   }
-  /** On a grid in the plane; needs D = 2. */
+  /** Predicts on a grid in the plane; needs D = 2. */
   Result<int64_t> PredictGrid(const Grid& grid, const Prediction& prediction) const {
     return internal::Predict(prediction, [&](egosieve_prediction* c) {
       return egosieve_posterior_predict_grid(handle_, &grid, c);
     });
   }
-  /** Over an image, every `stride` pixels; needs D = 6. See egosieve_gp_predict_image(). */
+  /** Predicts at every `stride`-th pixel; needs D = 6. See egosieve_gp_predict_image(). */
   Result<int64_t> PredictImage(const Image& image, int32_t stride,
                                const Prediction& prediction) const {
     const egosieve_image c_image = image.c();
@@ -98,21 +98,21 @@ class Posterior {
     });
   }
 
-  /** Enqueues and returns. The value: a cl_event, which the caller releases. */
+  /** Enqueues a prediction and returns. The value: a cl_event, which the caller releases. */
   Result<void*> Enqueue(const DeviceCall& call) const {
     void* event = nullptr;
     Status status = Status::FromC(egosieve_posterior_enqueue(handle_, call.c(), &event));
     if (!status.ok()) return status;
     return event;
   }
-  /** The cl_context that the posterior lies on; it stays while the posterior does. */
+  /** The posterior's cl_context; it lives as long as the posterior does. */
   Result<void*> OpenClContext() const {
     void* context = nullptr;
     Status status = Status::FromC(egosieve_posterior_opencl(handle_, &context, nullptr));
     if (!status.ok()) return status;
     return context;
   }
-  /** Its cl_device_id. */
+  /** The posterior's cl_device_id. */
   Result<void*> OpenClDevice() const {
     void* device = nullptr;
     Status status = Status::FromC(egosieve_posterior_opencl(handle_, nullptr, &device));

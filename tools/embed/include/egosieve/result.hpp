@@ -1,9 +1,9 @@
 /**
  * @file result.hpp
- * How calls of the C++ interface end: a Status, or a Result that holds a value or a Status.
+ * Results of the C++ interface: a Status, or a Result, which holds a value or a Status.
  *
- * Nothing throws unless it is asked to: Result::value() and Status::ThrowIfError() throw Error, the
- * rest of the interface returns. C++17 and later.
+ * Only Result::value() and Status::ThrowIfError() throw Error; the rest of the interface returns a
+ * status. C++17 and later.
  */
 #ifndef EGOSIEVE_RESULT_HPP_
 #define EGOSIEVE_RESULT_HPP_
@@ -18,24 +18,24 @@
 
 namespace egosieve {
 
-/** What kind of end a call had; the numbers are those of #egosieve_status. */
+/** Kinds of status; the numbers are those of #egosieve_status. */
 enum class Code : int32_t {
   kOk = EGOSIEVE_OK,                                  /**< Done. */
   kInvalidArgument = EGOSIEVE_INVALID_ARGUMENT,       /**< The message names the argument. */
   kInvalidHandle = EGOSIEVE_INVALID_HANDLE,           /**< The object was moved from. */
-  kFailedPrecondition = EGOSIEVE_FAILED_PRECONDITION, /**< Not as the object is. */
+  kFailedPrecondition = EGOSIEVE_FAILED_PRECONDITION, /**< The object's state does not allow it. */
   kNotFound = EGOSIEVE_NOT_FOUND,                     /**< No such file or device. */
   kDataLoss = EGOSIEVE_DATA_LOSS,                     /**< A damaged or foreign file. */
-  kUnimplemented = EGOSIEVE_UNIMPLEMENTED,            /**< A later version wrote this. */
+  kUnimplemented = EGOSIEVE_UNIMPLEMENTED,            /**< Written by a later version. */
   kUnavailable = EGOSIEVE_UNAVAILABLE,                /**< The system or the device failed. */
   kOutOfMemory = EGOSIEVE_OUT_OF_MEMORY,              /**< Memory ran out. */
   kInternal = EGOSIEVE_INTERNAL                       /**< A defect of the library. */
 };
 
-/** The exception of those who prefer exceptions. */
+/** The exception that value() and ThrowIfError() throw. */
 class Error : public std::runtime_error {
  public:
-  /** An exception with a code and what() = `message`. */
+  /** An exception with a code; what() is `message`. */
   Error(Code code, const std::string& message) : std::runtime_error(message), code_(code) {}
   /** The kind of error. */
   Code code() const { return code_; }
@@ -44,7 +44,7 @@ class Error : public std::runtime_error {
   Code code_;
 };
 
-/** The end of a call: a code and, for errors, what went wrong, where, and what to do. */
+/** The outcome of a call: a code and, for errors, what went wrong, where, and what to do. */
 class [[nodiscard]] Status {
  public:
   /** Done. */
@@ -52,16 +52,16 @@ class [[nodiscard]] Status {
   /** An error. */
   Status(Code code, std::string message) : code_(code), message_(std::move(message)) {}
 
-  /** The status of a call of the C interface on this thread that has just returned `code`. */
+  /** The status of a C call on this thread that has just returned `code`. */
   static Status FromC(egosieve_status code) {
     return code == EGOSIEVE_OK ? Status() : Status(static_cast<Code>(code), egosieve_last_error());
   }
 
-  /** Whether the call did what it should. */
+  /** Whether the call succeeded. */
   bool ok() const { return code_ == Code::kOk; }
-  /** The kind of end. */
+  /** The kind of status. */
   Code code() const { return code_; }
-  /** Empty where ok(). */
+  /** Empty if ok(). */
   const std::string& message() const { return message_; }
 
   /** Throws Error unless ok(); without exceptions, ends the program. */
@@ -79,7 +79,7 @@ class [[nodiscard]] Status {
   std::string message_;
 };
 
-/** A value, or the Status that says why there is none. */
+/** A value, or the Status that says why there is no value. */
 template <typename T>
 class [[nodiscard]] Result {
  public:
@@ -90,20 +90,20 @@ class [[nodiscard]] Result {
 
   /** Whether there is a value. */
   bool ok() const { return value_.has_value(); }
-  /** Why there is none. */
+  /** Why there is no value. */
   const Status& status() const { return status_; }
 
-  /** The value; throws Error where there is none. */
+  /** The value; throws Error if there is no value. */
   T& value() & {
     status_.ThrowIfError();
     return *value_;
   }
-  /** The value; throws Error where there is none. */
+  /** The value; throws Error if there is no value. */
   const T& value() const& {
     status_.ThrowIfError();
     return *value_;
   }
-  /** The value; throws Error where there is none. */
+  /** The value; throws Error if there is no value. */
   T&& value() && {
     status_.ThrowIfError();
     return std::move(*value_);

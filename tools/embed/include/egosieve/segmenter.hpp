@@ -1,7 +1,7 @@
 /**
  * @file segmenter.hpp
- * The segmenter in C++17: frames of one moving camera in, maps of what moves by itself out. What
- * the maps mean is described in segmenter.h.
+ * The segmenter in C++17: takes frames of one moving camera and gives maps of moving objects.
+ * segmenter.h describes the maps.
  *
  *     auto segmenter = egosieve::Segmenter::Create({}).value();
  *     segmenter.Process({pixels, width, height}, time, {{probability, height, width}});
@@ -21,55 +21,55 @@ namespace egosieve {
 
 /** Set of options to start from. */
 enum class Profile : int32_t {
-  kDefault = EGOSIEVE_PROFILE_DEFAULT, /**< What works best on handheld and driving video. */
+  kDefault = EGOSIEVE_PROFILE_DEFAULT, /**< Most accurate on handheld and driving video. */
   kPaper = EGOSIEVE_PROFILE_PAPER,     /**< Faithful to the paper. */
   kFast = EGOSIEVE_PROFILE_FAST,       /**< Every stage chosen for speed. */
 };
 
-/** What a segmenter is made from. */
+/** Options for a new segmenter. */
 struct SegmenterOptions {
-  Profile profile = Profile::kDefault; /**< Where the options start. */
+  Profile profile = Profile::kDefault; /**< Profile to start from. */
   int32_t stride = 5;                  /**< Pixels between grid columns and rows, 1 to 64. */
-  int64_t budget = 0;                  /**< Points in the model; 0: the profile's. */
-  uint64_t seed = 1;                   /**< Of everything that is random. */
+  int64_t budget = 0;                  /**< Largest number of model points; 0: the profile's. */
+  uint64_t seed = 1;                   /**< Seed of all random numbers. */
   std::string device;                  /**< As in #egosieve_gp_options. */
-  int64_t lag = 0;          /**< Frames behind a frame that its labels rest on, to 100. */
-  Image ignore{};           /**< Grey, not 0 where no world is shown; data null: nowhere. */
+  int64_t lag = 0;                     /**< Later frames that a frame's labels use, 0 to 100. */
+  Image ignore{};           /**< Grey, not 0 where the scene is not visible; data null: unused. */
   double focal_ratio = 0.0; /**< Focal length over the longer side; 0: not known. Lag needs it. */
 };
 
 /** The grid that a frame's map is evaluated on. */
 struct GridSize {
-  int64_t rows = 0;    /**< Of the map. */
-  int64_t columns = 0; /**< Of the map. */
+  int64_t rows = 0;    /**< Rows of the map. */
+  int64_t columns = 0; /**< Columns of the map. */
 };
 
-/** Where a map goes, each array of the grid's size or the frame's; a default one is not wanted. */
+/** Destinations of a map, each of the grid's size or the frame's; a default Array is not wanted. */
 struct Map {
-  Array probability{}; /**< Of belonging to something that moves. */
+  Array probability{}; /**< Probability of moving. */
   Array mean{};        /**< Of the latent function, -1 static, 1 moving. */
   Array deviation{};   /**< Its standard deviation. */
   Array objects{};     /**< Numbers of objects, 0: none; see #egosieve_map. */
 };
 
-/** The account of one frame. */
+/** Report about one frame. */
 struct FrameReport {
   int64_t frame = 0;          /**< From 0; -1: none yet, or none left. */
   bool learnt = false;        /**< The model learnt from this frame. */
-  std::string reason;         /**< Why it did not; empty where it did. */
-  int64_t matches = 0;        /**< Between this frame and the one that it was paired with. */
-  int64_t inliers = 0;        /**< Of the camera's motion. */
-  int64_t static_labels = 0;  /**< Features that move with the scene. */
-  int64_t dynamic_labels = 0; /**< Features that do not. */
+  std::string reason;         /**< Why it did not learn; empty if it did. */
+  int64_t matches = 0;        /**< Matches between this frame and the other of its pair. */
+  int64_t inliers = 0;        /**< Inliers of the camera's motion. */
+  int64_t static_labels = 0;  /**< Features labelled static. */
+  int64_t dynamic_labels = 0; /**< Features labelled moving. */
   int64_t model_size = 0;     /**< Points in the model. */
-  double dynamic_share = 0.0; /**< Of the grid, probability 1/2 or more. */
+  double dynamic_share = 0.0; /**< Share of the grid with probability 1/2 or more. */
   double milliseconds = 0.0;  /**< Spent on this frame. */
 };
 
-/** A segmenter with all that it has learnt. Calls on one segmenter wait for each other. */
+/** A segmenter with its learnt state. Calls on one segmenter wait for each other. */
 class Segmenter {
  public:
-  /** A segmenter that has seen nothing. */
+  /** Creates a segmenter without learnt state. */
   static Result<Segmenter> Create(const SegmenterOptions& options) {
     egosieve_segmenter_options c;
     egosieve_segmenter_options_init(&c);
@@ -85,13 +85,13 @@ class Segmenter {
     egosieve_segmenter* handle = nullptr;
     return Own(egosieve_segmenter_create(&c, &handle), handle);
   }
-  /** Reads what Save() wrote. */
+  /** Reads a file of Save(). */
   static Result<Segmenter> Load(const std::string& path, const std::string& device = "") {
     egosieve_segmenter* handle = nullptr;
     return Own(egosieve_segmenter_load(path.c_str(), device.c_str(), &handle), handle);
   }
 
-  /** Takes the handle over. */
+  /** Takes ownership of the handle. */
   explicit Segmenter(egosieve_segmenter* handle) : handle_(handle) {}
   /** Takes the other's handle. */
   Segmenter(Segmenter&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
@@ -110,7 +110,9 @@ class Segmenter {
     if (!status.ok()) return status;
     return size;
   }
-  /** Learns from the next frame and gives its map, or with a lag that of the frame so far before.
+  /**
+   * Learns from the next frame and gives its map. With a lag, learns from the frame that came `lag`
+   * frames before, and gives the map of that frame.
    */
   Result<FrameReport> Process(const Image& image, double time_seconds, const Map& map) {
     const egosieve_map c = ToC(map);
@@ -120,7 +122,7 @@ class Segmenter {
   Result<FrameReport> Learn(const Image& image, double time_seconds) {
     return ProcessWith(image, time_seconds, nullptr);
   }
-  /** How many frames wait for those behind them. */
+  /** How many frames wait for later frames. */
   Result<int64_t> Waiting() const {
     int64_t frames = 0;
     int32_t width = 0, height = 0;
@@ -128,14 +130,14 @@ class Segmenter {
     if (!status.ok()) return status;
     return frames;
   }
-  /** With a lag, after the last frame: the map of the next frame that waits, until frame is -1. */
+  /** With a lag, after the last frame: the map of the next waiting frame, until frame is -1. */
   Result<FrameReport> Finish(const Map& map) {
     const egosieve_map c_map = ToC(map);
     egosieve_frame_report c;
     egosieve_frame_report_init(&c);
     return Report(egosieve_segmenter_finish(handle_, &c_map, &c), c);
   }
-  /** Writes all that the next frame needs into a file, whole or not at all. */
+  /** Writes all that the next frame needs into a file, completely or not at all. */
   Status Save(const std::string& path) {
     return Status::FromC(egosieve_segmenter_save(handle_, path.c_str()));
   }
@@ -144,7 +146,7 @@ class Segmenter {
   egosieve_segmenter* handle() const { return handle_; }
 
  private:
-  // The handle by reference: the call whose status is checked here writes it.
+  // The handle is passed by reference because the call that gives `code` writes it.
   static Result<Segmenter> Own(egosieve_status code, egosieve_segmenter* const& handle) {
     if (code != EGOSIEVE_OK) return Status::FromC(code);
     return Segmenter(handle);
@@ -168,7 +170,7 @@ class Segmenter {
     return c;
   }
 
-  // The report by reference: the call whose status is checked here writes it.
+  // The report is passed by reference because the call that gives `code` writes it.
   static Result<FrameReport> Report(egosieve_status code, const egosieve_frame_report& c) {
     if (code != EGOSIEVE_OK) return Status::FromC(code);
     FrameReport report;
