@@ -106,7 +106,7 @@ Figure SizeAgainstFrame(const std::vector<DriveComparison>& drives,
 }
 
 Figure TimeOfAFrame(const ComparisonSummary& summary) {
-  Figure figure{"time", "Time a frame",
+  Figure figure{"time", "Time per frame",
                 "Median over frames of what a method takes beside what all share (features, labels "
                 "and inputs: the last bar). Logarithmic.",
                 "", "milliseconds"};

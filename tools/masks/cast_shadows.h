@@ -4,7 +4,7 @@
 //             quarter of its box
 //   dark      brightness, smoothed by 2 pixels, below 0.6 of the ground's: the 70th percentile of
 //             the near pixels                                                           (SH1)
-//   shadow    connected parts of near, dark pixels that come within 4 pixels of the mover   (CS2)
+//   shadow    connected parts of near, dark pixels that come within 4 pixels of the mover   (SH2)
 //
 // A shadow is distinguished from the ground only by its darkness. Other dark things that begin at
 // the feet (a hole, a hedge, a flower pot) are taken for shadows. A mover that is itself in shadow

@@ -61,6 +61,7 @@ EGOSIEVE_API egosieve_status egosieve_posterior_opencl(egosieve_posterior* poste
  * Works for models of one output with the zero mean, on devices with float64; otherwise
  * #EGOSIEVE_FAILED_PRECONDITION. After an error, commands enqueued before it may still write into
  * the results.
+ * @param posterior  The posterior.
  * @param call       Queries, results and queue.
  * @param event      Out: a cl_event that ends with the last command; the caller releases it. Null:
  *                   not wanted.
