@@ -33,22 +33,21 @@ std::set<std::string> PictureFolders(const DriveInput& input) {
 }
 
 // Checks a folder to write to: apart from the input, and empty unless it may be overwritten.
-absl::Status CheckFolder(const std::string& flag, const std::string& path, const DriveInput& input,
-                         const std::string& run, bool overwrite) {
+absl::Status CheckFolder(const std::string& flag, const std::string& path,
+                         const std::set<std::string>& sources,
+                         const std::vector<std::string>& files, bool overwrite) {
   std::error_code error;
   const std::string given = absl::StrCat(flag, "=", path);
   if (fs::exists(path, error) && !fs::is_directory(path, error)) {
     return absl::AlreadyExistsError(absl::StrCat(given, " is a file; name a folder"));
   }
-  std::set<std::string> sources = PictureFolders(input);
-  sources.insert(run);
   for (const std::string& source : sources) {
     if (LiesInFolder(path, source)) {
       return absl::InvalidArgumentError(
           absl::StrCat(given, " lies in what is read, ", source, "; name another folder"));
     }
   }
-  if (!CheckApart(path, input.frames->files()).ok()) {
+  if (!CheckApart(path, files).ok()) {
     return absl::InvalidArgumentError(
         absl::StrCat(given, " is or holds what is read; name another folder"));
   }
@@ -95,11 +94,15 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
         "coco and mots keep the movers of all frames in one file; leave --shard out");
   }
   const bool may_hold = options.overwrite || is_shared;
-  EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--out", options.out, input, run, may_hold));
+  const std::set<std::string> folders = PictureFolders(input);
+  std::set<std::string> sources = folders;
+  sources.insert(run);
+  const std::vector<std::string> files = input.frames->files();
+  EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--out", options.out, sources, files, may_hold));
   if (!options.frames.empty()) {
-    EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--frames", options.frames, input, run, may_hold));
+    EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--frames", options.frames, sources, files, may_hold));
   }
-  for (const std::string& folder : PictureFolders(input)) {
+  for (const std::string& folder : folders) {
     if (LiesInFolder(run, folder)) {
       return absl::InvalidArgumentError(absl::StrCat(
           "the run folder ", run, " lies in what is read, ", folder, "; name another by --run"));

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
@@ -138,7 +137,6 @@ class MasksCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> all, ChooseLines(folder, FrameRange()));
     EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, description, all));
-    WarnOfMoreFrames(all.size());
     const std::vector<FrameLine> lines = LinesWithMaps(all);
     if (lines.size() < all.size()) code = ExitCode::kFramesFailed;
     if (!HasMasks(folder, lines)) {
@@ -288,16 +286,6 @@ class MasksCommand : public Command {
                                }),
                 lines.end());
     return lines;
-  }
-
-  // A run that was begun earlier keeps its frames, even if there are more.
-  void WarnOfMoreFrames(size_t frames) const {
-    size_t most = 0;
-    const std::optional<std::string>& given = passed_.at("--max_frames");
-    if (given && absl::SimpleAtoi(*given, &most) && most > 0 && frames > most) {
-      Warn(absl::StrCat("--max_frames=", most, ": ", run_, " holds ", frames,
-                        " frames from before; all of them get masks"));
-    }
   }
 
   bool HasMasks(const RunFolder& folder, const std::vector<FrameLine>& lines) const {

@@ -13,6 +13,7 @@
 #include "gp/io/model_file.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
+#include "tools/cli/warning.h"
 
 namespace egosieve::tools {
 namespace {
@@ -154,11 +155,17 @@ absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource&
   }
 }
 
-bool EndsBefore(int64_t index, vision::FrameSource& source, std::string& warning) {
-  if (!source.SeekTo(index).ok()) return false;
-  const absl::StatusOr<vision::FrameRead> read = source.Next();
-  if (!read.ok() || !std::holds_alternative<vision::EndOfFrames>(*read)) return false;
-  warning = std::get<vision::EndOfFrames>(*read).warning;
+bool IsComplete(int64_t next, int64_t step, int64_t end, vision::FrameSource& source,
+                std::string& warning) {
+  if (end < 0 || next < end) {
+    if (!source.SeekTo(next).ok()) return false;
+    const absl::StatusOr<vision::FrameRead> read = source.Next();
+    if (!read.ok() || !std::holds_alternative<vision::EndOfFrames>(*read)) return false;
+    warning = std::get<vision::EndOfFrames>(*read).warning;
+  } else if (next >= end + step) {
+    Warn(absl::StrCat("the run goes on to frame ", next - step,
+                      " already, beyond what --max_frames or --to asks for; its frames stay"));
+  }
   return true;
 }
 

@@ -66,9 +66,11 @@ absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t fro
 absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource& source,
                                                             int64_t from, int64_t last, int count);
 
-// Whether the source has no frame `index`; then `warning` is that of its end. Leaves the source at
-// any frame.
-bool EndsBefore(int64_t index, vision::FrameSource& source, std::string& warning);
+// Whether a run that ended has all its frames; they are `step` apart, and `next` would be the next
+// one. end: the index after the last frame wanted, and a run that goes beyond it is a warning on
+// stderr; -1: the source's end, and `warning` is that of its end. Leaves the source at any frame.
+bool IsComplete(int64_t next, int64_t step, int64_t end, vision::FrameSource& source,
+                std::string& warning);
 
 // Removes temporary files of killed programs from the run folder. Those of running programs are
 // locked and stay.

@@ -249,10 +249,10 @@ class SegmentCommand : public Command {
 
   bool IsComplete(const std::vector<FrameLine>& lines, vision::FrameSource& source,
                   std::string& warning) const {
-    const int64_t next =
-        lines.empty() ? schedule_.first_frame() : lines.back().index + schedule_.frame_step();
-    const int64_t end = schedule_.MakePipeline(1, schedule_.first_frame()).end_frame;
-    return (end >= 0 && next >= end) || EndsBefore(next, source, warning);
+    const int64_t from = schedule_.first_frame(), step = schedule_.frame_step();
+    const int64_t next = lines.empty() ? from : lines.back().index + step;
+    return tools::IsComplete(next, step, schedule_.MakePipeline(1, from).end_frame, source,
+                             warning);
   }
 
   absl::StatusOr<ExitCode> Segment(const DriveInput& input, const vision::PipelineOptions& pipeline,
