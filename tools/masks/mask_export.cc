@@ -58,6 +58,27 @@ absl::Status CheckFolder(const std::string& flag, const std::string& path,
   return absl::OkStatus();
 }
 
+// Checks --out, --frames and the run folder against the input.
+absl::Status CheckFolders(const DriveInput& input, const std::string& run,
+                          const MaskExportOptions& options) {
+  const bool may_hold = options.overwrite || options.shard.count > 1;
+  const std::set<std::string> folders = PictureFolders(input);
+  std::set<std::string> sources = folders;
+  sources.insert(run);
+  const std::vector<std::string> files = input.frames->files();
+  EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--out", options.out, sources, files, may_hold));
+  if (!options.frames.empty()) {
+    EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--frames", options.frames, sources, files, may_hold));
+  }
+  for (const std::string& folder : folders) {
+    if (LiesInFolder(run, folder)) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "the run folder ", run, " lies in what is read, ", folder, "; name another by --run"));
+    }
+  }
+  return absl::OkStatus();
+}
+
 // Resizes without mixing classes or numbers.
 template <typename Mask>
 void Resize(cv::Size size, Mask& mask) {
@@ -88,26 +109,12 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
         "--threshold, "
         "--unsure, --own_vehicle, --shadow_margin, --also and --invert, or use --for=plain");
   }
-  const bool is_shared = options.shard.count > 1;
-  if (is_shared && (options.format == MaskFormat::kCoco || options.format == MaskFormat::kMots)) {
+  if (options.shard.count > 1 &&
+      (options.format == MaskFormat::kCoco || options.format == MaskFormat::kMots)) {
     return absl::InvalidArgumentError(
         "coco and mots keep the movers of all frames in one file; leave --shard out");
   }
-  const bool may_hold = options.overwrite || is_shared;
-  const std::set<std::string> folders = PictureFolders(input);
-  std::set<std::string> sources = folders;
-  sources.insert(run);
-  const std::vector<std::string> files = input.frames->files();
-  EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--out", options.out, sources, files, may_hold));
-  if (!options.frames.empty()) {
-    EGOSIEVE_RETURN_IF_ERROR(CheckFolder("--frames", options.frames, sources, files, may_hold));
-  }
-  for (const std::string& folder : folders) {
-    if (LiesInFolder(run, folder)) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "the run folder ", run, " lies in what is read, ", folder, "; name another by --run"));
-    }
-  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckFolders(input, run, options));
   MaskExport result(std::move(input), options);
   const vision::FrameSource& source = *result.input_.frames;
   result.files_ = source.files();
