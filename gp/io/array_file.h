@@ -2,10 +2,9 @@
 // files written here. Files of numpy.savez can be read here if their types and shapes are those
 // below.
 //
-// The format was chosen over HDF5 because a strict reader of it is small. Files may come from any
-// source: every length is checked against the available bytes, and no allocation exceeds what the
-// file's size justifies. Every array carries a CRC-32. The bytes depend on the contents alone (no
-// times, no names of computers).
+// Files may come from any source: every length is checked against the available bytes, and no
+// allocation exceeds what the file's size justifies. Every array carries a CRC-32. The bytes depend
+// on the contents alone (no times, no names of computers).
 //
 // Reference: numpy.lib.format, version 1.0; PKWARE APPNOTE 6.3.3, without zip64.
 #ifndef EGOSIEVE_GP_IO_ARRAY_FILE_H_

@@ -1,8 +1,7 @@
 // The dense posterior for devices whose work-items run side by side and share local memory (GPUs).
 // A work-group processes a tile of queries; scalar work-items hold blocks of it in registers, and
-// the operands of products are staged in local memory. It has been checked on CPU devices and a
-// simulator; it has not been timed on a GPU. Functions are external here, because PoCL 3.1 crashes
-// on static ones that contain barriers.
+// the operands of products are staged in local memory. Functions are external here, because PoCL
+// 3.1 crashes on static ones that contain barriers.
 //
 // Arguments as in dense_posterior.cl. Macros in addition to common.cl's, whose VEC is 1 and
 // POINT_SPACE __local here:

@@ -23,7 +23,6 @@
 // needs. A task that is already done may be run again and only checks; an interrupted task
 // continues. A step after infer counts as done if the note egosieve_logs/OUT.tasks/STAGE says so
 // for this run and these flags.
-// flags.
 #ifndef EGOSIEVE_TOOLS_BATCH_PLAN_H_
 #define EGOSIEVE_TOOLS_BATCH_PLAN_H_
 

@@ -7,7 +7,6 @@
 //
 // Frame k of a track is the frame whose name has the number k, if the drive is a folder and all
 // names have different numbers; else the frame with index k.
-// name has its own number; else the frame with index k.
 #ifndef EGOSIEVE_TOOLS_EVALUATE_DRIVE_TRUTH_H_
 #define EGOSIEVE_TOOLS_EVALUATE_DRIVE_TRUTH_H_
 

@@ -6,7 +6,6 @@
 // frame have the map of the prior, which is the same everywhere: they are left out and counted,
 // unless `with_prior` is set. Masks of reconstruct are scored unchanged, at full resolution, in
 // every frame with a mask.
-// resolution, in every frame that has one.
 #ifndef EGOSIEVE_TOOLS_EVALUATE_EVALUATE_RUN_H_
 #define EGOSIEVE_TOOLS_EVALUATE_EVALUATE_RUN_H_
 

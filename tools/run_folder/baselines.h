@@ -9,11 +9,6 @@
 //   thinned     a run whose pictures' names have numbers (at least kLeastNames of them) that all
 //               rise by the same step from 2 to kLargestStep: pictures chosen from a video. Flow
 //               may still follow them, but slow movers are no longer detected
-//
-// On davis-train (10 clips) and on synthetic drives at 10 frames per second, no pair is far apart.
-// The same holds for every sixth picture of lucia and for the roads of KITTI at 10 frames per
-// second. Of every twelfth picture, 4 of 5 pairs of lucia, 5 of 6 of bus and 6 of 7 of stroller are
-// far apart.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_BASELINES_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_BASELINES_H_
 

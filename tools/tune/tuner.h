@@ -6,7 +6,6 @@
 // the fields of the mean's kernel, with variances for those of the factor's kernel. The results of
 // every candidate are compared with those of the initial shape. A candidate is dropped if its
 // results differ by more than rounding, or if it does not compile or run.
-// by more than rounding, or which does not compile or run, is dropped.
 #ifndef EGOSIEVE_TOOLS_TUNE_TUNER_H_
 #define EGOSIEVE_TOOLS_TUNE_TUNER_H_
 

@@ -21,7 +21,7 @@
 // deviation of f (negative_depth.h, N4). If it is not (camera at rest, turning on the spot, distant
 // or flat scene), t is meaningless, and so would be every depth.
 //
-// Cost: 1 ms for 2000 pairs; no more than 2000 are used.
+// Cost: linear in the pairs, of which no more than 2000 are used.
 // References: Hartley & Zisserman, 2nd ed., 9.6; Nister (2004).
 #ifndef EGOSIEVE_VISION_EVIDENCE_RELATIVE_POSE_H_
 #define EGOSIEVE_VISION_EVIDENCE_RELATIVE_POSE_H_

@@ -22,8 +22,9 @@
 // No residual is given if one of the poses was not found, the scale has no support, or the point
 // lies near the point of expansion; nor if |tau| is not near 1. Two steps differ by more than
 // braking explains only if a picture is missing, and points that were followed over a long step
-// have errors along their lines that exceed sigma, which is measured across the lines. Cost: 1 ms
-// for 2000 triples; no more than 2000 are used. Reference: Hartley & Zisserman, 2nd ed., 12.3, 15.
+// have errors along their lines that exceed sigma, which is measured across the lines. Cost:
+// linear in the triples, of which no more than 2000 are used. Reference: Hartley & Zisserman, 2nd
+// ed., 12.3, 15.
 #ifndef EGOSIEVE_VISION_EVIDENCE_THREE_VIEW_H_
 #define EGOSIEVE_VISION_EVIDENCE_THREE_VIEW_H_
 

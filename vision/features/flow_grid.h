@@ -33,8 +33,7 @@ namespace egosieve::vision {
 // Presets of OpenCV's DIS with two changes. First, kFast and kMedium refine twice instead of five
 // times, since refinement smooths, and small fast objects then take on the motion of their
 // background. Second, the patches of kFast are closer, 2 pixels apart. kMedium works at half
-// resolution, kFast at a quarter. kMedium takes twice the time of kFast and finds more small
-// objects on a drive.
+// resolution, kFast at a quarter.
 enum class FlowQuality { kUltrafast, kFast, kMedium };
 
 struct FlowGridOptions {

@@ -16,8 +16,7 @@
 // stripes. OpenCV then refines (IS3) variationally.
 //
 // Every sum is in the order of OpenCV's cv::DISOpticalFlow on x86-64, so that the flow has the same
-// bytes. It takes less time than OpenCV's, since registers hold 8 floats instead of 4 and the data
-// of one picture are computed once for both directions.
+// bytes. The data of one picture are computed once for both directions.
 //
 // Gradients belong to I, so H is computed once (inverse compositional alignment). Cost: linear in
 // the pixels of the finest level. Reference: Kroeger, Timofte, Dai & Van Gool, Fast optical flow

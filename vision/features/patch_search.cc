@@ -25,7 +25,7 @@ constexpr int kNoise = kSide * kSide / 2;  // of E: half a grey level per pixel
 constexpr int kWindow = 11;
 constexpr double kMostReturn = 0.5, kMostRefined = 3.0;
 constexpr double kAlikeFloor = 1.0, kAlikeSlope = 0.05;
-constexpr size_t kPlacesPerTask = 64;                // about a millisecond
+constexpr size_t kPlacesPerTask = 64;
 constexpr int kNeighbourhood = 2, kFewestAlike = 2;  // places
 
 using Differences = std::array<std::array<uint16_t, kWide>, kHigh>;

@@ -11,8 +11,7 @@
 //
 //   h := h / |h|,   h := min(h, 0.2),   h := h / |h|,   byte = round(512 h), at most 255
 //
-// Cost: about 20 ns per pixel for the levels and 3 microseconds per point. The result does not
-// depend on `threads`.
+// Cost: linear in the pixels and in the points. The result does not depend on `threads`.
 #ifndef EGOSIEVE_VISION_FEATURES_SIFT_DESCRIBER_H_
 #define EGOSIEVE_VISION_FEATURES_SIFT_DESCRIBER_H_
 

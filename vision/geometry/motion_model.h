@@ -29,13 +29,6 @@
 //
 //   sum_i w_i [ |x2 - x1| < still_pixels ] >= still_share n  =>  static                    (GR2)
 //
-// With a camera on a moving car or in a hand at most a quarter of the image stays within 1/4 pixel.
-//
-// Measured and rejected, on 328 frames of hand-held video and of drives: averaging GRIC over
-// frames, with weights from 0.8 down to 0.1, did not change any choice (the criteria differ by at
-// least 0.25 per pair). A robust quadratic flow in place of the homography gained 0.003 in AUC for
-// hand-held video and is 0.01 to 0.25 below F on drives.
-//
 // Trust. Only a large share of the pairs distinguishes the camera's motion from an object's. So the
 // model is trusted if at least `minimum_support` of the pairs lie within `support_pixels` of it.
 #ifndef EGOSIEVE_VISION_GEOMETRY_MOTION_MODEL_H_

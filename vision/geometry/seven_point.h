@@ -6,7 +6,7 @@
 //
 // The null space is computed by elimination with complete pivoting. A sample whose matrix has rank
 // below 7 to relative 1e-9 is degenerate (repeated pairs, collinear points, a rank-deficient
-// motion) and is rejected. Cost: about 2 microseconds.
+// motion) and is rejected.
 #ifndef EGOSIEVE_VISION_GEOMETRY_SEVEN_POINT_H_
 #define EGOSIEVE_VISION_GEOMETRY_SEVEN_POINT_H_
 

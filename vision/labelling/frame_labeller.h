@@ -89,7 +89,7 @@ struct FrameLabellerOptions {
   bool windowed_search = true;
   bool drop_lone_matches = true;  // discard matches that disagree with all their neighbours
   int flow_stride_pixels = 5;     // of the flow grid; 1 to 100
-  // kFast loses small, fast objects: cars that cross 30 m away.
+  // kFast loses small, fast objects.
   FlowQuality flow_quality = FlowQuality::kMedium;
   bool searches_lost = true;         // flow_growth.h: finds small cars that cross
   double paper_distance_pixels = 3;  // kScaledDistance: the greatest plausible distance; positive

@@ -12,8 +12,7 @@
 //
 //   d / sqrt(1 + (k f / floor)^2),   f = |(x2, y2) - (x1, y1)|.                    (L0)
 //
-// Without it, errors of near objects hide movers that cross further away. Hand-held video does not
-// become worse.
+// Without it, errors of near objects hide movers that cross further away.
 #ifndef EGOSIEVE_VISION_LABELLING_LABEL_RULE_H_
 #define EGOSIEVE_VISION_LABELLING_LABEL_RULE_H_
 

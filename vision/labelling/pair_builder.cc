@@ -12,8 +12,7 @@
 namespace egosieve::vision {
 namespace {
 
-// Least share of the features that agree with their neighbours if the predicted windows are right;
-// with wrong windows 0.006 agree.
+// Least share of the features that agree with their neighbours if the predicted windows are right.
 constexpr double kWindowsSuffice = 0.05;
 
 // Flow between the two frames, and its reliability.

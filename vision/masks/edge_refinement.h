@@ -8,14 +8,6 @@
 // (R2) smooths probabilities, not log odds. So p stays near 1/2 where map and colour are unsure,
 // and sure regions do not spread across edges.
 //
-// Chosen on davis-train (bus, stroller, hike, motorbike, scooter-gray, lucia, every 36th frame;
-// maps as they were then), J, F at 1/2, and log loss: map alone 0.55, 0.48, 0.144; linked over time
-// 0.61, 0.53, 0.119; linked and smoothed 0.66, 0.62, 0.117; with colour 0.72, 0.69, 0.093. On the
-// first four, every 18th frame, J and log loss of the linked map, 0.57 and 0.106, become: by a
-// bilateral solver 0.58 and 0.102, mean field in a bilateral grid 0.60 and 0.106 to 0.127, (R2)
-// without colour 0.61 and 0.104, GrabCut 0.70 and 0.176. On every 24th, from (R1): (R2) 0.71 and
-// 0.068, max-flow 0.71 and no probability. A guided filter adds 0.005 to the J of a map alone.
-//
 // Reference: Min, Choi, Lu, Ham, Sohn & Do, Fast global image smoothing based on weighted least
 // squares (2014).
 #ifndef EGOSIEVE_VISION_MASKS_EDGE_REFINEMENT_H_

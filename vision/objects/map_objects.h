@@ -6,11 +6,6 @@
 // probability is mostly a mislabelled part of the static scene; yet the rim and the textureless
 // parts of a mover have no higher probability either. Reference: Canny (1986), thresholding with
 // hysteresis.
-//
-// Six synthetic scenes of 60 frames, evaluate --suite --object_low=... --object_high=..., share of
-// vehicles found within 40 m (same direction, oncoming, crossing) and false objects per frame:
-// 0.25, 0.8: 0.93, 0.73, 0.77, 0.07; 0.3, 0.8: 0.93, 0.71, 0.78, 0.07; 0.3, 0.75: 0.93, 0.73, 0.78,
-// 0.12; 0.3, 0.85: 0.93, 0.67, 0.77, 0.04; a single threshold of 0.5: 0.96, 0.69, 0.81, 0.35.
 #ifndef EGOSIEVE_VISION_OBJECTS_MAP_OBJECTS_H_
 #define EGOSIEVE_VISION_OBJECTS_MAP_OBJECTS_H_
 

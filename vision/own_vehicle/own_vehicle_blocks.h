@@ -19,8 +19,7 @@
 // blocks in which most points are of this kind, if such blocks continue, with short gaps, from the
 // lower edge of the image up to the block. These show the bonnet with its reflections, and
 // reflections in the windscreen, but not a car ahead, below which there is road. Such a block
-// belongs to the own vehicle if A > off, after three frames. (Requiring a fixed edge at their upper
-// end as well left windscreen reflections on blank asphalt labelled as movers.)
+// belongs to the own vehicle if A > off, after three frames.
 //
 // sigma is the image noise: the lower quartile of sqrt(C_0 / N) over the blocks, at least the
 // floor. Distant points straight ahead do not move either, but v predicts that: C_1 = C_0, and
@@ -31,8 +30,8 @@
 // gaps between such blocks, or between one and the lower edge, are filled unless they were seen to
 // move.
 //
-// State: A and the flag of each block, and the half images of the last g frames. Cost: about 2 ms
-// per frame at 1242 x 375.
+// State: A and the flag of each block, and the half images of the last g frames. Cost: linear in
+// the pixels.
 #ifndef EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_BLOCKS_H_
 #define EGOSIEVE_VISION_OWN_VEHICLE_OWN_VEHICLE_BLOCKS_H_
 

@@ -153,9 +153,7 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
   counts.dropped_by_budget = counts.added - static_cast<int64_t>(selected.size());
   Points arriving{GatherRows(inputs, selected), Gather(labels, selected)};
   std::vector<int64_t> alive;
-  // Predictions of untrained hyperparameters are no reason to drop a point. With random
-  // hyperparameters the first frame lost all points of its rarer class, and without two classes
-  // nothing is ever trained.
+  // Predictions of untrained hyperparameters are no reason to drop a point.
   if (options_.consistency_filter && trainer_.state().frames_trained > 0) {
     EGOSIEVE_RETURN_IF_ERROR(Add(arriving, frame_index));
     arriving = Points();

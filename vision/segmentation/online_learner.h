@@ -23,14 +23,11 @@
 // are no points. Steps 2 and 3 classify by the sign of the mean: a point counts as dynamic where
 // its neighbourhood has labels above p0. With p0 = 1/2 the prior is undecided. The paper scales its
 // data to mean zero (IV-A): p0 is then the mean label of the model's points, at most 1/2, computed
-// anew in every frame. With p0 = 1/2, and few dynamic labels of which most are false, the mean is
-// negative everywhere: step 3 then removes the rarer class in the second frame, and without two
-// classes no training takes place and no point is added any more.
+// anew in every frame.
 //
-// Step 2 and the paper's step 3 can be switched off: with clean labels they reduce accuracy.
-// Without the paper's step 3 no prediction of the grown model is needed. Steps 4 and 5 are then
-// decided before points are added, so that the factor does not grow by points that are dropped at
-// once.
+// Step 2 and the paper's step 3 can be switched off. Without the paper's step 3 no prediction of
+// the grown model is needed. Steps 4 and 5 are then decided before points are added, so that the
+// factor does not grow by points that are dropped at once.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_ONLINE_LEARNER_H_
 #define EGOSIEVE_VISION_SEGMENTATION_ONLINE_LEARNER_H_
 

@@ -20,36 +20,18 @@
 namespace egosieve::vision {
 namespace {
 
-// Without the paper's novelty filter the model always reaches its budget. This budget is small
-// enough for a live camera's frame rate.
+// What these values were chosen on: docs/questions.md.
 constexpr int64_t kDefaultBudget = 1500;
 constexpr int64_t kPaperBudget = 4000;
-// By tune_defaults --grid='density=0.03,0.08' on real and synthetic drives: mean AUC 0.9025, with
-// 0.03 0.9029 and with the paper's 0.08 0.8968.
 constexpr double kDefaultDensity = 0.05;
-// Mean of three drives of 150 frames, evaluate --suite --variant=NAME=--contradiction_radius=...,
-// with 0, 0.05 and 0.1: AUC 0.928, 0.929, 0.900; IoU 0.256, 0.286, 0.317; movers found 0.27, 0.31,
-// 0.35; false objects per frame 0.34, 0.53, 0.59.
 constexpr double kContradictionRadius = 0.05;
-// Mean of two drives of 150 frames (crossing, street), with --variant=NAME=--dynamic_age=1, 3, 10
-// and all: AUC 0.885, 0.911, 0.912, 0.911; IoU 0.338, 0.339, 0.329, 0.316; movers found 0.44, 0.45,
-// 0.42, 0.42; false objects per frame 0.26, 0.30, 0.35, 0.35.
 constexpr int64_t kDynamicAgeFrames = 3;
-// Mean of compare's four drives of 150 frames, with --variant=NAME=--location_prior=0, 0.25, 0.5:
-// AUC 0.912, 0.964, 0.968; log loss 0.060, 0.061, 0.063; movers found 0.49, 0.50, 0.52.
 constexpr double kLocationWeight = 0.25;
-// docs/decisions.md, "Residual of the labels".
 constexpr double kResidualWeight = 0.3;
-// By evaluate --suite --masks --variant=NAME=--inducing_points=N on hockey, rhino, scooter-gray and
-// stroller of davis-train, 24 frames each. The exact model has mean AUC 0.9872 and J 0.805; 256,
-// 384 and 512 inducing points have 0.9869, 0.9869, 0.9872 and 0.794, 0.802, 0.803.
 constexpr int64_t kInducingPoints = 256;
 constexpr int64_t kFastInducingPoints = 128;
 constexpr int64_t kTrainingPoints = 400;
-// Longest side of the pictures for labelling. On a synthetic street (seed 2), 1920 instead of the
-// whole 3840 x 2160 takes a third of the time and of the memory, with IoU 0.66 instead of 0.44 and
-// AUC 0.974 instead of 0.989. 1280 and 960 instead of the whole 1920 x 1080 give IoU 0.48 and 0.44
-// instead of 0.53.
+// Longest side of the pictures for labelling, pixels.
 constexpr int kLongestSide = 1920;
 constexpr int kFastLongestSide = 640;
 constexpr int kLengthDigits = 12;  // of the length of the potential's bytes in a checkpoint
@@ -88,7 +70,7 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Paper() {
 
 OnlineSegmenterOptions OnlineSegmenterOptions::Fast() {
   OnlineSegmenterOptions options = Default();
-  // Flow of small pictures drifts along tracks: longer gaps gave worse labels.
+  // Flow of small pictures drifts along tracks.
   options.labeller.frame_gap = 1;
   options.labeller.longest_side_pixels = kFastLongestSide;
   options.learner.model.sparse.inducing_points = kFastInducingPoints;

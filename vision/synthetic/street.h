@@ -7,8 +7,7 @@
 // (sensor.h). In a drive with its own vehicle in view (own_vehicle.h), the own vehicle's pixels are
 // void in the mask. Shadows, also moving ones, belong to the surface that they fall on. A frame is
 // a pure function of scenario, seed, options and its index; earlier frames and the number of
-// threads have no influence. Cost: about a quarter of a second of processor time for 640 x 360
-// pixels.
+// threads have no influence.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_STREET_H_
 #define EGOSIEVE_VISION_SYNTHETIC_STREET_H_
 

@@ -14,9 +14,8 @@
 //
 // The nearest node is the parent. Of several children, the one nearest to the parent keeps its id;
 // the others get new ids (when driving forward, the image expands and parents have several). Cost:
-// 16 interpolations per node, about 8 ms for 18600 nodes. Memory is bounded by the grid, about 160
-// bytes per node. state() is the complete state: a tracker restored from it continues with the same
-// bits.
+// 16 interpolations per node. Memory is bounded by the grid, about 160 bytes per node. state() is
+// the complete state: a tracker restored from it continues with the same bits.
 #ifndef EGOSIEVE_VISION_TRACKING_GRID_TRACKER_H_
 #define EGOSIEVE_VISION_TRACKING_GRID_TRACKER_H_
 

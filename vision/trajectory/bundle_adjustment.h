@@ -17,8 +17,8 @@
 // outliers. sigma is estimated from the residuals. The points of one window share the errors of
 // tracker and model, so its n_w observations count as M = 30 (two_view_motion.h,
 // kIndependentPairs). Without rotation and parallax the prior of f decides: Student's t with 3
-// degrees of freedom. It covers dash-cams (0.4 to 0.65), KITTI (0.58), phones (0.7 to 0.8) and
-// camcorders (0.8 to 1.5), and telephoto lenses in its tails.
+// degrees of freedom. It covers dash-cams, phones and camcorders, and telephoto lenses in its
+// tails.
 //
 // (BA4) has many local minima, and most of them come from the motion of a single window. At a fixed
 // f the windows are independent. So each window is first solved alone for focal lengths from 0.35 L

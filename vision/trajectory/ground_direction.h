@@ -1,10 +1,10 @@
 // Refines the direction of travel of a drive by the pictures of the ground.
 //
-// Flow determines the direction of travel to one or two degrees only, since a change of direction
-// looks almost like a rotation. Lane marks and patches of the road move along lines through the
-// point that the camera moves towards, and they move less the nearer that point is to their image
-// row. So the agreement of several pictures of the ground (ground_search.h) depends on the
-// direction d. The refined d maximises
+// Flow hardly determines the direction of travel, since a change of direction looks almost like a
+// rotation. Lane marks and patches of the road move along lines through the point that the camera
+// moves towards, and they move less the nearer that point is to their image row. So the agreement
+// of several pictures of the ground (ground_search.h) depends on the direction d. The refined d
+// maximises
 //
 //   J(d) = log p(d) + sum over views of log( exp(L_none(d)) / 2 + mean over v of exp(L_v(d)) / 2 )
 //                                                                                          (GD1)

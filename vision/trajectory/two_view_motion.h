@@ -39,8 +39,9 @@
 // as if the state were kept with probability h and drawn anew otherwise. Points that were static
 // keep pi, since any object may start to move.
 //
-// Cost: about 10 ms for 600 pairs. References: Irani & Anandan (1998) on plane and parallax;
-// Fermueller & Aloimonos (1998) on the search over directions of translation.
+// Cost: linear in the pairs, of which no more than `max_pairs` are used. References: Irani &
+// Anandan (1998) on plane and parallax; Fermueller & Aloimonos (1998) on the search over directions
+// of translation.
 #ifndef EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_MOTION_H_
 #define EGOSIEVE_VISION_TRAJECTORY_TWO_VIEW_MOTION_H_
 

@@ -11,9 +11,8 @@
 //   3. iRprop- from the best theta                          gp/training/gradient_ascent.h
 //
 // The bounds follow the data. s_d is the standard deviation of input d (1 if it is 0), s_y the root
-// mean square of y. The bounds are widened to include the start:
-//
-//   (with a mean function, s_y is taken around the mean of each output):
+// mean square of y, with a mean function that around the mean of each output. The bounds are
+// widened to include the start:
 //
 //   arcsine w_0 in [0.01, 100], w_d in [0.01, 1000] / s_d;   l_d in [0.01, 100] s_d
 //   sigma_f in [0.1, 10] s_y;   sigma_n in [0.01, 2] s_y
