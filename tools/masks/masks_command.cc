@@ -75,11 +75,11 @@ class MasksCommand : public Command {
         ->type_name("DIR");
     AddWords(app, "--for", options_.format, MaskFormatWords(), "The program that reads the masks");
     app.add_option("--dilate", options_.mask.dilate_pixels,
-                   "Masks what is nearer than this to a mover, too")
+                   "Also mask pixels nearer than this to a mover; default: 0")
         ->type_name("PIXELS");
     app.add_option("--shadow_margin", options_.mask.shadow_margin_pixels,
-                   "Masks shadows that movers cast, too, as far as this from them: what is darker "
-                   "than the ground around it and begins at their feet; default: 0, none")
+                   "Also mask the shadows that movers cast, up to this distance from them: what is "
+                   "darker than the ground around it and begins at their feet; default: 0, none")
         ->type_name("PIXELS");
     app.add_option("--threshold", options_.mask.threshold,
                    "Masks where the probability of moving is at least this; default: the masks of "
@@ -96,7 +96,8 @@ class MasksCommand : public Command {
                    "Own masks to unite with these, not 0 where masked: a folder with IMAGE.png or "
                    "NAME.png, or one picture for all images")
         ->type_name("PATH");
-    app.add_flag("--invert", options_.invert, "Exchange what is masked and what is not");
+    app.add_flag("--invert", options_.invert,
+                 "Exchange what is masked and what is not; not for davis, coco and mots");
     AddFileFlags(app);
     AddRunFlags(app);
     progress_.AddFlag(app);
@@ -199,9 +200,11 @@ class MasksCommand : public Command {
       app.add_option(flag, flags[flag], help)->type_name(type);
     };
     pass("--profile", "default|paper|fast", "Accurate, as in the paper, or fast", passed_);
-    pass("--fps", "FLOAT", "Frames per second of a folder of images", passed_);
+    pass("--fps", "FLOAT", "Frames per second of a folder of images: sets their times, skips none",
+         passed_);
     pass("--times", "FILE", "The times of the images, one per line", passed_);
-    pass("--camera", "FILE", "The lens: a run's camera.json, or COLMAP's cameras.txt", passed_);
+    pass("--camera", "FILE", "The focal length: a run's camera.json, or COLMAP's cameras.txt",
+         passed_);
     pass("--ignore", "IMAGE", "Nothing moves where this image of the frames' size is not black",
          passed_);
     pass("--max_frames", "FRAMES", "Frames to segment at most", passed_);

@@ -49,7 +49,8 @@ struct FrameLine {
 
   int64_t features = 0;
   int64_t matches = 0;
-  std::string motion_model = "none";  // none, static, homography, fundamental
+  std::string motion_model = "none";  // none, static, homography or fundamental; a calibrated
+                                      // motion is one of the last three
   int64_t inliers = 0;                // of the motion model
   double noise_pixels = 0.0;          // scale of the static features' residuals
   int64_t labelled_static = 0;        // p < 1/2

@@ -16,12 +16,13 @@ namespace egosieve::tools {
 
 void CameraFlags::AddFlags(CLI::App& app) {
   app.add_option("--camera", camera_path_,
-                 "The lens: a run's camera.json, or COLMAP's cameras.txt; learnt in a first pass "
-                 "over the drive where it is not given")
+                 "The focal length: a run's camera.json, or COLMAP's cameras.txt; principal point "
+                 "and distortion are not read. Estimated in a first pass over the drive where "
+                 "neither this nor --focal_ratio is given")
       ->type_name("FILE");
   app.add_option("--ignore", ignore_path_,
-                 "Image of the frames' size: what is not black is left out of labels and camera "
-                 "motion, and nothing is marked there")
+                 "Image of the frames' size: where it is not black, nothing is used for the "
+                 "camera's motion and nothing is labelled or marked as moving")
       ->type_name("MASK");
   app.add_flag("--own_vehicle,!--no_own_vehicle", finds_own_vehicle_,
                "Find what is fixed in the image (bonnet, dashboard, time stamp, reflections) in "

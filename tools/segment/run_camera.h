@@ -1,8 +1,8 @@
 // The camera of a run: estimated in a first pass over the drive and stored in the run folder, from
 // which a resumed run reads it.
 //
-// camera.json, as evaluation/trajectory_errors.h reads it:
-//   focal_pixels, width, height
+// camera.json, as tools/evaluation/trajectory_errors.h reads it:
+//   focal_pixels, width, height    pixels
 //   log_focal_deviation            deviation of the focal length's logarithm
 //   pairs                          of pictures, for the direction of travel and the own vehicle
 //   own_vehicle_share              of the image

@@ -21,13 +21,14 @@ void ScheduleFlags::AddFlags(CLI::App& app) {
       ->check(AtLeast<int64_t>(1))
       ->type_name("N");
   app.add_option("--skip", skip_,
-                 "Skips N frames between two that are segmented: they are read, but neither learnt "
-                 "from nor mapped")
+                 "Skips N frames between two that are segmented: they are neither learnt from nor "
+                 "mapped, and infer cannot make their maps later")
       ->check(AtLeast<int64_t>(0))
       ->type_name("N");
   app.add_flag("--learn_only", learn_only_,
                "Makes no maps but keeps the model of every frame, for infer to make them later");
-  app.add_option("--fps", source_.nominal_rate_hz, "Frames per second of a folder of images")
+  app.add_option("--fps", source_.nominal_rate_hz,
+                 "Frames per second of a folder of images: sets their times, skips none")
       ->check(AtLeast(1e-3))
       ->capture_default_str();
   app.add_option("--times", source_.times,

@@ -63,10 +63,11 @@ void AddWordFlag(CLI::App& app, const std::string& flag, std::optional<std::stri
 void SegmentFlags::AddFlags(CLI::App& app) {
   app.add_option("--profile", profile_,
                  "default: the most accurate; paper: as in the paper's sections III to V; fast: "
-                 "every stage chosen for speed. Flags below override the profile")
+                 "default with labels from smaller, neighbouring pictures and with fewer inducing "
+                 "points. Flags below override the profile")
       ->check(OneOf(NamesOf(Profiles())))
       ->type_name(absl::StrJoin(NamesOf(Profiles()), "|"));
-  app.add_option("--seed", seed_, "Of everything random")
+  app.add_option("--seed", seed_, "Seed of all random numbers")
       ->check(AtLeast<int64_t>(0))
       ->type_name("NUMBER");
   app.add_option("--stride", stride_,
@@ -103,12 +104,11 @@ void SegmentFlags::AddModelFlags(CLI::App& app) {
                  "of the other class; 0: none are; without effect in profile paper")
       ->check(Between(0.0, 1.0))
       ->type_name("DISTANCE");
-  app.add_option("--dynamic_age", dynamic_age_,
-                 "Frames for which the model keeps points of what moves, which leaves its place")
+  app.add_option("--dynamic_age", dynamic_age_, "Frames for which moving points stay in the model")
       ->check(Between(int64_t{0}, kUnlimitedAge))
       ->type_name("FRAMES");
   app.add_option("--arrival_share", arrival_share_,
-                 "The most points that one frame brings, as a share of the budget")
+                 "Largest number of points added per frame, as a share of the budget")
       ->check(Between(0.01, 1.0))
       ->type_name("SHARE");
   app.add_option(
@@ -118,7 +118,7 @@ void SegmentFlags::AddModelFlags(CLI::App& app) {
       ->type_name("WEIGHT");
   app.add_option("--label_residual", label_residual_,
                  "Weight with which the map follows the frame's own labels near them, beside the "
-                 "process; 0: the process alone")
+                 "Gaussian process; 0: the Gaussian process alone")
       ->check(Between(0.0, 1.0))
       ->type_name("WEIGHT");
   app.add_flag("--potential", potential_,
@@ -145,7 +145,7 @@ void SegmentFlags::AddLabelFlags(CLI::App& app) {
       ->type_name("NUMBER");
   AddWordFlag(app, "--features", features_, FeatureWords(), "Where labels come from");
   AddWordFlag(app, "--patch_search", patch_search_, SwitchWords(),
-              "Search for the places that flow loses: small cars that cross");
+              "Search by patches where optical flow fails, for example small crossing cars");
   AddWordFlag(
       app, "--motion_model", motion_model_, MotionModelWords(),
       "How the camera's motion is modelled; calibrated: rotation, translation and depths in "
@@ -153,7 +153,8 @@ void SegmentFlags::AddLabelFlags(CLI::App& app) {
       "fundamental matrix, whichever explains a pair better");
   app.add_option("--focal_ratio", focal_ratio_,
                  "Focal length over the image's longer side, for the calibrated motion model; "
-                 "learnt in a first pass over the drive where it is not given")
+                 "overrides --camera, which reads it from a file; estimated in a first pass over "
+                 "the drive where neither is given")
       ->check(Between(0.1, 20.0))
       ->type_name("RATIO");
   app.add_option(
@@ -191,8 +192,9 @@ void SegmentFlags::AddLearnerFlags(CLI::App& app) {
   AddWordFlag(app, "--consistency_filter", consistency_filter_, SwitchWords(),
               "Drop points that the model misclassifies although it holds them (filter 3)");
   app.add_option("--zero_label", zero_label_,
-                 "Label that becomes the target zero, the process's prior mean; the filters count "
-                 "labels above it as dynamic; mean: the mean label of the model's points")
+                 "Label that becomes the target zero, the Gaussian process's prior mean; the "
+                 "filters count labels above it as dynamic; mean: the mean label of the model's "
+                 "points")
       ->check(ZeroLabelOrMean())
       ->type_name("PROBABILITY|mean");
 }

@@ -11,9 +11,9 @@
 //   w m,   m = median of r over the 3 x 3 cells around it                                   (LR2)
 //
 // A cell is 5 pixels wide; its r is that of the nearest labelled place. A single label that differs
-// from its neighbours changes nothing. With w = 0 the process alone decides. This is a local part
-// beside the global one, as in Snelson & Ghahramani, "Local and global sparse Gaussian process
-// approximations" (2007). It holds for that frame alone and is not learnt.
+// from its neighbours changes nothing. With w = 0 the Gaussian process alone decides. This is a
+// local part beside the global one, as in Snelson & Ghahramani, "Local and global sparse Gaussian
+// process approximations" (2007). It holds for that frame alone and is not learnt.
 //
 // m is kept on the grid of cells in steps of 1/12, one byte each, independent of the map's grid.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_LABEL_RESIDUAL_H_

@@ -4,13 +4,13 @@
 // probably a mover than elsewhere, above all while it is too small and too far to be labelled. Let
 // d(x) be the density of dynamic labels around a place, summed over the drive with forgetting,
 // d_mean its mean over the image, and n the number of frames in the sum, with the same forgetting.
-// The odds of the process's probability are multiplied by
+// The odds of the Gaussian process's probability are multiplied by
 //
 //   ( (n d(x) / d_mean + n0) / (n + n0) )^w                                                  (L1)
 //
 // This is Bayes' rule for places, p(x | dynamic) / p(x), with less weight: w < 1 because the
-// process already has the place among its inputs, and because the same object labels the same place
-// in frame after frame. Without dynamic labels so far nothing changes.
+// Gaussian process already has the place among its inputs, and because the same object labels the
+// same place in frame after frame. Without dynamic labels so far nothing changes.
 //
 // The state is some thousand numbers, for any image size; places are relative to the image.
 #ifndef EGOSIEVE_VISION_SEGMENTATION_LOCATION_PRIOR_H_

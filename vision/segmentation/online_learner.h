@@ -19,7 +19,7 @@
 //
 //   y = (p - p0) / (1 - p0),                                                                (T1)
 //
-// whose zero, the process's prior mean, is the label p0. The regression returns to it where there
+// whose zero, the model's prior mean, is the label p0. The regression returns to it where there
 // are no points. Steps 2 and 3 classify by the sign of the mean: a point counts as dynamic where
 // its neighbourhood has labels above p0. With p0 = 1/2 the prior is undecided. The paper scales its
 // data to mean zero (IV-A): p0 is then the mean label of the model's points, at most 1/2, computed

@@ -36,7 +36,8 @@ typedef int32_t egosieve_profile;
 enum {
   EGOSIEVE_PROFILE_DEFAULT = 0, /**< Most accurate on handheld and driving video. */
   EGOSIEVE_PROFILE_PAPER = 1,   /**< Faithful to the paper. */
-  EGOSIEVE_PROFILE_FAST = 2     /**< Every stage chosen for speed: a sparse model, less training. */
+  EGOSIEVE_PROFILE_FAST = 2     /**< Default with labels from smaller, neighbouring frames and with
+                                  fewer inducing points. */
 };
 
 /** Options for a new segmenter. */
@@ -46,7 +47,8 @@ typedef struct egosieve_segmenter_options {
   int32_t stride;           /**< Pixels between the grid's columns and rows, 1 to 64. Default: 5. */
   int64_t budget;           /**< Largest number of model points, 10 to 20000; 0: the profile's. */
   uint64_t seed;            /**< Seed of all random numbers. Default: 1. */
-  const char* device;       /**< As in egosieve_gp_options. */
+  const char* device;       /**< As in egosieve_gp_options. A segmenter takes no OpenCL context and
+                              no queue of the caller's. */
   /**
    * Number of later frames that a frame's labels use, 0 to 100. The frame's map comes this many
    * frames later and is more accurate. Needs focal_ratio, and frames of one size. Default: 0.
@@ -82,8 +84,8 @@ EGOSIEVE_API egosieve_status egosieve_segmenter_grid_size(egosieve_segmenter* se
                                                           int64_t* rows, int64_t* columns);
 
 /**
- * The map of one frame. Each array has the size of the grid or of the frame (height x width); in
- * the second case the grid's values are interpolated linearly.
+ * The map of one frame, in host memory. Each array has the size of the grid or of the frame (height
+ * x width); in the second case the grid's values are interpolated linearly.
  */
 typedef struct egosieve_map {
   uint64_t struct_size;       /**< Set by egosieve_map_init(). */
@@ -155,9 +157,9 @@ EGOSIEVE_API egosieve_status egosieve_segmenter_finish(egosieve_segmenter* segme
                                                        egosieve_frame_report* report);
 
 /**
- * Writes model, options and the frames that the next pair needs into a file, completely or not at
- * all. The factor is rebuilt, so that this segmenter and a loaded copy continue identically to the
- * last bit.
+ * Writes model, options, the frames that the next pair needs, and those that wait for later frames
+ * into a file, completely or not at all. The factor is rebuilt, so that this segmenter and a loaded
+ * copy continue identically to the last bit.
  */
 EGOSIEVE_API egosieve_status egosieve_segmenter_save(egosieve_segmenter* segmenter,
                                                      const char* path);

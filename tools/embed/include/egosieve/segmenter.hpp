@@ -23,7 +23,7 @@ namespace egosieve {
 enum class Profile : int32_t {
   kDefault = EGOSIEVE_PROFILE_DEFAULT, /**< Most accurate on handheld and driving video. */
   kPaper = EGOSIEVE_PROFILE_PAPER,     /**< Faithful to the paper. */
-  kFast = EGOSIEVE_PROFILE_FAST,       /**< Every stage chosen for speed. */
+  kFast = EGOSIEVE_PROFILE_FAST,       /**< Smaller, neighbouring frames, fewer inducing points. */
 };
 
 /** Options for a new segmenter. */
@@ -137,7 +137,7 @@ class Segmenter {
     egosieve_frame_report_init(&c);
     return Report(egosieve_segmenter_finish(handle_, &c_map, &c), c);
   }
-  /** Writes all that the next frame needs into a file, completely or not at all. */
+  /** Writes all that later calls need into a file, completely or not at all. */
   Status Save(const std::string& path) {
     return Status::FromC(egosieve_segmenter_save(handle_, path.c_str()));
   }

@@ -96,12 +96,13 @@ class Segmenter:
     Parameters
     ----------
     profile : "default", "paper" or "fast"
+        "fast" is "default" with labels from smaller, neighbouring frames and with fewer inducing points.
     stride : int
         Pixels between the map's columns and rows, 1 to 64.
     budget : int
         Points that the model holds at most; 0: the profile's.
     seed : int
-        Of everything that is random.
+        Seed of all random numbers.
     lag : int
         Frames behind a frame that its labels rest on, 0 to 100: its map comes so many frames later, and what moves
         is told better. Needs focal_ratio, and frames of one size.
@@ -112,7 +113,8 @@ class Segmenter:
         Not 0 where the frames do not show the world: the own vehicle, captions. No motion is estimated from there,
         and there are no objects.
     device : str, optional
-        A device's index, part of its name, "cpu", "gpu" or "reference".
+        A device's index, part of its name, "cpu", "gpu" or "reference". A segmenter takes no OpenCL context and no
+        queue of the caller's; its results are NumPy arrays.
 
     Examples
     --------
