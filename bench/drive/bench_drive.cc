@@ -142,7 +142,9 @@ absl::Status LearnCamera(PlayedSource& source, OnlineSegmenterOptions& options) 
   labeller.focal_ratio = camera.focal_ratio;
   labeller.travel = camera.travel;
   labeller.fixed_pattern = camera.fixed_pattern;
+  labeller.windscreen = camera.windscreen;
   labeller.ignored = camera.own_vehicle;
+  if (!camera.fixed_pattern.empty()) labeller.evidence.own_vehicle = false;
   return absl::OkStatus();
 }
 

@@ -57,7 +57,9 @@ struct EvidencePoint {
   cv::Point2f before{kUnknown, kUnknown};   // in frame t - g
   cv::Point2f earlier{kUnknown, kUnknown};  // in frame t - 2 g
   bool estimates = true;                    // takes part in estimating motion, scales and shares
-  bool is_fixed = false;  // may be fixed in the image: no ground bound and no road term
+  // No ground bound and no road term: its depth is not known, for flow does not measure its motion
+  // along the epipolar line, or the point may be fixed in the image.
+  bool is_unbounded = false;
 
   bool HasBefore() const { return std::isfinite(before.x) && std::isfinite(before.y); }
 };

@@ -103,7 +103,7 @@ RoadView RoadViewOf(const EvidenceFrame& frame, const Pinhole& camera, const Rel
   view.now = frame.grey;
   for (size_t i = 0; i < frame.points.size(); ++i) {
     const EvidencePoint& point = frame.points[i];
-    if (!IsKnown(point.now) || !IsKnown(before[i]) || point.is_fixed ||
+    if (!IsKnown(point.now) || !IsKnown(before[i]) || point.is_unbounded ||
         IsOwnVehicle(own_vehicle, point.now)) {
       continue;
     }
@@ -196,9 +196,9 @@ void EvidenceAccumulator::MeasureCalibrated(const EvidenceFrame& frame,
     if (pictures != nullptr) pair.support = *pictures;
   }
   pairs.insert(pairs.end(), views.begin(), views.end());
-  std::vector<bool> is_fixed;
-  for (const EvidencePoint& point : frame.points) is_fixed.push_back(point.is_fixed);
-  const auto ratios = CalibratedLogRatios(pairs, frame.camera, is_fixed);
+  std::vector<bool> is_unbounded;
+  for (const EvidencePoint& point : frame.points) is_unbounded.push_back(point.is_unbounded);
+  const auto ratios = CalibratedLogRatios(pairs, frame.camera, is_unbounded);
   for (size_t k = 0; k < pairs.size(); ++k) {
     for (size_t i = 0; i < frame.points.size(); ++i) {
       if (!ratios[k][i]) continue;

@@ -112,8 +112,11 @@ class FrameLabeller::Implementation {
   // Updates the speed of the ground. back: the motion from `frame` to `before`; null: not known.
   void ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
                      const TwoViewMotion* back, const View& far, const Pictures& ahead);
-  // Sets is_fixed of the points where the frame agrees with the drive's fixed pattern.
-  void MarkFixed(const ExtractedFrame& frame, std::vector<TrackedPoint>& points);
+  // Sets is_unbounded of the points where the frame agrees with the drive's fixed pattern, and of
+  // those on lines along the direction of travel. back: the motion to the frame of `before`; need
+  // not be found.
+  void MarkUnbounded(const ExtractedFrame& frame, const TwoViewMotion& back, const Outlook& outlook,
+                     std::vector<TrackedPoint>& points);
   // Replaces the motion's ground bound if the speed of the ground over the drive gives a better
   // one.
   void BoundGround(const ExtractedFrame& a, const ExtractedFrame& b, TwoViewMotion& motion) const;

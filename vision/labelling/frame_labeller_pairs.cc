@@ -12,6 +12,7 @@
 #include "vision/geometry/sampling.h"
 #include "vision/labelling/frame_labeller_implementation.h"
 #include "vision/labelling/frame_step.h"
+#include "vision/labelling/lines_along_travel.h"
 #include "vision/labelling/place_labels.h"
 #include "vision/labelling/stopwatch.h"
 #include "vision/trajectory/ground_bound.h"
@@ -121,11 +122,36 @@ void FrameLabeller::Implementation::ObserveGround(const ExtractedFrame& before,
   ground_.Advance(seconds, LikelihoodOfSpeeds(view));
 }
 
-void FrameLabeller::Implementation::MarkFixed(const ExtractedFrame& frame,
-                                              std::vector<TrackedPoint>& points) {
+void FrameLabeller::Implementation::MarkUnbounded(const ExtractedFrame& frame,
+                                                  const TwoViewMotion& back, const Outlook& outlook,
+                                                  std::vector<TrackedPoint>& points) {
   const PatternPlaces& fixed = pair_motions_.FixedIn(frame);
-  if (fixed.empty()) return;
-  for (TrackedPoint& point : points) point.evidence.is_fixed = fixed.Contain(point.evidence.now);
+  if (!fixed.empty()) {
+    for (TrackedPoint& point : points) {
+      point.evidence.is_unbounded = fixed.Contain(point.evidence.now);
+    }
+  }
+  const TravelPrior& travel = options_.travel;
+  if (!travel.IsOfVehicle() || !MovesForwardOrBack(travel.direction)) return;
+  const Pinhole camera = Camera(frame.grey.size());
+  const LinesAlongTravel lines(frame.grey, camera, travel.direction);
+  // By the longest pair that follows the point.
+  const auto is_no_nearer = [&](const TrackedPoint& point) {
+    const std::pair<const TwoViewMotion*, cv::Point2f> views[] = {
+        {&outlook.far.motion, point.far_ahead},
+        {&outlook.near.motion, point.near_ahead},
+        {&back, point.evidence.before}};
+    for (const auto& [motion, place] : views) {
+      if (!motion->found || !std::isfinite(place.x)) continue;
+      return SeemsNoNearerThanGround(*motion, camera, point.evidence.now, place);
+    }
+    return false;
+  };
+  for (TrackedPoint& point : points) {
+    if (lines.Contain(point.evidence.now) && is_no_nearer(point)) {
+      point.evidence.is_unbounded = true;
+    }
+  }
 }
 
 void FrameLabeller::Implementation::BoundGround(const ExtractedFrame& a, const ExtractedFrame& b,
@@ -184,7 +210,7 @@ absl::Status FrameLabeller::Implementation::LabelFromAhead(const ExtractedFrame&
   Stopwatch watch;
   if (evidence_.last_frame_index() != frame.frame.index) evidence_.Begin(frame.frame.index);
   std::vector<TrackedPoint> points = evidence_.Points(kNoGap, outlook.links);
-  if (outlook.knows_ground()) MarkFixed(frame, points);
+  if (outlook.knows_ground()) MarkUnbounded(frame, TwoViewMotion(), outlook, points);
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
       evidence_.Judge(nullptr, frame, 1, MotionModel(), points, nullptr, Camera(frame.grey.size()),
@@ -278,7 +304,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
       if (view->frame != nullptr) BoundGround(frame, *view->frame, view->motion);
     }
     if (world.ground_slope > 0.0 || behind.motion.ground_slope > 0.0 || outlook.knows_ground()) {
-      MarkFixed(frame, points);
+      MarkUnbounded(frame, Inverse(world), outlook, points);
     }
   }
   EGOSIEVE_ASSIGN_OR_RETURN(
