@@ -46,11 +46,6 @@ std::vector<double> LeaveOneOut::LogDensities(absl::Span<const double> targets) 
   return densities;
 }
 
-double LeaveOneOut::LogProbability(absl::Span<const double> targets) const {
-  const std::vector<double> densities = LogDensities(targets);
-  return std::accumulate(densities.begin(), densities.end(), 0.0);
-}
-
 absl::StatusOr<LeaveOneOut> ComputeLeaveOneOut(const IncrementalCholesky& factor,
                                                absl::Span<const double> targets,
                                                absl::Span<const double> alpha,

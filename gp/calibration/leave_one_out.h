@@ -32,8 +32,6 @@ struct LeaveOneOut {
   std::vector<double> LatentVariance(double noise_variance) const;
   // (2), m x k; targets: all n x k.
   std::vector<double> LogDensities(absl::Span<const double> targets) const;
-  // The sum of (2).
-  double LogProbability(absl::Span<const double> targets) const;
 };
 
 // rows: increasing indices in [0, n); empty: all. targets, alpha: n x k. mean_shares: the diagonal

@@ -234,7 +234,6 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(
     report.reason = "settled";
   } else {
     const Subset subset = Draw(points, options_.subset_size, Mix(options_.seed, frame, 0));
-    report.subset_points = static_cast<int64_t>(subset.targets.size());
     EGOSIEVE_RETURN_IF_ERROR(
         ClimbTheta(context, subset,
                    anneals ? options_.initial_gradient_steps : options_.gradient_steps_per_frame,

@@ -67,12 +67,11 @@ struct TrainerState {
 
 struct TrainingReport {
   bool annealed = false;
-  int64_t evaluations = 0;    // of J, with or without its gradient
-  int64_t steps = 0;          // gradient steps taken
-  int64_t subset_points = 0;  // |S|
-  double objective = 0.0;     // J at the last evaluated theta, nats per point
-  double movement = 0.0;      // largest |change of theta_t| in this frame
-  const char* reason = "";    // why no step was taken; empty if one was
+  int64_t evaluations = 0;  // of J, with or without its gradient
+  int64_t steps = 0;        // gradient steps taken
+  double objective = 0.0;   // J at the last evaluated theta, nats per point
+  double movement = 0.0;    // largest |change of theta_t| in this frame
+  const char* reason = "";  // why no step was taken; empty if one was
 };
 
 class HyperparameterTrainer {

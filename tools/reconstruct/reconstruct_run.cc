@@ -105,16 +105,6 @@ bool IsReconstructed(const RunFolder& folder) {
   return json.is_object() && json.value("frames_done", -1) == json.value("frames", -2);
 }
 
-bool IsRefined(const RunFolder& folder, const RunDescription& description,
-               const std::vector<FrameLine>& lines, const ReconstructOptions& options) {
-  const std::vector<FrameLine> pictures = LinesWithPictures(lines);
-  const RefinedMaps refined = RefinedMapsIn(folder, description, pictures, options);
-  if (!refined.AreThere()) return false;
-  const auto chunks = ChunksOf(pictures, options.shard);
-  return std::all_of(chunks.begin(), chunks.end(),
-                     [&](const auto& chunk) { return HoldsChunk(refined, pictures, chunk); });
-}
-
 absl::StatusOr<std::unique_ptr<ReconstructRun>> ReconstructRun::Open(
     std::shared_ptr<kernels::Context> context, const RunFolder& folder,
     const std::vector<FrameLine>& lines, const ReconstructOptions& options) {

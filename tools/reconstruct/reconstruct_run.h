@@ -48,10 +48,6 @@ struct ReconstructOptions {
 // Whether the last reconstruction of the run was completed.
 bool IsReconstructed(const RunFolder& folder);
 
-// Whether the share's maps are refined already, with these options.
-bool IsRefined(const RunFolder& folder, const RunDescription& description,
-               const std::vector<FrameLine>& lines, const ReconstructOptions& options);
-
 class ReconstructRun {
  public:
   // lines: the requested ones. Errors name the fault of the input and its remedy.

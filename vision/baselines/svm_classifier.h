@@ -35,7 +35,6 @@ class SvmClassifier {
 
   // f of (SV1) at M x D points.
   std::vector<double> Decide(kernels::ConstMatrixView<float> queries) const;
-  int64_t support_vector_count() const { return machine_->getSupportVectors().rows; }
 
  private:
   explicit SvmClassifier(cv::Ptr<cv::ml::SVM> machine) : machine_(std::move(machine)) {}

@@ -127,16 +127,8 @@ void Choose(const std::vector<Candidate>& candidates, const std::vector<PointPai
   bool stands_still = false;
   for (const Candidate& candidate : candidates) {
     const double gric = MeanGric(candidate, weights, sigma);
-    switch (candidate.kind) {
-      case MotionModelKind::kStatic:
-        model.static_gric = gric;
-        break;
-      case MotionModelKind::kHomography:
-        model.homography_gric = gric;
-        model.parallax_pixels = Median(candidate.residuals);
-        break;
-      default:
-        model.fundamental_gric = gric;
+    if (candidate.kind == MotionModelKind::kHomography) {
+      model.parallax_pixels = Median(candidate.residuals);
     }
     stands_still = stands_still || StandsStill(candidate, weights, options);
     if (best == nullptr || (gric < least && !stands_still)) {

@@ -68,8 +68,6 @@ struct MotionModel {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();  // H or F in pixels, first image to second
   int64_t inlier_count = 0;                              // pairs within support_pixels
   int64_t pair_count = 0;
-  double static_gric = 0.0, homography_gric = 0.0,
-         fundamental_gric = 0.0;  // per pair; 0: not tried
   // The competing model of the other kind, two-dimensional or fundamental; of two-dimensional ones
   // the homography if there is one. kNone without such a model.
   MotionModelKind rejected_kind = MotionModelKind::kNone;

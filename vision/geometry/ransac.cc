@@ -153,8 +153,6 @@ absl::StatusOr<RansacResult> Estimate(const std::vector<PointPair>& pairs,
   RansacResult result;
   result.matrix = in_pixels(search.model(), normalized);
   result.inlier_count = search.score().inlier_count;
-  result.used_count = normalized.size();
-  result.mean_cost = search.score().cost / static_cast<double>(normalized.size());
   result.iterations = search.iterations();
   return result;
 }

@@ -40,8 +40,6 @@ struct RansacOptions {
 struct RansacResult {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();  // pixels, first image to second
   int64_t inlier_count = 0;                              // of the pairs used
-  int64_t used_count = 0;
-  double mean_cost = 1.0;  // (RS1) over used_count
   int iterations = 0;
 };
 

@@ -67,7 +67,6 @@ struct LabelledFrame {
   int64_t match_count = 0;      // before any are discarded
   int64_t inlier_count = 0;     // of the motion model, among the matches it was estimated from
   int64_t discarded_count = 0;  // matches without a label
-  int64_t guided_count = 0;     // places from guided_match.h, which have no match
   double noise_pixels = 0.0;    // scale of static points' residuals, one standard deviation
   // Why the labels are not reliable: the camera's motion is unknown, or most of the image does not
   // agree with it. Empty: they are reliable.

@@ -113,7 +113,6 @@ void LabelByEvidence(const ExtractedFrame& frame, const std::vector<TrackedPoint
       add(place, place, 0.0, EvidenceTerm::kEpipolar);
     }
   }
-  result.guided_count = static_cast<int64_t>(evidence.standing.size());
   result.outcome = LabelOutcome::kLabelled;
 }
 

@@ -168,7 +168,6 @@ class Stages {
     StageMilliseconds& milliseconds = item.result.record.milliseconds;
     milliseconds.features =
         std::max(milliseconds.features, item.extract_milliseconds - milliseconds.equalization);
-    summary_.unlearnt_frames += item.result.record.learnt ? 0 : 1;
     if (options_.record_steps) {
       EGOSIEVE_ASSIGN_OR_RETURN(item.result.step, segmenter_.TakeStep());
     }

@@ -73,9 +73,8 @@ struct SegmentedFrame {
 struct PipelineSummary {
   int64_t segmented_frames = 0;
   int64_t damaged_frames = 0;
-  int64_t unlearnt_frames = 0;  // segmented, but not learnt
-  bool stopped = false;         // by stop_requested, before the end of the input
-  std::string warning;          // from the source at its end
+  bool stopped = false;  // by stop_requested, before the end of the input
+  std::string warning;   // from the source at its end
 };
 
 // Called on one thread; with overlap it is not the caller's thread. An error ends the run.

@@ -121,8 +121,6 @@ double SceneBuilder::CameraX(double seconds) const {
   return scene.camera.drive.At(seconds).pose.position.x();
 }
 
-double SceneBuilder::CameraSpeed(double seconds) const { return scene.camera.drive.Speed(seconds); }
-
 double SceneBuilder::CameraArrival(double x) const {
   for (double t = 0.0; t < duration_; t += 0.1) {
     if (CameraX(t) >= x) return t;

@@ -38,7 +38,6 @@ class SceneBuilder {
   void LineTheWay();
 
   double CameraX(double seconds) const;
-  double CameraSpeed(double seconds) const;
   // Time at which the camera's x passes `x`; the drive's duration if it does not.
   double CameraArrival(double x) const;
 

@@ -386,13 +386,4 @@ TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const P
   return motion;
 }
 
-TwoViewMotion RefineTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
-                                  const TwoViewMotion& start, const TwoViewMotionOptions& options) {
-  if (pairs.size() < kFewestPairs || !start.found) return {};
-  const RayBlocks rays = Sample(pairs, {}, camera, options);
-  State state = StateOf(start);
-  Converge(rays, camera, options, state);
-  return MotionOf(rays, camera, state);
-}
-
 }  // namespace egosieve::vision

@@ -110,10 +110,6 @@ TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const P
                                     const TwoViewMotionOptions& options,
                                     absl::Span<const float> moved = {});
 
-// The same from a nearly correct motion, without the search: for another camera.
-TwoViewMotion RefineTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
-                                  const TwoViewMotion& start, const TwoViewMotionOptions& options);
-
 // The motion from the second picture to the first.
 TwoViewMotion Inverse(const TwoViewMotion& motion);
 

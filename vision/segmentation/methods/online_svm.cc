@@ -46,10 +46,6 @@ std::vector<uint8_t> Classes(const std::vector<double>& labels) {
 
 }  // namespace
 
-int64_t OnlineSvm::support_vectors() const {
-  return machine_ ? machine_->support_vector_count() : 0;
-}
-
 kernels::ConstMatrixView<float> OnlineSvm::View() const {
   return {inputs_.data(), size(), dimension_};
 }

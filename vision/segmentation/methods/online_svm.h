@@ -43,7 +43,6 @@ class OnlineSvm {
   std::vector<float> Probability(kernels::ConstMatrixView<float> queries) const;
 
   int64_t size() const { return static_cast<int64_t>(labels_.size()); }
-  int64_t support_vectors() const;
 
  private:
   void Append(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
