@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
-#include <random>
 
 #include "gp/covariance/prior_variance.h"
 #include "gp/linalg/aligned_matrix.h"
@@ -19,7 +17,6 @@ using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
 constexpr double kRelativeTolerance = 1e-8;
-constexpr int kLloydIterations = 10;
 constexpr int64_t kRowsPerTask = 512;
 // Up to this number of points their whole matrix is computed at once, 32 MiB at most: one operation
 // on the device instead of one per column, each of which would wait for other work there.
@@ -30,18 +27,6 @@ std::vector<double> Gather(ConstMatrixView<double> x, const std::vector<int64_t>
   inputs.reserve(rows.size() * x.cols);
   for (const int64_t row : rows) inputs.insert(inputs.end(), x.row(row), x.row(row) + x.cols);
   return inputs;
-}
-
-std::vector<int64_t> RandomRows(int64_t n, int64_t count, uint64_t seed) {
-  std::mt19937_64 generator(seed);
-  std::vector<int64_t> rows(n);
-  std::iota(rows.begin(), rows.end(), int64_t{0});
-  for (int64_t i = 0; i < count; ++i) {
-    std::swap(rows[i], rows[i + static_cast<int64_t>(generator() % (n - i))]);
-  }
-  rows.resize(count);
-  std::sort(rows.begin(), rows.end());
-  return rows;
 }
 
 // (1).
@@ -95,55 +80,11 @@ absl::StatusOr<std::vector<int64_t>> PivotedRows(kernels::Context& context,
   return rows;
 }
 
-int64_t Nearest(const double* point, const std::vector<double>& centres, int64_t dimension) {
-  int64_t best = 0;
-  double best_distance = std::numeric_limits<double>::infinity();
-  for (int64_t c = 0; c < static_cast<int64_t>(centres.size()) / dimension; ++c) {
-    double distance = 0.0;
-    for (int64_t d = 0; d < dimension; ++d) {
-      const double difference = point[d] - centres[c * dimension + d];
-      distance += difference * difference;
-    }
-    if (distance < best_distance) {
-      best_distance = distance;
-      best = c;
-    }
-  }
-  return best;
-}
-
-// Lloyd's iterations; a cluster that loses all its points keeps its centre.
-void MoveCentres(ConstMatrixView<double> x, std::vector<double>& centres) {
-  const int64_t dimension = x.cols;
-  const int64_t count = static_cast<int64_t>(centres.size()) / dimension;
-  std::vector<int64_t> cluster(x.rows);
-  for (int iteration = 0; iteration < kLloydIterations; ++iteration) {
-    const double flops = 3.0 * x.rows * count * dimension;
-    kernels::ParallelFor((x.rows + kRowsPerTask - 1) / kRowsPerTask, flops, [&](int64_t task) {
-      const int64_t end = std::min(x.rows, (task + 1) * kRowsPerTask);
-      for (int64_t i = task * kRowsPerTask; i < end; ++i) {
-        cluster[i] = Nearest(x.row(i), centres, dimension);
-      }
-    });
-    std::vector<double> sums(centres.size(), 0.0);
-    std::vector<int64_t> sizes(count, 0);
-    for (int64_t i = 0; i < x.rows; ++i) {
-      ++sizes[cluster[i]];
-      for (int64_t d = 0; d < dimension; ++d) sums[cluster[i] * dimension + d] += x(i, d);
-    }
-    for (int64_t c = 0; c < count; ++c) {
-      for (int64_t d = 0; d < dimension && sizes[c] > 0; ++d) {
-        centres[c * dimension + d] = sums[c * dimension + d] / static_cast<double>(sizes[c]);
-      }
-    }
-  }
-}
-
 }  // namespace
 
 absl::StatusOr<std::vector<double>> ChooseInducingInputs(
     kernels::Context& context, const kernels::CovarianceParameters& covariance,
-    ConstMatrixView<double> x, int64_t count, InducingChoice choice, uint64_t seed) {
+    ConstMatrixView<double> x, int64_t count) {
   if (!(count >= 1)) {
     return absl::InvalidArgumentError("the number of inducing points must be positive");
   }
@@ -152,14 +93,9 @@ absl::StatusOr<std::vector<double>> ChooseInducingInputs(
     std::iota(rows.begin(), rows.end(), int64_t{0});
     return Gather(x, rows);
   }
-  if (choice == InducingChoice::kPivotedCholesky) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> rows,
-                              PivotedRows(context, covariance, x, count));
-    return Gather(x, rows);
-  }
-  std::vector<double> inputs = Gather(x, RandomRows(x.rows, count, seed));
-  if (choice == InducingChoice::kKMeans) MoveCentres(x, inputs);
-  return inputs;
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> rows,
+                            PivotedRows(context, covariance, x, count));
+  return Gather(x, rows);
 }
 
 }  // namespace egosieve::gp

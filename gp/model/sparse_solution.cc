@@ -12,6 +12,7 @@
 #include "gp/linalg/lower_tiles.h"
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/linalg/tile_operations.h"
+#include "gp/model/inducing_points.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
@@ -136,7 +137,7 @@ absl::StatusOr<SparseSolution> ChooseAndSolveSparse(kernels::Context& context,
       std::vector<double> inputs,
       ChooseInducingInputs(context, hyperparameters.covariance,
                            points.view(hyperparameters.covariance.input_dimension()),
-                           options.inducing_points, options.choice, options.seed));
+                           options.inducing_points));
   return SolveSparse(context, options, hyperparameters, points, std::move(inputs));
 }
 

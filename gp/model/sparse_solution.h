@@ -22,7 +22,6 @@
 #include "absl/status/statusor.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/linalg/aligned_matrix.h"
-#include "gp/model/inducing_points.h"
 #include "gp/model/point_set.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
@@ -33,11 +32,9 @@ enum class SparseApproximation { kSubsetOfRegressors, kDtc, kFitc };
 
 struct SparseModelOptions {
   SparseApproximation approximation = SparseApproximation::kDtc;
-  InducingChoice choice = InducingChoice::kPivotedCholesky;
   int64_t inducing_points = 512;  // m, at most
   double refresh_share = 0.25;    // of the points added or removed before u is chosen anew
   double relative_jitter = 1e-6;  // of sigma_n^2, on K_uu's diagonal at first
-  uint64_t seed = 1;              // of the random choices
 
   absl::Status Validate() const;
 };

@@ -80,7 +80,6 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Fast() {
 void OnlineSegmenterOptions::SetSeed(uint64_t seed) {
   labeller.seed = seed;
   learner.seed = seed;
-  learner.model.sparse.seed = seed;
   potential.seed = seed;
 }
 

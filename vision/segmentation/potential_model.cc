@@ -174,7 +174,6 @@ absl::StatusOr<std::shared_ptr<const gp::Posterior>> PotentialModel::Solve(
   }
   gp::SparseModelOptions sparse;
   sparse.inducing_points = options_.inducing_points;
-  sparse.seed = options_.seed;
   EGOSIEVE_ASSIGN_OR_RETURN(const gp::SparseModel solved,
                             gp::SparseModel::Restore(context_, model, sparse));
   return solved.MakePosterior(kSquash);

@@ -117,7 +117,7 @@ TEST(SparseModel, UpdatesAreTheModelOfThePoints) {
   }
 }
 
-TEST(SparseModel, EveryChoiceLearns) {
+TEST(SparseModel, LearnsAlmostAsTheExactModel) {
   auto generator = TestGenerator();
   const LabelledPoints points = NoisyBlobs(900, 6, generator);
   const LabelledPoints unseen = NoisyBlobs(500, 6, generator);
@@ -126,21 +126,17 @@ TEST(SparseModel, EveryChoiceLearns) {
   ASSERT_TRUE(exact->Add(ViewOf(points.inputs), points.labels, 0).ok());
   const auto expected = exact->Predict(ViewOf(unseen.inputs), PredictWhat::kMean);
   const double exact_area = AreaUnderCurve(expected->mean, unseen.labels);
-  for (const auto choice :
-       {InducingChoice::kPivotedCholesky, InducingChoice::kKMeans, InducingChoice::kRandom}) {
-    SparseModelOptions options;
-    options.inducing_points = 150;
-    options.choice = choice;
-    SparseModel model = MakeModel(theta, options);
-    ASSERT_TRUE(model.Add(ViewOf(points.inputs), points.labels, 0).ok());
-    EXPECT_LE(model.inducing_size(), 150);
-    const auto found = model.Predict(ViewOf(unseen.inputs), PredictWhat::kMean);
-    ASSERT_TRUE(found.ok());
-    EXPECT_GT(AreaUnderCurve(found->mean, unseen.labels), exact_area - 0.02);
-    SparseModel again = MakeModel(theta, options);
-    ASSERT_TRUE(again.Add(ViewOf(points.inputs), points.labels, 0).ok());
-    EXPECT_EQ(CopyOf(again.inducing_inputs()), CopyOf(model.inducing_inputs()));
-  }
+  SparseModelOptions options;
+  options.inducing_points = 150;
+  SparseModel model = MakeModel(theta, options);
+  ASSERT_TRUE(model.Add(ViewOf(points.inputs), points.labels, 0).ok());
+  EXPECT_LE(model.inducing_size(), 150);
+  const auto found = model.Predict(ViewOf(unseen.inputs), PredictWhat::kMean);
+  ASSERT_TRUE(found.ok());
+  EXPECT_GT(AreaUnderCurve(found->mean, unseen.labels), exact_area - 0.02);
+  SparseModel again = MakeModel(theta, options);
+  ASSERT_TRUE(again.Add(ViewOf(points.inputs), points.labels, 0).ok());
+  EXPECT_EQ(CopyOf(again.inducing_inputs()), CopyOf(model.inducing_inputs()));
 }
 
 TEST(SparseModel, ThePosteriorOnTheDeviceAgrees) {

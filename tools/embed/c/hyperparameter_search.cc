@@ -255,7 +255,7 @@ absl::StatusOr<SearchResult> SearchHyperparameters(
   if (sparse.has_value()) {
     EGOSIEVE_ASSIGN_OR_RETURN(
         inducing, gp::ChooseInducingInputs(context, start.covariance, subset.view().inputs,
-                                           sparse->inducing_points, sparse->choice, sparse->seed));
+                                           sparse->inducing_points));
   }
   Objective objective(context, start, subset, sparse, std::move(inducing));
   EGOSIEVE_ASSIGN_OR_RETURN(const double at_start, objective(theta, nullptr));
