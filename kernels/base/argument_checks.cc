@@ -49,4 +49,13 @@ absl::Status CheckFinite(std::string_view name, ConstMatrixView<T> view) {
 template absl::Status CheckFinite(std::string_view, ConstMatrixView<float>);
 template absl::Status CheckFinite(std::string_view, ConstMatrixView<double>);
 
+absl::Status CheckOptions(std::initializer_list<OptionCheck> checks) {
+  for (const OptionCheck& check : checks) {
+    if (check.holds) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat(check.name, " is ", check.value, "; it must ", check.rule));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace egosieve::kernels

@@ -1,10 +1,15 @@
-// Argument checks that the public operations share. Every error names argument and value.
+// Argument checks that the public operations share, and checks of options. Every error names
+// argument and value.
 #ifndef EGOSIEVE_KERNELS_BASE_ARGUMENT_CHECKS_H_
 #define EGOSIEVE_KERNELS_BASE_ARGUMENT_CHECKS_H_
 
+#include <cmath>
+#include <initializer_list>
 #include <string_view>
 
 #include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "kernels/base/matrix_view.h"
 
 namespace egosieve::kernels {
@@ -23,6 +28,19 @@ absl::Status CheckShape(std::string_view name, const MatrixView<T>& view, int64_
 // InvalidArgument, naming the first element that is NaN or infinite.
 template <typename T>
 absl::Status CheckFinite(std::string_view name, ConstMatrixView<T> view);
+
+struct OptionCheck {
+  const char* name;
+  absl::AlphaNum value;
+  bool holds;
+  absl::string_view rule;  // "be positive"
+};
+
+// InvalidArgument, "`name` is `value`; it must `rule`", for the first one that does not hold.
+absl::Status CheckOptions(std::initializer_list<OptionCheck> checks);
+
+inline bool IsPositive(double value) { return value > 0 && std::isfinite(value); }
+inline bool IsNotNegative(double value) { return value >= 0 && std::isfinite(value); }
 
 }  // namespace egosieve::kernels
 

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "vision/geometry/residual.h"
 
@@ -132,19 +133,14 @@ double RoadHeight(const CameraMotion& motion, const Eigen::Matrix3d& f, double f
 }  // namespace
 
 absl::Status OpticalFlowClassifierOptions::Validate() const {
-  if (!(focal_length_pixels >= 0) || !std::isfinite(focal_length_pixels)) {
-    return absl::InvalidArgumentError(absl::StrCat("focal_length_pixels is ", focal_length_pixels,
-                                                   "; it must be positive, or 0 for a guess"));
-  }
-  if (!(minimum_road_share > 0 && minimum_road_share <= 1)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("minimum_road_share is ", minimum_road_share, "; it must be in (0, 1]"));
-  }
-  if (!(tolerance_pixels >= 0) || !std::isfinite(tolerance_pixels)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("tolerance_pixels is ", tolerance_pixels, "; it must not be negative"));
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"focal_length_pixels", focal_length_pixels, kernels::IsNotNegative(focal_length_pixels),
+       "be positive, or 0 for a guess"},
+      {"minimum_road_share", minimum_road_share, minimum_road_share > 0 && minimum_road_share <= 1,
+       "be in (0, 1]"},
+      {"tolerance_pixels", tolerance_pixels, kernels::IsNotNegative(tolerance_pixels),
+       "not be negative"},
+  });
 }
 
 absl::StatusOr<OpticalFlowClassification> ClassifyOpticalFlow(

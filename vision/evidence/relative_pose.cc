@@ -2,11 +2,11 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "vision/evidence/residual_scale.h"
 
 namespace egosieve::vision {
@@ -190,32 +190,22 @@ std::vector<RayPair> WithoutNegativeDepths(const std::vector<RayPair>& rays, con
 }  // namespace
 
 absl::Status RelativePoseOptions::Validate() const {
-  const auto error = [](auto... parts) {
-    return absl::InvalidArgumentError(absl::StrCat(parts...));
-  };
-  if (max_pairs < kFewestPairs) {
-    return error("max_pairs is ", max_pairs, "; it must be at least ", kFewestPairs);
-  }
-  if (iterations < 0) return error("iterations is ", iterations, "; it must not be negative");
-  if (!(noise_floor_pixels > 0) || !std::isfinite(noise_floor_pixels)) {
-    return error("noise_floor_pixels is ", noise_floor_pixels, "; it must be positive");
-  }
-  if (!(parallax_share > 0 && parallax_share < 1)) {
-    return error("parallax_share is ", parallax_share, "; it must be between 0 and 1");
-  }
-  if (!(parallax_multiple > 0) || !std::isfinite(parallax_multiple)) {
-    return error("parallax_multiple is ", parallax_multiple, "; it must be positive");
-  }
-  if (!(lens_multiple >= 0) || !std::isfinite(lens_multiple)) {
-    return error("lens_multiple is ", lens_multiple, "; it must not be negative");
-  }
-  if (!(focal_deviation >= 0) || !std::isfinite(focal_deviation)) {
-    return error("focal_deviation is ", focal_deviation, "; it must not be negative");
-  }
-  if (!(cheirality_margin >= 0.5 && cheirality_margin <= 1)) {
-    return error("cheirality_margin is ", cheirality_margin, "; it must lie in [0.5, 1]");
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"max_pairs", max_pairs, max_pairs >= kFewestPairs,
+       absl::StrCat("be at least ", kFewestPairs)},
+      {"iterations", iterations, iterations >= 0, "not be negative"},
+      {"noise_floor_pixels", noise_floor_pixels, kernels::IsPositive(noise_floor_pixels),
+       "be positive"},
+      {"parallax_share", parallax_share, parallax_share > 0 && parallax_share < 1,
+       "be between 0 and 1"},
+      {"parallax_multiple", parallax_multiple, kernels::IsPositive(parallax_multiple),
+       "be positive"},
+      {"lens_multiple", lens_multiple, kernels::IsNotNegative(lens_multiple), "not be negative"},
+      {"focal_deviation", focal_deviation, kernels::IsNotNegative(focal_deviation),
+       "not be negative"},
+      {"cheirality_margin", cheirality_margin, cheirality_margin >= 0.5 && cheirality_margin <= 1,
+       "lie in [0.5, 1]"},
+  });
 }
 
 const char* Name(PoseOutcome outcome) {

@@ -5,7 +5,9 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "vision/evidence/epipolar_line.h"
+#include "vision/statistics/median.h"
 
 namespace egosieve::vision {
 namespace {
@@ -20,12 +22,6 @@ constexpr double kMostRatio = 1.6;    // of the lengths of the two steps
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Jacobian = Eigen::Matrix<double, 2, 6>;
-
-double Median(std::vector<double>& values) {
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Step 1, the same for all iterations.
 struct Base {
@@ -95,7 +91,7 @@ double ScaleRatio(const std::vector<PointTriple>& triples, const std::vector<Bas
     if (!(s > least) || !line.Reachable(s)) continue;
     ratios.push_back(line.InverseDepth(s) / bases[i].depth);
   }
-  return static_cast<int64_t>(ratios.size()) < kFewestTriples ? 0.0 : Median(ratios);
+  return static_cast<int64_t>(ratios.size()) < kFewestTriples ? 0.0 : MedianInPlace(ratios);
 }
 
 // One Gauss-Newton step; false if it cannot be solved or is too large. Sets m, and P if `last`.
@@ -116,7 +112,7 @@ bool Step(const std::vector<PointTriple>& triples, const std::vector<Base>& base
   }
   if (static_cast<int64_t>(distances.size()) < kFewestTriples) return false;
   std::vector<double> sorted = distances;
-  motion.scale = std::max(0.3, Median(sorted) / kMedianOfRayleigh);
+  motion.scale = std::max(0.3, MedianInPlace(sorted) / kMedianOfRayleigh);
   Matrix6d normal = Matrix6d::Zero();
   Vector6d gradient = Vector6d::Zero();
   for (size_t i = 0; i < predictions.size(); ++i) {
@@ -145,15 +141,11 @@ bool Step(const std::vector<PointTriple>& triples, const std::vector<Base>& base
 }  // namespace
 
 absl::Status ThreeViewOptions::Validate() const {
-  if (max_triples < kFewestTriples) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("max_triples is ", max_triples, "; it must be at least ", kFewestTriples));
-  }
-  if (iterations < 1) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("iterations is ", iterations, "; it must be positive"));
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"max_triples", max_triples, max_triples >= kFewestTriples,
+       absl::StrCat("be at least ", kFewestTriples)},
+      {"iterations", iterations, iterations >= 1, "be positive"},
+  });
 }
 
 ThreeViewMotion FitThreeViews(const std::vector<PointTriple>& triples, const RelativePose& first,

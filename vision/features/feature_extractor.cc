@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "vision/features/corner_detector.h"
 #include "vision/features/sift_describer.h"
@@ -51,25 +52,19 @@ void AppendPlaces(const std::vector<cv::KeyPoint>& key_points,
 }  // namespace
 
 absl::Status FeatureOptions::Validate() const {
-  const auto error = [](auto... parts) {
-    return absl::InvalidArgumentError(absl::StrCat(parts...));
-  };
-  if (count < 0) return error("count is ", count, "; it must not be negative");
-  if (!(key_point_share >= 0 && key_point_share <= 1)) {
-    return error("key_point_share is ", key_point_share, "; it must be from 0 to 1");
-  }
-  if (!(contrast_threshold >= 0) || !std::isfinite(contrast_threshold)) {
-    return error("contrast_threshold is ", contrast_threshold, "; it must not be negative");
-  }
-  if (!(corner_threshold >= 0) || !std::isfinite(corner_threshold)) {
-    return error("corner_threshold is ", corner_threshold, "; it must not be negative");
-  }
-  if (!(corner_size_pixels > 0 && corner_size_pixels <= 100)) {
-    return error("corner_size_pixels is ", corner_size_pixels, "; it must be in (0, 100]");
-  }
-  if (cell_pixels < 1) return error("cell_pixels is ", cell_pixels, "; it must be positive");
-  if (threads < 1 || threads > 256) return error("threads is ", threads, "; it must be 1 to 256");
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"count", count, count >= 0, "not be negative"},
+      {"key_point_share", key_point_share, key_point_share >= 0 && key_point_share <= 1,
+       "be from 0 to 1"},
+      {"contrast_threshold", contrast_threshold, kernels::IsNotNegative(contrast_threshold),
+       "not be negative"},
+      {"corner_threshold", corner_threshold, kernels::IsNotNegative(corner_threshold),
+       "not be negative"},
+      {"corner_size_pixels", corner_size_pixels,
+       corner_size_pixels > 0 && corner_size_pixels <= 100, "be in (0, 100]"},
+      {"cell_pixels", cell_pixels, cell_pixels >= 1, "be positive"},
+      {"threads", threads, threads >= 1 && threads <= 256, "be 1 to 256"},
+  });
 }
 
 int64_t RequestedFeatureCount(const FeatureOptions& options, cv::Size size) {

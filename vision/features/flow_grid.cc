@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
 #include "vision/features/inverse_search.h"
 #include "vision/frame/ignored_area.h"
@@ -99,31 +100,15 @@ struct Node {
 }  // namespace
 
 absl::Status FlowGridOptions::Validate() const {
-  if (stride_pixels < 1) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("stride_pixels is ", stride_pixels, "; it must be positive"));
-  }
-  if (!(error_floor > 0) || !std::isfinite(error_floor)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("error_floor is ", error_floor, "; it must be positive"));
-  }
-  if (!(error_slope >= 0) || !std::isfinite(error_slope)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("error_slope is ", error_slope, "; it must not be negative"));
-  }
-  if (!(texture_levels >= 0) || !std::isfinite(texture_levels)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("texture_levels is ", texture_levels, "; it must not be negative"));
-  }
-  if (!(agreement >= -1 && agreement <= 1)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("agreement is ", agreement, "; it must be from -1 to 1"));
-  }
-  if (!(contradiction >= -1 && contradiction <= agreement)) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "contradiction is ", contradiction, "; it must be from -1 to agreement, ", agreement));
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"stride_pixels", stride_pixels, stride_pixels >= 1, "be positive"},
+      {"error_floor", error_floor, kernels::IsPositive(error_floor), "be positive"},
+      {"error_slope", error_slope, kernels::IsNotNegative(error_slope), "not be negative"},
+      {"texture_levels", texture_levels, kernels::IsNotNegative(texture_levels), "not be negative"},
+      {"agreement", agreement, agreement >= -1 && agreement <= 1, "be from -1 to 1"},
+      {"contradiction", contradiction, contradiction >= -1 && contradiction <= agreement,
+       absl::StrCat("be from -1 to agreement, ", agreement)},
+  });
 }
 
 absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second,

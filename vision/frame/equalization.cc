@@ -3,7 +3,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 
 namespace egosieve::vision {
 namespace {
@@ -22,15 +22,10 @@ cv::Mat EqualizeChannel(const cv::Mat& luminance, const EqualizationOptions& opt
 }  // namespace
 
 absl::Status EqualizationOptions::Validate() const {
-  if (!(clahe_clip_limit > 0)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("clahe_clip_limit is ", clahe_clip_limit, "; it must be positive"));
-  }
-  if (clahe_tiles < 1 || clahe_tiles > 64) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("clahe_tiles is ", clahe_tiles, "; it must be from 1 to 64"));
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"clahe_clip_limit", clahe_clip_limit, clahe_clip_limit > 0, "be positive"},
+      {"clahe_tiles", clahe_tiles, clahe_tiles >= 1 && clahe_tiles <= 64, "be from 1 to 64"},
+  });
 }
 
 cv::Mat EqualizeLuminance(const cv::Mat& image, const EqualizationOptions& options) {

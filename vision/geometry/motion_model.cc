@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "vision/geometry/ransac.h"
 #include "vision/geometry/residual.h"
@@ -144,24 +144,19 @@ void Choose(const std::vector<Candidate>& candidates, const std::vector<PointPai
 }  // namespace
 
 absl::Status MotionModelOptions::Validate() const {
-  const auto positive = [](const char* name, double value) {
-    if (value > 0 && std::isfinite(value)) return absl::OkStatus();
-    return absl::InvalidArgumentError(absl::StrCat(name, " is ", value, "; it must be positive"));
-  };
-  EGOSIEVE_RETURN_IF_ERROR(positive("fundamental_threshold_pixels", fundamental_threshold_pixels));
-  EGOSIEVE_RETURN_IF_ERROR(positive("homography_threshold_pixels", homography_threshold_pixels));
-  EGOSIEVE_RETURN_IF_ERROR(positive("gric_sigma_pixels", gric_sigma_pixels));
-  EGOSIEVE_RETURN_IF_ERROR(positive("still_pixels", still_pixels));
-  EGOSIEVE_RETURN_IF_ERROR(positive("support_pixels", support_pixels));
-  if (!(still_share >= 0 && still_share <= 1)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("still_share is ", still_share, "; it must be from 0 to 1"));
-  }
-  if (!(minimum_support >= 0 && minimum_support <= 1)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("minimum_support is ", minimum_support, "; it must be from 0 to 1"));
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"fundamental_threshold_pixels", fundamental_threshold_pixels,
+       kernels::IsPositive(fundamental_threshold_pixels), "be positive"},
+      {"homography_threshold_pixels", homography_threshold_pixels,
+       kernels::IsPositive(homography_threshold_pixels), "be positive"},
+      {"gric_sigma_pixels", gric_sigma_pixels, kernels::IsPositive(gric_sigma_pixels),
+       "be positive"},
+      {"still_pixels", still_pixels, kernels::IsPositive(still_pixels), "be positive"},
+      {"support_pixels", support_pixels, kernels::IsPositive(support_pixels), "be positive"},
+      {"still_share", still_share, still_share >= 0 && still_share <= 1, "be from 0 to 1"},
+      {"minimum_support", minimum_support, minimum_support >= 0 && minimum_support <= 1,
+       "be from 0 to 1"},
+  });
 }
 
 absl::StatusOr<MotionModel> EstimateMotionModel(const std::vector<PointPair>& pairs,

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "vision/geometry/ransac_model.h"
 #include "vision/geometry/sampling.h"
@@ -160,22 +161,14 @@ absl::StatusOr<RansacResult> Estimate(const std::vector<PointPair>& pairs,
 }  // namespace
 
 absl::Status RansacOptions::Validate() const {
-  const auto error = [](auto... parts) {
-    return absl::InvalidArgumentError(absl::StrCat(parts...));
-  };
-  if (!(threshold_pixels > 0) || !std::isfinite(threshold_pixels)) {
-    return error("threshold_pixels is ", threshold_pixels, "; it must be positive");
-  }
-  if (!(confidence > 0 && confidence < 1)) {
-    return error("confidence is ", confidence, "; it must be between 0 and 1");
-  }
-  if (max_iterations < 1)
-    return error("max_iterations is ", max_iterations, "; it must be positive");
-  if (!(minimum_spacing_pixels >= 0) || !std::isfinite(minimum_spacing_pixels)) {
-    return error("minimum_spacing_pixels is ", minimum_spacing_pixels, "; it must not be negative");
-  }
-  if (max_pairs < 8) return error("max_pairs is ", max_pairs, "; it must be at least 8");
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"threshold_pixels", threshold_pixels, kernels::IsPositive(threshold_pixels), "be positive"},
+      {"confidence", confidence, confidence > 0 && confidence < 1, "be between 0 and 1"},
+      {"max_iterations", max_iterations, max_iterations >= 1, "be positive"},
+      {"minimum_spacing_pixels", minimum_spacing_pixels,
+       kernels::IsNotNegative(minimum_spacing_pixels), "not be negative"},
+      {"max_pairs", max_pairs, max_pairs >= 8, "be at least 8"},
+  });
 }
 
 absl::StatusOr<RansacResult> EstimateFundamental(const std::vector<PointPair>& pairs,

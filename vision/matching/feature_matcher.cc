@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "vision/matching/descriptor_search.h"
@@ -155,18 +156,12 @@ NearestBothWays SearchWindows(const FeatureSet& first, Kind kind_first, const Fe
 }  // namespace
 
 absl::Status MatchOptions::Validate() const {
-  if (!(ratio > 0 && ratio <= 1)) {
-    return absl::InvalidArgumentError(absl::StrCat("ratio is ", ratio, "; it must be in (0, 1]"));
-  }
-  if (!(window_radius_pixels > 0) || !std::isfinite(window_radius_pixels)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("window_radius_pixels is ", window_radius_pixels, "; it must be positive"));
-  }
-  if (threads < 1 || threads > 256) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("threads is ", threads, "; it must be from 1 to 256"));
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"ratio", ratio, ratio > 0 && ratio <= 1, "be in (0, 1]"},
+      {"window_radius_pixels", window_radius_pixels, kernels::IsPositive(window_radius_pixels),
+       "be positive"},
+      {"threads", threads, threads >= 1 && threads <= 256, "be from 1 to 256"},
+  });
 }
 
 absl::StatusOr<std::vector<Match>> MatchFeatures(const FeatureSet& first, const FeatureSet& second,

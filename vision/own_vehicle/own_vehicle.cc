@@ -2,12 +2,11 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "vision/trajectory/ground_bound.h"
 
 namespace egosieve::vision {
@@ -94,28 +93,19 @@ void FillEnclosed(const cv::Mat1b& kind, cv::Mat1b& own) {
 }  // namespace
 
 absl::Status OwnVehicleOptions::Validate() const {
-  const auto error = [](auto... parts) {
-    return absl::InvalidArgumentError(absl::StrCat(parts...));
-  };
-  if (fewest_pictures < 3) {
-    return error("fewest_pictures is ", fewest_pictures, "; it must be at least 3");
-  }
-  if (!(pattern.least_correlation > 0 && pattern.least_correlation < 1)) {
-    return error("pattern.least_correlation is ", pattern.least_correlation,
-                 "; it must lie in (0, 1)");
-  }
-  if (!(agreeing_share > 0 && agreeing_share <= 1)) {
-    return error("agreeing_share is ", agreeing_share, "; it must lie in (0, 1]");
-  }
-  for (const auto& [name, value] :
-       {std::pair("pattern.most_shift_pixels", pattern.most_shift_pixels),
-        std::pair("least_contrast", least_contrast), std::pair("least_evidence", least_evidence),
-        std::pair("most_pair_evidence", most_pair_evidence)}) {
-    if (!(value > 0) || !std::isfinite(value)) {
-      return error(name, " is ", value, "; it must be positive");
-    }
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"fewest_pictures", fewest_pictures, fewest_pictures >= 3, "be at least 3"},
+      {"pattern.least_correlation", pattern.least_correlation,
+       pattern.least_correlation > 0 && pattern.least_correlation < 1, "lie in (0, 1)"},
+      {"agreeing_share", agreeing_share, agreeing_share > 0 && agreeing_share <= 1,
+       "lie in (0, 1]"},
+      {"pattern.most_shift_pixels", pattern.most_shift_pixels,
+       kernels::IsPositive(pattern.most_shift_pixels), "be positive"},
+      {"least_contrast", least_contrast, kernels::IsPositive(least_contrast), "be positive"},
+      {"least_evidence", least_evidence, kernels::IsPositive(least_evidence), "be positive"},
+      {"most_pair_evidence", most_pair_evidence, kernels::IsPositive(most_pair_evidence),
+       "be positive"},
+  });
 }
 
 double LeastGroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion& motion,

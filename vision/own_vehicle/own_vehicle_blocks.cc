@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "vision/evidence/epipolar_line.h"
 
 namespace egosieve::vision {
@@ -235,19 +236,13 @@ void LearnFrom(const Blocks& blocks, const WorldMotion& motion,
 }  // namespace
 
 absl::Status OwnVehicleBlocksOptions::Validate() const {
-  const auto error = [](auto... parts) {
-    return absl::InvalidArgumentError(absl::StrCat(parts...));
-  };
-  if (!(limit > 0) || !std::isfinite(limit))
-    return error("limit is ", limit, "; it must be positive");
-  if (!(on > 0 && on <= limit)) return error("on is ", on, "; it must lie in (0, ", limit, "]");
-  if (!(off < on) || !std::isfinite(off))
-    return error("off is ", off, "; it must be below on, ", on);
-  if (!(memory > 0 && memory < 1)) return error("memory is ", memory, "; it must lie in (0, 1)");
-  if (!(noise_floor > 0) || !std::isfinite(noise_floor)) {
-    return error("noise_floor is ", noise_floor, "; it must be positive");
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"limit", limit, kernels::IsPositive(limit), "be positive"},
+      {"on", on, on > 0 && on <= limit, absl::StrCat("lie in (0, ", limit, "]")},
+      {"off", off, off < on && std::isfinite(off), absl::StrCat("be below on, ", on)},
+      {"memory", memory, memory > 0 && memory < 1, "lie in (0, 1)"},
+      {"noise_floor", noise_floor, kernels::IsPositive(noise_floor), "be positive"},
+  });
 }
 
 void LearnOwnVehicleBlocks(const cv::Mat& grey, int64_t index, int gap, const WorldMotion* motion,

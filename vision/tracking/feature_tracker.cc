@@ -1,10 +1,10 @@
 #include "vision/tracking/feature_tracker.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "vision/matching/descriptor_search.h"
 
@@ -41,19 +41,12 @@ SiftDescriptor Descriptor(const FeatureSet& features, int64_t i) {
 }  // namespace
 
 absl::Status FeatureTrackerOptions::Validate() const {
-  if (!(max_descriptor_distance > 0) || !std::isfinite(max_descriptor_distance)) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "max_descriptor_distance is ", max_descriptor_distance, "; it must be positive"));
-  }
-  if (reference_frames < 1) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("reference_frames is ", reference_frames, "; it must be positive"));
-  }
-  if (frame_step < 1) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("frame_step is ", frame_step, "; it must be positive"));
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"max_descriptor_distance", max_descriptor_distance,
+       kernels::IsPositive(max_descriptor_distance), "be positive"},
+      {"reference_frames", reference_frames, reference_frames >= 1, "be positive"},
+      {"frame_step", frame_step, frame_step >= 1, "be positive"},
+  });
 }
 
 absl::StatusOr<FeatureTracker> FeatureTracker::Create(const FeatureTrackerOptions& options) {
@@ -121,13 +114,7 @@ absl::Status FeatureTracker::Restore(FeatureTrackerState state) {
         "tracker state has ", state.tracks.size(), " tracks, ", state.references.size(),
         " references and ", state.reference_ages.size(), " ages; they must be as many"));
   }
-  for (const Track& track : state.tracks) {
-    if (track.id < 0 || track.id >= state.next_id || track.length < 1) {
-      return absl::InvalidArgumentError(absl::StrCat("tracker state has a track ", track.id,
-                                                     " of length ", track.length,
-                                                     "; the next id is ", state.next_id));
-    }
-  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckTracks("tracker state", state.tracks, state.next_id));
   state_ = std::move(state);
   return absl::OkStatus();
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::vision {
@@ -45,23 +46,13 @@ int64_t NearestNode(cv::Point2f place, cv::Size nodes, int stride_pixels) {
 }
 
 absl::Status GridTrackerOptions::Validate() const {
-  if (stride_pixels < 1) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("stride_pixels is ", stride_pixels, "; it must be positive"));
-  }
-  if (frame_step < 1) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("frame_step is ", frame_step, "; it must be positive"));
-  }
-  if (!(agreement_floor > 0) || !std::isfinite(agreement_floor)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("agreement_floor is ", agreement_floor, "; it must be positive"));
-  }
-  if (!(agreement_slope >= 0) || !std::isfinite(agreement_slope)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("agreement_slope is ", agreement_slope, "; it must not be negative"));
-  }
-  return absl::OkStatus();
+  return kernels::CheckOptions({
+      {"stride_pixels", stride_pixels, stride_pixels >= 1, "be positive"},
+      {"frame_step", frame_step, frame_step >= 1, "be positive"},
+      {"agreement_floor", agreement_floor, kernels::IsPositive(agreement_floor), "be positive"},
+      {"agreement_slope", agreement_slope, kernels::IsNotNegative(agreement_slope),
+       "not be negative"},
+  });
 }
 
 absl::StatusOr<GridTracker> GridTracker::Create(const GridTrackerOptions& options) {
@@ -197,13 +188,7 @@ absl::Status GridTracker::Restore(GridTrackerState state) {
     return absl::InvalidArgumentError(absl::StrCat("grid tracker state has ", state.tracks.size(),
                                                    " tracks for ", state.nodes.area(), " nodes"));
   }
-  for (const Track& track : state.tracks) {
-    if (track.id < 0 || track.id >= state.next_id || track.length < 1) {
-      return absl::InvalidArgumentError(absl::StrCat("grid tracker state has a track ", track.id,
-                                                     " of length ", track.length,
-                                                     "; the next id is ", state.next_id));
-    }
-  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckTracks("grid tracker state", state.tracks, state.next_id));
   state_ = std::move(state);
   return absl::OkStatus();
 }

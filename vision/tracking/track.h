@@ -5,6 +5,10 @@
 #include <array>
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 
 namespace egosieve::vision {
 
@@ -32,6 +36,17 @@ struct Track {
     return next;
   }
 };
+
+// InvalidArgument for a track that no tracker makes. `state` names the tracks' owner.
+inline absl::Status CheckTracks(const char* state, const std::vector<Track>& tracks,
+                                int64_t next_id) {
+  for (const Track& track : tracks) {
+    if (track.id >= 0 && track.id < next_id && track.length >= 1) continue;
+    return absl::InvalidArgumentError(absl::StrCat(state, " has a track ", track.id, " of length ",
+                                                   track.length, "; the next id is ", next_id));
+  }
+  return absl::OkStatus();
+}
 
 }  // namespace egosieve::vision
 

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
 #include "vision/trajectory/two_view_terms.h"
 
@@ -347,23 +347,18 @@ TwoViewMotion MotionOf(const RayBlocks& pairs, const Pinhole& camera, const Stat
 }  // namespace
 
 absl::Status TwoViewMotionOptions::Validate() const {
-  const auto check = [](bool holds, const char* field, double value, const char* rule) {
-    return holds ? absl::OkStatus()
-                 : absl::InvalidArgumentError(
-                       absl::StrCat(field, " is ", value, "; it must be ", rule));
-  };
-  absl::Status status = check(max_pairs >= 20, "max_pairs", max_pairs, "at least 20");
-  status.Update(check(directions >= 8, "directions", directions, "at least 8"));
-  status.Update(check(refined >= 1, "refined", refined, "at least 1"));
-  status.Update(check(iterations >= 1, "iterations", iterations, "at least 1"));
-  status.Update(
-      check(noise_floor_pixels > 0, "noise_floor_pixels", noise_floor_pixels, "positive"));
-  status.Update(check(start_noise_pixels >= noise_floor_pixels, "start_noise_pixels",
-                      start_noise_pixels, "at least noise_floor_pixels"));
-  status.Update(check(most_noise_pixels >= start_noise_pixels, "most_noise_pixels",
-                      most_noise_pixels, "at least start_noise_pixels"));
-  status.Update(check(memory >= 0 && memory < 1, "memory", memory, "at least 0 and below 1"));
-  return status;
+  return kernels::CheckOptions({
+      {"max_pairs", max_pairs, max_pairs >= 20, "be at least 20"},
+      {"directions", directions, directions >= 8, "be at least 8"},
+      {"refined", refined, refined >= 1, "be at least 1"},
+      {"iterations", iterations, iterations >= 1, "be at least 1"},
+      {"noise_floor_pixels", noise_floor_pixels, noise_floor_pixels > 0, "be positive"},
+      {"start_noise_pixels", start_noise_pixels, start_noise_pixels >= noise_floor_pixels,
+       "be at least noise_floor_pixels"},
+      {"most_noise_pixels", most_noise_pixels, most_noise_pixels >= start_noise_pixels,
+       "be at least start_noise_pixels"},
+      {"memory", memory, memory >= 0 && memory < 1, "be at least 0 and below 1"},
+  });
 }
 
 TwoViewMotion EstimateTwoViewMotion(const std::vector<PointPair>& pairs, const Pinhole& camera,
