@@ -26,18 +26,6 @@ Eigen::Matrix3d ToEigen(const cv::Matx33d& m) {
   return result;
 }
 
-// The places in both frames, in the order of the pair.
-std::vector<PointPair> PairsOf(const LabelledFrame& frame) {
-  const bool on_first = frame.labelled.index == frame.first_index;
-  const std::vector<double>& a = on_first ? frame.positions : frame.other_positions;
-  const std::vector<double>& b = on_first ? frame.other_positions : frame.positions;
-  std::vector<PointPair> pairs;
-  for (int64_t i = 0; i < frame.size(); ++i) {
-    pairs.push_back({a[2 * i], a[2 * i + 1], b[2 * i], b[2 * i + 1]});
-  }
-  return pairs;
-}
-
 std::vector<double> RejectedResiduals(const LabelledFrame& frame,
                                       const std::vector<PointPair>& pairs) {
   return Residuals(frame.rejected_model, ToEigen(frame.rejected_matrix), pairs,

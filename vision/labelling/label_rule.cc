@@ -3,18 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vision/statistics/median.h"
+
 namespace egosieve::vision {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kStandardDeviationsPerMedian = 1.4826;  // of a Gaussian's absolute values
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double Posterior(double d, double sigma, double share, const MixtureOptions& options) {
   const double gaussian = std::exp(-0.5 * d * d / (sigma * sigma));
@@ -40,7 +35,8 @@ void ReduceToShortFlow(const std::vector<double>& lengths_pixels, double share, 
 }
 
 double NoiseScale(std::vector<double> distances, double floor_pixels) {
-  return std::max(floor_pixels, kStandardDeviationsPerMedian * Median(std::move(distances)));
+  const double median = distances.empty() ? 0.0 : MedianInPlace(distances);
+  return std::max(floor_pixels, kStandardDeviationsPerMedian * median);
 }
 
 std::vector<double> ScaledMedianLabels(const std::vector<double>& distances, double noise_pixels,

@@ -11,6 +11,7 @@
 #include "vision/evidence/fusion.h"
 #include "vision/frame/frame.h"
 #include "vision/geometry/motion_model_kind.h"
+#include "vision/geometry/point_pair.h"
 #include "vision/trajectory/camera_step.h"
 
 namespace egosieve::vision {
@@ -80,6 +81,9 @@ struct LabelledFrame {
     return kernels::ConstMatrixView<double>(positions.data(), size(), 2);
   }
 };
+
+// The labelled places as pairs, from the first frame of the pair to the second.
+std::vector<PointPair> PairsOf(const LabelledFrame& labels);
 
 }  // namespace egosieve::vision
 

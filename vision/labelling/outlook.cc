@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstring>
-#include <utility>
 
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"

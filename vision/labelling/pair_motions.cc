@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "kernels/base/status_macros.h"
 #include "vision/features/flow_growth.h"

@@ -3,6 +3,7 @@
 #define EGOSIEVE_VISION_SEGMENTATION_ROWS_H_
 
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include "absl/types/span.h"
@@ -20,12 +21,12 @@ std::vector<T> GatherRows(kernels::ConstMatrixView<T> matrix, absl::Span<const i
   return gathered;
 }
 
-inline std::vector<double> Gather(absl::Span<const double> values, absl::Span<const int64_t> rows) {
-  std::vector<double> gathered;
+template <typename T = double>
+std::vector<T> Gather(std::type_identity_t<absl::Span<const T>> values,
+                      absl::Span<const int64_t> rows) {
+  std::vector<T> gathered;
   gathered.reserve(rows.size());
-  for (const int64_t row : rows) {
-    gathered.push_back(values[row]);
-  }
+  for (const int64_t row : rows) gathered.push_back(values[row]);
   return gathered;
 }
 

@@ -237,17 +237,6 @@ double ScoreOfDistance(double distance_pixels) {
   return std::isinf(distance_pixels) ? 1.0 : distance_pixels / (distance_pixels + kHalfScorePixels);
 }
 
-std::vector<PointPair> PairsOf(const LabelledFrame& labels) {
-  const bool on_first = labels.labelled.index == labels.first_index;
-  const std::vector<double>& first = on_first ? labels.positions : labels.other_positions;
-  const std::vector<double>& second = on_first ? labels.other_positions : labels.positions;
-  std::vector<PointPair> pairs;
-  for (int64_t i = 0; i < labels.size(); ++i) {
-    pairs.push_back({first[2 * i], first[2 * i + 1], second[2 * i], second[2 * i + 1]});
-  }
-  return pairs;
-}
-
 std::vector<double> PlacesInFrame(const LabelledFrame& labels) {
   return labels.labelled.index == labels.frame_index ? labels.positions : labels.other_positions;
 }

@@ -28,7 +28,6 @@
 #include "kernels/base/image_grid.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/runtime/context.h"
-#include "vision/geometry/point_pair.h"
 #include "vision/labelling/labelled_frame.h"
 #include "vision/segmentation/frame_record.h"
 #include "vision/segmentation/online_segmenter.h"
@@ -72,9 +71,7 @@ absl::StatusOr<std::unique_ptr<MapMethod>> MakeMethod(const std::string& name,
                                                       std::shared_ptr<kernels::Context> context,
                                                       const OnlineSegmenterOptions& options);
 
-// PairsOf: the labelled features as pairs, from the first frame of the pair to the second.
-// PlacesInFrame: their places in the frame itself, N x 2.
-std::vector<PointPair> PairsOf(const LabelledFrame& labels);
+// The labelled features' places in the frame itself, N x 2.
 std::vector<double> PlacesInFrame(const LabelledFrame& labels);
 
 // d / (d + 3 px).

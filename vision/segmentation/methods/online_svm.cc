@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <numeric>
 #include <random>
-#include <utility>
 
 #include "gp/calibration/leave_one_out.h"
 #include "gp/selection/agreement_filter.h"
 #include "gp/selection/density_filter.h"
 #include "kernels/base/status_macros.h"
+#include "vision/segmentation/rows.h"
 #include "vision/segmentation/stage_timer.h"
 
 namespace egosieve::vision {
@@ -18,24 +18,6 @@ std::vector<double> Targets(const std::vector<double>& labels) {
   std::vector<double> targets;
   for (const double label : labels) targets.push_back(2.0 * label - 1.0);
   return targets;
-}
-
-template <typename T>
-std::vector<T> Gather(absl::Span<const T> values, absl::Span<const int64_t> rows) {
-  std::vector<T> gathered;
-  gathered.reserve(rows.size());
-  for (const int64_t row : rows) gathered.push_back(values[row]);
-  return gathered;
-}
-
-std::vector<float> GatherRows(kernels::ConstMatrixView<float> matrix,
-                              absl::Span<const int64_t> rows) {
-  std::vector<float> gathered;
-  gathered.reserve(rows.size() * matrix.cols);
-  for (const int64_t row : rows) {
-    gathered.insert(gathered.end(), matrix.row(row), matrix.row(row) + matrix.cols);
-  }
-  return gathered;
 }
 
 std::vector<uint8_t> Classes(const std::vector<double>& labels) {
