@@ -14,6 +14,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -27,6 +28,11 @@ struct NamedArray {
   std::vector<int64_t> shape;
   std::variant<std::vector<double>, std::vector<int64_t>, std::vector<uint8_t>> elements;
 };
+
+template <typename T>
+NamedArray VectorArray(std::vector<T> elements) {
+  return {{static_cast<int64_t>(elements.size())}, std::move(elements)};
+}
 
 using ArrayMap = std::map<std::string, NamedArray>;
 

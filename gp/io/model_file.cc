@@ -23,14 +23,6 @@ int64_t NumberOf(CovarianceFunction function) {
   return function == CovarianceFunction::kSquaredExponential ? 1 : kNamedFunction;
 }
 
-template <typename T>
-NamedArray Vector(std::vector<T> elements) {
-  NamedArray array;
-  array.shape = {static_cast<int64_t>(elements.size())};
-  array.elements = std::move(elements);
-  return array;
-}
-
 // Takes the array of this name and type out of the map. Arrays of rank 1 must have the size
 // `want_size`; -1 takes any.
 template <typename T>
@@ -182,50 +174,52 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
   ArrayMap arrays;
   const bool plain = model.points.outputs == 1 && model.points.noise_variances.empty() &&
                      model.hyperparameters.mean == MeanFunction::kZero;
-  arrays["format_version"] = Vector<int64_t>({file.sparse.has_value() ? kModelFormatVersion
-                                              : plain                 ? 1
-                                                                      : 2});
+  arrays["format_version"] = VectorArray<int64_t>({file.sparse.has_value() ? kModelFormatVersion
+                                                   : plain                 ? 1
+                                                                           : 2});
   const int64_t number = NumberOf(covariance.function);
-  arrays["covariance_function"] = Vector<int64_t>({number});
+  arrays["covariance_function"] = VectorArray<int64_t>({number});
   if (number == kNamedFunction) {
     const std::string_view name = covariance.function.text();
-    arrays["covariance_name"] = Vector(std::vector<uint8_t>(name.begin(), name.end()));
+    arrays["covariance_name"] = VectorArray(std::vector<uint8_t>(name.begin(), name.end()));
   }
-  arrays["scales"] = Vector(covariance.scales);
+  arrays["scales"] = VectorArray(covariance.scales);
   arrays["signal_noise"] =
-      Vector<double>({covariance.signal_stddev, model.hyperparameters.noise_stddev});
-  arrays["inputs"] = Vector(model.points.inputs);
+      VectorArray<double>({covariance.signal_stddev, model.hyperparameters.noise_stddev});
+  arrays["inputs"] = VectorArray(model.points.inputs);
   arrays["inputs"].shape = {model.points.size(), covariance.input_dimension()};
-  arrays["targets"] = Vector(model.points.targets);
+  arrays["targets"] = VectorArray(model.points.targets);
   if (model.points.outputs > 1) {
     arrays["targets"].shape = {model.points.size(), model.points.outputs};
   }
   if (!model.points.noise_variances.empty()) {
-    arrays["noise_variances"] = Vector(model.points.noise_variances);
+    arrays["noise_variances"] = VectorArray(model.points.noise_variances);
   }
   if (model.hyperparameters.mean != MeanFunction::kZero) {
-    arrays["mean_function"] = Vector<int64_t>({static_cast<int64_t>(model.hyperparameters.mean)});
+    arrays["mean_function"] =
+        VectorArray<int64_t>({static_cast<int64_t>(model.hyperparameters.mean)});
   }
   if (file.sparse.has_value()) {
     EGOSIEVE_RETURN_IF_ERROR(file.sparse->Validate());
     arrays["sparse"] =
-        Vector<int64_t>({file.sparse->approximation == SparseApproximation::kFitc ? 2 : 1,
-                         file.sparse->inducing_points});
+        VectorArray<int64_t>({file.sparse->approximation == SparseApproximation::kFitc ? 2 : 1,
+                              file.sparse->inducing_points});
   }
-  arrays["identities"] = Vector(model.points.identities);
-  arrays["birth_frames"] = Vector(model.points.birth_frames);
-  arrays["next_identity"] = Vector<int64_t>({model.points.next_identity});
-  arrays["squash"] = Vector<double>({file.squash.a, file.squash.b});
+  arrays["identities"] = VectorArray(model.points.identities);
+  arrays["birth_frames"] = VectorArray(model.points.birth_frames);
+  arrays["next_identity"] = VectorArray<int64_t>({model.points.next_identity});
+  arrays["squash"] = VectorArray<double>({file.squash.a, file.squash.b});
   arrays["annotations"] =
-      Vector(std::vector<uint8_t>(file.annotations.begin(), file.annotations.end()));
+      VectorArray(std::vector<uint8_t>(file.annotations.begin(), file.annotations.end()));
   if (file.trainer.has_value()) {
     const TrainerState& state = *file.trainer;
-    arrays["trainer_theta"] = Vector(state.theta);
-    arrays["trainer_steps"] = Vector(state.optimiser.steps);
-    arrays["trainer_gradient"] = Vector(state.optimiser.previous_gradient);
-    arrays["trainer_counts"] = Vector<int64_t>({state.frames_trained, state.frames_since_step});
-    arrays["trainer_smoothed"] =
-        Vector<double>({state.smoothed_movement, state.smoothed_objective.value_or(std::nan(""))});
+    arrays["trainer_theta"] = VectorArray(state.theta);
+    arrays["trainer_steps"] = VectorArray(state.optimiser.steps);
+    arrays["trainer_gradient"] = VectorArray(state.optimiser.previous_gradient);
+    arrays["trainer_counts"] =
+        VectorArray<int64_t>({state.frames_trained, state.frames_since_step});
+    arrays["trainer_smoothed"] = VectorArray<double>(
+        {state.smoothed_movement, state.smoothed_objective.value_or(std::nan(""))});
   }
   return SerializeArrays(arrays);
 }

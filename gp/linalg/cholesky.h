@@ -55,6 +55,14 @@ void InverseColumnNorms(kernels::ConstMatrixView<double> l, absl::Span<const int
 // upper triangle may be overwritten.
 void AddRowProducts(kernels::ConstMatrixView<double> x, int sign, kernels::MatrixView<double> c);
 
+// a.b and |a|^2 of n values, summed in order.
+inline double Dot(const double* a, const double* b, int64_t n) {
+  double sum = 0.0;
+  for (int64_t i = 0; i < n; ++i) sum += a[i] * b[i];
+  return sum;
+}
+inline double Square(const double* a, int64_t n) { return Dot(a, a, n); }
+
 // Copies the lower triangle, mirrored, into the upper one.
 void MirrorLower(kernels::MatrixView<double> c);
 

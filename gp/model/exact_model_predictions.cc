@@ -1,7 +1,6 @@
 // An ExactModel's predictions; its changes are in exact_model.cc.
 #include <algorithm>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include "absl/container/fixed_array.h"
@@ -21,12 +20,6 @@ using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
 constexpr int64_t kPredictionTile = 512;  // points predicted at a time
-
-double Square(const double* values, int64_t n) {
-  double sum = 0.0;
-  for (int64_t j = 0; j < n; ++j) sum += values[j] * values[j];
-  return sum;
-}
 
 // (EM3): means (M x k) from k*, one row per point.
 void MeansOf(const RegressionWeights& weights, ConstMatrixView<double> points,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "absl/strings/str_format.h"
+#include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
@@ -18,15 +19,7 @@ absl::Status CheckTargets(ConstMatrixView<double> targets, int64_t count) {
     return absl::InvalidArgumentError(absl::StrFormat("%d inputs and %d x %d labels or targets",
                                                       count, targets.rows, targets.cols));
   }
-  for (int64_t i = 0; i < targets.rows; ++i) {
-    for (int64_t c = 0; c < targets.cols; ++c) {
-      if (!std::isfinite(targets(i, c))) {
-        return absl::InvalidArgumentError(
-            absl::StrFormat("targets(%d, %d) = %g; it must be finite", i, c, targets(i, c)));
-      }
-    }
-  }
-  return absl::OkStatus();
+  return kernels::CheckFinite("targets", targets);
 }
 
 absl::Status CheckNoiseVariances(absl::Span<const double> variances, int64_t count) {
@@ -108,15 +101,7 @@ absl::Status CheckPoints(ConstMatrixView<double> inputs, int64_t dimension) {
     return absl::InvalidArgumentError(
         absl::StrFormat("inputs have %d columns; the covariance takes %d", inputs.cols, dimension));
   }
-  for (int64_t i = 0; i < inputs.rows; ++i) {
-    for (int64_t d = 0; d < inputs.cols; ++d) {
-      if (!std::isfinite(inputs(i, d))) {
-        return absl::InvalidArgumentError(
-            absl::StrFormat("inputs(%d, %d) = %g; it must be finite", i, d, inputs(i, d)));
-      }
-    }
-  }
-  return absl::OkStatus();
+  return kernels::CheckFinite("inputs", inputs);
 }
 
 absl::Status CheckRows(absl::Span<const int64_t> rows, int64_t size) {

@@ -100,12 +100,7 @@ absl::Status SparseModel::AddObservations(const Observations& added, int64_t fra
     solution_.projections.insert(solution_.projections.end(), v.row(i), v.row(i) + m);
   }
   solution_.lambda.insert(solution_.lambda.end(), lambda.begin(), lambda.end());
-  solution_.sum = std::move(sum);
-  solution_.sum_factor = std::move(sum_factor);
-  solution_.weights = std::move(weights);
-  solution_.posterior_form.reset();
-  points_ = std::move(points);
-  changes_ += k;
+  Commit(std::move(sum), std::move(sum_factor), std::move(weights), std::move(points), k);
   return absl::OkStatus();
 }
 
@@ -138,13 +133,18 @@ absl::Status SparseModel::Remove(absl::Span<const int64_t> rows) {
   // Nothing below can fail.
   EraseRows(m, rows, solution_.projections);
   EraseRows(1, rows, solution_.lambda);
+  Commit(std::move(sum), std::move(sum_factor), std::move(weights), std::move(points), k);
+  return absl::OkStatus();
+}
+
+void SparseModel::Commit(AlignedMatrix sum, AlignedMatrix sum_factor, std::vector<double> weights,
+                         PointSet points, int64_t changed) {
   solution_.sum = std::move(sum);
   solution_.sum_factor = std::move(sum_factor);
   solution_.weights = std::move(weights);
   solution_.posterior_form.reset();
   points_ = std::move(points);
-  changes_ += k;
-  return absl::OkStatus();
+  changes_ += changed;
 }
 
 bool SparseModel::RefreshIfStale(int64_t changed, PointSet& points) {

@@ -147,6 +147,9 @@ class SparseModel {
   // Chooses new inducing inputs for `points`, the model's points after `changed` of them were added
   // or removed, if enough have changed. Returns false if not, or if the choice fails.
   bool RefreshIfStale(int64_t changed, PointSet& points);
+  // The last step of adding or removing `changed` points.
+  void Commit(AlignedMatrix sum, AlignedMatrix sum_factor, std::vector<double> weights,
+              PointSet points, int64_t changed);
 
   std::shared_ptr<kernels::Context> context_;
   Hyperparameters hyperparameters_;

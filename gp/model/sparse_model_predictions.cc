@@ -7,7 +7,6 @@
 #include "gp/covariance/prior_variance.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/cholesky.h"
-#include "gp/model/model_checks.h"
 #include "gp/model/sparse_model.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
@@ -21,14 +20,6 @@ using kernels::MatrixView;
 
 constexpr int64_t kPredictionTile = 512;
 constexpr double kReverseJitter = 1e-13;  // on the unit scale of I - A^-1; see ReverseFactor
-
-double Dot(const double* a, const double* b, int64_t n) {
-  double sum = 0.0;
-  for (int64_t i = 0; i < n; ++i) sum += a[i] * b[i];
-  return sum;
-}
-
-double Square(const double* row, int64_t n) { return Dot(row, row, n); }
 
 // C lower triangular with C^T C = S, S symmetric, lower triangle read: the Cholesky factorisation
 // of S with rows and columns reversed. S = I - A^-1 has eigenvalues in [0, 1); directions without

@@ -25,12 +25,6 @@ using kernels::MatrixView;
 
 constexpr int64_t kTile = 128;
 
-double Square(const double* row, int64_t n) {
-  double sum = 0.0;
-  for (int64_t i = 0; i < n; ++i) sum += row[i] * row[i];
-  return sum;
-}
-
 void SetIdentity(MatrixView<double> a) {
   for (int64_t i = 0; i < a.rows; ++i) {
     std::fill(a.row(i), a.row(i) + a.cols, 0.0);

@@ -4,6 +4,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_format.h"
+#include "kernels/base/status_macros.h"
 
 namespace egosieve::gp {
 namespace {
@@ -37,32 +38,32 @@ bool Undecided(float prediction, const AgreementOptions& options) {
   return 2.0 * std::abs(static_cast<double>(prediction) - 0.5) < options.undecided_band;
 }
 
-}  // namespace
-
-absl::StatusOr<std::vector<int64_t>> FilterByNovelty(absl::Span<const double> labels,
-                                                     absl::Span<const float> predictions,
-                                                     const AgreementOptions& options) {
-  if (absl::Status status = Check(labels, predictions, options); !status.ok()) return status;
+// The points that agree with their predictions, or those that do not; undecided ones in both cases.
+absl::StatusOr<std::vector<int64_t>> Filter(absl::Span<const double> labels,
+                                            absl::Span<const float> predictions,
+                                            const AgreementOptions& options, bool agreeing) {
+  EGOSIEVE_RETURN_IF_ERROR(Check(labels, predictions, options));
   std::vector<int64_t> kept;
   for (size_t i = 0; i < labels.size(); ++i) {
-    if (!Agrees(labels[i], predictions[i]) || Undecided(predictions[i], options)) {
+    if (Agrees(labels[i], predictions[i]) == agreeing || Undecided(predictions[i], options)) {
       kept.push_back(static_cast<int64_t>(i));
     }
   }
   return kept;
 }
 
+}  // namespace
+
+absl::StatusOr<std::vector<int64_t>> FilterByNovelty(absl::Span<const double> labels,
+                                                     absl::Span<const float> predictions,
+                                                     const AgreementOptions& options) {
+  return Filter(labels, predictions, options, false);
+}
+
 absl::StatusOr<std::vector<int64_t>> FilterByConsistency(absl::Span<const double> labels,
                                                          absl::Span<const float> predictions,
                                                          const AgreementOptions& options) {
-  if (absl::Status status = Check(labels, predictions, options); !status.ok()) return status;
-  std::vector<int64_t> kept;
-  for (size_t i = 0; i < labels.size(); ++i) {
-    if (Agrees(labels[i], predictions[i]) || Undecided(predictions[i], options)) {
-      kept.push_back(static_cast<int64_t>(i));
-    }
-  }
-  return kept;
+  return Filter(labels, predictions, options, true);
 }
 
 }  // namespace egosieve::gp

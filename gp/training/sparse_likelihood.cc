@@ -19,12 +19,6 @@ namespace {
 using kernels::ConstMatrixView;
 using kernels::MatrixView;
 
-double Dot(const double* a, const double* b, int64_t n) {
-  double sum = 0.0;
-  for (int64_t i = 0; i < n; ++i) sum += a[i] * b[i];
-  return sum;
-}
-
 absl::Status CheckArguments(const Hyperparameters& hyperparameters, const Observations& data,
                             ConstMatrixView<double> inducing,
                             const SparseLikelihoodOptions& options) {
@@ -77,7 +71,7 @@ absl::StatusOr<Terms> ComputeTerms(kernels::Context& context,
     const double* x = &points.inputs[i * inducing.cols];
     terms.beta[i] = (points.targets[i] - Dot(v, solution.weights.data(), m)) / solution.lambda[i];
     terms.missed.push_back(
-        std::max(0.0, PriorVariance(hyperparameters.covariance, x) - Dot(v, v, m)));
+        std::max(0.0, PriorVariance(hyperparameters.covariance, x) - Square(v, m)));
     std::copy_n(v, m, terms.half.row(i));
   }
   AppendRows(solution.sum_factor.view(), terms.half.view());
@@ -96,7 +90,7 @@ PointDerivatives DerivativesOf(const Terms& terms, SparseObjective objective) {
   for (int64_t i = 0; i < terms.points(); ++i) {
     const double lambda = terms.solution.lambda[i];
     const double* h = terms.half.row(i);
-    const double g = terms.beta[i] * terms.beta[i] - (1.0 - Dot(h, h, m) / lambda) / lambda;
+    const double g = terms.beta[i] * terms.beta[i] - (1.0 - Square(h, m) / lambda) / lambda;
     if (objective == SparseObjective::kFitc) {
       // If rounding made k_ii - q_ii negative, it is treated as the constant 0.
       derivatives.prior.push_back(terms.missed[i] > 0.0 ? 0.5 * g : 0.0);

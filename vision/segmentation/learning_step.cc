@@ -23,11 +23,6 @@ gp::NamedArray Matrix(std::vector<T> elements, int64_t columns) {
 }
 
 template <typename T>
-gp::NamedArray Vector(std::vector<T> elements) {
-  return {{static_cast<int64_t>(elements.size())}, std::move(elements)};
-}
-
-template <typename T>
 absl::StatusOr<std::vector<T>> Take(const std::string& name, gp::ArrayMap& arrays) {
   const auto found = arrays.find(name);
   if (found == arrays.end()) return absl::DataLossError(absl::StrCat("no array ", name));
@@ -90,20 +85,20 @@ absl::StatusOr<std::string> SerializeStep(const LearningStep& step) {
     }
   }
   gp::ArrayMap arrays;
-  arrays["format_version"] = Vector<int64_t>({kLearningStepFormat});
-  arrays["kinds"] = Vector(std::move(kinds));
-  arrays["counts"] = Vector(std::move(counts));
-  arrays["frames"] = Vector(std::move(frames));
+  arrays["format_version"] = gp::VectorArray<int64_t>({kLearningStepFormat});
+  arrays["kinds"] = gp::VectorArray(std::move(kinds));
+  arrays["counts"] = gp::VectorArray(std::move(counts));
+  arrays["frames"] = gp::VectorArray(std::move(frames));
   arrays["inputs"] = Matrix(std::move(inputs), input_bytes);
-  arrays["labels"] = Vector(std::move(labels));
-  arrays["rows"] = Vector(std::move(rows));
+  arrays["labels"] = gp::VectorArray(std::move(labels));
+  arrays["rows"] = gp::VectorArray(std::move(rows));
   arrays["hyperparameters"] = Matrix(std::move(hyperparameters), parameters);
-  arrays["squash"] = Vector<double>({step.squash.a, step.squash.b});
+  arrays["squash"] = gp::VectorArray<double>({step.squash.a, step.squash.b});
   arrays["location_prior"] =
-      Vector<uint8_t>({step.location_prior.begin(), step.location_prior.end()});
-  arrays["potential"] = Vector<uint8_t>({step.potential.begin(), step.potential.end()});
+      gp::VectorArray<uint8_t>({step.location_prior.begin(), step.location_prior.end()});
+  arrays["potential"] = gp::VectorArray<uint8_t>({step.potential.begin(), step.potential.end()});
   arrays["label_residual"] =
-      Vector<uint8_t>({step.label_residual.begin(), step.label_residual.end()});
+      gp::VectorArray<uint8_t>({step.label_residual.begin(), step.label_residual.end()});
   return gp::SerializeArrays(arrays);
 }
 

@@ -32,11 +32,6 @@ vision::OnlineSegmenterOptions SegmenterOptions(const SessionOptions& options) {
   return segmenter;
 }
 
-template <typename T>
-gp::NamedArray Vector(std::vector<T> elements) {
-  return {{static_cast<int64_t>(elements.size())}, std::move(elements)};
-}
-
 absl::Status Damaged(const std::string& what) {
   return absl::DataLossError(absl::StrCat("not a segmenter's file: ", what));
 }
@@ -243,15 +238,16 @@ absl::StatusOr<std::string> SegmenterSession::ToBytes() {
   std::lock_guard lock(mutex_);
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string checkpoint, segmenter_->Checkpoint());
   gp::ArrayMap arrays;
-  arrays["session_version"] = Vector<int64_t>({kSessionVersion});
-  arrays["options"] = Vector<int64_t>({static_cast<int64_t>(options_.profile), options_.stride,
-                                       options_.budget, static_cast<int64_t>(options_.seed)});
-  arrays["focal_ratio"] = Vector<double>({options_.focal_ratio});
-  arrays["lag"] = Vector<int64_t>({options_.lag});
+  arrays["session_version"] = gp::VectorArray<int64_t>({kSessionVersion});
+  arrays["options"] =
+      gp::VectorArray<int64_t>({static_cast<int64_t>(options_.profile), options_.stride,
+                                options_.budget, static_cast<int64_t>(options_.seed)});
+  arrays["focal_ratio"] = gp::VectorArray<double>({options_.focal_ratio});
+  arrays["lag"] = gp::VectorArray<int64_t>({options_.lag});
   arrays["ignored"] = MaskArray(options_.ignored);
-  arrays["waiting"] = Vector<int64_t>({static_cast<int64_t>(waiting_.size())});
-  arrays["next_frame"] = Vector<int64_t>({next_frame_});
-  arrays["checkpoint"] = Vector<uint8_t>({checkpoint.begin(), checkpoint.end()});
+  arrays["waiting"] = gp::VectorArray<int64_t>({static_cast<int64_t>(waiting_.size())});
+  arrays["next_frame"] = gp::VectorArray<int64_t>({next_frame_});
+  arrays["checkpoint"] = gp::VectorArray<uint8_t>({checkpoint.begin(), checkpoint.end()});
   std::vector<int64_t> indices, grey;
   std::vector<double> times;
   std::vector<vision::Frame> frames(recent_.begin(), recent_.end());
@@ -262,9 +258,9 @@ absl::StatusOr<std::string> SegmenterSession::ToBytes() {
     grey.push_back(frame.is_grey);
     times.push_back(frame.time_seconds);
   }
-  arrays["indices"] = Vector(std::move(indices));
-  arrays["grey"] = Vector(std::move(grey));
-  arrays["times"] = Vector(std::move(times));
+  arrays["indices"] = gp::VectorArray(std::move(indices));
+  arrays["grey"] = gp::VectorArray(std::move(grey));
+  arrays["times"] = gp::VectorArray(std::move(times));
   return gp::SerializeArrays(arrays);
 }
 
