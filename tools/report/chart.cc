@@ -51,7 +51,7 @@ Field Count(int64_t FrameLine::*member) {
   return [member](const FrameLine& line) { return static_cast<double>(line.*member); };
 }
 
-Field PointCount(int64_t FrameLine::PointCounts::*member) {
+Field PointCount(int64_t vision::SelectionCounts::*member) {
   return [member](const FrameLine& line) { return static_cast<double>(line.points.*member); };
 }
 
@@ -140,7 +140,7 @@ Chart EvidenceChart(const ChartBuilder& builder, absl::Span<const FrameLine> lin
 }
 
 Chart NewPointsChart(const ChartBuilder& builder) {
-  using Points = FrameLine::PointCounts;
+  using Points = vision::SelectionCounts;
   Chart chart{"newpoints", "New points",
               "A frame's labelled features, those that the filters dropped, and those that the "
               "model took.",
@@ -153,7 +153,7 @@ Chart NewPointsChart(const ChartBuilder& builder) {
 }
 
 Chart DroppedPointsChart(const ChartBuilder& builder) {
-  using Points = FrameLine::PointCounts;
+  using Points = vision::SelectionCounts;
   Chart chart{"droppedpoints", "Points that left the model",
               "Points per frame, by the filter that dropped them.", "points"};
   builder.AddSeries("consistency", PointCount(&Points::dropped_by_consistency), chart);

@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Outcome = FrameLine::Outcome;
 
-Json PointsToJson(const FrameLine::PointCounts& points) {
+Json PointsToJson(const vision::SelectionCounts& points) {
   return Json{{"candidates", points.candidates},
               {"dropped_by_density", points.dropped_by_density},
               {"dropped_by_novelty", points.dropped_by_novelty},
@@ -24,7 +24,7 @@ Json PointsToJson(const FrameLine::PointCounts& points) {
               {"dropped_by_budget", points.dropped_by_budget}};
 }
 
-absl::Status ReadPoints(const Json& json, FrameLine::PointCounts& points) {
+absl::Status ReadPoints(const Json& json, vision::SelectionCounts& points) {
   JsonFields fields(json, "points");
   fields.Read("candidates", points.candidates);
   fields.Read("dropped_by_density", points.dropped_by_density);

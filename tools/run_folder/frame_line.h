@@ -14,6 +14,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "vision/segmentation/frame_record.h"
 #include "vision/trajectory/camera_step.h"
 
 namespace egosieve::tools {
@@ -24,18 +25,6 @@ struct FrameLine {
     kAnswered,  // the frame has its map, but nothing was learnt from it: `reason` says why
     kFailed,    // the frame could not be read: its map, if any, is that of the frame before it;
                 // `reason` says why
-  };
-
-  // Numbers of points by their fate in this frame. dropped_by_* name the filter that dropped them.
-  struct PointCounts {
-    int64_t candidates = 0;  // labelled features
-    int64_t dropped_by_density = 0;
-    int64_t dropped_by_novelty = 0;
-    int64_t added = 0;                   // to the model
-    int64_t dropped_by_consistency = 0;  // of the model's points, as all below
-    int64_t dropped_by_model_density = 0;
-    int64_t dropped_by_age = 0;
-    int64_t dropped_by_budget = 0;
   };
 
   int64_t index = 0;  // in the input, from 0
@@ -63,7 +52,7 @@ struct FrameLine {
 
   vision::CameraStep step;  // motion of the camera since the frame before
 
-  PointCounts points;
+  vision::SelectionCounts points;
   int64_t model_size = 0;     // points, after this frame; 0: the map is the prior
   std::vector<double> theta;  // logarithms: scales..., sigma_f, sigma_n
   double a = 1.0;             // of p = Phi((a mean + b) / sqrt(1 + a^2 variance))

@@ -15,19 +15,6 @@
 namespace egosieve::tools {
 namespace {
 
-FrameLine::PointCounts MakePoints(const vision::SelectionCounts& counts) {
-  FrameLine::PointCounts points;
-  points.candidates = counts.candidates;
-  points.dropped_by_density = counts.dropped_by_density;
-  points.dropped_by_novelty = counts.dropped_by_novelty;
-  points.added = counts.added;
-  points.dropped_by_consistency = counts.dropped_by_consistency;
-  points.dropped_by_model_density = counts.dropped_by_model_density;
-  points.dropped_by_age = counts.dropped_by_age;
-  points.dropped_by_budget = counts.dropped_by_budget;
-  return points;
-}
-
 std::vector<std::pair<std::string, double>> MakeMilliseconds(
     double read, const vision::StageMilliseconds& stages) {
   return {{"decode", read},
@@ -121,7 +108,7 @@ FrameLine MakeLine(const vision::SegmentedFrame& frame) {
   }
   line.doubt = record.doubt;
   line.step = record.step;
-  line.points = MakePoints(record.selection);
+  line.points = record.selection;
   line.model_size = record.model_size;
   line.theta = record.theta;
   line.a = record.squash_a;
