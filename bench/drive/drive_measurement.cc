@@ -14,6 +14,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/drive_writer.h"
+#include "vision/statistics/median.h"
 
 namespace egosieve::bench {
 namespace {
@@ -169,10 +170,7 @@ absl::StatusOr<std::string> CompareWithOneThread(std::shared_ptr<kernels::Contex
 }
 
 double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<int64_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return values.empty() ? 0.0 : vision::MedianInPlace(values);
 }
 
 namespace {

@@ -2,6 +2,8 @@
 #ifndef EGOSIEVE_BENCH_KERNELS_BENCHMARK_DATA_H_
 #define EGOSIEVE_BENCH_KERNELS_BENCHMARK_DATA_H_
 
+#include <benchmark/benchmark.h>
+
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -36,6 +38,11 @@ struct BenchmarkModel {
 
 // n points of an image's inputs, labels with a moving blob, noise 0.3. Made only once.
 const BenchmarkModel& ModelOf(int64_t n, BenchmarkKernel kernel);
+
+// Milliseconds of the wall clock, and of all threads' processors.
+inline void TakeBothClocks(benchmark::internal::Benchmark* bench) {
+  bench->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond);
+}
 
 // Inputs at every `stride`-th pixel of a smooth image of 640 x 480 pixels, 6 values each.
 std::vector<float> ImageQueries(int stride);

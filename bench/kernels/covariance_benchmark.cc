@@ -1,7 +1,6 @@
 // Covariance matrices and gradients in float64, as the training uses them.
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -62,23 +61,17 @@ BENCHMARK_TEMPLATE(BM_CovarianceMatrix, double, BenchmarkKernel::kSteepArcsine)
     ->ArgName("n")
     ->Arg(800)
     ->Arg(4000)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+    ->Apply(TakeBothClocks);
 BENCHMARK_TEMPLATE(BM_CovarianceMatrix, double, BenchmarkKernel::kSquaredExponential)
     ->Name("BM_CovarianceMatrix/squared_exponential")
     ->ArgName("n")
     ->Arg(4000)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+    ->Apply(TakeBothClocks);
 BENCHMARK_TEMPLATE(BM_CovarianceMatrix, float, BenchmarkKernel::kSteepArcsine)
     ->Name("BM_CovarianceMatrix/arcsine_float32")
     ->ArgName("n")
     ->Arg(4000)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+    ->Apply(TakeBothClocks);
 
 // Vector operations per pair, 7 components: 38 for the covariance (double: 11 more in the
 // polynomial, the square root counts 5), 8 for the factor, 4 for each component.
@@ -120,9 +113,7 @@ BENCHMARK(BM_CovarianceGradient)
     ->ArgName("n")
     ->Arg(800)
     ->Arg(2000)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+    ->Apply(TakeBothClocks);
 
 }  // namespace
 }  // namespace egosieve::kernels

@@ -51,9 +51,7 @@ BENCHMARK(BM_DescriptorField)
     ->ArgName("stride")
     ->Arg(1)
     ->Arg(5)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+    ->Apply(TakeBothClocks);
 
 }  // namespace
 }  // namespace egosieve::kernels

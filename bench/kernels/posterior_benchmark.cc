@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -129,22 +128,16 @@ void BM_DensePosteriorMean(benchmark::State& state, BenchmarkKernel kernel) {
 BENCHMARK_CAPTURE(BM_DensePosteriorMean, arcsine, BenchmarkKernel::kSteepArcsine)
     ->ArgName("n")
     ->Arg(4000)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+    ->Apply(TakeBothClocks);
 BENCHMARK_CAPTURE(BM_DensePosteriorMean, arcsine_plain, BenchmarkKernel::kGentleArcsine)
     ->ArgName("n")
     ->Arg(4000)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+    ->Apply(TakeBothClocks);
 
 BENCHMARK_CAPTURE(BM_DensePosteriorMean, squared_exponential, BenchmarkKernel::kSquaredExponential)
     ->ArgName("n")
     ->Arg(4000)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+    ->Apply(TakeBothClocks);
 
 // Mean, variance and probability of every `stride`-th pixel.
 void EvaluateAll(benchmark::State& state, const PosteriorModel& model, int stride,
@@ -194,16 +187,12 @@ void BM_DensePosteriorVariance(benchmark::State& state, BenchmarkKernel kernel) 
 BENCHMARK_CAPTURE(BM_DensePosteriorVariance, arcsine, BenchmarkKernel::kSteepArcsine)
     ->ArgName("n")
     ->Arg(4000)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+    ->Apply(TakeBothClocks);
 BENCHMARK_CAPTURE(BM_DensePosteriorVariance, squared_exponential,
                   BenchmarkKernel::kSquaredExponential)
     ->ArgName("n")
     ->Arg(4000)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+    ->Apply(TakeBothClocks);
 
 // Exact mean, variance and probability of every pixel: enough work to fill a GPU.
 void BM_DensePosteriorPicture(benchmark::State& state) {
@@ -219,9 +208,7 @@ BENCHMARK(BM_DensePosteriorPicture)
     ->Name("BM_DensePosteriorPicture/arcsine")
     ->ArgName("n")
     ->Arg(4000)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+    ->Apply(TakeBothClocks);
 
 // Threads that query one posterior at the same time, one tile of queries per call. That is work for
 // one core, so on two idle cores each of two threads has the rate of a single thread.
@@ -261,9 +248,7 @@ BENCHMARK(BM_SparsePosterior)
     ->ArgName("m")
     ->Arg(256)
     ->Arg(512)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+    ->Apply(TakeBothClocks);
 
 // The work before the first query of a frame: checks, packing, upload.
 void BM_DensePosteriorCreate(benchmark::State& state) {
@@ -278,9 +263,7 @@ BENCHMARK(BM_DensePosteriorCreate)
     ->Name("BM_DensePosteriorCreate/arcsine")
     ->ArgName("n")
     ->Arg(4000)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
+    ->Apply(TakeBothClocks);
 
 }  // namespace
 }  // namespace egosieve::kernels

@@ -67,39 +67,32 @@ def _task_table(task, cases, record):
     return [*lines, ""]
 
 
-def _error_table(cases):
+def _table(cases, align, cell):
+    """A row for each case that has a cell, a column for each library."""
     names = [OWN, *_peers(cases)]
-    lines = [
-        "## Largest errors of mean and of variance",
-        "",
-        "Of 256 queries, against the same covariance's posterior in float64.",
-        "",
-        f"| covariance | n | D | {' | '.join(names)} |",
-        "|---|---:|---:|" + "---|" * len(names),
-    ]
+    lines = [f"| covariance | n | D | {' | '.join(names)} |", "|---|---:|---:|" + align * len(names)]
     for case in cases:
-        results = [case["results"].get(name, {}) for name in names]
-        cells = [f"{r['mean_error']:.0e}, {r['variance_error']:.0e}" if "mean_error" in r else "" for r in results]
+        cells = [cell(case["results"].get(name, {})) for name in names]
         if any(cells):
             lines.append(f"| {case['covariance']} | {case['points']} | {case['dimension']} | {' | '.join(cells)} |")
     return [*lines, ""]
 
 
+def _errors(result):
+    return f"{result['mean_error']:.0e}, {result['variance_error']:.0e}" if "mean_error" in result else ""
+
+
+def _memory(result):
+    return f"{result['peak_mib']:,.0f}" if result.get("peak_mib") is not None else ""
+
+
+def _error_table(cases):
+    note = "Of 256 queries, against the same covariance's posterior in float64."
+    return ["## Largest errors of mean and of variance", "", note, "", *_table(cases, "---|", _errors)]
+
+
 def _memory_table(cases):
-    names = [OWN, *_peers(cases)]
-    lines = [
-        "## Memory",
-        "",
-        "Peak of the process in MiB.",
-        "",
-        f"| covariance | n | D | {' | '.join(names)} |",
-        "|---|---:|---:|" + "---:|" * len(names),
-    ]
-    for case in cases:
-        peaks = [case["results"].get(name, {}).get("peak_mib") for name in names]
-        cells = " | ".join("" if peak is None else f"{peak:,.0f}" for peak in peaks)
-        lines.append(f"| {case['covariance']} | {case['points']} | {case['dimension']} | {cells} |")
-    return [*lines, ""]
+    return ["## Memory", "", "Peak of the process in MiB.", "", *_table(cases, "---:|", _memory)]
 
 
 def tables(record):

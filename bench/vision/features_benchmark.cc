@@ -2,7 +2,6 @@
 // the flow that tracks a grid.
 #include <benchmark/benchmark.h>
 
-#include <cstring>
 #include <opencv2/features2d.hpp>
 
 #include "bench/vision/textured_pair.h"

@@ -2,7 +2,6 @@
 // model of n, without the posterior evaluations that two of the filters need.
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <numeric>
 #include <vector>
