@@ -1,7 +1,6 @@
 #include "tools/compare/comparison_figures.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
@@ -125,6 +124,23 @@ Figure TimeOfAFrame(const ComparisonSummary& summary) {
   return figure;
 }
 
+// One interval per method that has it, times `unit`.
+void AddIntervals(const char* name, std::optional<BootstrapInterval> MethodSummary::*interval,
+                  double unit, const ComparisonSummary& summary, Figure& figure) {
+  Series series{name, {}, {}};
+  series.style = Series::Style::kIntervals;
+  for (const MethodSummary& method : summary.methods) {
+    if (!(method.*interval)) continue;
+    const BootstrapInterval& known = *(method.*interval);
+    series.x.push_back(static_cast<double>(figure.categories.size()));
+    series.y.push_back(unit * known.mean);
+    series.low.push_back(unit * known.low);
+    series.high.push_back(unit * known.high);
+    figure.categories.push_back(method.method);
+  }
+  figure.series.push_back(std::move(series));
+}
+
 Figure DifferencesFigure(const ComparisonSummary& summary) {
   const std::string first = summary.methods.empty() ? "" : summary.methods.front().method;
   Figure figure{
@@ -133,17 +149,7 @@ Figure DifferencesFigure(const ComparisonSummary& summary) {
       "bootstrap's resamples. Above 0: the first method is better; an interval that holds "
       "0 decides nothing.",
       "", "difference in AUC"};
-  Series series{"difference", {}, {}};
-  series.style = Series::Style::kIntervals;
-  for (const MethodSummary& method : summary.methods) {
-    if (!method.difference) continue;
-    series.x.push_back(static_cast<double>(figure.categories.size()));
-    series.y.push_back(method.difference->mean);
-    series.low.push_back(method.difference->low);
-    series.high.push_back(method.difference->high);
-    figure.categories.push_back(method.method);
-  }
-  figure.series.push_back(std::move(series));
+  AddIntervals("difference", &MethodSummary::difference, 1.0, summary, figure);
   return figure;
 }
 
@@ -173,17 +179,7 @@ Figure TrendsFigure(const ComparisonSummary& summary) {
                 "holds 0 decides nothing. What methods that learn nothing gain, too, is the "
                 "drives' getting easier.",
                 "", "AUC gained in 100 frames"};
-  Series series{"slope", {}, {}};
-  series.style = Series::Style::kIntervals;
-  for (const MethodSummary& method : summary.methods) {
-    if (!method.slope) continue;
-    series.x.push_back(static_cast<double>(figure.categories.size()));
-    series.y.push_back(kFrames * method.slope->mean);
-    series.low.push_back(kFrames * method.slope->low);
-    series.high.push_back(kFrames * method.slope->high);
-    figure.categories.push_back(method.method);
-  }
-  figure.series.push_back(std::move(series));
+  AddIntervals("slope", &MethodSummary::slope, kFrames, summary, figure);
   return figure;
 }
 

@@ -1,12 +1,13 @@
 #include "tools/compare/comparison_table.h"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "tools/evaluation/calibration.h"
+#include "tools/run_folder/json_fields.h"
+#include "vision/statistics/median.h"
 
 namespace egosieve::tools {
 namespace {
@@ -16,25 +17,11 @@ using Figure = std::optional<double>;
 
 constexpr int kCurvePoints = 200;
 
-Json OrNull(const Figure& value) { return value ? Json(*value) : Json(); }
-
-std::string Cell(const Figure& value, const char* format = " %8.4f") {
-  return value ? absl::StrFormat(absl::ParsedFormat<'f'>(format), *value)
-               : absl::StrFormat(" %8s", "-");
-}
-
 Figure Mean(const std::vector<double>& values) {
   if (values.empty()) return std::nullopt;
   double sum = 0.0;
   for (const double value : values) sum += value;
   return sum / static_cast<double>(values.size());
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 using FrameFigureOf = std::optional<double> MethodFrame::*;
@@ -136,7 +123,7 @@ MethodSummary SummariseMethod(const std::vector<const DriveComparison*>& drives,
   summary.gain = Mean(gains);
   summary.slope = SlopeBootstrap(by_frame, bootstrap);
   summary.slope_of_lead = SlopeBootstrap(lead_by_frame, bootstrap);
-  summary.own_milliseconds = Median(std::move(milliseconds));
+  summary.own_milliseconds = milliseconds.empty() ? 0.0 : vision::Median(std::move(milliseconds));
   summary.model_size = Mean(sizes).value_or(0.0);
   return summary;
 }
@@ -257,6 +244,11 @@ void AppendDrives(const std::vector<DriveComparison>& drives, const ComparisonSu
 
 }  // namespace
 
+std::string Cell(const Figure& value, const char* format) {
+  return value ? absl::StrFormat(absl::ParsedFormat<'f'>(format), *value)
+               : absl::StrFormat(" %8s", "-");
+}
+
 std::optional<double> BestIou(const DriveScores& scores) {
   const std::vector<double> ious = scores.MeanIouByThreshold();
   if (ious.empty()) return std::nullopt;
@@ -279,7 +271,7 @@ ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
     shared.insert(shared.end(), drive.shared_milliseconds.begin(), drive.shared_milliseconds.end());
   }
   summary.drives = static_cast<int>(whole.size());
-  summary.shared_milliseconds = Median(std::move(shared));
+  summary.shared_milliseconds = shared.empty() ? 0.0 : vision::Median(std::move(shared));
   if (whole.empty()) return summary;
   for (size_t i = 0; i < whole.front()->methods.size(); ++i) {
     MethodSummary method = SummariseMethod(whole, i, bootstrap);

@@ -4,7 +4,6 @@
 #include <utility>
 #include <variant>
 
-#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
@@ -142,11 +141,6 @@ class Comparison {
   DriveComparison result_;
   bool learnt_ = false;
 };
-
-std::optional<double> Ratio(int64_t part, int64_t whole) {
-  if (whole == 0) return std::nullopt;
-  return static_cast<double>(part) / static_cast<double>(whole);
-}
 
 }  // namespace
 

@@ -18,10 +18,6 @@ const MethodSummary* Find(const ComparisonSummary& summary, const std::string& n
   return nullptr;
 }
 
-std::string Cell(const std::optional<double>& value) {
-  return value ? absl::StrFormat(" %8.4f", *value) : absl::StrFormat(" %8s", "-");
-}
-
 std::string SideBySide(const std::vector<ProfileComparison>& profiles) {
   std::string head = absl::StrFormat("%-22s", "profile"),
               names = absl::StrFormat("%-22s", "method");

@@ -1,7 +1,6 @@
 #include "tools/evaluate/evaluation.h"
 
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -31,8 +30,6 @@ constexpr Figure kFigures[] = {
     {"brier", "Brier", &FrameScores::brier},
     {"log_loss", "log loss", &FrameScores::log_loss},
 };
-
-Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 std::optional<double> NumberOrNothing(const Json& value) {
   return value.is_number() ? std::optional<double>(value.get<double>()) : std::nullopt;

@@ -10,26 +10,13 @@
 #include "kernels/base/status_macros.h"
 #include "tools/evaluate/truth_masks.h"
 #include "tools/run_folder/atomic_file.h"
+#include "tools/run_folder/json_fields.h"
 
 namespace egosieve::tools {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-
-absl::Status Named(const std::string& path, const absl::Status& status) {
-  return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
-}
-
-template <typename Parse>
-auto ParseFile(const std::string& path, Parse parse) -> decltype(parse("")) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
-  auto parsed = parse(text);
-  if (!parsed.ok()) return Named(path, parsed.status());
-  return parsed;
-}
 
 double MarkedShare(const cv::Mat1b& own, const cv::Mat1f& probability,
                    const kernels::ImageGrid& grid, double threshold) {

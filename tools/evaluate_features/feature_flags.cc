@@ -1,16 +1,15 @@
 #include "tools/evaluate_features/feature_flags.h"
 
 #include <iostream>
-#include <optional>
 #include <utility>
 
 #include "absl/status/status.h"
-#include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/interruption.h"
 #include "tools/evaluate_features/feature_report.h"
 #include "tools/run_folder/atomic_file.h"
+#include "tools/segment/segment_words.h"
 
 namespace egosieve::tools {
 namespace {
@@ -57,24 +56,13 @@ void FeatureFlags::AddFlags(CLI::App& app) {
       ->group(kGroup);
   app.add_flag("--no_plain", without_plain_, "Leave plain OpenCV's figures out: much faster")
       ->group(kGroup);
-  AddWords(app, "--feature_source", options_.labeller.features,
-           {{"sift+corners", vision::FeatureSource::kSiftCorners},
-            {"flow", vision::FeatureSource::kFlow},
-            {"both", vision::FeatureSource::kBoth},
-            {"auto", vision::FeatureSource::kAuto}},
+  AddWords(app, "--feature_source", options_.labeller.features, FeatureWords(),
            "Where labels come from")
       ->group(kGroup);
-  AddWords(app, "--flow_quality", options_.labeller.flow_quality,
-           {{"ultrafast", vision::FlowQuality::kUltrafast},
-            {"fast", vision::FlowQuality::kFast},
-            {"medium", vision::FlowQuality::kMedium}},
+  AddWords(app, "--flow_quality", options_.labeller.flow_quality, FlowQualityWords(),
            "Quality of the dense flow at the grid")
       ->group(kGroup);
-  AddWords(app, "--motion_model", options_.labeller.motion_model,
-           {{"auto", vision::MotionModelChoice::kAuto},
-            {"fundamental", vision::MotionModelChoice::kFundamental},
-            {"homography", vision::MotionModelChoice::kHomography},
-            {"calibrated", vision::MotionModelChoice::kCalibrated}},
+  AddWords(app, "--motion_model", options_.labeller.motion_model, MotionModelWords(),
            "Model of the static world's image motion")
       ->group(kGroup);
 }

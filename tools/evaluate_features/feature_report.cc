@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "tools/evaluation/roc.h"
 
 namespace egosieve::tools {
 namespace {
@@ -38,11 +39,6 @@ struct Choices {
   int64_t judged() const { return better + tied + worse; }
 };
 
-std::optional<double> Share(int64_t part, int64_t all) {
-  if (all == 0) return std::nullopt;
-  return static_cast<double>(part) / static_cast<double>(all);
-}
-
 std::string Cell(std::optional<double> value) {
   return value.has_value() ? absl::StrFormat("%9.3f", *value) : absl::StrFormat("%9s", "-");
 }
@@ -54,7 +50,7 @@ std::string Line(const std::string& name, size_t width, const std::optional<doub
   absl::StrAppend(
       &line,
       absl::StrFormat(" %10d %7d %5d %6d", unlabelled, choices.better, choices.tied, choices.worse),
-      Cell(Share(choices.not_below, choices.judged())), "\n");
+      Cell(Ratio(choices.not_below, choices.judged())), "\n");
   return line;
 }
 
@@ -68,8 +64,8 @@ ordered_json Json(const Choices& choices) {
           {"tied", choices.tied},
           {"worse", choices.worse},
           {"not_below", choices.not_below},
-          {"share_not_below", Json(Share(choices.not_below, choices.judged()))},
-          {"share_better_of_untied", Json(Share(choices.better, choices.better + choices.worse))}};
+          {"share_not_below", Json(Ratio(choices.not_below, choices.judged()))},
+          {"share_better_of_untied", Json(Ratio(choices.better, choices.better + choices.worse))}};
 }
 
 const char* Name(std::optional<ChoiceVerdict> verdict) {

@@ -119,12 +119,7 @@ absl::StatusOr<BoxTruth> ParseBoxTruth(absl::string_view csv) {
 }
 
 absl::StatusOr<BoxTruth> ReadBoxTruth(const std::string& path) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
-  absl::StatusOr<BoxTruth> truth = ParseBoxTruth(text);
-  if (!truth.ok()) {
-    return absl::Status(truth.status().code(), absl::StrCat(path, ": ", truth.status().message()));
-  }
-  return truth;
+  return ParseFile(path, ParseBoxTruth);
 }
 
 }  // namespace egosieve::tools

@@ -9,6 +9,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/evaluation/boundary.h"
 #include "tools/evaluation/calibration.h"
+#include "tools/run_folder/json_fields.h"
 
 namespace egosieve::tools {
 namespace {
@@ -16,8 +17,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr uint8_t kVoid = 128;
-
-Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 // The groups that an object belongs to, beside "all".
 std::vector<std::string> GroupsOf(const SyntheticObject& object) {

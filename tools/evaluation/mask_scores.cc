@@ -5,15 +5,12 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "tools/evaluation/boundary.h"
+#include "tools/run_folder/json_fields.h"
 
 namespace egosieve::tools {
 namespace {
 
 constexpr uint8_t kVoid = 128;
-
-nlohmann::ordered_json OrNull(const std::optional<double>& value) {
-  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
-}
 
 }  // namespace
 

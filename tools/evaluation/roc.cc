@@ -5,14 +5,11 @@
 #include <numeric>
 
 namespace egosieve::tools {
-namespace {
 
-std::optional<double> Ratio(int64_t numerator, int64_t denominator) {
-  if (denominator == 0) return std::nullopt;
-  return static_cast<double>(numerator) / static_cast<double>(denominator);
+std::optional<double> Ratio(int64_t part, int64_t whole) {
+  if (whole == 0) return std::nullopt;
+  return static_cast<double>(part) / static_cast<double>(whole);
 }
-
-}  // namespace
 
 std::optional<double> Confusion::Precision() const {
   return Ratio(true_positives, true_positives + false_positives);

@@ -21,6 +21,9 @@
 
 namespace egosieve::tools {
 
+// part / whole; nothing if whole is 0.
+std::optional<double> Ratio(int64_t part, int64_t whole);
+
 // Counts at a threshold. A ratio is absent if its denominator is 0.
 struct Confusion {
   int64_t true_positives = 0;

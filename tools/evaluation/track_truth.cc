@@ -1,7 +1,6 @@
 #include "tools/evaluation/track_truth.h"
 
 #include <cmath>
-#include <utility>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
@@ -47,12 +46,7 @@ absl::StatusOr<TrackTruth> ParseTrackTruth(absl::string_view csv) {
 }
 
 absl::StatusOr<TrackTruth> ReadTrackTruth(const std::string& path) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
-  absl::StatusOr<TrackTruth> truth = ParseTrackTruth(text);
-  if (!truth.ok()) {
-    return absl::Status(truth.status().code(), absl::StrCat(path, ": ", truth.status().message()));
-  }
-  return truth;
+  return ParseFile(path, ParseTrackTruth);
 }
 
 }  // namespace egosieve::tools

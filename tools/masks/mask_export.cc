@@ -14,6 +14,7 @@
 #include "tools/masks/video_frames.h"
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
+#include "tools/run_folder/segmented_pictures.h"
 #include "vision/frame/image_decoding.h"
 
 namespace egosieve::tools {
@@ -254,9 +255,7 @@ absl::Status MaskExport::WriteFrame(const RunFolder& folder, const FrameLine& li
   frame.masked = TurnBack(mask.masked, orientation);
   if (!mask.numbers.empty()) frame.numbers = TurnBack(mask.numbers, orientation);
   if (!frame.picture.empty() && frame.picture.size() != frame.masked.size()) {
-    return absl::DataLossError(
-        absl::StrCat("frame ", index, " of ", input_.frames->description(),
-                     " is not what was segmented; give the same input with --input="));
+    return OtherPicture(index, *input_.frames);
   }
   EGOSIEVE_RETURN_IF_ERROR(also_.AddTo(index, frame.masked));
   if (options_.invert) frame.masked = frame.masked == 0;

@@ -35,11 +35,6 @@ absl::Status WriteMap(const std::string& path, const cv::Mat1f& values, double f
   return WriteFileAtomically(path, encoded.png);
 }
 
-absl::Status WriteImage(const std::string& path, const cv::Mat& image) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePng(image));
-  return WriteFileAtomically(path, png);
-}
-
 // Boxes are [left, top, width, height] in pixels.
 std::string ObjectsToText(const std::vector<vision::MapObject>& objects) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
@@ -112,15 +107,15 @@ absl::Status WriteProducts(const RunFolder& folder, const ProductChoice& what,
   }
   if (what.classes) {
     EGOSIEVE_RETURN_IF_ERROR(
-        WriteImage(path("full", ".class.png"), ClassifyMap(result.probability, classes)));
+        WritePng(path("full", ".class.png"), ClassifyMap(result.probability, classes)));
   }
   if (what.objects) {
     EGOSIEVE_RETURN_IF_ERROR(
         WriteFileAtomically(path("full", ".objects.json"),
                             ObjectsToText(vision::FindObjects(result.probability, objects))));
   }
-  if (what.masks) EGOSIEVE_RETURN_IF_ERROR(WriteImage(path("masks", ".png"), result.mask));
-  if (what.ids) EGOSIEVE_RETURN_IF_ERROR(WriteImage(path("ids", ".png"), result.ids));
+  if (what.masks) EGOSIEVE_RETURN_IF_ERROR(WritePng(path("masks", ".png"), result.mask));
+  if (what.ids) EGOSIEVE_RETURN_IF_ERROR(WritePng(path("ids", ".png"), result.ids));
   return absl::OkStatus();
 }
 

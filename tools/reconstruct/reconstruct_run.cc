@@ -4,15 +4,14 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <utility>
-#include <variant>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
-#include "tools/cli/exit_code.h"
 #include "tools/run_folder/former_run.h"
+#include "tools/run_folder/segmented_pictures.h"
 #include "vision/masks/mask_image.h"
 
 namespace egosieve::tools {
@@ -112,14 +111,7 @@ absl::StatusOr<std::unique_ptr<ReconstructRun>> ReconstructRun::Open(
   std::unique_ptr<ReconstructRun> run(new ReconstructRun(std::move(context), folder, options));
   EGOSIEVE_ASSIGN_OR_RETURN(run->description_, folder.ReadDescription());
   EGOSIEVE_ASSIGN_OR_RETURN(run->ignored_, folder.ReadIgnoredArea());
-  const std::string& input = options.input.empty() ? run->description_.input.path : options.input;
-  auto source = vision::OpenFrameSource(input, {});
-  if (!source.ok()) {
-    return absl::DataLossError(
-        absl::StrCat(source.status().message(),
-                     options.input.empty() ? "; or say where it is now: --input=" : ""));
-  }
-  run->source_ = *std::move(source);
+  EGOSIEVE_ASSIGN_OR_RETURN(run->source_, OpenPictures(run->description_, options.input));
   run->lines_ = LinesWithPictures(lines);
   run->has_map_of_its_own_ = OwnMaps(run->lines_);
   run->refined_.emplace(RefinedMapsIn(folder, run->description_, run->lines_, options));
@@ -197,23 +189,13 @@ absl::Status ReconstructRun::SaveState(size_t done) {
 
 absl::StatusOr<vision::WindowFrame> ReconstructRun::ReadFrame(size_t i) {
   const FrameLine& line = lines_[i];
-  if (source_->next_index() != line.index) {
-    EGOSIEVE_RETURN_IF_ERROR(AsInputError(source_->SeekTo(line.index)));
-  }
-  EGOSIEVE_ASSIGN_OR_RETURN(const vision::FrameRead read, source_->Next());
-  const vision::Frame* frame = std::get_if<vision::Frame>(&read);
-  if (frame == nullptr || frame->image.cols != line.width_pixels ||
-      frame->image.rows != line.height_pixels) {
-    return absl::DataLossError(
-        absl::StrCat("frame ", line.index, " of ", source_->description(),
-                     " is not what was segmented; give the same input with --input="));
-  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const vision::Frame frame, ReadPicture(line, *source_));
   EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, false));
   EGOSIEVE_ASSIGN_OR_RETURN(
       cv::Mat1f probability,
       InterpolateMap(*context_, GridOf(line, description_), maps.probability));
   probability.setTo(0.0F, IgnoredIn(line, ignored_));
-  return vision::MakeWindowFrame(line.time_seconds, frame->image, probability,
+  return vision::MakeWindowFrame(line.time_seconds, frame.image, probability,
                                  has_map_of_its_own_[i]);
 }
 

@@ -118,9 +118,7 @@ class RenderCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat3b picture, overlays.Draw(line, overlay_));
     if (images_) {
       EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("render")));
-      EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePng(picture));
-      EGOSIEVE_RETURN_IF_ERROR(
-          WriteFileAtomically(folder.FrameFile("render", line.index, ".png"), png));
+      EGOSIEVE_RETURN_IF_ERROR(WritePng(folder.FrameFile("render", line.index, ".png"), picture));
     }
     if (video_) {
       EGOSIEVE_RETURN_IF_ERROR(AppendToVideo(folder, picture));

@@ -4,15 +4,14 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
-#include <variant>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
-#include "tools/cli/exit_code.h"
 #include "tools/reconstruct/full_maps.h"
 #include "tools/run_folder/doubtful_frames.h"
 #include "tools/run_folder/map_image.h"
+#include "tools/run_folder/segmented_pictures.h"
 #include "vision/statistics/median.h"
 
 namespace egosieve::tools {
@@ -23,28 +22,13 @@ absl::StatusOr<OverlaySource> OverlaySource::Open(std::shared_ptr<kernels::Conte
   OverlaySource source(std::move(context), folder);
   EGOSIEVE_ASSIGN_OR_RETURN(source.description_, folder.ReadDescription());
   EGOSIEVE_ASSIGN_OR_RETURN(source.ignored_, folder.ReadIgnoredArea());
-  auto frames = vision::OpenFrameSource(input.empty() ? source.description_.input.path : input, {});
-  if (!frames.ok()) {
-    return absl::DataLossError(absl::StrCat(
-        frames.status().message(), input.empty() ? "; or say where it is now: --input=" : ""));
-  }
-  source.frames_ = *std::move(frames);
+  EGOSIEVE_ASSIGN_OR_RETURN(source.frames_, OpenPictures(source.description_, input));
   return source;
 }
 
 absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
                                               const OverlayOptions& options) {
-  if (frames_->next_index() != line.index) {
-    EGOSIEVE_RETURN_IF_ERROR(AsInputError(frames_->SeekTo(line.index)));
-  }
-  EGOSIEVE_ASSIGN_OR_RETURN(const vision::FrameRead read, frames_->Next());
-  const vision::Frame* frame = std::get_if<vision::Frame>(&read);
-  if (frame == nullptr || frame->image.cols != line.width_pixels ||
-      frame->image.rows != line.height_pixels) {
-    return absl::DataLossError(
-        absl::StrCat("frame ", line.index, " of ", frames_->description(),
-                     " is not what was segmented; give the same input with --input="));
-  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const vision::Frame frame, ReadPicture(line, *frames_));
   OverlayOptions with_ignored = options;
   with_ignored.ignored = IgnoredIn(line, ignored_);
   const std::string caption = absl::StrFormat("frame %d  %.2f s%s", line.index, line.time_seconds,
@@ -52,18 +36,18 @@ absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
   const std::string ids_path = folder_.FrameFile("ids", line.index, ".png");
   if (shows_movers_ && std::filesystem::exists(ids_path)) {
     EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat ids, ReadImage(ids_path, cv::IMREAD_UNCHANGED));
-    if (ids.type() != CV_16UC1 || ids.size() != frame->image.size()) {
+    if (ids.type() != CV_16UC1 || ids.size() != frame.image.size()) {
       return absl::DataLossError(
           absl::StrCat(ids_path, " is damaged; run egosieve reconstruct again"));
     }
-    return DrawMovers(frame->image, ids, caption, with_ignored);
+    return DrawMovers(frame.image, ids, caption, with_ignored);
   }
   EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, false));
   EGOSIEVE_ASSIGN_OR_RETURN(
       cv::Mat1f probability,
       InterpolateMap(*context_, GridOf(line, description_), maps.probability));
   probability.setTo(0.0F, with_ignored.ignored);
-  return DrawOverlay(frame->image, probability, caption, with_ignored);
+  return DrawOverlay(frame.image, probability, caption, with_ignored);
 }
 
 double FrameRate(const std::vector<FrameLine>& lines) {

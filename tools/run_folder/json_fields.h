@@ -1,10 +1,10 @@
-// Reads the fields of a JSON object by name; errors name the field. One function reads a whole
-// document by visiting every field. The first failure is kept, and later reads are skipped.
+// Fields of JSON objects.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_JSON_FIELDS_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_JSON_FIELDS_H_
 
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -13,6 +13,12 @@
 
 namespace egosieve::tools {
 
+inline nlohmann::ordered_json OrNull(const std::optional<double>& value) {
+  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
+}
+
+// Reads the fields of a JSON object by name; errors name the field. One function reads a whole
+// document by visiting every field. The first failure is kept, and later reads are skipped.
 class JsonFields {
  public:
   // `document` names the object in errors. `object` must outlive this reader.

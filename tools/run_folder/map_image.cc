@@ -34,6 +34,11 @@ absl::StatusOr<std::string> EncodePng(const cv::Mat& image) {
   return std::string(bytes.begin(), bytes.end());
 }
 
+absl::Status WritePng(const std::string& path, const cv::Mat& image) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePng(image));
+  return WriteFileAtomically(path, png);
+}
+
 cv::Mat1w MapPixels(const cv::Mat1f& values, double full_scale) {
   cv::Mat1w pixels(values.size());
   for (int row = 0; row < values.rows; ++row) {

@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 #include <string>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 
 namespace egosieve::tools {
@@ -34,6 +35,7 @@ absl::StatusOr<cv::Mat1f> ReadMap(const std::string& path, cv::Size expected, do
 
 // Any 8-bit image as PNG bytes.
 absl::StatusOr<std::string> EncodePng(const cv::Mat& image);
+absl::Status WritePng(const std::string& path, const cv::Mat& image);
 
 }  // namespace egosieve::tools
 

@@ -5,7 +5,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/files/atomic_file.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/interruptible_source.h"
@@ -96,9 +95,7 @@ void CameraFlags::Describe(std::map<std::string, std::string>& flags) const {
 
 absl::Status CameraFlags::Write(const std::string& directory) const {
   if (!ignored_.empty()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePng(ignored_));
-    EGOSIEVE_RETURN_IF_ERROR(
-        kernels::WriteFileAtomically(absl::StrCat(directory, "/", RunFolder::kIgnored), png));
+    EGOSIEVE_RETURN_IF_ERROR(WritePng(absl::StrCat(directory, "/", RunFolder::kIgnored), ignored_));
   }
   return camera_ ? WriteRunCamera(directory, *camera_) : absl::OkStatus();
 }

@@ -10,8 +10,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/files/atomic_file.h"
 #include "tools/evaluation/trajectory_errors.h"
+#include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
 namespace {
@@ -63,17 +63,9 @@ absl::StatusOr<double> FocalRatioOfColmap(absl::string_view text) {
 }
 
 absl::StatusOr<double> ReadFocalRatio(const std::string& path) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, kernels::ReadFile(path));
-  const auto in_file = [&](const absl::Status& status) {
-    return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
-  };
-  if (absl::EndsWith(path, ".txt")) {
-    const absl::StatusOr<double> ratio = FocalRatioOfColmap(text);
-    return ratio.ok() ? ratio : in_file(ratio.status());
-  }
-  const absl::StatusOr<CameraTruth> camera = ParseCamera(text);
-  if (!camera.ok()) return in_file(camera.status());
-  return camera->focal_pixels / std::max(camera->width, camera->height);
+  if (absl::EndsWith(path, ".txt")) return ParseFile(path, FocalRatioOfColmap);
+  EGOSIEVE_ASSIGN_OR_RETURN(const CameraTruth camera, ParseFile(path, ParseCamera));
+  return camera.focal_pixels / std::max(camera.width, camera.height);
 }
 
 }  // namespace egosieve::tools

@@ -28,10 +28,8 @@ std::string FileIn(const std::string& directory, const char* name) {
   return absl::StrCat(directory, "/", name);
 }
 
-absl::Status WriteImage(const std::string& path, const cv::Mat1b& image) {
-  if (image.empty()) return absl::OkStatus();
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string png, EncodePng(image));
-  return kernels::WriteFileAtomically(path, png);
+absl::Status WriteIfAny(const std::string& path, const cv::Mat1b& image) {
+  return image.empty() ? absl::OkStatus() : WritePng(path, image);
 }
 
 // A missing or invalid entry gives the default prior.
@@ -120,11 +118,11 @@ absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& direct
 
 absl::Status WriteRunCamera(const std::string& directory, const RunCamera& camera) {
   EGOSIEVE_RETURN_IF_ERROR(
-      WriteImage(FileIn(directory, RunFolder::kOwnVehicle), camera.own_vehicle));
+      WriteIfAny(FileIn(directory, RunFolder::kOwnVehicle), camera.own_vehicle));
   EGOSIEVE_RETURN_IF_ERROR(
-      WriteImage(FileIn(directory, RunFolder::kFixedPattern), camera.fixed_pattern));
+      WriteIfAny(FileIn(directory, RunFolder::kFixedPattern), camera.fixed_pattern));
   EGOSIEVE_RETURN_IF_ERROR(
-      WriteImage(FileIn(directory, RunFolder::kWindscreen), camera.windscreen));
+      WriteIfAny(FileIn(directory, RunFolder::kWindscreen), camera.windscreen));
   return kernels::WriteFileAtomically(FileIn(directory, kCamera), camera.text);
 }
 

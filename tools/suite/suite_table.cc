@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "tools/evaluation/calibration.h"
+#include "tools/run_folder/json_fields.h"
 
 namespace egosieve::tools {
 namespace {
@@ -93,12 +93,6 @@ Figure Seconds(const SequenceResult& result) {
   return result.seconds_per_frame;
 }
 
-Json OrNull(const Figure& value) { return value ? Json(*value) : Json(); }
-
-std::string Cell(const Figure& value) {
-  return value ? absl::StrFormat(" %8.4f", *value) : absl::StrFormat(" %8s", "-");
-}
-
 std::vector<GroupKey> GroupsOf(const SequenceResult& result) {
   return {{result.sequence.group, result.profile}, {"all", result.profile}};
 }
@@ -139,6 +133,10 @@ Json SpreadJson(const std::vector<std::optional<Spread>>& figures) {
 }
 
 }  // namespace
+
+std::string Cell(const Figure& value) {
+  return value ? absl::StrFormat(" %8.4f", *value) : absl::StrFormat(" %8s", "-");
+}
 
 const std::vector<SuiteFigure>& SuiteFigures() {
   static const auto& figures = *new std::vector<SuiteFigure>{

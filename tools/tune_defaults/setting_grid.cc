@@ -8,7 +8,6 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
-#include "absl/strings/strip.h"
 
 namespace egosieve::tools {
 namespace {
@@ -35,10 +34,6 @@ std::optional<double> MeanOverGroups(const std::string& figure, const std::strin
   }
   if (count == 0) return std::nullopt;
   return sum / count;
-}
-
-std::string Cell(const std::optional<double>& value) {
-  return value ? absl::StrFormat(" %8.4f", *value) : absl::StrFormat(" %8s", "-");
 }
 
 }  // namespace
