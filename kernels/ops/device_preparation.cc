@@ -3,7 +3,6 @@
 #include <type_traits>
 
 #include "absl/strings/str_cat.h"
-#include "kernels/base/status_macros.h"
 #include "kernels/runtime/buffer.h"
 
 namespace egosieve::kernels::opencl {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "kernels/base/aligned_array.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/device_call_checks.h"

@@ -1,7 +1,5 @@
 #include "kernels/runtime/opencl_device.h"
 
-#include <string>
-
 #include "absl/strings/match.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/driver_check.h"

@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <optional>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"

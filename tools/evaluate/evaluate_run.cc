@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
-#include <optional>
 #include <utility>
 #include <vector>
 

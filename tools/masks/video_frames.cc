@@ -2,7 +2,6 @@
 
 #include <opencv2/imgproc.hpp>
 #include <string>
-#include <utility>
 #include <variant>
 
 #include "absl/status/status.h"

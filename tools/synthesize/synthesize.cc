@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
-#include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
-#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"

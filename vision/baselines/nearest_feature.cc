@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <nanoflann.hpp>
-#include <utility>
 
 namespace egosieve::vision {
 namespace {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <utility>
 
 #include "vision/evidence/column_contact.h"
 #include "vision/evidence/for_each_point.h"

@@ -1,7 +1,6 @@
 #include "vision/evidence/road_evidence.h"
 
 #include <optional>
-#include <utility>
 
 #include "vision/evidence/road_contact.h"
 

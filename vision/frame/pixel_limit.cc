@@ -1,7 +1,5 @@
 #include "vision/frame/pixel_limit.h"
 
-#include <string>
-
 #include "absl/strings/str_format.h"
 
 namespace egosieve::vision {

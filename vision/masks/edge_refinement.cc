@@ -1,7 +1,6 @@
 #include "vision/masks/edge_refinement.h"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/ximgproc/edge_filter.hpp>
 

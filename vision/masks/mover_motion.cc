@@ -1,7 +1,5 @@
 #include "vision/masks/mover_motion.h"
 
-#include <cmath>
-
 #include "vision/statistics/median.h"
 
 namespace egosieve::vision {

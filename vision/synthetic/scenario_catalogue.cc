@@ -1,7 +1,5 @@
 #include "vision/synthetic/scenario_catalogue.h"
 
-#include <cmath>
-
 #include "vision/synthetic/street_grid.h"
 
 namespace egosieve::vision {

@@ -1,7 +1,6 @@
 #include "vision/synthetic/street.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <utility>

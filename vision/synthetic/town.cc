@@ -1,7 +1,6 @@
 #include "vision/synthetic/town.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>

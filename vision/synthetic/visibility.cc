@@ -1,7 +1,6 @@
 #include "vision/synthetic/visibility.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace egosieve::vision {

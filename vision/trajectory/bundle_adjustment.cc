@@ -14,7 +14,6 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <utility>
 
 #include "kernels/base/parallel_for.h"
 #include "vision/evidence/pinhole.h"

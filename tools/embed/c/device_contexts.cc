@@ -4,7 +4,6 @@
 #include <map>
 #include <mutex>
 #include <string>
-#include <utility>
 
 #include "kernels/base/status_macros.h"
 #include "kernels/runtime/opencl_context.h"

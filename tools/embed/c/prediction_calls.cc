@@ -1,6 +1,4 @@
 #include <memory>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "absl/strings/str_format.h"
