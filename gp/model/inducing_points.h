@@ -1,5 +1,5 @@
-// Chooses m inducing inputs among n points by pivoted Cholesky factorisation: greedy, the next point
-// is the one that the points before explain least.
+// Chooses m inducing inputs among n points by a pivoted Cholesky factorisation: the next point is
+// the one that the points before explain least.
 //
 //   d_i = k_ii - |l_i|^2, p = argmax d, l_.p = (k_.p - L l_p) / sqrt(d_p)   (1)
 //
