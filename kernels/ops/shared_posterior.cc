@@ -1,0 +1,142 @@
+#include "kernels/ops/shared_posterior.h"
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "absl/strings/str_join.h"
+#include "kernels/base/status_macros.h"
+#include "kernels/ops/opencl_dense_posterior.h"
+
+namespace egosieve::kernels {
+namespace {
+
+class SharedPosterior : public DensePosterior {
+ public:
+  SharedPosterior(std::vector<std::unique_ptr<DensePosterior>> devices, int64_t dimension)
+      : devices_(std::move(devices)), dimension_(dimension) {}
+
+  absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
+                                           const PosteriorOutputs& outputs) const override;
+
+  absl::StatusOr<cl_event> Enqueue(const DeviceQueries&, const DeviceOutputs&,
+                                   const DeviceCall&) const override {
+    return absl::FailedPreconditionError(
+        "a queue belongs to one device; this posterior lies on several");
+  }
+
+  std::string description() const override {
+    return absl::StrJoin(devices_, "; ", [](std::string* out, const auto& device) {
+      out->append(device->description());
+    });
+  }
+
+ private:
+  std::vector<std::unique_ptr<DensePosterior>> devices_;
+  int64_t dimension_;
+};
+
+// A call's results, and its pieces still to do.
+class Work {
+ public:
+  Work(ConstMatrixView<float> queries, const PosteriorOutputs& outputs, int64_t devices)
+      : queries_(queries),
+        piece_(SharedPiece(queries.rows, devices)),
+        next_(devices),
+        mean_(outputs.mean != nullptr ? queries.rows : 0),
+        variance_(outputs.variance != nullptr ? queries.rows : 0),
+        probability_(outputs.probability != nullptr ? queries.rows : 0) {}
+
+  // Evaluates piece `first`, and then pieces that no device has taken.
+  void Run(const DensePosterior& device, int64_t first) {
+    for (int64_t piece = first; piece * piece_ < queries_.rows && !failed_; piece = next_++) {
+      const int64_t begin = piece * piece_, end = std::min(begin + piece_, queries_.rows);
+      const auto counts =
+          device.Evaluate(queries_.rows_between(begin, end),
+                          {From(mean_, begin), From(variance_, begin), From(probability_, begin)});
+      const std::lock_guard lock(mutex_);
+      if (counts.ok()) {
+        counts_.clamped_variances += counts->clamped_variances;
+      } else {
+        first_error_.Update(counts.status());
+        failed_ = true;
+      }
+    }
+  }
+
+  absl::StatusOr<PosteriorCounts> Finish(const PosteriorOutputs& outputs) const {
+    EGOSIEVE_RETURN_IF_ERROR(first_error_);
+    if (outputs.mean != nullptr) std::copy(mean_.begin(), mean_.end(), outputs.mean);
+    if (outputs.variance != nullptr) {
+      std::copy(variance_.begin(), variance_.end(), outputs.variance);
+    }
+    if (outputs.probability != nullptr) {
+      std::copy(probability_.begin(), probability_.end(), outputs.probability);
+    }
+    return counts_;
+  }
+
+ private:
+  static float* From(std::vector<float>& values, int64_t begin) {
+    return values.empty() ? nullptr : values.data() + begin;
+  }
+
+  ConstMatrixView<float> queries_;
+  int64_t piece_;
+  std::atomic<int64_t> next_;
+  std::vector<float> mean_, variance_, probability_;
+  std::atomic<bool> failed_ = false;
+  std::mutex mutex_;  // guards the members below
+  PosteriorCounts counts_;
+  absl::Status first_error_;
+};
+
+absl::StatusOr<PosteriorCounts> SharedPosterior::Evaluate(ConstMatrixView<float> queries,
+                                                          const PosteriorOutputs& outputs) const {
+  const int64_t count = static_cast<int64_t>(devices_.size());
+  EGOSIEVE_RETURN_IF_ERROR(CheckQueries(dimension_, queries));  // the row is that of the call
+  if (count == 1 || queries.rows <= SharedPiece(queries.rows, count)) {
+    return devices_[0]->Evaluate(queries, outputs);
+  }
+  Work work(queries, outputs, count);
+  std::vector<std::thread> threads;
+  int64_t started = 1;
+  try {
+    for (; started < count; ++started) {
+      threads.emplace_back([&, device = started] { work.Run(*devices_[device], device); });
+    }
+  } catch (const std::system_error&) {
+    // The system refuses a thread: this thread evaluates those devices' first pieces.
+  }
+  work.Run(*devices_[0], 0);
+  for (int64_t device = started; device < count; ++device) work.Run(*devices_[0], device);
+  for (std::thread& thread : threads) thread.join();
+  return work.Finish(outputs);
+}
+
+}  // namespace
+
+int64_t SharedPiece(int64_t query_count, int64_t devices) {
+  constexpr int64_t kPiecesADevice = 8, kLeast = 1024;
+  const int64_t pieces = kPiecesADevice * devices;
+  return std::max(kLeast, (query_count + pieces - 1) / pieces);
+}
+
+absl::StatusOr<std::unique_ptr<DensePosterior>> CreateSharedPosterior(
+    const std::vector<std::shared_ptr<Context>>& contexts, const PosteriorModel& model,
+    const DensePosteriorOptions& options) {
+  if (contexts.empty()) return absl::InvalidArgumentError("no contexts to share a posterior among");
+  std::vector<std::unique_ptr<DensePosterior>> devices;
+  for (const std::shared_ptr<Context>& context : contexts) {
+    EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<DensePosterior> device,
+                              DensePosterior::Create(context, model, options));
+    devices.push_back(std::move(device));
+  }
+  return std::make_unique<SharedPosterior>(std::move(devices), model.covariance.input_dimension());
+}
+
+}  // namespace egosieve::kernels
