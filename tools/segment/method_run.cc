@@ -81,28 +81,22 @@ absl::StatusOr<vision::PipelineSummary> RunMethod(vision::FrameSource& source,
                                                   const vision::PipelineOptions& options,
                                                   const std::function<bool()>& stop_requested,
                                                   const vision::SegmentedFrameSink& sink) {
-  int64_t unlearnt = 0;
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      vision::PipelineSummary summary,
-      AnswerFrames(source, segmenter, options, stop_requested,
-                   [&](vision::FrameRead& read, vision::MethodAnswers* answers) {
-                     vision::SegmentedFrame result;
-                     if (auto* damaged = std::get_if<vision::DamagedFrame>(&read)) {
-                       result.index = result.record.frame_index = damaged->index;
-                       result.record.reason = damaged->reason;
-                       result.damage = std::move(damaged->reason);
-                     } else {
-                       result.frame = std::move(std::get<vision::Frame>(read));
-                       result.index = result.frame.index;
-                       result.labels = std::move(answers->labels);
-                       result.map = std::move(answers->answers.front().map);
-                       result.record = std::move(answers->answers.front().record);
-                       unlearnt += result.record.learnt ? 0 : 1;
-                     }
-                     return sink(result);
-                   }));
-  summary.unlearnt_frames = unlearnt;
-  return summary;
+  return AnswerFrames(source, segmenter, options, stop_requested,
+                      [&](vision::FrameRead& read, vision::MethodAnswers* answers) {
+                        vision::SegmentedFrame result;
+                        if (auto* damaged = std::get_if<vision::DamagedFrame>(&read)) {
+                          result.index = result.record.frame_index = damaged->index;
+                          result.record.reason = damaged->reason;
+                          result.damage = std::move(damaged->reason);
+                        } else {
+                          result.frame = std::move(std::get<vision::Frame>(read));
+                          result.index = result.frame.index;
+                          result.labels = std::move(answers->labels);
+                          result.map = std::move(answers->answers.front().map);
+                          result.record = std::move(answers->answers.front().record);
+                        }
+                        return sink(result);
+                      });
 }
 
 }  // namespace egosieve::tools

@@ -16,7 +16,7 @@ using AnsweredFrame =
     std::function<absl::Status(vision::FrameRead& read, vision::MethodAnswers* answers)>;
 
 // Processes frames of the options' range, each with the segmenter's frames ahead, like
-// vision::RunPipeline without overlap, checkpoints or steps. Its summary has no unlearnt frames.
+// vision::RunPipeline without overlap, checkpoints or steps.
 absl::StatusOr<vision::PipelineSummary> AnswerFrames(vision::FrameSource& source,
                                                      vision::MethodSegmenter& segmenter,
                                                      const vision::PipelineOptions& options,
