@@ -144,7 +144,6 @@ absl::Status LearnCamera(PlayedSource& source, OnlineSegmenterOptions& options) 
   labeller.fixed_pattern = camera.fixed_pattern;
   labeller.windscreen = camera.windscreen;
   labeller.ignored = camera.own_vehicle;
-  if (!camera.fixed_pattern.empty()) labeller.evidence.own_vehicle = false;
   return absl::OkStatus();
 }
 

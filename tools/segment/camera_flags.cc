@@ -78,11 +78,6 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
   if (!camera_->own_vehicle.empty()) {
     labeller.ignored = vision::United(ignored_, camera_->own_vehicle);
   }
-  // What is fixed for a while only, such as an object that a hand-held camera follows, is no own
-  // vehicle. The first pass, which looks at the whole drive, distinguishes the two.
-  vision::EvidenceTerms terms = labeller.evidence;
-  terms.own_vehicle = false;
-  if (!camera_->fixed_pattern.empty() && !terms.IsEpipolarAlone()) labeller.evidence = terms;
   return absl::OkStatus();
 }
 

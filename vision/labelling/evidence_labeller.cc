@@ -16,14 +16,21 @@ constexpr double kSupportShare = 0.45;
 int64_t GridId(int64_t id) { return id < 0 ? id : 2 * id; }
 int64_t FeatureId(int64_t id) { return id < 0 ? id : 2 * id + 1; }
 
-EvidenceOptions OptionsOf(const EvidenceTerms& terms) {
+// What is fixed for a while only, such as an object that a hand-held camera follows, is no own
+// vehicle: where the first pass has seen the drive, which distinguishes the two, it decides alone.
+bool LooksForOwnVehicle(const FrameLabellerOptions& options) {
+  return options.evidence.own_vehicle && options.fixed_pattern.empty();
+}
+
+EvidenceOptions OptionsOf(const FrameLabellerOptions& labeller) {
+  const EvidenceTerms& terms = labeller.evidence;
   EvidenceOptions options;
   options.epipolar = terms.epipolar;
   options.negative_depth = terms.negative_depth;
   options.three_view = terms.three_view;
   options.road = terms.road;
   options.accumulation = terms.accumulation;
-  options.own_vehicle = terms.own_vehicle;
+  options.own_vehicle = LooksForOwnVehicle(labeller);
   return options;
 }
 
@@ -50,14 +57,14 @@ absl::StatusOr<EvidenceLabeller> EvidenceLabeller::Create(const FrameLabellerOpt
   EGOSIEVE_ASSIGN_OR_RETURN(GridTracker grid, GridTracker::Create(grid_options));
   EGOSIEVE_ASSIGN_OR_RETURN(FeatureTracker features, FeatureTracker::Create({}));
   EGOSIEVE_ASSIGN_OR_RETURN(EvidenceAccumulator accumulator,
-                            EvidenceAccumulator::Create(OptionsOf(options.evidence)));
+                            EvidenceAccumulator::Create(OptionsOf(options)));
   return EvidenceLabeller(options, std::move(grid), std::move(features), std::move(accumulator));
 }
 
 EvidenceLabeller::EvidenceLabeller(const FrameLabellerOptions& options, GridTracker grid,
                                    FeatureTracker features, EvidenceAccumulator accumulator)
     : stride_pixels_(options.flow_stride_pixels),
-      draws_own_vehicle_(options.evidence.own_vehicle),
+      draws_own_vehicle_(LooksForOwnVehicle(options)),
       ignored_(options.ignored),
       windscreen_(options.windscreen),
       grid_(std::move(grid)),
