@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""How the cost of a drive grows with the pictures' size, the model's points, cores and the drive's length.
+
+    bench/drive/cost_table.py [--profile NAME] [--out DIR] [--bench FILE] [--quick]
+
+Runs bench_drive (`./run bench_drive --frames=2` builds it) on KITTI's residential street, scaled, and fits cost = a x^b by least
+squares of the logarithms. Writes cost.json, cost.md and cost.svg in DIR, default bench/results.
+"""
+
+import argparse
+import json
+import math
+import os
+import platform
+import statistics
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PROCESSOR, CLOCK = "processor_seconds_per_frame_median", "seconds_per_frame_median"
+# title, flag, its values, further flags, what is read, its name, the unit of the flag's values
+SERIES = [
+    ("Size of the pictures", "megapixels", [0.25, 0.5, 1, 2, 4, 8], ["--frames=16"], PROCESSOR, "processor s per frame", "megapixels"),
+    ("Points of the model", "model_points", [500, 1000, 2000, 4000], ["--frames=40"], PROCESSOR, "processor s per frame", "points"),
+    ("Cores", "threads", [1, 2], ["--frames=40"], CLOCK, "s per frame", "threads"),
+    ("Length of the drive", "frames", [40, 80, 160, 320], [], "processor_seconds", "processor s in all", "frames"),
+]
+
+
+def measure(bench, flags):
+    """The one profile that bench_drive prints."""
+    done = subprocess.run([str(bench), *flags], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise SystemExit(f"cost_table: {' '.join(flags)}: {done.stderr.strip()[-500:]}{done.stdout[-500:]}")
+    return json.loads(done.stdout)["profiles"][0]
+
+
+def exponent(points):
+    """b of cost = a x^b."""
+    return statistics.linear_regression(*([math.log(p[i]) for p in points] for i in (0, 1))).slope
+
+
+def markdown(record):
+    """A table for each series."""
+    lines = [
+        "# What a drive costs",
+        "",
+        f"`bench/drive/cost_table.py --profile={record['profile']}`, {record['machine']}, load {record['load']:.1f} before. KITTI's residential",
+        "street back and forth, medians of the second half of the frames. Cost = a x^b, b by least squares of the logarithms.",
+        "",
+    ]
+    for series in record["series"]:
+        lines += [
+            f"## {series['title']}",
+            "",
+            f"| {series['unit']} | {series['what']} | points in the model | resident, MiB |",
+            "|---:|---:|---:|---:|",
+            *[f"| {p['at']:g} | {p['cost']:.3g} | {p['model_points']} | {p['resident_mebibytes']:.0f} |" for p in series["points"]],
+            "",
+            f"Exponent b = {series['exponent']:.2f}.",
+            "",
+        ]
+    return "\n".join(lines[:-1]) + "\n"
+
+
+def plot(record, path):
+    """One panel for each series, both axes logarithmic."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    matplotlib.rcParams["svg.hashsalt"] = "cost"
+    from matplotlib import pyplot
+
+    figure, panels = pyplot.subplots(1, len(record["series"]), figsize=(13, 3.2))
+    for panel, series in zip(panels, record["series"]):
+        panel.loglog([p["at"] for p in series["points"]], [p["cost"] for p in series["points"]], "o-")
+        panel.set(title=f"{series['title']}, b = {series['exponent']:.2f}", xlabel=series["unit"], ylabel=series["what"])
+        panel.grid(True, which="both", alpha=0.3)
+    figure.tight_layout()
+    figure.savefig(path, metadata={"Date": None})
+
+
+def main():
+    """Measures and writes."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--profile", default="default")
+    parser.add_argument("--out", type=Path, default=ROOT / "bench" / "results")
+    parser.add_argument("--bench", type=Path, default=ROOT / "bazel-bin" / "bench" / "drive" / "bench_drive")
+    parser.add_argument("--quick", action="store_true", help="the two least values of each series alone")
+    options = parser.parse_args()
+    record = {"profile": options.profile, "machine": f"{os.cpu_count()} cores, {platform.machine()}", "load": os.getloadavg()[0], "series": []}
+    for title, flag, values, further, field, what, unit in SERIES:
+        points = []
+        for value in values[:2] if options.quick else values:
+            found = measure(options.bench, [f"--profiles={options.profile}", f"--{flag}={value}", *further])
+            points.append({"at": value, "cost": found[field]} | {k: found[k] for k in ("model_points", "resident_mebibytes")})
+            print(f"{title}: {value} {unit}, {found[field]:.3g} {what}", flush=True)
+        slope = exponent([(p["at"], p["cost"]) for p in points])
+        record["series"].append({"title": title, "unit": unit, "what": what, "exponent": slope, "points": points})
+    options.out.mkdir(parents=True, exist_ok=True)
+    (options.out / "cost.json").write_text(json.dumps(record, indent=1) + "\n")
+    (options.out / "cost.md").write_text(markdown(record))
+    plot(record, options.out / "cost.svg")
+
+
+if __name__ == "__main__":
+    main()
