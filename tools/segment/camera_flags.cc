@@ -52,10 +52,10 @@ absl::Status CameraFlags::Read(const DriveInput& input) {
 absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resumes,
                                const std::string& directory,
                                vision::FrameLabellerOptions& labeller) {
-  const bool was_given = labeller.focal_ratio > 0.0 || given_ratio_ > 0.0;
   if (!(labeller.focal_ratio > 0.0)) labeller.focal_ratio = given_ratio_;
+  is_ratio_given_ = labeller.focal_ratio > 0.0;
   labeller.ignored = ignored_;
-  if (!labeller.WantsCamera() || (was_given && !finds_own_vehicle_)) return absl::OkStatus();
+  if (!labeller.WantsCamera() || (is_ratio_given_ && !finds_own_vehicle_)) return absl::OkStatus();
   if (input.is_live) return absl::OkStatus();  // a stream allows no first pass
   if (resumes) {
     EGOSIEVE_ASSIGN_OR_RETURN(camera_, ReadRunCamera(directory));
@@ -71,7 +71,7 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
     EGOSIEVE_ASSIGN_OR_RETURN(
         camera_, LearnRunCamera(frames, {input.width_pixels, input.height_pixels}, options));
   }
-  labeller.focal_ratio = camera_->focal_ratio;
+  if (!is_ratio_given_) labeller.focal_ratio = camera_->focal_ratio;
   labeller.travel = camera_->travel;
   labeller.fixed_pattern = camera_->fixed_pattern;
   labeller.windscreen = camera_->windscreen;
@@ -83,7 +83,7 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
 
 void CameraFlags::Describe(std::map<std::string, std::string>& flags) const {
   // The results of a first pass follow from the input, so they are not described.
-  if (camera_ && !(given_ratio_ > 0.0)) flags["focal_ratio"] = "learnt";
+  if (camera_ && !is_ratio_given_) flags["focal_ratio"] = "learnt";
   if (!finds_own_vehicle_) flags["own_vehicle"] = "no";
   if (!ignored_.empty()) flags["ignore"] = Fingerprint(ignored_);
 }

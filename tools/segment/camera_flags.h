@@ -37,6 +37,7 @@ class CameraFlags {
   std::string camera_path_, ignore_path_;
   bool finds_own_vehicle_ = true;
   double given_ratio_ = 0.0;         // of --camera
+  bool is_ratio_given_ = false;      // by --camera or --focal_ratio
   cv::Mat1b ignored_;                // of --ignore
   std::optional<RunCamera> camera_;  // of the first pass
 };

@@ -60,7 +60,8 @@ absl::StatusOr<vision::PipelineSummary> AnswerFrames(vision::FrameSource& source
     ++summary.segmented_frames;
     return on_frame(item.read, &answers);
   };
-  while (options.end_frame < 0 || source.next_index() < options.end_frame + ahead_frames) {
+  const int64_t read_until = options.end_frame + ahead_frames * options.frame_step;
+  while (options.end_frame < 0 || source.next_index() < read_until) {
     summary.stopped = stop_requested();
     if (summary.stopped) break;
     EGOSIEVE_ASSIGN_OR_RETURN(vision::FrameRead read, source.Next());

@@ -147,10 +147,10 @@ class SegmentCommand : public Command {
       return OpenDriveInput(input_, schedule_.first_frame(), schedule_.source());
     }
     if (resume_ || schedule_.first_frame() > 0 || schedule_.LeavesMaps() ||
-        schedule_.frame_step() > 1) {
+        schedule_.frame_step() > 1 || flags_.wants_frames_ahead()) {
       return absl::InvalidArgumentError(
           "a stream is read once, as it comes: leave --resume, --from, "
-          "--skip, --learn_only and --every out");
+          "--skip, --learn_only, --every and --ahead out");
     }
     EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, OpenLiveInput(input_));
     if (record_) {

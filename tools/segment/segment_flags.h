@@ -23,6 +23,8 @@ class SegmentFlags {
   vision::OnlineSegmenterOptions MakeOptions(int threads) const;
 
   uint64_t seed() const { return seed_; }
+  // By --ahead.
+  bool wants_frames_ahead() const { return ahead_.value_or(0) > 0; }
 
  private:
   void AddModelFlags(CLI::App& app);

@@ -301,6 +301,9 @@ TEST_F(Resume, AnotherRunIsRefusedWithTheDifference) {
   EXPECT_EQ(other.code, 2);
   EXPECT_THAT(other.err, HasSubstr("--window is '7' there and '9' here"));
   EXPECT_EQ(CountLines(other.err), 1);
+  const ProgramOutcome lens = RunProgram(Arguments(run_, {"--resume", "--focal_ratio=0.7"}));
+  EXPECT_EQ(lens.code, 2);
+  EXPECT_THAT(lens.err, HasSubstr("--focal_ratio is 'learnt' there and '0.7' here"));
   fs::rename(root_ + "/frames", root_ + "/elsewhere");
   WritePatchDrive(root_ + "/second");
   fs::rename(root_ + "/second/frames", root_ + "/frames");
