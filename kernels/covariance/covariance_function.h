@@ -1,7 +1,7 @@
-// Covariance functions. Each function is a description in its own file in this folder, which
-// registers it by name; kernels and models use this description alone. The two oldest, arcsine and
-// squared exponential, also have codes in the model file and in the C interface; others are
-// identified there by name.
+// Covariance functions. Each function is a description that a file of this folder registers by
+// name; kernels and models use this description alone. The two oldest, arcsine and squared
+// exponential, also have codes in the model file and in the C interface; others are identified
+// there by name.
 //
 //   k(x, x') = sigma_f^2 f(x, x'; s),   s > 0: scales, optimised as logarithms    (1)
 //

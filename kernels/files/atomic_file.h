@@ -1,5 +1,6 @@
 // Files that are always either whole or absent, even after a power failure. Every file that
-// Egosieve itself reads or writes goes through these functions.
+// Egosieve itself reads or writes goes through these functions, except logs that grow
+// (tools/run_folder/line_log.h), those of batch, and files of the system such as /proc.
 //
 //   WriteFileAtomically   bytes to a temporary file beside `path`, fsync, rename over `path`, fsync
 //                         of the folder. After an error the old file, if any, is unchanged, except

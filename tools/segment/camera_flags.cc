@@ -15,9 +15,10 @@ namespace egosieve::tools {
 
 void CameraFlags::AddFlags(CLI::App& app) {
   app.add_option("--camera", camera_path_,
-                 "The focal length: a run's camera.json, or COLMAP's cameras.txt; principal point "
-                 "and distortion are not read. Estimated in a first pass over the drive where "
-                 "neither this nor --focal_ratio is given")
+                 "The focal length: a run's camera.json, or a file of its focal_pixels, width and "
+                 "height alone, or COLMAP's cameras.txt; principal point and distortion are not "
+                 "read. Estimated in a first pass over the drive where neither this nor "
+                 "--focal_ratio is given")
       ->type_name("FILE");
   app.add_option("--ignore", ignore_path_,
                  "Image of the frames' size: where it is not black, nothing is used for the "

@@ -1,8 +1,8 @@
 // Remembers which places of the last picture moved. In the next pair of pictures they have little
 // weight for the camera's motion (two_view_motion.h, TV7), because movers usually keep moving. So a
-// mover that fills most of the picture is not mistaken for the static scene. Not used for cameras
-// on vehicles, for which the direction of travel has the same effect (travel_prior.h), nor without
-// the evidence term of accumulation.
+// mover that fills most of the picture is not mistaken for the static scene. Not used where the
+// first pass found that the camera is on a vehicle: then the direction of travel has the same
+// effect (travel_prior.h). Nor without the evidence term of accumulation.
 #ifndef EGOSIEVE_VISION_LABELLING_MOVER_MEMORY_H_
 #define EGOSIEVE_VISION_LABELLING_MOVER_MEMORY_H_
 
