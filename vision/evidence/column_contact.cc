@@ -173,7 +173,10 @@ class Column {
         const int i = view_.raster.At(row, column);
         if (i < 0 || view_.grounds[i] != Ground::kRoad || !view_.points[i].is_textured) continue;
         const double at = view_.road.At(view_.points[i].ray);
-        if (at > highest && at < depths.lowest) shares.push_back(view_.points[i].value / at);
+        const bool is_sure = at > kSureRoad * view_.points[i].deviation;
+        if (is_sure && at > highest && at < depths.lowest) {
+          shares.push_back(view_.points[i].value / at);
+        }
       }
     }
     if (shares.size() < kFewestAround) {
