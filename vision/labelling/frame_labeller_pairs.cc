@@ -24,6 +24,9 @@ namespace {
 constexpr uint64_t kGeometryStep = 1;
 constexpr int kNoGap = 1 << 20;        // longer than any track
 constexpr double kLeastOfSpeed = 0.5;  // of the slope expected from the speed of the ground
+// Pictures ahead for the speed of the ground. What is taken for the fixed pattern, their mean, also
+// holds reflections, which change within half a second.
+constexpr int kGroundPictures = 5;
 
 cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
   cv::Matx33d result;
@@ -110,6 +113,7 @@ void FrameLabeller::Implementation::ObserveGround(const ExtractedFrame& before,
   if (far.frame != nullptr) {
     const double whole = far.frame->frame.time_seconds - frame.frame.time_seconds;
     for (const auto& picture : ahead) {
+      if (static_cast<int>(view.pictures.size()) > kGroundPictures) break;
       const double later = picture->frame.time_seconds - frame.frame.time_seconds;
       view.pictures.push_back(
           {picture->grey, later, PartOfRotation(far.motion.rotation, later / whole)});

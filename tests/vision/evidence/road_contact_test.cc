@@ -286,6 +286,23 @@ TEST(RoadContact, TheRoadAroundAnObjectIsWhatItStandsOn) {
   }
 }
 
+// The same car, where most places fit the road only because their depth is hardly known.
+TEST(RoadContact, PlacesOfUnknownDepthDoNotMakeTheRoadUneven) {
+  const View view = MakeView(0.05);
+  auto depths = InverseDepths(view.camera, view.pose, view.pairs);
+  const RoadPlane road = FitRoad(depths, {}, 1);
+  ASSERT_TRUE(road.found);
+  for (size_t i = 0; i < depths.size(); ++i) {
+    if (view.what[i] == What::kStanding) depths[i].value *= 0.8;
+    if (view.what[i] != What::kRoad || i % 5 > 2) continue;
+    const double at = road.At(depths[i].ray);
+    depths[i].value = (i % 2 == 0 ? 0.4 : 1.6) * at;
+    depths[i].deviation = 0.5 * at;
+  }
+  const auto ratios = RoadLogRatios(road, depths, view.places, kImage, nullptr);
+  EXPECT_GT(ShareAbove(view, ratios, What::kStanding, 1.5), 0.5);
+}
+
 TEST(RoadContact, NoRoadNoEvidence) {
   // A wall across the whole view.
   View view = MakeView(0.1);
