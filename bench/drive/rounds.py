@@ -29,7 +29,7 @@ def run(*words):
 
 def scores(program, drive, out, flags):
     """The AUC of each picture of a run by its frame."""
-    run(program, "segment", drive / "frames", f"--out={out}", f"--fps={FPS}", "--resume", *flags)
+    run(program, "segment", drive / "frames", f"--out={out}", f"--fps={FPS}", "--overwrite", *flags)
     run(program, "evaluate", out, f"--truth={drive / 'masks'}", "--no_plots")
     with open(out / "eval.csv") as file:
         return {int(row["frame"]): float(row["auc"]) for row in csv.DictReader(file) if row["auc"] not in ("", "nan")}
