@@ -4,7 +4,8 @@
     bench/drive/cost_table.py [--profile NAME] [--out DIR] [--bench FILE] [--quick]
 
 Runs bench_drive (`./run bench_drive --frames=2` builds it) on KITTI's residential street, scaled, and fits cost = a x^b by least
-squares of the logarithms. Writes cost.json, cost.md and cost.svg in DIR, default bench/results.
+squares of the logarithms. Writes cost.json, cost.md and a figure of each, cost_megapixels.svg and so on, in DIR, default
+bench/results.
 """
 
 import argparse
@@ -15,6 +16,8 @@ import platform
 import statistics
 import subprocess
 from pathlib import Path
+
+import figures
 
 ROOT = Path(__file__).resolve().parents[2]
 PROCESSOR, CLOCK = "processor_seconds_per_frame_median", "seconds_per_frame_median"
@@ -63,21 +66,15 @@ def markdown(record):
     return "\n".join(lines[:-1]) + "\n"
 
 
-def plot(record, path):
-    """One panel for each series, both axes logarithmic."""
-    import matplotlib
-
-    matplotlib.use("svg")
-    matplotlib.rcParams["svg.hashsalt"] = "cost"
-    from matplotlib import pyplot
-
-    figure, panels = pyplot.subplots(1, len(record["series"]), figsize=(13, 3.2))
-    for panel, series in zip(panels, record["series"]):
-        panel.loglog([p["at"] for p in series["points"]], [p["cost"] for p in series["points"]], "o-")
-        panel.set(title=f"{series['title']}, b = {series['exponent']:.2f}", xlabel=series["unit"], ylabel=series["what"])
-        panel.grid(True, which="both", alpha=0.3)
-    figure.tight_layout()
-    figure.savefig(path, metadata={"Date": None})
+def plot(record, folder):
+    """A figure for each series, both axes logarithmic."""
+    drawn = []
+    for (_, flag, *_), series in zip(SERIES, record["series"]):
+        points = series["points"]
+        line = (series["title"], [p["at"] for p in points], [p["cost"] for p in points])
+        title = f"{series['title']}, b = {series['exponent']:.2f}"
+        drawn.append(figures.lines(f"cost_{flag}", title, (series["unit"], series["what"]), [line], logarithmic_x=True, logarithmic_y=True))
+    figures.draw(drawn, folder)
 
 
 def main():
@@ -100,7 +97,7 @@ def main():
     options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "cost.json").write_text(json.dumps(record, indent=1) + "\n")
     (options.out / "cost.md").write_text(markdown(record))
-    plot(record, options.out / "cost.svg")
+    plot(record, options.out)
 
 
 if __name__ == "__main__":

@@ -16,6 +16,8 @@ import statistics
 import subprocess
 from pathlib import Path
 
+import figures
+
 FPS, LAP_SECONDS, PIECE_SECONDS = 10, 45, 3
 RESAMPLES = 2000
 
@@ -63,23 +65,13 @@ def bootstrap(rows):
     return statistics.fmean(sum(leads, [])), means[int(0.025 * RESAMPLES)], means[int(0.975 * RESAMPLES)]
 
 
-def plot(rows, path):
-    """Both by frame, like the paper's figure 4b; nothing without matplotlib."""
-    try:
-        import matplotlib
-    except ImportError:
-        return
-    matplotlib.use("svg")
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(figsize=(9, 3.2))
-    frames = [row[1] / FPS for row in rows]
-    axes.plot(frames, [row[2] for row in rows], ".", markersize=3, label="the whole drive's run")
-    axes.plot(frames, [row[3] for row in rows], ".", markersize=3, label=f"runs that began {PIECE_SECONDS} s before")
-    axes.set(xlabel="seconds of the drive", ylabel="AUC of the picture")
-    axes.legend()
-    figure.tight_layout()
-    figure.savefig(path)
+def plot(rows, folder):
+    """Both by frame, like the paper's figure 4b."""
+    found = {row[1]: row[2:] for row in rows}
+    frames = range(min(found), max(found) + 1)
+    names = ("the whole drive's run", f"runs that began {PIECE_SECONDS} to {2 * PIECE_SECONDS} s before")
+    series = [(name, [f / FPS for f in frames], [found[f][i] if f in found else None for f in frames]) for i, name in enumerate(names)]
+    figures.draw([figures.lines("rounds", "The same pictures in both", ("seconds of the drive", "AUC"), series)], folder)
 
 
 def main():
@@ -95,7 +87,7 @@ def main():
     rows = measure(options)
     with open(options.out / "rounds.csv", "w", newline="") as file:
         csv.writer(file).writerows([("piece", "frame", "auc_whole", "auc_begun_anew"), *rows])
-    plot(rows, options.out / "rounds.svg")
+    plot(rows, options.out)
     lead, least, most = bootstrap(rows)
     text = (
         f"{len(rows)} pictures of lap {options.laps} of seed {options.seed}: mean AUC {statistics.fmean(row[2] for row in rows):.4f} in the "

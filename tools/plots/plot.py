@@ -68,6 +68,8 @@ def draw(figure, folder):
     if any(s["style"] == "intervals" for s in series):
         axes.axhline(0.0, color="#666666", linewidth=1)
         axes.margins(x=0.1)
+    if figure.get("logarithmic_x"):
+        axes.set_xscale("log")
     if figure["logarithmic_y"]:
         axes.set_yscale("log")
     if figure["x_range"]:

@@ -71,8 +71,11 @@ class Column {
   double Rise(size_t k) const { return -view_.road.Fall(At(k).ray); }
   // Distance in cells; some of them may have no place.
   int Cells(size_t lower, size_t upper) const { return height_[upper] - height_[lower]; }
-  bool IsSureRoad(size_t k) const {
-    return ground_[k] == Ground::kRoad && view_.road.At(At(k).ray) > kSureRoad * At(k).deviation;
+  // Of a point of the view.
+  bool IsSureRoad(int point) const {
+    const InverseDepth& depth = view_.points[point];
+    return view_.grounds[point] == Ground::kRoad &&
+           view_.road.At(depth.ray) > kSureRoad * depth.deviation;
   }
 
   // Medians of r and of its deviation over places in the column.
@@ -96,7 +99,7 @@ class Column {
     InverseDepth mean = At(first);
     for (size_t k = first + 1; k < column_.size() && Cells(stretch.back(), k) <= kMostMissed + 1;
          ++k) {
-      if (k > first + 1 && IsSureRoad(k) && IsSureRoad(k - 1)) break;
+      if (k > first + 1 && IsSureRoad(column_[k]) && IsSureRoad(column_[k - 1])) break;
       // Near the horizon every point fits the road; true road soon differs from the first point.
       if (!IsAlike(mean, At(k))) continue;
       if (ground_[k] == Ground::kRoad && !IsAlike(At(first), At(k))) continue;
@@ -171,12 +174,9 @@ class Column {
     for (int row = top; row < view_.raster.rows(); ++row) {
       for (int column = first; column <= last; ++column) {
         const int i = view_.raster.At(row, column);
-        if (i < 0 || view_.grounds[i] != Ground::kRoad || !view_.points[i].is_textured) continue;
+        if (i < 0 || !IsSureRoad(i) || !view_.points[i].is_textured) continue;
         const double at = view_.road.At(view_.points[i].ray);
-        const bool is_sure = at > kSureRoad * view_.points[i].deviation;
-        if (is_sure && at > highest && at < depths.lowest) {
-          shares.push_back(view_.points[i].value / at);
-        }
+        if (at > highest && at < depths.lowest) shares.push_back(view_.points[i].value / at);
       }
     }
     if (shares.size() < kFewestAround) {
