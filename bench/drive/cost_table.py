@@ -13,6 +13,7 @@ import json
 import math
 import os
 import platform
+import re
 import statistics
 import subprocess
 from pathlib import Path
@@ -32,10 +33,18 @@ SERIES = [
 
 def measure(bench, flags):
     """The one profile that bench_drive prints."""
-    done = subprocess.run([str(bench), *flags], capture_output=True, text=True)
+    data = os.environ.get("EGOSIEVE_DATA", str(ROOT.parent / "shared" / "data"))
+    done = subprocess.run([str(bench), f"--data={data}", *flags], capture_output=True, text=True)
     if done.returncode != 0:
         raise SystemExit(f"cost_table: {' '.join(flags)}: {done.stderr.strip()[-500:]}{done.stdout[-500:]}")
     return json.loads(done.stdout)["profiles"][0]
+
+
+def machine():
+    """The processor's name as the system gives it, its cores, and whether it has AVX-512."""
+    cpu = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
+    name = re.search(r"model name\s*: (.*)", cpu)
+    return f"{os.cpu_count()} cores, {name.group(1) if name else platform.machine()}, {'AVX-512' if 'avx512f' in cpu else 'no AVX-512'}"
 
 
 def exponent(points):
@@ -85,7 +94,7 @@ def main():
     parser.add_argument("--bench", type=Path, default=ROOT / "bazel-bin" / "bench" / "drive" / "bench_drive")
     parser.add_argument("--quick", action="store_true", help="the two least values of each series alone")
     options = parser.parse_args()
-    record = {"profile": options.profile, "machine": f"{os.cpu_count()} cores, {platform.machine()}", "load": os.getloadavg()[0], "series": []}
+    record = {"profile": options.profile, "machine": machine(), "load": os.getloadavg()[0], "series": []}
     for title, flag, values, further, field, what, unit in SERIES:
         points = []
         for value in values[:2] if options.quick else values:

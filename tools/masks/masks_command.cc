@@ -203,7 +203,9 @@ class MasksCommand : public Command {
     pass("--fps", "FLOAT", "Frames per second of a folder of images: sets their times, skips none",
          passed_);
     pass("--times", "FILE", "The times of the images, one per line", passed_);
-    pass("--camera", "FILE", "The focal length: a run's camera.json, or COLMAP's cameras.txt",
+    pass("--camera", "FILE",
+         "The focal length: a run's camera.json, COLMAP's cameras.txt, or a file of one's own with "
+         "focal_pixels, width and height",
          passed_);
     pass("--ignore", "IMAGE", "Nothing moves where this image of the frames' size is not black",
          passed_);

@@ -141,7 +141,8 @@ absl::StatusOr<SuiteVariant> ParseVariant(absl::string_view text) {
     return absl::InvalidArgumentError(
         absl::StrCat("variant \"", text,
                      "\" is not NAME=FLAGS, NAME of letters, digits, _, - and +; write, say, "
-                     "\"no_road=--evidence=epipolar,negative_depth,three_view\""));
+                     "\"no_road=--evidence=epipolar,negative_depth,three_view,accumulation,"
+                     "own_vehicle\""));
   }
   return SuiteVariant{std::string(name),
                       absl::StrSplit(text.substr(equals + 1), ' ', absl::SkipEmpty())};

@@ -15,9 +15,9 @@ constexpr float kDoubt = 0.002f;
 }  // namespace
 
 absl::Status EdgeRefinementOptions::Validate() const {
-  if (smoothness > 0.0 && levels > 0.0) return absl::OkStatus();
+  if (reach > 0.0 && levels > 0.0) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrFormat("smoothness = %g, levels = %g; both must be positive", smoothness, levels));
+      absl::StrFormat("reach = %g, levels = %g; both must be positive", reach, levels));
 }
 
 int WorkingStep(cv::Size size) {
@@ -51,8 +51,10 @@ cv::Mat1f RefineProbability(const cv::Mat3b& image, const cv::Mat1f& log_odds,
   cv::Mat1f full;
   cv::resize(log_odds, full, image.size(), 0, 0, cv::INTER_LINEAR);
   const cv::Mat1f rough = Probability(full);
+  const double reach_pixels = options.reach * std::max(image.cols, image.rows);
   cv::Mat1f smooth;
-  cv::ximgproc::fastGlobalSmootherFilter(image, rough, smooth, options.smoothness, options.levels);
+  cv::ximgproc::fastGlobalSmootherFilter(image, rough, smooth, reach_pixels * reach_pixels,
+                                         options.levels);
   return cv::max(cv::min(smooth, 1.0f), 0.0f);
 }
 

@@ -2,8 +2,11 @@
 //
 //   l(x)   log odds of the linked map + colour evidence, at working resolution                 (R1)
 //   p      = fgs(1 / (1 + exp(-l))), l interpolated linearly to full resolution                (R2)
-//   fgs    argmin_p sum (p - p_0)^2 + smoothness sum_{x ~ y} exp(-|I_x - I_y| / levels)
-//          (p_x - p_y)^2: OpenCV's fast global smoother
+//   fgs    argmin_p sum (p - p_0)^2 + r^2 sum_{x ~ y} exp(-|I_x - I_y| / levels) (p_x - p_y)^2:
+//          OpenCV's fast global smoother; r = reach times the longer side, in pixels
+//
+// Without edges the influence of a pixel falls by the factor e over r. As a share of the picture,
+// it is the same at every resolution.
 //
 // (R2) smooths probabilities, not log odds. So p stays near 1/2 where map and colour are unsure,
 // and sure regions do not spread across edges.
@@ -20,8 +23,8 @@
 namespace egosieve::vision {
 
 struct EdgeRefinementOptions {
-  double smoothness = 2000.0;  // positive
-  double levels = 5.0;         // of 255; positive
+  double reach = 0.05;  // of the picture's longer side; positive
+  double levels = 5.0;  // of 255; positive
 
   absl::Status Validate() const;
 };

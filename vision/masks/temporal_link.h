@@ -25,7 +25,7 @@ namespace egosieve::vision {
 
 struct TemporalLinkOptions {
   double memory_seconds = 0.6;    // positive
-  double tolerance_pixels = 1.0;  // of the forward-backward error; positive
+  double tolerance_pixels = 0.3;  // of the forward-backward error; positive
   bool causal = false;            // (TL1) alone
 
   absl::Status Validate() const;

@@ -94,6 +94,24 @@ TEST(RefineProbability, MovesTheStepToTheEdge) {
   EXPECT_LT(cv::norm(unsure - 0.5f, cv::NORM_INF), 1e-3);
 }
 
+TEST(RefineProbability, ReachesAsFarAtEveryResolution) {
+  const auto refined = [](int side) {
+    // A strip of the picture, without edges, with a step of the map in the middle.
+    const cv::Mat3b image(16, side, cv::Vec3b(60, 60, 60));
+    cv::Mat1f log_odds(image.size(), -3.0f);
+    log_odds(cv::Rect(side / 2, 0, side / 2, 16)) = 3.0f;
+    return RefineProbability(image, log_odds, {});
+  };
+  const cv::Mat1f small = refined(400), large = refined(1600);
+  for (const double place : {0.4, 0.45, 0.48, 0.55, 0.6}) {
+    EXPECT_NEAR(small(8, static_cast<int>(place * 400)), large(8, static_cast<int>(place * 1600)),
+                0.02)
+        << place;
+  }
+  // (R2) at one reach from the step; the filter solves it by a few sweeps along rows and columns.
+  EXPECT_NEAR(small(8, 180), 0.05 + 0.45 * std::exp(-1.0), 0.06);
+}
+
 TEST(LogOdds, AreTheInverseOfProbabilities) {
   const cv::Mat1f p = (cv::Mat1f(1, 3) << 0.1f, 0.5f, 0.9f);
   EXPECT_LT(cv::norm(Probability(LogOdds(p)) - p, cv::NORM_INF), 1e-6);
