@@ -70,6 +70,9 @@ def draw(figure, folder):
         axes.margins(x=0.1)
     if figure.get("logarithmic_x"):
         axes.set_xscale("log")
+        places = sorted({x for s in series for x in s["x"]})
+        axes.set_xticks(places, [f"{x:g}" for x in places])
+        axes.set_xticks([], minor=True)
     if figure["logarithmic_y"]:
         axes.set_yscale("log")
     if figure["x_range"]:
