@@ -1,6 +1,8 @@
 // The C++ interface: that it is the C interface, owned. What is computed is tested there.
 #include "egosieve/gaussian_process.hpp"
 
+#include <CL/cl.h>
+
 #include <Eigen/Core>
 #include <cmath>
 #include <string>
@@ -120,6 +122,51 @@ TEST(GaussianProcess, BytesAndPosteriorKeepTheModel) {
   ASSERT_TRUE(again.Points(MutableView(x), {}).ok());
   EXPECT_EQ(x(0, 1), static_cast<float>(data.x(0, 1)));
   EXPECT_EQ(x(1, 0), static_cast<float>(data.x(2, 0)));
+}
+
+TEST(GaussianProcess, PredictsOnTheCallersQueue) {
+  const Data data;
+  const Posterior elsewhere = ConditionedModel(data).MakePosterior().value();
+  if (!elsewhere.OpenClDevice().ok()) GTEST_SKIP() << "the reference device has no OpenCL";
+  cl_device_id device = static_cast<cl_device_id>(elsewhere.OpenClDevice().value());
+  cl_int error = CL_SUCCESS;
+  cl_context context = clCreateContext(nullptr, 1, &device, nullptr, nullptr, &error);
+  ASSERT_EQ(error, CL_SUCCESS);
+  cl_command_queue queue = clCreateCommandQueue(context, device, 0, &error);
+  ASSERT_EQ(error, CL_SUCCESS);
+  {
+    GaussianProcessOptions options;
+    options.dimension = kDimension;
+    options.opencl_context = context;
+    options.opencl_device = device;
+    GaussianProcess gp = GaussianProcess::Create(options).value();
+    gp.Condition(View(data.x), View(data.y)).ThrowIfError();
+    const Posterior frozen = gp.MakePosterior().value();
+    EXPECT_EQ(frozen.OpenClContext().value(), context);
+
+    std::vector<float> rows(data.queries.data(), data.queries.data() + data.queries.size());
+    std::vector<float> mean(kQueries), expected(kQueries);
+    cl_mem places = clCreateBuffer(context, CL_MEM_COPY_HOST_PTR, rows.size() * sizeof(float),
+                                   rows.data(), &error);
+    cl_mem means =
+        clCreateBuffer(context, CL_MEM_READ_WRITE, mean.size() * sizeof(float), nullptr, &error);
+    DeviceCall call;
+    call->queue = queue;
+    call->queries = places;
+    call->query_count = kQueries;
+    call->mean.memory = means;
+    cl_event done = static_cast<cl_event>(frozen.Enqueue(call).value());
+    EXPECT_EQ(clEnqueueReadBuffer(queue, means, CL_TRUE, 0, mean.size() * sizeof(float),
+                                  mean.data(), 1, &done, nullptr),
+              CL_SUCCESS);
+    ASSERT_TRUE(frozen.Predict({rows, kDimension}, {expected}).ok());
+    for (int i = 0; i < kQueries; ++i) EXPECT_NEAR(mean[i], expected[i], 1e-5f) << i;
+    clReleaseEvent(done);
+    clReleaseMemObject(means);
+    clReleaseMemObject(places);
+  }
+  clReleaseCommandQueue(queue);
+  clReleaseContext(context);
 }
 
 TEST(GaussianProcess, JointPredictionsAreTheCInterfaces) {
