@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "tools/evaluation/calibration.h"
+#include "tools/evaluation/table_cell.h"
 #include "tools/run_folder/json_fields.h"
 #include "vision/statistics/median.h"
 
@@ -236,18 +237,13 @@ void AppendDrives(const std::vector<DriveComparison>& drives, const ComparisonSu
     absl::StrAppendFormat(table, "%-22s", summary.methods[i].method);
     for (const DriveComparison& drive : drives) {
       if (!drive.status.ok()) continue;
-      absl::StrAppend(table, Cell(Mean(FiguresOf(drive.methods[i], figure)), " %14.4f"));
+      absl::StrAppend(table, TableCell(Mean(FiguresOf(drive.methods[i], figure)), 14));
     }
     table->push_back('\n');
   }
 }
 
 }  // namespace
-
-std::string Cell(const Figure& value, const char* format) {
-  return value ? absl::StrFormat(absl::ParsedFormat<'f'>(format), *value)
-               : absl::StrFormat(" %8s", "-");
-}
 
 std::optional<double> BestIou(const DriveScores& scores) {
   const std::vector<double> ious = scores.MeanIouByThreshold();
@@ -303,7 +299,7 @@ std::string ToTable(const std::vector<DriveComparison>& drives, const Comparison
           method.scores.pooled().Auc(), method.scores.Mean(&FrameScores::average_precision),
           BestIou(method.scores), EceOf(method), ErrorAucOf(method), ClassErrorAucOf(method),
           method.gain}) {
-      absl::StrAppend(&table, Cell(figure));
+      absl::StrAppend(&table, TableCell(figure));
     }
     absl::StrAppendFormat(&table, " %8.0f %8.1f%s%s%s%s\n", method.model_size,
                           method.own_milliseconds, DifferenceCell(method.difference),

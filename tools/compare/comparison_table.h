@@ -59,9 +59,6 @@ struct ComparisonSummary {
 ComparisonSummary Summarise(const std::vector<DriveComparison>& drives,
                             const BootstrapOptions& bootstrap);
 
-// A cell of a table; "-" without a value.
-std::string Cell(const std::optional<double>& value, const char* format = " %8.4f");
-
 // The method's mean IoU over frames, at the single threshold that maximises it.
 std::optional<double> BestIou(const DriveScores& scores);
 

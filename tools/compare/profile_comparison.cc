@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "tools/evaluation/table_cell.h"
 
 namespace egosieve::tools {
 namespace {
@@ -42,7 +43,7 @@ std::string SideBySide(const std::vector<ProfileComparison>& profiles) {
         pooled = method->scores.pooled().Auc();
         iou = BestIou(method->scores);
       }
-      absl::StrAppend(&table, "  ", Cell(auc), Cell(pooled), Cell(iou));
+      absl::StrAppend(&table, "  ", TableCell(auc), TableCell(pooled), TableCell(iou));
     }
     table.push_back('\n');
   }

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "tools/evaluation/roc.h"
+#include "tools/evaluation/table_cell.h"
 
 namespace egosieve::tools {
 namespace {
@@ -39,9 +40,7 @@ struct Choices {
   int64_t judged() const { return better + tied + worse; }
 };
 
-std::string Cell(std::optional<double> value) {
-  return value.has_value() ? absl::StrFormat("%9.3f", *value) : absl::StrFormat("%9s", "-");
-}
+std::string Cell(const std::optional<double>& value) { return TableCell(value, 8, 3); }
 
 std::string Line(const std::string& name, size_t width, const std::optional<double> (&means)[4],
                  int64_t frames, int64_t unlabelled, const Choices& choices) {

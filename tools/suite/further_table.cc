@@ -5,13 +5,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "tools/evaluation/table_cell.h"
 
 namespace egosieve::tools {
 namespace {
 
-std::string Cell(const std::optional<double>& value) {
-  return value ? absl::StrFormat(" %12.3f", *value) : absl::StrFormat(" %12s", "-");
-}
+std::string Cell(const std::optional<double>& value) { return TableCell(value, 12, 3); }
 
 // One table for each variant with boxes, in the order of the results.
 std::string BoxTables(const std::vector<SequenceResult>& results) {

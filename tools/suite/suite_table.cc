@@ -7,6 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "tools/evaluation/calibration.h"
+#include "tools/evaluation/table_cell.h"
 #include "tools/run_folder/json_fields.h"
 
 namespace egosieve::tools {
@@ -103,7 +104,7 @@ void AppendSpread(const GroupKey& key, const std::vector<std::optional<Spread>>&
     absl::StrAppendFormat(table, "%-32s %-10s %7s", absl::StrCat(what, " ", key.first), key.second,
                           "");
     for (const std::optional<Spread>& figure : figures) {
-      absl::StrAppend(table, Cell(figure ? of(*figure) : std::nullopt));
+      absl::StrAppend(table, TableCell(figure ? of(*figure) : std::nullopt));
     }
     table->push_back('\n');
   };
@@ -133,10 +134,6 @@ Json SpreadJson(const std::vector<std::optional<Spread>>& figures) {
 }
 
 }  // namespace
-
-std::string Cell(const Figure& value) {
-  return value ? absl::StrFormat(" %8.4f", *value) : absl::StrFormat(" %8s", "-");
-}
 
 const std::vector<SuiteFigure>& SuiteFigures() {
   static const auto& figures = *new std::vector<SuiteFigure>{
@@ -228,7 +225,7 @@ std::string ToTable(const SequenceList& list, const std::vector<SequenceResult>&
     absl::StrAppendFormat(&table, "%-32s %-10s %7d", result.sequence.name, result.profile,
                           result.run->evaluation.frames.size());
     for (const SuiteFigure& figure : SuiteFigures())
-      absl::StrAppend(&table, Cell(figure.of(result)));
+      absl::StrAppend(&table, TableCell(figure.of(result)));
     table.push_back('\n');
   }
   for (const auto& [key, figures] : summary.figures) AppendSpread(key, figures, &table);

@@ -46,9 +46,6 @@ struct SuiteSummary {
   int failed = 0;
 };
 
-// A cell of a table; "-" without a value.
-std::string Cell(const std::optional<double>& value);
-
 SuiteSummary SummariseSuite(const std::vector<SequenceResult>& results);
 
 std::string ToTable(const SequenceList& list, const std::vector<SequenceResult>& results,

@@ -8,6 +8,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
+#include "tools/evaluation/table_cell.h"
 
 namespace egosieve::tools {
 namespace {
@@ -97,8 +98,8 @@ std::string RankTable(std::vector<SettingScore> scores, double noise) {
   std::string table =
       absl::StrFormat("%-44s %8s %8s %8s %8s\n", "setting", "AUC", "worst", "IoU best", "failed");
   for (const SettingScore& score : scores) {
-    absl::StrAppendFormat(&table, "%-44s%s%s%s %8d\n", score.name, Cell(score.auc),
-                          Cell(score.least_auc), Cell(score.iou), score.failed);
+    absl::StrAppendFormat(&table, "%-44s%s%s%s %8d\n", score.name, TableCell(score.auc),
+                          TableCell(score.least_auc), TableCell(score.iou), score.failed);
   }
   if (scores.empty() || !scores.front().auc || scores.front().failed > 0) {
     return absl::StrCat(table, "chosen: none, every setting failed somewhere\n");
