@@ -5,8 +5,8 @@
 //   fgs    argmin_p sum (p - p_0)^2 + r^2 sum_{x ~ y} exp(-|I_x - I_y| / levels) (p_x - p_y)^2:
 //          OpenCV's fast global smoother; r = reach times the longer side, in pixels
 //
-// Without edges the influence of a pixel falls by the factor e over r. As a share of the picture,
-// it is the same at every resolution.
+// It sweeps along rows and columns with r, r / 2 and r / 4. Without edges the influence of a pixel
+// falls by about the factor e over r, the same share of the picture at every resolution.
 //
 // (R2) smooths probabilities, not log odds. So p stays near 1/2 where map and colour are unsure,
 // and sure regions do not spread across edges.

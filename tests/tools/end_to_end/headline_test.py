@@ -65,8 +65,7 @@ class Headline(unittest.TestCase):
         for scenario in (*SYNTHETIC, *PEOPLE):
             run('synthesize', f'--scenario={scenario}', f'--frames={SYNTHETIC_FRAMES}', f'--out={self.folder}/street/{scenario}')
         scores, found = suite(f'{self.folder}/street', SYNTHETIC_FRAMES)
-        self.check(scores, SYNTHETIC)
-        self.check(scores, PEOPLE)
+        self.check(scores, SYNTHETIC | PEOPLE)
         false_objects = sum(scores[scenario]['false_objects_per_frame'] for scenario in SYNTHETIC) / len(SYNTHETIC)
         self.assertLessEqual(false_objects, FALSE_OBJECTS)
         for heading, least in FOUND.items():

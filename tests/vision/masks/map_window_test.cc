@@ -108,8 +108,12 @@ TEST(RefineProbability, ReachesAsFarAtEveryResolution) {
                 0.02)
         << place;
   }
-  // (R2) at one reach from the step; the filter solves it by a few sweeps along rows and columns.
-  EXPECT_NEAR(small(8, 180), 0.05 + 0.45 * std::exp(-1.0), 0.06);
+  // The filter sweeps with r, r / 2 and r / 4, one after the other. Each sweep by itself makes a step
+  // fall as exp(-x / r); all three as the sum of their exponentials by partial fractions.
+  const double low = 1.0 / (1.0 + std::exp(3.0)), x = 19.5 / 20.0;  // of the middle of pixel 180
+  const double falls =
+      (64.0 * std::exp(-x) - 20.0 * std::exp(-2.0 * x) + std::exp(-4.0 * x)) / 45.0;
+  EXPECT_NEAR(small(8, 180), low + (0.5 - low) * falls, 0.002);
 }
 
 TEST(LogOdds, AreTheInverseOfProbabilities) {
