@@ -18,8 +18,8 @@ struct ChildCommand {
 };
 
 // The exit code, or 128 + the signal that ended the process. While it runs, `stop_requested` is
-// asked several times per second; once it is true, the child gets SIGINT and is waited for. Errors:
-// Unavailable if it cannot be started, with the system's reason.
+// asked several times per second; once it is true, the child gets SIGTERM and is waited for.
+// Errors: Unavailable if it cannot be started, with the system's reason.
 absl::StatusOr<int> RunChild(const ChildCommand& command,
                              const std::function<bool()>& stop_requested);
 

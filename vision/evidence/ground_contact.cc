@@ -15,7 +15,7 @@ namespace {
 constexpr int kHalfWidth = 3, kHalfHeight = 1;  // of a strip, pixels
 constexpr int kStripPixels = (2 * kHalfWidth + 1) * (2 * kHalfHeight + 1);
 constexpr double kIndependentShare = 0.25;  // kappa, as in (S1)
-constexpr double kMostOfARow = 5.0;
+constexpr double kMostPerRow = 5.0;
 constexpr double kHang = 0.15;                          // h
 constexpr double kFarBelow = 2.5, kLeastGround = 0.01;  // of LowestGround
 
@@ -35,7 +35,7 @@ ContactRatios RatiosOfContact(const std::vector<ContactRow>& rows, const Contact
   ContactRatios ratios;
   double sum = 0.0, best = kNone, best_not_far = kNone, best_not_near = kNone;
   for (const ContactRow& row : rows) {
-    if (std::isfinite(row.gain)) sum += std::clamp(row.gain, -kMostOfARow, kMostOfARow);
+    if (std::isfinite(row.gain)) sum += std::clamp(row.gain, -kMostPerRow, kMostPerRow);
     const double r = depths.inverse_depth;
     const double deviation = std::hypot(depths.deviation, depths.unevenness * row.ground);
     const auto [lower, higher] = std::minmax({row.ground, depths.ground_share * row.ground});

@@ -165,10 +165,13 @@ std::vector<double> RoadLogRatios(const RoadPlane& road, const std::vector<Inver
   const std::vector<PointContact> contacts = ContactsByColumn(view);
   const std::vector<double> by_surface = RatiosBySurface(view, contacts);
   for (size_t i = 0; i < points.size(); ++i) {
-    const int speaker = raster.SpeakerFor(places[i]);
-    if (!points[i].valid || !points[speaker].valid || !IsAlike(points[i], points[speaker]))
+    const int representative = raster.RepresentativeOf(places[i]);
+    if (!points[i].valid || !points[representative].valid ||
+        !IsAlike(points[i], points[representative])) {
       continue;
-    ratios[i] = std::max({ratios[i], contacts[speaker].ratios.too_far, by_surface[speaker]});
+    }
+    ratios[i] =
+        std::max({ratios[i], contacts[representative].ratios.too_far, by_surface[representative]});
   }
   return ratios;
 }

@@ -92,10 +92,10 @@ Raster::Raster(const std::vector<cv::Point2f>& places, cv::Size image)
                                       static_cast<double>(std::max<size_t>(places.size(), 1))))),
       columns_(static_cast<int>(image.width / cell_pixels_) + 1),
       rows_(static_cast<int>(image.height / cell_pixels_) + 1),
-      speakers_(static_cast<size_t>(columns_) * rows_, -1) {
+      representatives_(static_cast<size_t>(columns_) * rows_, -1) {
   for (size_t i = 0; i < places.size(); ++i) {
-    int& speaker = speakers_[CellOf(places[i])];
-    if (speaker < 0) speaker = static_cast<int>(i);
+    int& representative = representatives_[CellOf(places[i])];
+    if (representative < 0) representative = static_cast<int>(i);
   }
 }
 

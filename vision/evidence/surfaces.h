@@ -28,19 +28,19 @@ class Raster {
   int rows() const { return rows_; }
   int columns() const { return columns_; }
   // The index of the place that represents a cell; -1: none.
-  int At(int row, int column) const { return speakers_[row * columns_ + column]; }
+  int At(int row, int column) const { return representatives_[row * columns_ + column]; }
   // Row and column.
   std::pair<int, int> CellAt(cv::Point2f place) const {
     return {CellOf(place) / columns_, CellOf(place) % columns_};
   }
-  int SpeakerFor(cv::Point2f place) const { return speakers_[CellOf(place)]; }
+  int RepresentativeOf(cv::Point2f place) const { return representatives_[CellOf(place)]; }
 
  private:
   int CellOf(cv::Point2f place) const;
 
   double cell_pixels_;
   int columns_, rows_;
-  std::vector<int> speakers_;
+  std::vector<int> representatives_;
 };
 
 // The surface of each point; -1 for points without `is_part` and points that represent no cell.

@@ -44,7 +44,7 @@ std::string DoubtOf(const LabelledFrame& labels) {
   if (labels.outcome == LabelOutcome::kDuplicateFrame) return "";
   if (labels.outcome != LabelOutcome::kLabelled) return labels.reason;
   if (labels.static_share < kMajority) {
-    return absl::StrFormat("only %.0f %% of the places agree on how the camera moved",
+    return absl::StrFormat("only %.0f %% of the image points agree on how the camera moved",
                            100.0 * labels.static_share);
   }
   const auto moving =

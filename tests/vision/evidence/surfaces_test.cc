@@ -41,7 +41,7 @@ Points PointsOf(const std::function<double(int, int)>& inverse_depth) {
   return points;
 }
 
-TEST(Raster, TheFirstPlaceOfACellSpeaksForIt) {
+TEST(Raster, TheFirstPlaceOfACellRepresentsIt) {
   std::vector<cv::Point2f> places = PointsOf([](int, int) { return 0.0; }).places;
   places.emplace_back(3.0f, 3.0f);
   places.emplace_back(kImage.width, kImage.height);
@@ -50,19 +50,19 @@ TEST(Raster, TheFirstPlaceOfACellSpeaksForIt) {
   ASSERT_GE(raster.columns(), kColumns);
   ASSERT_GE(raster.rows(), kRows);
   EXPECT_EQ(raster.At(0, 0), 0);
-  EXPECT_EQ(raster.SpeakerFor({3.0f, 3.0f}), 0);
+  EXPECT_EQ(raster.RepresentativeOf({3.0f, 3.0f}), 0);
   // Beyond the border: the nearest cell's.
-  EXPECT_EQ(raster.SpeakerFor({-90.0f, -90.0f}), 0);
+  EXPECT_EQ(raster.RepresentativeOf({-90.0f, -90.0f}), 0);
   EXPECT_EQ(raster.At(raster.rows() - 1, raster.columns() - 1), kRows * kColumns + 1);
-  EXPECT_EQ(raster.SpeakerFor({1e4f, 1e4f}), kRows * kColumns + 1);
+  EXPECT_EQ(raster.RepresentativeOf({1e4f, 1e4f}), kRows * kColumns + 1);
   EXPECT_EQ(raster.At(0, raster.columns() - 1), kRows * kColumns + 2);
 }
 
-TEST(Raster, ACellWithoutPlacesHasNoSpeaker) {
+TEST(Raster, ACellWithoutPlacesHasNoRepresentative) {
   const Raster raster({{2.0f, 2.0f}, {97.0f, 97.0f}}, {100, 100});
   EXPECT_EQ(raster.At(0, 0), 0);
   EXPECT_EQ(raster.At(0, 1), -1);
-  EXPECT_EQ(Raster({}, {100, 100}).SpeakerFor({50.0f, 50.0f}), -1);
+  EXPECT_EQ(Raster({}, {100, 100}).RepresentativeOf({50.0f, 50.0f}), -1);
 }
 
 TEST(Surfaces, AGradientBetweenTwoDepthsDoesNotJoinThem) {
@@ -110,7 +110,7 @@ TEST(Surfaces, WhatIsNoPartBelongsToNone) {
   constexpr int kWall = 10;
   Points points = PointsOf([](int, int) { return 0.15; });
   for (int row = 0; row < kRows; ++row) points.is_part[row * kColumns + kWall] = false;
-  points.places.push_back(points.places.front());  // has another speaker
+  points.places.push_back(points.places.front());  // has another representative
   points.depths.push_back(points.depths.front());
   points.is_part.push_back(true);
   const std::vector<int> surfaces = points.Surfaces();
