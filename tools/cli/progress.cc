@@ -35,12 +35,21 @@ void ProgressFlag::AddFlag(CLI::App& app) {
       "How progress is shown on stderr; auto: a bar on a terminal, else a line every few seconds");
 }
 
-Progress::Progress(std::string command, const ProgressFlag& flag, int64_t total)
-    : Progress(std::move(command), flag.mode, total, std::cerr, isatty(StderrDescriptor()) == 1) {}
+double RateOf(int64_t done, double seconds, double first_seconds) {
+  if (done > 1 && seconds > first_seconds) {
+    return static_cast<double>(done - 1) / (seconds - first_seconds);
+  }
+  return seconds > 0.0 ? static_cast<double>(done) / seconds : 0.0;
+}
+
+Progress::Progress(std::string command, const ProgressFlag& flag, int64_t total, std::string unit)
+    : Progress(std::move(command), flag.mode, total, std::cerr, isatty(StderrDescriptor()) == 1,
+               std::move(unit)) {}
 
 Progress::Progress(std::string command, ProgressMode mode, int64_t total, std::ostream& stream,
-                   bool terminal)
+                   bool terminal, std::string unit)
     : command_(std::move(command)),
+      unit_(std::move(unit)),
       mode_(mode),
       total_(total),
       stream_(stream),
@@ -59,9 +68,10 @@ std::string Progress::Text(double rate) const {
   if (total_ >= 0) {
     absl::StrAppend(&text, "/", std::max(total_, done_));
   }
-  absl::StrAppend(&text, " frames, ");
-  absl::StrAppend(&text, rate >= 1.0 || rate <= 0.0 ? absl::StrFormat("%.1f frames/s", rate)
-                                                    : absl::StrFormat("%.2f s/frame", 1.0 / rate));
+  absl::StrAppend(&text, " ", unit_, "s, ");
+  absl::StrAppend(&text, rate >= 1.0 || rate <= 0.0
+                             ? absl::StrFormat("%.1f %ss/s", rate, unit_)
+                             : absl::StrFormat("%.2f s/%s", 1.0 / rate, unit_));
   if (const double to_go = SecondsToGo(rate); to_go >= 0.0) {
     absl::StrAppend(&text, ", ", DescribeDuration(to_go), " to go");
   }
@@ -83,7 +93,7 @@ std::string Progress::Json(double rate) const {
 
 void Progress::Show(Clock::time_point now) {
   const double seconds = std::chrono::duration<double>(now - start_).count();
-  const double rate = seconds > 0.0 ? static_cast<double>(done_) / seconds : 0.0;
+  const double rate = RateOf(done_, seconds, first_seconds_);
   if (mode_ == ProgressMode::kJson) {
     stream_ << Json(rate) << std::endl;
   } else if (!terminal_) {
@@ -104,7 +114,7 @@ void Progress::Show(Clock::time_point now) {
 }
 
 void Progress::Advance(const Details& details) {
-  ++done_;
+  if (++done_ == 1) first_seconds_ = Seconds();
   details_ = details;
   if (mode_ == ProgressMode::kNone) return;
   const Clock::time_point now = Clock::now();

@@ -31,16 +31,17 @@ class Progress {
   // Further values to show, by name: "model size" 3999 for example.
   using Details = std::vector<std::pair<std::string, double>>;
 
-  // total: -1 if unknown. It is a hint; `done` may exceed it.
-  Progress(std::string command, const ProgressFlag& flag, int64_t total);
+  // total: -1 if unknown. It is a hint; `done` may exceed it. unit: what is counted, singular.
+  Progress(std::string command, const ProgressFlag& flag, int64_t total,
+           std::string unit = "frame");
   // For tests: another stream, which counts as a terminal or not.
   Progress(std::string command, ProgressMode mode, int64_t total, std::ostream& stream,
-           bool terminal);
+           bool terminal, std::string unit = "frame");
   ~Progress() { Finish(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // One more frame is done.
+  // One more is done.
   void Advance(const Details& details = {});
   // Time since the beginning.
   double Seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
@@ -53,7 +54,7 @@ class Progress {
   std::string Json(double rate) const;
   double SecondsToGo(double rate) const;
 
-  std::string command_;
+  std::string command_, unit_;
   ProgressMode mode_;
   int64_t total_;
   std::ostream& stream_;
@@ -64,8 +65,13 @@ class Progress {
   bool shown_ = false;
   int64_t shown_done_ = 0;
   Clock::time_point start_;
+  double first_seconds_ = 0.0;  // when the first was done, since the start
   Clock::time_point last_shown_;
 };
+
+// How many per second, of `done` in `seconds`. What comes before the first, such as opening files, is
+// left out once there is a second: first_seconds is when the first was done.
+double RateOf(int64_t done, double seconds, double first_seconds);
 
 // "12 s", "3 min 05 s", "2 h 07 min"
 std::string DescribeDuration(double seconds);

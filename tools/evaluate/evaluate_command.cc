@@ -253,7 +253,7 @@ class EvaluateCommand : public Command {
       suite_options_.jobs = std::clamp(suite_options_.cores, 1, std::clamp(runs, 1, 256));
     }
     EGOSIEVE_RETURN_IF_ERROR(CreateFolder(suite_options_.out));
-    Progress progress("evaluate", progress_, runs);
+    Progress progress("evaluate", progress_, runs, "sequence");
     EGOSIEVE_ASSIGN_OR_RETURN(
         const std::vector<SequenceResult> results,
         RunSuite(list, suite_options_, InterruptionRequested, [&] { progress.Advance(); }));

@@ -72,7 +72,7 @@ class TuneDefaultsCommand : public Command {
     options_.masks = false;
     const std::string out = options_.out;
     Progress progress("tune_defaults", progress_,
-                      static_cast<int64_t>(settings.size() * list.sequences.size()));
+                      static_cast<int64_t>(settings.size() * list.sequences.size()), "sequence");
     std::vector<SettingScore> scores;
     for (const Setting& setting : settings) {
       options_.out = (fs::path(out) / setting.folder).string();

@@ -19,9 +19,10 @@ struct EvidenceOptions {
 
   double focal_pixels = 0.0;        // 0: guessed (pinhole.h); the result hardly depends on it
   double forgetting = 0.5;          // lambda of (F3); [0, 1)
-  double tempering = 0.7;           // kappa of (F3); (0, 1]
+  double tempering = 0.7;           // kappa of (F4); (0, 1]
   double noise_memory = 0.9;        // of scales and the share of movers, per frame; [0, 1)
   double noise_floor_pixels = 0.1;  // of the scale of residuals; positive
+  double kerb = 0.0;                // of RoadPlane; [0, 1)
   RelativePoseOptions pose;
   ThreeViewOptions three_views;
   OwnVehicleBlocksOptions own_vehicle_options;

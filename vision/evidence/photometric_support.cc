@@ -1,6 +1,8 @@
 #include "vision/evidence/photometric_support.h"
 
+#include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -23,10 +25,19 @@ constexpr double kMovedPixels = 1.0;
 constexpr size_t kFewest = 20;          // least number of places for a median
 constexpr double kLeastScaling = 0.05;  // a sixth of a pixel at the patch's edge
 
-constexpr int kLanes = kPatchSide + 1;  // a patch's row, padded to fill a vector register
+// A row of a patch, padded to fill a vector register. What the last lane holds is not read.
+using Lanes = Eigen::Array<float, kPatchSide + 1, 1>;
+using Rows = std::array<Lanes, kPatchSide>;
 
-// The patch around a place, sampled bilinearly. False if it leaves the picture.
-bool SampleLevels(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
+Lanes LevelsFrom(const uint8_t* pixels) {
+  Lanes levels;
+  for (int x = 0; x < Lanes::SizeAtCompileTime; ++x) levels[x] = pixels[x];
+  return levels;
+}
+
+// The rows of the patch around a place, sampled bilinearly. False if it leaves the picture.
+bool SampleRows(const cv::Mat& picture, cv::Point2f place, Rows& rows) {
+  constexpr int kLanes = Lanes::SizeAtCompileTime;
   const float left = place.x - kPatchRadius, top = place.y - kPatchRadius;
   if (!(left >= 0 && top >= 0 && left + kPatchSide < picture.cols &&
         top + kPatchSide < picture.rows)) {
@@ -34,33 +45,26 @@ bool SampleLevels(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
   }
   const int column = static_cast<int>(left), row = static_cast<int>(top);
   const float fx = left - column, fy = top - row;
-  const auto between_columns = [&](int y, float* levels) {
+  const auto between_columns = [&](int y) -> Lanes {
     const uint8_t* pixels = picture.ptr<uint8_t>(row + y) + column;
-    float at[kLanes + 1] = {};
-    for (int x = 0; x < kLanes; ++x) at[x] = pixels[x];
-    for (int x = 0; x < kLanes; ++x) levels[x] = at[x] + fx * (at[x + 1] - at[x]);
+    uint8_t copy[kLanes + 1] = {};
+    if (column + kLanes >= picture.cols) pixels = std::copy_n(pixels, kLanes, copy) - kLanes;
+    const Lanes at = LevelsFrom(pixels);
+    return at + fx * (LevelsFrom(pixels + 1) - at);
   };
-  float above[kLanes], below[kLanes];
-  between_columns(0, above);
+  Lanes above = between_columns(0);
   for (int y = 0; y < kPatchSide; ++y) {
-    between_columns(y + 1, below);
-    for (int x = 0; x < kLanes; ++x) above[x] = above[x] + fy * (below[x] - above[x]);
-    std::copy_n(above, kPatchSide, &patch[y * kPatchSide]);
-    std::copy_n(below, kLanes, above);
+    const Lanes below = between_columns(y + 1);
+    rows[y] = above + fy * (below - above);
+    above = below;
   }
-  return true;
-}
-
-bool Sample(const cv::Mat& picture, cv::Point2f place, Patch& patch) {
-  if (!SampleLevels(picture, place, patch)) return false;
-  SubtractMean(patch);
   return true;
 }
 
 // Positions of a patch's pixels along one axis.
 struct ScaledAxis {
-  std::array<int, kPatchSide> first;   // the whole pixel before each position
-  std::array<float, kLanes> beyond{};  // distance from `first`
+  std::array<int, kPatchSide> first;  // the whole pixel before each position
+  Lanes beyond = Lanes::Zero();       // distance from `first`
 };
 
 // False if the patch leaves the picture.
@@ -74,85 +78,60 @@ bool MakeAxis(double centre, double scale, int size, ScaledAxis& axis) {
   return true;
 }
 
-// SampleLevels of a patch that is `scale` times as large.
-bool SampleScaledLevels(const cv::Mat& picture, cv::Point2f place, double scale, Patch& patch) {
-  if (std::abs(scale - 1.0) < kLeastScaling) return SampleLevels(picture, place, patch);
+// SampleRows of a patch that is `scale` times as large.
+bool SampleScaledRows(const cv::Mat& picture, cv::Point2f place, double scale, Rows& rows) {
+  if (std::abs(scale - 1.0) < kLeastScaling) return SampleRows(picture, place, rows);
   ScaledAxis x, y;
   if (!MakeAxis(place.x, scale, picture.cols, x) || !MakeAxis(place.y, scale, picture.rows, y)) {
     return false;
   }
-  const auto between_columns = [&](int row, std::array<float, kLanes>& levels) {
+  const auto between_columns = [&](int row) -> Lanes {
     const uint8_t* pixels = picture.ptr<uint8_t>(row);
-    std::array<float, kLanes> left{}, right{};
+    Lanes left = Lanes::Zero(), right = Lanes::Zero();
     for (int u = 0; u < kPatchSide; ++u) {
       left[u] = pixels[x.first[u]];
       right[u] = pixels[x.first[u] + 1];
     }
-    for (int u = 0; u < kLanes; ++u) levels[u] = left[u] + x.beyond[u] * (right[u] - left[u]);
+    return left + x.beyond * (right - left);
   };
   // Neighbouring rows of the patch reuse interpolated rows of the picture.
-  std::array<float, kLanes> above, below, levels;
+  Lanes above, below;
   for (int v = 0; v < kPatchSide; ++v) {
     const int row = y.first[v], moved = v > 0 ? row - y.first[v - 1] : kPatchSide;
     if (moved == 1) {
       above = below;
     } else if (moved != 0) {
-      between_columns(row, above);
+      above = between_columns(row);
     }
-    if (moved != 0) between_columns(row + 1, below);
-    for (int u = 0; u < kLanes; ++u) levels[u] = above[u] + y.beyond[v] * (below[u] - above[u]);
-    std::copy_n(levels.begin(), kPatchSide, &patch[v * kPatchSide]);
+    if (moved != 0) below = between_columns(row + 1);
+    rows[v] = above + y.beyond[v] * (below - above);
   }
   return true;
 }
 
-// Patches stored side by side, so that one vector instruction processes the same pixel of all of
-// them. In the sum over a single patch, each addition would have to wait for the one before.
-class PatchBatch {
- public:
-  static constexpr int kMost = 16;
-
-  bool IsFull() const { return count_ == kMost; }
-  void Add(const Patch& levels) {
-    for (int i = 0; i < kPatchPixels; ++i) levels_[i][count_] = levels[i];
-    ++count_;
+// Squared difference of two patches less their means, by the sums of the differences and of their
+// squares: the levels of patches that match differ by little, so little is lost in the difference.
+double SquaredDifference(const Rows& a, const Rows& b) {
+  Lanes sums = Lanes::Zero(), squares = Lanes::Zero();
+  for (int y = 0; y < kPatchSide; ++y) {
+    const Lanes apart = a[y] - b[y];
+    sums += apart;
+    squares += apart * apart;
   }
-  // The least squared difference between `patch`, whose mean is 0, and the patches less their
-  // means; infinite without patches.
-  double LeastSquaredDifference(const Patch& patch) const {
-    float means[kMost] = {}, sums[kMost] = {};
-    for (int i = 0; i < kPatchPixels; ++i) {
-      for (int k = 0; k < kMost; ++k) means[k] += levels_[i][k];
-    }
-    for (float& mean : means) mean /= kPatchPixels;
-    for (int i = 0; i < kPatchPixels; ++i) {
-      for (int k = 0; k < kMost; ++k) {
-        const float apart = patch[i] - (levels_[i][k] - means[k]);
-        sums[k] += apart * apart;
-      }
-    }
-    double least = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < count_; ++k) least = std::min<double>(least, sums[k]);
-    return least;
-  }
-
- private:
-  alignas(64) float levels_[kPatchPixels][kMost] = {};
-  int count_ = 0;
-};
+  const double sum = sums.head<kPatchSide>().sum();
+  return std::max(0.0, squares.head<kPatchSide>().sum() - sum * sum / kPatchPixels);
+}
 
 // Mean square of the gradient, by central differences inside the patch; (grey levels per pixel)^2.
-double SquaredGradient(const Patch& patch) {
+double SquaredGradient(const Rows& rows) {
+  constexpr int kInner = kPatchSide - 2;
   double sum = 0.0;
-  for (int y = 1; y + 1 < kPatchSide; ++y) {
-    for (int x = 1; x + 1 < kPatchSide; ++x) {
-      const int i = y * kPatchSide + x;
-      const float across = 0.5f * (patch[i + 1] - patch[i - 1]);
-      const float down = 0.5f * (patch[i + kPatchSide] - patch[i - kPatchSide]);
-      sum += across * across + down * down;
-    }
+  for (int y = 1; y <= kInner; ++y) {
+    const auto across = rows[y].segment<kInner>(2) - rows[y].segment<kInner>(0);
+    const auto down = rows[y + 1].segment<kInner>(1) - rows[y - 1].segment<kInner>(1);
+    sum += 0.25 * (across.square() + down.square()).sum();
   }
-  return sum / ((kPatchSide - 2) * (kPatchSide - 2));
+  return sum / (kInner * kInner);
 }
 
 }  // namespace
@@ -163,8 +142,8 @@ PhotometricSupport::PhotometricSupport(cv::Mat before, cv::Mat now,
     : before_(std::move(before)), now_(std::move(now)), place_pixels_(place_pixels) {
   std::vector<double> apart(befores.size(), -1.0);
   ForEachPoint(befores.size(), [&](size_t i) {
-    Patch p, q;
-    if (!Sample(before_, befores[i], p) || !Sample(now_, nows[i], q)) return;
+    Rows p, q;
+    if (!SampleRows(before_, befores[i], p) || !SampleRows(now_, nows[i], q)) return;
     apart[i] = std::sqrt(SquaredDifference(p, q) / kPatchPixels);
   });
   std::vector<double> all, fresh, moved;
@@ -199,8 +178,9 @@ double PhotometricSupport::RatioOf(double still, double found, double place_vari
 
 std::optional<double> PhotometricSupport::SignedLogRatio(cv::Point2f before, cv::Point2f now,
                                                          cv::Point2f standing) const {
-  Patch p, q, s;
-  if (!Sample(before_, before, p) || !Sample(now_, now, q) || !Sample(now_, standing, s)) {
+  Rows p, q, s;
+  if (!SampleRows(before_, before, p) || !SampleRows(now_, now, q) ||
+      !SampleRows(now_, standing, s)) {
     return std::nullopt;
   }
   return RatioOf(SquaredDifference(p, s), SquaredDifference(p, q), 0.0);
@@ -208,8 +188,8 @@ std::optional<double> PhotometricSupport::SignedLogRatio(cv::Point2f before, cv:
 
 std::optional<double> PhotometricSupport::LogRatioOnSegment(cv::Point2f before, cv::Point2f now,
                                                             const StaticSegment& segment) const {
-  Patch p, q, s;
-  if (!Sample(before_, before, p) || !Sample(now_, now, q)) return std::nullopt;
+  Rows p, q, s;
+  if (!SampleRows(before_, before, p) || !SampleRows(now_, now, q)) return std::nullopt;
   const double found = SquaredDifference(p, q);
   const double place_variance = place_pixels_ * place_pixels_ * SquaredGradient(p);
   const cv::Point2f way = segment.last - segment.first;
@@ -217,14 +197,12 @@ std::optional<double> PhotometricSupport::LogRatioOnSegment(cv::Point2f before, 
       static_cast<int>(std::ceil(kStepsPerPixel * std::hypot(way.x, way.y))), 1, kMostSteps);
   // The ratio grows with E_0, so the least E_0 gives the least ratio.
   double still = std::numeric_limits<double>::infinity();
-  for (int k = 0; k <= steps && still > found;) {
-    PatchBatch batch;
-    for (; k <= steps && !batch.IsFull(); ++k) {
-      const float share = static_cast<float>(k) / static_cast<float>(steps);
-      const double scale = std::lerp(segment.scale_first, segment.scale_last, share);
-      if (SampleScaledLevels(now_, segment.first + share * way, scale, s)) batch.Add(s);
+  for (int k = 0; k <= steps && still > found; ++k) {
+    const float share = static_cast<float>(k) / static_cast<float>(steps);
+    const double scale = std::lerp(segment.scale_first, segment.scale_last, share);
+    if (SampleScaledRows(now_, segment.first + share * way, scale, s)) {
+      still = std::min(still, SquaredDifference(p, s));
     }
-    still = std::min(still, batch.LeastSquaredDifference(p));
   }
   if (std::isinf(still)) return std::nullopt;
   return std::max(0.0, RatioOf(still, found, place_variance));

@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kSupportRadius = 2;  // nodes
 constexpr double kSupportShare = 0.45;
+constexpr double kKerb = 0.1;  // of the height of a camera that a person carries
 
 // Unique ids for the tracks of both trackers.
 int64_t GridId(int64_t id) { return id < 0 ? id : 2 * id; }
@@ -31,6 +32,8 @@ EvidenceOptions OptionsOf(const FrameLabellerOptions& labeller) {
   options.road = terms.road;
   options.accumulation = terms.accumulation;
   options.own_vehicle = LooksForOwnVehicle(labeller);
+  const TravelPrior& travel = labeller.travel;
+  if (travel.IsKnown() && !travel.IsOfVehicle()) options.kerb = kKerb;
   return options;
 }
 

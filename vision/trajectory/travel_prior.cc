@@ -14,6 +14,9 @@ constexpr int kIterations = 60;
 // Because of sideslip, pitch and bumps no direction of a vehicle is known better than to 3 degrees.
 constexpr double kGreatestConcentration = 400.0;
 constexpr double kLeastConcentration = 1.0;
+// Of a vehicle: 4 degrees. The directions of one that drives spread by up to 2, those of a camera
+// that a person carries by more than 6.
+constexpr double kLeastOfVehicle = 200.0;
 constexpr double kStartConcentration = 100.0;
 constexpr double kStartShare = 0.5;
 // For the share: counts as this many additional directions away from the mean.
@@ -42,7 +45,9 @@ Eigen::Vector3d StartOf(const std::vector<Eigen::Vector3d>& directions) {
 
 }  // namespace
 
-bool TravelPrior::IsOfVehicle() const { return share > 0.5 && MovesForwardOrBack(direction); }
+bool TravelPrior::IsOfVehicle() const {
+  return share > 0.5 && concentration > kLeastOfVehicle && MovesForwardOrBack(direction);
+}
 
 double TravelPrior::LogDensity(const Eigen::Vector3d& x) const {
   return std::log(share * Peak(concentration, direction.dot(x)) + 1.0 - share);

@@ -24,7 +24,8 @@ struct TravelPrior {
   double share = 0.0;                                    // w, in [0, 1); 0: not known
 
   bool IsKnown() const { return share > 0.0; }
-  // Whether most pairs travel in `direction`, and this is forward or back.
+  // Whether most pairs travel in nearly the same `direction`, and this is forward or back. Not so
+  // where a person carries the camera.
   bool IsOfVehicle() const;
   // log q(x); x: a unit vector.
   double LogDensity(const Eigen::Vector3d& x) const;

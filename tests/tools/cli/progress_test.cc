@@ -71,6 +71,22 @@ TEST(Progress, DoesNotTrustTheTotal) {
   EXPECT_THAT(stream.str(), HasSubstr("\"eta_seconds\":0"));
 }
 
+TEST(Progress, CountsInItsUnit) {
+  std::ostringstream stream;
+  Progress progress("evaluate", ProgressMode::kAuto, 2, stream, true, "sequence");
+  std::this_thread::sleep_for(std::chrono::milliseconds(110));
+  progress.Advance();
+  EXPECT_THAT(stream.str(), HasSubstr("evaluate: 1/2 sequences, "));
+  EXPECT_THAT(stream.str(), HasSubstr(" sequences/s, "));
+}
+
+TEST(Progress, TheTimeBeforeTheFirstIsNoRate) {
+  EXPECT_EQ(RateOf(1, 10.0, 10.0), 0.1);
+  EXPECT_EQ(RateOf(5, 12.0, 10.0), 2.0);
+  EXPECT_EQ(RateOf(2, 10.0, 10.0), 0.2);
+  EXPECT_EQ(RateOf(0, 0.0, 0.0), 0.0);
+}
+
 TEST(DescribeDuration, ReadsWell) {
   EXPECT_EQ(DescribeDuration(0.2), "0 s");
   EXPECT_EQ(DescribeDuration(59.4), "59 s");

@@ -1,7 +1,9 @@
 #include "vision/evidence/photometric_support.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -184,6 +186,65 @@ TEST(PhotometricSupport, AStaticPlaceIsComparedAtItsSize) {
   const double grown = *support.LogRatioOnSegment(place, mover, {place, place, scale, scale});
   EXPECT_GT(as_it_was, 20.0);
   EXPECT_LT(grown, 0.1 * as_it_was);  // what two interpolations leave
+}
+
+// Bilinear level, by its definition.
+double LevelAt(const cv::Mat& picture, double x, double y) {
+  const int column = static_cast<int>(x), row = static_cast<int>(y);
+  const double fx = x - column, fy = y - row;
+  const auto at = [&](int dx, int dy) { return picture.at<uint8_t>(row + dy, column + dx); };
+  return (1 - fy) * ((1 - fx) * at(0, 0) + fx * at(1, 0)) +
+         fy * ((1 - fx) * at(0, 1) + fx * at(1, 1));
+}
+
+// The 49 levels around a place, `scale` pixels apart, less their mean.
+std::vector<double> PatchOf(const cv::Mat& picture, cv::Point2d place, double scale) {
+  std::vector<double> levels;
+  double mean = 0.0;
+  for (int y = -3; y <= 3; ++y) {
+    for (int x = -3; x <= 3; ++x) {
+      levels.push_back(LevelAt(picture, place.x + scale * x, place.y + scale * y));
+      mean += levels.back() / 49.0;
+    }
+  }
+  for (double& level : levels) level -= mean;
+  return levels;
+}
+
+double Apart(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return sum;
+}
+
+// (S2) in float64, at places up to the picture's last columns. Levels have errors of float32 of 255
+// (1.5e-5), and squared differences of some thousands those of 49 times twice 255 times that.
+TEST(PhotometricSupport, TheRatioOnASegmentIsThatOfItsDefinition) {
+  const cv::Mat before = HalfTextured(), now = Shifted(before, 1);
+  const cv::Mat texture = before.colRange(0, kSide / 2).clone(), other = now.colRange(0, kSide / 2);
+  for (const double last_scale : {1.0, 1.4}) {
+    for (const float x : {12.3f, 26.6f, 27.9f}) {
+      const cv::Point2f place(14.25f, 30.5f), found(x, 21.75f);
+      const PhotometricSupport support(texture, other.clone(), {place}, {found});
+      const StaticSegment segment{{8.5f, 12.25f}, {24.75f, 40.5f}, 1.0, last_scale};
+      const std::vector<double> p = PatchOf(texture, place, 1.0);
+      const double noise = support.noise_levels(), least = 49.0 * noise * noise;
+      const double e_1 = std::max(Apart(p, PatchOf(other, found, 1.0)), least);
+      const cv::Point2f way = segment.last - segment.first;
+      const int steps = static_cast<int>(std::ceil(2.0 * std::hypot(way.x, way.y)));
+      double e_0 = std::numeric_limits<double>::infinity();
+      for (int k = 0; k <= steps; ++k) {
+        const float share = static_cast<float>(k) / static_cast<float>(steps);
+        double scale = std::lerp(1.0, last_scale, share);
+        if (std::abs(scale - 1.0) < 0.05) scale = 1.0;
+        const cv::Point2f at = segment.first + share * way;
+        e_0 = std::min(e_0, Apart(p, PatchOf(other, at, scale)));
+      }
+      e_0 = std::max(e_0, least);
+      const double ratio = std::max(0.0, 0.25 * (e_0 - e_1) / (2.0 * std::min(e_0, e_1) / 49.0));
+      EXPECT_NEAR(*support.LogRatioOnSegment(place, found, segment), ratio, 1e-3 * (1.0 + ratio));
+    }
+  }
 }
 
 TEST(PhotometricSupport, ASegmentIsSearchedAsFarAsItIsInThePicture) {

@@ -17,10 +17,10 @@ Vector3d AnyDirection(std::mt19937& random) {
   return Vector3d(normal(random), normal(random), normal(random)).normalized();
 }
 
-// `along` about `mean`, each component off by 0.05, then `others` anywhere.
-Directions Mixed(const Vector3d& mean, int along, int others, uint32_t seed) {
+// `along` about `mean`, each component off by `spread`, then `others` anywhere.
+Directions Mixed(const Vector3d& mean, int along, int others, uint32_t seed, double spread = 0.05) {
   std::mt19937 random(seed);
-  std::normal_distribution<double> normal(0.0, 0.05);
+  std::normal_distribution<double> normal(0.0, spread);
   Directions directions;
   for (int k = 0; k < along; ++k) {
     const Vector3d off(normal(random), normal(random), normal(random));
@@ -65,6 +65,7 @@ TEST(TravelPrior, AVehicleTravelsForwardOrBackMostOfTheTime) {
   EXPECT_TRUE(FitTravelPrior(Mixed(-forward, 16, 8, 5)).IsOfVehicle());
   EXPECT_FALSE(FitTravelPrior(Mixed(Vector3d::UnitX(), 16, 8, 5)).IsOfVehicle());
   EXPECT_FALSE(FitTravelPrior(Mixed(forward, 8, 16, 5)).IsOfVehicle());
+  EXPECT_FALSE(FitTravelPrior(Mixed(forward, 24, 0, 5, 0.11)).IsOfVehicle());  // walking
 }
 
 // Of a camera that travels anywhere no direction is ruled out.

@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# What `./run test` counts, and when sanitizers run; bazel is a stand-in.
+set -euo pipefail
+
+fail() {
+  echo "FAILED: $*" >&2
+  exit 1
+}
+
+tree=$TEST_TMPDIR/tree
+mkdir -p "$tree"/{tools_on_path,bazel-testlogs/tests/kernels/a_test}
+cp run "$tree/run"
+for name in bash basename cat dirname grep mkdir mktemp rm sed sort tee; do
+  ln -s "$(command -v "$name")" "$tree/tools_on_path/$name"
+done
+cat >"$tree/bazel-testlogs/tests/kernels/a_test/test.xml" <<'END'
+<testsuites tests="7" failures="0" errors="0">
+<testcase name="x" result="skipped"/>
+</testsuites>
+END
+bazel_says() {
+  printf '#!/bin/bash\necho "$*" >>%s/calls\ncat <<END\n%s\nEND\n' "$tree" "$1" >"$tree/tools_on_path/bazel"
+  chmod +x "$tree/tools_on_path/bazel"
+}
+run_test() {
+  : >"$tree/calls"
+  (cd "$tree" && PATH=$tree/tools_on_path bash ./run test "$@" 2>/dev/null)
+}
+stages() { wc -l <"$tree/calls"; }
+
+bazel_says "//tests/kernels:a_test          PASSED in 0.1s"
+said=$(run_test) || fail "a suite that passes fails: $said"
+[[ $said == *"6 passed, 0 failed, 1 skipped" ]] || fail "counts otherwise: $said"
+[ "$(stages)" = 1 ] || fail "runs more than the suite"
+
+bazel_says "INFO: From Compiling kernels/a.cc:
+kernels/a.cc:3:7: warning: unused variable 'b' [-Wunused-variable]
+//tests/kernels:a_test          PASSED in 0.1s"
+! said=$(run_test) || fail "a warning is no failure: $said"
+[[ $said == *"warning: unused"*"6 passed, 1 failed, 1 skipped" ]] || fail "tells no warning: $said"
+bazel_says "/usr/include/a.h:3:7: warning: of others
+//tests/kernels:a_test          PASSED in 0.1s"
+run_test >/dev/null || fail "a warning of others' headers is a failure"
+
+bazel_says "//tests/kernels:a_test          FAILED in 0.1s"
+! said=$(run_test) || fail "a failure passes: $said"
+[[ $said == *"1 failed"* ]] || fail "counts no failure: $said"
+
+bazel_says "//tests/kernels:a_test          PASSED in 0.1s"
+EGOSIEVE_SANITIZE_WITHIN=600 run_test >/dev/null || fail "sanitizers that pass fail"
+[ "$(grep -c -- --config=asan "$tree/calls")" = 1 ] || fail "no address sanitizer in time"
+[ "$(grep -c -- --config=tsan "$tree/calls")" = 1 ] || fail "no thread sanitizer in time"
+EGOSIEVE_SANITIZE_WITHIN=0 run_test >/dev/null || fail "fails without sanitizers"
+[ "$(stages)" = 1 ] || fail "sanitizers beyond the time"
