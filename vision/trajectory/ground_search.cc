@@ -152,35 +152,31 @@ void GroundSearch::Add(cv::Point place, const Eigen::Vector3d& direction, const 
                        CellSums& sums) const {
   const Eigen::Vector3d ray = view_.camera.Ray(place.x, place.y);
   const double below = std::max(0.0, ray(1) - direction(1) / direction(2));
-  // The point in the camera of each picture: still + speed * moved.
-  struct Line {
-    const cv::Mat& changes;
-    Eigen::Vector3d still, moved;
-  };
-  std::vector<Line> lines;
+  AllSpeeds sum = AllSpeeds::Zero(), squares = AllSpeeds::Zero(), count = AllSpeeds::Zero();
   for (size_t k = 0; k < changes_.size(); ++k) {
     const GroundPicture& picture = view_.pictures[k];
     if (std::abs(picture.seconds) > kStackSeconds) continue;
-    lines.push_back({changes_[k], picture.rotation * ray,
-                     picture.rotation * (below * picture.seconds * direction)});
+    // The point in the picture's camera is still + speed * moved.
+    const Eigen::Vector3d still = picture.rotation * ray,
+                          moved = picture.rotation * (below * picture.seconds * direction);
+    const AllSpeeds depth = still(2) + speeds * moved(2);
+    const double f = view_.camera.focal_pixels;
+    const AllSpeeds x = view_.camera.centre_x + f * (still(0) + speeds * moved(0)) / depth;
+    const AllSpeeds y = view_.camera.centre_y + f * (still(1) + speeds * moved(1)) / depth;
+    for (int v = 0; v < kAllSpeeds; ++v) {
+      if (!(depth(v) > kNearest)) continue;
+      const double change = SampleAt(changes_[k], x(v), y(v)) - kNought;
+      if (std::isnan(change)) continue;
+      sum(v) += change;
+      squares(v) += change * change;
+      count(v) += 1.0;
+    }
   }
   for (int v = 0; v < kAllSpeeds; ++v) {
-    double sum = 0.0, squares = 0.0;
-    int count = 0;
-    for (const Line& line : lines) {
-      const Eigen::Vector3d point = line.still + speeds(v) * line.moved;
-      if (!(point(2) > kNearest)) continue;
-      const Eigen::Vector2d there = view_.camera.Project(point);
-      const double change = SampleAt(line.changes, there(0), there(1)) - kNought;
-      if (std::isnan(change)) continue;
-      sum += change;
-      squares += change * change;
-      ++count;
-    }
-    if (count < 2) continue;
-    sums.squares(v) += squares;
-    sums.about_means(v) += squares - sum * sum / count;
-    sums.values(v) += count;
+    if (count(v) < 2.0) continue;
+    sums.squares(v) += squares(v);
+    sums.about_means(v) += squares(v) - sum(v) * sum(v) / count(v);
+    sums.values(v) += count(v);
     sums.places(v) += 1.0;
   }
 }
