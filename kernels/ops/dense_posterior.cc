@@ -20,11 +20,11 @@ class HostPosterior : public DensePosterior {
 
   absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
                                            const PosteriorOutputs& outputs) const override {
-    EGOSIEVE_RETURN_IF_ERROR(CheckQueries(dimension_, queries));
-    EGOSIEVE_RETURN_IF_ERROR(CheckOutputs(
-        outputs.variance != nullptr || outputs.probability != nullptr, factor_kind_, count_));
-    return PosteriorCounts{
-        posterior_.Evaluate(queries, outputs.mean, outputs.variance, outputs.probability)};
+    return EvaluateQueries(queries, outputs);
+  }
+  absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<double> queries,
+                                           const PosteriorOutputs& outputs) const override {
+    return EvaluateQueries(queries, outputs);
   }
 
   absl::StatusOr<cl_event> Enqueue(const DeviceQueries&, const DeviceOutputs&,
@@ -37,6 +37,16 @@ class HostPosterior : public DensePosterior {
   }
 
  private:
+  template <typename Query>
+  absl::StatusOr<PosteriorCounts> EvaluateQueries(ConstMatrixView<Query> queries,
+                                                  const PosteriorOutputs& outputs) const {
+    EGOSIEVE_RETURN_IF_ERROR(CheckQueries(dimension_, queries));
+    EGOSIEVE_RETURN_IF_ERROR(CheckOutputs(
+        outputs.variance != nullptr || outputs.probability != nullptr, factor_kind_, count_));
+    return PosteriorCounts{
+        posterior_.Evaluate(queries, outputs.mean, outputs.variance, outputs.probability)};
+  }
+
   int64_t dimension_;
   int64_t count_;
   FactorKind factor_kind_;
@@ -53,10 +63,13 @@ absl::Status DensePosteriorOptions::Validate() const {
   return absl::OkStatus();
 }
 
-absl::Status CheckQueries(int64_t dimension, ConstMatrixView<float> queries) {
+template <typename Query>
+absl::Status CheckQueries(int64_t dimension, ConstMatrixView<Query> queries) {
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("queries", queries, queries.rows, dimension));
   return CheckFinite("queries", queries);
 }
+template absl::Status CheckQueries(int64_t, ConstMatrixView<float>);
+template absl::Status CheckQueries(int64_t, ConstMatrixView<double>);
 
 absl::Status CheckOutputs(bool needs_variance, FactorKind factor_kind, int64_t input_count) {
   if (needs_variance && factor_kind == FactorKind::kNone && input_count > 0) {

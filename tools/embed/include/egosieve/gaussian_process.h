@@ -293,7 +293,8 @@ EGOSIEVE_API void egosieve_prediction_init(egosieve_prediction* prediction);
 /**
  * Predicts at points.
  * @param gp          The model.
- * @param x           M x D, finite in float32. Packed rows of float32 are read in place.
+ * @param x           M x D, finite in float32. Packed rows of float32 are read in place. float64 is
+ *                    rounded only after it is centred and scaled, as the model's points are.
  * @param prediction  Arrays of M values; the mean M x k.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_predict(egosieve_gp* gp, const egosieve_const_array* x,
