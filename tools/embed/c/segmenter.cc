@@ -33,7 +33,8 @@ static_assert(EGOSIEVE_PROFILE_DEFAULT == static_cast<int>(Profile::kDefault) &&
               EGOSIEVE_PROFILE_PAPER == static_cast<int>(Profile::kPaper) &&
               EGOSIEVE_PROFILE_FAST == static_cast<int>(Profile::kFast));
 
-constexpr int64_t kMaximumFileBytes = int64_t{1} << 30;
+// The largest that is written: zip's 4 GiB, and its directory.
+constexpr int64_t kMaximumFileBytes = (int64_t{1} << 32) + (int64_t{1} << 20);
 
 using Sessions = HandleTable<HandleKind::kSegmenter, egosieve_segmenter, SegmenterSession>;
 
