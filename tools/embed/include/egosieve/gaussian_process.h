@@ -119,7 +119,8 @@ typedef struct egosieve_gp_options {
   const char* device;             /**< Index of a device, part of its name, "cpu", "gpu" or
                                     "reference". Null or empty: the variable EGOSIEVE_DEVICE, else a
                                     GPU, else a CPU. */
-  int64_t memory_cap_bytes;       /**< Device memory for tiles. Default: 256 MiB. */
+  int64_t memory_cap_bytes;       /**< Device memory for tiles. 0, the default, and loaded models:
+                                    256 MiB, or an eighth of a GPU's memory if that is more. */
   const char* covariance_text;    /**< The covariance as a text; `covariance` must then be
                                     #EGOSIEVE_NAMED_COVARIANCE or its default. Default: null. */
   egosieve_mean mean;             /**< Default: #EGOSIEVE_ZERO_MEAN. */
@@ -293,8 +294,7 @@ EGOSIEVE_API void egosieve_prediction_init(egosieve_prediction* prediction);
 /**
  * Predicts at points.
  * @param gp          The model.
- * @param x           M x D, finite in float32. Packed rows of float32 are read in place. float64 is
- *                    rounded only after it is centred and scaled, as the model's points are.
+ * @param x           M x D, finite in float32. Packed rows of float32 are read in place.
  * @param prediction  Arrays of M values; the mean M x k.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_predict(egosieve_gp* gp, const egosieve_const_array* x,
