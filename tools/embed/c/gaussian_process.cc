@@ -277,11 +277,11 @@ egosieve_status egosieve_gp_noise_variances(egosieve_gp* gp, const egosieve_arra
 egosieve_status egosieve_gp_scales(egosieve_gp* gp, double* scales, int64_t count) {
   return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
     const std::vector<double> all = model.Describe().hyperparameters.covariance.scales;
-    if (count != static_cast<int64_t>(all.size())) {
+    if (count < static_cast<int64_t>(all.size())) {
       return absl::InvalidArgumentError(
           absl::StrFormat("count = %d; there are %d scales", count, all.size()));
     }
-    if (count > 0) EGOSIEVE_RETURN_IF_ERROR(CheckPointer("scales", scales));
+    if (!all.empty()) EGOSIEVE_RETURN_IF_ERROR(CheckPointer("scales", scales));
     std::copy(all.begin(), all.end(), scales);
     return absl::OkStatus();
   });
