@@ -121,6 +121,9 @@ class Predictor:
         steps = [arguments.even_step(values) for values in (x, y)]
         if None not in steps:
             return self.predict_grid(x[0], y[0], *steps, len(y), len(x), **wishes)
+        self._fitted()
+        if np.ndim(self._scale):  # as predict_grid says it
+            raise RuntimeError(f"a grid needs a model of one output; this one has {len(self._scale)}")
         found = self.predict(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2), **wishes)
 
         def shaped(values):
