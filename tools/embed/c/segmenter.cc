@@ -318,6 +318,14 @@ egosieve_status egosieve_segmenter_process(egosieve_segmenter* segmenter,
   });
 }
 
+egosieve_status egosieve_segmenter_frame_count(egosieve_segmenter* segmenter, int64_t* frames) {
+  return WithSession(__func__, segmenter, [&](SegmenterSession& session) -> absl::Status {
+    EGOSIEVE_RETURN_IF_ERROR(CheckPointer("frames", frames));
+    *frames = session.FrameCount();
+    return absl::OkStatus();
+  });
+}
+
 egosieve_status egosieve_segmenter_waiting(egosieve_segmenter* segmenter, int64_t* frames,
                                            int32_t* width, int32_t* height) {
   return WithSession(__func__, segmenter, [&](SegmenterSession& session) -> absl::Status {

@@ -31,7 +31,9 @@ class SegmenterTest(unittest.TestCase):
         path = os.path.join(os.getcwd(), "segmenter.npz")
         segmenter.save(path)
         loaded = egosieve.Segmenter.load(path)
-        found, again = segmenter.process(last, 0.3), loaded.process(last, 0.3)
+        for one in (segmenter, loaded):
+            self.assertAlmostEqual(one._arguments(last, None)[1], 0.3)
+        found, again = segmenter.process(last), loaded.process(last)
         self.assertEqual(found.probability.shape, segmenter.grid_size(WIDTH, HEIGHT))
         for name in ("probability", "mean", "deviation"):
             np.testing.assert_array_equal(getattr(found, name), getattr(again, name))
