@@ -1,5 +1,8 @@
 #include "kernels/ops/dense_posterior.h"
 
+#include <string>
+
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
@@ -16,6 +19,7 @@ class HostPosterior : public DensePosterior {
       : dimension_(model.covariance.input_dimension()),
         count_(model.inputs.rows),
         factor_kind_(model.factor_kind),
+        covariance_(model.covariance.function.text()),
         posterior_(model) {}
 
   absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
@@ -33,7 +37,7 @@ class HostPosterior : public DensePosterior {
   }
 
   std::string description() const override {
-    return "reference: float64 on the host, accurate arcsine";
+    return absl::StrCat("reference: float64 on the host, ", covariance_);
   }
 
  private:
@@ -50,6 +54,7 @@ class HostPosterior : public DensePosterior {
   int64_t dimension_;
   int64_t count_;
   FactorKind factor_kind_;
+  std::string covariance_;
   reference::DensePosterior posterior_;
 };
 

@@ -349,6 +349,18 @@ TEST_P(DensePosteriorTest, NegativeVariancesAreClampedAndCounted) {
   for (int q = 0; q < 61; ++q) EXPECT_EQ(results.variance(0, q), 0.0f);
 }
 
+TEST(HostPosterior, NamesItsCovariance) {
+  std::mt19937_64 random = TestRandom();
+  const Problem problem = MakeProblem(random, SquaredExponentialParameters({0.5}), 3, 0.3);
+  ContextOptions options;
+  options.device = "reference";
+  const auto context = OpenContext(options);
+  ASSERT_TRUE(context.ok()) << context.status();
+  const auto posterior = DensePosterior::Create(*context, problem.model(FactorKind::kNone));
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  EXPECT_EQ((*posterior)->description(), "reference: float64 on the host, squared_exponential");
+}
+
 INSTANTIATE_TEST_SUITE_P(Shapes, DensePosteriorTest,
                          testing::Values(Shapes::kOfTheDevice, Shapes::kLocalTiles,
                                          Shapes::kOwnMemory),

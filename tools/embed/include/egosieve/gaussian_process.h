@@ -47,10 +47,10 @@
  * points cost k m^2 + m^3 / 3. Memory: 8 n^2 bytes, and 2 n^2 on the device; for a sparse model, 8
  * n m and 2 m^2.
  *
- * Errors of the results: the factor is float64; queries, means and variances are float32 on a
- * device and float64 on "reference". The mean's error is at most sigma_f^2 |alpha|_1 (1e-6 + (66 +
- * n / 64) 2^-24 pi / 2). A query's result does not depend on other queries or on the number of
- * threads, to the last bit.
+ * Errors of the results: the factor is float64. Queries are centred and scaled in float64;
+ * predictions are computed in float32 on a device, in float64 on "reference", and are float32
+ * values. The mean's error is at most sigma_f^2 |alpha|_1 (1e-6 + (66 + n / 64) 2^-24 pi / 2). A
+ * query's result depends neither on other queries nor on the number of threads, to the last bit.
  *
  * References: Rasmussen & Williams (2006), 2.2, 2.7 and 6.5, eq. 4.29 (with 2/pi in front), eq.
  * 6.41; Quinonero-Candela & Rasmussen (2005); Titsias (2009). Joint predictions, samples, gradients

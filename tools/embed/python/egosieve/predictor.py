@@ -36,8 +36,7 @@ class Predictor:
         Parameters
         ----------
         X : array of shape (n_queries, n_features)
-            float32 rows that lie packed are read in place; others are copied in pieces. float64 is rounded
-            only after it is centred and scaled, as the model's points are.
+            float32 rows that lie packed are read in place; others are copied in pieces.
         return_std, return_var : bool
             Also return the standard deviation, or the variance, of f.
         return_cov : bool
