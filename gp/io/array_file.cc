@@ -208,6 +208,10 @@ absl::StatusOr<std::string_view> Member(std::string_view bytes, const std::strin
 }  // namespace
 
 absl::StatusOr<std::string> SerializeArrays(const ArrayMap& arrays) {
+  if (static_cast<int64_t>(arrays.size()) > kMaxArraysInFile) {
+    return absl::FailedPreconditionError(
+        absl::StrFormat("%d arrays; at most %d can be read", arrays.size(), kMaxArraysInFile));
+  }
   std::string out, directory;
   for (const auto& [array_name, array] : arrays) {
     const std::string name = absl::StrCat(array_name, kSuffix);

@@ -36,9 +36,10 @@ NamedArray VectorArray(std::vector<T> elements) {
 
 using ArrayMap = std::map<std::string, NamedArray>;
 
-inline constexpr int64_t kMaxArraysInFile = 64;
+inline constexpr int64_t kMaxArraysInFile = 256;
 
-// FailedPrecondition if the archive would exceed 4 GiB, zip's limit.
+// FailedPrecondition for more arrays than can be read, and if the archive would exceed 4 GiB, zip's
+// limit.
 absl::StatusOr<std::string> SerializeArrays(const ArrayMap& arrays);
 
 // DataLoss, with reason and place, for bytes that are damaged, truncated or not such an archive;

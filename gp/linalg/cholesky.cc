@@ -43,10 +43,14 @@ void SolveTile(ConstView l, View x) {
 
 std::vector<double> PivotFloors(ConstView a, int64_t order, double factor) {
   std::vector<double> floors(a.rows);
+  PivotFloors(a, order, factor, absl::MakeSpan(floors));
+  return floors;
+}
+
+void PivotFloors(ConstView a, int64_t order, double factor, absl::Span<double> floors) {
   const double relative = factor * static_cast<double>(std::max<int64_t>(order, 1)) *
                           std::numeric_limits<double>::epsilon();
   for (int64_t i = 0; i < a.rows; ++i) floors[i] = std::max(0.0, relative * a(i, i));
-  return floors;
 }
 
 int64_t FactorizeInParallel(View a, absl::Span<const double> floors) {

@@ -27,6 +27,9 @@ namespace egosieve::gp {
 
 // Pivot floors for the `Factorize` functions: factor * max(n, 1) * eps * diagonal_i.
 std::vector<double> PivotFloors(kernels::ConstMatrixView<double> a, int64_t order, double factor);
+// The same into `floors`, of A's rows.
+void PivotFloors(kernels::ConstMatrixView<double> a, int64_t order, double factor,
+                 absl::Span<double> floors);
 
 // The lower triangle of A becomes L, the strict upper one zero. Returns -1, or the first row i
 // whose pivot (square of L(i,i)) is not above floors[i] or not finite; then the lower triangle is

@@ -87,7 +87,7 @@ class IncrementalCholesky {
                       kernels::ConstMatrixView<double> corner);
 
   // Removes the rows (and columns) of K with these indices, which must be in [0, n) and strictly
-  // increasing (otherwise InvalidArgument, unchanged).
+  // increasing (otherwise InvalidArgument, unchanged). std::bad_alloc also leaves it unchanged.
   absl::Status Remove(absl::Span<const int64_t> rows);
 
   // Drops the rows from `size` on, as if they had not been appended; size in [0, n].

@@ -50,6 +50,8 @@ class Removal {
         reflectors_(size_ - first_, static_cast<int64_t>(rows.size())),
         panel_(static_cast<int64_t>(rows.size()) <= kNarrowRemoval ? kNarrowPanel : kWidePanel),
         triangles_(size_ - first_, panel_),
+        aside_(size_ - first_, static_cast<int64_t>(rows.size())),
+        work_(size_ - first_, 2 * panel_),
         finished_(blocks_) {
     kept_.reserve(size_ - first_);
     size_t next = 0;
@@ -67,14 +69,7 @@ class Removal {
   void Run() {
     const double rows = static_cast<double>(size_ - first_);
     const double flops = rows * rows * static_cast<double>(2 * reflectors_.cols() + panel_);
-    kernels::ParallelFor(blocks_, flops, [this](int64_t block) {
-      try {
-        ProcessBlock(block);
-      } catch (...) {
-        abandoned_ = true;
-        throw;
-      }
-    });
+    kernels::ParallelFor(blocks_, flops, [this](int64_t block) { ProcessBlock(block); });
   }
 
  private:
@@ -82,14 +77,9 @@ class Removal {
   // non-zero columns of C2.
   int64_t Active(int64_t index) const { return active_[index]; }
 
-  // Returns false if another block has thrown, so that the wait might never end.
   template <typename Condition>
-  bool WaitUntil(const Condition& condition) const {
-    while (!condition()) {
-      if (abandoned_) return false;
-      std::this_thread::yield();
-    }
-    return true;
+  static void WaitUntil(const Condition& condition) {
+    while (!condition()) std::this_thread::yield();
   }
 
   // Moves the block's rows to their new places and their removed columns to c2. In place: rows move
@@ -113,17 +103,18 @@ class Removal {
     }
   }
 
+  // Throws nothing: another block may wait for this one, and L is partly moved.
   void ProcessBlock(int64_t block) {
     const int64_t begin = block * kBlockRows;
     const int64_t end = std::min(begin + kBlockRows, size_ - first_);
-    AlignedMatrix aside(end - begin, static_cast<int64_t>(removed_.size()));
-    AlignedMatrix work(kBlockRows, 2 * panel_);
-    if (!WaitUntil([&] { return moved_.load(std::memory_order_acquire) == block; })) return;
-    MoveRows(begin, end, aside.view());
+    const View aside = Block(aside_.view(), begin, 0, end - begin, aside_.cols());
+    const View work = Block(work_.view(), begin, 0, end - begin, work_.cols());
+    WaitUntil([&] { return moved_.load(std::memory_order_acquire) == block; });
+    MoveRows(begin, end, aside);
     moved_.store(block + 1, std::memory_order_release);
 
     for (int64_t left = 0; left < block; ++left) {
-      if (!WaitUntil([&] { return finished_[left].load(std::memory_order_acquire); })) return;
+      WaitUntil([&] { return finished_[left].load(std::memory_order_acquire); });
       for (int64_t panel = left * kBlockRows; panel < (left + 1) * kBlockRows; panel += panel_) {
         ApplyPanel(panel, begin, end, begin, aside, work);
       }
@@ -138,18 +129,18 @@ class Removal {
   int64_t PanelEnd(int64_t panel) const { return std::min(panel + panel_, size_ - first_); }
 
   // (2) for rows [begin, end), whose C2 starts at row begin - block_begin of `aside`.
-  void ApplyPanel(int64_t panel, int64_t begin, int64_t end, int64_t block_begin,
-                  AlignedMatrix& aside, AlignedMatrix& work) {
+  void ApplyPanel(int64_t panel, int64_t begin, int64_t end, int64_t block_begin, View aside,
+                  View work) {
     if (begin >= end) return;
     const int64_t rows = end - begin;
     const int64_t width = PanelEnd(panel) - panel;
     const int64_t active = Active(panel + width - 1);
     const View c1 = Block(l_, first_ + begin, first_ + panel, rows, width);
-    const View c2 = Block(aside.view(), begin - block_begin, 0, rows, active);
+    const View c2 = Block(aside, begin - block_begin, 0, rows, active);
     const ConstView v = Block(reflectors_.view(), panel, 0, width, active);
     const ConstView t = Block(triangles_.view(), panel, 0, width, width);
-    const View w = Block(work.view(), 0, 0, rows, width);
-    const View wt = Block(work.view(), 0, panel_, rows, width);
+    const View w = Block(work, 0, 0, rows, width);
+    const View wt = Block(work, 0, panel_, rows, width);
     for (int64_t i = 0; i < rows; ++i) {
       std::copy(c1.row(i), c1.row(i) + width, w.row(i));
       std::fill(wt.row(i), wt.row(i) + width, 0.0);
@@ -163,11 +154,11 @@ class Removal {
   }
 
   // (1) for the rows of a panel, one after another, and the triangle T of their product.
-  void FactorPanel(int64_t panel, int64_t block_begin, AlignedMatrix& aside) {
+  void FactorPanel(int64_t panel, int64_t block_begin, View aside) {
     const int64_t width = PanelEnd(panel) - panel;
     const int64_t active = Active(panel + width - 1);
     const View c1 = Block(l_, first_ + panel, first_ + panel, width, width);
-    const View c2 = Block(aside.view(), panel - block_begin, 0, width, active);
+    const View c2 = Block(aside, panel - block_begin, 0, width, active);
     const View v = Block(reflectors_.view(), panel, 0, width, active);
     const View t = Block(triangles_.view(), panel, 0, width, width);
     for (int64_t j = 0; j < width; ++j) {
@@ -214,9 +205,10 @@ class Removal {
   AlignedMatrix reflectors_;     // V, one row per row from first_ on
   int64_t panel_;                // columns of a panel; divides kBlockRows
   AlignedMatrix triangles_;      // T, one panel_ x panel_ block per panel
+  AlignedMatrix aside_;          // C2, one row per row from first_ on
+  AlignedMatrix work_;           // W and W T of a block, in its rows
   std::atomic<int64_t> moved_{0};
   std::vector<std::atomic<bool>> finished_;
-  std::atomic<bool> abandoned_{false};
 };
 
 }  // namespace

@@ -13,7 +13,8 @@
 //   W = C1 + C2 V^T,  C1 -= W T,  C2 -= W T V                                             (2)
 //
 // Rows are processed in blocks. Each block applies all panels to its left once (left-looking): L is
-// read and written once. Blocks are tasks that wait for the panels they need.
+// read and written once. Blocks are tasks that wait for the panels they need. All memory is
+// allocated before the first row is moved.
 #ifndef EGOSIEVE_GP_LINALG_ROW_REMOVAL_H_
 #define EGOSIEVE_GP_LINALG_ROW_REMOVAL_H_
 
@@ -27,6 +28,7 @@ namespace egosieve::gp {
 // l: n x n, lower triangular with zeros above the diagonal; rows: indices in [0, n), strictly
 // increasing. Afterwards the leading block of size n - rows.size() is the factor of the remaining
 // matrix, with zeros above the diagonal; the last rows are undefined on and below their diagonal.
+// std::bad_alloc leaves l as it was.
 void RemoveRows(kernels::MatrixView<double> l, absl::Span<const int64_t> rows);
 
 }  // namespace egosieve::gp

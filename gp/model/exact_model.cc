@@ -177,10 +177,13 @@ absl::Status ExactModel::Remove(absl::Span<const int64_t> rows) {
       return absl::OkStatus();
     }
   }
-  // The update never refuses a pivot, so it is also the fallback for a failed rebuild.
+  // The update never refuses a pivot, so it is also the fallback for a failed rebuild. It is in
+  // place: once the factor has changed, nothing may fail.
+  WeightsMemory memory(hyperparameters_.mean, input_dimension(), left.size(), left.outputs);
   EGOSIEVE_RETURN_IF_ERROR(factor_.Remove(rows));
+  weights_ = SolveWeights(factor_.Factor(), left.view(input_dimension()), left.target_view(),
+                          std::move(memory));
   points_ = std::move(left);
-  weights_ = WeightsOf(factor_, hyperparameters_, points_);
   return absl::OkStatus();
 }
 

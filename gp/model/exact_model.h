@@ -32,7 +32,7 @@
 // another during a rebuild.
 //
 // A change that fails leaves the model as it was, also if memory is exhausted (std::bad_alloc, or
-// ResourceExhausted for the factor). Remove is an exception: its update is in place.
+// ResourceExhausted for the factor). Remove, whose update is in place, allocates all memory first.
 //
 // If the points do not determine the mean function's coefficients, predictions are
 // FailedPrecondition.

@@ -17,7 +17,8 @@ using kernels::ConstMatrixView;
 constexpr int64_t kTile = 512;  // queries at a time
 
 // M x D in float64.
-std::vector<double> WideRows(ConstMatrixView<float> queries, int64_t begin, int64_t end) {
+template <typename Query>
+std::vector<double> WideRows(ConstMatrixView<Query> queries, int64_t begin, int64_t end) {
   std::vector<double> wide((end - begin) * queries.cols);
   for (int64_t i = begin; i < end; ++i) {
     std::copy_n(queries.row(i), queries.cols, &wide[(i - begin) * queries.cols]);
@@ -76,6 +77,17 @@ absl::StatusOr<std::shared_ptr<const Posterior>> Posterior::Create(
 
 absl::StatusOr<kernels::PosteriorCounts> Posterior::Evaluate(
     ConstMatrixView<float> queries, const kernels::PosteriorOutputs& outputs) const {
+  return EvaluateQueries(queries, outputs);
+}
+
+absl::StatusOr<kernels::PosteriorCounts> Posterior::Evaluate(
+    ConstMatrixView<double> queries, const kernels::PosteriorOutputs& outputs) const {
+  return EvaluateQueries(queries, outputs);
+}
+
+template <typename Query>
+absl::StatusOr<kernels::PosteriorCounts> Posterior::EvaluateQueries(
+    ConstMatrixView<Query> queries, const kernels::PosteriorOutputs& outputs) const {
   if (extension_ == nullptr) return dense_->Evaluate(queries, outputs);
   if (outputs.probability != nullptr && extension_->weights.outputs > 1) {
     return absl::InvalidArgumentError("probabilities are of one output; this model has several");
@@ -93,8 +105,9 @@ absl::StatusOr<cl_event> Posterior::Enqueue(const kernels::DeviceQueries& querie
   return dense_->Enqueue(queries, outputs, call);
 }
 
+template <typename Query>
 absl::StatusOr<kernels::PosteriorCounts> Posterior::EvaluateExtended(
-    ConstMatrixView<float> queries, const kernels::PosteriorOutputs& outputs) const {
+    ConstMatrixView<Query> queries, const kernels::PosteriorOutputs& outputs) const {
   const RegressionWeights& weights = extension_->weights;
   const int64_t dimension = hyperparameters_.covariance.input_dimension();
   const bool wants_variance = outputs.variance != nullptr || outputs.probability != nullptr;
@@ -130,7 +143,8 @@ absl::StatusOr<kernels::PosteriorCounts> Posterior::EvaluateExtended(
   return counts;
 }
 
-absl::Status Posterior::EvaluateExtension(ConstMatrixView<float> queries, float* means,
+template <typename Query>
+absl::Status Posterior::EvaluateExtension(ConstMatrixView<Query> queries, float* means,
                                           double* added_variances) const {
   const RegressionWeights& weights = extension_->weights;
   const int64_t dimension = hyperparameters_.covariance.input_dimension();

@@ -44,6 +44,9 @@ class Posterior {
   // the row, and for the probability of several outputs; then nothing is written.
   absl::StatusOr<kernels::PosteriorCounts> Evaluate(kernels::ConstMatrixView<float> queries,
                                                     const kernels::PosteriorOutputs& outputs) const;
+  // Queries in float64 are rounded only after they are prepared.
+  absl::StatusOr<kernels::PosteriorCounts> Evaluate(kernels::ConstMatrixView<double> queries,
+                                                    const kernels::PosteriorOutputs& outputs) const;
 
   // (PO1) on the caller's queue, as in kernels/ops/dense_posterior.h. FailedPrecondition for
   // several outputs and for mean functions, which need the host.
@@ -74,12 +77,17 @@ class Posterior {
       const Hyperparameters& hyperparameters, const SquashParameters& squash,
       const kernels::DensePosteriorOptions& options);
 
+  template <typename Query>
+  absl::StatusOr<kernels::PosteriorCounts> EvaluateQueries(
+      kernels::ConstMatrixView<Query> queries, const kernels::PosteriorOutputs& outputs) const;
   // The float64 pass: means of all outputs (M x k), and the variances' additional term |M^-1 r|^2
   // (M).
-  absl::Status EvaluateExtension(kernels::ConstMatrixView<float> queries, float* means,
+  template <typename Query>
+  absl::Status EvaluateExtension(kernels::ConstMatrixView<Query> queries, float* means,
                                  double* added_variances) const;
+  template <typename Query>
   absl::StatusOr<kernels::PosteriorCounts> EvaluateExtended(
-      kernels::ConstMatrixView<float> queries, const kernels::PosteriorOutputs& outputs) const;
+      kernels::ConstMatrixView<Query> queries, const kernels::PosteriorOutputs& outputs) const;
 
   std::shared_ptr<kernels::Context> context_;
   Hyperparameters hyperparameters_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "absl/container/fixed_array.h"
 #include "absl/strings/str_format.h"
@@ -19,22 +20,15 @@ void SolveBoth(ConstMatrixView<double> factor, MatrixView<double> b) {
   SolveLowerTransposed(factor, b);
 }
 
-std::vector<double> Copy(ConstMatrixView<double> m) {
-  std::vector<double> values(m.rows * m.cols);
-  for (int64_t i = 0; i < m.rows; ++i) std::copy_n(m.row(i), m.cols, values.begin() + i * m.cols);
-  return values;
-}
-
-// a^T b; the rows of a and b are points.
-std::vector<double> TransposedProduct(const std::vector<double>& a, int64_t columns,
-                                      ConstMatrixView<double> b) {
-  std::vector<double> out(columns * b.cols, 0.0);
+// out := a^T b; the rows of a and b are points.
+void TransposedProduct(const std::vector<double>& a, int64_t columns, ConstMatrixView<double> b,
+                       std::vector<double>& out) {
+  std::fill(out.begin(), out.end(), 0.0);
   for (int64_t i = 0; i < b.rows; ++i) {
     for (int64_t p = 0; p < columns; ++p) {
       for (int64_t c = 0; c < b.cols; ++c) out[p * b.cols + c] += a[i * columns + p] * b(i, c);
     }
   }
-  return out;
 }
 
 }  // namespace
@@ -95,29 +89,53 @@ double RegressionWeights::HalfLogDeterminant() const {
   return sum;
 }
 
+WeightsMemory::WeightsMemory(MeanFunction mean, int64_t dimension, int64_t points,
+                             int64_t outputs) {
+  const int64_t q = CoefficientCount(mean, dimension);
+  weights.mean = mean;
+  weights.points = points;
+  weights.outputs = outputs;
+  weights.basis = q;
+  weights.alpha.resize(points * outputs);
+  weights.coefficients.resize(q * outputs);
+  weights.basis_weights.resize(points * q);
+  weights.information.resize(q * q);
+  basis.resize(points * q);
+  floors.resize(q);
+}
+
 RegressionWeights SolveWeights(ConstMatrixView<double> factor, MeanFunction mean,
                                ConstMatrixView<double> inputs, ConstMatrixView<double> targets) {
-  RegressionWeights weights;
-  weights.mean = mean;
-  const int64_t n = weights.points = targets.rows;
-  const int64_t k = weights.outputs = targets.cols;
-  const int64_t q = weights.basis = CoefficientCount(mean, inputs.cols);
-  weights.alpha = Copy(targets);
+  return SolveWeights(factor, inputs, targets,
+                      WeightsMemory(mean, inputs.cols, targets.rows, targets.cols));
+}
+
+RegressionWeights SolveWeights(ConstMatrixView<double> factor, ConstMatrixView<double> inputs,
+                               ConstMatrixView<double> targets, WeightsMemory memory) {
+  RegressionWeights& weights = memory.weights;
+  const int64_t n = weights.points, k = weights.outputs, q = weights.basis;
+  for (int64_t i = 0; i < n; ++i) {
+    std::copy_n(targets.row(i), k, weights.alpha.begin() + i * k);
+  }
   if (q > 0) {
-    std::vector<double> basis(n * q);
-    for (int64_t i = 0; i < n; ++i) EvaluateBasis(mean, inputs.cols, inputs.row(i), &basis[i * q]);
-    weights.basis_weights = basis;
+    std::vector<double>& basis = memory.basis;
+    for (int64_t i = 0; i < n; ++i) {
+      EvaluateBasis(weights.mean, inputs.cols, inputs.row(i), &basis[i * q]);
+    }
+    std::copy(basis.begin(), basis.end(), weights.basis_weights.begin());
     SolveBoth(factor, {weights.basis_weights.data(), n, q});
-    weights.information =
-        TransposedProduct(weights.basis_weights, q, {basis.data(), n, q});  // (W1)
+    TransposedProduct(weights.basis_weights, q, {basis.data(), n, q},
+                      weights.information);  // (W1)
     const MatrixView<double> m(weights.information.data(), q, q);
     // Dependent columns of K_y^-1 H leave a pivot of the size of rounding, n eps.
-    weights.determined = FactorizeInParallel(m, PivotFloors(m, n, 10.0)) < 0;
+    PivotFloors(m, n, 10.0, absl::MakeSpan(memory.floors));
+    weights.determined = FactorizeInParallel(m, memory.floors) < 0;
     if (!weights.determined) {
       weights.alpha.clear();
-      return weights;
+      weights.coefficients.clear();
+      return std::move(weights);
     }
-    weights.coefficients = TransposedProduct(weights.basis_weights, q, targets);
+    TransposedProduct(weights.basis_weights, q, targets, weights.coefficients);
     SolveBoth(m, {weights.coefficients.data(), q, k});
     for (int64_t i = 0; i < n; ++i) {
       for (int64_t c = 0; c < k; ++c) {
@@ -128,7 +146,7 @@ RegressionWeights SolveWeights(ConstMatrixView<double> factor, MeanFunction mean
     }
   }
   SolveBoth(factor, {weights.alpha.data(), n, k});  // (W2)
-  return weights;
+  return std::move(weights);
 }
 
 void WeightedSums(const double* k, const std::vector<double>& weights, int64_t points,

@@ -63,6 +63,20 @@ RegressionWeights SolveWeights(kernels::ConstMatrixView<double> factor, MeanFunc
                                kernels::ConstMatrixView<double> inputs,
                                kernels::ConstMatrixView<double> targets);
 
+// All memory that SolveWeights needs, for changes after which nothing may fail.
+struct WeightsMemory {
+  WeightsMemory(MeanFunction mean, int64_t dimension, int64_t points, int64_t outputs);
+
+  RegressionWeights weights;   // arrays of their final sizes
+  std::vector<double> basis;   // H, n x q
+  std::vector<double> floors;  // of M's pivots, q
+};
+
+// The same in this memory, of the same D, n and k: throws nothing.
+RegressionWeights SolveWeights(kernels::ConstMatrixView<double> factor,
+                               kernels::ConstMatrixView<double> inputs,
+                               kernels::ConstMatrixView<double> targets, WeightsMemory memory);
+
 // out (k values) := sums over j of k_j weights(j, .), in the order of j.
 void WeightedSums(const double* k, const std::vector<double>& weights, int64_t points,
                   int64_t columns, double* out);

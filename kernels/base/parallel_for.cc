@@ -38,7 +38,7 @@ int64_t WorthwhileThreads(double flops) {
 // The tasks of one call; it lives on the caller's stack.
 class Call {
  public:
-  Call(int64_t count, const std::function<void(int64_t)>& task) : count_(count), task_(task) {}
+  Call(int64_t count, absl::FunctionRef<void(int64_t)> task) : count_(count), task_(task) {}
 
   // Takes tasks until none is left.
   void Run() {
@@ -66,7 +66,7 @@ class Call {
 
  private:
   const int64_t count_;
-  const std::function<void(int64_t)>& task_;
+  const absl::FunctionRef<void(int64_t)> task_;
   std::atomic<int64_t> next_{0};
   std::mutex mutex_;
   std::exception_ptr thrown_;  // guarded by mutex_
@@ -166,7 +166,7 @@ int MaximumThreads() {
 }
 
 void ParallelFor(int64_t count, const ParallelLimits& limits,
-                 const std::function<void(int64_t)>& task) {
+                 absl::FunctionRef<void(int64_t)> task) {
   const int most = limits.threads > 0 ? limits.threads : MaximumThreads();
   const int64_t threads = std::min<int64_t>({most, count, WorthwhileThreads(limits.flops)});
   Call call(count, task);
@@ -178,11 +178,11 @@ void ParallelFor(int64_t count, const ParallelLimits& limits,
   call.RethrowWhatWasThrown();
 }
 
-void ParallelFor(int64_t count, double flops, const std::function<void(int64_t)>& task) {
+void ParallelFor(int64_t count, double flops, absl::FunctionRef<void(int64_t)> task) {
   ParallelFor(count, ParallelLimits{.flops = flops}, task);
 }
 
-void ParallelFor(int64_t count, const std::function<void(int64_t)>& task) {
+void ParallelFor(int64_t count, absl::FunctionRef<void(int64_t)> task) {
   ParallelFor(count, ParallelLimits{}, task);
 }
 

@@ -9,8 +9,9 @@
 #define EGOSIEVE_KERNELS_BASE_PARALLEL_FOR_H_
 
 #include <cstdint>
-#include <functional>
 #include <limits>
+
+#include "absl/functional/function_ref.h"
 
 namespace egosieve::kernels {
 
@@ -25,12 +26,12 @@ struct ParallelLimits {
 // increasing order, and a thread runs a task as soon as it takes it. So a task may wait for the end
 // of a task with smaller index, on any number of threads. If a task throws, no further task starts;
 // once the running tasks have ended, one of the exceptions is thrown again here. A task that waits
-// for another must stop waiting when that one throws. If the system refuses threads, the call works
-// without them.
+// for another must stop waiting when that one throws. If the system refuses threads or memory for
+// them, the call works without them: it throws nothing itself.
 void ParallelFor(int64_t count, const ParallelLimits& limits,
-                 const std::function<void(int64_t)>& task);
-void ParallelFor(int64_t count, double flops, const std::function<void(int64_t)>& task);
-void ParallelFor(int64_t count, const std::function<void(int64_t)>& task);
+                 absl::FunctionRef<void(int64_t)> task);
+void ParallelFor(int64_t count, double flops, absl::FunctionRef<void(int64_t)> task);
+void ParallelFor(int64_t count, absl::FunctionRef<void(int64_t)> task);
 
 // Default limit on the threads of a ParallelFor, including the caller's, for the whole process.
 // Initially it is $EGOSIEVE_THREADS, at most kMostThreads; if that is not a positive number, it is

@@ -1,5 +1,8 @@
 #include "kernels/ops/dense_posterior.h"
 
+#include <string>
+
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
@@ -16,15 +19,16 @@ class HostPosterior : public DensePosterior {
       : dimension_(model.covariance.input_dimension()),
         count_(model.inputs.rows),
         factor_kind_(model.factor_kind),
+        covariance_(model.covariance.function.text()),
         posterior_(model) {}
 
   absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
                                            const PosteriorOutputs& outputs) const override {
-    EGOSIEVE_RETURN_IF_ERROR(CheckQueries(dimension_, queries));
-    EGOSIEVE_RETURN_IF_ERROR(CheckOutputs(
-        outputs.variance != nullptr || outputs.probability != nullptr, factor_kind_, count_));
-    return PosteriorCounts{
-        posterior_.Evaluate(queries, outputs.mean, outputs.variance, outputs.probability)};
+    return EvaluateQueries(queries, outputs);
+  }
+  absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<double> queries,
+                                           const PosteriorOutputs& outputs) const override {
+    return EvaluateQueries(queries, outputs);
   }
 
   absl::StatusOr<cl_event> Enqueue(const DeviceQueries&, const DeviceOutputs&,
@@ -33,13 +37,24 @@ class HostPosterior : public DensePosterior {
   }
 
   std::string description() const override {
-    return "reference: float64 on the host, accurate arcsine";
+    return absl::StrCat("reference: float64 on the host, ", covariance_);
   }
 
  private:
+  template <typename Query>
+  absl::StatusOr<PosteriorCounts> EvaluateQueries(ConstMatrixView<Query> queries,
+                                                  const PosteriorOutputs& outputs) const {
+    EGOSIEVE_RETURN_IF_ERROR(CheckQueries(dimension_, queries));
+    EGOSIEVE_RETURN_IF_ERROR(CheckOutputs(
+        outputs.variance != nullptr || outputs.probability != nullptr, factor_kind_, count_));
+    return PosteriorCounts{
+        posterior_.Evaluate(queries, outputs.mean, outputs.variance, outputs.probability)};
+  }
+
   int64_t dimension_;
   int64_t count_;
   FactorKind factor_kind_;
+  std::string covariance_;
   reference::DensePosterior posterior_;
 };
 
@@ -53,10 +68,13 @@ absl::Status DensePosteriorOptions::Validate() const {
   return absl::OkStatus();
 }
 
-absl::Status CheckQueries(int64_t dimension, ConstMatrixView<float> queries) {
+template <typename Query>
+absl::Status CheckQueries(int64_t dimension, ConstMatrixView<Query> queries) {
   EGOSIEVE_RETURN_IF_ERROR(CheckShape("queries", queries, queries.rows, dimension));
   return CheckFinite("queries", queries);
 }
+template absl::Status CheckQueries(int64_t, ConstMatrixView<float>);
+template absl::Status CheckQueries(int64_t, ConstMatrixView<double>);
 
 absl::Status CheckOutputs(bool needs_variance, FactorKind factor_kind, int64_t input_count) {
   if (needs_variance && factor_kind == FactorKind::kNone && input_count > 0) {

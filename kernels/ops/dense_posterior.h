@@ -96,6 +96,10 @@ class DensePosterior {
   // is written, and the posterior can be evaluated again.
   virtual absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
                                                    const PosteriorOutputs& outputs) const = 0;
+  // Queries in float64 are rounded only after they are prepared (kernels/base/prepared_points.h):
+  // far from zero, float32 cannot hold them. Of float32 values the results are the same bits.
+  virtual absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<double> queries,
+                                                   const PosteriorOutputs& outputs) const = 0;
 
   // The same without waiting, from and to the device's memory: no data passes through the host. The
   // queries are prepared on the device, in float64 (FailedPrecondition on devices without it). A

@@ -118,7 +118,13 @@ class OpenClPosterior : public DensePosterior {
                                                                model_->preparation())) {}
 
   absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
-                                           const PosteriorOutputs& outputs) const override;
+                                           const PosteriorOutputs& outputs) const override {
+    return EvaluateQueries(queries, outputs);
+  }
+  absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<double> queries,
+                                           const PosteriorOutputs& outputs) const override {
+    return EvaluateQueries(queries, outputs);
+  }
   absl::StatusOr<cl_event> Enqueue(const DeviceQueries& queries, const DeviceOutputs& outputs,
                                    const DeviceCall& call) const override;
   std::string description() const override {
@@ -143,7 +149,11 @@ class OpenClPosterior : public DensePosterior {
     return workspace.Kernel(shapes_.file(), shapes_.BuildOptions(*context_, kind),
                             "dense_posterior", model_->covariance_code());
   }
-  Chunk Prepare(ConstMatrixView<float> queries, int64_t begin, const PosteriorTiling& tiling,
+  template <typename Query>
+  absl::StatusOr<PosteriorCounts> EvaluateQueries(ConstMatrixView<Query> queries,
+                                                  const PosteriorOutputs& outputs) const;
+  template <typename Query>
+  Chunk Prepare(ConstMatrixView<Query> queries, int64_t begin, const PosteriorTiling& tiling,
                 StagedOutputs& staged) const;
   // Throws cl::Error. Returns the number of clamped variances. `meanwhile` runs while the device
   // works.
@@ -188,10 +198,11 @@ void OpenClPosterior::Start(Launch& launch, const cl::CommandQueue& queue,
                              cl::NDRange(tiling.work_group), after, done);
 }
 
-Chunk OpenClPosterior::Prepare(ConstMatrixView<float> queries, int64_t begin,
+template <typename Query>
+Chunk OpenClPosterior::Prepare(ConstMatrixView<Query> queries, int64_t begin,
                                const PosteriorTiling& tiling, StagedOutputs& staged) const {
   const int64_t end = std::min(begin + tiling.chunk_queries, queries.rows);
-  return {PrepareColumns<float, float>(model_->preparation(), queries.rows_between(begin, end),
+  return {PrepareColumns<Query, float>(model_->preparation(), queries.rows_between(begin, end),
                                        tiling.tile_queries),
           end - begin, staged.From(begin)};
 }
@@ -222,8 +233,9 @@ int64_t OpenClPosterior::Evaluate(Launch& launch, const cl::CommandQueue& queue,
   return counters[1];
 }
 
-absl::StatusOr<PosteriorCounts> OpenClPosterior::Evaluate(ConstMatrixView<float> queries,
-                                                          const PosteriorOutputs& outputs) const {
+template <typename Query>
+absl::StatusOr<PosteriorCounts> OpenClPosterior::EvaluateQueries(
+    ConstMatrixView<Query> queries, const PosteriorOutputs& outputs) const {
   EGOSIEVE_RETURN_IF_ERROR(CheckQueries(model_->covariance().input_dimension(), queries));
   const int mask = OutputMask(outputs);
   EGOSIEVE_RETURN_IF_ERROR(

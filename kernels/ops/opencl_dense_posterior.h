@@ -11,7 +11,8 @@ namespace egosieve::kernels {
 
 // InvalidArgument, naming the first bad row, unless queries has `dimension` columns and finite
 // values.
-absl::Status CheckQueries(int64_t dimension, ConstMatrixView<float> queries);
+template <typename Query>
+absl::Status CheckQueries(int64_t dimension, ConstMatrixView<Query> queries);
 
 // FailedPrecondition if variances are requested of a model without a factor.
 absl::Status CheckOutputs(bool needs_variance, FactorKind factor_kind, int64_t input_count);

@@ -21,7 +21,13 @@ class SharedPosterior : public DensePosterior {
       : devices_(std::move(devices)), dimension_(dimension) {}
 
   absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<float> queries,
-                                           const PosteriorOutputs& outputs) const override;
+                                           const PosteriorOutputs& outputs) const override {
+    return EvaluateQueries(queries, outputs);
+  }
+  absl::StatusOr<PosteriorCounts> Evaluate(ConstMatrixView<double> queries,
+                                           const PosteriorOutputs& outputs) const override {
+    return EvaluateQueries(queries, outputs);
+  }
 
   absl::StatusOr<cl_event> Enqueue(const DeviceQueries&, const DeviceOutputs&,
                                    const DeviceCall&) const override {
@@ -36,14 +42,19 @@ class SharedPosterior : public DensePosterior {
   }
 
  private:
+  template <typename Query>
+  absl::StatusOr<PosteriorCounts> EvaluateQueries(ConstMatrixView<Query> queries,
+                                                  const PosteriorOutputs& outputs) const;
+
   std::vector<std::unique_ptr<DensePosterior>> devices_;
   int64_t dimension_;
 };
 
 // A call's results, and its pieces still to do.
+template <typename Query>
 class Work {
  public:
-  Work(ConstMatrixView<float> queries, const PosteriorOutputs& outputs, int64_t devices)
+  Work(ConstMatrixView<Query> queries, const PosteriorOutputs& outputs, int64_t devices)
       : queries_(queries),
         piece_(SharedPiece(queries.rows, devices)),
         next_(devices),
@@ -85,7 +96,7 @@ class Work {
     return values.empty() ? nullptr : values.data() + begin;
   }
 
-  ConstMatrixView<float> queries_;
+  ConstMatrixView<Query> queries_;
   int64_t piece_;
   std::atomic<int64_t> next_;
   std::vector<float> mean_, variance_, probability_;
@@ -95,14 +106,15 @@ class Work {
   absl::Status first_error_;
 };
 
-absl::StatusOr<PosteriorCounts> SharedPosterior::Evaluate(ConstMatrixView<float> queries,
-                                                          const PosteriorOutputs& outputs) const {
+template <typename Query>
+absl::StatusOr<PosteriorCounts> SharedPosterior::EvaluateQueries(
+    ConstMatrixView<Query> queries, const PosteriorOutputs& outputs) const {
   const int64_t count = static_cast<int64_t>(devices_.size());
   EGOSIEVE_RETURN_IF_ERROR(CheckQueries(dimension_, queries));  // the row is that of the call
   if (count == 1 || queries.rows <= SharedPiece(queries.rows, count)) {
     return devices_[0]->Evaluate(queries, outputs);
   }
-  Work work(queries, outputs, count);
+  Work<Query> work(queries, outputs, count);
   std::vector<std::thread> threads;
   int64_t started = 1;
   try {

@@ -99,6 +99,7 @@ int64_t DensePosterior::Evaluate(ConstMatrixView<Query> queries, Real* mean, Rea
 
 template int64_t DensePosterior::Evaluate(ConstMatrixView<float>, float*, float*, float*) const;
 template int64_t DensePosterior::Evaluate(ConstMatrixView<float>, double*, double*, double*) const;
+template int64_t DensePosterior::Evaluate(ConstMatrixView<double>, float*, float*, float*) const;
 template int64_t DensePosterior::Evaluate(ConstMatrixView<double>, double*, double*, double*) const;
 
 }  // namespace egosieve::kernels::reference

@@ -52,6 +52,20 @@ TEST(ArrayFile, ReadsWhatItWrites) {
   EXPECT_TRUE(none->empty());
 }
 
+TEST(ArrayFile, WritesNoMoreArraysThanItReads) {
+  ArrayMap arrays;
+  for (int64_t i = 0; i < kMaxArraysInFile; ++i) {
+    arrays["array_" + std::to_string(i)] = VectorArray<int64_t>({i});
+  }
+  const auto bytes = SerializeArrays(arrays);
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  const auto read = ParseArrays(*bytes);
+  ASSERT_TRUE(read.ok()) << read.status();
+  ExpectEqual(*read, arrays);
+  arrays["one more"] = VectorArray<int64_t>({0});
+  EXPECT_EQ(SerializeArrays(arrays).status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
 // An independent reader of zip archives and of their checksums, where Python is installed.
 TEST(ArrayFile, IsAZipArchiveForOthers) {
   const std::string path = testing::TempDir() + "/arrays.npz";

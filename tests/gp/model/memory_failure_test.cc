@@ -106,6 +106,41 @@ TEST(MemoryFailure, AnExactModelStaysWhole) {
   EXPECT_EQ(model.factor().size(), 90);
 }
 
+// Enough rows for several blocks of the removal, which moves them in place.
+TEST(MemoryFailure, AnExactModelKeepsTheRowsThatItCannotRemove) {
+  constexpr int64_t kPoints = 200;
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(kPoints, kDimension, generator);
+  for (const MeanFunction mean_function : {MeanFunction::kZero, MeanFunction::kLinear}) {
+    Hyperparameters hyperparameters =
+        DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, kDimension);
+    hyperparameters.mean = mean_function;
+    ExactModel model = *ExactModel::Create(HostContext(), hyperparameters);
+    ASSERT_TRUE(model.AddTargets(ViewOf(points.inputs), points.targets(), 0).ok());
+    ASSERT_FALSE(model.factor().RefactoringIsCheaper({3, 17, 18, 199}));
+    const std::vector<double> mean = model.PredictOwnMean();
+    const RowMatrix factor = CopyOf(model.factor().Factor());
+    const auto expect_unchanged = [&] {
+      ASSERT_EQ(model.size(), kPoints);
+      ASSERT_EQ(model.factor().size(), kPoints);
+      EXPECT_EQ(model.PredictOwnMean(), mean);
+      EXPECT_EQ(CopyOf(model.factor().Factor()), factor);
+    };
+    EXPECT_GT(FailEveryAllocation(
+                  [&] {
+                    return model.Remove({3, 17, 18, 199});
+                  },
+                  expect_unchanged),
+              8);
+    const ExactModel rest = *ExactModel::Restore(HostContext(), model.State());
+    ASSERT_EQ(model.size(), kPoints - 4);
+    ASSERT_EQ(rest.size(), kPoints - 4);
+    for (int64_t i = 0; i < rest.size(); ++i) {
+      EXPECT_NEAR(model.PredictOwnMean()[i], rest.PredictOwnMean()[i], 1e-8);
+    }
+  }
+}
+
 TEST(MemoryFailure, ASparseModelStaysWhole) {
   auto generator = TestGenerator();
   const LabelledPoints points = NoisyBlobs(90, kDimension, generator);

@@ -51,24 +51,28 @@ TEST_F(SharedPosteriorTest, EveryDeviceHasItsPart) {
   ASSERT_EQ(piece, 1024);
   const std::vector<float> queries = RandomQueries(random_, kQueries, 2);
   const ConstMatrixView<float> view(queries.data(), kQueries, 2);
-  Results of_device(kQueries), of_host(kQueries), of_both(kQueries);
+  const std::vector<double> wide(queries.begin(), queries.end());
+  Results of_device(kQueries), of_host(kQueries), of_both(kQueries), of_wide(kQueries);
   ASSERT_TRUE(device->Evaluate(view, of_device.outputs()).ok());
   ASSERT_TRUE(host->Evaluate(view, of_host.outputs()).ok());
   ASSERT_TRUE(shared->Evaluate(view, of_both.outputs()).ok());
+  ASSERT_TRUE(shared->Evaluate({wide.data(), kQueries, 2}, of_wide.outputs()).ok());
   EXPECT_TRUE(of_both.guards_intact());
   int64_t different = 0;
   for (int64_t q = 0; q < kQueries; ++q) {
-    const auto is = [&](const Results& one) {
-      return of_both.mean(0, q) == one.mean(0, q) && of_both.variance(0, q) == one.variance(0, q) &&
-             of_both.probability(0, q) == one.probability(0, q);
+    const auto are = [&](const Results& found, const Results& one) {
+      return found.mean(0, q) == one.mean(0, q) && found.variance(0, q) == one.variance(0, q) &&
+             found.probability(0, q) == one.probability(0, q);
     };
-    ASSERT_TRUE(is(of_device) || is(of_host)) << q;
-    if (q < piece) {
-      ASSERT_TRUE(is(of_device)) << q;
-    }
-    if (q >= piece && q < 2 * piece) {
-      ASSERT_TRUE(is(of_host)) << q;
-      different += is(of_device) ? 0 : 1;
+    for (const Results* found : {&of_both, &of_wide}) {
+      ASSERT_TRUE(are(*found, of_device) || are(*found, of_host)) << q;
+      if (q < piece) {
+        ASSERT_TRUE(are(*found, of_device)) << q;
+      }
+      if (q >= piece && q < 2 * piece) {
+        ASSERT_TRUE(are(*found, of_host)) << q;
+        different += are(*found, of_device) ? 0 : 1;
+      }
     }
   }
   EXPECT_GT(different, 0);  // or the test could not tell them apart

@@ -47,12 +47,15 @@ struct Outputs {
   }
 };
 
-// Queries begin to end - 1 as packed rows, copied to `scratch` or in place.
-using Queries = std::function<kernels::ConstMatrixView<float>(int64_t begin, int64_t end,
-                                                              std::vector<float>& scratch)>;
+// Queries begin to end - 1 as packed rows, copied to `scratch` or in place. Copies are float64, so
+// that nothing is rounded before it is prepared (kernels/base/prepared_points.h).
+template <typename T>
+using Queries =
+    std::function<kernels::ConstMatrixView<T>(int64_t begin, int64_t end, std::vector<T>& scratch)>;
 
+template <typename T>
 absl::Status Evaluate(const DevicePosterior& at, int64_t count, bool in_place,
-                      const Queries& queries, const Outputs& outputs,
+                      const Queries<T>& queries, const Outputs& outputs,
                       egosieve_prediction* prediction) {
   const gp::Posterior& posterior = *at.posterior;
   if (outputs.probability.wanted()) EGOSIEVE_RETURN_IF_ERROR(at.labels);
@@ -67,7 +70,7 @@ absl::Status Evaluate(const DevicePosterior& at, int64_t count, bool in_place,
   };
   const int64_t columns = at.outputs();
   const int64_t piece = in_place ? std::max<int64_t>(count, 1) : kPiece;
-  std::vector<float> scratch;
+  std::vector<T> scratch;
   int64_t clamped = 0;
   for (int64_t begin = 0; begin < count; begin += piece) {
     const int64_t end = std::min(begin + piece, count);
@@ -111,17 +114,19 @@ absl::Status PredictPoints(const DevicePosterior& at, const egosieve_const_array
                             Outputs::Create(prediction, points.rows(), 1, at.outputs()));
   EGOSIEVE_RETURN_IF_ERROR(points.CheckFinite<float>());
   int64_t stride = 0;
-  const float* place = points.InPlace(stride);
-  const Queries queries = [&](int64_t begin, int64_t end, std::vector<float>& scratch) {
-    if (place != nullptr) {
+  if (const float* place = points.InPlace(stride); place != nullptr) {
+    const Queries<float> in_place = [&](int64_t begin, int64_t end, std::vector<float>&) {
       return kernels::ConstMatrixView<float>(place + begin * stride, end - begin, points.columns(),
                                              stride);
-    }
+    };
+    return Evaluate(at, points.rows(), true, in_place, outputs, prediction);
+  }
+  const Queries<double> copied = [&](int64_t begin, int64_t end, std::vector<double>& scratch) {
     scratch.resize((end - begin) * points.columns());
     points.CopyRows(begin, end, scratch.data());
-    return kernels::ConstMatrixView<float>(scratch.data(), end - begin, points.columns());
+    return kernels::ConstMatrixView<double>(scratch.data(), end - begin, points.columns());
   };
-  return Evaluate(at, points.rows(), place != nullptr, queries, outputs, prediction);
+  return Evaluate(at, points.rows(), false, copied, outputs, prediction);
 }
 
 absl::Status PredictGrid(const DevicePosterior& at, const egosieve_grid* grid,
@@ -134,14 +139,11 @@ absl::Status PredictGrid(const DevicePosterior& at, const egosieve_grid* grid,
                         "2^40",
                         grid->rows, grid->columns));
   }
-  const auto x = [&](int64_t column) {
-    return static_cast<float>(grid->x0 + static_cast<double>(column) * grid->dx);
-  };
-  const auto y = [&](int64_t row) {
-    return static_cast<float>(grid->y0 + static_cast<double>(row) * grid->dy);
-  };
-  if (!std::isfinite(x(0)) || !std::isfinite(x(grid->columns - 1)) || !std::isfinite(y(0)) ||
-      !std::isfinite(y(grid->rows - 1))) {
+  const auto x = [&](int64_t column) { return grid->x0 + static_cast<double>(column) * grid->dx; };
+  const auto y = [&](int64_t row) { return grid->y0 + static_cast<double>(row) * grid->dy; };
+  const auto is_finite = [](double value) { return std::isfinite(static_cast<float>(value)); };
+  if (!is_finite(x(0)) || !is_finite(x(grid->columns - 1)) || !is_finite(y(0)) ||
+      !is_finite(y(grid->rows - 1))) {
     return absl::InvalidArgumentError(
         absl::StrFormat("grid: (%g, %g) in steps of (%g, %g); its points must be finite in float32",
                         grid->x0, grid->y0, grid->dx, grid->dy));
@@ -149,13 +151,13 @@ absl::Status PredictGrid(const DevicePosterior& at, const egosieve_grid* grid,
   EGOSIEVE_RETURN_IF_ERROR(CheckDimension(at, 2, "a grid"));
   EGOSIEVE_ASSIGN_OR_RETURN(const Outputs outputs,
                             Outputs::Create(prediction, grid->rows, grid->columns));
-  const Queries queries = [&](int64_t begin, int64_t end, std::vector<float>& scratch) {
+  const Queries<double> queries = [&](int64_t begin, int64_t end, std::vector<double>& scratch) {
     scratch.resize((end - begin) * 2);
     for (int64_t k = begin; k < end; ++k) {
       scratch[(k - begin) * 2] = x(k % grid->columns);
       scratch[(k - begin) * 2 + 1] = y(k / grid->columns);
     }
-    return kernels::ConstMatrixView<float>(scratch.data(), end - begin, 2);
+    return kernels::ConstMatrixView<double>(scratch.data(), end - begin, 2);
   };
   return Evaluate(at, grid->rows * grid->columns, false, queries, outputs, prediction);
 }
@@ -176,7 +178,7 @@ absl::Status PredictImage(const DevicePosterior& at, const egosieve_image* image
   EGOSIEVE_RETURN_IF_ERROR(kernels::DescriptorField(
       *at.context, view, grid, {},
       kernels::MatrixView<float>(field.data(), grid.size(), kernels::kDescriptorDimension)));
-  const Queries queries = [&](int64_t begin, int64_t end, std::vector<float>&) {
+  const Queries<float> queries = [&](int64_t begin, int64_t end, std::vector<float>&) {
     return kernels::ConstMatrixView<float>(&field[begin * kernels::kDescriptorDimension],
                                            end - begin, kernels::kDescriptorDimension);
   };

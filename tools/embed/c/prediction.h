@@ -1,6 +1,6 @@
 // Predictions from a posterior into the caller's arrays. Queries that are packed float32 are
-// computed in one pass, others in pieces of 2^16. A query's result does not depend on other
-// queries, so the pieces do not affect the results.
+// computed in one pass, others in pieces of 2^16 in float64. A query's result does not depend on
+// other queries, so the pieces do not affect the results.
 //
 // Nothing is written until all results are computed, in memory of the call's own.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_PREDICTION_H_

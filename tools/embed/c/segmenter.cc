@@ -33,7 +33,8 @@ static_assert(EGOSIEVE_PROFILE_DEFAULT == static_cast<int>(Profile::kDefault) &&
               EGOSIEVE_PROFILE_PAPER == static_cast<int>(Profile::kPaper) &&
               EGOSIEVE_PROFILE_FAST == static_cast<int>(Profile::kFast));
 
-constexpr int64_t kMaximumFileBytes = int64_t{1} << 30;
+// The largest that is written: zip's 4 GiB, and its directory.
+constexpr int64_t kMaximumFileBytes = (int64_t{1} << 32) + (int64_t{1} << 20);
 
 using Sessions = HandleTable<HandleKind::kSegmenter, egosieve_segmenter, SegmenterSession>;
 
@@ -314,6 +315,14 @@ egosieve_status egosieve_segmenter_process(egosieve_segmenter* segmenter,
                                            const egosieve_map* map, egosieve_frame_report* report) {
   return WithSession(__func__, segmenter, [&](SegmenterSession& session) {
     return egosieve::embed::ProcessFrame(session, image, time_seconds, map, report);
+  });
+}
+
+egosieve_status egosieve_segmenter_frame_count(egosieve_segmenter* segmenter, int64_t* frames) {
+  return WithSession(__func__, segmenter, [&](SegmenterSession& session) -> absl::Status {
+    EGOSIEVE_RETURN_IF_ERROR(CheckPointer("frames", frames));
+    *frames = session.FrameCount();
+    return absl::OkStatus();
   });
 }
 

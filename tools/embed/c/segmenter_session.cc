@@ -208,6 +208,11 @@ absl::StatusOr<std::optional<SegmenterSession::Result>> SegmenterSession::Finish
   return LearnOldest(map_wanted);
 }
 
+int64_t SegmenterSession::FrameCount() {
+  std::lock_guard lock(mutex_);
+  return next_frame_;
+}
+
 std::pair<int64_t, cv::Size> SegmenterSession::WaitingFrames() {
   std::lock_guard lock(mutex_);
   if (waiting_.empty()) return {0, cv::Size()};

@@ -75,6 +75,8 @@ class SegmenterSession {
                                                 double time_seconds, bool map_wanted);
   // Learns from the next frame that waits for later frames; returns nothing if none waits.
   absl::StatusOr<std::optional<Result>> Finish(bool map_wanted);
+  // How many frames were taken in, those before ToBytes included.
+  int64_t FrameCount();
   // How many frames wait, and their size.
   std::pair<int64_t, cv::Size> WaitingFrames();
   absl::StatusOr<std::string> ToBytes();

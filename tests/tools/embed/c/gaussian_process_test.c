@@ -16,6 +16,7 @@ static void test_one_point_by_hand(void) {
   double mean = 0, variance = 0, log_likelihood = 0;
   egosieve_prediction prediction;
   egosieve_gp_options_init(&options);
+  CHECK(options.memory_cap_bytes == 0); /* the device's own */
   options.covariance = EGOSIEVE_SQUARED_EXPONENTIAL;
   options.dimension = 1;
   options.scales = &length;

@@ -158,7 +158,7 @@ static void test_file(void) {
   egosieve_gp* gp = new_named_model("matern52 + linear", D, EGOSIEVE_CONSTANT_MEAN);
   egosieve_gp* again = NULL;
   const egosieve_const_array inputs = doubles(&x[0][0], N, D), targets = doubles(y, N, 1);
-  static double noise[N], back[N], scales[7];
+  static double noise[N], back[N], scales[7], more[9] = {0, 0, 0, 0, 0, 0, 0, -7.0, -7.0};
   static char bytes[1 << 16];
   egosieve_const_array v = doubles(noise, N, 1);
   egosieve_array out = doubles_out(back, N, 1);
@@ -175,6 +175,8 @@ static void test_file(void) {
   CHECK(memcmp(mean, mean_again, sizeof mean) == 0);
   CHECK_OK(egosieve_gp_scales(again, scales, 7)); /* 3 lengths, an amplitude, 3 weights */
   CHECK(scales[0] == 0.5 && scales[6] == 1.0);
+  CHECK_OK(egosieve_gp_scales(again, more, 9));
+  CHECK(memcmp(more, scales, sizeof scales) == 0 && more[7] == -7.0 && more[8] == -7.0);
   CHECK_CALL(egosieve_gp_scales(again, scales, 6), EGOSIEVE_INVALID_ARGUMENT, "there are 7");
   noise[3] = -1.0;
   CHECK_CALL(egosieve_gp_condition_noisy(gp, &inputs, &targets, &v), EGOSIEVE_INVALID_ARGUMENT,

@@ -141,6 +141,9 @@ static void test_bad_options(void) {
   options.noise_stddev = NAN;
   CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "noise_stddev");
   options.noise_stddev = 0.1;
+  options.memory_cap_bytes = -1;
+  CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_INVALID_ARGUMENT, "memory_cap_bytes = -1");
+  options.memory_cap_bytes = 0;
   options.device = "a device that nobody has";
   CHECK_CALL(egosieve_gp_create(&options, &gp), EGOSIEVE_NOT_FOUND, "a device that nobody has");
   options.device = NULL;

@@ -54,7 +54,7 @@ static void test_frames_and_file(const char* folder) {
   egosieve_frame_report report;
   static float probability[ROWS][COLUMNS], again[ROWS][COLUMNS], full[HEIGHT][WIDTH];
   egosieve_map map;
-  int64_t rows = 0, columns = 0;
+  int64_t rows = 0, columns = 0, count = -1;
   char path[1024];
   snprintf(path, sizeof path, "%s/segmenter.npz", folder);
   egosieve_segmenter_options_init(&options);
@@ -73,6 +73,8 @@ static void test_frames_and_file(const char* folder) {
   CHECK(report.dynamic_labels > 0 && report.static_labels > report.dynamic_labels);
   CHECK_OK(egosieve_segmenter_save(segmenter, path));
   CHECK_OK(egosieve_segmenter_load(path, NULL, &loaded));
+  CHECK_OK(egosieve_segmenter_frame_count(loaded, &count));
+  CHECK(count == FRAMES - 1);
   CHECK_OK(process(segmenter, FRAMES - 1, &probability[0][0], &report));
   CHECK_OK(process(loaded, FRAMES - 1, &again[0][0], &report));
   CHECK(report.frame == FRAMES - 1 && report.learnt);
@@ -212,7 +214,7 @@ static void test_untouched_results(void) {
   float small[4];
   static float right[ROWS][COLUMNS];
   egosieve_frame_report report, report_before;
-  int64_t rows = -7, frames_waiting = -7;
+  int64_t rows = -7, frames_waiting = -7, frames_counted = -7;
   int32_t width = -7;
   CHECK_OK(egosieve_segmenter_create(NULL, &segmenter));
   egosieve_map_init(&map);
@@ -230,7 +232,10 @@ static void test_untouched_results(void) {
              EGOSIEVE_INVALID_ARGUMENT, "columns is null");
   CHECK_CALL(egosieve_segmenter_waiting(segmenter, &frames_waiting, &width, NULL),
              EGOSIEVE_INVALID_ARGUMENT, "height is null");
-  CHECK(rows == -7 && frames_waiting == -7 && width == -7);
+  CHECK_CALL(egosieve_segmenter_frame_count(segmenter, NULL), EGOSIEVE_INVALID_ARGUMENT,
+             "frames is null");
+  CHECK_OK(egosieve_segmenter_frame_count(segmenter, &frames_counted));
+  CHECK(rows == -7 && frames_waiting == -7 && width == -7 && frames_counted == 0);
   CHECK_OK(egosieve_segmenter_free(segmenter));
 }
 

@@ -85,6 +85,15 @@ class Posterior(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, r"y has shape \(1,\); the model has 2"):
             gp.partial_fit(self.X[:1], self.y[:1, 0])
 
+    def test_axes_are_of_one_target(self):
+        gp = process().fit(self.X, self.y)
+        for x in (np.linspace(0, 1, 4), np.array([0.0, 0.1, 0.5])):
+            for model in (gp, gp.freeze()):
+                with self.assertRaisesRegex(RuntimeError, "a grid needs a model of one output; this one has 2"):
+                    model.predict_axes(x, np.array([0.0, 1.0]))
+        with self.assertRaisesRegex(ValueError, "not fitted"):
+            process().predict_axes([0.0, 0.1, 0.5], [0.0])
+
     def test_normalisation_gives_results_in_the_units_of_y(self):
         y = self.y[:, 1]
         offset, size = y.mean(), y.std()

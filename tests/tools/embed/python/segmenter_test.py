@@ -31,7 +31,9 @@ class SegmenterTest(unittest.TestCase):
         path = os.path.join(os.getcwd(), "segmenter.npz")
         segmenter.save(path)
         loaded = egosieve.Segmenter.load(path)
-        found, again = segmenter.process(last, 0.3), loaded.process(last, 0.3)
+        for one in (segmenter, loaded):
+            self.assertAlmostEqual(one._arguments(last, None)[1], 0.3)
+        found, again = segmenter.process(last), loaded.process(last)
         self.assertEqual(found.probability.shape, segmenter.grid_size(WIDTH, HEIGHT))
         for name in ("probability", "mean", "deviation"):
             np.testing.assert_array_equal(getattr(found, name), getattr(again, name))
@@ -81,6 +83,18 @@ class SegmenterTest(unittest.TestCase):
         self.assertEqual(list(segmenter.finish()), [])
         live = list(egosieve.Segmenter(budget=300, focal_ratio=0.8).process_all(pictures))
         self.assertFalse(np.array_equal(live[2].probability, ends[0][1].probability))
+
+    def test_every_frame_of_a_long_lag_is_in_the_file(self):
+        (picture,) = frames(1)
+        segmenter = egosieve.Segmenter(budget=300, lag=100, focal_ratio=0.8)
+        for t in range(60):
+            self.assertIsNone(segmenter.learn(np.roll(picture, t, axis=1)[:60, :80]))
+        path = os.path.join(os.getcwd(), "long_lag.npz")
+        segmenter.save(path)
+        loaded = egosieve.Segmenter.load(path)
+        found, again = next(segmenter.finish()), next(loaded.finish())
+        self.assertEqual(found.report.frame, 0)
+        np.testing.assert_array_equal(found.probability, again.probability)
 
     def test_layouts_of_frames_do_not_matter(self):
         segmenters = [egosieve.Segmenter(budget=300) for _ in range(4)]

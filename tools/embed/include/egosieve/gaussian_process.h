@@ -47,10 +47,10 @@
  * points cost k m^2 + m^3 / 3. Memory: 8 n^2 bytes, and 2 n^2 on the device; for a sparse model, 8
  * n m and 2 m^2.
  *
- * Errors of the results: the factor is float64; queries, means and variances are float32 on a
- * device and float64 on "reference". The mean's error is at most sigma_f^2 |alpha|_1 (1e-6 + (66 +
- * n / 64) 2^-24 pi / 2). A query's result does not depend on other queries or on the number of
- * threads, to the last bit.
+ * Errors of the results: the factor is float64. Queries are centred and scaled in float64;
+ * predictions are computed in float32 on a device, in float64 on "reference", and are float32
+ * values. The mean's error is at most sigma_f^2 |alpha|_1 (1e-6 + (66 + n / 64) 2^-24 pi / 2). A
+ * query's result depends neither on other queries nor on the number of threads, to the last bit.
  *
  * References: Rasmussen & Williams (2006), 2.2, 2.7 and 6.5, eq. 4.29 (with 2/pi in front), eq.
  * 6.41; Quinonero-Candela & Rasmussen (2005); Titsias (2009). Joint predictions, samples, gradients
@@ -119,7 +119,8 @@ typedef struct egosieve_gp_options {
   const char* device;             /**< Index of a device, part of its name, "cpu", "gpu" or
                                     "reference". Null or empty: the variable EGOSIEVE_DEVICE, else a
                                     GPU, else a CPU. */
-  int64_t memory_cap_bytes;       /**< Device memory for tiles. Default: 256 MiB. */
+  int64_t memory_cap_bytes;       /**< Device memory for tiles. 0, the default, and loaded models:
+                                    256 MiB, or an eighth of a GPU's memory if that is more. */
   const char* covariance_text;    /**< The covariance as a text; `covariance` must then be
                                     #EGOSIEVE_NAMED_COVARIANCE or its default. Default: null. */
   egosieve_mean mean;             /**< Default: #EGOSIEVE_ZERO_MEAN. */

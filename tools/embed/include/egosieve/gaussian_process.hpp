@@ -56,7 +56,7 @@ struct GaussianProcessOptions {
   std::string device;                                  /**< As in #egosieve_gp_options. */
   void* opencl_context = nullptr;                      /**< As in #egosieve_gp_options. */
   void* opencl_device = nullptr;                       /**< As in #egosieve_gp_options. */
-  int64_t memory_cap_bytes = int64_t{256} << 20;       /**< Device memory for tiles. */
+  int64_t memory_cap_bytes = 0;                        /**< As in #egosieve_gp_options. */
   Approximation approximation = Approximation::kExact; /**< Exact or sparse. */
   int64_t inducing_points = 512;                       /**< Largest m, for a sparse model. */
 };

@@ -140,6 +140,10 @@ EGOSIEVE_API egosieve_status egosieve_segmenter_process(egosieve_segmenter* segm
                                                         const egosieve_map* map,
                                                         egosieve_frame_report* report);
 
+/** Gives the number of all frames processed, those before egosieve_segmenter_save() included. */
+EGOSIEVE_API egosieve_status egosieve_segmenter_frame_count(egosieve_segmenter* segmenter,
+                                                            int64_t* frames);
+
 /** Gives the number of frames that wait for later frames, and their size; all 0 without any. */
 EGOSIEVE_API egosieve_status egosieve_segmenter_waiting(egosieve_segmenter* segmenter,
                                                         int64_t* frames, int32_t* width,

@@ -122,6 +122,13 @@ class Segmenter {
   Result<FrameReport> Learn(const Image& image, double time_seconds) {
     return ProcessWith(image, time_seconds, nullptr);
   }
+  /** How many frames were processed, those before Save() included. */
+  Result<int64_t> FrameCount() const {
+    int64_t frames = 0;
+    Status status = Status::FromC(egosieve_segmenter_frame_count(handle_, &frames));
+    if (!status.ok()) return status;
+    return frames;
+  }
   /** How many frames wait for later frames. */
   Result<int64_t> Waiting() const {
     int64_t frames = 0;

@@ -7,8 +7,9 @@
  *
  *  - A call returns a status. If it is not #EGOSIEVE_OK, nothing was written and the object is
  *    unchanged; egosieve_last_error() names the argument and says what was wrong with it. No
- *    exception and no abort leaves the library. One exception to this rule: a segmenter whose
- *    device fails in the middle of a frame may have learnt from it (egosieve_segmenter_process()).
+ *    exception and no abort leaves the library. Two calls are exceptions to this rule: a segmenter
+ *    whose device fails in the middle of a frame may have learnt from it
+ *    (egosieve_segmenter_process()), and commands of egosieve_posterior_enqueue() may have begun.
  *  - Memory belongs to the caller. Inputs are read only during the call. Outputs are written to
  *    the places that their strides give.
  *  - Handles look like pointers but are not. They carry a generation, so a handle that was freed,

@@ -11,6 +11,7 @@ _vision = _library.Library("egosieve_vision", {
     "egosieve_segmenter_create": [POINTER(SegmenterOptions), POINTER(c_void_p)],
     "egosieve_segmenter_free": [c_void_p],
     "egosieve_segmenter_grid_size": [c_void_p, c_int32, c_int32, POINTER(c_int64), POINTER(c_int64)],
+    "egosieve_segmenter_frame_count": [c_void_p, POINTER(c_int64)],
     "egosieve_segmenter_waiting": [c_void_p, POINTER(c_int64), POINTER(c_int32), POINTER(c_int32)],
     "egosieve_segmenter_finish": [c_void_p, POINTER(Map), POINTER(FrameReport)],
     "egosieve_segmenter_process": [c_void_p, POINTER(Image), c_double, POINTER(Map), POINTER(FrameReport)],
@@ -56,6 +57,11 @@ class Session:
         rows, columns = c_int64(), c_int64()
         _vision.call("egosieve_segmenter_grid_size", self._handle, width, height, byref(rows), byref(columns))
         return rows.value, columns.value
+
+    def frame_count(self):
+        frames = c_int64()
+        _vision.call("egosieve_segmenter_frame_count", self._handle, byref(frames))
+        return frames.value
 
     def waiting(self):
         frames, width, height = c_int64(), c_int32(), c_int32()

@@ -105,12 +105,12 @@ def axis(name, values):
 
 
 def even_step(values):
-    """The step of an axis where all are the same to float32's precision; None where not."""
+    """The step of an axis where all are the same to float32's precision of its length; None where not."""
     if len(values) == 1:
         return 0.0
     step = float(values[-1] - values[0]) / (len(values) - 1)
     even = values[0] + step * np.arange(len(values))
-    return step if np.allclose(values, even, rtol=0.0, atol=6e-8 * np.abs(values).max()) else None
+    return step if np.allclose(values, even, rtol=0.0, atol=6e-8 * np.ptp(values)) else None
 
 
 def variances(name, values, count):

@@ -27,8 +27,9 @@ class GaussianProcess(ExactPredictor, Estimator):
 
         mean(x) = k* . a              variance(x) = k(x, x) - |L^-1 k*|^2
 
-    The factor is float64; queries, means and variances are float32 on a device. The mean's error is at most
-    sigma_f^2 |a|_1 (1e-6 + (66 + n / 64) 2^-24 pi / 2); device="reference" is float64 throughout.
+    The factor is float64. Queries are centred and scaled in float64; means and variances are computed in float32 on
+    a device, in float64 with device="reference", and are float32 values. The mean's error is at most
+    sigma_f^2 |a|_1 (1e-6 + (66 + n / 64) 2^-24 pi / 2); predict(float64=True) is float64 throughout.
 
     Parameters
     ----------

@@ -36,8 +36,7 @@ class Predictor:
         Parameters
         ----------
         X : array of shape (n_queries, n_features)
-            float32 rows that lie packed are read in place; strides, float64 and other numbers are converted
-            in pieces.
+            float32 rows that lie packed are read in place; others are copied in pieces.
         return_std, return_var : bool
             Also return the standard deviation, or the variance, of f.
         return_cov : bool
@@ -121,10 +120,15 @@ class Predictor:
         steps = [arguments.even_step(values) for values in (x, y)]
         if None not in steps:
             return self.predict_grid(x[0], y[0], *steps, len(y), len(x), **wishes)
-        points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2).astype(np.float32)
-        found = self.predict(points, **wishes)
-        shape = (len(y), len(x))
-        return tuple(part.reshape(shape) for part in found) if isinstance(found, tuple) else found.reshape(shape)
+        self._fitted()
+        if np.ndim(self._scale):  # as predict_grid says it
+            raise RuntimeError(f"a grid needs a model of one output; this one has {len(self._scale)}")
+        found = self.predict(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2), **wishes)
+
+        def shaped(values):
+            return values.reshape(len(y), len(x)).astype(np.float32)
+
+        return tuple(shaped(values) for values in found) if isinstance(found, tuple) else shaped(found)
 
     def predict_image(self, image, stride=1, order="bgr", return_std=False):
         """Mean of f over an image, for models of six features (see GaussianProcess.describe_pixels).

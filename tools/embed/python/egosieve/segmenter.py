@@ -132,7 +132,6 @@ class Segmenter:
             ignore = np.asarray(ignore)
             ignore = ignore.astype(np.uint8) if ignore.dtype == bool else ignore
         self._session = Session(profile, stride, budget, seed, lag, ignore, focal_ratio, device)
-        self._processed = 0
 
     def process(self, frame, time_seconds=None, *, order="bgr", full=False):
         """Learns from the next frame and gives its map.
@@ -142,7 +141,7 @@ class Segmenter:
         frame : array of uint8, (height, width) or (height, width, 3)
             Rows may have any stride; frames whose pixels are not neighbours are copied.
         time_seconds : float, optional
-            Default: frames processed so far, at ten a second.
+            Default: frames processed so far, also before `save`, at ten a second.
         order : "bgr" or "rgb"
         full : bool
             The map has every pixel, interpolated from the grid's values.
@@ -155,7 +154,6 @@ class Segmenter:
         frame, time_seconds = self._arguments(frame, time_seconds)
         arrays = self._arrays(*frame.shape[:2], full)
         report = self._session.process(frame, order, time_seconds, arrays)
-        self._processed += 1
         return self._map(arrays, report)
 
     def finish(self, *, full=False):
@@ -179,7 +177,6 @@ class Segmenter:
         """Learns from the next frame without a map, which is cheaper; gives the FrameReport, or as process None."""
         frame, time_seconds = self._arguments(frame, time_seconds)
         report = self._session.process(frame, order, time_seconds, None)
-        self._processed += 1
         return None if report is None else FrameReport(**report)
 
     def grid_size(self, width, height):
@@ -198,7 +195,6 @@ class Segmenter:
         """Reads what save wrote."""
         segmenter = cls.__new__(cls)
         segmenter._session = Session.load(str(path), device)
-        segmenter._processed = 0
         return segmenter
 
     def _arrays(self, height, width, full):
@@ -216,4 +212,4 @@ class Segmenter:
         frame = np.asarray(frame)
         if frame.ndim < 2:
             raise ValueError(f"frame has shape {frame.shape}; it must be height x width, or height x width x 3")
-        return frame, 0.1 * self._processed if time_seconds is None else float(time_seconds)
+        return frame, 0.1 * self._session.frame_count() if time_seconds is None else float(time_seconds)
