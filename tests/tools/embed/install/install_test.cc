@@ -176,14 +176,16 @@ TEST(Examples, PythonPlots) {
   if (RunClean("/", "python3 -c 'import matplotlib'").code != 0) {
     GTEST_SKIP() << "there is no python3 with matplotlib";
   }
-  const std::string folder = NewFolder("plot");
-  const CommandOutcome ran = RunClean(
-      folder,
-      "python3 '" + InstalledTree() +
-          "/share/egosieve/examples/python/kriging.py' --plot=kriging.png --wells=60 --side=30",
-      "PYTHONPATH='" + InstalledPythonFolder() + "'");
-  ASSERT_EQ(ran.code, 0) << ran.output;
-  EXPECT_EQ(Bytes(folder + "/kriging.png").substr(1, 3), "PNG");
+  for (const std::string example :
+       {"kriging.py' --plot=plot.png --wells=60 --side=30", "tutorial.py' plot.png 200"}) {
+    SCOPED_TRACE(example);
+    const std::string folder = NewFolder("plot");
+    const CommandOutcome ran = RunClean(
+        folder, "python3 '" + InstalledTree() + "/share/egosieve/examples/python/" + example,
+        "PYTHONPATH='" + InstalledPythonFolder() + "'");
+    EXPECT_EQ(ran.code, 0) << ran.output;
+    EXPECT_EQ(Bytes(folder + "/plot.png").substr(0, 4), "\x89PNG");
+  }
 }
 
 TEST(Examples, SegmentersFindTheSquare) {
