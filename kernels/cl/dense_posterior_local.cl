@@ -11,6 +11,7 @@
 //   COLUMNS  work-items side by side along queries: QUERIES = WIDTH COLUMNS are a tile,
 //            PANELS COLUMNS a work-group
 //   DEPTH    columns of the factor staged at once, a divisor of GROUP
+//   STAGED_POINTS  points staged at once without a factor, a divisor of SUM_BLOCK
 //   FACTOR   0 none, 1 Cholesky (blocked substitution), 2 inverse Cholesky (product)
 //
 // For every block g of GROUP rows, from the first to the last, let K_g be the covariances of its
@@ -51,7 +52,7 @@
 // Points of a block; columns of the factor and rows of the scratch; sums of squares.
 #define STAGE LARGER(GROUP* POINT, LARGER(DEPTH*(GROUP + QUERIES), PANELS * QUERIES))
 #else
-#define STAGE (SUM_BLOCK * (POINT + 1))
+#define STAGE (STAGED_POINTS * (POINT + 1))
 #endif
 
 // stage[0, count) := source[0, count), with zeros from `valid` on; done by the whole work-group.
@@ -214,30 +215,35 @@ void process_tile(__global const float* queries, const long query_stride, const 
                          __global const float* inputs, __global const float* alpha, const int input_count,
                          const int padded_count, __global const float* factor, __global float* rows,
                          float total[OWNED], __local float* stage) {
-  float query[WIDTH][POINT];
+  float query[WIDTH][POINT], sum[WIDTH];
 #pragma unroll
   for (int v = 0; v < WIDTH; ++v) {
     load_query(queries, query_stride, first_query + v * COLUMNS + get_local_id(0), query[v]);
+    sum[v] = 0.0f;
     total[v] = 0.0f;
   }
-  for (int first = 0; first < input_count; first += SUM_BLOCK) {
-    const int end = min(SUM_BLOCK, input_count - first);
+  for (int first = 0; first < input_count; first += STAGED_POINTS) {
+    const int end = min(STAGED_POINTS, input_count - first);
     barrier(CLK_LOCAL_MEM_FENCE);
     fetch(stage, inputs + (long)first * POINT, end * POINT, end * POINT);
-    fetch(stage + SUM_BLOCK * POINT, alpha + first, end, end);
+    fetch(stage + STAGED_POINTS * POINT, alpha + first, end, end);
     barrier(CLK_LOCAL_MEM_FENCE);
-    float sum[WIDTH];
+    if (first % SUM_BLOCK == 0) {
 #pragma unroll
-    for (int v = 0; v < WIDTH; ++v) sum[v] = 0.0f;
+      for (int v = 0; v < WIDTH; ++v) {
+        total[v] += sum[v];
+        sum[v] = 0.0f;
+      }
+    }
     for (int i = 0; i < end; ++i) {
 #pragma unroll
       for (int v = 0; v < WIDTH; ++v) {
-        sum[v] = fma(unit_covariance(query[v], stage + i * POINT), stage[SUM_BLOCK * POINT + i], sum[v]);
+        sum[v] = fma(unit_covariance(query[v], stage + i * POINT), stage[STAGED_POINTS * POINT + i], sum[v]);
       }
     }
-#pragma unroll
-    for (int v = 0; v < WIDTH; ++v) total[v] += sum[v];
   }
+#pragma unroll
+  for (int v = 0; v < WIDTH; ++v) total[v] += sum[v];
 }
 #endif
 

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/ops/kernel_options.h"
+#include "kernels/ops/local_tiles.h"
 
 namespace egosieve::kernels::opencl {
 namespace {
@@ -11,17 +12,6 @@ namespace {
 // Usual least number of queries per chunk, if there are as many and the limit allows it: enough
 // that the start of a kernel costs little in comparison.
 constexpr int64_t kUsualChunk = 65536;
-
-KernelTuning TuningFor(const Context& context, int64_t point_width) {
-  constexpr int64_t kSumBlock = 64;  // SUM_BLOCK of kernels/cl/posterior_outputs.cl
-  const KernelTuning& tuning = context.tuning();
-  if (!tuning.local_tiles) return tuning;
-  const int64_t rows = std::max<int64_t>(tuning.panel * tuning.panels_per_group, kSumBlock);
-  const int64_t local_bytes =
-      static_cast<int64_t>(context.cl_device().getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
-  if (rows * (point_width + 1) * static_cast<int64_t>(sizeof(float)) <= local_bytes) return tuning;
-  return DefaultTuning(1);
-}
 
 // With local tiles a whole group is read column by column, so the panel is the group.
 FactorBlocking BlockingOf(const KernelTuning& tuning) {
@@ -36,7 +26,8 @@ int64_t RoundUp(int64_t count, int64_t multiple) {
 }  // namespace
 
 PosteriorShapes::PosteriorShapes(const Context& context, int64_t point_width)
-    : tuning_(TuningFor(context, point_width)),
+    : tuning_(FitLocalMemory(context.tuning(), point_width, context.local_memory_bytes())),
+      staged_points_(StagedPoints(point_width, context.local_memory_bytes())),
       blocking_(BlockingOf(tuning_)),
       point_width_(point_width) {}
 
@@ -47,7 +38,8 @@ std::string PosteriorShapes::BuildOptions(const Context& context, FactorKind kin
                                           " -DWIDTH=", Width(kind), " -DDEPTH=", tuning_.depth);
   if (tuning_.local_tiles) {
     return absl::StrCat(shared, " -DPOINT_SPACE=__local -DPANELS=", Panels(kind),
-                        " -DCOLUMNS=", tuning_.work_group / Panels(kind));
+                        " -DCOLUMNS=", tuning_.work_group / Panels(kind),
+                        " -DSTAGED_POINTS=", staged_points_);
   }
   return absl::StrCat(shared, " -DGROUP=", blocking_.group, " -DWORK_GROUP=", tuning_.work_group);
 }

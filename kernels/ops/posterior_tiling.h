@@ -28,8 +28,8 @@ struct PosteriorTiling {
 
 class PosteriorShapes {
  public:
-  // Uses the device's tuning, or tiles of one work-item if points of `point_width` values are too
-  // wide for tiles in local memory.
+  // Uses the device's tuning, or what kernels/ops/local_tiles.h makes of it for points of
+  // `point_width` values. Throws cl::Error.
   PosteriorShapes(const Context& context, int64_t point_width);
 
   const FactorBlocking& blocking() const { return blocking_; }
@@ -55,6 +55,7 @@ class PosteriorShapes {
   }
 
   KernelTuning tuning_;
+  int staged_points_;
   FactorBlocking blocking_;
   int64_t point_width_;
 };

@@ -1,5 +1,6 @@
 #include "kernels/runtime/context.h"
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "absl/strings/match.h"
@@ -70,11 +71,17 @@ Context::Context(DeviceInfo info, cl::Device device, const ContextOptions& optio
     : info_(std::move(info)),
       device_(std::move(device)),
       context_(context() == nullptr ? cl::Context(device_) : std::move(context)),
-      program_cache_(options.program_cache) {
+      program_cache_(options.program_cache),
+      most_local_memory_bytes_(options.local_memory_bytes) {
   info_.float64 = info_.float64 && options.float64;
   shares_host_memory_ = info_.type == DeviceType::kCpu && options.shared_memory;
   tuning_ = options.tuning.has_value() ? *options.tuning
                                        : LoadTuning(info_, DefaultsOf(device_, info_.type));
+}
+
+int64_t Context::local_memory_bytes() const {
+  const auto bytes = static_cast<int64_t>(device_.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
+  return most_local_memory_bytes_ > 0 ? std::min(bytes, most_local_memory_bytes_) : bytes;
 }
 
 absl::StatusOr<cl::Program> Context::Program(std::string_view file, const std::string& options,

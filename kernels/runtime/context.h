@@ -2,6 +2,7 @@
 #ifndef EGOSIEVE_KERNELS_RUNTIME_CONTEXT_H_
 #define EGOSIEVE_KERNELS_RUNTIME_CONTEXT_H_
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,6 +23,8 @@ struct ContextOptions {
   // False: treats the device as one with its own memory, even a CPU: arrays are copied to it and
   // back.
   bool shared_memory = true;
+  // Above 0: treats the device as one whose work-groups have at most so much local memory.
+  int64_t local_memory_bytes = 0;
   // Shapes of the kernels. Not set: the device's table in the user's cache folder, else defaults.
   std::optional<KernelTuning> tuning;
 };

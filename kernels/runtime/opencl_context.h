@@ -64,6 +64,8 @@ class Context {
   // Whether buffers can be the caller's own memory, without copies.
   bool shares_host_memory() const { return shares_host_memory_; }
   const KernelTuning& tuning() const { return tuning_; }
+  // Of a work-group. Throws cl::Error.
+  int64_t local_memory_bytes() const;
 
   const cl::Context& cl_context() const { return context_; }
   const cl::Device& cl_device() const { return device_; }
@@ -91,6 +93,7 @@ class Context {
   bool shares_host_memory_ = false;
   bool program_cache_ = false;
   KernelTuning tuning_;
+  int64_t most_local_memory_bytes_ = 0;  // 0: no limit but the device's
   // A std::mutex, because the thread sanitizer cannot see into Debian's absl::Mutex.
   std::mutex mutex_;
   std::map<std::string, cl::Program> programs_;   // guarded by mutex_

@@ -142,10 +142,17 @@ INSTANTIATE_TEST_SUITE_P(Functions, OnTheDevice,
 INSTANTIATE_TEST_SUITE_P(Compositions, OnTheDevice,
                          testing::Combine(testing::ValuesIn(Compositions()), testing::Values(1)),
                          NameOf);
+// Loops over 100 values are not unrolled; those over 32 are, which takes long to compile.
 INSTANTIATE_TEST_SUITE_P(ManyInputs, OnTheDevice,
-                         testing::Combine(testing::Values("arcsine", "matern52 + linear"),
+                         testing::Combine(testing::ValuesIn(CovarianceFunction::Names()),
+                                          testing::Values(100)),
+                         NameOf);
+INSTANTIATE_TEST_SUITE_P(ManyInputsOfASum, OnTheDevice,
+                         testing::Combine(testing::Values("matern52 + linear"),
                                           testing::Values(32, 100)),
                          NameOf);
+INSTANTIATE_TEST_SUITE_P(UnrolledInputs, OnTheDevice,
+                         testing::Combine(testing::Values("arcsine"), testing::Values(32)), NameOf);
 
 // Inputs far from zero: the distance keeps its digits, since a centre is taken away first.
 TEST(DeviceCovariance, IsAccurateFarFromZero) {

@@ -33,8 +33,9 @@ inline CovarianceFunction Function(const std::string& text) {
   return function.ok() ? *function : CovarianceFunction::kArcsine;
 }
 
-// Scales of which no two are alike. For inputs in [-1, 1], differences over length-scales and
-// weighted inputs are of the order of one, whatever D.
+// Scales of which no two are alike. For inputs in [-1, 1], distances over length-scales and weighted
+// inputs are of the order of one, whatever D; a length on the circle is one per input without a
+// unit.
 inline CovarianceParameters ParametersOf(const std::string& text, int64_t dimension) {
   CovarianceParameters parameters;
   parameters.function = Function(text);
@@ -45,9 +46,9 @@ inline CovarianceParameters ParametersOf(const std::string& text, int64_t dimens
   for (const ScaleGroup& group : parameters.function.description().scale_groups()) {
     for (int64_t i = 0; i < (group.per_input ? dimension : 1); ++i) {
       factor = factor > 1.3 ? 0.8 : 1.07 * factor;
-      const double unit = group.unit == ScaleGroup::Unit::kInput          ? root
-                          : group.unit == ScaleGroup::Unit::kInverseInput ? 1.0 / root
-                                                                          : 1.0;
+      const double unit = group.unit == ScaleGroup::Unit::kInverseInput               ? 1.0 / root
+                          : group.unit == ScaleGroup::Unit::kInput || group.per_input ? root
+                                                                                      : 1.0;
       parameters.scales.push_back(factor * unit);
     }
   }

@@ -17,8 +17,12 @@ class DensePosteriorTest : public PosteriorTest {
  protected:
   void ExpectMatchesReference(const Problem& problem, FactorKind kind, double noise_stddev,
                               int64_t m) {
+    ExpectMatchesReference(context(), problem, kind, noise_stddev, m);
+  }
+  void ExpectMatchesReference(std::shared_ptr<Context> on, const Problem& problem, FactorKind kind,
+                              double noise_stddev, int64_t m) {
     const PosteriorModel model = problem.model(kind);
-    auto posterior = DensePosterior::Create(context(), model);
+    auto posterior = DensePosterior::Create(std::move(on), model);
     ASSERT_TRUE(posterior.ok()) << posterior.status();
     const int64_t dimension = problem.covariance.input_dimension();
     const std::vector<float> queries = RandomQueries(random_, m, dimension);
@@ -72,6 +76,30 @@ TEST_P(DensePosteriorTest, EveryDimensionUpToTheMaximumWorks) {
     const std::vector<double> scales(dimension + 1, 0.8);
     const Problem problem = MakeProblem(random_, ArcsineParameters(scales), 50, 0.3);
     ExpectMatchesReference(problem, FactorKind::kCholesky, 0.3, 20);
+  }
+}
+
+// In 4 KiB there are blocks of 8 rows, and the mean alone takes 8 points at once; in 2 KiB there
+// are no blocks.
+TEST_P(DensePosteriorTest, WidePointsWorkInLittleLocalMemory) {
+  if (GetParam() != Shapes::kLocalTiles) GTEST_SKIP() << "has no tiles in local memory";
+  const double noise = 0.3;
+  const Problem problem = MakeProblem(random_, WideParameters(), 75, noise);
+  constexpr int64_t kQueries = 20;
+  const std::vector<float> queries = RandomQueries(random_, kQueries, 32);
+  const ConstMatrixView<float> view(queries.data(), kQueries, 32);
+  for (const int64_t bytes : {4096, 2048}) {
+    SCOPED_TRACE(bytes);
+    const std::shared_ptr<Context> little = OpenLittleLocalMemory(bytes);
+    ASSERT_NE(little, nullptr);
+    ExpectMatchesReference(little, problem, FactorKind::kCholesky, noise, kQueries);
+    auto posterior = DensePosterior::Create(little, problem.model(FactorKind::kCholesky));
+    ASSERT_TRUE(posterior.ok()) << posterior.status();
+    Results all(kQueries), alone(kQueries);
+    ASSERT_TRUE((*posterior)->Evaluate(view, all.outputs()).ok());
+    ASSERT_TRUE((*posterior)->Evaluate(view, {alone.mean.data()}).ok());
+    EXPECT_TRUE(alone.guards_intact());
+    for (int64_t q = 0; q < kQueries; ++q) ASSERT_EQ(alone.mean(0, q), all.mean(0, q)) << q;
   }
 }
 

@@ -3,6 +3,7 @@
 #ifndef EGOSIEVE_TESTS_KERNELS_OPS_POSTERIOR_TEST_H_
 #define EGOSIEVE_TESTS_KERNELS_OPS_POSTERIOR_TEST_H_
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <random>
@@ -33,16 +34,19 @@ inline std::vector<float> RandomQueries(std::mt19937_64& random, int64_t m, int6
   return queries;
 }
 
-// A posterior of n points of two inputs whose factor is 100 I.
+// A posterior of n points whose factor is 100 I.
 inline absl::StatusOr<std::unique_ptr<DensePosterior>> MakeDiagonalPosterior(
-    std::shared_ptr<Context> context, int64_t n, const DensePosteriorOptions& options = {}) {
+    std::shared_ptr<Context> context, int64_t n, const DensePosteriorOptions& options = {},
+    const CovarianceParameters& covariance = ArcsineParameters({1, 2, 3})) {
   std::mt19937_64 random = TestRandom();
-  const std::vector<double> inputs = RandomPoints(random, n, 2), alpha = RandomPoints(random, n, 1);
+  const int64_t dimension = covariance.input_dimension();
+  const std::vector<double> inputs = RandomPoints(random, n, dimension),
+                            alpha = RandomPoints(random, n, 1);
   std::vector<double> factor(n * n, 0.0);
   for (int64_t i = 0; i < n; ++i) factor[i * n + i] = 100.0;
   PosteriorModel model;
-  model.covariance = ArcsineParameters({1, 2, 3});
-  model.inputs = ConstMatrixView<double>(inputs.data(), n, 2);
+  model.covariance = covariance;
+  model.inputs = ConstMatrixView<double>(inputs.data(), n, dimension);
   model.alpha = alpha.data();
   model.factor_kind = FactorKind::kCholesky;
   model.factor = ConstMatrixView<double>(factor.data(), n, n);
@@ -77,6 +81,27 @@ inline std::shared_ptr<Context> OpenLocalTiles() {
   static const absl::StatusOr<std::shared_ptr<Context>> context = OpenContext(options);
   EXPECT_TRUE(context.ok()) << context.status();
   return context.ok() ? *context : nullptr;
+}
+
+// With so little local memory that points of 96 values do not fit in blocks of these sizes.
+inline std::shared_ptr<Context> OpenLittleLocalMemory(int64_t bytes) {
+  ContextOptions options;
+  options.tuning = SmallLocalTiles();
+  options.local_memory_bytes = bytes;
+  const absl::StatusOr<std::shared_ptr<Context>> context = OpenContext(options);
+  EXPECT_TRUE(context.ok()) << context.status();
+  return context.ok() ? *context : nullptr;
+}
+
+// 32 inputs, 96 values per prepared point.
+inline CovarianceParameters WideParameters() {
+  CovarianceParameters parameters;
+  const absl::StatusOr<CovarianceFunction> periodic = CovarianceFunction::Parse("periodic");
+  EXPECT_TRUE(periodic.ok()) << periodic.status();
+  if (periodic.ok()) parameters.function = *periodic;
+  parameters.scales.assign(64, 6.0);                     // lengths
+  std::fill_n(parameters.scales.begin() + 32, 32, 3.0);  // periods
+  return parameters;
 }
 
 inline std::shared_ptr<Context> OpenOwnMemory() {

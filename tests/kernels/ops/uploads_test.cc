@@ -24,11 +24,11 @@ std::unique_ptr<DensePosterior> MakePosterior(std::shared_ptr<Context> context, 
   return *std::move(posterior);
 }
 
-void Evaluate(const DensePosterior& posterior, int64_t count) {
-  const std::vector<float> queries(count * 2, 0.25f);
+void Evaluate(const DensePosterior& posterior, int64_t count, int64_t dimension = 2) {
+  const std::vector<float> queries(count * dimension, 0.25f);
   std::vector<float> mean(count), variance(count);
   EXPECT_TRUE(posterior
-                  .Evaluate(ConstMatrixView<float>(queries.data(), count, 2),
+                  .Evaluate(ConstMatrixView<float>(queries.data(), count, dimension),
                             {mean.data(), variance.data(), nullptr})
                   .ok());
 }
@@ -81,6 +81,24 @@ TEST(Uploads, OneQueryTakesTheScratchOfOneTile) {
   const int64_t columns = tuning.width * tuning.work_group / tuning.panels_per_group;
   EXPECT_EQ(scratch_for(1), kPoints * columns * static_cast<int64_t>(sizeof(float)));
   EXPECT_EQ(scratch_for(columns + 1), 2 * scratch_for(1));
+}
+
+// Where local memory is too small for the block's points, blocks have half the rows and tiles twice
+// the queries.
+TEST(Uploads, WidePointsTakeTheScratchOfASmallerBlock) {
+  if (TestIsOnReference()) GTEST_SKIP() << "the reference has no scratch";
+  constexpr int64_t kPoints = 205;
+  const std::shared_ptr<Context> context = OpenLittleLocalMemory(4096);
+  ASSERT_NE(context, nullptr);
+  const auto posterior = MakeDiagonalPosterior(context, kPoints, {}, WideParameters());
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  const KernelTuning tuning = SmallLocalTiles();
+  const int64_t panels = tuning.panels_per_group / 2, rows = tuning.panel * panels;
+  const int64_t columns = tuning.width * tuning.work_group / panels;
+  TakeScratchBytes();
+  Evaluate(**posterior, 1, 32);
+  const int64_t padded = (kPoints + rows - 1) / rows * rows;
+  EXPECT_EQ(TakeScratchBytes(), padded * columns * static_cast<int64_t>(sizeof(float)));
 }
 
 // The context keeps scratch memory for the next call.

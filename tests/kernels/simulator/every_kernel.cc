@@ -15,6 +15,7 @@
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/dense_posterior.h"
 #include "kernels/ops/descriptor_field.h"
+#include "kernels/ops/device_linear_algebra.h"
 #include "kernels/ops/exact_regression.h"
 #include "kernels/ops/grid_interpolation.h"
 #include "kernels/reference/covariance.h"
@@ -44,7 +45,7 @@ void ExpectNear(const std::vector<A>& actual, const std::vector<B>& expected,
   for (size_t i = 0; i < expected.size(); ++i) {
     const double error =
         std::abs(static_cast<double>(actual[i]) - static_cast<double>(expected[i]));
-    if (!(error <= worst)) worst = error;
+    if (error > worst || std::isnan(error)) worst = error;
   }
   Expect(worst <= kTolerance, what + " is off by " + std::to_string(worst));
 }
@@ -181,6 +182,67 @@ void RunRegression(Context& context, const CovarianceParameters& parameters, con
   ExpectNear(product, inputs.alpha, "regression");
 }
 
+// A B, where `a` is the lower triangle of the symmetric A; b: n x columns.
+std::vector<double> TimesSymmetric(const std::vector<double>& a, const std::vector<double>& b,
+                                   int64_t columns) {
+  std::vector<double> product(kPoints * columns, 0.0);
+  for (int64_t i = 0; i < kPoints; ++i) {
+    for (int64_t j = 0; j < kPoints; ++j) {
+      const double element = a[std::max(i, j) * kPoints + std::min(i, j)];
+      for (int64_t c = 0; c < columns; ++c) {
+        product[i * columns + c] += element * b[j * columns + c];
+      }
+    }
+  }
+  return product;
+}
+
+// Factorisation, solves and inverse across tiles; all points of the regression lie in one tile of
+// the usual 64.
+void RunLinearAlgebra(Context& context, const Inputs& inputs) {
+  using opencl::DeviceLinearAlgebra;
+  using opencl::DeviceMatrix;
+  constexpr int64_t kColumns = 3;
+  const auto workspace = context.Borrow("simulating");
+  Expect(workspace.ok(), "no workspace");
+  if (!workspace.ok()) return;
+  auto algebra = DeviceLinearAlgebra::Create(context, **workspace, {8, 2, 4});
+  Expect(algebra.ok(), "no linear algebra");
+  if (!algebra.ok()) return;
+  const cl::CommandQueue& queue = (*workspace)->queue();
+  const auto upload = [&](const std::vector<double>& values, int64_t columns) {
+    DeviceMatrix matrix = opencl::NewDeviceMatrix(context, kPoints, columns);
+    queue.enqueueWriteBuffer(matrix.buffer, CL_TRUE, 0, values.size() * sizeof(double),
+                             values.data());
+    return matrix;
+  };
+  const auto download = [&](const DeviceMatrix& matrix) {
+    std::vector<double> values(matrix.rows * matrix.columns);
+    queue.enqueueReadBuffer(matrix.buffer, CL_TRUE, 0, values.size() * sizeof(double),
+                            values.data());
+    return values;
+  };
+  // 3 on the diagonal and at most 0.1 beside it: positive definite.
+  const std::vector<double>& a = inputs.factor;
+  const cl::Buffer bad(context.cl_context(), CL_MEM_READ_WRITE, sizeof(cl_int));
+  queue.enqueueFillBuffer(bad, cl_int{-1}, 0, sizeof(cl_int));
+  const opencl::DeviceFactor factor =
+      algebra->Factorize(upload(a, kPoints), upload(std::vector<double>(kPoints, 1e-13), 1), bad);
+  const std::vector<double> b(inputs.factor.begin(), inputs.factor.begin() + kPoints * kColumns);
+  DeviceMatrix x = upload(b, kColumns);
+  algebra->SolveLower(factor, x);
+  algebra->SolveLowerTransposed(factor, x);
+  ExpectNear(TimesSymmetric(a, download(x), kColumns), b, "solution across tiles");
+  DeviceMatrix inverse = opencl::NewDeviceMatrix(context, kPoints, kPoints);
+  algebra->MultiplyInverse(algebra->InvertLower(factor), inverse);
+  std::vector<double> whole = download(inverse), identity(kPoints * kPoints, 0.0);
+  for (int64_t i = 0; i < kPoints; ++i) {
+    identity[i * kPoints + i] = 1.0;
+    for (int64_t j = i + 1; j < kPoints; ++j) whole[i * kPoints + j] = whole[j * kPoints + i];
+  }
+  ExpectNear(TimesSymmetric(a, whole, kPoints), identity, "inverse across tiles");
+}
+
 void RunImage(Context& context, std::mt19937_64& random) {
   for (const int channels : {1, 3}) {
     std::vector<uint8_t> pixels(19 * 11 * channels);
@@ -235,6 +297,8 @@ int Run(const std::string& device) {
     options.program_cache = false;
     options.tuning = shape;
     options.tuning->groups_per_unit = 2;
+    // The points of EveryFunction need smaller blocks.
+    if (shape.local_tiles) options.local_memory_bytes = 1536;
     const auto context = OpenContext(options);
     if (!context.ok()) {
       std::fprintf(stderr, "%s\n", context.status().ToString().c_str());
@@ -252,6 +316,7 @@ int Run(const std::string& device) {
       RunPosterior(*context, parameters, inputs);
     }
     RunRegression(**context, EveryFunction(), inputs);
+    if (shape == shapes.front()) RunLinearAlgebra(**context, inputs);  // the same for all
     RunImage(**context, random);
   }
   return failures == 0 ? 0 : 1;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The figure of docs/tutorial.md: tutorial.py FIGURE.png; needs matplotlib."""
+"""The figure of docs/tutorial.md: tutorial.py FIGURE.png [POINTS of the sparse model]; needs matplotlib."""
 
 import sys
 
@@ -10,6 +10,7 @@ import numpy as np
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
+many = int(sys.argv[2]) if len(sys.argv) > 2 else 2000
 random = np.random.default_rng(0)
 figure, ((regression, priors), (sparse, classes)) = plt.subplots(2, 2, figsize=(10, 7), constrained_layout=True)
 line = np.linspace(-1, 1, 300)[:, None]
@@ -38,8 +39,8 @@ priors.legend(fontsize="small")
 priors.set_title("Samples of the prior, by covariance")
 
 # A sparse model of many points
-X = random.uniform(-1, 1, (2000, 1))
-y = np.sin(5 * X[:, 0]) + random.normal(0, 0.3, 2000)
+X = random.uniform(-1, 1, (many, 1))
+y = np.sin(5 * X[:, 0]) + random.normal(0, 0.3, many)
 few = egosieve.GaussianProcess("matern52", approximation="dtc", inducing_points=10).fit(X, y)
 exact = egosieve.GaussianProcess("matern52").fit(X, y)
 sparse.plot(X[:, 0], y, ".", color="0.8", markersize=1)

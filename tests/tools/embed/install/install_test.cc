@@ -1,5 +1,7 @@
 // The installed tree in a folder of its own: headers, libraries, packages and examples, as a user
 // with another build system meets them.
+#include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -176,14 +178,16 @@ TEST(Examples, PythonPlots) {
   if (RunClean("/", "python3 -c 'import matplotlib'").code != 0) {
     GTEST_SKIP() << "there is no python3 with matplotlib";
   }
-  const std::string folder = NewFolder("plot");
-  const CommandOutcome ran = RunClean(
-      folder,
-      "python3 '" + InstalledTree() +
-          "/share/egosieve/examples/python/kriging.py' --plot=kriging.png --wells=60 --side=30",
-      "PYTHONPATH='" + InstalledPythonFolder() + "'");
-  ASSERT_EQ(ran.code, 0) << ran.output;
-  EXPECT_EQ(Bytes(folder + "/kriging.png").substr(1, 3), "PNG");
+  for (const std::string example :
+       {"kriging.py' --plot=plot.png --wells=60 --side=30", "tutorial.py' plot.png 200"}) {
+    SCOPED_TRACE(example);
+    const std::string folder = NewFolder("plot");
+    const CommandOutcome ran = RunClean(
+        folder, "python3 '" + InstalledTree() + "/share/egosieve/examples/python/" + example,
+        "PYTHONPATH='" + InstalledPythonFolder() + "'");
+    EXPECT_EQ(ran.code, 0) << ran.output;
+    EXPECT_EQ(Bytes(folder + "/plot.png").substr(0, 4), "\x89PNG");
+  }
 }
 
 TEST(Examples, SegmentersFindTheSquare) {
@@ -199,6 +203,56 @@ TEST(Examples, SegmentersFindTheSquare) {
   ran = RunClean("/", "python3 '" + examples + "/python/segment.py' --frames=3",
                  "PYTHONPATH='" + InstalledPythonFolder() + "'");
   EXPECT_EQ(ran.code, 0) << ran.output;
+}
+
+// The program of a document under this heading.
+std::string ProgramOnAQueue(const std::string& document) {
+  std::ifstream lines(InstalledTree() + "/share/doc/egosieve/" + document);
+  std::string program;
+  bool found = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("## ", 0) == 0) found = line == "## On a queue of your own";
+    if (found && line.rfind("    ", 0) == 0) program += line.substr(4) + "\n";
+  }
+  return program;
+}
+
+TEST(Examples, OfTheReferenceRunOnAQueue) {
+  SKIP_WITHOUT("pkg-config");
+  SKIP_INSTRUMENTED();
+  const char* device = std::getenv("EGOSIEVE_DEVICE");
+  if (device != nullptr && std::string(device) == "reference") {
+    GTEST_SKIP() << "the reference has no queues";
+  }
+  if (!fs::exists("/usr/include/CL/cl.h")) GTEST_SKIP() << "there are no headers of OpenCL";
+  const std::string folder = NewFolder("queue");
+  std::ofstream(folder + "/queue.c") << ProgramOnAQueue("c.md");
+  std::ofstream(folder + "/queue.cc") << ProgramOnAQueue("cpp.md");
+  const std::string flags =
+      " -Wall -Werror queue.$1 -o queue_$1 $(pkg-config --cflags --libs "
+      "egosieve) -lOpenCL -lm -Wl,-rpath,'" +
+      InstalledTree() + "/lib'";
+  std::string results[2];
+  for (const bool cpp : {false, true}) {
+    const std::string command = std::string("set -- ") + (cpp ? "cc" : "c") + " && " +
+                                (cpp ? "g++ -std=c++17" : "gcc -std=c99 -pedantic") + flags +
+                                " && ./queue_$1";
+    const CommandOutcome ran =
+        RunClean(folder, command, "PKG_CONFIG_PATH='" + InstalledTree() + "/lib/pkgconfig'");
+    ASSERT_EQ(ran.code, 0) << ran.output;
+    results[cpp] = ran.output;
+  }
+  EXPECT_EQ(results[0], results[1]);
+  // 50 points of sin(3 x) with a noise of 0.1.
+  std::istringstream numbers(results[0]);
+  for (const double place : {-0.5, 0.0, 0.5}) {
+    double x = 9.0, mean = 9.0, variance = 9.0;
+    ASSERT_TRUE(numbers >> x >> mean >> variance) << results[0];
+    EXPECT_EQ(x, place);
+    EXPECT_NEAR(mean, std::sin(3.0 * place), 0.1);
+    EXPECT_GT(variance, 0.0);
+    EXPECT_LT(variance, 0.01);
+  }
 }
 
 // Unpacked as pip does it; `./run wheel` also copies the system's libraries in.

@@ -1,9 +1,12 @@
 """Predictions on an OpenCL queue from Python, with OpenCL by ctypes in place of PyOpenCL."""
 
+import copy
 import ctypes
 import ctypes.util
+import os
+import pickle
 import unittest
-from ctypes import byref, c_int32, c_size_t, c_uint64, c_void_p
+from ctypes import byref, c_int32, c_size_t, c_uint32, c_uint64, c_void_p
 
 import egosieve
 import numpy as np
@@ -23,7 +26,14 @@ class OpenCl:
 
     def __init__(self):
         self.library = ctypes.CDLL(ctypes.util.find_library("OpenCL"))
-        self.library.clCreateBuffer.restype = self.library.clCreateCommandQueue.restype = c_void_p
+        for function in ("clCreateBuffer", "clCreateCommandQueue", "clCreateContext"):
+            getattr(self.library, function).restype = c_void_p
+
+    def context(self, device):
+        error = c_int32()
+        address = self.library.clCreateContext(None, c_uint32(1), byref(c_void_p(device)), None, None, byref(error))
+        assert error.value == 0
+        return Handle(address)
 
     def buffer(self, context, array):
         copy_host_pointer = 1 << 5
@@ -53,8 +63,8 @@ class OpenCl:
 class DeviceCall(unittest.TestCase):
     def setUp(self):
         random = np.random.default_rng(5)
-        X = random.uniform(-1, 1, (40, FEATURES))
-        y = np.where(X[:, 0] > X[:, 1], 1.0, -1.0)
+        self.X = X = random.uniform(-1, 1, (40, FEATURES))
+        self.y = y = np.where(X[:, 0] > X[:, 1], 1.0, -1.0)
         self.queries = random.uniform(-1, 1, (COUNT, FEATURES)).astype(np.float32)
         self.model = egosieve.GaussianProcess("matern52", optimize=False).fit(X, y)
         self.frozen = self.model.freeze()
@@ -76,6 +86,34 @@ class DeviceCall(unittest.TestCase):
         event = self.frozen.enqueue(queue, at, COUNT - 1, mean=out, first=FEATURES, wait_for=[event])
         found = opencl.read(queue, out, COUNT - 1, event)
         np.testing.assert_array_equal(found, mean[1:])
+
+    def test_lies_on_the_callers_context(self):
+        opencl = OpenCl()
+        own = opencl.context(self.device)
+        model = egosieve.GaussianProcess(
+            "matern52", optimize=False, opencl_context=own, opencl_device=Handle(self.device), memory_cap_bytes=1
+        ).fit(self.X, self.y)  # fmt: skip
+        expected = self.model.predict(self.queries)
+        np.testing.assert_array_equal(model.predict(self.queries), expected)
+        frozen = model.freeze()
+        self.assertEqual(frozen.opencl(), (own.int_ptr, self.device))
+        queue = opencl.queue(own.int_ptr, self.device)
+        at = opencl.buffer(own.int_ptr, self.queries)
+        out = opencl.buffer(own.int_ptr, np.zeros(COUNT, np.float32))
+        event = frozen.enqueue(queue, at, COUNT, mean=out)
+        np.testing.assert_array_equal(opencl.read(queue, out, COUNT, event), expected)
+        path = os.path.join(os.getcwd(), "on_a_context.npz")
+        model.save(path)
+        for twin in (copy.deepcopy(model), pickle.loads(pickle.dumps(model)), egosieve.GaussianProcess.load(path)):
+            self.assertIsNone(twin.opencl_context)
+            self.assertIsNone(twin.opencl_device)
+            self.assertEqual(twin.memory_cap_bytes, 1)
+            self.assertNotEqual(twin.freeze().opencl()[0], own.int_ptr)
+            np.testing.assert_array_equal(twin.predict(self.queries), model.predict(self.queries))
+        with self.assertRaisesRegex(TypeError, "opencl_context is no OpenCL object"):
+            egosieve.GaussianProcess(opencl_context="own").fit(self.X, self.y)
+        with self.assertRaisesRegex(ValueError, "memory_cap_bytes = 0"):
+            egosieve.GaussianProcess(memory_cap_bytes=0).fit(self.X, self.y)
 
     def test_refuses_what_it_cannot_take(self):
         opencl = OpenCl()

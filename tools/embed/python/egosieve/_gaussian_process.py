@@ -136,14 +136,16 @@ class Model(_Predictor):
     _prefix = "egosieve_gp"
 
     @classmethod
-    def create(cls, kernel, dimension, scales, signal_stddev, noise_stddev, mean, device, approximation, inducing_points):
+    def create(cls, kernel, dimension, scales, signal_stddev, noise_stddev, mean, device, approximation, inducing_points,
+               memory_cap_bytes, opencl_context, opencl_device):  # fmt: skip
         for name, value, choices in (("mean", mean, _MEANS), ("approximation", approximation, _APPROXIMATIONS)):
             if value not in choices:
                 raise ValueError(f"{name} = {value!r}; it must be one of {', '.join(map(repr, choices))}")
         options = _egosieve.new(GpOptions, "egosieve_gp_options_init")
         fill(options, covariance=_NAMED_COVARIANCE, covariance_text=encoded(kernel), mean=_MEANS.index(mean),
              dimension=dimension, signal_stddev=signal_stddev, noise_stddev=noise_stddev, device=encoded(device),
-             approximation=_APPROXIMATIONS.index(approximation), inducing_points=inducing_points)  # fmt: skip
+             approximation=_APPROXIMATIONS.index(approximation), inducing_points=inducing_points,
+             memory_cap_bytes=memory_cap_bytes, opencl_context=opencl_context, opencl_device=opencl_device)  # fmt: skip
         if scales is not None:
             options.scales, options.scale_count = _doubles(scales), len(scales)
         handle = c_void_p()

@@ -11,6 +11,8 @@ from .exact_predictor import ExactPredictor
 from .predictor import FrozenPosterior
 
 _PARAMETERS_KEY = "egosieve.GaussianProcess"
+# What means nothing to another process.
+_OF_THE_PROCESS = ("opencl_context", "opencl_device")
 
 
 def _plain(value):
@@ -69,6 +71,11 @@ class GaussianProcess(ExactPredictor, Estimator):
         Seed of the subset and of the annealing.
     device : str, optional
         A device's index, part of its name, "cpu", "gpu" or "reference"; egosieve.devices() lists them.
+    memory_cap_bytes : int
+        Memory on the device for the tiles of predictions at most, without the model.
+    opencl_context, opencl_device : objects of PyOpenCL's or addresses, optional
+        A cl_context to compute on in place of `device`, and one of its devices, None for the first. Copies,
+        pickled and loaded models lie on `device`.
 
     Attributes
     ----------
@@ -107,6 +114,9 @@ class GaussianProcess(ExactPredictor, Estimator):
         annealing_evaluations=0,
         random_state=1,
         device=None,
+        memory_cap_bytes=2**28,
+        opencl_context=None,
+        opencl_device=None,
     ):
         self.kernel = kernel
         self.scales = scales
@@ -122,6 +132,9 @@ class GaussianProcess(ExactPredictor, Estimator):
         self.annealing_evaluations = annealing_evaluations
         self.random_state = random_state
         self.device = device
+        self.memory_cap_bytes = memory_cap_bytes
+        self.opencl_context = opencl_context
+        self.opencl_device = opencl_device
 
     def fit(self, X, y):
         """Starts anew with the points (X, y) and, if asked for, optimises the hyperparameters.
@@ -279,6 +292,7 @@ class GaussianProcess(ExactPredictor, Estimator):
 
     def __getstate__(self):
         state = {name: value for name, value in self.__dict__.items() if name != "_core"}
+        state.update(dict.fromkeys(_OF_THE_PROCESS))
         if self._is_fitted():
             state["_bytes"] = self._core.serialize()
         return state
@@ -320,9 +334,8 @@ class GaussianProcess(ExactPredictor, Estimator):
 
     def _annotation(self):
         # The model's own kernel is in the file; alpha belongs to the points, which are there as well.
-        parameters = {
-            name: value for name, value in self.get_params().items() if name not in ("kernel", "scales", "alpha", "device")
-        }
+        left_out = ("kernel", "scales", "alpha", "device", *_OF_THE_PROCESS)
+        parameters = {name: value for name, value in self.get_params().items() if name not in left_out}
         kept = {"offset": self._offset, "scale": self._scale, "parameters": parameters}
         return json.dumps({_PARAMETERS_KEY: kept}, default=_plain)
 
@@ -336,8 +349,11 @@ class GaussianProcess(ExactPredictor, Estimator):
             scales = found.scales if scales is None else scales
             noise_stddev = found.noise_stddev or noise_stddev
         scales = None if scales is None else [float(scale) for scale in np.ravel(scales)]
+        context, opencl_device = (
+            None if getattr(self, name) is None else arguments.address(name, getattr(self, name)) for name in _OF_THE_PROCESS
+        )
         return Model.create(kernel, n_features, scales, signal_stddev, noise_stddev, str(self.mean), self.device,
-                            self.approximation, self.inducing_points)  # fmt: skip
+                            self.approximation, self.inducing_points, self.memory_cap_bytes, context, opencl_device)  # fmt: skip
 
     def _normalization(self, y):
         """Offset and scale of the targets: numbers, or arrays with those of each."""
