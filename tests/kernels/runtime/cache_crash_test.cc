@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/opencl_context.h"
 #include "kernels/runtime/program_cache.h"
+#include "tests/kernels/scoped_variable.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -56,9 +58,8 @@ class CacheCrashTest : public testing::Test {
   void SetUp() override {
     folder_ =
         testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
-    setenv("EGOSIEVE_CACHE_DIR", folder_.c_str(), 1);
+    cache_.emplace("EGOSIEVE_CACHE_DIR", folder_);
   }
-  void TearDown() override { unsetenv("EGOSIEVE_CACHE_DIR"); }
 
   int FilesEndingWith(const std::string& suffix) const {
     int count = 0;
@@ -70,6 +71,7 @@ class CacheCrashTest : public testing::Test {
   }
 
   std::string folder_;
+  std::optional<ScopedVariable> cache_;
 };
 
 TEST_F(CacheCrashTest, ReadersAmongWritersSeeWholeBinaries) {

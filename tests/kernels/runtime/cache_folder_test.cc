@@ -5,12 +5,19 @@
 
 #include "gtest/gtest.h"
 #include "kernels/runtime/tuning.h"
+#include "tests/kernels/scoped_variable.h"
 
 namespace egosieve::kernels {
 namespace {
 
+// A table of kernel shapes, or programs, in the user's cache folder would decide what tests run.
+TEST(CacheFolder, ThatOfTestsIsNotTheUsers) {
+  EXPECT_EQ(CacheFolder(), "/dev/null/none");
+  EXPECT_FALSE(WriteCacheFile(CacheFolder() + "/file", "x").ok());
+}
+
 TEST(CacheFolder, TheMostSpecificVariableWins) {
-  setenv("HOME", "/h", 1);
+  const ScopedVariable home("HOME", "/h"), cache("XDG_CACHE_HOME"), own("EGOSIEVE_CACHE_DIR");
   unsetenv("XDG_CACHE_HOME");
   unsetenv("EGOSIEVE_CACHE_DIR");
   EXPECT_EQ(CacheFolder(), "/h/.cache/egosieve");
@@ -54,7 +61,7 @@ TEST(WriteCacheFile, SaysWhatCannotBeWritten) {
 }
 
 TEST(Tuning, ATableIsReadBackForItsDeviceAlone) {
-  setenv("EGOSIEVE_CACHE_DIR", (testing::TempDir() + "/tables").c_str(), 1);
+  const ScopedVariable folder("EGOSIEVE_CACHE_DIR", testing::TempDir() + "/tables");
   DeviceInfo device;
   device.name = "A device";
   DeviceInfo other = device;
@@ -66,7 +73,6 @@ TEST(Tuning, ATableIsReadBackForItsDeviceAlone) {
   ASSERT_TRUE(SaveTuning(device, tuning).ok());
   EXPECT_EQ(LoadTuning(device, DefaultTuning(16)), tuning);
   EXPECT_EQ(LoadTuning(other, DefaultTuning(16)), DefaultTuning(16));
-  unsetenv("EGOSIEVE_CACHE_DIR");
 }
 
 TEST(Tuning, DamagedTablesAreIgnored) {

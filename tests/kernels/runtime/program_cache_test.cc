@@ -2,11 +2,13 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 
 #include "gtest/gtest.h"
 #include "kernels/runtime/cache_folder.h"
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/opencl_context.h"
+#include "tests/kernels/scoped_variable.h"
 
 namespace egosieve::kernels {
 namespace {
@@ -19,9 +21,8 @@ class ProgramCacheTest : public testing::Test {
   void SetUp() override {
     folder_ =
         testing::TempDir() + "/" + testing::UnitTest::GetInstance()->current_test_info()->name();
-    setenv("EGOSIEVE_CACHE_DIR", folder_.c_str(), 1);
+    cache_.emplace("EGOSIEVE_CACHE_DIR", folder_);
   }
-  void TearDown() override { unsetenv("EGOSIEVE_CACHE_DIR"); }
 
   // Builds a program in a context of its own; false when the device is the reference.
   bool Build(bool program_cache, const std::string& extra_options = "") {
@@ -46,6 +47,7 @@ class ProgramCacheTest : public testing::Test {
   }
 
   std::string folder_;
+  std::optional<ScopedVariable> cache_;
 };
 
 TEST_F(ProgramCacheTest, AProgramIsStoredOnceAndUsedAgain) {

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/kernels/scoped_variable.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/program.h"
 #include "tools/run_folder/atomic_file.h"
@@ -19,10 +20,6 @@ namespace egosieve::tools {
 class Machine : public ::testing::Test {
  protected:
   Machine() : root_(FreshFolder()) {}
-  ~Machine() override {
-    unsetenv("POCL_CACHE_DIR");
-    unsetenv("EGOSIEVE_CACHE_DIR");
-  }
 
   // `line` for the shell, where "$EGOSIEVE" is the program.
   ProgramOutcome Shell(const std::string& line) const {
@@ -47,6 +44,9 @@ class Machine : public ::testing::Test {
   static bool ShowsLibraryLines() { return std::getenv("EGOSIEVE_LIBRARY_LINES") != nullptr; }
 
   std::string root_;
+
+ private:
+  ScopedVariable pocl_cache_{"POCL_CACHE_DIR"}, cache_{"EGOSIEVE_CACHE_DIR"};
 };
 
 }  // namespace egosieve::tools

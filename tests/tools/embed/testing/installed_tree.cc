@@ -51,8 +51,8 @@ std::string Unpack() {
 CommandOutcome RunClean(const std::string& folder, const std::string& command,
                         const std::string& variables) {
   return RunShell("cd " + Quoted(folder) + " && env -i PATH=/usr/bin:/bin " + Variable("HOME") +
-                  Variable("POCL_CACHE_DIR") + Variable("EGOSIEVE_DEVICE") + variables + " sh -c " +
-                  Quoted(command));
+                  Variable("POCL_CACHE_DIR") + Variable("EGOSIEVE_CACHE_DIR") +
+                  Variable("EGOSIEVE_DEVICE") + variables + " sh -c " + Quoted(command));
 }
 
 bool HasProgram(const std::string& name) {
