@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "tools/evaluation/calibration.h"
+#include "tools/evaluation/csv_table.h"
 #include "tools/evaluation/table_cell.h"
 #include "tools/run_folder/json_fields.h"
 #include "vision/statistics/median.h"
@@ -332,10 +333,11 @@ void AppendCsv(const std::string& prefix, const std::vector<DriveComparison>& dr
     for (const MethodResult& method : drive.methods) {
       for (size_t i = 0; i < method.frames.size(); ++i) {
         const MethodFrame& frame = method.frames[i];
-        absl::StrAppendFormat(
-            csv, "%s%s,%s,%d,%s,%d,%.3f,%.3f\n", prefix, drive.sequence.name, method.method,
-            frame.index, frame.auc ? absl::StrFormat("%.6f", *frame.auc) : "", frame.model_size,
-            frame.own_milliseconds, drive.shared_milliseconds[i]);
+        absl::StrAppendFormat(csv, "%s%s,%s,%d,%s,%d,%.3f,%.3f\n", prefix,
+                              CsvField(drive.sequence.name), CsvField(method.method), frame.index,
+                              frame.auc ? absl::StrFormat("%.6f", *frame.auc) : "",
+                              frame.model_size, frame.own_milliseconds,
+                              drive.shared_milliseconds[i]);
       }
     }
   }

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "tools/evaluation/csv_table.h"
 #include "tools/evaluation/table_cell.h"
 
 namespace egosieve::tools {
@@ -129,7 +130,7 @@ std::string ToCsv(const std::vector<ProfileComparison>& profiles) {
   std::string csv =
       "profile,sequence,method,frame,auc,model_size,own_milliseconds,shared_milliseconds\n";
   for (const ProfileComparison& profile : profiles) {
-    AppendCsv(absl::StrCat(profile.profile, ","), profile.drives, &csv);
+    AppendCsv(absl::StrCat(CsvField(profile.profile), ","), profile.drives, &csv);
   }
   return csv;
 }

@@ -7,6 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "tools/evaluation/calibration.h"
+#include "tools/evaluation/csv_table.h"
 #include "tools/evaluation/table_cell.h"
 #include "tools/run_folder/json_fields.h"
 
@@ -289,8 +290,8 @@ std::string ToCsv(const std::vector<SequenceResult>& results) {
   for (const SuiteFigure& figure : SuiteFigures()) absl::StrAppend(&csv, ",", figure.name);
   csv.push_back('\n');
   for (const SequenceResult& result : results) {
-    absl::StrAppendFormat(&csv, "%s,%s,%s,%d,%s", result.sequence.name, result.sequence.group,
-                          result.profile, result.frames,
+    absl::StrAppendFormat(&csv, "%s,%s,%s,%d,%s", CsvField(result.sequence.name),
+                          CsvField(result.sequence.group), CsvField(result.profile), result.frames,
                           result.status.ok() ? "" : absl::StatusCodeToString(result.status.code()));
     for (const SuiteFigure& figure : SuiteFigures()) {
       const Figure value = figure.of(result);

@@ -66,8 +66,7 @@ TEST(SummariseComparison, AFailedDriveIsToldAndLeftOut) {
   DriveComparison failed;
   failed.sequence = {"c", "", "", ""};
   failed.status = absl::DataLossError("its masks are another drive's");
-  const std::vector<DriveComparison> drives = {MakeDrive("a", {0.5, 0.6, 0.7}, {0.5, 0.6, 0.7}),
-                                               failed};
+  std::vector<DriveComparison> drives = {MakeDrive("a", {0.5, 0.6, 0.7}, {0.5, 0.6, 0.7}), failed};
   const ComparisonSummary summary = Summarise(drives, {});
   EXPECT_EQ(summary.drives, 1);
   EXPECT_EQ(summary.failed, 1);
@@ -76,6 +75,9 @@ TEST(SummariseComparison, AFailedDriveIsToldAndLeftOut) {
   std::string csv;
   AppendCsv("p,", drives, &csv);
   EXPECT_THAT(csv, HasSubstr("p,a,svm,2,0.700000,20,7.000,100.000\n"));
+  drives.front().sequence.name = "a,b";
+  AppendCsv("p,", drives, &csv);
+  EXPECT_THAT(csv, HasSubstr("p,\"a,b\",svm,2,0.700000,20,7.000,100.000\n"));
 }
 
 }  // namespace

@@ -71,6 +71,8 @@ TEST(SummariseSuite, MeansAreOverSequencesByGroupAndOverAll) {
   EXPECT_EQ(json.at("sequences")[3].at("error"), "it is not there");
   EXPECT_TRUE(json.at("sequences")[3].at("mean_auc").is_null());
   EXPECT_THAT(ToCsv(results), HasSubstr("b/four,b,default,0,NOT_FOUND,,"));
+  results.back().sequence = {"b,c/\"four\"", "b,c", "", ""};
+  EXPECT_THAT(ToCsv(results), HasSubstr("\"b,c/\"\"four\"\"\",\"b,c\",default,0,NOT_FOUND,,"));
 }
 
 TEST(ToMarkdown, MeanAndLeastOverAllSequencesOfAFolder) {
