@@ -105,11 +105,6 @@ int64_t SequenceScore::CountNotBelow() const {
   });
 }
 
-int64_t SequenceScore::CountJudged() const {
-  return std::count_if(frames.begin(), frames.end(),
-                       [](const FeatureFrame& frame) { return frame.verdict.has_value(); });
-}
-
 int64_t SequenceScore::CountUnlabelled() const {
   return std::count_if(frames.begin(), frames.end(), [](const FeatureFrame& frame) {
     return frame.outcome != vision::Name(vision::LabelOutcome::kLabelled);

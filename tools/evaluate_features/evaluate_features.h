@@ -54,7 +54,6 @@ struct SequenceScore {
   int64_t CountVerdicts(vision::ChoiceVerdict verdict) const;
   // Frames in which the chosen model's AUC is not below the other's; ties count.
   int64_t CountNotBelow() const;
-  int64_t CountJudged() const;
   int64_t CountUnlabelled() const;
   std::map<std::string, int64_t> CountMotionModels() const;
 };
