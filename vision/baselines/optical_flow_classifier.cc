@@ -152,9 +152,8 @@ absl::StatusOr<OpticalFlowClassification> ClassifyOpticalFlow(
         absl::StrCat("the image is ", image_width, "x", image_height, ": it has no pixels"));
   }
   OpticalFlowClassification result;
-  result.constraint.assign(pairs.size(), ViolatedConstraint::kEpipolar);
   result.violation_pixels = Residuals(kind, matrix, pairs, EpipolarDistance::kPointToLine);
-  if (kind != MotionModelKind::kFundamental || !options.positive_depth) return result;
+  if (kind != MotionModelKind::kFundamental) return result;
 
   const double focal = options.focal_length_pixels > 0.0
                            ? options.focal_length_pixels
@@ -163,10 +162,8 @@ absl::StatusOr<OpticalFlowClassification> ClassifyOpticalFlow(
   Eigen::Matrix3d k;
   k << focal, 0, 0.5 * (image_width - 1), 0, focal, centre_y, 0, 0, 1;
   const CameraMotion motion = Decompose(matrix, k, pairs);
-  if (options.positive_height) {
-    result.road_height =
-        RoadHeight(motion, matrix, focal, centre_y, pairs, options.minimum_road_share);
-  }
+  result.road_height =
+      RoadHeight(motion, matrix, focal, centre_y, pairs, options.minimum_road_share);
   for (size_t i = 0; i < pairs.size(); ++i) {
     const AlongLine along = Locate(motion, matrix, pairs[i]);
     if (!along.valid) continue;
@@ -179,8 +176,6 @@ absl::StatusOr<OpticalFlowClassification> ClassifyOpticalFlow(
     }
     const double violation = std::max(behind, below);
     if (!(violation > 0.0) || !std::isfinite(violation)) continue;
-    result.constraint[i] =
-        behind > 0.0 ? ViolatedConstraint::kPositiveDepth : ViolatedConstraint::kPositiveHeight;
     result.violation_pixels[i] = std::hypot(along.across, violation);
   }
   return result;

@@ -28,7 +28,6 @@
 #define EGOSIEVE_VISION_BASELINES_OPTICAL_FLOW_CLASSIFIER_H_
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -40,20 +39,15 @@ namespace egosieve::vision {
 
 struct OpticalFlowClassifierOptions {
   double focal_length_pixels = 0.0;  // 0: 0.7 times the longer side of the image
-  bool positive_depth = true;
-  bool positive_height = true;
-  double minimum_road_share = 0.2;  // (0, 1]
+  double minimum_road_share = 0.2;   // (0, 1]
   double tolerance_pixels = 1.0;  // along the line, before depth or height counts as violated; >= 0
 
   absl::Status Validate() const;
 };
 
-enum class ViolatedConstraint : uint8_t { kEpipolar, kPositiveDepth, kPositiveHeight };
-
 struct OpticalFlowClassification {
-  std::vector<double> violation_pixels;        // one per pair
-  std::vector<ViolatedConstraint> constraint;  // the deciding constraint
-  double road_height = 0.0;                    // h, in units of |t|; 0: no road found
+  std::vector<double> violation_pixels;  // one per pair
+  double road_height = 0.0;              // h, in units of |t|; 0: no road found
 };
 
 // `matrix` is F or H in pixels, first image to second. InvalidArgument for invalid options or an
