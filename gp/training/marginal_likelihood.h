@@ -34,7 +34,7 @@ enum class LikelihoodOrder { kValue, kValueAndGradient };
 // Where K_y is factorised. kAutomatic: on devices with float64 and their own memory if the mean is
 // zero, otherwise on the host. kDevice: FailedPrecondition without float64; InvalidArgument with a
 // mean function.
-enum class LikelihoodPlace { kAutomatic, kHost, kDevice };
+enum class LikelihoodPlace { kAutomatic, kDevice };
 
 // n = 0: value 0 and a gradient of zeros. FailedPrecondition if K_y is not positive definite to
 // working precision, or if the points do not determine the mean function.
