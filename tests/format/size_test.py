@@ -18,7 +18,6 @@ LONG_FUNCTIONS = {
     'tests/kernels/covariance/scikit_learn_test.cc:AllNumbers',  # a table
     'vision/evidence/evidence_accumulator.cc:Fuse',
     'vision/labelling/frame_labeller_pairs.cc:LabelTracks',
-    'vision/segmentation/learning_step.cc:ParseStep',
 }
 HEADERS_WITHOUT_OPENING = {
     'vision/evidence/pinhole.h',

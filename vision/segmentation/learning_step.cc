@@ -57,6 +57,62 @@ class Reader {
   size_t place_ = 0;
 };
 
+absl::StatusOr<std::string> TakeText(const std::string& name, gp::ArrayMap& arrays) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, Take<uint8_t>(name, arrays));
+  return std::string(bytes.begin(), bytes.end());
+}
+
+// What all operations take, one after the other.
+struct OperationReader {
+  Reader<uint8_t> inputs;
+  Reader<double> labels, hyperparameters;
+  Reader<int64_t> rows;
+
+  // Reads what an operation of its kind has; false if there is less.
+  bool Read(int64_t count, kernels::CovarianceFunction covariance, int64_t dimension,
+            ModelOperation& operation) {
+    switch (operation.kind) {
+      case Kind::kAdd:
+        return labels.Read(count, operation.labels) &&
+               inputs.Read(count * dimension, operation.inputs);
+      case Kind::kRemove:
+        return rows.Read(count, operation.rows);
+      case Kind::kSetLabels:
+        return labels.Read(count, operation.labels);
+      case Kind::kSetHyperparameters:
+        return ReadHyperparameters(covariance, dimension, operation.hyperparameters);
+    }
+    return false;
+  }
+  bool at_end() const {
+    return inputs.at_end() && labels.at_end() && hyperparameters.at_end() && rows.at_end();
+  }
+
+ private:
+  bool ReadHyperparameters(kernels::CovarianceFunction covariance, int64_t dimension,
+                           gp::Hyperparameters& theta) {
+    theta.covariance.function = covariance;
+    const int64_t scales = covariance.description().ScaleCount(dimension);
+    std::vector<double> stddevs;
+    if (!hyperparameters.Read(scales, theta.covariance.scales) ||
+        !hyperparameters.Read(2, stddevs)) {
+      return false;
+    }
+    theta.covariance.signal_stddev = stddevs[0];
+    theta.noise_stddev = stddevs[1];
+    return true;
+  }
+};
+
+absl::StatusOr<OperationReader> ReaderOf(gp::ArrayMap& arrays) {
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<uint8_t> inputs, Take<uint8_t>("inputs", arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<double> labels, Take<double>("labels", arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> rows, Take<int64_t>("rows", arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<double> theta, Take<double>("hyperparameters", arrays));
+  return OperationReader{Reader<uint8_t>(std::move(inputs)), Reader<double>(std::move(labels)),
+                         Reader<double>(std::move(theta)), Reader<int64_t>(std::move(rows))};
+}
+
 }  // namespace
 
 absl::StatusOr<std::string> SerializeStep(const LearningStep& step) {
@@ -113,59 +169,26 @@ absl::StatusOr<LearningStep> ParseStep(std::string_view bytes,
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> kinds, Take<int64_t>("kinds", arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> counts, Take<int64_t>("counts", arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> frames, Take<int64_t>("frames", arrays));
-  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<uint8_t> inputs, Take<uint8_t>("inputs", arrays));
-  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<double> labels, Take<double>("labels", arrays));
-  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> rows, Take<int64_t>("rows", arrays));
-  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<double> theta, Take<double>("hyperparameters", arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(OperationReader reader, ReaderOf(arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> squash, Take<double>("squash", arrays));
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> location_prior,
-                            Take<uint8_t>("location_prior", arrays));
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> potential,
-                            Take<uint8_t>("potential", arrays));
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> label_residual,
-                            Take<uint8_t>("label_residual", arrays));
+  LearningStep step;
+  EGOSIEVE_ASSIGN_OR_RETURN(step.location_prior, TakeText("location_prior", arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(step.potential, TakeText("potential", arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(step.label_residual, TakeText("label_residual", arrays));
   if (counts.size() != kinds.size() || frames.size() != kinds.size() || squash.size() != 2) {
     return absl::DataLossError("the arrays' sizes do not fit");
   }
-  const int64_t scales = covariance.description().ScaleCount(dimension);
-  Reader<uint8_t> input_reader(std::move(inputs));
-  Reader<double> label_reader(std::move(labels)), theta_reader(std::move(theta));
-  Reader<int64_t> row_reader(std::move(rows));
-  LearningStep step;
   step.squash = {squash[0], squash[1]};
-  step.location_prior.assign(location_prior.begin(), location_prior.end());
-  step.potential.assign(potential.begin(), potential.end());
-  step.label_residual.assign(label_residual.begin(), label_residual.end());
   for (size_t i = 0; i < kinds.size(); ++i) {
     ModelOperation operation;
     operation.kind = static_cast<Kind>(kinds[i]);
     operation.frame = frames[i];
-    bool whole = false;
-    if (operation.kind == Kind::kAdd) {
-      whole = label_reader.Read(counts[i], operation.labels) &&
-              input_reader.Read(counts[i] * dimension, operation.inputs);
-    } else if (operation.kind == Kind::kRemove) {
-      whole = row_reader.Read(counts[i], operation.rows);
-    } else if (operation.kind == Kind::kSetLabels) {
-      whole = label_reader.Read(counts[i], operation.labels);
-    } else if (operation.kind == Kind::kSetHyperparameters) {
-      gp::Hyperparameters& parameters = operation.hyperparameters;
-      parameters.covariance.function = covariance;
-      std::vector<double> stddevs;
-      whole =
-          theta_reader.Read(scales, parameters.covariance.scales) && theta_reader.Read(2, stddevs);
-      if (whole) {
-        parameters.covariance.signal_stddev = stddevs[0];
-        parameters.noise_stddev = stddevs[1];
-      }
+    if (!reader.Read(counts[i], covariance, dimension, operation)) {
+      return absl::DataLossError(absl::StrCat("operation ", i, " is not whole"));
     }
-    if (!whole) return absl::DataLossError(absl::StrCat("operation ", i, " is not whole"));
     step.operations.push_back(std::move(operation));
   }
-  if (!input_reader.at_end() || !label_reader.at_end() || !row_reader.at_end() ||
-      !theta_reader.at_end()) {
-    return absl::DataLossError("more points than the operations take");
-  }
+  if (!reader.at_end()) return absl::DataLossError("more points than the operations take");
   return step;
 }
 
