@@ -155,6 +155,58 @@ absl::StatusOr<Clip> ScaledClip(const Clip& clip, double megapixels) {
   return KeptClip(clip, {cvRound(picture.cols * scale), cvRound(picture.rows * scale)});
 }
 
+struct ProfileMeasurement {
+  DriveMeasurement drive;
+  std::optional<double> auc;
+  bool same_as_one_thread = false;
+};
+
+// path: where the run's files go.
+absl::StatusOr<ProfileMeasurement> MeasureProfile(const std::shared_ptr<kernels::Context>& context,
+                                                  OnlineSegmenterOptions& options, const Clip& clip,
+                                                  const std::map<int64_t, cv::Mat>& masks,
+                                                  int64_t count, const std::string& path) {
+  ProfileMeasurement result;
+  tools::RocHistogram roc;
+  PlayedSource source({clip}, count, count);
+  EGOSIEVE_RETURN_IF_ERROR(LearnCamera(source, options));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      result.drive,
+      MeasureDrive(context, options, source, path, [&](const vision::SegmentedFrame& frame) {
+        const auto mask = masks.find(PictureOf(frame.index, clip.size));
+        if (mask != masks.end() && frame.index > clip.size) Score(frame.map, mask->second, roc);
+      }));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const std::string difference,
+      CompareWithOneThread(context, options, source, std::min(count, kComparedFrames), path));
+  result.same_as_one_thread = difference.empty();
+  if (!difference.empty()) result.drive.complaints.push_back(difference);
+  result.auc = roc.Auc();
+  return result;
+}
+
+Json ProfileJson(const Profile& profile, int64_t count, const ProfileMeasurement& measurement) {
+  const DriveMeasurement& drive = measurement.drive;
+  const size_t begin = drive.frames.size() / 2;
+  return {{"profile", profile.name},
+          {"frames", count},
+          {"steady_from_frame", begin},
+          {"seconds", drive.frames.back().finished_seconds},
+          {"processor_seconds", drive.frames.back().processor_seconds},
+          {"seconds_per_frame_median", MedianSecondsPerFrame(drive, begin, drive.frames.size())},
+          {"seconds_per_frame_target", profile.target_seconds},
+          {"processor_seconds_per_frame_median",
+           MedianProcessorSecondsPerFrame(drive, begin, drive.frames.size())},
+          {"model_points", drive.frames.back().model_size},
+          {"features", drive.frames.back().features},
+          {"resident_mebibytes", drive.frames.back().resident_mebibytes},
+          {"milliseconds_by_stage_median", StageMedians(drive, begin, drive.frames.size())},
+          {"auc_of_labelled_frames", measurement.auc ? Json(*measurement.auc) : Json()},
+          {"same_bytes_as_one_thread", measurement.same_as_one_thread},
+          {"maps_sound", drive.complaints.empty()},
+          {"complaints", Complaints(drive.complaints)}};
+}
+
 absl::StatusOr<bool> MeasureProfiles(const Flags& flags,
                                      const std::shared_ptr<kernels::Context>& context) {
   const std::string root = flags.data + "/kitti-residential";
@@ -173,44 +225,11 @@ absl::StatusOr<bool> MeasureProfiles(const Flags& flags,
     if (!is_wanted(profile.name)) continue;
     profile.options.labeller.threads = kernels::MaximumThreads();
     if (flags.model_points > 0) profile.options.learner.budget.budget = flags.model_points;
-    tools::RocHistogram roc;
-    PlayedSource source({clip}, count, count);
-    EGOSIEVE_RETURN_IF_ERROR(LearnCamera(source, profile.options));
     EGOSIEVE_ASSIGN_OR_RETURN(
-        DriveMeasurement drive,
-        MeasureDrive(context, profile.options, source, scratch.File(profile.name),
-                     [&](const vision::SegmentedFrame& frame) {
-                       const auto mask = masks.find(PictureOf(frame.index, clip.size));
-                       if (mask != masks.end() && frame.index > clip.size) {
-                         Score(frame.map, mask->second, roc);
-                       }
-                     }));
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        const std::string difference,
-        CompareWithOneThread(context, profile.options, source, std::min(count, kComparedFrames),
-                             scratch.File(profile.name)));
-    if (!difference.empty()) drive.complaints.push_back(difference);
-    sound &= drive.complaints.empty();
-    const size_t begin = drive.frames.size() / 2;
-    const std::optional<double> auc = roc.Auc();
-    results.push_back(
-        {{"profile", profile.name},
-         {"frames", count},
-         {"steady_from_frame", begin},
-         {"seconds", drive.frames.back().finished_seconds},
-         {"processor_seconds", drive.frames.back().processor_seconds},
-         {"seconds_per_frame_median", MedianSecondsPerFrame(drive, begin, drive.frames.size())},
-         {"seconds_per_frame_target", profile.target_seconds},
-         {"processor_seconds_per_frame_median",
-          MedianProcessorSecondsPerFrame(drive, begin, drive.frames.size())},
-         {"model_points", drive.frames.back().model_size},
-         {"features", drive.frames.back().features},
-         {"resident_mebibytes", drive.frames.back().resident_mebibytes},
-         {"milliseconds_by_stage_median", StageMedians(drive, begin, drive.frames.size())},
-         {"auc_of_labelled_frames", auc ? Json(*auc) : Json()},
-         {"same_bytes_as_one_thread", difference.empty()},
-         {"maps_sound", drive.complaints.empty()},
-         {"complaints", Complaints(drive.complaints)}});
+        const ProfileMeasurement measurement,
+        MeasureProfile(context, profile.options, clip, masks, count, scratch.File(profile.name)));
+    sound &= measurement.drive.complaints.empty();
+    results.push_back(ProfileJson(profile, count, measurement));
     std::cerr << "bench_drive: " << profile.name << " done\n";
   }
   if (is_wanted("opencv")) {
