@@ -16,7 +16,6 @@ MOST_OF_A_FUNCTION = 60
 LONG_FUNCTIONS = {
     'tests/kernels/covariance/scikit_learn_test.cc:AllNumbers',  # a table
     'vision/evidence/evidence_accumulator.cc:Fuse',
-    'vision/labelling/frame_labeller_pairs.cc:LabelTracks',
 }
 HEADERS_WITHOUT_OPENING = {
     'vision/evidence/pinhole.h',

@@ -73,6 +73,13 @@ class FrameLabeller::Implementation {
   const FrameLabellerOptions& options() const { return options_; }
 
  private:
+  // How a frame is seen beside its own pair.
+  struct Sight {
+    View behind;          // of a pair of more than one frame: from the frame before; else empty
+    TwoViewMotion world;  // of the pair; found if it is known or MotionOfTracks has set it
+    Outlook outlook;
+  };
+
   absl::Status CheckOrder(const ExtractedFrame& frame) const;
   cv::Size SizeBefore() const { return history_.back()->frame.image.size(); }
   // Frame gap of the pair that ends in the current frame. before: number of frames before it.
@@ -108,6 +115,9 @@ class FrameLabeller::Implementation {
   // Empty if the motion is not calibrated or the flow grid is not used.
   absl::StatusOr<Outlook> OutlookOf(const ExtractedFrame& frame, const Pictures& ahead,
                                     absl::Span<const float> moved, LabellingTimes& times);
+  absl::StatusOr<Sight> SightOf(const ExtractedFrame& before, const ExtractedFrame& frame,
+                                const Pictures& ahead, const FramePairs& pairs,
+                                absl::Span<const float> moved, int gap, LabellingTimes& times);
   Pinhole Camera(cv::Size size) const;
   // Updates the speed of the ground. back: the motion from `frame` to `before`; null: not known.
   void ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
@@ -120,6 +130,10 @@ class FrameLabeller::Implementation {
   // Replaces the motion's ground bound if the speed of the ground over the drive gives a better
   // one.
   void BoundGround(const ExtractedFrame& a, const ExtractedFrame& b, TwoViewMotion& motion) const;
+  // The three above for the pair of `first`, which may be null, and `frame`.
+  void UseGround(const ExtractedFrame& before, const ExtractedFrame* first,
+                 const ExtractedFrame& frame, const Pictures& ahead, int gap, Sight& sight,
+                 std::vector<TrackedPoint>& points);
   void ObserveGap(const MotionModel& model, int gap);
   // Keeps the motion field that predicts the next pair; none if the motion is not trusted.
   void KeepMotion(const FramePairs& pairs, int pictures, cv::Size size, bool trusted);

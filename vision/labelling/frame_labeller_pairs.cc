@@ -258,6 +258,41 @@ absl::StatusOr<MotionModel> FrameLabeller::Implementation::MotionOfTracks(
   return model;
 }
 
+absl::StatusOr<FrameLabeller::Implementation::Sight> FrameLabeller::Implementation::SightOf(
+    const ExtractedFrame& before, const ExtractedFrame& frame, const Pictures& ahead,
+    const FramePairs& pairs, absl::Span<const float> moved, int gap, LabellingTimes& times) {
+  const Pinhole camera = Camera(frame.grey.size());
+  Sight sight;
+  EGOSIEVE_ASSIGN_OR_RETURN(sight.outlook, OutlookOf(frame, ahead, moved, times));
+  if (gap > 1 && FollowsCalibrated()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(sight.behind,
+                              LookBack(before, frame, camera, movers_.nodes(), pair_motions_));
+  } else if (FollowsCalibrated() && pairs.matches.empty()) {
+    // The motion that was estimated when looking ahead from the frame before.
+    EGOSIEVE_ASSIGN_OR_RETURN(sight.world,
+                              pair_motions_.Between(before, frame, camera, movers_.nodes()));
+  }
+  return sight;
+}
+
+void FrameLabeller::Implementation::UseGround(const ExtractedFrame& before,
+                                              const ExtractedFrame* first,
+                                              const ExtractedFrame& frame, const Pictures& ahead,
+                                              int gap, Sight& sight,
+                                              std::vector<TrackedPoint>& points) {
+  auto& [behind, world, outlook] = sight;
+  const TwoViewMotion to_before = gap > 1 ? behind.motion : Inverse(world);
+  const bool is_known = gap > 1 ? behind.frame != nullptr : world.found;
+  ObserveGround(before, frame, is_known ? &to_before : nullptr, outlook.far, ahead);
+  if (first != nullptr) BoundGround(*first, frame, world);
+  for (View* view : {&behind, &outlook.near, &outlook.far}) {
+    if (view->frame != nullptr) BoundGround(frame, *view->frame, view->motion);
+  }
+  if (world.ground_slope > 0.0 || behind.motion.ground_slope > 0.0 || outlook.knows_ground()) {
+    MarkUnbounded(frame, Inverse(world), outlook, points);
+  }
+}
+
 absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& before,
                                                         const ExtractedFrame& frame,
                                                         const Pictures& ahead,
@@ -281,53 +316,30 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   }
   result.first_index = evidence_.FrameIndexBefore(gap);
   result.second_index = frame.frame.index;
-  const Pinhole camera = Camera(frame.grey.size());
-  EGOSIEVE_ASSIGN_OR_RETURN(Outlook outlook, OutlookOf(frame, ahead, moved, result.times));
-  View behind;
-  TwoViewMotion world;
-  if (gap > 1 && FollowsCalibrated()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(behind,
-                              LookBack(before, frame, camera, movers_.nodes(), pair_motions_));
-  } else if (FollowsCalibrated() && pairs.matches.empty()) {
-    // The motion that was estimated when looking ahead from the frame before.
-    EGOSIEVE_ASSIGN_OR_RETURN(world, pair_motions_.Between(before, frame, camera, movers_.nodes()));
-  }
+  EGOSIEVE_ASSIGN_OR_RETURN(Sight sight,
+                            SightOf(before, frame, ahead, pairs, moved, gap, result.times));
+  auto& [behind, world, outlook] = sight;
   std::vector<TrackedPoint> points = evidence_.Points(gap, outlook.links);
   EGOSIEVE_ASSIGN_OR_RETURN(MotionModel model, MotionOfTracks(points, frame, moved, world, result));
   ObserveGap(model, gap);
   KeepMotion(pairs, 1, frame.grey.size(), model.trusted);
   Stopwatch watch;
   if (!model.trusted) model.kind = MotionModelKind::kNone;
-  if (options_.IsCalibrated()) {
-    const ExtractedFrame* first = InHistory(result.first_index);
-    const TwoViewMotion to_before = gap > 1 ? behind.motion : Inverse(world);
-    const bool is_known = gap > 1 ? behind.frame != nullptr : world.found;
-    ObserveGround(before, frame, is_known ? &to_before : nullptr, outlook.far, ahead);
-    if (first != nullptr) BoundGround(*first, frame, world);
-    for (View* view : {&behind, &outlook.near, &outlook.far}) {
-      if (view->frame != nullptr) BoundGround(frame, *view->frame, view->motion);
-    }
-    if (world.ground_slope > 0.0 || behind.motion.ground_slope > 0.0 || outlook.knows_ground()) {
-      MarkUnbounded(frame, Inverse(world), outlook, points);
-    }
-  }
+  const Pinhole camera = Camera(frame.grey.size());
+  const ExtractedFrame* first = InHistory(result.first_index);
+  if (options_.IsCalibrated()) UseGround(before, first, frame, ahead, gap, sight, points);
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
-      evidence_.Judge(InHistory(result.first_index), frame, gap, model, points,
-                      world.found ? &world : nullptr, camera,
+      evidence_.Judge(first, frame, gap, model, points, world.found ? &world : nullptr, camera,
                       {{outlook.far.frame, &outlook.far.motion, &TrackedPoint::far_ahead},
                        {outlook.near.frame, &outlook.near.motion, &TrackedPoint::near_ahead},
                        {behind.frame, &behind.motion, &TrackedPoint::near_behind}}));
   movers_.Remember(points, evidence, frame.grey.size());
   result.own_vehicle = OwnVehicleAreas(evidence_.own_vehicle(), frame.grey.size());
   if (options_.IsCalibrated()) {
-    const FrameViews views{before.frame.index,
-                           frame.frame.index,
-                           gap,
-                           model.trusted ? &world : nullptr,
-                           &behind,
-                           &outlook};
-    result.step = StepOf(views, points, camera);
+    const TwoViewMotion* motion = model.trusted ? &world : nullptr;
+    result.step = StepOf({before.frame.index, frame.frame.index, gap, motion, &behind, &outlook},
+                         points, camera);
   }
   if (model.trusted || !outlook.empty()) {
     result.reason.clear();
