@@ -112,8 +112,8 @@ class DeviceCall(unittest.TestCase):
             np.testing.assert_array_equal(twin.predict(self.queries), model.predict(self.queries))
         with self.assertRaisesRegex(TypeError, "opencl_context is no OpenCL object"):
             egosieve.GaussianProcess(opencl_context="own").fit(self.X, self.y)
-        with self.assertRaisesRegex(ValueError, "memory_cap_bytes = 0"):
-            egosieve.GaussianProcess(memory_cap_bytes=0).fit(self.X, self.y)
+        with self.assertRaisesRegex(ValueError, "memory_cap_bytes = -1"):
+            egosieve.GaussianProcess(memory_cap_bytes=-1).fit(self.X, self.y)
 
     def test_refuses_what_it_cannot_take(self):
         opencl = OpenCl()
