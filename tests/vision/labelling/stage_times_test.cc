@@ -34,9 +34,10 @@ TEST(StageTimes, EveryStageThatRanHasOne) {
     options.features = source;
     auto labeller = *FrameLabeller::Create(options);
     for (int64_t index = 0; index < 3; ++index) {
+      const Frame frame = SlidingNoise(index);
       // Features are computed ahead of the labels, as in a drive.
       const Clock::time_point begin = Clock::now();
-      const auto extracted = labeller->Extract(SlidingNoise(index));
+      const auto extracted = labeller->Extract(frame);
       ASSERT_TRUE(extracted.ok()) << extracted.status();
       const auto labelled = labeller->Label(*extracted);
       ASSERT_TRUE(labelled.ok()) << labelled.status();
@@ -49,11 +50,13 @@ TEST(StageTimes, EveryStageThatRanHasOne) {
       EXPECT_GT(times.matching_milliseconds, 0.0) << static_cast<int>(source);
       EXPECT_GT(times.geometry_milliseconds, 0.0);
       EXPECT_GT(times.labelling_milliseconds, 0.0);
-      // Stages follow each other: counted twice, or in another unit, they would exceed the call.
-      EXPECT_LE(times.equalization_milliseconds + times.features_milliseconds +
-                    times.matching_milliseconds + times.geometry_milliseconds +
-                    times.labelling_milliseconds,
-                whole.count());
+      // Stages follow each other: counted twice, or in another unit, they would exceed the call. Of
+      // what the call does they are nearly all.
+      const double sum = times.equalization_milliseconds + times.features_milliseconds +
+                         times.matching_milliseconds + times.geometry_milliseconds +
+                         times.labelling_milliseconds;
+      EXPECT_LE(sum, whole.count());
+      EXPECT_GE(sum, 0.5 * whole.count()) << static_cast<int>(source);
     }
   }
 }
