@@ -36,6 +36,7 @@ NamedArray VectorArray(std::vector<T> elements) {
 
 using ArrayMap = std::map<std::string, NamedArray>;
 
+// The largest files that are written hold 116 (tools/embed/c/segmenter_session.cc).
 inline constexpr int64_t kMaxArraysInFile = 256;
 
 // FailedPrecondition for more arrays than can be read, and if the archive would exceed 4 GiB, zip's

@@ -69,8 +69,8 @@ class Progress {
   Clock::time_point last_shown_;
 };
 
-// How many per second, of `done` in `seconds`. What comes before the first, such as opening files, is
-// left out once there is a second: first_seconds is when the first was done.
+// How many per second, of `done` in `seconds`. What comes before the first, such as opening files,
+// is left out once there is a second: first_seconds is when the first was done.
 double RateOf(int64_t done, double seconds, double first_seconds);
 
 // "12 s", "3 min 05 s", "2 h 07 min"

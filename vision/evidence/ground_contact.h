@@ -18,10 +18,10 @@
 //   l = max_b S(b) - max_b (S(b) - z(b)^2 / 2)                                                (B2)
 //
 // l is the log-likelihood ratio of moving against static; it is never negative. k is the height of
-// a kerb over the camera's. For a camera on a pavement what is parked on the street seems too far by
-// that share; a vehicle is itself on the street, and k is 0. The ground is the plane, or the plane
-// with its inverse depth scaled by the ratio that road places around the object show. E_ground is
-// the smaller of the two differences, and z the smaller of the two deviations.
+// a kerb over the camera's. For a camera on a pavement what is parked on the street seems too far
+// by that share; a vehicle is itself on the street, and k is 0. The ground is the plane, or the
+// plane with its inverse depth scaled by the ratio that road places around the object show.
+// E_ground is the smaller of the two differences, and z the smaller of the two deviations.
 // Blank rows are no evidence: S is constant there. Without pictures, g comes from the inverse
 // depths of the places that flow follows.
 //

@@ -26,18 +26,18 @@ constexpr size_t kFewest = 20;          // least number of places for a median
 constexpr double kLeastScaling = 0.05;  // a sixth of a pixel at the patch's edge
 
 // A row of a patch, padded to fill a vector register. What the last lane holds is not read.
-using Lanes = Eigen::Array<float, kPatchSide + 1, 1>;
+constexpr int kLanes = kPatchSide + 1;
+using Lanes = Eigen::Array<float, kLanes, 1>;
 using Rows = std::array<Lanes, kPatchSide>;
 
 Lanes LevelsFrom(const uint8_t* pixels) {
   Lanes levels;
-  for (int x = 0; x < Lanes::SizeAtCompileTime; ++x) levels[x] = pixels[x];
+  for (int x = 0; x < kLanes; ++x) levels[x] = pixels[x];
   return levels;
 }
 
 // The rows of the patch around a place, sampled bilinearly. False if it leaves the picture.
 bool SampleRows(const cv::Mat& picture, cv::Point2f place, Rows& rows) {
-  constexpr int kLanes = Lanes::SizeAtCompileTime;
   const float left = place.x - kPatchRadius, top = place.y - kPatchRadius;
   if (!(left >= 0 && top >= 0 && left + kPatchSide < picture.cols &&
         top + kPatchSide < picture.rows)) {
@@ -47,8 +47,11 @@ bool SampleRows(const cv::Mat& picture, cv::Point2f place, Rows& rows) {
   const float fx = left - column, fy = top - row;
   const auto between_columns = [&](int y) -> Lanes {
     const uint8_t* pixels = picture.ptr<uint8_t>(row + y) + column;
-    uint8_t copy[kLanes + 1] = {};
-    if (column + kLanes >= picture.cols) pixels = std::copy_n(pixels, kLanes, copy) - kLanes;
+    uint8_t last[kLanes + 1] = {};  // at the right border there is no pixel after the lanes
+    if (column + kLanes >= picture.cols) {
+      std::copy_n(pixels, kLanes, last);
+      pixels = last;
+    }
     const Lanes at = LevelsFrom(pixels);
     return at + fx * (LevelsFrom(pixels + 1) - at);
   };

@@ -112,6 +112,7 @@ class DeviceCall(unittest.TestCase):
             np.testing.assert_array_equal(twin.predict(self.queries), model.predict(self.queries))
         with self.assertRaisesRegex(TypeError, "opencl_context is no OpenCL object"):
             egosieve.GaussianProcess(opencl_context="own").fit(self.X, self.y)
+        self.assertEqual(self.model.memory_cap_bytes, 0)
         with self.assertRaisesRegex(ValueError, "memory_cap_bytes = -1"):
             egosieve.GaussianProcess(memory_cap_bytes=-1).fit(self.X, self.y)
 

@@ -72,7 +72,8 @@ class GaussianProcess(ExactPredictor, Estimator):
     device : str, optional
         A device's index, part of its name, "cpu", "gpu" or "reference"; egosieve.devices() lists them.
     memory_cap_bytes : int
-        Memory on the device for the tiles of predictions at most, without the model.
+        Memory on the device for the tiles of predictions at most, without the model. 0: the device's own, 256 MiB or an
+        eighth of a GPU's memory if that is more.
     opencl_context, opencl_device : objects of PyOpenCL's or addresses, optional
         A cl_context to compute on in place of `device`, and one of its devices, None for the first. Copies,
         pickled and loaded models lie on `device`.
@@ -114,7 +115,7 @@ class GaussianProcess(ExactPredictor, Estimator):
         annealing_evaluations=0,
         random_state=1,
         device=None,
-        memory_cap_bytes=2**28,
+        memory_cap_bytes=0,
         opencl_context=None,
         opencl_device=None,
     ):
