@@ -45,7 +45,7 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Default() {
   options.learner.SetDensity(kDefaultDensity);
   options.learner.contradiction_radius = kContradictionRadius;
   options.learner.budget.budget = kDefaultBudget;
-  options.learner.budget.maximum_dynamic_age_frames = kDynamicAgeFrames;
+  options.learner.budget.maximum_positive_age = kDynamicAgeFrames;
   options.location_prior.weight = kLocationWeight;
   options.residual_weight = kResidualWeight;
   options.learner.model.kind = ModelKind::kSparse;
