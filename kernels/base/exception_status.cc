@@ -13,7 +13,7 @@ namespace egosieve::kernels {
 namespace {
 
 constexpr char kOutOfMemory[] =
-    "out of memory; give the process more (see ulimit -v), smaller frames, a smaller --budget or a "
+    "out of memory; give the process more (see ulimit -v), smaller images, a smaller --budget or a "
     "larger --stride";
 constexpr char kNoThread[] = "; allow more threads (see ulimit -u), or use --threads=1";
 

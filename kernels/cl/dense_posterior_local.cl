@@ -37,7 +37,7 @@
 //   mean alone  512 queries per tile: 0.080 T multiply-adds, 0.0024 s; 0.017 TB of local memory;
 //               no scratch and factor; 0.1 GB from cache; least time 0.0024 s
 //
-// 12.3 kB of local memory per group, 0.55 GB of scratch for 528 groups. So two pictures per second
+// 12.3 kB of local memory per group, 0.55 GB of scratch for 528 groups. So two images per second
 // need 0.24 of the peak.
 #define GROUP (PANEL * PANELS)
 #define QUERIES (WIDTH * COLUMNS)
