@@ -33,7 +33,7 @@ void BM_BoxMeans(benchmark::State& state) {
     const absl::Status status = BoxMeansOnGrid(*context, image, grid, {}, view);
     if (!status.ok()) return state.SkipWithError(status.ToString().c_str());
   }
-  const double seconds = timer.SecondsAnIteration(state.iterations());
+  const double seconds = timer.SecondsPerIteration(state.iterations());
   std::vector<float> expected(out.size());
   reference::BoxMeansOnGrid(image, grid, 7,
                             MatrixView<float>(expected.data(), grid.size(), kBoxMeanColumns));

@@ -19,7 +19,8 @@
 namespace egosieve::gp {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "arrays are written as they lie");
+static_assert(std::endian::native == std::endian::little,
+              "arrays are written in the host's byte order");
 
 constexpr uint64_t kMaximumBytes = uint64_t{1} << 32;
 constexpr uint16_t kDosDate = 0x0021;  // 1980-01-01: the zero of zip's dates
@@ -86,7 +87,7 @@ absl::Status TakeElements(const std::string& name, std::string_view data, NamedA
   uint64_t count = 1;
   for (const int64_t extent : array.shape) {
     if (extent != 0 && count > data.size() / static_cast<uint64_t>(extent)) {
-      return Damaged("array %s: its shape asks for more than its %d bytes", name, data.size());
+      return Damaged("array %s: its shape needs more than its %d bytes", name, data.size());
     }
     count *= static_cast<uint64_t>(extent);
   }
@@ -252,7 +253,7 @@ absl::StatusOr<ArrayMap> ParseArrays(std::string_view bytes) {
   if (count < 1 || count > kMaxArraysInFile) {
     return Damaged("%d members; from 1 to %d are read", count, kMaxArraysInFile);
   }
-  // Members that lie over each other would need more memory than the file.
+  // Overlapping members would need more memory than the file.
   uint64_t left = bytes.size();
   ArrayMap arrays;
   for (int64_t i = 0; i < count; ++i) {

@@ -36,7 +36,7 @@ NamedArray VectorArray(std::vector<T> elements) {
 
 using ArrayMap = std::map<std::string, NamedArray>;
 
-// The largest files that are written hold 116 (tools/embed/c/segmenter_session.cc).
+// The largest files that callers write hold 116 (tools/embed/c/segmenter_session.cc).
 inline constexpr int64_t kMaxArraysInFile = 256;
 
 // FailedPrecondition for no arrays, for more than can be read, and for more than 4 GiB.

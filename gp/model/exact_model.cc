@@ -6,7 +6,7 @@
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_format.h"
 #include "gp/linalg/aligned_matrix.h"
-#include "gp/linalg/jitter_ladder.h"
+#include "gp/linalg/jitter_sequence.h"
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/model/model_checks.h"
 #include "kernels/base/status_macros.h"

@@ -15,11 +15,11 @@
 // same for all. Without points the model is the prior.
 //
 // Points keep the order in which they were added; removal closes the gaps. Every point has an
-// identity, which is unique and increasing in the model's life, and the time at which it was added,
-// in the caller's unit.
+// identity, which is unique and increasing over the model's lifetime, and the time at which it was
+// added, in the caller's unit.
 //
 // Numerically equal inputs make K + sigma_n^2 I singular to working precision only if sigma_n is
-// tiny. If a pivot is refused, the jitter increases along gp/linalg/jitter_ladder.h, whose unit is
+// tiny. If a pivot is refused, the jitter increases by gp/linalg/jitter_sequence.h, whose unit is
 // sigma_f^2, and the factor is rebuilt; jitter() reports it. Setting the hyperparameters resets it
 // to zero.
 //

@@ -14,7 +14,7 @@
 
 namespace egosieve::gp {
 
-// Observations at some places, the input of models and objectives.
+// Observations, the input of models and objectives.
 struct Observations {
   kernels::ConstMatrixView<double> inputs;   // N x D
   kernels::ConstMatrixView<double> targets;  // N x k: k outputs, which share covariance and noise

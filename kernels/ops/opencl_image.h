@@ -1,11 +1,11 @@
 // Box means and grid interpolation on an OpenCL device. Arguments must be valid.
 //
-// On devices with one work-item per core, a work-item slides sums down a band of rows, and
+// On devices with one work-item per core, a work-item keeps sliding sums along a band of rows, and
 // interpolates row by row. On devices that run work-items side by side, each takes a point or a
 // pixel, in groups of 64. The bits are the same.
 //
 // On an H200 (4.8 TB/s, 132 units of 2,048 work-items), counted, not measured, for every pixel of
-// 1242 x 375 and windows of 7 pixels: 465,750 work-items in 7,500 groups fill the 132 x 32 places
+// 1242 x 375 and windows of 7 pixels: 465,750 work-items in 7,500 groups fill the 132 x 32 slots
 // for groups 1.8 times, with 2,048 work-items per unit; no local memory.
 //
 //   kernel                       reads            writes            of device memory
