@@ -49,11 +49,23 @@ constexpr std::string_view TypeCode() {
   return "|u1";
 }
 
+zip_buffer_fragment_t Fragment(const void* data, size_t size) {
+  return {static_cast<zip_uint8_t*>(const_cast<void*>(data)), size};
+}
+
+zip_buffer_fragment_t Elements(const NamedArray& array) {
+  return std::visit([](const auto& e) { return Fragment(e.data(), e.size() * sizeof(e[0])); },
+                    array.elements);
+}
+
 // All that comes before the elements.
-std::string NpyHeader(const std::vector<int64_t>& shape, std::string_view type) {
-  std::string text =
-      absl::StrFormat("{'descr': '%s', 'fortran_order': False, 'shape': (%s), }", std::string(type),
-                      absl::StrCat(absl::StrJoin(shape, ", "), shape.size() == 1 ? "," : ""));
+std::string NpyHeader(const NamedArray& array) {
+  const std::string_view type = std::visit(
+      [](const auto& e) { return TypeCode<typename std::decay_t<decltype(e)>::value_type>(); },
+      array.elements);
+  std::string text = absl::StrFormat(
+      "{'descr': '%s', 'fortran_order': False, 'shape': (%s), }", std::string(type),
+      absl::StrCat(absl::StrJoin(array.shape, ", "), array.shape.size() == 1 ? "," : ""));
   text.append(63 - (kPreludeSize + text.size()) % 64, ' ');
   text.push_back('\n');
   const uint16_t size = static_cast<uint16_t>(text.size());
@@ -158,13 +170,8 @@ absl::StatusOr<Archive> Open(zip_source_t* source, int flags) {
 // The archive refers to the header and to the array's elements until it is closed.
 absl::Status AddMember(const std::string& name, const std::string& header, const NamedArray& array,
                        zip_t* archive) {
-  const auto fragment = [](const void* data, size_t size) {
-    return zip_buffer_fragment_t{static_cast<zip_uint8_t*>(const_cast<void*>(data)), size};
-  };
-  const zip_buffer_fragment_t fragments[] = {
-      fragment(header.data(), header.size()),
-      std::visit([&](const auto& e) { return fragment(e.data(), e.size() * sizeof(e[0])); },
-                 array.elements)};
+  const zip_buffer_fragment_t fragments[] = {Fragment(header.data(), header.size()),
+                                             Elements(array)};
   Source source(zip_source_buffer_fragment(archive, fragments, std::size(fragments), 0));
   const zip_int64_t index =
       source == nullptr ? -1 : zip_file_add(archive, name.c_str(), source.get(), 0);
@@ -225,13 +232,8 @@ absl::StatusOr<std::string> SerializeArrays(const ArrayMap& arrays) {
   EGOSIEVE_ASSIGN_OR_RETURN(Archive archive, Open(bytes.get(), ZIP_CREATE | ZIP_TRUNCATE));
   uint64_t size = 0;
   for (const auto& [name, array] : arrays) {
-    std::visit(
-        [&](const auto& elements) {
-          using T = typename std::decay_t<decltype(elements)>::value_type;
-          headers.push_back(NpyHeader(array.shape, TypeCode<T>()));
-          size += headers.back().size() + elements.size() * sizeof(T);
-        },
-        array.elements);
+    headers.push_back(NpyHeader(array));
+    size += headers.back().size() + Elements(array).length;
     if (size > kMaximumBytes) {
       return absl::FailedPreconditionError(
           absl::StrFormat("array %s: the arrays would pass 4 GiB", name));
