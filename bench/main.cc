@@ -12,7 +12,7 @@
 
 namespace {
 
-// Removes the way of timing ("/real_time") from a benchmark's name.
+// Removes the kind of timing ("/real_time") from a benchmark's name.
 template <typename Reporter>
 class ShortNames : public Reporter {
  public:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""COLMAP as the judge: what masks are worth to it, on drives whose poses are known.
+"""The reconstructions of COLMAP with and without masks, on drives whose poses are known.
 
     ./run bench_colmap [--drives NAME:SEED,NAME:SEED] [--frames N] [--width PIXELS] [--seeds N] [--lens given|estimated]
                        [--out DIR] [--results NAME]
@@ -7,10 +7,10 @@
 Synthesises the drives, masks them by `egosieve masks --for=colmap --dilate=10`, and reconstructs each without masks,
 with these and with the true ones, dilated alike, once for each of COLMAP's seeds. The lens is given, or with --lens=estimated COLMAP's own estimate; all else is COLMAP's
 default for a video from one camera. Counts the images of the largest model, its absolute trajectory error
-after the best similarity, and the share of its 3-D points that lie on movers. What is done is kept in --out (default
-out/colmap): the same command goes on. Writes NAME.json and NAME.md into bench/results; NAME is colmap where nothing else is said.
+after the best similarity, and the share of its 3-D points that lie on movers. Finished steps are kept in --out (default
+out/colmap): the same command continues. Writes NAME.json and NAME.md into bench/results; the default NAME is colmap.
 
-pycolmap comes by pip into a virtual environment in the user's cache folder, outside the repository.
+pip installs pycolmap in a virtual environment in the user's cache folder, outside the repository.
 """
 
 import argparse
@@ -73,7 +73,7 @@ class Drive:
         return json.loads(done.stdout.strip().splitlines()[-1])
 
     def prepare(self):
-        """Frames, truth and masks; tells what our masks cover."""
+        """Frames, truth and masks; returns what our masks cover."""
         if not (self.drive / "scene.json").exists():
             say(f"{self.name}: synthesising")
             egosieve("synthesize", f"--scenario={self._scenario}", f"--seed={self._seed}",

@@ -45,7 +45,7 @@ VARIANTS = {
 
 
 def write(clip, out, change, which):
-    """One clip, its pictures numbered anew."""
+    """One clip, its pictures renumbered."""
     for part in ("frames", "masks"):
         (out / part).mkdir(parents=True, exist_ok=True)
     for index, frame in enumerate(sorted((clip / "frames").iterdir())[which]):

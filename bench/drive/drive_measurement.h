@@ -23,7 +23,7 @@ inline constexpr const char* kStageNames[kStages] = {
     "decode",    "equalization", "features",    "matching",  "geometry",  "labelling",
     "selection", "training",     "calibration", "posterior", "inference", "writing"};
 
-// Of fixed size, so that the record of a long drive does not grow by itself.
+// Of fixed size, so that the record of a long drive grows only with its frames.
 struct FrameMeasurement {
   double finished_seconds = 0.0;   // since the drive's start
   double processor_seconds = 0.0;  // of all threads, since the drive's start

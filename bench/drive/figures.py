@@ -18,7 +18,7 @@ def lines(name, title, labels, series, **more):
 
 
 def draw(figures, folder):
-    """Writes NAME.svg of each figure; says so where there is no plotting library."""
+    """Writes NAME.svg of each figure; prints a message if there is no plotting library."""
     with tempfile.TemporaryDirectory() as scratch:
         data = Path(scratch) / "figures.json"
         data.write_text(json.dumps(figures))

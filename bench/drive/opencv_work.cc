@@ -18,15 +18,15 @@ absl::StatusOr<OpenCvSeconds> MeasureOpenCv(const Clip& clip, int64_t count) {
     const auto start = std::chrono::steady_clock::now();
     const std::clock_t processor_start = std::clock();
     EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat picture, clip.read(PictureOf(i, clip.size)));
-    cv::Mat grey, way;
+    cv::Mat grey, displacement;
     cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
     if (!before.empty()) {
-      flow->calc(before, grey, way);
+      flow->calc(before, grey, displacement);
       std::vector<cv::Point2f> from, to;
       for (int y = kStride / 2; y < grey.rows; y += kStride) {
         for (int x = kStride / 2; x < grey.cols; x += kStride) {
           from.emplace_back(static_cast<float>(x), static_cast<float>(y));
-          to.push_back(from.back() + way.at<cv::Point2f>(y, x));
+          to.push_back(from.back() + displacement.at<cv::Point2f>(y, x));
         }
       }
       cv::findFundamentalMat(from, to, cv::FM_RANSAC, 1.0, 0.99);

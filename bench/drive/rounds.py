@@ -4,9 +4,9 @@
     bench/drive/rounds.py [--seed N] [--laps N] [--out DIR] [--program FILE] [-- FLAGS OF SEGMENT]
 
 Scenario `rounds` passes the same places every 45 s. The drive is segmented whole, and the last lap once more in pieces: runs that
-begin anew 3 s before the pictures that are compared, with the whole run's camera, so that they know the same of the lens. The same
+start 3 s before the pictures that are compared, with the whole run's camera, so that both use the same lens. The same
 pictures are scored in both, by the AUC of each picture that has movers. Writes, in DIR, rounds.csv (a row per picture), rounds.svg and
-rounds.md: the mean lead of the whole run with its 95 % interval, by a bootstrap over the pieces.
+rounds.md: the mean gain of the whole run with its 95 % interval, by a bootstrap over the pieces.
 """
 
 import argparse
@@ -55,7 +55,7 @@ def measure(options):
 
 
 def bootstrap(rows):
-    """The mean lead of the whole run and its 95 % interval over the pieces."""
+    """The mean gain of the whole run and its 95 % interval over the pieces."""
     leads = {}
     for piece, _, late, early in rows:
         leads.setdefault(piece, []).append(late - early)

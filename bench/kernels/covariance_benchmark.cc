@@ -42,7 +42,7 @@ void BM_CovarianceMatrix(benchmark::State& state) {
         CovarianceMatrix<T>(*context, parameters, x, 0.09, Triangle::kLower, view);
     if (!status.ok()) return state.SkipWithError(status.ToString().c_str());
   }
-  const double seconds = timer.SecondsAnIteration(state.iterations());
+  const double seconds = timer.SecondsPerIteration(state.iterations());
   for (int64_t i = 0; i < n; i += 97) {
     for (int64_t j = 0; j <= i; j += 89) {
       const double expected =
@@ -97,7 +97,7 @@ void BM_CovarianceGradient(benchmark::State& state) {
     if (!result.ok()) return state.SkipWithError(result.status().ToString().c_str());
     gradient = *result;
   }
-  const double seconds = timer.SecondsAnIteration(state.iterations());
+  const double seconds = timer.SecondsPerIteration(state.iterations());
   const std::vector<double> expected = reference::CovarianceGradient(parameters, x, weights);
   for (size_t t = 0; t < expected.size(); ++t) {
     if (!(std::abs(gradient[t] - expected[t]) <= 1e-12 * n * n))

@@ -31,7 +31,7 @@ constexpr double kDifferenceOperations = 17;
 
 // Mean number of operations per evaluation: the share of vectors that need differences is counted
 // on a sample of vectors of 16 queries.
-double OperationsAnEvaluation(const PosteriorModel& model, const std::vector<float>& queries) {
+double OperationsPerEvaluation(const PosteriorModel& model, const std::vector<float>& queries) {
   const int64_t width = PreparedWidth(model.covariance);
   const double threshold = DifferenceThreshold(width - 1);
   std::vector<float> a(width);
@@ -112,7 +112,7 @@ void BM_DensePosteriorMean(benchmark::State& state, BenchmarkKernel kernel) {
         (*posterior)->Evaluate(ConstMatrixView<float>(queries.data(), m, 6), {mean.data()});
     if (!counts.ok()) return state.SkipWithError(counts.status().ToString().c_str());
   }
-  const double seconds = timer.SecondsAnIteration(state.iterations());
+  const double seconds = timer.SecondsPerIteration(state.iterations());
   const std::string wrong = CheckSample(model, queries, mean.data(), nullptr, nullptr);
   if (!wrong.empty()) return state.SkipWithError(wrong.c_str());
   state.SetLabel((*posterior)->description());
@@ -120,7 +120,7 @@ void BM_DensePosteriorMean(benchmark::State& state, BenchmarkKernel kernel) {
   state.counters["evaluations_per_second"] =
       benchmark::Counter(evaluations, benchmark::Counter::kIsIterationInvariantRate);
   if (kernel == BenchmarkKernel::kSquaredExponential) return;
-  const double operations = OperationsAnEvaluation(model, queries);
+  const double operations = OperationsPerEvaluation(model, queries);
   state.counters["operations_an_evaluation"] = operations;
   state.counters["fraction_of_fma_peak"] = evaluations * operations / peak / seconds;
   state.counters["fma_peak"] = peak;
@@ -158,7 +158,7 @@ void EvaluateAll(benchmark::State& state, const PosteriorModel& model, int strid
                                        {mean.data(), variance.data(), probability.data()});
     if (!counts.ok()) return state.SkipWithError(counts.status().ToString().c_str());
   }
-  const double seconds = timer.SecondsAnIteration(state.iterations());
+  const double seconds = timer.SecondsPerIteration(state.iterations());
   const std::string wrong =
       CheckSample(model, queries, mean.data(), variance.data(), probability.data());
   if (!wrong.empty()) return state.SkipWithError(wrong.c_str());

@@ -54,7 +54,7 @@ void BM_DeviceRegression(benchmark::State& state, bool with_gradient) {
   auto result = regress();  // the first call compiles
   const LoopTimer timer;
   for (auto _ : state) result = regress();
-  const double seconds = timer.SecondsAnIteration(state.iterations());
+  const double seconds = timer.SecondsPerIteration(state.iterations());
   if (!result.ok()) return state.SkipWithError(result.status().ToString().c_str());
   // Backward stable: n eps |K| |alpha| is below 1e-7 here.
   if (!(LargestResidual(parameters, x, y, result->alpha) <= 1e-7)) {

@@ -26,7 +26,7 @@ double CopyBytesPerSecond();
 // Wall-clock seconds per iteration of a benchmark's loop, for counters that are not rates.
 class LoopTimer {
  public:
-  double SecondsAnIteration(int64_t iterations) const {
+  double SecondsPerIteration(int64_t iterations) const {
     const auto elapsed = std::chrono::steady_clock::now() - begin_;
     return std::chrono::duration<double>(elapsed).count() / static_cast<double>(iterations);
   }

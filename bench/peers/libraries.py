@@ -20,7 +20,7 @@ def chosen(kernels, covariance):
 
 
 class Library:
-    """What a worker asks. Libraries without updates fit anew."""
+    """The operations that a worker measures. Libraries without updates fit again."""
 
     precision = "float64"
 

@@ -1,19 +1,19 @@
 #!/usr/bin/env python3
-"""Egosieve beside what a user would otherwise take: one run, the same data, the same two cores.
+"""Egosieve compared with other libraries: one run, the same data, the same two cores.
 
     bench/peers/peers.py [--rounds N] [--cases TEXT,TEXT] [--only NAME,NAME] [--installed FOLDER] [--out FOLDER]
 
 Exact posteriors in scikit-learn, GPyTorch, GPy and OpenTURNS: every covariance that one of them has with n = 1000 points in
 D = 6 dimensions, and the Matern 5/2 with n = 1000 to 16000 and D = 2 and 32. Of each the fit at given hyperparameters, the
 mean, mean and variance at 4,096 queries, and the joint covariance of 2,000; of the squared exponential also updates by 64
-points, and of the Matern 5/2 1,000 samples. Every library runs in a process of its own (workers.py); the processes take
-turns, one timed call at a time, so that whatever else the machine does hits all alike. Results are medians over the
+points, and of the Matern 5/2 1,000 samples. Every library runs in a process of its own (workers.py); the processes
+alternate, one timed call at a time, so that other load on the machine affects all alike. Results are medians over the
 rounds; the first call of each, which warms up, does not count, unless it takes over 8 s: then it is the only one.
 
-The peers come by pip into a virtual environment in the user's cache folder, outside the repository; one that cannot be
-had is named with the reason. Writes peers.json, peers.md and peers.svg into bench/results after every case.
---cases: those whose names ("matern52 n=4000 D=6") hold one of the texts. --installed: a folder of `./run install`, which
-else is run.
+pip installs the peers in a virtual environment in the user's cache folder, outside the repository; one that cannot be
+installed is listed with the reason. Writes peers.json, peers.md and peers.svg into bench/results after every case.
+--cases: those whose names ("matern52 n=4000 D=6") contain one of the texts. --installed: a folder of `./run install`, which
+is run otherwise.
 """
 
 import argparse
@@ -116,7 +116,7 @@ def make_environment(wanted):
 
 
 def module_path(installed):
-    """Where the Python module lies."""
+    """The folder of the Python module."""
     prefix = Path(installed or CACHE / "installed")
     if not installed:
         say("installing egosieve")

@@ -9,7 +9,7 @@ WEIGHT, PERIOD, NOISE = 1.5, 1.7, 0.3
 
 
 def length_of(dimension):
-    """With which neighbours are as much alike in any dimension."""
+    """The length at which neighbours are equally correlated in any dimension."""
     return 0.8 * math.sqrt(dimension / 6)
 
 

@@ -1,19 +1,19 @@
-"""One library's side of peers.py: workers.py LIBRARY COVARIANCE POINTS DIMENSION QUERIES JOINT_QUERIES, then a task a line on
-stdin, a JSON answer a line.
+"""One library's side of peers.py: workers.py LIBRARY COVARIANCE POINTS DIMENSION QUERIES JOINT_QUERIES, then one task per line on
+stdin, one JSON answer per line.
 
     prepare   imports, fits (hyperparameters are given), compares with float64: errors, versions
     fit       the model from its points until its first prediction, of one query: seconds
-    mean      the mean alone at all queries: seconds a query
-    predict   mean and variance of f at all queries: seconds a query
+    mean      the mean alone at all queries: seconds per query
+    predict   mean and variance of f at all queries: seconds per query
     replace   64 new points, the 64 oldest gone, then mean and variance at 256 queries: seconds
     append    64 new points, then mean and variance at 256 queries: seconds; they are dropped again untimed
     joint     mean and joint covariance of f at the first JOINT_QUERIES queries: seconds
     samples   1,000 samples of f there, the covariance among what is timed: seconds
     finish    memory, errors
 
-mean and predict ask 256 queries only where these alone take over 4 s. The models are one and the same: COVARIANCE with
+mean and predict compute 256 queries only where these alone take over 4 s. The models are one and the same: COVARIANCE with
 lengths 0.8 sqrt(D / 6), alpha 1, weights 1.5, periods 1.7, sigma_f = 1, sigma_n = NOISE, on points and labels of a smooth
-boundary. A library without the covariance says so in `prepare`.
+boundary. `prepare` reports a library without the covariance.
 """
 
 import json
@@ -70,7 +70,7 @@ class Session:
         return {"seconds": time.perf_counter() - start}
 
     def of_each(self, task):
-        """Seconds a query."""
+        """Seconds per query."""
         if not hasattr(self.library, task):
             return {"error": "not offered alone"}
         count = self.counts[task]

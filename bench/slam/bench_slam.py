@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""ORB-SLAM3 as the judge: what masks are worth to a monocular SLAM, on drives whose poses are known.
+"""The trajectories of ORB-SLAM3, a monocular SLAM, with and without masks, on drives whose poses are known.
 
     ./run bench_slam [--drives NAME:SEED,NAME:SEED] [--frames N] [--width PIXELS] [--runs N] [--out DIR]
 
@@ -8,7 +8,7 @@ ORB-SLAM3 takes no masks: what is masked is painted over smoothly, so that nothi
 from the drives' own features, for the one that it is shipped with is no package. It runs on several threads and gives another
 trajectory each time: --runs of each. Writes bench/results/slam.md.
 
-pyorbslam3 comes by pip into a virtual environment in the user's cache folder, outside the repository.
+pip installs pyorbslam3 in a virtual environment in the user's cache folder, outside the repository.
 """
 
 import argparse

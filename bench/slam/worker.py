@@ -63,7 +63,7 @@ def split(bits, members, random):
 
 
 def write_vocabulary(drive, path):
-    """Breadth first: a node's parent stands before it."""
+    """Breadth first: a node's parent precedes it."""
     orb = cv2.ORB_create(600)
     found = [orb.detectAndCompute(cv2.imread(str(frame), 0), None)[1] for frame in sorted((drive / "frames").glob("*.png"))[::5]]
     bits = np.unpackbits(np.vstack([each for each in found if each is not None]), axis=1).astype(np.int16)

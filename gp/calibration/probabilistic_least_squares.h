@@ -10,9 +10,9 @@
 //   l(a, b) = sum_i  p_i log Phi(z_i) + (1 - p_i) log Phi(-z_i),
 //   z_i = (a mu_i + b) / sqrt(1 + a^2 s_i^2)                                           (LS2)
 //
-// If the points are not a fair sample of the places to predict, weights w and v multiply the two
-// terms of each point: w = desired share of the class / its share in the sample, v likewise for the
-// other class.
+// If the points are not a representative sample of the inputs to predict, weights w and v multiply
+// the two terms of each point: w = desired share of the class / its share in the sample, v likewise
+// for the other class.
 //
 // l is unbounded in a on separable data, so a is kept in [0.3, 10] and b in [-b_max, b_max]. s^2 is
 // the variance of f, both in the fit and in the prediction.
@@ -60,7 +60,7 @@ double SquashLogLikelihood(const SquashParameters& parameters, absl::Span<const 
 
 // Maximises (LS2) from `start`. Without points: `start`, clamped to the bounds. InvalidArgument for
 // sizes that differ, a start with a <= 0 or not finite, labels outside [0, 1], negative or
-// non-finite variances, non-finite means. class_share: share of +1 among the places to predict, in
+// non-finite variances, non-finite means. class_share: share of +1 among the inputs to predict, in
 // (0, 1); 0: that of the points.
 absl::StatusOr<SquashFit> FitSquash(absl::Span<const double> means,
                                     absl::Span<const double> variances,

@@ -47,7 +47,7 @@ absl::StatusOr<Hyperparameters> FromLogarithms(kernels::CovarianceFunction funct
 absl::StatusOr<Hyperparameters> FromLogarithms(const Hyperparameters& like,
                                                absl::Span<const double> theta);
 
-// Initial values for image descriptors in [-1, 1]^D: the function's own scales (arcsine: ln w^2 =
+// Initial values for inputs in [-1, 1]^D: the function's own scales (arcsine: ln w^2 =
 // 1.4 for every weight; squared exponential: l = 0.5); sigma_f = 1, sigma_n = 0.5.
 Hyperparameters DefaultHyperparameters(kernels::CovarianceFunction function,
                                        int64_t input_dimension);

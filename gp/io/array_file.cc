@@ -1,10 +1,13 @@
 #include "gp/io/array_file.h"
 
-#include <array>
+#include <zip.h>
+
 #include <bit>
 #include <charconv>
 #include <cstring>
-#include <limits>
+#include <iterator>
+#include <list>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -16,45 +19,23 @@
 namespace egosieve::gp {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "arrays are written as they lie");
+static_assert(std::endian::native == std::endian::little,
+              "arrays are written in the host's byte order");
 
-constexpr uint32_t kLocalSignature = 0x04034b50;
-constexpr uint32_t kDirectorySignature = 0x02014b50;
-constexpr uint32_t kEndSignature = 0x06054b50;
-constexpr size_t kLocalSize = 30, kDirectorySize = 46, kEndSize = 22;
-constexpr uint16_t kZipVersion = 20;
+constexpr uint64_t kMaximumBytes = uint64_t{1} << 32;
 constexpr uint16_t kDosDate = 0x0021;  // 1980-01-01: the zero of zip's dates
 constexpr std::string_view kMagic("\x93NUMPY\x01\x00", 8);
 constexpr size_t kPreludeSize = 10;  // magic, version, header length
 constexpr char kSuffix[] = ".npy";
 constexpr size_t kSuffixSize = sizeof(kSuffix) - 1;
 
-uint32_t Crc32(std::string_view bytes) {
-  static const std::array<uint32_t, 256> table = [] {
-    std::array<uint32_t, 256> entries{};
-    for (uint32_t i = 0; i < 256; ++i) {
-      uint32_t value = i;
-      for (int bit = 0; bit < 8; ++bit) value = (value >> 1) ^ (value & 1 ? 0xEDB88320u : 0u);
-      entries[i] = value;
-    }
-    return entries;
-  }();
-  uint32_t crc = 0xFFFFFFFFu;
-  for (const char c : bytes) crc = (crc >> 8) ^ table[(crc ^ static_cast<uint8_t>(c)) & 0xFF];
-  return ~crc;
-}
-
-template <typename T>
-void Put(T value, std::string& out) {
-  out.append(reinterpret_cast<const char*>(&value), sizeof(T));
-}
-
-template <typename T>
-T Get(std::string_view bytes, size_t offset) {
-  T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof(T));
-  return value;
-}
+struct Free {
+  void operator()(zip_t* archive) const { zip_discard(archive); }
+  void operator()(zip_file_t* member) const { zip_fclose(member); }
+  void operator()(zip_source_t* source) const { zip_source_free(source); }
+};
+using Archive = std::unique_ptr<zip_t, Free>;
+using Source = std::unique_ptr<zip_source_t, Free>;
 
 template <typename... Args>
 absl::Status Damaged(const absl::FormatSpec<Args...>& format, const Args&... args) {
@@ -68,37 +49,29 @@ constexpr std::string_view TypeCode() {
   return "|u1";
 }
 
-std::string ToNpy(const NamedArray& array) {
-  return std::visit(
-      [&](const auto& elements) {
-        using T = typename std::decay_t<decltype(elements)>::value_type;
-        const std::string shape =
-            absl::StrCat(absl::StrJoin(array.shape, ", "), array.shape.size() == 1 ? "," : "");
-        std::string header = absl::StrFormat(
-            "{'descr': '%s', 'fortran_order': False, 'shape': (%s), }", TypeCode<T>(), shape);
-        header.append(63 - (kPreludeSize + header.size()) % 64, ' ');
-        header.push_back('\n');
-        std::string out(kMagic);
-        Put(static_cast<uint16_t>(header.size()), out);
-        out += header;
-        out.append(reinterpret_cast<const char*>(elements.data()), elements.size() * sizeof(T));
-        return out;
-      },
-      array.elements);
+zip_buffer_fragment_t Fragment(const void* data, size_t size) {
+  return {static_cast<zip_uint8_t*>(const_cast<void*>(data)), size};
 }
 
-// The fields that local headers and directory entries share, starting with the needed version.
-void PutFileHeader(const std::string& name, uint32_t crc, uint32_t size, std::string& out) {
-  Put(kZipVersion, out);
-  Put<uint16_t>(0, out);  // flags
-  Put<uint16_t>(0, out);  // stored
-  Put<uint16_t>(0, out);  // time
-  Put(kDosDate, out);
-  Put(crc, out);
-  Put(size, out);
-  Put(size, out);
-  Put(static_cast<uint16_t>(name.size()), out);
-  Put<uint16_t>(0, out);  // extra
+zip_buffer_fragment_t Elements(const NamedArray& array) {
+  return std::visit([](const auto& e) { return Fragment(e.data(), e.size() * sizeof(e[0])); },
+                    array.elements);
+}
+
+// All that comes before the elements.
+std::string NpyHeader(const NamedArray& array) {
+  const std::string_view type = std::visit(
+      [](const auto& e) { return TypeCode<typename std::decay_t<decltype(e)>::value_type>(); },
+      array.elements);
+  std::string text = absl::StrFormat(
+      "{'descr': '%s', 'fortran_order': False, 'shape': (%s), }", std::string(type),
+      absl::StrCat(absl::StrJoin(array.shape, ", "), array.shape.size() == 1 ? "," : ""));
+  text.append(63 - (kPreludeSize + text.size()) % 64, ' ');
+  text.push_back('\n');
+  const uint16_t size = static_cast<uint16_t>(text.size());
+  std::string header(kMagic);
+  header.append(reinterpret_cast<const char*>(&size), sizeof(size));
+  return header + text;
 }
 
 bool Take(std::string_view prefix, std::string_view& text) {
@@ -126,7 +99,7 @@ absl::Status TakeElements(const std::string& name, std::string_view data, NamedA
   uint64_t count = 1;
   for (const int64_t extent : array.shape) {
     if (extent != 0 && count > data.size() / static_cast<uint64_t>(extent)) {
-      return Damaged("array %s: its shape asks for more than its %d bytes", name, data.size());
+      return Damaged("array %s: its shape needs more than its %d bytes", name, data.size());
     }
     count *= static_cast<uint64_t>(extent);
   }
@@ -143,7 +116,8 @@ absl::StatusOr<NamedArray> FromNpy(const std::string& name, std::string_view byt
   if (bytes.size() < kPreludeSize || bytes.substr(0, kMagic.size()) != kMagic) {
     return Damaged("array %s: not in NumPy's format 1.0", name);
   }
-  const size_t header_size = Get<uint16_t>(bytes, kMagic.size());
+  uint16_t header_size = 0;
+  std::memcpy(&header_size, bytes.data() + kMagic.size(), sizeof(header_size));
   if (header_size > bytes.size() - kPreludeSize) {
     return Damaged("array %s: its header is cut off", name);
   }
@@ -173,135 +147,136 @@ absl::StatusOr<NamedArray> FromNpy(const std::string& name, std::string_view byt
   return array;
 }
 
-// Extent of a member in the file, including its header.
-struct Extent {
-  size_t begin, end;
-};
+absl::Status ZipError(absl::StatusCode code, const std::string& what, zip_error_t* error) {
+  if (zip_error_code_zip(error) == ZIP_ER_MEMORY) code = absl::StatusCode::kResourceExhausted;
+  return absl::Status(code, absl::StrCat(what, ": ", zip_error_strerror(error)));
+}
 
-// The bytes of a member, given its directory entry's fields.
-absl::StatusOr<std::string_view> Member(std::string_view bytes, const std::string& name,
-                                        size_t offset, size_t size, uint32_t crc,
-                                        std::vector<Extent>& taken) {
-  if (offset > bytes.size() || bytes.size() - offset < kLocalSize ||
-      Get<uint32_t>(bytes, offset) != kLocalSignature) {
-    return Damaged("member %s: no header at byte %d", name, offset);
+// The archive shares `source`.
+absl::StatusOr<Archive> Open(zip_source_t* source, int flags) {
+  if (source == nullptr) return absl::ResourceExhaustedError("out of memory");
+  zip_error_t error;
+  zip_error_init(&error);
+  zip_source_keep(source);
+  Archive archive(zip_open_from_source(source, flags, &error));
+  if (archive != nullptr) return archive;
+  zip_source_free(source);
+  const absl::Status status =
+      ZipError(absl::StatusCode::kDataLoss, "not a complete .npz file", &error);
+  zip_error_fini(&error);
+  return status;
+}
+
+// The archive refers to the header and to the array's elements until it is closed.
+absl::Status AddMember(const std::string& name, const std::string& header, const NamedArray& array,
+                       zip_t* archive) {
+  const zip_buffer_fragment_t fragments[] = {Fragment(header.data(), header.size()),
+                                             Elements(array)};
+  Source source(zip_source_buffer_fragment(archive, fragments, std::size(fragments), 0));
+  const zip_int64_t index =
+      source == nullptr ? -1 : zip_file_add(archive, name.c_str(), source.get(), 0);
+  if (index >= 0) (void)source.release();  // the archive has it
+  if (index < 0 || zip_set_file_compression(archive, index, ZIP_CM_STORE, 0) != 0 ||
+      zip_file_set_dostime(archive, index, 0, kDosDate, 0) != 0 ||
+      zip_file_set_external_attributes(archive, index, 0, ZIP_OPSYS_DOS, 0) != 0) {
+    return ZipError(absl::StatusCode::kFailedPrecondition, name, zip_get_error(archive));
   }
-  const size_t skipped = kLocalSize + Get<uint16_t>(bytes, offset + 26) +
-                         static_cast<size_t>(Get<uint16_t>(bytes, offset + 28));
-  if (bytes.size() - offset < skipped || bytes.size() - offset - skipped < size) {
-    return Damaged("member %s: cut off", name);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::string> BytesOf(zip_source_t* source) {
+  zip_stat_t stat;
+  if (zip_source_stat(source, &stat) == 0 && zip_source_open(source) == 0) {
+    std::string bytes(stat.size, '\0');
+    const zip_int64_t read = zip_source_read(source, bytes.data(), bytes.size());
+    zip_source_close(source);
+    if (read == static_cast<zip_int64_t>(bytes.size())) return bytes;
   }
-  const Extent extent = {offset, offset + skipped + size};
-  for (const Extent& other : taken) {
-    if (extent.begin < other.end && other.begin < extent.end) {
-      return Damaged("member %s: lies over another", name);
-    }
-  }
-  taken.push_back(extent);
-  const std::string_view data = bytes.substr(offset + skipped, size);
-#ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION  // a fuzzer does not guess checksums
-  if (Crc32(data) != crc) return Damaged("member %s: checksum does not match", name);
+  return ZipError(absl::StatusCode::kInternal, "the archive", zip_source_error(source));
+}
+
+// The bytes of the member `index`, if there are `size` of them.
+absl::StatusOr<std::string> ReadMember(zip_t* archive, zip_uint64_t index, size_t size) {
+#ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
+  constexpr zip_flags_t kFlags = ZIP_FL_COMPRESSED;  // a fuzzer does not guess checksums
+#else
+  constexpr zip_flags_t kFlags = 0;
 #endif
-  return data;
+  const std::string what = absl::StrCat("member ", index);
+  const std::unique_ptr<zip_file_t, Free> member(zip_fopen_index(archive, index, kFlags));
+  if (member == nullptr) {
+    return ZipError(absl::StatusCode::kDataLoss, what, zip_get_error(archive));
+  }
+  std::string bytes(size, '\0');
+  char beyond;  // libzip compares the checksum when it reaches the member's end
+  const zip_int64_t read = zip_fread(member.get(), bytes.data(), size);
+  const zip_int64_t more = read < 0 ? read : zip_fread(member.get(), &beyond, 1);
+  if (more < 0) {
+    return ZipError(absl::StatusCode::kDataLoss, what, zip_file_get_error(member.get()));
+  }
+  if (read != static_cast<zip_int64_t>(size) || more != 0) {
+    return Damaged("%s: it has not the size of its directory entry", what);
+  }
+  return bytes;
 }
 
 }  // namespace
 
 absl::StatusOr<std::string> SerializeArrays(const ArrayMap& arrays) {
-  if (static_cast<int64_t>(arrays.size()) > kMaxArraysInFile) {
+  if (arrays.empty() || static_cast<int64_t>(arrays.size()) > kMaxArraysInFile) {
     return absl::FailedPreconditionError(
-        absl::StrFormat("%d arrays; at most %d can be read", arrays.size(), kMaxArraysInFile));
+        absl::StrFormat("%d arrays; from 1 to %d can be read", arrays.size(), kMaxArraysInFile));
   }
-  std::string out, directory;
-  for (const auto& [array_name, array] : arrays) {
-    const std::string name = absl::StrCat(array_name, kSuffix);
-    const std::string data = ToNpy(array);
-    constexpr size_t kLimit = std::numeric_limits<uint32_t>::max();
-    if (data.size() > kLimit || out.size() > kLimit - data.size() - kLocalSize - name.size() ||
-        name.size() > 255) {
+  const Source bytes(zip_source_buffer_create(nullptr, 0, 0, nullptr));
+  std::list<std::string> headers;  // until the archive is closed
+  EGOSIEVE_ASSIGN_OR_RETURN(Archive archive, Open(bytes.get(), ZIP_CREATE | ZIP_TRUNCATE));
+  uint64_t size = 0;
+  for (const auto& [name, array] : arrays) {
+    headers.push_back(NpyHeader(array));
+    size += headers.back().size() + Elements(array).length;
+    if (size > kMaximumBytes) {
       return absl::FailedPreconditionError(
-          absl::StrFormat("array %s: the archive would pass 4 GiB", array_name));
+          absl::StrFormat("array %s: the arrays would pass 4 GiB", name));
     }
-    const uint32_t crc = Crc32(data);
-    const uint32_t size = static_cast<uint32_t>(data.size());
-    Put(kDirectorySignature, directory);
-    Put(kZipVersion, directory);
-    PutFileHeader(name, crc, size, directory);
-    Put<uint16_t>(0, directory);  // comment
-    Put<uint16_t>(0, directory);  // disk
-    Put<uint16_t>(0, directory);  // attributes
-    Put<uint32_t>(0, directory);
-    Put(static_cast<uint32_t>(out.size()), directory);
-    directory += name;
-    Put(kLocalSignature, out);
-    PutFileHeader(name, crc, size, out);
-    out += name;
-    out += data;
+    EGOSIEVE_RETURN_IF_ERROR(
+        AddMember(absl::StrCat(name, kSuffix), headers.back(), array, archive.get()));
   }
-  const uint16_t count = static_cast<uint16_t>(arrays.size());
-  const uint32_t directory_offset = static_cast<uint32_t>(out.size());
-  out += directory;
-  Put(kEndSignature, out);
-  Put<uint16_t>(0, out);  // disk
-  Put<uint16_t>(0, out);
-  Put(count, out);
-  Put(count, out);
-  Put(static_cast<uint32_t>(directory.size()), out);
-  Put(directory_offset, out);
-  Put<uint16_t>(0, out);  // comment
-  return out;
+  if (zip_close(archive.get()) != 0) {
+    return ZipError(absl::StatusCode::kInternal, "the archive", zip_get_error(archive.get()));
+  }
+  (void)archive.release();
+  return BytesOf(bytes.get());
 }
 
 absl::StatusOr<ArrayMap> ParseArrays(std::string_view bytes) {
-  if (bytes.size() < kEndSize || Get<uint32_t>(bytes, bytes.size() - kEndSize) != kEndSignature) {
-    return Damaged("not a complete .npz file: no directory at its end");
+  const Source source(zip_source_buffer_create(bytes.data(), bytes.size(), 0, nullptr));
+  EGOSIEVE_ASSIGN_OR_RETURN(const Archive archive, Open(source.get(), ZIP_RDONLY | ZIP_CHECKCONS));
+  const int64_t count = zip_get_num_entries(archive.get(), 0);
+  if (count < 1 || count > kMaxArraysInFile) {
+    return Damaged("%d members; from 1 to %d are read", count, kMaxArraysInFile);
   }
-  const std::string_view end = bytes.substr(bytes.size() - kEndSize);
-  const int64_t count = Get<uint16_t>(end, 10);
-  size_t place = Get<uint32_t>(end, 16);
-  if (count > kMaxArraysInFile) {
-    return Damaged("%d members; at most %d are read", count, kMaxArraysInFile);
-  }
-  const size_t directory_end = bytes.size() - kEndSize;
-  if (place > directory_end || directory_end - place != Get<uint32_t>(end, 12)) {
-    return Damaged("the directory's place does not fit the file's size");
-  }
-  const size_t directory_begin = place;
-  std::vector<Extent> taken;
+  // Overlapping members would need more memory than the file.
+  uint64_t left = bytes.size();
   ArrayMap arrays;
   for (int64_t i = 0; i < count; ++i) {
-    if (place > bytes.size() || bytes.size() - place < kDirectorySize ||
-        Get<uint32_t>(bytes, place) != kDirectorySignature) {
-      return Damaged("directory entry %d is damaged", i);
+    zip_stat_t stat;
+    if (zip_stat_index(archive.get(), i, 0, &stat) != 0) {
+      return ZipError(absl::StatusCode::kDataLoss, absl::StrCat("member ", i),
+                      zip_get_error(archive.get()));
     }
-    const std::string_view entry = bytes.substr(place, kDirectorySize);
-    const size_t name_size = Get<uint16_t>(entry, 28);
-    const size_t entry_size = kDirectorySize + name_size + Get<uint16_t>(entry, 30) +
-                              static_cast<size_t>(Get<uint16_t>(entry, 32));
-    if (bytes.size() - place < entry_size) return Damaged("directory entry %d is cut off", i);
-    const std::string name(bytes.substr(place + kDirectorySize, name_size));
+    if (stat.comp_method != ZIP_CM_STORE || stat.encryption_method != ZIP_EM_NONE) {
+      return absl::UnimplementedError(absl::StrFormat("member %d is compressed or encrypted", i));
+    }
+    if (stat.size > left) return Damaged("member %d: the members are larger than the file", i);
+    left -= stat.size;
+    const std::string name = zip_get_name(archive.get(), i, ZIP_FL_ENC_RAW);
     if (name.size() <= kSuffixSize || !name.ends_with(kSuffix)) {
-      return Damaged("directory entry %d does not name an array", i);
+      return Damaged("member %d does not name an array", i);
     }
-    if ((Get<uint16_t>(entry, 8) & 1) != 0 || Get<uint16_t>(entry, 10) != 0 ||
-        Get<uint32_t>(entry, 20) != Get<uint32_t>(entry, 24)) {
-      return absl::UnimplementedError(
-          absl::StrFormat("directory entry %d is compressed or encrypted", i));
-    }
-    // Members lie before the directory and do not overlap: together they are no larger than the
-    // file.
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        const std::string_view data,
-        Member(bytes.substr(0, directory_begin), absl::StrCat(i), Get<uint32_t>(entry, 42),
-               Get<uint32_t>(entry, 24), Get<uint32_t>(entry, 16), taken));
-    const std::string array_name = name.substr(0, name.size() - kSuffixSize);
-    EGOSIEVE_ASSIGN_OR_RETURN(NamedArray array, FromNpy(absl::StrCat(i), data));
-    if (!arrays.emplace(array_name, std::move(array)).second) {
-      return Damaged("directory entry %d names an array twice", i);
-    }
-    place += entry_size;
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string data, ReadMember(archive.get(), i, stat.size));
+    EGOSIEVE_ASSIGN_OR_RETURN(arrays[name.substr(0, name.size() - kSuffixSize)],
+                              FromNpy(absl::StrCat(i), data));
   }
-  if (place != directory_end) return Damaged("the directory holds more than its members");
   return arrays;
 }
 

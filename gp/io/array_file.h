@@ -4,9 +4,9 @@
 //
 // Files may come from any source: every length is checked against the available bytes, and no
 // allocation exceeds what the file's size justifies. Every array carries a CRC-32. The bytes depend
-// on the contents alone (no times, no names of computers).
+// on the contents and on the version of libzip alone (no times, no names of computers).
 //
-// Reference: numpy.lib.format, version 1.0; PKWARE APPNOTE 6.3.3, without zip64.
+// Reference: numpy.lib.format, version 1.0. The archive is libzip's.
 #ifndef EGOSIEVE_GP_IO_ARRAY_FILE_H_
 #define EGOSIEVE_GP_IO_ARRAY_FILE_H_
 
@@ -36,11 +36,10 @@ NamedArray VectorArray(std::vector<T> elements) {
 
 using ArrayMap = std::map<std::string, NamedArray>;
 
-// The largest files that are written hold 116 (tools/embed/c/segmenter_session.cc).
+// The largest files that callers write hold 116 (tools/embed/c/segmenter_session.cc).
 inline constexpr int64_t kMaxArraysInFile = 256;
 
-// FailedPrecondition for more arrays than can be read, and if the archive would exceed 4 GiB, zip's
-// limit.
+// FailedPrecondition for no arrays, for more than can be read, and for more than 4 GiB.
 absl::StatusOr<std::string> SerializeArrays(const ArrayMap& arrays);
 
 // DataLoss, with reason and place, for bytes that are damaged, truncated or not such an archive;

@@ -116,7 +116,7 @@ absl::Status TakeModel(ArrayMap& arrays, ExactModelState& model) {
   EGOSIEVE_ASSIGN_OR_RETURN(model.points.inputs,
                             Take<double>("inputs", n * covariance.input_dimension(), arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(model.points.identities, Take<int64_t>("identities", n, arrays));
-  EGOSIEVE_ASSIGN_OR_RETURN(model.points.birth_frames, Take<int64_t>("birth_frames", n, arrays));
+  EGOSIEVE_ASSIGN_OR_RETURN(model.points.insertion_times, Take<int64_t>("birth_frames", n, arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> next,
                             Take<int64_t>("next_identity", 1, arrays));
   model.points.next_identity = next[0];
@@ -148,8 +148,8 @@ absl::Status TakeTrainer(ArrayMap& arrays, std::optional<TrainerState>& trainer)
                             Take<int64_t>("trainer_counts", 2, arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> smoothed,
                             Take<double>("trainer_smoothed", 2, arrays));
-  state.frames_trained = counts[0];
-  state.frames_since_step = counts[1];
+  state.rounds = counts[0];
+  state.rounds_since_step = counts[1];
   state.smoothed_movement = smoothed[0];
   if (std::isfinite(smoothed[1])) state.smoothed_objective = smoothed[1];
   trainer = std::move(state);
@@ -206,7 +206,7 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
                               file.sparse->inducing_points});
   }
   arrays["identities"] = VectorArray(model.points.identities);
-  arrays["birth_frames"] = VectorArray(model.points.birth_frames);
+  arrays["birth_frames"] = VectorArray(model.points.insertion_times);
   arrays["next_identity"] = VectorArray<int64_t>({model.points.next_identity});
   arrays["squash"] = VectorArray<double>({file.squash.a, file.squash.b});
   arrays["annotations"] =
@@ -216,8 +216,7 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
     arrays["trainer_theta"] = VectorArray(state.theta);
     arrays["trainer_steps"] = VectorArray(state.optimiser.steps);
     arrays["trainer_gradient"] = VectorArray(state.optimiser.previous_gradient);
-    arrays["trainer_counts"] =
-        VectorArray<int64_t>({state.frames_trained, state.frames_since_step});
+    arrays["trainer_counts"] = VectorArray<int64_t>({state.rounds, state.rounds_since_step});
     arrays["trainer_smoothed"] = VectorArray<double>(
         {state.smoothed_movement, state.smoothed_objective.value_or(std::nan(""))});
   }

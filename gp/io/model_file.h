@@ -14,7 +14,7 @@
 //   mean_function         i8 [1]     1 constant, 2 linear; absent: zero (2)
 //   sparse                i8 [2]     for a sparse model: 1 DTC, 2 FITC; most inducing inputs (3)
 //   identities            i8 [n]     increasing
-//   birth_frames          i8 [n]
+//   birth_frames          i8 [n]     insertion times; the name is that of the first version
 //   next_identity         i8 [1]
 //   squash                f8 [2]     a, b
 //   trainer_*             the state of the trainer, if there is one; a smoothed objective of NaN

@@ -8,7 +8,7 @@
 
 #include "absl/strings/str_format.h"
 #include "gp/linalg/cholesky.h"
-#include "gp/linalg/jitter_ladder.h"
+#include "gp/linalg/jitter_sequence.h"
 #include "gp/linalg/tile_operations.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/splitmix.h"

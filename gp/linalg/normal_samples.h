@@ -6,9 +6,9 @@
 // Box-Muller transform. Sample s depends on seed, M and k, but not on the number of samples or
 // threads.
 //
-// The covariance of many places is singular to working precision if they are close together. It is
-// first factored as it is. If a pivot is refused, the jitter increases along
-// gp/linalg/jitter_ladder.h, whose unit is the largest of `prior_variances`. A pivot i counts as
+// The covariance of many inputs is singular to working precision if they are close together. It is
+// first factored as it is. If a pivot is refused, the jitter increases by
+// gp/linalg/jitter_sequence.h, whose unit is the largest of `prior_variances`. A pivot i counts as
 // positive above M eps prior_variances[i], since Sigma_ii may be a small difference of such
 // variances.
 //

@@ -6,7 +6,7 @@
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_format.h"
 #include "gp/linalg/aligned_matrix.h"
-#include "gp/linalg/jitter_ladder.h"
+#include "gp/linalg/jitter_sequence.h"
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/model/model_checks.h"
 #include "kernels/base/status_macros.h"
@@ -82,23 +82,23 @@ absl::StatusOr<ExactModel> ExactModel::Create(std::shared_ptr<kernels::Context> 
 }
 
 absl::Status ExactModel::Add(ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                             int64_t frame) {
+                             int64_t time) {
   const std::vector<double> wide = Widen(inputs);
-  return Add(ConstMatrixView<double>(wide.data(), inputs.rows, inputs.cols), labels, frame);
+  return Add(ConstMatrixView<double>(wide.data(), inputs.rows, inputs.cols), labels, time);
 }
 
 absl::Status ExactModel::Add(ConstMatrixView<double> inputs, absl::Span<const double> labels,
-                             int64_t frame) {
+                             int64_t time) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> targets, TargetsOfLabels(labels));  // (EM1)
-  return AddTargets(inputs, targets, frame);
+  return AddTargets(inputs, targets, time);
 }
 
-absl::Status ExactModel::AddObservations(const Observations& added, int64_t frame) {
+absl::Status ExactModel::AddObservations(const Observations& added, int64_t time) {
   EGOSIEVE_RETURN_IF_ERROR(CheckAddition(added, points_, input_dimension()));
   if (added.size() == 0) return absl::OkStatus();
 
   PointSet points = points_;
-  points.Append(added, frame);
+  points.Append(added, time);
   const int64_t before = size();
   if (added.size() >= before && kernels::RegressesOnDevice(*context_)) {
     EGOSIEVE_ASSIGN_OR_RETURN(Solution solution, Solve(hyperparameters_, points, jitter_, false));

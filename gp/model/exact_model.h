@@ -15,11 +15,11 @@
 // same for all. Without points the model is the prior.
 //
 // Points keep the order in which they were added; removal closes the gaps. Every point has an
-// identity, which is unique and increasing in the model's life, and the frame in which it was
-// added.
+// identity, which is unique and increasing over the model's lifetime, and the time at which it was
+// added, in the caller's unit.
 //
 // Numerically equal inputs make K + sigma_n^2 I singular to working precision only if sigma_n is
-// tiny. If a pivot is refused, the jitter increases along gp/linalg/jitter_ladder.h, whose unit is
+// tiny. If a pivot is refused, the jitter increases by gp/linalg/jitter_sequence.h, whose unit is
 // sigma_f^2, and the factor is rebuilt; jitter() reports it. Setting the hyperparameters resets it
 // to zero.
 //
@@ -118,17 +118,17 @@ class ExactModel {
   // FailedPrecondition if the matrix is not positive definite with the largest jitter. Unchanged
   // after an error. N = 0 is no change.
   absl::Status Add(kernels::ConstMatrixView<double> inputs, absl::Span<const double> labels,
-                   int64_t frame);
+                   int64_t time);
   absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                   int64_t frame);
+                   int64_t time);
   // The same for regression, with any finite targets y instead of labels.
   absl::Status AddTargets(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
-                          int64_t frame) {
-    return AddObservations({inputs, targets}, frame);
+                          int64_t time) {
+    return AddObservations({inputs, targets}, time);
   }
   // For several outputs, with noise by point. The number of outputs must be that of the model's
   // points.
-  absl::Status AddObservations(const Observations& added, int64_t frame);
+  absl::Status AddObservations(const Observations& added, int64_t time);
 
   // rows: indices in [0, size()), strictly increasing; otherwise InvalidArgument, unchanged.
   absl::Status Remove(absl::Span<const int64_t> rows);
@@ -161,7 +161,7 @@ class ExactModel {
   int64_t outputs() const { return points_.outputs; }                   // k
   Observations observations() const { return points_.observations(input_dimension()); }
   absl::Span<const int64_t> identities() const { return points_.identities; }  // increasing
-  absl::Span<const int64_t> birth_frames() const { return points_.birth_frames; }
+  absl::Span<const int64_t> insertion_times() const { return points_.insertion_times; }
   const IncrementalCholesky& factor() const { return factor_; }
   const RegressionWeights& weights() const { return weights_; }
   absl::Span<const double> alpha() const { return weights_.alpha; }  // n x k

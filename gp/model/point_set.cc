@@ -44,7 +44,7 @@ absl::Status Observations::Validate(int64_t dimension) const {
   return CheckNoiseVariances(noise_variances, inputs.rows);
 }
 
-void PointSet::Append(const Observations& added, int64_t frame) {
+void PointSet::Append(const Observations& added, int64_t time) {
   const int64_t before = size();
   if (before == 0) outputs = added.outputs();
   if (!noise_variances.empty() || !added.noise_variances.empty()) {
@@ -58,7 +58,7 @@ void PointSet::Append(const Observations& added, int64_t frame) {
     if (!noise_variances.empty() || !added.noise_variances.empty()) {
       noise_variances.push_back(added.noise_variance(i));
     }
-    birth_frames.push_back(frame);
+    insertion_times.push_back(time);
     identities.push_back(next_identity++);
   }
 }
@@ -69,17 +69,17 @@ void PointSet::Remove(absl::Span<const int64_t> rows) {
   EraseRows(outputs, rows, targets);
   if (!noise_variances.empty()) EraseRows(1, rows, noise_variances);
   EraseRows(1, rows, identities);
-  EraseRows(1, rows, birth_frames);
+  EraseRows(1, rows, insertion_times);
 }
 
 absl::Status PointSet::Validate(int64_t dimension) const {
   const size_t n = identities.size();
-  if (inputs.size() != n * dimension || birth_frames.size() != n || outputs < 1 ||
+  if (inputs.size() != n * dimension || insertion_times.size() != n || outputs < 1 ||
       targets.size() != n * outputs) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("%d values of inputs of dimension %d, %d targets of %d outputs, %d "
-                        "identities and %d birth frames do not fit",
-                        inputs.size(), dimension, targets.size(), outputs, n, birth_frames.size()));
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "%d values of inputs of dimension %d, %d targets of %d outputs, %d "
+        "identities and %d insertion times do not fit",
+        inputs.size(), dimension, targets.size(), outputs, n, insertion_times.size()));
   }
   EGOSIEVE_RETURN_IF_ERROR(observations(dimension).Validate(dimension));
   if (!(next_identity >= 0 && next_identity <= kLargestIdentity)) {

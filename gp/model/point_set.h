@@ -1,5 +1,5 @@
 // The points of a model: inputs, targets of one or several outputs, the noise of each point,
-// identities and birth frames, in order of arrival. Removal closes the gaps.
+// identities and insertion times, in order of insertion. Removal closes the gaps.
 #ifndef EGOSIEVE_GP_MODEL_POINT_SET_H_
 #define EGOSIEVE_GP_MODEL_POINT_SET_H_
 
@@ -14,7 +14,7 @@
 
 namespace egosieve::gp {
 
-// Observations at some places, the input of models and objectives.
+// Observations, the input of models and objectives.
 struct Observations {
   kernels::ConstMatrixView<double> inputs;   // N x D
   kernels::ConstMatrixView<double> targets;  // N x k: k outputs, which share covariance and noise
@@ -45,7 +45,7 @@ struct PointSet {
   std::vector<double> targets;          // n x k
   std::vector<double> noise_variances;  // n, on top of sigma_n^2; empty: all 0
   std::vector<int64_t> identities;      // increasing
-  std::vector<int64_t> birth_frames;
+  std::vector<int64_t> insertion_times;
   int64_t next_identity = 0;
   int64_t outputs = 1;  // k
 
@@ -62,7 +62,7 @@ struct PointSet {
   }
 
   // Without points, k becomes that of the new points; otherwise it must be the same.
-  void Append(const Observations& added, int64_t frame);
+  void Append(const Observations& added, int64_t time);
   // rows: as for CheckRows.
   void Remove(absl::Span<const int64_t> rows);
 

@@ -53,23 +53,23 @@ absl::StatusOr<SparseModel> SparseModel::Restore(std::shared_ptr<kernels::Contex
 }
 
 absl::Status SparseModel::Add(ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                              int64_t frame) {
+                              int64_t time) {
   const std::vector<double> wide = Widen(inputs);
-  return Add(ConstMatrixView<double>(wide.data(), inputs.rows, inputs.cols), labels, frame);
+  return Add(ConstMatrixView<double>(wide.data(), inputs.rows, inputs.cols), labels, time);
 }
 
 absl::Status SparseModel::Add(ConstMatrixView<double> inputs, absl::Span<const double> labels,
-                              int64_t frame) {
+                              int64_t time) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> targets, TargetsOfLabels(labels));
-  return AddTargets(inputs, targets, frame);
+  return AddTargets(inputs, targets, time);
 }
 
-absl::Status SparseModel::AddObservations(const Observations& added, int64_t frame) {
+absl::Status SparseModel::AddObservations(const Observations& added, int64_t time) {
   EGOSIEVE_RETURN_IF_ERROR(CheckAddition(added, points_, input_dimension()));
   if (added.size() == 0) return absl::OkStatus();
   EGOSIEVE_RETURN_IF_ERROR(CheckOneOutput(added.outputs()));
   PointSet points = points_;
-  points.Append(added, frame);
+  points.Append(added, time);
   const int64_t k = added.size(), m = inducing_size();
   if (m == 0) {
     EGOSIEVE_ASSIGN_OR_RETURN(solution_,

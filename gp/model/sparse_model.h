@@ -67,14 +67,14 @@ class SparseModel {
   // As ExactModel's, including errors. The two have no common base class: callers hold a
   // std::variant.
   absl::Status Add(kernels::ConstMatrixView<double> inputs, absl::Span<const double> labels,
-                   int64_t frame);
+                   int64_t time);
   absl::Status Add(kernels::ConstMatrixView<float> inputs, absl::Span<const double> labels,
-                   int64_t frame);
+                   int64_t time);
   absl::Status AddTargets(kernels::ConstMatrixView<double> inputs, absl::Span<const double> targets,
-                          int64_t frame) {
-    return AddObservations({inputs, targets}, frame);
+                          int64_t time) {
+    return AddObservations({inputs, targets}, time);
   }
-  absl::Status AddObservations(const Observations& added, int64_t frame);
+  absl::Status AddObservations(const Observations& added, int64_t time);
   absl::Status Remove(absl::Span<const int64_t> rows);
   absl::Status SetHyperparameters(const Hyperparameters& hyperparameters);
 

@@ -8,7 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "gp/covariance/prior_variance.h"
 #include "gp/linalg/cholesky.h"
-#include "gp/linalg/jitter_ladder.h"
+#include "gp/linalg/jitter_sequence.h"
 #include "gp/linalg/lower_tiles.h"
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/linalg/tile_operations.h"

@@ -17,26 +17,26 @@ absl::Status BudgetOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrFormat("rare_class_share = %g; it must be in [0, 0.5]", rare_class_share));
   }
-  if (!(maximum_age_frames >= 0)) {
+  if (!(maximum_age >= 0)) {
     return absl::InvalidArgumentError(
-        absl::StrFormat("maximum_age_frames = %d; it must not be negative", maximum_age_frames));
+        absl::StrFormat("maximum_age = %d; it must not be negative", maximum_age));
   }
-  if (!(maximum_dynamic_age_frames >= 0)) {
+  if (!(maximum_positive_age >= 0)) {
     return absl::InvalidArgumentError(absl::StrFormat(
-        "maximum_dynamic_age_frames = %d; it must not be negative", maximum_dynamic_age_frames));
+        "maximum_positive_age = %d; it must not be negative", maximum_positive_age));
   }
   return absl::OkStatus();
 }
 
 absl::StatusOr<BudgetDecision> EnforceBudget(absl::Span<const double> labels,
-                                             absl::Span<const int64_t> birth_frames, int64_t frame,
-                                             const BudgetOptions& options,
+                                             absl::Span<const int64_t> insertion_times,
+                                             int64_t time, const BudgetOptions& options,
                                              absl::Span<const double> rank) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
-  if (labels.size() != birth_frames.size() || (!rank.empty() && rank.size() != labels.size())) {
+  if (labels.size() != insertion_times.size() || (!rank.empty() && rank.size() != labels.size())) {
     return absl::InvalidArgumentError(
-        absl::StrFormat("%d labels, %d birth frames and %d ranks; the sizes must be equal",
-                        labels.size(), birth_frames.size(), rank.size()));
+        absl::StrFormat("%d labels, %d insertion times and %d ranks; the sizes must be equal",
+                        labels.size(), insertion_times.size(), rank.size()));
   }
   BudgetDecision decision;
   std::vector<int64_t> left;
@@ -46,15 +46,14 @@ absl::StatusOr<BudgetDecision> EnforceBudget(absl::Span<const double> labels,
       return absl::InvalidArgumentError(absl::StrFormat(
           "point %d: label %g; labels must be in [0, 1] and ranks numbers", i, labels[i]));
     }
-    const int64_t age = frame - birth_frames[i];
-    const bool is_dynamic = labels[i] >= 0.5;
-    if (age > options.maximum_age_frames ||
-        (is_dynamic && age > options.maximum_dynamic_age_frames)) {
+    const int64_t age = time - insertion_times[i];
+    const bool is_positive = labels[i] >= 0.5;
+    if (age > options.maximum_age || (is_positive && age > options.maximum_positive_age)) {
       decision.dropped.push_back(i);
       ++decision.dropped_for_age;
     } else {
       left.push_back(i);
-      ++class_sizes[is_dynamic ? 1 : 0];
+      ++class_sizes[is_positive ? 1 : 0];
     }
   }
   int64_t excess = static_cast<int64_t>(left.size()) - options.budget;
@@ -65,8 +64,8 @@ absl::StatusOr<BudgetDecision> EnforceBudget(absl::Span<const double> labels,
     int64_t droppable[2] = {class_sizes[0], class_sizes[1]};
     droppable[rare] -= std::min(class_sizes[rare], share);  // (BU1)
     std::sort(left.begin(), left.end(), [&](int64_t i, int64_t j) {
-      return std::make_tuple(birth_frames[i], rank.empty() ? 0.0 : rank[i], i) <
-             std::make_tuple(birth_frames[j], rank.empty() ? 0.0 : rank[j], j);
+      return std::make_tuple(insertion_times[i], rank.empty() ? 0.0 : rank[i], i) <
+             std::make_tuple(insertion_times[j], rank.empty() ? 0.0 : rank[j], j);
     });
     for (const int64_t i : left) {
       const int side = labels[i] >= 0.5 ? 1 : 0;

@@ -3,10 +3,9 @@
 //   A point is dropped if the nearest of the newer points is closer than r and has its label on
 //   the other side of 1/2.                                                                 (CF1)
 //
-// The inputs contain places in the image, and a mover leaves its place. Old points then claim
-// motion at its old place, and a static scene at its new one. The comparison is with the newer
-// labels, not with the model's prediction (consistency, agreement_filter.h), which lags behind
-// them. Cost: m log n for m points against n newer ones.
+// Where the class of an input changes with time, old points contradict the new labels. The
+// comparison is with the newer labels, not with the model's prediction (consistency,
+// agreement_filter.h), which lags behind them. Cost: m log n for m points against n newer ones.
 #ifndef EGOSIEVE_GP_SELECTION_CONTRADICTION_FILTER_H_
 #define EGOSIEVE_GP_SELECTION_CONTRADICTION_FILTER_H_
 

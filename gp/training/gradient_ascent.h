@@ -1,6 +1,6 @@
 // Gradient ascent by iRprop-: each coordinate has its own step, which grows while the gradient
 // keeps its sign and shrinks when the sign changes. Only signs are used, so that noise in the
-// gradient's size (a new subset of the data per frame) does little harm.
+// gradient's size (a new subset of the data per round) does little harm.
 //
 //   s_t := min(1.2 s_t, s_max)            if g_t g_t' > 0,  g' the previous gradient
 //   s_t := max(0.5 s_t, s_min), g_t := 0  if g_t g_t' < 0

@@ -21,9 +21,9 @@ using kernels::ConstMatrixView;
 
 constexpr double kSmoothing = 0.2;  // weight of the newest value in running means
 
-// Independent seeds for every frame and purpose.
-uint64_t Mix(uint64_t seed, uint64_t frame, uint64_t purpose) {
-  return kernels::SplitMix(seed + kernels::kSplitMixStep * (2 * frame + purpose + 1));
+// Independent seeds for every round and purpose.
+uint64_t Mix(uint64_t seed, uint64_t round, uint64_t purpose) {
+  return kernels::SplitMix(seed + kernels::kSplitMixStep * (2 * round + purpose + 1));
 }
 
 double LargestChange(const std::vector<double>& a, const std::vector<double>& b) {
@@ -82,10 +82,10 @@ absl::Status TrainerOptions::Validate() const {
   EGOSIEVE_RETURN_IF_ERROR(Positive("annealing_subset_size", annealing_subset_size));
   EGOSIEVE_RETURN_IF_ERROR(Positive("minimum_points", minimum_points));
   EGOSIEVE_RETURN_IF_ERROR(Positive("settled_interval", settled_interval));
-  EGOSIEVE_RETURN_IF_ERROR(NotNegative("annealing_frames", annealing_frames));
+  EGOSIEVE_RETURN_IF_ERROR(NotNegative("annealing_rounds", annealing_rounds));
   EGOSIEVE_RETURN_IF_ERROR(NotNegative("annealing_evaluations", annealing_evaluations));
   EGOSIEVE_RETURN_IF_ERROR(NotNegative("initial_gradient_steps", initial_gradient_steps));
-  EGOSIEVE_RETURN_IF_ERROR(NotNegative("gradient_steps_per_frame", gradient_steps_per_frame));
+  EGOSIEVE_RETURN_IF_ERROR(NotNegative("gradient_steps_per_round", gradient_steps_per_round));
   EGOSIEVE_RETURN_IF_ERROR(NotNegative("rebuild_threshold", rebuild_threshold));
   EGOSIEVE_RETURN_IF_ERROR(NotNegative("settled_movement", settled_movement));
   EGOSIEVE_RETURN_IF_ERROR(NotNegative("change_drop", change_drop));
@@ -165,7 +165,7 @@ absl::Status HyperparameterTrainer::AnnealTheta(kernels::Context& context, const
                                                 TrainerState& state, TrainingReport& report) const {
   AnnealingOptions options;
   options.evaluations = options_.annealing_evaluations;
-  options.seed = Mix(options_.seed, state.frames_trained, 1);
+  options.seed = Mix(options_.seed, state.rounds, 1);
   EGOSIEVE_ASSIGN_OR_RETURN(const AnnealingResult result,
                             Anneal(
                                 [&](const std::vector<double>& theta) {
@@ -194,7 +194,7 @@ absl::Status HyperparameterTrainer::ClimbTheta(kernels::Context& context, const 
   return absl::OkStatus();
 }
 
-absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(
+absl::StatusOr<TrainingReport> HyperparameterTrainer::Train(
     kernels::Context& context, ConstMatrixView<double> inputs, absl::Span<const double> targets,
     absl::Span<const double> noise_variances) {
   const Observations points(inputs, targets, noise_variances);
@@ -211,12 +211,12 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(
     return report;
   }
   TrainerState next = state_;
-  const uint64_t frame = static_cast<uint64_t>(state_.frames_trained);
-  const bool anneals = state_.frames_trained < options_.annealing_frames;
+  const uint64_t round = static_cast<uint64_t>(state_.rounds);
+  const bool anneals = state_.rounds < options_.annealing_rounds;
   const bool settled = !anneals && state_.smoothed_movement < options_.settled_movement;
   if (anneals || settled) {
     const Subset subset =
-        Draw(points, options_.annealing_subset_size, Mix(options_.seed, frame, 2));
+        Draw(points, options_.annealing_subset_size, Mix(options_.seed, round, 2));
     if (anneals) {
       EGOSIEVE_RETURN_IF_ERROR(AnnealTheta(context, subset, next, report));
     } else {
@@ -229,20 +229,20 @@ absl::StatusOr<TrainingReport> HyperparameterTrainer::TrainFrame(
   next.smoothed_objective =
       settled && !changed ? MeanWith(state_.smoothed_objective, report.objective) : std::nullopt;
   if (changed) next.smoothed_movement = 1.0;
-  if (settled && !changed && state_.frames_since_step + 1 < options_.settled_interval) {
-    ++next.frames_since_step;
+  if (settled && !changed && state_.rounds_since_step + 1 < options_.settled_interval) {
+    ++next.rounds_since_step;
     report.reason = "settled";
   } else {
-    const Subset subset = Draw(points, options_.subset_size, Mix(options_.seed, frame, 0));
+    const Subset subset = Draw(points, options_.subset_size, Mix(options_.seed, round, 0));
     EGOSIEVE_RETURN_IF_ERROR(
         ClimbTheta(context, subset,
-                   anneals ? options_.initial_gradient_steps : options_.gradient_steps_per_frame,
+                   anneals ? options_.initial_gradient_steps : options_.gradient_steps_per_round,
                    next, report));
-    next.frames_since_step = 0;
+    next.rounds_since_step = 0;
     report.movement = LargestChange(next.theta, state_.theta);
     next.smoothed_movement += kSmoothing * (report.movement - next.smoothed_movement);
   }
-  ++next.frames_trained;
+  ++next.rounds;
   EGOSIEVE_ASSIGN_OR_RETURN(Hyperparameters hyperparameters,
                             FromLogarithms(hyperparameters_, next.theta));
   hyperparameters_ = std::move(hyperparameters);
@@ -271,8 +271,8 @@ absl::Status HyperparameterTrainer::Restore(const TrainerState& state) {
       return absl::InvalidArgumentError("the optimiser's steps are not finite and positive");
     }
   }
-  if (!(state.frames_trained >= 0 && state.frames_since_step >= 0 &&
-        state.smoothed_movement >= 0.0 && std::isfinite(state.smoothed_objective.value_or(0.0)))) {
+  if (!(state.rounds >= 0 && state.rounds_since_step >= 0 && state.smoothed_movement >= 0.0 &&
+        std::isfinite(state.smoothed_objective.value_or(0.0)))) {
     return absl::InvalidArgumentError("counts or smoothed values are negative or not numbers");
   }
   EGOSIEVE_ASSIGN_OR_RETURN(Hyperparameters hyperparameters,

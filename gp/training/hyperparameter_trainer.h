@@ -1,21 +1,21 @@
-// Online training of the hyperparameters (paper, section IV-B): at first simulated annealing and
-// many gradient steps, then a few gradient steps per frame, starting from the previous frame's
-// values.
+// Online training of the hyperparameters (paper, section IV-B), in rounds: at first simulated
+// annealing and many gradient steps, then a few gradient steps per round, starting from the
+// previous round's values.
 //
 //   J(theta) = 1/|S| ( log p(y_S | X_S, theta)
 //                      - 1/2 sum_t ((theta_t - theta0_t) / prior_stddev)^2 )
 //
-// S is a stratified subset of the model's points, drawn anew in each frame: at most `subset_size`.
+// S is a stratified subset of the model's points, drawn anew in each round: at most `subset_size`.
 // J is a mean over points, so that step sizes do not depend on |S|. theta stays within bounds.
 //
-// When theta has settled, training is reduced: while the smoothed movement per frame is under
-// `settled_movement`, steps are taken in every `settled_interval`-th frame only. Every settled
-// frame checks J on a subset of `annealing_subset_size` points. If J falls by more than
+// When theta has settled, training is reduced: while the smoothed movement per round is under
+// `settled_movement`, steps are taken in every `settled_interval`-th round only. Every settled
+// round checks J on a subset of `annealing_subset_size` points. If J falls by more than
 // `change_drop` below the running mean of these checks, full training resumes. The mean contains
 // checks alone, since J depends on |S|: with more points, each is predicted better. A J that is not
 // finite enters no mean.
 //
-// All random choices depend on the seed and the number of trained frames. The state is a small
+// All random choices depend on the seed and the number of rounds. The state is a small
 // plain struct, and a trainer restored from it continues with the same bits.
 #ifndef EGOSIEVE_GP_TRAINING_HYPERPARAMETER_TRAINER_H_
 #define EGOSIEVE_GP_TRAINING_HYPERPARAMETER_TRAINER_H_
@@ -37,17 +37,17 @@ namespace egosieve::gp {
 
 struct TrainerOptions {
   int64_t subset_size = 800;             // |S| of gradient steps, points
-  int64_t annealing_subset_size = 300;   // |S| of the annealing and of settled frames' checks
+  int64_t annealing_subset_size = 300;   // |S| of the annealing and of settled rounds' checks
   int64_t minimum_points = 30;           // fewer points, or one class only: no training
   double minimum_class_share = 0.25;     // of S, for the rarer class if it has enough points
-  int64_t annealing_frames = 1;          // first frames with annealing
-  int64_t annealing_evaluations = 150;   // per annealing frame
+  int64_t annealing_rounds = 1;          // first rounds with annealing
+  int64_t annealing_evaluations = 150;   // per annealing round
   int64_t initial_gradient_steps = 25;   // after annealing
-  int64_t gradient_steps_per_frame = 2;  // afterwards
+  int64_t gradient_steps_per_round = 2;  // afterwards
   double prior_stddev = 3.0;             // of log theta around theta0; infinity: no prior
   double rebuild_threshold = 0.05;       // see ShouldRebuild
-  double settled_movement = 0.005;       // largest |change of theta_t| per frame
-  int64_t settled_interval = 5;          // frames
+  double settled_movement = 0.005;       // largest |change of theta_t| per round
+  int64_t settled_interval = 5;          // rounds
   double change_drop = 0.1;              // nats per point
   uint64_t seed = 1;
 
@@ -58,8 +58,8 @@ struct TrainerOptions {
 struct TrainerState {
   std::vector<double> theta;
   RpropState optimiser;
-  int64_t frames_trained = 0;     // frames with training
-  int64_t frames_since_step = 0;  // in trained frames
+  int64_t rounds = 0;  // in which training was possible
+  int64_t rounds_since_step = 0;
   double smoothed_movement = 1.0;
   // Mean of J in the checks since theta settled; none before the first.
   std::optional<double> smoothed_objective;
@@ -70,7 +70,7 @@ struct TrainingReport {
   int64_t evaluations = 0;  // of J, with or without its gradient
   int64_t steps = 0;        // gradient steps taken
   double objective = 0.0;   // J at the last evaluated theta, nats per point
-  double movement = 0.0;    // largest |change of theta_t| in this frame
+  double movement = 0.0;    // largest |change of theta_t| in this round
   const char* reason = "";  // why no step was taken; empty if one was
 };
 
@@ -81,13 +81,13 @@ class HyperparameterTrainer {
                                                       const HyperparameterBounds& bounds,
                                                       const TrainerOptions& options = {});
 
-  // Training in one frame, on the model's points. If it is impossible (too few points, one class),
-  // the report gives the reason and theta stays. Unchanged after an error. noise_variances: of the
-  // points, on top of sigma_n^2; empty: all 0.
-  absl::StatusOr<TrainingReport> TrainFrame(kernels::Context& context,
-                                            kernels::ConstMatrixView<double> inputs,
-                                            absl::Span<const double> targets,
-                                            absl::Span<const double> noise_variances = {});
+  // One round, on the model's points. If it is impossible (too few points, one class), the report
+  // gives the reason and theta stays. Unchanged after an error. noise_variances: of the points, on
+  // top of sigma_n^2; empty: all 0.
+  absl::StatusOr<TrainingReport> Train(kernels::Context& context,
+                                       kernels::ConstMatrixView<double> inputs,
+                                       absl::Span<const double> targets,
+                                       absl::Span<const double> noise_variances = {});
 
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
 

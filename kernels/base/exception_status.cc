@@ -13,16 +13,16 @@ namespace egosieve::kernels {
 namespace {
 
 constexpr char kOutOfMemory[] =
-    "out of memory; give the process more (see ulimit -v), smaller frames, a smaller --budget or a "
+    "out of memory; give the process more (see ulimit -v), smaller images, a smaller --budget or a "
     "larger --stride";
 constexpr char kNoThread[] = "; allow more threads (see ulimit -u), or use --threads=1";
 
 // Some libraries throw their own types where standard types exist.
-bool TellsOfMemory(const std::string& text) {
+bool IsAboutMemory(const std::string& text) {
   return absl::StrContains(text, "Insufficient memory") ||  // OpenCV
          absl::StrContains(text, "Cannot allocate memory");
 }
-bool TellsOfThreads(const std::string& text) {
+bool IsAboutThreads(const std::string& text) {
   return absl::StrContains(text, "pthread_create");  // TBB
 }
 
@@ -44,8 +44,8 @@ absl::Status CurrentExceptionStatus() {
         absl::StrCat("the system refuses a thread or another resource: ", error.what(), kNoThread));
   } catch (const std::exception& error) {
     const std::string text = error.what();
-    if (TellsOfMemory(text)) return absl::ResourceExhaustedError(kOutOfMemory);
-    if (TellsOfThreads(text)) {
+    if (IsAboutMemory(text)) return absl::ResourceExhaustedError(kOutOfMemory);
+    if (IsAboutThreads(text)) {
       return absl::UnavailableError(absl::StrCat("cannot start a thread: ", text, kNoThread));
     }
     return absl::InternalError(absl::StrCat("internal error: ", text,

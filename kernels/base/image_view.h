@@ -1,4 +1,4 @@
-// Non-owning view of an image of 8-bit pixels, interleaved; 1 channel is grey, 3 are B, G, R.
+// Non-owning view of an image of 8-bit pixels with 1 or 3 interleaved channels.
 #ifndef EGOSIEVE_KERNELS_BASE_IMAGE_VIEW_H_
 #define EGOSIEVE_KERNELS_BASE_IMAGE_VIEW_H_
 

@@ -148,7 +148,7 @@ class Workers {
 
   std::mutex mutex_;
   std::condition_variable called_;
-  Call* calls_ = nullptr;  // calls that want workers, the latest first
+  Call* calls_ = nullptr;  // calls that need workers, the latest first
   int64_t wanted_ = 0;     // in all calls together
   int64_t idle_ = 0;       // threads that wait for a call, or are about to wait
 };

@@ -30,14 +30,14 @@
 // On an H200 (33.5 T multiply-adds per second in float32, 4.8 TB/s, 132 units of 2,048 work-items,
 // 64 k registers and 228 kB of local memory each), counted, not measured, with DefaultGpuTuning, n
 // = 4000, D = 6 and every pixel of 1242 x 375. Groups of 128, 4 per unit: 512 work-items, 0.25 of
-// the places, which is the limit with 128 registers each (64 sums and two times 8 factors).
+// the slots, which is the limit with 128 registers each (64 sums and two times 8 factors).
 //
 //   variance    64 queries per tile: 4.0 T multiply-adds, 0.120 s; 4.0 TB of local memory, 0.120 s;
 //               126 GB of scratch and factor, 0.026 s; 252 GB from cache; least time 0.120 s
 //   mean alone  512 queries per tile: 0.080 T multiply-adds, 0.0024 s; 0.017 TB of local memory;
 //               no scratch and factor; 0.1 GB from cache; least time 0.0024 s
 //
-// 12.3 kB of local memory per group, 0.55 GB of scratch for 528 groups. So two pictures per second
+// 12.3 kB of local memory per group, 0.55 GB of scratch for 528 groups. So two images per second
 // need 0.24 of the peak.
 #define GROUP (PANEL * PANELS)
 #define QUERIES (WIDTH * COLUMNS)

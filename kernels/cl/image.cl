@@ -1,24 +1,23 @@
-// Descriptors of image windows and reconstruction from a grid. Needs CHANNELS (1 or 3) in addition
+// Means over image windows and reconstruction from a grid. Needs CHANNELS (1 or 3) in addition
 // to common.cl's macros.
 
-// The four intensities of a window: sums of 8-bit values over `count` pixels, mapped to [-1, 1].
-// All descriptor kernels use this function, so that they agree bit for bit.
-static inline void write_descriptor(float u, float v, int blue_sum, int green_sum, int red_sum, int count,
-                             __global float* out) {
+// The four means of a window: sums of 8-bit values over `count` pixels, mapped to [-1, 1]. All
+// kernels of box means use this function, so that they agree bit for bit.
+static inline void write_means(float u, float v, int sum0, int sum1, int sum2, int count, __global float* out) {
   const float scale = 2.0f / (255.0f * (float)count);
-  const float blue = fma((float)blue_sum, scale, -1.0f);
-  const float green = fma((float)green_sum, scale, -1.0f);
-  const float red = fma((float)red_sum, scale, -1.0f);
+  const float m0 = fma((float)sum0, scale, -1.0f);
+  const float m1 = fma((float)sum1, scale, -1.0f);
+  const float m2 = fma((float)sum2, scale, -1.0f);
   out[0] = u;
   out[1] = v;
 #if CHANNELS == 1
-  out[2] = blue;
+  out[2] = m0;
 #else
-  out[2] = fma(0.299f, red, fma(0.587f, green, 0.114f * blue));
+  out[2] = fma(0.299f, m2, fma(0.587f, m1, 0.114f * m0));
 #endif
-  out[3] = red;
-  out[4] = green;
-  out[5] = blue;
+  out[3] = m2;
+  out[4] = m1;
+  out[5] = m0;
 }
 
 // Adds (sign = 1) or subtracts (-1) a row of `size` bytes.
@@ -35,7 +34,7 @@ static inline void add_row(__global const uchar* row, int size, int sign, __glob
 // For devices with one work-item per core: a work-item computes `rows_per_item` rows of the grid.
 // It has two scratch rows. The first holds the sums of each column of bytes over the window's rows,
 // which slide from one grid row to the next; the second holds their running sums along the row.
-__kernel __attribute__((reqd_work_group_size(1, 1, 1))) void descriptor_field(
+__kernel __attribute__((reqd_work_group_size(1, 1, 1))) void box_means_on_grid(
     __global const uchar* restrict image, const long stride_bytes, const int width, const int height, const int radius,
     __global const int* restrict x_pixels, __global const int* restrict y_pixels, __global const float* restrict u,
     __global const float* restrict v, const int columns, const int rows, const int rows_per_item,
@@ -74,7 +73,7 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void descriptor_field(
       const int right = min(x_pixels[column] + radius + 1, width);
       __global const int* end = running + right * CHANNELS;
       __global const int* begin = running + left * CHANNELS;
-      write_descriptor(u[column], v[row], end[0] - begin[0], end[CHANNELS / 2] - begin[CHANNELS / 2],
+      write_means(u[column], v[row], end[0] - begin[0], end[CHANNELS / 2] - begin[CHANNELS / 2],
                        end[CHANNELS - 1] - begin[CHANNELS - 1], (right - left) * (bottom - top),
                        out + ((long)row * columns + column) * out_stride);
     }
@@ -82,9 +81,9 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void descriptor_field(
 }
 
 // The window around the pixel (x, y), clipped at the border.
-static inline void describe_window(__global const uchar* restrict image, const long stride_bytes, const int width,
-                                   const int height, const int radius, const int x, const int y, const float u,
-                                   const float v, __global float* out) {
+static inline void window_means(__global const uchar* restrict image, const long stride_bytes, const int width,
+                                const int height, const int radius, const int x, const int y, const float u,
+                                const float v, __global float* out) {
   const int left = max(x - radius, 0);
   const int right = min(x + radius + 1, width);
   const int top = max(y - radius, 0);
@@ -97,30 +96,30 @@ static inline void describe_window(__global const uchar* restrict image, const l
       for (int c = 0; c < CHANNELS; ++c) sums[c] += row[i * CHANNELS + c];
     }
   }
-  write_descriptor(u, v, sums[0], sums[CHANNELS / 2], sums[CHANNELS - 1], (right - left) * (bottom - top), out);
+  write_means(u, v, sums[0], sums[CHANNELS / 2], sums[CHANNELS - 1], (right - left) * (bottom - top), out);
 }
 
 // A work-item computes one point of the grid: (column, row) is its global id. Work-items right of
 // the grid only fill the work-groups.
-__kernel void descriptor_field_by_point(
+__kernel void box_means_on_grid_by_point(
     __global const uchar* restrict image, const long stride_bytes, const int width, const int height, const int radius,
     __global const int* restrict x_pixels, __global const int* restrict y_pixels, __global const float* restrict u,
     __global const float* restrict v, const int columns, __global float* restrict out, const long out_stride) {
   const int column = get_global_id(0), row = get_global_id(1);
   if (column >= columns) return;
-  describe_window(image, stride_bytes, width, height, radius, x_pixels[column], y_pixels[row], u[column], v[row],
+  window_means(image, stride_bytes, width, height, radius, x_pixels[column], y_pixels[row], u[column], v[row],
                   out + ((long)row * columns + column) * out_stride);
 }
 
-// A work-item describes one point: the window around the pixel (x, y), with the point's own
+// A work-item computes one point: the window around the pixel (x, y), with the point's own
 // coordinates u, v. Work-items beyond the last point only fill its work-group.
-__kernel void descriptors_at(__global const uchar* restrict image, const long stride_bytes, const int width,
-                             const int height, const int radius, __global const int2* restrict pixels,
-                             __global const float2* restrict coordinates, const long count,
-                             __global float* restrict out, const long out_stride) {
+__kernel void box_means_at(__global const uchar* restrict image, const long stride_bytes, const int width,
+                           const int height, const int radius, __global const int2* restrict pixels,
+                           __global const float2* restrict coordinates, const long count,
+                           __global float* restrict out, const long out_stride) {
   const long i = get_global_id(0);
   if (i >= count) return;
-  describe_window(image, stride_bytes, width, height, radius, pixels[i].x, pixels[i].y, coordinates[i].x,
+  window_means(image, stride_bytes, width, height, radius, pixels[i].x, pixels[i].y, coordinates[i].x,
                   coordinates[i].y, out + i * out_stride);
 }
 

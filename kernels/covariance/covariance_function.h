@@ -121,7 +121,7 @@ std::string WithSuffix(std::string_view text, const DeviceCodeRequest& request);
 // The name of a description; a literal, cheap to copy and compare.
 class CovarianceFunction {
  public:
-  // The two functions that the segmenter offers; others come from Parse.
+  // Two of the functions; the others come from Parse.
   static const CovarianceFunction kArcsine;
   static const CovarianceFunction kSquaredExponential;
 

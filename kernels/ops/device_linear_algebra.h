@@ -17,7 +17,7 @@
 // counted, not measured: at n = 4000 Factorize has 21 GFLOP and moves 2.8 GB, 0.64 and 0.58 ms. The
 // 63 diagonal blocks, one after the other with 64 steps of 4 barriers each, take longer, about 4
 // ms. A work-group of 16 x 16 has 16 sums per work-item and 16.6 kB of local memory: 8 of them, all
-// 2,048 work-items of a unit, fit; the 1,953 tiles of the first update fill 132 x 8 places 1.8
+// 2,048 work-items of a unit, fit; the 1,953 tiles of the first update fill 132 x 8 slots 1.8
 // times.
 #ifndef EGOSIEVE_KERNELS_OPS_DEVICE_LINEAR_ALGEBRA_H_
 #define EGOSIEVE_KERNELS_OPS_DEVICE_LINEAR_ALGEBRA_H_

@@ -5,8 +5,8 @@
 // With W_ij = alpha_j, g_i is the gradient of a posterior's mean at x_i. At a cusp or step of a
 // function (matern12 and white at x_i = z_j) the derivative is taken as 0.
 //
-// In float64 on the host, on several threads: m n D operations, little beside the n^2 per x of a
-// variance's gradient. The bits are the same for any number of threads.
+// In float64 on the host, on several threads: m n D operations, little compared with the n^2 per x
+// of a variance's gradient. The bits are the same for any number of threads.
 #ifndef EGOSIEVE_KERNELS_OPS_INPUT_GRADIENT_H_
 #define EGOSIEVE_KERNELS_OPS_INPUT_GRADIENT_H_
 

@@ -3,7 +3,7 @@
 // On an H200 (33.5 TFLOP/s in float64 without tensor cores, 4.8 TB/s, 132 units of 2,048
 // work-items), counted, not measured, for the arcsine, D = 6 and the lower triangle of n = 4000,
 // 8.0 million pairs. A work-group of 64 takes 4 rows, so there are 1,000 groups on 132 units: 485
-// work-items per unit, 0.24 of the places. Local memory: 0.5 kB for the gradient.
+// work-items per unit, 0.24 of the slots. Local memory: 0.5 kB for the gradient.
 //
 //   kernel               flops                          bytes of device memory    least time
 //   covariance_block     98 per pair: 0.8 G, 0.023 ms   64 MB written, 0.013 ms   0.023 ms

@@ -57,15 +57,15 @@ cl_int NearestPixel(double coordinate, int size) {
 
 }  // namespace
 
-absl::Status DescriptorField(Context& context, const ImageView& image, const ImageGrid& grid,
-                             int window_pixels, MatrixView<float> out) {
-  constexpr char kDoing[] = "computing a descriptor field";
+absl::Status BoxMeansOnGrid(Context& context, const ImageView& image, const ImageGrid& grid,
+                            int window_pixels, MatrixView<float> out) {
+  constexpr char kDoing[] = "computing box means on a grid";
   const int64_t side_by_side = SideBySide(context);
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(kDoing));
   EGOSIEVE_ASSIGN_OR_RETURN(
       cl::Kernel kernel,
       workspace->Kernel("image.cl", BuildOptions(image.channels),
-                        side_by_side > 1 ? "descriptor_field_by_point" : "descriptor_field"));
+                        side_by_side > 1 ? "box_means_on_grid_by_point" : "box_means_on_grid"));
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
     const PixelNormalization map = NormalizationForImage(image.width, image.height);
     const Axis x = MakeAxis(
@@ -108,14 +108,14 @@ absl::Status DescriptorField(Context& context, const ImageView& image, const Ima
   return absl::OkStatus();
 }
 
-absl::Status DescriptorsAt(Context& context, const ImageView& image, ConstMatrixView<double> points,
-                           int window_pixels, MatrixView<float> out) {
+absl::Status BoxMeansAt(Context& context, const ImageView& image, ConstMatrixView<double> points,
+                        int window_pixels, MatrixView<float> out) {
   if (points.rows == 0) return absl::OkStatus();
-  constexpr char kDoing[] = "computing descriptors";
+  constexpr char kDoing[] = "computing box means";
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<Workspace> workspace, context.Borrow(kDoing));
   EGOSIEVE_ASSIGN_OR_RETURN(
       cl::Kernel kernel,
-      workspace->Kernel("image.cl", BuildOptions(image.channels), "descriptors_at"));
+      workspace->Kernel("image.cl", BuildOptions(image.channels), "box_means_at"));
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
     const PixelNormalization map = NormalizationForImage(image.width, image.height);
     std::vector<cl_int> pixels;

@@ -133,8 +133,8 @@ absl::StatusOr<PosteriorCounts> SharedPosterior::EvaluateQueries(
 }  // namespace
 
 int64_t SharedPiece(int64_t query_count, int64_t devices) {
-  constexpr int64_t kPiecesADevice = 8, kLeast = 1024;
-  const int64_t pieces = kPiecesADevice * devices;
+  constexpr int64_t kPiecesPerDevice = 8, kLeast = 1024;
+  const int64_t pieces = kPiecesPerDevice * devices;
   return std::max(kLeast, (query_count + pieces - 1) / pieces);
 }
 

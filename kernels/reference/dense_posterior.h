@@ -21,7 +21,7 @@ class DensePosterior {
  public:
   explicit DensePosterior(const PosteriorModel& model);
 
-  // Outputs have M values each; null: not wanted. Returns the number of clamped variances.
+  // Outputs have M values each; null: not computed. Returns the number of clamped variances.
   template <typename Query, typename Real>
   int64_t Evaluate(ConstMatrixView<Query> queries, Real* mean, Real* variance,
                    Real* probability) const;

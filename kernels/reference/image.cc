@@ -7,8 +7,8 @@ namespace egosieve::kernels::reference {
 namespace {
 
 // Writes the row of `out` for the window around the pixel (x, y); u and v are the point's own.
-void DescribePixel(const ImageView& image, int x, int y, int window_pixels, double u, double v,
-                   float* out) {
+void MeansAround(const ImageView& image, int x, int y, int window_pixels, double u, double v,
+                 float* out) {
   const int radius = window_pixels / 2;
   const int left = std::max(x - radius, 0);
   const int right = std::min(x + radius, image.width - 1);
@@ -24,16 +24,15 @@ void DescribePixel(const ImageView& image, int x, int y, int window_pixels, doub
     }
   }
   const double scale = 2.0 / (255.0 * (right - left + 1) * (bottom - top + 1));
-  const double blue = sums[0] * scale - 1.0;
-  const double green = image.channels == 1 ? blue : sums[1] * scale - 1.0;
-  const double red = image.channels == 1 ? blue : sums[2] * scale - 1.0;
+  const double m0 = sums[0] * scale - 1.0;
+  const double m1 = image.channels == 1 ? m0 : sums[1] * scale - 1.0;
+  const double m2 = image.channels == 1 ? m0 : sums[2] * scale - 1.0;
   out[0] = static_cast<float>(u);
   out[1] = static_cast<float>(v);
-  out[2] =
-      static_cast<float>(image.channels == 1 ? blue : 0.299 * red + 0.587 * green + 0.114 * blue);
-  out[3] = static_cast<float>(red);
-  out[4] = static_cast<float>(green);
-  out[5] = static_cast<float>(blue);
+  out[2] = static_cast<float>(image.channels == 1 ? m0 : 0.299 * m2 + 0.587 * m1 + 0.114 * m0);
+  out[3] = static_cast<float>(m2);
+  out[4] = static_cast<float>(m1);
+  out[5] = static_cast<float>(m0);
 }
 
 int NearestPixel(double coordinate, int size) {
@@ -42,27 +41,27 @@ int NearestPixel(double coordinate, int size) {
 
 }  // namespace
 
-void DescriptorsAt(const ImageView& image, ConstMatrixView<double> points, int window_pixels,
-                   MatrixView<float> out) {
+void BoxMeansAt(const ImageView& image, ConstMatrixView<double> points, int window_pixels,
+                MatrixView<float> out) {
   const PixelNormalization map = NormalizationForImage(image.width, image.height);
   for (int64_t i = 0; i < points.rows; ++i) {
     const double x = points(i, 0);
     const double y = points(i, 1);
-    DescribePixel(image, NearestPixel(x, image.width), NearestPixel(y, image.height), window_pixels,
-                  x * map.scale + map.u_offset, y * map.scale + map.v_offset, out.row(i));
+    MeansAround(image, NearestPixel(x, image.width), NearestPixel(y, image.height), window_pixels,
+                x * map.scale + map.u_offset, y * map.scale + map.v_offset, out.row(i));
   }
 }
 
-void DescriptorField(const ImageView& image, const ImageGrid& grid, int window_pixels,
-                     MatrixView<float> out) {
+void BoxMeansOnGrid(const ImageView& image, const ImageGrid& grid, int window_pixels,
+                    MatrixView<float> out) {
   const PixelNormalization map = NormalizationForImage(image.width, image.height);
   int64_t i = 0;
   for (int row = 0; row < grid.rows(); ++row) {
     for (int column = 0; column < grid.columns(); ++column) {
       const int x = grid.x_pixels(column);
       const int y = grid.y_pixels(row);
-      DescribePixel(image, x, y, window_pixels, x * map.scale + map.u_offset,
-                    y * map.scale + map.v_offset, out.row(i++));
+      MeansAround(image, x, y, window_pixels, x * map.scale + map.u_offset,
+                  y * map.scale + map.v_offset, out.row(i++));
     }
   }
 }

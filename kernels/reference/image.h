@@ -1,5 +1,5 @@
-// Descriptors and grid interpolation in plain float64, by the formulas of
-// kernels/ops/descriptor_field.h and kernels/ops/grid_interpolation.h. Arguments must be valid: the
+// Box means and grid interpolation in plain float64, by the formulas of
+// kernels/ops/box_means.h and kernels/ops/grid_interpolation.h. Arguments must be valid: the
 // public operations check them.
 #ifndef EGOSIEVE_KERNELS_REFERENCE_IMAGE_H_
 #define EGOSIEVE_KERNELS_REFERENCE_IMAGE_H_
@@ -11,11 +11,11 @@
 namespace egosieve::kernels::reference {
 
 // points: N x 2, (x, y) in pixels; out: N x 6.
-void DescriptorsAt(const ImageView& image, ConstMatrixView<double> points, int window_pixels,
-                   MatrixView<float> out);
+void BoxMeansAt(const ImageView& image, ConstMatrixView<double> points, int window_pixels,
+                MatrixView<float> out);
 
-void DescriptorField(const ImageView& image, const ImageGrid& grid, int window_pixels,
-                     MatrixView<float> out);
+void BoxMeansOnGrid(const ImageView& image, const ImageGrid& grid, int window_pixels,
+                    MatrixView<float> out);
 
 void GridInterpolation(const ImageGrid& grid, ConstMatrixView<float> values, MatrixView<float> out);
 

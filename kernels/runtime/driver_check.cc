@@ -67,7 +67,7 @@ std::string WhyNoDevice() {
       const char* reason = dlerror();
       return absl::StrCat(
           "the OpenCL driver of ", file, " does not load (", reason != nullptr ? reason : library,
-          "); give the process more memory (see ulimit -v), mend the driver", kElse);
+          "); give the process more memory (see ulimit -v), repair the driver", kElse);
     }
     dlclose(handle);
     absl::StrAppend(&loaded, loaded.empty() ? "" : ", ", library);

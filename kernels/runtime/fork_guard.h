@@ -1,6 +1,6 @@
 // OpenCL drivers do not survive fork: the child has none of their threads, and its first command
 // would wait forever. The first use of a driver is recorded with its process; processes forked from
-// it are refused every use.
+// it get an error at every use.
 #ifndef EGOSIEVE_KERNELS_RUNTIME_FORK_GUARD_H_
 #define EGOSIEVE_KERNELS_RUNTIME_FORK_GUARD_H_
 

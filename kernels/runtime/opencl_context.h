@@ -94,7 +94,7 @@ class Context {
   bool program_cache_ = false;
   KernelTuning tuning_;
   int64_t most_local_memory_bytes_ = 0;  // 0: no limit but the device's
-  // A std::mutex, because the thread sanitizer cannot see into Debian's absl::Mutex.
+  // A std::mutex, because Debian's absl::Mutex is not instrumented for the thread sanitizer.
   std::mutex mutex_;
   std::map<std::string, cl::Program> programs_;   // guarded by mutex_
   absl::Status lost_compiler_;                    // guarded by mutex_; why building has stopped

@@ -51,8 +51,8 @@ std::string Describe(const std::string& path, const gp::ModelFile& file) {
   absl::StrAppendFormat(&text, "points       %d: %d dynamic, %d static\n", size, dynamic,
                         size - dynamic);
   if (size > 0) {
-    const auto [oldest, newest] =
-        std::minmax_element(model.points.birth_frames.begin(), model.points.birth_frames.end());
+    const auto [oldest, newest] = std::minmax_element(model.points.insertion_times.begin(),
+                                                      model.points.insertion_times.end());
     absl::StrAppendFormat(&text, "born         in frames %d to %d\n", *oldest, *newest);
   }
   absl::StrAppendFormat(&text, "covariance   %s of %d inputs\n",
@@ -63,7 +63,7 @@ std::string Describe(const std::string& path, const gp::ModelFile& file) {
                         model.hyperparameters.noise_stddev);
   absl::StrAppendFormat(&text, "calibration  a %.4g, b %.4g\n", file.squash.a, file.squash.b);
   if (file.trainer) {
-    absl::StrAppendFormat(&text, "trained on   %d frames\n", file.trainer->frames_trained);
+    absl::StrAppendFormat(&text, "trained on   %d frames\n", file.trainer->rounds);
   }
   return text;
 }
@@ -88,7 +88,7 @@ std::string PointsAsCsv(const gp::ExactModelState& model) {
   absl::StrAppend(&csv, "\n");
   for (size_t i = 0; i < model.points.targets.size(); ++i) {
     absl::StrAppendFormat(&csv, "%d,%d,%.6g", model.points.identities[i],
-                          model.points.birth_frames[i], 0.5 * (model.points.targets[i] + 1.0));
+                          model.points.insertion_times[i], 0.5 * (model.points.targets[i] + 1.0));
     for (int64_t d = 0; d < dimension; ++d) {
       absl::StrAppendFormat(&csv, ",%.9g", model.points.inputs[i * dimension + d]);
     }

@@ -211,7 +211,7 @@ OnlineSegmenterOptions SegmentFlags::MakeOptions(int threads) const {
   Override(budget_, options.learner.budget.budget);
   if (density_) options.learner.SetDensity(*density_);
   Override(contradiction_radius_, options.learner.contradiction_radius);
-  Override(dynamic_age_, options.learner.budget.maximum_dynamic_age_frames);
+  Override(dynamic_age_, options.learner.budget.maximum_positive_age);
   Override(arrival_share_, options.learner.arrival_share);
   Override(location_prior_, options.location_prior.weight);
   Override(label_residual_, options.residual_weight);

@@ -25,18 +25,18 @@ absl::StatusOr<kernels::ImageView> View(const Frame& frame) {
 
 absl::StatusOr<std::vector<float>> DescribePositions(kernels::Context& context, const Frame& frame,
                                                      kernels::ConstMatrixView<double> positions,
-                                                     const kernels::DescriptorOptions& options) {
+                                                     const DescriptorOptions& options) {
   EGOSIEVE_ASSIGN_OR_RETURN(const kernels::ImageView view, View(frame));
-  std::vector<float> inputs(positions.rows * kernels::kDescriptorDimension);
-  EGOSIEVE_RETURN_IF_ERROR(kernels::DescriptorsAt(
+  std::vector<float> inputs(positions.rows * kDescriptorDimension);
+  EGOSIEVE_RETURN_IF_ERROR(kernels::BoxMeansAt(
       context, view, positions, options,
-      kernels::MatrixView<float>(inputs.data(), positions.rows, kernels::kDescriptorDimension)));
+      kernels::MatrixView<float>(inputs.data(), positions.rows, kDescriptorDimension)));
   return inputs;
 }
 
 absl::StatusOr<std::vector<float>> DescribeGrid(kernels::Context& context, const Frame& frame,
                                                 const kernels::ImageGrid& grid,
-                                                const kernels::DescriptorOptions& options) {
+                                                const DescriptorOptions& options) {
   EGOSIEVE_ASSIGN_OR_RETURN(const kernels::ImageView view, View(frame));
   EGOSIEVE_RETURN_IF_ERROR(grid.Validate());
   if (grid.width != view.width || grid.height != view.height) {
@@ -44,10 +44,10 @@ absl::StatusOr<std::vector<float>> DescribeGrid(kernels::Context& context, const
                                                    view.height, ", the grid ", grid.width, "x",
                                                    grid.height));
   }
-  std::vector<float> inputs(grid.size() * kernels::kDescriptorDimension);
-  EGOSIEVE_RETURN_IF_ERROR(kernels::DescriptorField(
+  std::vector<float> inputs(grid.size() * kDescriptorDimension);
+  EGOSIEVE_RETURN_IF_ERROR(kernels::BoxMeansOnGrid(
       context, view, grid, options,
-      kernels::MatrixView<float>(inputs.data(), grid.size(), kernels::kDescriptorDimension)));
+      kernels::MatrixView<float>(inputs.data(), grid.size(), kDescriptorDimension)));
   return inputs;
 }
 

@@ -173,7 +173,8 @@ absl::Span<const double> LearnerModel::targets() const {
 
 absl::Span<const int64_t> LearnerModel::birth_frames() const {
   const gp::PointSet* points = SparsePoints(model_);
-  return points == nullptr ? std::get<ExactModel>(model_).birth_frames() : points->birth_frames;
+  return points == nullptr ? std::get<ExactModel>(model_).insertion_times()
+                           : points->insertion_times;
 }
 
 absl::StatusOr<std::vector<float>> LearnerModel::PredictMean(

@@ -154,7 +154,7 @@ absl::Status OnlineLearner::UpdatePoints(kernels::ConstMatrixView<float> inputs,
   Points arriving{GatherRows(inputs, selected), Gather(labels, selected)};
   std::vector<int64_t> alive;
   // Predictions of untrained hyperparameters are no reason to drop a point.
-  if (options_.consistency_filter && trainer_.state().frames_trained > 0) {
+  if (options_.consistency_filter && trainer_.state().rounds > 0) {
     EGOSIEVE_RETURN_IF_ERROR(Add(arriving, frame_index));
     arriving = Points();
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> means, model_.PredictOwnMean());
@@ -292,7 +292,7 @@ absl::Status OnlineLearner::Thin(int64_t frame_index, std::vector<int64_t>& aliv
 
 absl::Status OnlineLearner::Train(FrameRecord& record) {
   EGOSIEVE_RETURN_IF_ERROR(
-      trainer_.TrainFrame(*model_.context(), model_.inputs(), model_.targets()).status());
+      trainer_.Train(*model_.context(), model_.inputs(), model_.targets()).status());
   if (trainer_.ShouldRebuild(model_.hyperparameters())) {
     EGOSIEVE_RETURN_IF_ERROR(model_.SetHyperparameters(trainer_.hyperparameters()));
     record.factor_rebuilt = true;

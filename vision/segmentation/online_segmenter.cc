@@ -12,7 +12,6 @@
 #include "kernels/base/exception_status.h"
 #include "kernels/base/image_grid.h"
 #include "kernels/base/status_macros.h"
-#include "vision/descriptor/frame_descriptor.h"
 #include "vision/frame/equalization.h"
 #include "vision/segmentation/label_record.h"
 #include "vision/segmentation/stage_timer.h"
@@ -45,7 +44,7 @@ OnlineSegmenterOptions OnlineSegmenterOptions::Default() {
   options.learner.SetDensity(kDefaultDensity);
   options.learner.contradiction_radius = kContradictionRadius;
   options.learner.budget.budget = kDefaultBudget;
-  options.learner.budget.maximum_dynamic_age_frames = kDynamicAgeFrames;
+  options.learner.budget.maximum_positive_age = kDynamicAgeFrames;
   options.location_prior.weight = kLocationWeight;
   options.residual_weight = kResidualWeight;
   options.learner.model.kind = ModelKind::kSparse;
@@ -109,9 +108,8 @@ absl::StatusOr<std::unique_ptr<OnlineSegmenter>> OnlineSegmenter::Create(
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<FrameLabeller> labeller,
                             FrameLabeller::Create(options.labeller));
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      std::unique_ptr<OnlineLearner> learner,
-      OnlineLearner::Create(context, kernels::kDescriptorDimension, options.learner));
+  EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<OnlineLearner> learner,
+                            OnlineLearner::Create(context, kDescriptorDimension, options.learner));
   return std::unique_ptr<OnlineSegmenter>(
       new OnlineSegmenter(std::move(context), options, std::move(labeller), std::move(learner)));
 }
@@ -173,7 +171,7 @@ absl::StatusOr<OnlineSegmenter::Learnt> OnlineSegmenter::LearnLabels(const Frame
     process_.reset();
     residual_ = LabelResidual();
     const kernels::ConstMatrixView<float> places(inputs.data(), labels.size(),
-                                                 kernels::kDescriptorDimension);
+                                                 kDescriptorDimension);
     const absl::Status status = learner_->Learn(places, labels.probability, frame.index, record);
     if (kernels::IsOfTheMachine(status)) return status;
     location_prior_.Learn(labels);
@@ -222,9 +220,9 @@ absl::StatusOr<std::string> OnlineSegmenter::TakeStep() {
 }
 
 absl::Status OnlineSegmenter::Replay(absl::string_view step) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const LearningStep parsed,
-                            ParseStep({step.data(), step.size()}, options_.learner.covariance,
-                                      kernels::kDescriptorDimension));
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const LearningStep parsed,
+      ParseStep({step.data(), step.size()}, options_.learner.covariance, kDescriptorDimension));
   posterior_.reset();
   process_.reset();
   EGOSIEVE_RETURN_IF_ERROR(location_prior_.Restore(parsed.location_prior));
@@ -267,15 +265,14 @@ absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
   EGOSIEVE_ASSIGN_OR_RETURN(
       const kernels::PosteriorCounts counts,
       posterior.process->Evaluate(
-          kernels::ConstMatrixView<float>(field.data(), size, kernels::kDescriptorDimension),
-          outputs));
+          kernels::ConstMatrixView<float>(field.data(), size, kDescriptorDimension), outputs));
   for (float& value : map.deviation) {
     value = std::sqrt(value);
   }
   posterior.residual.Apply(options_.residual_weight, map);
   posterior.location.Apply(map);
   EGOSIEVE_RETURN_IF_ERROR(
-      InferPotential(posterior, {field.data(), size, kernels::kDescriptorDimension}, map));
+      InferPotential(posterior, {field.data(), size, kDescriptorDimension}, map));
   map.clamped_variances = counts.clamped_variances;
   record.clamped_variances = counts.clamped_variances;
   const int64_t dynamic = std::count_if(map.probability.begin(), map.probability.end(),

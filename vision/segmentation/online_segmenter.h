@@ -25,8 +25,8 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "gp/model/posterior.h"
-#include "kernels/ops/descriptor_field.h"
 #include "kernels/runtime/context.h"
+#include "vision/descriptor/frame_descriptor.h"
 #include "vision/frame/frame.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/segmentation/frame_record.h"
@@ -44,7 +44,7 @@ struct OnlineSegmenterOptions {
   LocationPriorOptions location_prior;
   PotentialOptions potential;
   double residual_weight = 0.0;  // w of label_residual.h; in [0, 1]; 0: no residual
-  kernels::DescriptorOptions descriptor;
+  DescriptorOptions descriptor;
   // Number of later frames that a frame's labels may use, if the caller has them (in a recording,
   // not from a live camera). From 0 to 100.
   int ahead_frames = FrameLabellerOptions::kLongestAutoGap;

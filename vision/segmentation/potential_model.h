@@ -5,8 +5,8 @@
 //
 //   x = (v, I_M, 3 (I_R - I_G), 3 ((I_R + I_G) / 2 - I_B))                                   (Q1)
 //
-// of the segmenter's descriptor (kernels/ops/descriptor_field.h). A label p with enough certainty
-// is an observation of a class of -1 or 1 that is known with the probability p:
+// of the segmenter's descriptor (vision/descriptor/frame_descriptor.h). A label p with enough
+// certainty is an observation of a class of -1 or 1 that is known with the probability p:
 //
 //   y = 2 p - 1,  noise variance r_c (sigma_n^2 + 1 - y^2)                                   (Q2)
 //

@@ -130,17 +130,16 @@ TEST(ModelFile, RefusesBadOutputsNoiseAndMeans) {
   EXPECT_NE(with("targets", {{2, 4}, std::vector<double>(8, 1.0)}), absl::StatusCode::kOk);
 }
 
-// A frame of learning: points in, points out, a training step, a rebuild, calibration.
-void Learn(int64_t frame, Learner& learner) {
-  std::mt19937_64 generator(frame);
+// A step of learning: points in, points out, a training step, a rebuild, calibration.
+void Learn(int64_t time, Learner& learner) {
+  std::mt19937_64 generator(time);
   const LabelledPoints points = NoisyBlobs(60, 6, generator);
-  ASSERT_TRUE(learner.model.Add(ViewOf(points.inputs), points.labels, frame).ok());
+  ASSERT_TRUE(learner.model.Add(ViewOf(points.inputs), points.labels, time).ok());
   if (learner.model.size() > 150) {
     ASSERT_TRUE(learner.model.Remove(RandomRows(learner.model.size(), 40, generator)).ok());
   }
   ASSERT_TRUE(
-      learner.trainer.TrainFrame(*TestContext(), learner.model.inputs(), learner.model.targets())
-          .ok());
+      learner.trainer.Train(*TestContext(), learner.model.inputs(), learner.model.targets()).ok());
   if (learner.trainer.ShouldRebuild(learner.model.hyperparameters())) {
     ASSERT_TRUE(learner.model.SetHyperparameters(learner.trainer.hyperparameters()).ok());
   }
@@ -162,7 +161,7 @@ ModelFile Checkpoint(const Learner& learner) {
 TEST(ModelFile, ARunGoesOnFromItsCheckpointBitForBit) {
   const std::string path = NewFolder() + "/model.npz";
   Learner whole = MakeLearner();
-  for (int64_t frame = 0; frame < 6; ++frame) Learn(frame, whole);
+  for (int64_t time = 0; time < 6; ++time) Learn(time, whole);
   ASSERT_TRUE(whole.model.Refactorize().ok());
   ASSERT_TRUE(WriteModelFile(path, Checkpoint(whole)).ok());
 
@@ -173,9 +172,9 @@ TEST(ModelFile, ARunGoesOnFromItsCheckpointBitForBit) {
   ASSERT_TRUE(resumed.trainer.Restore(*file->trainer).ok());
   resumed.squash = file->squash;
   EXPECT_EQ(CopyOf(resumed.model.factor().Factor()), CopyOf(whole.model.factor().Factor()));
-  for (int64_t frame = 6; frame < 11; ++frame) {
-    Learn(frame, whole);
-    Learn(frame, resumed);
+  for (int64_t time = 6; time < 11; ++time) {
+    Learn(time, whole);
+    Learn(time, resumed);
   }
   EXPECT_EQ(*SerializeModel(Checkpoint(whole)), *SerializeModel(Checkpoint(resumed)));
   EXPECT_EQ(CopyOf(resumed.model.factor().Factor()), CopyOf(whole.model.factor().Factor()));

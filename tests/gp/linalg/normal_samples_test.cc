@@ -77,7 +77,7 @@ TEST(SampleNormal, FollowsFromTheSeedAlone) {
   kernels::SetMaximumThreads(0);
 }
 
-TEST(SampleNormal, ClimbsTheLadderWhereThereIsNoFactor) {
+TEST(SampleNormal, IncreasesTheJitterWhereThereIsNoFactor) {
   RowMatrix sigma = RowMatrix::Ones(3, 3);  // one value, three times
   const NormalSamples samples = Draw(RowMatrix::Zero(3, 1), sigma, 50, 1);
   EXPECT_EQ(samples.jitter, 1e-10);

@@ -41,12 +41,12 @@ RowMatrix Gram(const Hyperparameters& hyperparameters, const RowMatrix& x) {
   return k;
 }
 
-void Add(const LabelledPoints& points, int64_t begin, int64_t end, int64_t frame,
+void Add(const LabelledPoints& points, int64_t begin, int64_t end, int64_t time,
          ExactModel& model) {
   const kernels::ConstMatrixView<double> x = ViewOf(points.inputs);
   const absl::Status status =
       model.Add(x.rows_between(begin, end),
-                absl::MakeConstSpan(points.labels).subspan(begin, end - begin), frame);
+                absl::MakeConstSpan(points.labels).subspan(begin, end - begin), time);
   ASSERT_TRUE(status.ok()) << status;
 }
 
@@ -84,7 +84,7 @@ TEST(ExactModel, FollowsAdditionsAndRemovals) {
       x.row(i) = points.inputs.row(kept[i]);
       y.push_back(points.targets()[kept[i]]);
       EXPECT_EQ(model.identities()[i], kept[i]);
-      EXPECT_EQ(model.birth_frames()[i], kept[i] < 40 ? 3 : kept[i] < 41 ? 4 : 9);
+      EXPECT_EQ(model.insertion_times()[i], kept[i] < 40 ? 3 : kept[i] < 41 ? 4 : 9);
     }
     EXPECT_EQ(CopyOf(model.inputs()), x);
     ExpectModelOf(x, y, model);

@@ -90,7 +90,7 @@ TEST(MemoryFailure, AnExactModelStaysWhole) {
     ASSERT_EQ(model.factor().size(), 60);
     ASSERT_EQ(model.alpha().size(), 60u);
     ASSERT_EQ(model.identities().size(), 60u);
-    ASSERT_EQ(model.birth_frames().size(), 60u);
+    ASSERT_EQ(model.insertion_times().size(), 60u);
     ASSERT_EQ(model.State().points.inputs.size(), 60u * kDimension);
     EXPECT_EQ(model.PredictOwnMean(), mean);
     EXPECT_EQ(CopyOf(model.factor().Factor()), factor);

@@ -151,7 +151,7 @@ TEST(NoiseByPoint, ReachesTheTrainer) {
     auto trainer = HyperparameterTrainer::Create(
         points.theta, HyperparameterBounds::Default(CovarianceFunction::kArcsine, 4), options);
     EXPECT_TRUE(trainer.ok());
-    const auto report = trainer->TrainFrame(*TestContext(), ViewOf(points.x), points.y, noise);
+    const auto report = trainer->Train(*TestContext(), ViewOf(points.x), points.y, noise);
     EXPECT_TRUE(report.ok()) << report.status();
     return ToLogarithms(trainer->hyperparameters());
   };
@@ -160,7 +160,7 @@ TEST(NoiseByPoint, ReachesTheTrainer) {
   EXPECT_NE(trained(points.noise), trained({}));
   auto trainer = HyperparameterTrainer::Create(
       points.theta, HyperparameterBounds::Default(CovarianceFunction::kArcsine, 4), options);
-  EXPECT_EQ(trainer->TrainFrame(*TestContext(), ViewOf(points.x), points.y, {1.0}).status().code(),
+  EXPECT_EQ(trainer->Train(*TestContext(), ViewOf(points.x), points.y, {1.0}).status().code(),
             absl::StatusCode::kInvalidArgument);
 }
 

@@ -12,7 +12,7 @@
 #include "gp/model/exact_model.h"
 #include "gp/model/sparse_model.h"
 #include "gtest/gtest.h"
-#include "kernels/ops/descriptor_field.h"
+#include "kernels/ops/box_means.h"
 #include "tests/gp/learning_problems.h"
 
 namespace egosieve::gp {
@@ -50,8 +50,8 @@ Frame SampleFrame(const cv::Mat& image, const cv::Mat& mask, std::mt19937_64& ge
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> descriptors(pixels.rows(),
                                                                                     6);
   const absl::Status status =
-      kernels::DescriptorsAt(*TestContext(), view, ViewOf(pixels), {},
-                             {descriptors.data(), descriptors.rows(), descriptors.cols()});
+      kernels::BoxMeansAt(*TestContext(), view, ViewOf(pixels), {},
+                          {descriptors.data(), descriptors.rows(), descriptors.cols()});
   EXPECT_TRUE(status.ok()) << status;
   frame.inputs = descriptors.cast<double>();
   return frame;

@@ -55,7 +55,7 @@ TEST(Budget, ProtectsTheRareClass) {
 
 TEST(Budget, StalePointsGoWhateverTheirClass) {
   BudgetOptions options;
-  options.maximum_age_frames = 10;
+  options.maximum_age = 10;
   const auto decision = EnforceBudget({1.0, 0.0, 0.0}, {0, 89, 90}, 100, options);
   ASSERT_TRUE(decision.ok());
   EXPECT_THAT(decision->dropped, ElementsAre(0, 1));
@@ -64,7 +64,7 @@ TEST(Budget, StalePointsGoWhateverTheirClass) {
 
 TEST(Budget, DynamicPointsGoSooner) {
   BudgetOptions options;
-  options.maximum_dynamic_age_frames = 1;
+  options.maximum_positive_age = 1;
   const auto decision = EnforceBudget({1.0, 0.5, 0.49, 0.0, 0.9}, {9, 8, 8, 0, 10}, 10, options);
   ASSERT_TRUE(decision.ok());
   EXPECT_THAT(decision->dropped, ElementsAre(1));
@@ -83,7 +83,7 @@ TEST(Budget, NothingAndNonsense) {
   options.budget = -1;
   EXPECT_EQ(EnforceBudget({0.1}, {1}, 4, options).status().code(), kInvalid);
   options = {};
-  options.maximum_dynamic_age_frames = -1;
+  options.maximum_positive_age = -1;
   EXPECT_EQ(EnforceBudget({0.1}, {1}, 4, options).status().code(), kInvalid);
   options = {};
   options.rare_class_share = 0.6;

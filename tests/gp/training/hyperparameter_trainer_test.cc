@@ -78,29 +78,29 @@ TEST(HyperparameterTrainer, RaisesTheLikelihoodAndSettles) {
   const double before = MeanLikelihood(trainer.hyperparameters(), points);
   const Hyperparameters start = trainer.hyperparameters();
   int64_t idle = 0;
-  for (int frame = 0; frame < 60; ++frame) {
-    const auto report = trainer.TrainFrame(*TestContext(), ViewOf(points.inputs), points.targets());
+  for (int round = 0; round < 60; ++round) {
+    const auto report = trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets());
     ASSERT_TRUE(report.ok()) << report.status();
-    EXPECT_EQ(report->annealed, frame == 0);
+    EXPECT_EQ(report->annealed, round == 0);
     idle += report->steps == 0;
   }
   EXPECT_GT(MeanLikelihood(trainer.hyperparameters(), points), before + 0.02);
   EXPECT_TRUE(trainer.ShouldRebuild(start));
   EXPECT_FALSE(trainer.ShouldRebuild(trainer.hyperparameters()));
-  EXPECT_EQ(trainer.state().frames_trained, 60);
+  EXPECT_EQ(trainer.state().rounds, 60);
 }
 
 TEST(HyperparameterTrainer, DoesLessWhenSettledAndNoticesChange) {
   auto generator = TestGenerator();
   const LabelledPoints points = NoisyBlobs(200, 3, generator);
   TrainerOptions options = QuickOptions();
-  options.settled_movement = 1e9;  // settled from the second frame on
+  options.settled_movement = 1e9;  // settled from the second round on
   options.settled_interval = 4;
   options.subset_size = options.annealing_subset_size = 200;  // all: no sampling noise in J
   HyperparameterTrainer trainer = MakeTrainer(options);
   std::vector<int64_t> steps;
-  for (int frame = 0; frame < 9; ++frame) {
-    const auto report = trainer.TrainFrame(*TestContext(), ViewOf(points.inputs), points.targets());
+  for (int round = 0; round < 9; ++round) {
+    const auto report = trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets());
     ASSERT_TRUE(report.ok()) << report.status();
     steps.push_back(report->steps);
   }
@@ -108,7 +108,7 @@ TEST(HyperparameterTrainer, DoesLessWhenSettledAndNoticesChange) {
   // Labels that are noise now: the objective falls, and it takes steps at once.
   LabelledPoints changed = points;
   for (double& label : changed.labels) label = generator() % 2 == 0 ? 0.0 : 1.0;
-  const auto report = trainer.TrainFrame(*TestContext(), ViewOf(changed.inputs), changed.targets());
+  const auto report = trainer.Train(*TestContext(), ViewOf(changed.inputs), changed.targets());
   ASSERT_TRUE(report.ok());
   EXPECT_EQ(report->steps, 2);
 }
@@ -133,8 +133,8 @@ TEST(HyperparameterTrainer, ChecksOfFewPointsAreNotComparedWithStepsOfMany) {
   options.annealing_subset_size = 20;
   HyperparameterTrainer trainer = MakeTrainer(options);
   std::vector<int64_t> steps;
-  for (int frame = 0; frame < 9; ++frame) {
-    const auto report = trainer.TrainFrame(*TestContext(), ViewOf(points.inputs), points.targets());
+  for (int round = 0; round < 9; ++round) {
+    const auto report = trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets());
     ASSERT_TRUE(report.ok()) << report.status();
     steps.push_back(report->steps);
   }
@@ -154,13 +154,12 @@ TEST(HyperparameterTrainer, AnIndefiniteFrameIsForgotten) {
   const LabelledPoints apart = NoisyBlobs(60, 3, generator);
   const LabelledPoints alike = TwoPlaces(60);
   const auto train = [&](const LabelledPoints& points) {
-    const auto report =
-        trainer->TrainFrame(*TestContext(), ViewOf(points.inputs), points.targets());
+    const auto report = trainer->Train(*TestContext(), ViewOf(points.inputs), points.targets());
     ASSERT_TRUE(report.ok()) << report.status();
   };
-  for (int frame = 0; frame < 3; ++frame) train(apart);
+  for (int round = 0; round < 3; ++round) train(apart);
   ASSERT_TRUE(trainer->state().smoothed_objective.has_value());
-  for (int frame = 0; frame < 3; ++frame) train(alike);
+  for (int round = 0; round < 3; ++round) train(alike);
   EXPECT_TRUE(trainer->Restore(trainer->state()).ok());
   train(apart);
   ASSERT_TRUE(trainer->state().smoothed_objective.has_value());
@@ -171,9 +170,9 @@ TEST(HyperparameterTrainer, AnIndefiniteFrameIsForgotten) {
 TEST(HyperparameterTrainer, GoesOnFromItsStateBitForBit) {
   auto generator = TestGenerator();
   const LabelledPoints points = NoisyBlobs(300, 3, generator);
-  const auto train = [&](HyperparameterTrainer& trainer, int frames) {
-    for (int frame = 0; frame < frames; ++frame) {
-      ASSERT_TRUE(trainer.TrainFrame(*TestContext(), ViewOf(points.inputs), points.targets()).ok());
+  const auto train = [&](HyperparameterTrainer& trainer, int rounds) {
+    for (int round = 0; round < rounds; ++round) {
+      ASSERT_TRUE(trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets()).ok());
     }
   };
   HyperparameterTrainer whole = MakeTrainer(QuickOptions());
@@ -196,17 +195,17 @@ TEST(HyperparameterTrainer, LearnsNothingFromTooLittle) {
   HyperparameterTrainer trainer = MakeTrainer(QuickOptions());
   auto generator = TestGenerator();
   LabelledPoints points = NoisyBlobs(10, 3, generator);
-  auto report = trainer.TrainFrame(*TestContext(), ViewOf(points.inputs), points.targets());
+  auto report = trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets());
   ASSERT_TRUE(report.ok());
   EXPECT_STREQ(report->reason, "too few points");
   points = NoisyBlobs(100, 3, generator);
   points.labels.assign(100, 0.2);
-  report = trainer.TrainFrame(*TestContext(), ViewOf(points.inputs), points.targets());
+  report = trainer.Train(*TestContext(), ViewOf(points.inputs), points.targets());
   ASSERT_TRUE(report.ok());
   EXPECT_STREQ(report->reason, "one class only");
-  report = trainer.TrainFrame(*TestContext(), ViewOf(RowMatrix(0, 3)), {});
+  report = trainer.Train(*TestContext(), ViewOf(RowMatrix(0, 3)), {});
   ASSERT_TRUE(report.ok());
-  EXPECT_EQ(trainer.state().frames_trained, 0);
+  EXPECT_EQ(trainer.state().rounds, 0);
   EXPECT_EQ(ToLogarithms(trainer.hyperparameters()),
             ToLogarithms(DefaultHyperparameters(kArcsine, 3)));
 }
@@ -238,7 +237,7 @@ TEST(HyperparameterTrainer, RefusesBadOptionsAndStates) {
   EXPECT_TRUE(refuses_state([](TrainerState& s) { s.theta[0] = 100.0; }));
   EXPECT_TRUE(refuses_state([](TrainerState& s) { s.theta[1] = std::nan(""); }));
   EXPECT_TRUE(refuses_state([](TrainerState& s) { s.optimiser.steps = {0.1}; }));
-  EXPECT_TRUE(refuses_state([](TrainerState& s) { s.frames_trained = -1; }));
+  EXPECT_TRUE(refuses_state([](TrainerState& s) { s.rounds = -1; }));
   EXPECT_TRUE(refuses_state([](TrainerState& s) { s.smoothed_objective = std::nan(""); }));
 }
 

@@ -11,10 +11,10 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "gtest/gtest.h"
+#include "kernels/ops/box_means.h"
 #include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/dense_posterior.h"
-#include "kernels/ops/descriptor_field.h"
 #include "kernels/ops/exact_regression.h"
 #include "kernels/ops/grid_interpolation.h"
 #include "kernels/runtime/opencl_context.h"
@@ -307,12 +307,12 @@ TEST_F(DeviceFailureTest, Images) {
   for (const auto& context : {TestContext(), SideBySideContext()}) {
     FailEveryCall(
         [&](Outputs& out) {
-          return DescriptorField(*context, image, grid, {}, {out[0].data(), grid.size(), 6});
+          return BoxMeansOnGrid(*context, image, grid, {}, {out[0].data(), grid.size(), 6});
         },
         1, grid.size() * 6, /*staged=*/false);
     FailEveryCall(
         [&](Outputs& out) {
-          return DescriptorsAt(*context, image, {points.data(), 3, 2}, {}, {out[0].data(), 3, 6});
+          return BoxMeansAt(*context, image, {points.data(), 3, 2}, {}, {out[0].data(), 3, 6});
         },
         1, 18, /*staged=*/false);
     FailEveryCall(

@@ -9,8 +9,8 @@
 
 #include "gtest/gtest.h"
 #include "kernels/base/covariance_parameters.h"
+#include "kernels/ops/box_means.h"
 #include "kernels/ops/covariance_matrix.h"
-#include "kernels/ops/descriptor_field.h"
 #include "kernels/runtime/context.h"
 #include "kernels/runtime/opencl_context.h"
 
@@ -58,12 +58,12 @@ TEST_F(KernelVariants, TheNumberOfPointsMakesNoNewOnes) {
   for (int64_t count = 1; count <= 24; ++count) counts.push_back(count);
   for (const int64_t count : counts) {
     const std::vector<double> points(2 * count, 5.0);
-    std::vector<float> out(kDescriptorDimension * count);
-    ASSERT_TRUE(DescriptorsAt(*context_, image, {points.data(), count, 2}, {},
-                              {out.data(), count, kDescriptorDimension})
+    std::vector<float> out(kBoxMeanColumns * count);
+    ASSERT_TRUE(BoxMeansAt(*context_, image, {points.data(), count, 2}, {},
+                           {out.data(), count, kBoxMeanColumns})
                     .ok());
   }
-  const std::set<std::string> variants = Variants(Folder(), "descriptors_at");
+  const std::set<std::string> variants = Variants(Folder(), "box_means_at");
   if (variants.empty()) GTEST_SKIP() << "this device keeps nothing in POCL_CACHE_DIR";
   EXPECT_EQ(variants.size(), 1u);
 }

@@ -121,12 +121,12 @@ TEST(Context, BuildErrorsCarryTheCompilersLogAndTheContextStaysUsable) {
   ASSERT_TRUE(context.ok()) << context.status();
   if ((*context)->is_reference()) GTEST_SKIP() << "the reference compiles nothing";
   const auto kernel =
-      (*context)->Kernel("image.cl", "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=oops", "descriptor_field");
+      (*context)->Kernel("image.cl", "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=oops", "box_means_on_grid");
   ASSERT_FALSE(kernel.ok());
   EXPECT_NE(kernel.status().message().find("clBuildProgram"), std::string::npos) << kernel.status();
   EXPECT_NE(kernel.status().message().find("oops"), std::string::npos) << kernel.status();
   const std::string good = "-cl-std=CL1.2 -DVEC=1 -DCHANNELS=3";
-  EXPECT_TRUE((*context)->Kernel("image.cl", good, "descriptor_field").ok());
+  EXPECT_TRUE((*context)->Kernel("image.cl", good, "box_means_on_grid").ok());
   EXPECT_FALSE((*context)->Kernel("image.cl", good, "no_such_kernel").ok());
 }
 

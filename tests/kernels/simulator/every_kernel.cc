@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "kernels/ops/box_means.h"
 #include "kernels/ops/covariance_gradient.h"
 #include "kernels/ops/covariance_matrix.h"
 #include "kernels/ops/dense_posterior.h"
-#include "kernels/ops/descriptor_field.h"
 #include "kernels/ops/device_linear_algebra.h"
 #include "kernels/ops/exact_regression.h"
 #include "kernels/ops/grid_interpolation.h"
@@ -251,10 +251,10 @@ void RunImage(Context& context, std::mt19937_64& random) {
     for (const int stride : {1, 5}) {
       const ImageGrid grid = {19, 11, stride};
       std::vector<float> actual(grid.size() * 6), expected(grid.size() * 6);
-      Expect(DescriptorField(context, image, grid, {}, {actual.data(), grid.size(), 6}).ok(),
+      Expect(BoxMeansOnGrid(context, image, grid, {}, {actual.data(), grid.size(), 6}).ok(),
              "field failed");
-      reference::DescriptorField(image, grid, 7, {expected.data(), grid.size(), 6});
-      ExpectNear(actual, expected, "descriptor field");
+      reference::BoxMeansOnGrid(image, grid, 7, {expected.data(), grid.size(), 6});
+      ExpectNear(actual, expected, "box means on a grid");
       std::vector<float> map(19 * 11), expected_map(19 * 11);
       const ConstMatrixView<float> values(expected.data(), grid.rows(), grid.columns());
       Expect(GridInterpolation(context, grid, values, {map.data(), 11, 19}).ok(),
@@ -264,10 +264,10 @@ void RunImage(Context& context, std::mt19937_64& random) {
     }
     const std::vector<double> points = {0.0, 0.0, 18.0, 10.0, 7.3, 4.6};
     std::vector<float> actual(18), expected(18);
-    Expect(DescriptorsAt(context, image, {points.data(), 3, 2}, {}, {actual.data(), 3, 6}).ok(),
+    Expect(BoxMeansAt(context, image, {points.data(), 3, 2}, {}, {actual.data(), 3, 6}).ok(),
            "points failed");
-    reference::DescriptorsAt(image, {points.data(), 3, 2}, 7, {expected.data(), 3, 6});
-    ExpectNear(actual, expected, "descriptors");
+    reference::BoxMeansAt(image, {points.data(), 3, 2}, 7, {expected.data(), 3, 6});
+    ExpectNear(actual, expected, "box means");
   }
 }
 

@@ -23,7 +23,7 @@ gp::ModelFile TwoPoints() {
   file.model.points.inputs = {0.25, -0.5, 0.75, 1.0};
   file.model.points.targets = {-1.0, 0.5};
   file.model.points.identities = {3, 8};
-  file.model.points.birth_frames = {1, 4};
+  file.model.points.insertion_times = {1, 4};
   file.model.points.next_identity = 9;
   return file;
 }
@@ -34,7 +34,7 @@ TEST(ModelCommand, DescribesAFileAndTheNewestOfARun) {
   std::filesystem::create_directories(root + "/model");
   ASSERT_TRUE(gp::WriteModelFile(root + "/model/000024.npz", gp::ModelFile(TwoPoints())).ok());
   gp::ModelFile newer = TwoPoints();
-  newer.model.points.birth_frames = {1, 44};
+  newer.model.points.insertion_times = {1, 44};
   ASSERT_TRUE(gp::WriteModelFile(root + "/model/000049.npz", newer).ok());
 
   testing::internal::CaptureStdout();

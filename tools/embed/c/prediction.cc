@@ -9,7 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "kernels/base/image_grid.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/ops/descriptor_field.h"
+#include "kernels/ops/box_means.h"
 #include "tools/embed/c/array_access.h"
 #include "tools/embed/c/options.h"
 
@@ -170,17 +170,17 @@ absl::Status PredictImage(const DevicePosterior& at, const egosieve_image* image
     return absl::InvalidArgumentError(
         absl::StrFormat("stride = %d pixels; it must be 1 to 16384", stride));
   }
-  EGOSIEVE_RETURN_IF_ERROR(CheckDimension(at, kernels::kDescriptorDimension, "an image"));
+  EGOSIEVE_RETURN_IF_ERROR(CheckDimension(at, kernels::kBoxMeanColumns, "an image"));
   const kernels::ImageGrid grid{view.width, view.height, stride};
   EGOSIEVE_ASSIGN_OR_RETURN(const Outputs outputs,
                             Outputs::Create(prediction, grid.rows(), grid.columns()));
-  std::vector<float> field(grid.size() * kernels::kDescriptorDimension);
-  EGOSIEVE_RETURN_IF_ERROR(kernels::DescriptorField(
+  std::vector<float> field(grid.size() * kernels::kBoxMeanColumns);
+  EGOSIEVE_RETURN_IF_ERROR(kernels::BoxMeansOnGrid(
       *at.context, view, grid, {},
-      kernels::MatrixView<float>(field.data(), grid.size(), kernels::kDescriptorDimension)));
+      kernels::MatrixView<float>(field.data(), grid.size(), kernels::kBoxMeanColumns)));
   const Queries<float> queries = [&](int64_t begin, int64_t end, std::vector<float>&) {
-    return kernels::ConstMatrixView<float>(&field[begin * kernels::kDescriptorDimension],
-                                           end - begin, kernels::kDescriptorDimension);
+    return kernels::ConstMatrixView<float>(&field[begin * kernels::kBoxMeanColumns], end - begin,
+                                           kernels::kBoxMeanColumns);
   };
   return Evaluate(at, grid.size(), true, queries, outputs, prediction);
 }

@@ -3,7 +3,7 @@
 
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
-#include "kernels/ops/descriptor_field.h"
+#include "kernels/ops/box_means.h"
 #include "tools/embed/c/array_access.h"
 #include "tools/embed/c/host_prediction.h"
 #include "tools/embed/c/last_error.h"
@@ -36,13 +36,13 @@ absl::Status DescribePixels(const LearningModel& model, const egosieve_image* im
   }
   EGOSIEVE_RETURN_IF_ERROR(points.CheckFinite<double>());
   EGOSIEVE_RETURN_IF_ERROR(CheckPointer("out", out));
-  constexpr int64_t kDimension = kernels::kDescriptorDimension;
+  constexpr int64_t kDimension = kernels::kBoxMeanColumns;
   EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray output,
                             OutputArray::Create("out", *out, points.rows(), kDimension));
   if (!output.wanted()) return absl::InvalidArgumentError("out.data is null");
   const std::vector<double> at = points.Values();
   std::vector<float> descriptors(points.rows() * kDimension);
-  const absl::Status status = kernels::DescriptorsAt(
+  const absl::Status status = kernels::BoxMeansAt(
       *model.context(), view, {at.data(), points.rows(), 2}, {},
       kernels::MatrixView<float>(descriptors.data(), points.rows(), kDimension));
   if (!status.ok()) {

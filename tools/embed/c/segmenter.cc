@@ -33,7 +33,7 @@ static_assert(EGOSIEVE_PROFILE_DEFAULT == static_cast<int>(Profile::kDefault) &&
               EGOSIEVE_PROFILE_PAPER == static_cast<int>(Profile::kPaper) &&
               EGOSIEVE_PROFILE_FAST == static_cast<int>(Profile::kFast));
 
-// The largest that is written: zip's 4 GiB, and its directory.
+// The largest that is written: 4 GiB of arrays, and the archive's headers.
 constexpr int64_t kMaximumFileBytes = (int64_t{1} << 32) + (int64_t{1} << 20);
 
 using Sessions = HandleTable<HandleKind::kSegmenter, egosieve_segmenter, SegmenterSession>;

@@ -11,6 +11,7 @@
 #include "vision/baselines/dense_flow.h"
 #include "vision/baselines/nearest_feature.h"
 #include "vision/baselines/optical_flow_classifier.h"
+#include "vision/descriptor/frame_descriptor.h"
 #include "vision/segmentation/label_residual.h"
 #include "vision/segmentation/methods/online_svm.h"
 #include "vision/segmentation/online_learner.h"
@@ -226,7 +227,7 @@ absl::StatusOr<std::unique_ptr<MapMethod>> MakeProcess(std::shared_ptr<kernels::
   of_learner.covariance = covariance;
   EGOSIEVE_ASSIGN_OR_RETURN(
       std::unique_ptr<OnlineLearner> learner,
-      OnlineLearner::Create(std::move(context), kernels::kDescriptorDimension, of_learner));
+      OnlineLearner::Create(std::move(context), kDescriptorDimension, of_learner));
   return std::make_unique<GaussianProcessMethod>(std::move(learner), options.residual_weight);
 }
 

@@ -101,8 +101,8 @@ absl::StatusOr<MethodAnswers> MethodSegmenter::Process(
   input.frame_index = frame.index;
   input.labels = &result.labels;
   if (result.labels.first_index >= 0) input.grey_before = GreyOf(result.labels.first_index);
-  input.inputs = {inputs.data(), result.labels.size(), kernels::kDescriptorDimension};
-  input.field = {field.data(), input.grid.size(), kernels::kDescriptorDimension};
+  input.inputs = {inputs.data(), result.labels.size(), kDescriptorDimension};
+  input.field = {field.data(), input.grid.size(), kDescriptorDimension};
   for (const std::unique_ptr<MapMethod>& method : methods_) {
     MethodAnswer answer;
     answer.record = SharedRecord(frame, result.labels);

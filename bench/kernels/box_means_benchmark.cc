@@ -1,4 +1,4 @@
-// The descriptor field at every pixel and at every fifth pixel of an image with the size of a
+// The box means at every pixel and at every fifth pixel of an image with the size of a
 // driving data set's.
 #include <benchmark/benchmark.h>
 
@@ -8,13 +8,13 @@
 
 #include "bench/kernels/benchmark_data.h"
 #include "bench/kernels/roofline.h"
-#include "kernels/ops/descriptor_field.h"
+#include "kernels/ops/box_means.h"
 #include "kernels/reference/image.h"
 
 namespace egosieve::kernels {
 namespace {
 
-void BM_DescriptorField(benchmark::State& state) {
+void BM_BoxMeans(benchmark::State& state) {
   const auto context = BenchmarkContext();
   const int width = 1242;
   const int height = 375;
@@ -23,22 +23,22 @@ void BM_DescriptorField(benchmark::State& state) {
   for (uint8_t& pixel : pixels) pixel = static_cast<uint8_t>(random());
   const ImageView image = {pixels.data(), width, height, 3, width * 3};
   const ImageGrid grid = {width, height, static_cast<int>(state.range(0))};
-  std::vector<float> out(grid.size() * kDescriptorDimension);
-  const MatrixView<float> view(out.data(), grid.size(), kDescriptorDimension);
+  std::vector<float> out(grid.size() * kBoxMeanColumns);
+  const MatrixView<float> view(out.data(), grid.size(), kBoxMeanColumns);
   const double copy = CopyBytesPerSecond();
   // The first call compiles.
-  (void)DescriptorField(*context, image, grid, {}, view);
+  (void)BoxMeansOnGrid(*context, image, grid, {}, view);
   const LoopTimer timer;
   for (auto _ : state) {
-    const absl::Status status = DescriptorField(*context, image, grid, {}, view);
+    const absl::Status status = BoxMeansOnGrid(*context, image, grid, {}, view);
     if (!status.ok()) return state.SkipWithError(status.ToString().c_str());
   }
-  const double seconds = timer.SecondsAnIteration(state.iterations());
+  const double seconds = timer.SecondsPerIteration(state.iterations());
   std::vector<float> expected(out.size());
-  reference::DescriptorField(image, grid, 7,
-                             MatrixView<float>(expected.data(), grid.size(), kDescriptorDimension));
+  reference::BoxMeansOnGrid(image, grid, 7,
+                            MatrixView<float>(expected.data(), grid.size(), kBoxMeanColumns));
   for (size_t i = 0; i < out.size(); ++i) {
-    if (!(std::abs(out[i] - expected[i]) <= 1e-6)) return state.SkipWithError("wrong descriptor");
+    if (!(std::abs(out[i] - expected[i]) <= 1e-6)) return state.SkipWithError("wrong box means");
   }
   const double bytes = static_cast<double>(pixels.size() + out.size() * sizeof(float));
   state.counters["points_per_second"] = benchmark::Counter(
@@ -46,8 +46,8 @@ void BM_DescriptorField(benchmark::State& state) {
   state.counters["fraction_of_copy_bandwidth"] = bytes / copy / seconds;
   state.counters["copy_bytes_per_second"] = copy;
 }
-BENCHMARK(BM_DescriptorField)
-    ->Name("BM_DescriptorField/1242x375")
+BENCHMARK(BM_BoxMeans)
+    ->Name("BM_BoxMeans/1242x375")
     ->ArgName("stride")
     ->Arg(1)
     ->Arg(5)

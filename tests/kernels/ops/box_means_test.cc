@@ -1,4 +1,4 @@
-#include "kernels/ops/descriptor_field.h"
+#include "kernels/ops/box_means.h"
 
 #include <cmath>
 #include <vector>
@@ -30,17 +30,17 @@ constexpr double kTolerance = 8.0 / (1 << 24);
 
 void ExpectFieldMatchesReference(const ImageView& image, int stride, int window) {
   const ImageGrid grid = {image.width, image.height, stride};
-  DescriptorOptions options;
+  BoxMeanOptions options;
   options.window_pixels = window;
-  GuardedMatrix<float> field(grid.size(), kDescriptorDimension, 2);
-  const absl::Status status = DescriptorField(*TestContext(), image, grid, options, field.view());
+  GuardedMatrix<float> field(grid.size(), kBoxMeanColumns, 2);
+  const absl::Status status = BoxMeansOnGrid(*TestContext(), image, grid, options, field.view());
   ASSERT_TRUE(status.ok()) << status;
   EXPECT_TRUE(field.guards_intact());
-  GuardedMatrix<float> by_point(grid.size(), kDescriptorDimension, 2);
-  ASSERT_TRUE(DescriptorField(*SideBySideContext(), image, grid, options, by_point.view()).ok());
+  GuardedMatrix<float> by_point(grid.size(), kBoxMeanColumns, 2);
+  ASSERT_TRUE(BoxMeansOnGrid(*SideBySideContext(), image, grid, options, by_point.view()).ok());
   EXPECT_TRUE(by_point.guards_intact());
-  GuardedMatrix<float> expected(grid.size(), kDescriptorDimension);
-  reference::DescriptorField(image, grid, window, expected.view());
+  GuardedMatrix<float> expected(grid.size(), kBoxMeanColumns);
+  reference::BoxMeansOnGrid(image, grid, window, expected.view());
   std::vector<double> points;
   for (int row = 0; row < grid.rows(); ++row) {
     for (int column = 0; column < grid.columns(); ++column) {
@@ -48,12 +48,12 @@ void ExpectFieldMatchesReference(const ImageView& image, int stride, int window)
       points.push_back(grid.y_pixels(row));
     }
   }
-  GuardedMatrix<float> at(grid.size(), kDescriptorDimension);
+  GuardedMatrix<float> at(grid.size(), kBoxMeanColumns);
   const ConstMatrixView<double> view(points.data(), grid.size(), 2);
-  ASSERT_TRUE(DescriptorsAt(*TestContext(), image, view, options, at.view()).ok());
+  ASSERT_TRUE(BoxMeansAt(*TestContext(), image, view, options, at.view()).ok());
   EXPECT_TRUE(at.guards_intact());
   for (int64_t i = 0; i < grid.size(); ++i) {
-    for (int d = 0; d < kDescriptorDimension; ++d) {
+    for (int d = 0; d < kBoxMeanColumns; ++d) {
       ASSERT_NEAR(field(i, d), expected(i, d), kTolerance) << "grid point " << i << ", input " << d;
       ASSERT_EQ(field(i, d), at(i, d)) << "grid point " << i << ", input " << d;
       ASSERT_EQ(field(i, d), by_point(i, d)) << "grid point " << i << ", input " << d;
@@ -61,7 +61,7 @@ void ExpectFieldMatchesReference(const ImageView& image, int stride, int window)
   }
 }
 
-TEST(DescriptorField, AgreesWithTheReferenceForEveryShape) {
+TEST(BoxMeansOnGrid, AgreesWithTheReferenceForEveryShape) {
   std::mt19937_64 random = TestRandom();
   for (const auto& [width, height] :
        {std::pair{1, 1}, {1, 9}, {9, 1}, {3, 2}, {16, 16}, {17, 33}, {130, 77}}) {
@@ -78,13 +78,13 @@ TEST(DescriptorField, AgreesWithTheReferenceForEveryShape) {
   }
 }
 
-TEST(DescriptorField, AnEvenImageHasItsOwnColour) {
+TEST(BoxMeansOnGrid, AnEvenImageHasItsOwnColour) {
   std::vector<uint8_t> pixels;
   for (int i = 0; i < 20 * 10; ++i) pixels.insert(pixels.end(), {0, 51, 255});  // B, G, R
   const ImageView image = {pixels.data(), 20, 10, 3, 60};
   const ImageGrid grid = {20, 10, 5};
   GuardedMatrix<float> field(grid.size(), 6);
-  ASSERT_TRUE(DescriptorField(*TestContext(), image, grid, {}, field.view()).ok());
+  ASSERT_TRUE(BoxMeansOnGrid(*TestContext(), image, grid, {}, field.view()).ok());
   // The first point is the upper left pixel, the last the lower right one; v spans 9/19 of u.
   EXPECT_NEAR(field(0, 0), -1.0, kTolerance);
   EXPECT_NEAR(field(0, 1), -9.0 / 19.0, kTolerance);
@@ -98,38 +98,38 @@ TEST(DescriptorField, AnEvenImageHasItsOwnColour) {
   }
 }
 
-TEST(DescriptorsAt, PointsBetweenPixelsTakeTheNearestWindowAndKeepTheirPlace) {
+TEST(BoxMeansAt, PointsBetweenPixelsTakeTheNearestWindowAndKeepTheirPlace) {
   std::mt19937_64 random = TestRandom();
   const TestImage image = RandomImage(random, 30, 20, 3, 0);
   const double points[] = {7.4, 11.6, 7.0, 12.0, -0.5, 19.5, 0.0, 19.0};
   GuardedMatrix<float> out(4, 6);
-  ASSERT_TRUE(DescriptorsAt(*TestContext(), image.view, {points, 4, 2}, {}, out.view()).ok());
+  ASSERT_TRUE(BoxMeansAt(*TestContext(), image.view, {points, 4, 2}, {}, out.view()).ok());
   for (int d = 2; d < 6; ++d) {
     EXPECT_EQ(out(0, d), out(1, d));
     EXPECT_EQ(out(2, d), out(3, d));
   }
   EXPECT_TRUE(out.guards_intact());
   GuardedMatrix<float> none(0, 6);
-  EXPECT_TRUE(DescriptorsAt(*TestContext(), image.view, {points, 0, 2}, {}, none.view()).ok());
+  EXPECT_TRUE(BoxMeansAt(*TestContext(), image.view, {points, 0, 2}, {}, none.view()).ok());
   EXPECT_TRUE(none.untouched());
   EXPECT_NEAR(out(0, 0), (2 * 7.4 - 29) / 29, kTolerance);
   EXPECT_NEAR(out(0, 1), (2 * 11.6 - 19) / 29, kTolerance);
 }
 
-TEST(DescriptorField, BadArgumentsAreNamedAndNothingIsWritten) {
+TEST(BoxMeansOnGrid, BadArgumentsAreNamedAndNothingIsWritten) {
   std::mt19937_64 random = TestRandom();
   const TestImage image = RandomImage(random, 30, 20, 3, 0);
   const ImageGrid grid = {30, 20, 5};
   GuardedMatrix<float> out(grid.size(), 6);
   const auto message_of = [&](const ImageView& view, const ImageGrid& at,
-                              const DescriptorOptions& options) {
-    const absl::Status status = DescriptorField(*TestContext(), view, at, options, out.view());
+                              const BoxMeanOptions& options) {
+    const absl::Status status = BoxMeansOnGrid(*TestContext(), view, at, options, out.view());
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
     EXPECT_TRUE(out.untouched());
     return std::string(status.message());
   };
   for (const int window : {0, -1, 6}) {
-    DescriptorOptions options;
+    BoxMeanOptions options;
     options.window_pixels = window;
     EXPECT_NE(message_of(image.view, grid, options).find("window_pixels"), std::string::npos);
   }
@@ -148,7 +148,7 @@ TEST(DescriptorField, BadArgumentsAreNamedAndNothingIsWritten) {
     const double point[] = {coordinate, 3.0};
     GuardedMatrix<float> one(1, 6);
     const absl::Status status =
-        DescriptorsAt(*TestContext(), image.view, {point, 1, 2}, {}, one.view());
+        BoxMeansAt(*TestContext(), image.view, {point, 1, 2}, {}, one.view());
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
     EXPECT_TRUE(one.untouched());
   }

@@ -1,4 +1,4 @@
-#include "kernels/ops/descriptor_field.h"
+#include "kernels/ops/box_means.h"
 
 #include "absl/strings/str_format.h"
 #include "kernels/base/argument_checks.h"
@@ -21,7 +21,7 @@ absl::Status CheckImage(const ImageView& image) {
   }
   if (image.channels != 1 && image.channels != 3) {
     return absl::InvalidArgumentError(
-        absl::StrFormat("image.channels = %d; it must be 1 (grey) or 3 (B, G, R)", image.channels));
+        absl::StrFormat("image.channels = %d; it must be 1 or 3", image.channels));
   }
   if (image.stride_bytes < static_cast<ptrdiff_t>(image.width) * image.channels) {
     return absl::InvalidArgumentError(
@@ -47,7 +47,7 @@ absl::Status CheckPoints(const ImageView& image, ConstMatrixView<double> points)
 
 }  // namespace
 
-absl::Status DescriptorOptions::Validate() const {
+absl::Status BoxMeanOptions::Validate() const {
   if (window_pixels < 1 || window_pixels % 2 == 0 || window_pixels > kMaxWindowPixels) {
     return absl::InvalidArgumentError(absl::StrFormat(
         "window_pixels = %d; it must be odd, from 1 to %d", window_pixels, kMaxWindowPixels));
@@ -55,8 +55,8 @@ absl::Status DescriptorOptions::Validate() const {
   return absl::OkStatus();
 }
 
-absl::Status DescriptorField(Context& context, const ImageView& image, const ImageGrid& grid,
-                             const DescriptorOptions& options, MatrixView<float> out) {
+absl::Status BoxMeansOnGrid(Context& context, const ImageView& image, const ImageGrid& grid,
+                            const BoxMeanOptions& options, MatrixView<float> out) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   EGOSIEVE_RETURN_IF_ERROR(CheckImage(image));
   EGOSIEVE_RETURN_IF_ERROR(grid.Validate());
@@ -65,25 +65,25 @@ absl::Status DescriptorField(Context& context, const ImageView& image, const Ima
         absl::StrFormat("grid is for %d x %d pixels, the image has %d x %d", grid.width,
                         grid.height, image.width, image.height));
   }
-  EGOSIEVE_RETURN_IF_ERROR(CheckShape("out", out, grid.size(), kDescriptorDimension));
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape("out", out, grid.size(), kBoxMeanColumns));
   if (context.is_reference()) {
-    reference::DescriptorField(image, grid, options.window_pixels, out);
+    reference::BoxMeansOnGrid(image, grid, options.window_pixels, out);
     return absl::OkStatus();
   }
-  return opencl::DescriptorField(context, image, grid, options.window_pixels, out);
+  return opencl::BoxMeansOnGrid(context, image, grid, options.window_pixels, out);
 }
 
-absl::Status DescriptorsAt(Context& context, const ImageView& image, ConstMatrixView<double> points,
-                           const DescriptorOptions& options, MatrixView<float> out) {
+absl::Status BoxMeansAt(Context& context, const ImageView& image, ConstMatrixView<double> points,
+                        const BoxMeanOptions& options, MatrixView<float> out) {
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   EGOSIEVE_RETURN_IF_ERROR(CheckImage(image));
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints(image, points));
-  EGOSIEVE_RETURN_IF_ERROR(CheckShape("out", out, points.rows, kDescriptorDimension));
+  EGOSIEVE_RETURN_IF_ERROR(CheckShape("out", out, points.rows, kBoxMeanColumns));
   if (context.is_reference()) {
-    reference::DescriptorsAt(image, points, options.window_pixels, out);
+    reference::BoxMeansAt(image, points, options.window_pixels, out);
     return absl::OkStatus();
   }
-  return opencl::DescriptorsAt(context, image, points, options.window_pixels, out);
+  return opencl::BoxMeansAt(context, image, points, options.window_pixels, out);
 }
 
 }  // namespace egosieve::kernels
