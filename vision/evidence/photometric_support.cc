@@ -10,6 +10,7 @@
 
 #include "vision/evidence/for_each_point.h"
 #include "vision/evidence/patch.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {
@@ -160,9 +161,7 @@ PhotometricSupport::PhotometricSupport(cv::Mat before, cv::Mat now,
   std::vector<double>& levels =
       moved.size() >= kFewest ? moved : (fresh.size() >= kFewest ? fresh : all);
   if (levels.empty()) return;
-  const auto middle = levels.begin() + static_cast<int64_t>(levels.size() / 2);
-  std::nth_element(levels.begin(), middle, levels.end());
-  noise_levels_ = std::max(noise_levels_, *middle);
+  noise_levels_ = std::max(noise_levels_, MedianInPlace(levels));
 }
 
 std::optional<double> PhotometricSupport::LogRatio(cv::Point2f before, cv::Point2f now,

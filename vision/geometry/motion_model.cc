@@ -8,7 +8,8 @@
 #include "kernels/base/status_macros.h"
 #include "vision/geometry/ransac.h"
 #include "vision/geometry/residual.h"
-#include "vision/statistics/median.h"
+#include "vision/statistics/order_statistics.h"
+#include "vision/statistics/robust_scale.h"
 
 namespace egosieve::vision {
 namespace {
@@ -70,10 +71,9 @@ Candidate MakeCandidate(MotionModelKind kind, const Eigen::Matrix3d& matrix,
 
 // sigma of (GR1).
 double NoiseForGric(const std::vector<Candidate>& candidates, double least) {
-  constexpr double kStandardDeviationsPerMedian = 1.4826;
   for (const Candidate& candidate : candidates) {
     if (candidate.kind != MotionModelKind::kFundamental) continue;
-    return std::max(least, kStandardDeviationsPerMedian * Median(candidate.residuals));
+    return RobustScale(candidate.residuals, least);
   }
   return least;
 }

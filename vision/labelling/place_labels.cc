@@ -5,6 +5,7 @@
 
 #include "vision/frame/ignored_area.h"
 #include "vision/geometry/residual.h"
+#include "vision/statistics/robust_scale.h"
 
 namespace egosieve::vision {
 namespace {
@@ -54,7 +55,7 @@ void LabelByDistance(const ExtractedFrame& labelled, const std::vector<PointPair
     for (const PointPair& p : pairs) lengths.push_back(std::hypot(p.x2 - p.x1, p.y2 - p.y1));
     ReduceToShortFlow(lengths, options.flow_noise_share, options.noise_floor_pixels, distances);
   }
-  result.noise_pixels = NoiseScale(distances, options.noise_floor_pixels);
+  result.noise_pixels = RobustScale(distances, options.noise_floor_pixels);
   const std::vector<double> probability =
       Probabilities(distances, model.kind, options, mixture, result.noise_pixels);
   result.labelled = labelled.frame;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "vision/statistics/median.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {

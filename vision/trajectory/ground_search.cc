@@ -11,7 +11,7 @@
 
 #include "vision/evidence/patch.h"
 #include "vision/frame/ignored_area.h"
-#include "vision/statistics/median.h"
+#include "vision/statistics/robust_scale.h"
 #include "vision/trajectory/ground_bound.h"
 
 namespace egosieve::vision {
@@ -138,7 +138,7 @@ void GroundSearch::FindPlaces(size_t most_places) {
     }
   }
   if (area.empty()) return;
-  noise_ = std::max(kNoiseFloor, 1.4826 * Median(sizes));
+  noise_ = RobustScale(sizes, kNoiseFloor);
   std::vector<cv::Point> changed;
   for (size_t i = 0; i < area.size(); ++i) {
     if (sizes[i] > kChangeDeviations * noise_) changed.push_back(area[i]);
