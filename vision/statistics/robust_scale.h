@@ -1,6 +1,6 @@
 // The standard deviation of a Gaussian from absolute differences from its centre.
 //
-//   sigma = max(floor, 1.4826 median |x - m|),   1 / 1.4826: the 0.75 quantile of N(0, 1)    (RS1)
+//   sigma = max(floor, 1.4826 median |x - m|),   1 / 1.4826: the 0.75 quantile of N(0, 1)    (MD1)
 //
 // Outliers hardly count. Reference: Rousseeuw & Croux, JASA 88 (1993), section 1. Cost: linear.
 #ifndef EGOSIEVE_VISION_STATISTICS_ROBUST_SCALE_H_
@@ -16,7 +16,7 @@ namespace egosieve::vision {
 
 inline constexpr double kMadToDeviation = 1.4826;
 
-// (RS1); the floor where there are no distances. distances: |x - m|, none NaN.
+// (MD1); the floor where there are no distances. distances: |x - m|, none NaN.
 template <typename T>
 double RobustScale(std::vector<T> distances, double floor) {
   return distances.empty() ? floor : std::max(floor, kMadToDeviation * MedianInPlace(distances));
