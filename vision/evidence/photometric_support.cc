@@ -37,7 +37,8 @@ Lanes LevelsFrom(const uint8_t* pixels) {
   return levels;
 }
 
-// The rows of the patch around a place, sampled bilinearly. False if it leaves the picture.
+// The rows of the patch around a place, by (BI2) of bilinear.h in vectors. False if it leaves the
+// picture.
 bool SampleRows(const cv::Mat& picture, cv::Point2f place, Rows& rows) {
   const float left = place.x - kPatchRadius, top = place.y - kPatchRadius;
   if (!(left >= 0 && top >= 0 && left + kPatchSide < picture.cols &&

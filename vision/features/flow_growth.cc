@@ -31,7 +31,8 @@ struct Patch {
   float norm = 0.0f;              // root of their sum of squares
 };
 
-// The patch at a position; nothing where it leaves the picture.
+// The patch at a position; nothing where it leaves the picture. Bilinear with one weight for all
+// pixels of a patch, row by row, which the compiler vectorises.
 std::optional<Patch> PatchAt(const cv::Mat& picture, cv::Point2f place) {
   const float left = place.x - kBefore, top = place.y - kBefore;
   if (!(left >= 0 && top >= 0 && left < picture.cols - kSide && top < picture.rows - kSide)) {

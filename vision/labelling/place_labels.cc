@@ -5,14 +5,11 @@
 
 #include "vision/frame/ignored_area.h"
 #include "vision/geometry/residual.h"
+#include "vision/image/inside.h"
 #include "vision/statistics/robust_scale.h"
 
 namespace egosieve::vision {
 namespace {
-
-bool IsInside(double x, double y, cv::Size size) {
-  return x >= 0 && y >= 0 && x <= size.width - 1 && y <= size.height - 1;
-}
 
 // noise_pixels: s of (L1); the mixture rule replaces it with its sigma.
 std::vector<double> Probabilities(const std::vector<double>& distances, MotionModelKind kind,

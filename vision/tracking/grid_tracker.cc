@@ -7,6 +7,8 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
+#include "vision/image/bilinear.h"
+#include "vision/image/inside.h"
 
 namespace egosieve::vision {
 namespace {
@@ -21,10 +23,6 @@ int64_t CommonLength(const Track* const (&around)[4]) {
 cv::Point2f Offset(const Track& track, int k) { return track.places[k] - track.places[0]; }
 
 cv::Point2f Step(const Track& track, int k) { return track.places[k] - track.places[k - 1]; }
-
-bool IsInside(double x, double y, cv::Size image) {  // false for NaN
-  return x >= 0 && y >= 0 && x <= image.width - 1 && y <= image.height - 1;
-}
 
 int NodeCount(int pixels, int stride) {
   const int first = stride / 2;
@@ -62,22 +60,18 @@ absl::StatusOr<GridTracker> GridTracker::Create(const GridTrackerOptions& option
 
 Track GridTracker::Inherit(cv::Point2f node, cv::Point2f before, cv::Size image_size) const {
   const int stride = options_.stride_pixels;
-  const auto cell = [&](float pixels, int count, int& low, int& high) {
-    const float at = (pixels - stride / 2) / static_cast<float>(stride);
-    const float inside = std::clamp(at, 0.0F, static_cast<float>(count - 1));
-    low = static_cast<int>(inside);
-    high = std::min(low + 1, count - 1);
-    return inside - static_cast<float>(low);
+  const auto among = [&](float pixels, int count) {  // the nodes
+    return AroundClamped<AtLast::kAlone>((pixels - stride / 2) / static_cast<float>(stride), count);
   };
-  int left, right, top, bottom;
-  const float fx = cell(before.x, state_.nodes.width, left, right);
-  const float fy = cell(before.y, state_.nodes.height, top, bottom);
+  const Around<float> x = among(before.x, state_.nodes.width);
+  const Around<float> y = among(before.y, state_.nodes.height);
   const auto at = [&](int row, int column) {
     return &state_.tracks[static_cast<size_t>(row) * state_.nodes.width + column];
   };
-  const Track* const around[4] = {at(top, left), at(top, right), at(bottom, left),
-                                  at(bottom, right)};
-  const float weights[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
+  const Track* const around[4] = {at(y.low, x.low), at(y.low, x.high), at(y.high, x.low),
+                                  at(y.high, x.high)};
+  const float weights[4] = {(1 - x.share) * (1 - y.share), x.share * (1 - y.share),
+                            (1 - x.share) * y.share, x.share * y.share};
   const Track& nearest = state_.tracks[NearestNode(before, state_.nodes, options_.stride_pixels)];
 
   Track track;
