@@ -14,6 +14,7 @@
 #include "vision/frame/ignored_area.h"
 #include "vision/image/bilinear.h"
 #include "vision/image/inside.h"
+#include "vision/image/node_grid.h"
 
 namespace egosieve::vision {
 namespace {
@@ -174,7 +175,7 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
     node.agrees = node.textured && node.there && patch.correlation >= options.agreement;
     return node;
   };
-  std::vector<std::vector<Node>> rows((there.rows - stride / 2 + stride - 1) / stride);
+  std::vector<std::vector<Node>> rows(NodesOf(there.size(), stride).height);
   kernels::ParallelFor(static_cast<int64_t>(rows.size()), [&](int64_t row) {
     const int y = stride / 2 + static_cast<int>(row) * stride;
     for (int x = stride / 2; x < there.cols; x += stride) {

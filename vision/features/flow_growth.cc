@@ -12,6 +12,7 @@
 
 #include "kernels/base/parallel_for.h"
 #include "vision/features/patch_search.h"
+#include "vision/image/node_grid.h"
 
 namespace egosieve::vision {
 namespace {
@@ -99,9 +100,9 @@ class Growth {
         options_(options),
         from_gradients_(from.gradients),
         to_gradients_(to.gradients) {
-    const int stride = options.stride_pixels, first = stride / 2;
-    columns_ = (from_.cols - first + stride - 1) / stride;
-    rows_ = (from_.rows - first + stride - 1) / stride;
+    const cv::Size nodes = NodesOf(from_.size(), options.stride_pixels);
+    columns_ = nodes.width;
+    rows_ = nodes.height;
   }
 
   std::vector<Place> Run(const cv::Mat& there, const cv::Mat& back) {
@@ -121,11 +122,9 @@ class Growth {
   void Measure(const cv::Mat& there, const cv::Mat& back) {
     places_.resize(static_cast<size_t>(columns_) * rows_);
     kernels::ParallelFor(rows_, [&](int64_t row) {
-      const int stride = options_.stride_pixels;
       for (int column = 0; column < columns_; ++column) {
         Place& place = places_[row * columns_ + column];
-        place.at = cv::Point2f(static_cast<float>(stride / 2 + column * stride),
-                               static_cast<float>(stride / 2 + row * stride));
+        place.at = PlaceOfNode({column, static_cast<int>(row)}, options_.stride_pixels);
         const auto patch = PatchAt(from_, place.at);
         if (!patch) continue;
         place.patch = *patch;

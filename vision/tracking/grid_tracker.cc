@@ -9,6 +9,7 @@
 #include "kernels/base/status_macros.h"
 #include "vision/image/bilinear.h"
 #include "vision/image/inside.h"
+#include "vision/image/node_grid.h"
 
 namespace egosieve::vision {
 namespace {
@@ -24,24 +25,7 @@ cv::Point2f Offset(const Track& track, int k) { return track.places[k] - track.p
 
 cv::Point2f Step(const Track& track, int k) { return track.places[k] - track.places[k - 1]; }
 
-int NodeCount(int pixels, int stride) {
-  const int first = stride / 2;
-  return pixels > first ? (pixels - 1 - first) / stride + 1 : 0;
-}
-
 }  // namespace
-
-cv::Size NodesOf(cv::Size image, int stride_pixels) {
-  return {NodeCount(image.width, stride_pixels), NodeCount(image.height, stride_pixels)};
-}
-
-int64_t NearestNode(cv::Point2f place, cv::Size nodes, int stride_pixels) {
-  const auto nearest = [&](float pixels, int count) {
-    const auto node = std::lround((pixels - stride_pixels / 2) / static_cast<float>(stride_pixels));
-    return std::clamp<int64_t>(node, 0, count - 1);
-  };
-  return nearest(place.y, nodes.height) * nodes.width + nearest(place.x, nodes.width);
-}
 
 absl::Status GridTrackerOptions::Validate() const {
   return kernels::CheckOptions({
@@ -130,11 +114,8 @@ absl::Status GridTracker::Advance(int64_t frame_index, cv::Size image_size,
   }
   next.tracks.resize(next.nodes.area());
   for (size_t n = 0; n < next.tracks.size(); ++n) {
-    const int row = static_cast<int>(n) / next.nodes.width;
-    const int column = static_cast<int>(n) % next.nodes.width;
     next.tracks[n].length = 1;
-    next.tracks[n].places[0] = cv::Point2f(static_cast<float>(stride / 2 + column * stride),
-                                           static_cast<float>(stride / 2 + row * stride));
+    next.tracks[n].places[0] = PlaceOfNode(static_cast<int>(n), next.nodes.width, stride);
   }
   const bool follows = !state_.tracks.empty() &&
                        frame_index == state_.frame_index + options_.frame_step &&
