@@ -14,7 +14,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/drive_writer.h"
-#include "vision/statistics/median.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::bench {
 namespace {

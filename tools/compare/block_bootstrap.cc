@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::tools {
 namespace {
@@ -51,21 +52,14 @@ class Drive {
   std::vector<double> rest_;
 };
 
-double Quantile(const std::vector<double>& sorted, double share) {
-  const double place = share * static_cast<double>(sorted.size() - 1);
-  const auto low = static_cast<size_t>(place);
-  const size_t high = std::min(low + 1, sorted.size() - 1);
-  return sorted[low] + (place - static_cast<double>(low)) * (sorted[high] - sorted[low]);
-}
-
 // Sets the interval from the resampled figures; its other fields are set before.
 void SetQuantiles(std::vector<double> resampled, BootstrapInterval& interval) {
   double positive = 0.0;
   for (const double value : resampled) positive += value > 0.0 ? 1.0 : value == 0.0 ? 0.5 : 0.0;
   interval.share_positive = positive / static_cast<double>(resampled.size());
   std::sort(resampled.begin(), resampled.end());
-  interval.low = Quantile(resampled, 0.025);
-  interval.high = Quantile(resampled, 0.975);
+  interval.low = vision::InterpolatedQuantile(resampled, 0.025);
+  interval.high = vision::InterpolatedQuantile(resampled, 0.975);
 }
 
 // A drive's frame numbers minus their mean, and the residuals of its figures.

@@ -9,7 +9,7 @@
 #include "tools/evaluation/csv_table.h"
 #include "tools/evaluation/table_cell.h"
 #include "tools/run_folder/json_fields.h"
-#include "vision/statistics/median.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::tools {
 namespace {

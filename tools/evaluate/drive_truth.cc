@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "tools/evaluation/map_sample.h"
+#include "vision/image/inside.h"
 
 namespace egosieve::tools {
 namespace {
@@ -143,9 +144,7 @@ ScoredFrame DriveTruth::CompareTracks(int64_t frame, const kernels::ImageGrid& g
                                       int64_t* points_outside) const {
   std::vector<LabelledPoint> inside;
   for (const LabelledPoint& point : PointsOf(frame)) {
-    const bool in_image =
-        point.x >= 0 && point.y >= 0 && point.x <= grid.width - 1 && point.y <= grid.height - 1;
-    if (in_image) {
+    if (vision::IsInside(point.x, point.y, {grid.width, grid.height})) {
       inside.push_back(point);
     } else {
       ++*points_outside;

@@ -15,6 +15,7 @@
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/json_fields.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::tools {
 namespace {
@@ -70,11 +71,9 @@ double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-std::optional<double> Median(std::vector<double> values) {
+std::optional<double> MedianOf(std::vector<double> values) {
   if (values.empty()) return std::nullopt;
-  std::sort(values.begin(), values.end());
-  const size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+  return vision::InterpolatedMedian(std::move(values));
 }
 
 struct PosePair {
@@ -94,7 +93,7 @@ std::optional<double> RotationError(const std::vector<PosePair>& pairs, double s
     errors.push_back(kDegrees * RotationAngle(estimate.transpose() * truth) /
                      (pairs[j].seconds - pairs[i].seconds));
   }
-  return Median(std::move(errors));
+  return MedianOf(std::move(errors));
 }
 
 std::vector<double> DirectionErrors(const std::vector<PosePair>& pairs,
@@ -190,7 +189,7 @@ TrajectoryErrors CompareTrajectories(const Trajectory& estimate, const Trajector
   errors.rotation_neighbours = RotationError(pairs, 0.0);
   std::vector<double> directions = DirectionErrors(pairs, options);
   errors.travelling = static_cast<int64_t>(directions.size());
-  errors.direction = Median(std::move(directions));
+  errors.direction = MedianOf(std::move(directions));
   return errors;
 }
 

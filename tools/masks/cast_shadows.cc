@@ -1,9 +1,10 @@
 #include "tools/masks/cast_shadows.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <vector>
+
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::tools {
 namespace {
@@ -23,10 +24,7 @@ uint8_t Ground(const cv::Mat1b& brightness, const cv::Mat1b& near) {
       if (near(y, x) != 0) values.push_back(brightness(y, x));
     }
   }
-  if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<int64_t>(kGround * (values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
+  return values.empty() ? uint8_t{0} : vision::QuantileInPlace(values, kGround);
 }
 
 // The connected parts of `dark` with a pixel of `touching`.

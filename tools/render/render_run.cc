@@ -12,7 +12,7 @@
 #include "tools/run_folder/doubtful_frames.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/segmented_pictures.h"
-#include "vision/statistics/median.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::tools {
 

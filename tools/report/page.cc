@@ -18,7 +18,7 @@
 #include "tools/report/timeline.h"
 #include "tools/run_folder/baselines.h"
 #include "tools/run_folder/doubtful_frames.h"
-#include "vision/statistics/median.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::tools {
 namespace {
@@ -225,14 +225,11 @@ std::string StageTable(absl::Span<const FrameLine> lines) {
   }
   for (const std::string& stage : stages) {
     std::vector<double>& values = times[stage];
-    std::sort(values.begin(), values.end());
-    const auto quantile = [&values](double q) {
-      return values[static_cast<size_t>(q * static_cast<double>(values.size() - 1))];
-    };
     const double sum = std::accumulate(values.begin(), values.end(), 0.0);
     absl::StrAppend(&html, "<tr><td>", EscapeHtml(stage), "</td>");
-    for (const double value : {quantile(0.5), quantile(0.95), quantile(1.0)}) {
-      absl::StrAppendFormat(&html, "<td class=\"number\">%.1f</td>", value);
+    for (const double share : {0.5, 0.95, 1.0}) {
+      absl::StrAppendFormat(&html, "<td class=\"number\">%.1f</td>",
+                            vision::QuantileInPlace(values, share));
     }
     absl::StrAppendFormat(&html, "<td class=\"number\">%.1f %%</td></tr>\n",
                           total > 0.0 ? 100.0 * sum / total : 0.0);

@@ -11,6 +11,7 @@
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
 #include "vision/geometry/residual.h"
+#include "vision/statistics/densest_window.h"
 
 namespace egosieve::vision {
 namespace {
@@ -117,17 +118,10 @@ double RoadHeight(const CameraMotion& motion, const Eigen::Matrix3d& f, double f
   }
   if (logarithms.size() < kFewest) return 0.0;
   std::sort(logarithms.begin(), logarithms.end());
-  size_t most = 0, begin = 0;
-  double densest = 0.0;
-  for (size_t end = 0; end < logarithms.size(); ++end) {
-    while (logarithms[end] - logarithms[begin] > 2.0 * kWindow) ++begin;
-    if (end - begin + 1 > most) {
-      most = end - begin + 1;
-      densest = logarithms[(begin + end) / 2];  // their median
-    }
-  }
-  const double share = static_cast<double>(most) / static_cast<double>(logarithms.size());
-  return share >= minimum_share ? std::exp(densest) : 0.0;
+  const auto [first, count] = DensestWindow(logarithms, 2.0 * kWindow);
+  const double median = logarithms[first + (count - 1) / 2];
+  const double share = static_cast<double>(count) / static_cast<double>(logarithms.size());
+  return share >= minimum_share ? std::exp(median) : 0.0;
 }
 
 }  // namespace

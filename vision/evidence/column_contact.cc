@@ -4,7 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "vision/statistics/median.h"
+#include "vision/statistics/order_statistics.h"
+#include "vision/statistics/robust_scale.h"
 
 namespace egosieve::vision {
 namespace {
@@ -30,7 +31,6 @@ constexpr double kMostLogRatio = 6.0;
 constexpr int kCellsAround = 12;
 constexpr size_t kFewestAround = 8;
 constexpr double kLeastUnevenness = 0.07, kUnseenUnevenness = 0.12;
-constexpr double kDeviationPerMedian = 1.4826;  // of absolute differences from the median
 constexpr double kLeastShare = 0.8, kMostShare = 1.1, kLeastOfDepth = 0.8;
 
 // A column of the image from the bottom upwards. Finds the objects above the road, and compares
@@ -186,7 +186,7 @@ class Column {
     const double share = MedianInPlace(shares);
     for (double& each : shares) each = std::abs(each - share);
     depths.ground_share = std::clamp(share, kLeastShare, kMostShare);
-    depths.unevenness = std::max(kLeastUnevenness, kDeviationPerMedian * MedianInPlace(shares));
+    depths.unevenness = RobustScale(std::move(shares), kLeastUnevenness);
   }
 
   // Without pictures: rows at the places of the column, from its index `top` downwards.

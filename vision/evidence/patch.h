@@ -1,14 +1,14 @@
-// Bilinear samples and patches of grey pictures. Patches are compared after subtracting the mean.
+// Patches of grey pictures. Patches are compared after subtracting the mean.
 #ifndef EGOSIEVE_VISION_EVIDENCE_PATCH_H_
 #define EGOSIEVE_VISION_EVIDENCE_PATCH_H_
 
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <numeric>
 #include <opencv2/core.hpp>
+
+#include "vision/image/bilinear.h"
 
 namespace egosieve::vision {
 
@@ -34,20 +34,6 @@ double SquaredDifference(const std::array<float, kPixels>& a, const std::array<f
   return sum;
 }
 
-// Bilinear sample of a CV_8UC1 picture; NaN outside of it.
-inline float SampleAt(const cv::Mat& picture, double x, double y) {
-  if (!(x >= 0 && y >= 0 && x < picture.cols - 1 && y < picture.rows - 1)) {
-    return std::numeric_limits<float>::quiet_NaN();
-  }
-  const int column = static_cast<int>(x), row = static_cast<int>(y);
-  const float fx = static_cast<float>(x - column), fy = static_cast<float>(y - row);
-  const uint8_t* upper = picture.ptr<uint8_t>(row) + column;
-  const uint8_t* lower = picture.ptr<uint8_t>(row + 1) + column;
-  const float above = upper[0] + fx * (upper[1] - upper[0]);
-  const float below = lower[0] + fx * (lower[1] - lower[0]);
-  return above + fy * (below - above);
-}
-
 // Positions of a patch's pixels in a picture under a projective motion: homogeneous pixel
 // coordinates, linear in the coordinates within the patch.
 struct ProjectedPlaces {
@@ -55,7 +41,7 @@ struct ProjectedPlaces {
 };
 
 // The patch of 2 kHalfWidth + 1 by 2 kHalfHeight + 1 pixels, each sampled at its position in
-// `places`; NaN outside of the picture.
+// `places` by SampleOrNan.
 template <int kHalfWidth, int kHalfHeight>
 auto TakeProjected(const cv::Mat& picture, const ProjectedPlaces& places) {
   constexpr int kWidth = 2 * kHalfWidth + 1, kPixels = kWidth * (2 * kHalfHeight + 1);
@@ -67,7 +53,7 @@ auto TakeProjected(const cv::Mat& picture, const ProjectedPlaces& places) {
     y[i] = (places.centre(1) + u * places.across(1) + v * places.down(1)) / z;
   }
   std::array<float, kPixels> patch;
-  for (int i = 0; i < kPixels; ++i) patch[i] = SampleAt(picture, x[i], y[i]);
+  for (int i = 0; i < kPixels; ++i) patch[i] = SampleOrNan(picture, x[i], y[i]);
   return patch;
 }
 

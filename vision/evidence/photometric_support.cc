@@ -10,6 +10,7 @@
 
 #include "vision/evidence/for_each_point.h"
 #include "vision/evidence/patch.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {
@@ -36,7 +37,8 @@ Lanes LevelsFrom(const uint8_t* pixels) {
   return levels;
 }
 
-// The rows of the patch around a place, sampled bilinearly. False if it leaves the picture.
+// The rows of the patch around a place, by (BI2) of bilinear.h in vectors. False if it leaves the
+// picture.
 bool SampleRows(const cv::Mat& picture, cv::Point2f place, Rows& rows) {
   const float left = place.x - kPatchRadius, top = place.y - kPatchRadius;
   if (!(left >= 0 && top >= 0 && left + kPatchSide < picture.cols &&
@@ -160,9 +162,7 @@ PhotometricSupport::PhotometricSupport(cv::Mat before, cv::Mat now,
   std::vector<double>& levels =
       moved.size() >= kFewest ? moved : (fresh.size() >= kFewest ? fresh : all);
   if (levels.empty()) return;
-  const auto middle = levels.begin() + static_cast<int64_t>(levels.size() / 2);
-  std::nth_element(levels.begin(), middle, levels.end());
-  noise_levels_ = std::max(noise_levels_, *middle);
+  noise_levels_ = std::max(noise_levels_, MedianInPlace(levels));
 }
 
 std::optional<double> PhotometricSupport::LogRatio(cv::Point2f before, cv::Point2f now,

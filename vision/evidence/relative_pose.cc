@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/argument_checks.h"
 #include "vision/evidence/residual_scale.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {
@@ -167,10 +168,7 @@ Votes Count(const std::vector<RayPair>& rays, const Pinhole& camera, const Relat
 
 // The value that the given share of the values exceeds.
 double ExceededBy(std::vector<double> values, double share) {
-  const auto quantile =
-      values.begin() + static_cast<int64_t>((1.0 - share) * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), quantile, values.end());
-  return *quantile;
+  return QuantileInPlace(values, 1.0 - share);
 }
 
 // The pairs that may be static (P6).

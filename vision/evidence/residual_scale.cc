@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "vision/statistics/order_statistics.h"
+
 namespace egosieve::vision {
 namespace {
 
@@ -16,11 +18,10 @@ double ResidualScale(std::vector<double> residuals, int dimensions, double floor
   std::erase_if(residuals, [](double r) { return !std::isfinite(r); });
   if (residuals.empty()) return floor;
   for (double& r : residuals) r = std::abs(r);
-  const auto middle = residuals.begin() + static_cast<int64_t>(residuals.size() / 2);
-  std::nth_element(residuals.begin(), middle, residuals.end());
+  const double median = MedianInPlace(residuals);
   const double median_of_unit = dimensions == 1 ? 0.6745 : 1.1774;
   const double variance_left = dimensions == 1 ? 0.9112 : 2 * 0.8564;
-  double sigma = std::max(floor, *middle / median_of_unit);
+  double sigma = std::max(floor, median / median_of_unit);
   for (int k = 0; k < kSteps; ++k) {
     double sum = 0.0;
     int64_t count = 0;

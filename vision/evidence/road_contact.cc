@@ -8,7 +8,7 @@
 #include "vision/evidence/column_contact.h"
 #include "vision/evidence/for_each_point.h"
 #include "vision/evidence/surfaces.h"
-#include "vision/statistics/median.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {

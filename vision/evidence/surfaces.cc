@@ -84,25 +84,20 @@ class Joined {
   std::vector<Sums> sums_;
 };
 
+double CellPixels(size_t places, cv::Size image) {
+  const auto count = static_cast<double>(std::max<size_t>(places, 1));
+  return std::max(kLeastCellPixels, std::sqrt(static_cast<double>(image.area()) / count));
+}
+
 }  // namespace
 
 Raster::Raster(const std::vector<cv::Point2f>& places, cv::Size image)
-    : cell_pixels_(std::max(kLeastCellPixels,
-                            std::sqrt(static_cast<double>(image.area()) /
-                                      static_cast<double>(std::max<size_t>(places.size(), 1))))),
-      columns_(static_cast<int>(image.width / cell_pixels_) + 1),
-      rows_(static_cast<int>(image.height / cell_pixels_) + 1),
-      representatives_(static_cast<size_t>(columns_) * rows_, -1) {
+    : cells_(CellsUpTo(image.width, image.height, CellPixels(places.size(), image))),
+      representatives_(cells_.size(), -1) {
   for (size_t i = 0; i < places.size(); ++i) {
-    int& representative = representatives_[CellOf(places[i])];
+    int& representative = representatives_[cells_.IndexOf(places[i].x, places[i].y)];
     if (representative < 0) representative = static_cast<int>(i);
   }
-}
-
-int Raster::CellOf(cv::Point2f place) const {
-  const int row = std::clamp(static_cast<int>(place.y / cell_pixels_), 0, rows_ - 1);
-  const int column = std::clamp(static_cast<int>(place.x / cell_pixels_), 0, columns_ - 1);
-  return row * columns_ + column;
 }
 
 std::vector<int> FindSurfaces(const Raster& raster, const std::vector<InverseDepth>& points,

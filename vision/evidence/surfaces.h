@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "vision/evidence/road_plane.h"
+#include "vision/image/cell_grid.h"
 
 namespace egosieve::vision {
 
@@ -25,21 +26,20 @@ class Raster {
  public:
   Raster(const std::vector<cv::Point2f>& places, cv::Size image);
 
-  int rows() const { return rows_; }
-  int columns() const { return columns_; }
+  int rows() const { return cells_.rows; }
+  int columns() const { return cells_.columns; }
   // The index of the place that represents a cell; -1: none.
-  int At(int row, int column) const { return representatives_[row * columns_ + column]; }
+  int At(int row, int column) const { return representatives_[cells_.Index(row, column)]; }
   // Row and column.
   std::pair<int, int> CellAt(cv::Point2f place) const {
-    return {CellOf(place) / columns_, CellOf(place) % columns_};
+    return {cells_.RowOf(place.y), cells_.ColumnOf(place.x)};
   }
-  int RepresentativeOf(cv::Point2f place) const { return representatives_[CellOf(place)]; }
+  int RepresentativeOf(cv::Point2f place) const {
+    return representatives_[cells_.IndexOf(place.x, place.y)];
+  }
 
  private:
-  int CellOf(cv::Point2f place) const;
-
-  double cell_pixels_;
-  int columns_, rows_;
+  SquareCells<double> cells_;
   std::vector<int> representatives_;
 };
 

@@ -7,7 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/argument_checks.h"
 #include "vision/evidence/epipolar_line.h"
-#include "vision/statistics/median.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {

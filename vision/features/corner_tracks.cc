@@ -9,7 +9,7 @@
 
 #include "vision/features/corner_detector.h"
 #include "vision/features/spread.h"
-#include "vision/statistics/median.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {

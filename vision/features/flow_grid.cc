@@ -12,6 +12,9 @@
 #include "kernels/base/parallel_for.h"
 #include "vision/features/inverse_search.h"
 #include "vision/frame/ignored_area.h"
+#include "vision/image/bilinear.h"
+#include "vision/image/inside.h"
+#include "vision/image/node_grid.h"
 
 namespace egosieve::vision {
 namespace {
@@ -137,15 +140,7 @@ absl::StatusOr<FlowPair> ComputeFlow(const cv::Mat& first, const cv::Mat& second
 }
 
 cv::Point2f SampleField(const cv::Mat& field, cv::Point2f at) {
-  const float x = std::clamp(at.x, 0.0F, static_cast<float>(field.cols - 1));
-  const float y = std::clamp(at.y, 0.0F, static_cast<float>(field.rows - 1));
-  const int x0 = std::min(static_cast<int>(x), std::max(field.cols - 2, 0));
-  const int y0 = std::min(static_cast<int>(y), std::max(field.rows - 2, 0));
-  const int x1 = std::min(x0 + 1, field.cols - 1), y1 = std::min(y0 + 1, field.rows - 1);
-  const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
-  const auto at_pixel = [&](int row, int column) { return field.at<cv::Point2f>(row, column); };
-  return (1 - fy) * ((1 - fx) * at_pixel(y0, x0) + fx * at_pixel(y0, x1)) +
-         fy * ((1 - fx) * at_pixel(y1, x0) + fx * at_pixel(y1, x1));
+  return SampleClamped<cv::Point2f>(field, at.x, at.y);
 }
 
 bool IsLargeEnoughForFlow(cv::Size size) {
@@ -156,9 +151,7 @@ std::optional<cv::Point2f> FollowFlow(const cv::Mat& there, const cv::Mat& back,
                                       const FlowGridOptions& options) {
   const cv::Point2f f = SampleField(there, from);
   const cv::Point2f moved = from + f;
-  const bool inside = moved.x >= 0 && moved.y >= 0 && moved.x <= there.cols - 1 &&
-                      moved.y <= there.rows - 1;  // false for NaN
-  if (!inside) return std::nullopt;
+  if (!IsInside(moved.x, moved.y, there.size())) return std::nullopt;
   const cv::Point2f b = SampleField(back, moved);
   const bool returns = std::hypot(f.x + b.x, f.y + b.y) <
                        options.error_floor + options.error_slope * std::hypot(f.x, f.y);
@@ -182,7 +175,7 @@ TrackedGrid TrackGrid(const FlowPair& flow, const cv::Mat& first, const cv::Mat&
     node.agrees = node.textured && node.there && patch.correlation >= options.agreement;
     return node;
   };
-  std::vector<std::vector<Node>> rows((there.rows - stride / 2 + stride - 1) / stride);
+  std::vector<std::vector<Node>> rows(NodesOf(there.size(), stride).height);
   kernels::ParallelFor(static_cast<int64_t>(rows.size()), [&](int64_t row) {
     const int y = stride / 2 + static_cast<int>(row) * stride;
     for (int x = stride / 2; x < there.cols; x += stride) {

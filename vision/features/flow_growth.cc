@@ -12,6 +12,7 @@
 
 #include "kernels/base/parallel_for.h"
 #include "vision/features/patch_search.h"
+#include "vision/image/node_grid.h"
 
 namespace egosieve::vision {
 namespace {
@@ -31,7 +32,8 @@ struct Patch {
   float norm = 0.0f;              // root of their sum of squares
 };
 
-// The patch at a position; nothing where it leaves the picture.
+// The patch at a position; nothing where it leaves the picture. Bilinear with one weight for all
+// pixels of a patch, row by row, which the compiler vectorises.
 std::optional<Patch> PatchAt(const cv::Mat& picture, cv::Point2f place) {
   const float left = place.x - kBefore, top = place.y - kBefore;
   if (!(left >= 0 && top >= 0 && left < picture.cols - kSide && top < picture.rows - kSide)) {
@@ -98,9 +100,9 @@ class Growth {
         options_(options),
         from_gradients_(from.gradients),
         to_gradients_(to.gradients) {
-    const int stride = options.stride_pixels, first = stride / 2;
-    columns_ = (from_.cols - first + stride - 1) / stride;
-    rows_ = (from_.rows - first + stride - 1) / stride;
+    const cv::Size nodes = NodesOf(from_.size(), options.stride_pixels);
+    columns_ = nodes.width;
+    rows_ = nodes.height;
   }
 
   std::vector<Place> Run(const cv::Mat& there, const cv::Mat& back) {
@@ -120,11 +122,9 @@ class Growth {
   void Measure(const cv::Mat& there, const cv::Mat& back) {
     places_.resize(static_cast<size_t>(columns_) * rows_);
     kernels::ParallelFor(rows_, [&](int64_t row) {
-      const int stride = options_.stride_pixels;
       for (int column = 0; column < columns_; ++column) {
         Place& place = places_[row * columns_ + column];
-        place.at = cv::Point2f(static_cast<float>(stride / 2 + column * stride),
-                               static_cast<float>(stride / 2 + row * stride));
+        place.at = PlaceOfNode({column, static_cast<int>(row)}, options_.stride_pixels);
         const auto patch = PatchAt(from_, place.at);
         if (!patch) continue;
         place.patch = *patch;

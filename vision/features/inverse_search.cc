@@ -45,7 +45,8 @@ Row AddHalves(const Row& a, const Row& b) {
 float SumOfFirst(const Row& a) { return (a[0] + a[2]) + (a[1] + a[3]); }
 float SumOfLast(const Row& a) { return (a[4] + a[6]) + (a[5] + a[7]); }
 
-// J on a displaced patch, interpolated between pixels, row by row.
+// J on a displaced patch, interpolated between pixels, row by row in vectors. The sums have the
+// order of OpenCV's.
 class DisplacedPatch {
  public:
   // (x, y): the corner of the patch.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "vision/image/cell_grid.h"
+
 namespace egosieve::vision {
 
 std::vector<int64_t> SpreadOverGrid(const std::vector<cv::Point2f>& positions,
@@ -18,14 +20,11 @@ std::vector<int64_t> SpreadOverGrid(const std::vector<cv::Point2f>& positions,
   };
   std::sort(order.begin(), order.end(), stronger);
 
-  const int columns = image_size.width / cell_pixels + 1;
-  const int rows = image_size.height / cell_pixels + 1;
-  std::vector<int32_t> taken(static_cast<size_t>(columns) * rows, 0);
+  const auto cells = CellsUpTo(image_size.width, image_size.height, cell_pixels);
+  std::vector<int32_t> taken(cells.size(), 0);
   std::vector<int32_t> round(total);
   for (const int64_t i : order) {
-    const int column = std::clamp(static_cast<int>(positions[i].x) / cell_pixels, 0, columns - 1);
-    const int row = std::clamp(static_cast<int>(positions[i].y) / cell_pixels, 0, rows - 1);
-    round[i] = taken[static_cast<size_t>(row) * columns + column]++;
+    round[i] = taken[cells.IndexOf(positions[i].x, positions[i].y)]++;
   }
   std::stable_sort(order.begin(), order.end(),
                    [&](int64_t a, int64_t b) { return round[a] < round[b]; });

@@ -8,7 +8,9 @@
 #include "kernels/base/status_macros.h"
 #include "vision/geometry/ransac.h"
 #include "vision/geometry/residual.h"
-#include "vision/statistics/median.h"
+#include "vision/image/cell_grid.h"
+#include "vision/statistics/order_statistics.h"
+#include "vision/statistics/robust_scale.h"
 
 namespace egosieve::vision {
 namespace {
@@ -21,7 +23,7 @@ struct Candidate {
 
 // w_i of (GR1): their mean is 1.
 std::vector<double> EvenWeights(const std::vector<PointPair>& pairs) {
-  constexpr int kColumns = 12, kRows = 6;
+  constexpr CellGrid kCells{.columns = 12, .rows = 6};
   constexpr double kFewest = 5.0;  // a cell with fewer pairs than this weighs less than the others
   double right = 1.0, bottom = 1.0;
   for (const PointPair& pair : pairs) {
@@ -29,12 +31,10 @@ std::vector<double> EvenWeights(const std::vector<PointPair>& pairs) {
     bottom = std::max(bottom, pair.y2);
   }
   const auto cell_of = [&](const PointPair& pair) {
-    const double column = std::clamp(pair.x2 / right * kColumns, 0.0, kColumns - 1.0);
-    const double row = std::clamp(pair.y2 / bottom * kRows, 0.0, kRows - 1.0);
-    const bool usable = std::isfinite(column) && std::isfinite(row);
-    return usable ? static_cast<int>(row) * kColumns + static_cast<int>(column) : 0;
+    const double x = pair.x2 / right * kCells.columns, y = pair.y2 / bottom * kCells.rows;
+    return std::isnan(x) || std::isnan(y) ? 0 : kCells.IndexAt(x, y);
   };
-  std::vector<double> counts(kColumns * kRows, 0.0);
+  std::vector<double> counts(kCells.size(), 0.0);
   for (const PointPair& pair : pairs) counts[cell_of(pair)] += 1.0;
   std::vector<double> weights;
   double sum = 0.0;
@@ -70,10 +70,9 @@ Candidate MakeCandidate(MotionModelKind kind, const Eigen::Matrix3d& matrix,
 
 // sigma of (GR1).
 double NoiseForGric(const std::vector<Candidate>& candidates, double least) {
-  constexpr double kStandardDeviationsPerMedian = 1.4826;
   for (const Candidate& candidate : candidates) {
     if (candidate.kind != MotionModelKind::kFundamental) continue;
-    return std::max(least, kStandardDeviationsPerMedian * Median(candidate.residuals));
+    return RobustScale(candidate.residuals, least);
   }
   return least;
 }

@@ -5,6 +5,7 @@
 
 #include "kernels/base/status_macros.h"
 #include "vision/frame/ignored_area.h"
+#include "vision/image/node_grid.h"
 
 namespace egosieve::vision {
 namespace {

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "vision/statistics/median.h"
+#include "vision/statistics/robust_scale.h"
 
 namespace egosieve::vision {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kStandardDeviationsPerMedian = 1.4826;  // of a Gaussian's absolute values
 
 double Posterior(double d, double sigma, double share, const MixtureOptions& options) {
   const double gaussian = std::exp(-0.5 * d * d / (sigma * sigma));
@@ -34,11 +33,6 @@ void ReduceToShortFlow(const std::vector<double>& lengths_pixels, double share, 
   }
 }
 
-double NoiseScale(std::vector<double> distances, double floor_pixels) {
-  const double median = distances.empty() ? 0.0 : MedianInPlace(distances);
-  return std::max(floor_pixels, kStandardDeviationsPerMedian * median);
-}
-
 std::vector<double> ScaledMedianLabels(const std::vector<double>& distances, double noise_pixels,
                                        double multiple) {
   std::vector<double> labels;
@@ -58,7 +52,7 @@ MixtureLabels EstimateMixtureLabels(const std::vector<double>& distances,
   const double memory = has_memory ? options.memory_share * n : 0.0;
   constexpr double kLeastShare = 1e-3;  // keeps both components of the mixture possible
 
-  double sigma = NoiseScale(distances, options.noise_floor_pixels);
+  double sigma = RobustScale(distances, options.noise_floor_pixels);
   double share = has_memory ? previous.dynamic_share : 0.2;
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
     double dynamic = 0.0, squares = 0.0;

@@ -24,10 +24,7 @@ namespace egosieve::vision {
 void ReduceToShortFlow(const std::vector<double>& lengths_pixels, double share, double floor_pixels,
                        std::vector<double>& distances);
 
-// s of (L1).
-double NoiseScale(std::vector<double> distances, double floor_pixels);
-
-// (L1) for each distance; s > 0.
+// (L1) for each distance; noise_pixels: s, by RobustScale of robust_scale.h, positive.
 std::vector<double> ScaledMedianLabels(const std::vector<double>& distances, double noise_pixels,
                                        double multiple);
 

@@ -1,6 +1,6 @@
 #include "vision/labelling/mover_memory.h"
 
-#include "vision/tracking/grid_tracker.h"
+#include "vision/image/node_grid.h"
 
 namespace egosieve::vision {
 

@@ -7,8 +7,8 @@
 #include "kernels/base/status_macros.h"
 #include "vision/features/flow_growth.h"
 #include "vision/geometry/point_pair.h"
+#include "vision/image/node_grid.h"
 #include "vision/labelling/stopwatch.h"
-#include "vision/tracking/grid_tracker.h"
 
 namespace egosieve::vision {
 namespace {
@@ -34,19 +34,6 @@ absl::StatusOr<std::shared_ptr<const FlowPair>> FlowCache::Between(const Extract
 }
 
 void FlowCache::Forget(int64_t index) { flows_.erase(flows_.begin(), flows_.lower_bound(index)); }
-
-cv::Point2f PlaceOfNode(int node, int columns, int stride_pixels) {
-  const int first = stride_pixels / 2;
-  return {static_cast<float>(first + node % columns * stride_pixels),
-          static_cast<float>(first + node / columns * stride_pixels)};
-}
-
-int64_t NodeAt(double x, double y, int columns, int stride_pixels) {
-  const int first = stride_pixels / 2;
-  const auto column = static_cast<int64_t>((x - first) / stride_pixels);
-  const auto row = static_cast<int64_t>((y - first) / stride_pixels);
-  return row * columns + column;
-}
 
 const PatternPlaces& PairMotions::FixedIn(const ExtractedFrame& picture) {
   const auto [places, is_new] = fixed_.try_emplace(picture.frame.index);

@@ -69,10 +69,6 @@ class FlowCache {
   std::map<int64_t, Entry> flows_;  // by the first frame's index
 };
 
-// The place of a node of a grid, row by row, and the node at such a place.
-cv::Point2f PlaceOfNode(int node, int columns, int stride_pixels);
-int64_t NodeAt(double x, double y, int columns, int stride_pixels);
-
 class PairMotions {
  public:
   using Pictures = std::vector<const ExtractedFrame*>;  // of one size, in order

@@ -5,13 +5,11 @@
 
 #include "vision/frame/ignored_area.h"
 #include "vision/geometry/residual.h"
+#include "vision/image/inside.h"
+#include "vision/statistics/robust_scale.h"
 
 namespace egosieve::vision {
 namespace {
-
-bool IsInside(double x, double y, cv::Size size) {
-  return x >= 0 && y >= 0 && x <= size.width - 1 && y <= size.height - 1;
-}
 
 // noise_pixels: s of (L1); the mixture rule replaces it with its sigma.
 std::vector<double> Probabilities(const std::vector<double>& distances, MotionModelKind kind,
@@ -54,7 +52,7 @@ void LabelByDistance(const ExtractedFrame& labelled, const std::vector<PointPair
     for (const PointPair& p : pairs) lengths.push_back(std::hypot(p.x2 - p.x1, p.y2 - p.y1));
     ReduceToShortFlow(lengths, options.flow_noise_share, options.noise_floor_pixels, distances);
   }
-  result.noise_pixels = NoiseScale(distances, options.noise_floor_pixels);
+  result.noise_pixels = RobustScale(distances, options.noise_floor_pixels);
   const std::vector<double> probability =
       Probabilities(distances, model.kind, options, mixture, result.noise_pixels);
   result.labelled = labelled.frame;

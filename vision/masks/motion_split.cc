@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "vision/masks/mover_motion.h"
-#include "vision/statistics/median.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {

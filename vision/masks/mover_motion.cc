@@ -1,6 +1,6 @@
 #include "vision/masks/mover_motion.h"
 
-#include "vision/statistics/median.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "vision/image/inside.h"
+
 namespace egosieve::vision {
 namespace {
 
@@ -13,11 +15,6 @@ std::vector<cv::Point2f> Sample(const cv::Mat& flow, const std::vector<cv::Point
   cv::remap(flow, values, cv::Mat(places).reshape(2, static_cast<int>(places.size())),
             cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
   return {values.begin(), values.end()};
-}
-
-bool IsWithin(cv::Point2f place, cv::Size size) {
-  return place.x >= 0.0f && place.y >= 0.0f && place.x <= static_cast<float>(size.width - 1) &&
-         place.y <= static_cast<float>(size.height - 1);
 }
 
 }  // namespace
@@ -45,7 +42,8 @@ MovingCells FollowCells(const cv::Mat1b& mask, const std::vector<FlowPair>& link
     MovingCells::Horizon horizon;
     for (size_t i = 0; i < now.size(); ++i) {
       const cv::Point2f error = steps[i] + returns[i];
-      if (!IsWithin(now[i], mask.size()) || !(error.dot(error) < kLargestError * kLargestError)) {
+      if (!IsInside(now[i].x, now[i].y, mask.size()) ||
+          !(error.dot(error) < kLargestError * kLargestError)) {
         holds[i] = 0;
       }
       horizon.displacement.push_back(now[i] - found.places[i]);

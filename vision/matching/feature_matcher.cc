@@ -7,6 +7,7 @@
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
+#include "vision/image/cell_grid.h"
 #include "vision/matching/descriptor_search.h"
 
 namespace egosieve::vision {
@@ -49,15 +50,14 @@ void AppendMutual(const NearestBothWays& nearest, Kind kind_first, Kind kind_sec
 // Features sorted into square cells, so that the candidates near a position are in few of them.
 class CellIndex {
  public:
-  CellIndex(const FeatureSet& set, Kind kind, float cell_pixels) : cell_pixels_(cell_pixels) {
+  CellIndex(const FeatureSet& set, Kind kind, float cell_pixels) {
     float right = 0.0F, bottom = 0.0F;
     for (int64_t i = kind.begin; i < kind.end; ++i) {
       right = std::max(right, set.positions[i].x);
       bottom = std::max(bottom, set.positions[i].y);
     }
-    columns_ = static_cast<int>(right / cell_pixels) + 1;
-    rows_ = static_cast<int>(bottom / cell_pixels) + 1;
-    starts_.assign(static_cast<size_t>(columns_) * rows_ + 1, 0);
+    cells_ = CellsUpTo(right, bottom, cell_pixels);
+    starts_.assign(cells_.size() + 1, 0);
     for (int64_t i = kind.begin; i < kind.end; ++i) ++starts_[CellOf(set.positions[i]) + 1];
     for (size_t c = 1; c < starts_.size(); ++c) starts_[c] += starts_[c - 1];
     std::vector<int32_t> next(starts_.begin(), starts_.end() - 1);
@@ -70,29 +70,20 @@ class CellIndex {
   // Calls visit(i) for every member of the cells that a square around `at` touches.
   template <typename Visit>
   void VisitNear(cv::Point2f at, float radius, const Visit& visit) const {
-    const int left = Clamp((at.x - radius) / cell_pixels_, columns_);
-    const int right = Clamp((at.x + radius) / cell_pixels_, columns_);
-    const int top = Clamp((at.y - radius) / cell_pixels_, rows_);
-    const int bottom = Clamp((at.y + radius) / cell_pixels_, rows_);
+    const int left = cells_.ColumnOf(at.x - radius), right = cells_.ColumnOf(at.x + radius);
+    const int top = cells_.RowOf(at.y - radius), bottom = cells_.RowOf(at.y + radius);
     for (int row = top; row <= bottom; ++row) {
-      const size_t cells = static_cast<size_t>(row) * columns_;
-      for (int32_t m = starts_[cells + left]; m < starts_[cells + right + 1]; ++m) {
+      const int32_t end = starts_[cells_.Index(row, right) + 1];
+      for (int32_t m = starts_[cells_.Index(row, left)]; m < end; ++m) {
         visit(members_[m]);
       }
     }
   }
 
  private:
-  static int Clamp(float cell, int count) {
-    return static_cast<int>(std::clamp(cell, 0.0F, static_cast<float>(count - 1)));
-  }
-  size_t CellOf(cv::Point2f p) const {
-    return static_cast<size_t>(Clamp(p.y / cell_pixels_, rows_)) * columns_ +
-           Clamp(p.x / cell_pixels_, columns_);
-  }
+  size_t CellOf(cv::Point2f p) const { return cells_.IndexOf(p.x, p.y); }
 
-  float cell_pixels_;
-  int columns_ = 1, rows_ = 1;
+  SquareCells<float> cells_;
   std::vector<int32_t> starts_, members_;
 };
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "vision/statistics/median.h"
+#include "vision/image/bilinear.h"
+#include "vision/image/cell_grid.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {
@@ -14,6 +16,8 @@ struct CellMatches {
   std::vector<float> x, y;  // components of velocities
 };
 
+CellGrid CellsOf(const MotionField& field) { return {field.columns, field.rows}; }
+
 // The mean of the known cells around (row, column); false where there is none.
 bool MeanAround(const MotionField& field, const std::vector<uint8_t>& known, int row, int column,
                 cv::Point2f& mean) {
@@ -21,7 +25,7 @@ bool MeanAround(const MotionField& field, const std::vector<uint8_t>& known, int
   int count = 0;
   for (int r = std::max(row - 1, 0); r <= std::min(row + 1, field.rows - 1); ++r) {
     for (int c = std::max(column - 1, 0); c <= std::min(column + 1, field.columns - 1); ++c) {
-      const size_t cell = static_cast<size_t>(r) * field.columns + c;
+      const size_t cell = CellsOf(field).Index(r, c);
       if (known[cell] == 0) continue;
       sum += field.velocities[cell];
       ++count;
@@ -38,7 +42,7 @@ void FillRings(MotionField& field, std::vector<uint8_t>& known) {
     const std::vector<uint8_t> before = known;
     for (int row = 0; row < field.rows; ++row) {
       for (int column = 0; column < field.columns; ++column) {
-        const size_t cell = static_cast<size_t>(row) * field.columns + column;
+        const size_t cell = CellsOf(field).Index(row, column);
         if (known[cell] != 0) continue;
         if (!MeanAround(field, before, row, column, field.velocities[cell])) continue;
         known[cell] = 1;
@@ -48,41 +52,27 @@ void FillRings(MotionField& field, std::vector<uint8_t>& known) {
   }
 }
 
-int CellOf(double place, int count) {
-  return std::clamp(static_cast<int>(place / MotionField::kCellPixels), 0, count - 1);
-}
-
 cv::Point2f VelocityAt(const MotionField& field, cv::Point2f at) {
-  const auto cell = [](float place, int count) {
-    const float centre = place / MotionField::kCellPixels - 0.5F;
-    return std::clamp(centre, 0.0F, static_cast<float>(count - 1));
+  const auto among = [](float place, int count) {  // the cells' centres
+    return AroundClamped<AtLast::kAlone>(place / MotionField::kCellPixels - 0.5F, count);
   };
-  const float x = cell(at.x, field.columns), y = cell(at.y, field.rows);
-  const int left = static_cast<int>(x), top = static_cast<int>(y);
-  const int right = std::min(left + 1, field.columns - 1);
-  const int bottom = std::min(top + 1, field.rows - 1);
-  const float fx = x - static_cast<float>(left), fy = y - static_cast<float>(top);
-  const auto velocity = [&](int row, int column) {
-    return field.velocities[static_cast<size_t>(row) * field.columns + column];
-  };
-  return (1 - fy) * ((1 - fx) * velocity(top, left) + fx * velocity(top, right)) +
-         fy * ((1 - fx) * velocity(bottom, left) + fx * velocity(bottom, right));
+  return BilinearByWeights(
+      among(at.x, field.columns), among(at.y, field.rows),
+      [&](int row, int column) { return field.velocities[CellsOf(field).Index(row, column)]; });
 }
 
 }  // namespace
 
 MotionField MakeMotionField(const std::vector<PointPair>& pairs, int gap, cv::Size size) {
-  constexpr int kCell = MotionField::kCellPixels;
+  const SquareCells<int> grid = CellsOfPixels(size, MotionField::kCellPixels);
   MotionField field;
-  field.columns = (size.width + kCell - 1) / kCell;
-  field.rows = (size.height + kCell - 1) / kCell;
-  std::vector<CellMatches> cells(static_cast<size_t>(field.columns) * field.rows);
+  field.columns = grid.columns;
+  field.rows = grid.rows;
+  std::vector<CellMatches> cells(grid.size());
   for (const PointPair& pair : pairs) {
     const double dx = (pair.x2 - pair.x1) / gap, dy = (pair.y2 - pair.y1) / gap;
     if (!std::isfinite(pair.x1 + dx) || !std::isfinite(pair.y1 + dy)) continue;
-    const int column = CellOf(std::clamp(pair.x1 + dx, 0.0, size.width - 1.0), field.columns);
-    const int row = CellOf(std::clamp(pair.y1 + dy, 0.0, size.height - 1.0), field.rows);
-    CellMatches& cell = cells[static_cast<size_t>(row) * field.columns + column];
+    CellMatches& cell = cells[grid.IndexOf(pair.x1 + dx, pair.y1 + dy)];
     cell.x.push_back(static_cast<float>(dx));
     cell.y.push_back(static_cast<float>(dy));
   }

@@ -15,6 +15,7 @@ bool IsUsable(const PointPair& p) {
   return true;
 }
 
+// Cells of an unbounded plane: pairs may lie outside of the picture.
 int64_t CellOf(double x, double y, double side, int dx, int dy) {
   const auto column = static_cast<int64_t>(std::floor(x / side)) + dx;
   const auto row = static_cast<int64_t>(std::floor(y / side)) + dy;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "vision/image/cell_grid.h"
+
 namespace egosieve::vision {
 namespace {
 
@@ -17,12 +19,9 @@ bool Holds(int64_t agreeing, int64_t all, double share) {
 }  // namespace
 
 void SceneAgreement::Add(cv::Point2f place, bool agrees, AreaVotes& areas) const {
-  const auto area = [](float at, int side, int count) {
-    return static_cast<int>(
-        std::clamp(at / static_cast<float>(side) * count, 0.0F, static_cast<float>(count - 1)));
-  };
-  Votes& votes =
-      areas[area(place.y, size_.height, kRows) * kColumns + area(place.x, size_.width, kColumns)];
+  constexpr CellGrid kCells{.columns = kColumns, .rows = kRows};
+  Votes& votes = areas[kCells.IndexAt(place.x / static_cast<float>(size_.width) * kColumns,
+                                      place.y / static_cast<float>(size_.height) * kRows)];
   ++votes.all;
   votes.agreeing += agrees ? 1 : 0;
 }

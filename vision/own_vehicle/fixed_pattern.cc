@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <opencv2/imgproc.hpp>
+
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {
@@ -49,12 +50,10 @@ cv::Mat1f VarianceInWindow(const cv::Mat1f& picture) {
 cv::Mat1f MedianPicture(const std::vector<cv::Mat1f>& pictures) {
   cv::Mat1f median(pictures[0].size());
   std::vector<float> values(pictures.size());
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   for (int y = 0; y < median.rows; ++y) {
     for (int x = 0; x < median.cols; ++x) {
       for (size_t k = 0; k < pictures.size(); ++k) values[k] = pictures[k](y, x);
-      std::nth_element(values.begin(), middle, values.end());
-      median(y, x) = *middle;
+      median(y, x) = MedianInPlace(values);
     }
   }
   return median;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "kernels/base/argument_checks.h"
+#include "vision/statistics/order_statistics.h"
 #include "vision/trajectory/ground_bound.h"
 
 namespace egosieve::vision {
@@ -122,9 +123,7 @@ double LeastGroundSlope(const std::vector<PointPair>& pairs, const TwoViewMotion
     slopes.push_back(likelihood.along / (tau.head<2>() - tau(2) * ray.head<2>()).norm() / below);
   }
   if (slopes.size() < kFewestBelow) return 0.0;
-  const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
-  std::nth_element(slopes.begin(), middle, slopes.end());
-  return kGroundShare * std::max(0.0, *middle);
+  return kGroundShare * std::max(0.0, MedianInPlace(slopes));
 }
 
 bool FixedPlaces::IsFixed(double x, double y) const {

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/argument_checks.h"
 #include "vision/evidence/epipolar_line.h"
+#include "vision/statistics/order_statistics.h"
 
 namespace egosieve::vision {
 namespace {
@@ -127,9 +128,7 @@ Blocks BlocksOf(const cv::Mat& before, const cv::Mat& now, cv::Size blocks, doub
       levels.push_back(result.sums.back().dd / result.pixels.back());
     }
   }
-  const auto quarter = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 4);
-  std::nth_element(levels.begin(), quarter, levels.end());
-  result.variance = std::max(*quarter, noise_floor * noise_floor);
+  result.variance = std::max(OfRankInPlace(levels, levels.size() / 4), noise_floor * noise_floor);
   return result;
 }
 

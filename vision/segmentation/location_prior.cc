@@ -10,33 +10,24 @@
 
 #include "absl/strings/str_format.h"
 #include "vision/geometry/motion_model_kind.h"
+#include "vision/image/bilinear.h"
+#include "vision/image/cell_grid.h"
 
 namespace egosieve::vision {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "numbers are written as they lie");
 
-constexpr int kColumns = 64, kRows = 36;
+constexpr CellGrid kCells{.columns = 64, .rows = 36};
 constexpr double kReach = 2.0;        // deviation of the blur of d, in cells
 constexpr double kPriorFrames = 4.0;  // n0
 constexpr double kDynamic = 0.5;      // labels from this value on count
 
-int CellOf(double place, int size, int cells) {
-  return std::clamp(static_cast<int>(place / size * cells), 0, cells - 1);
-}
-
 // Interpolation between cell centres: linear, constant beyond the outermost centres.
-class Between {
- public:
-  Between(int pixel, int size, int cells) {
-    const double place = std::clamp((pixel + 0.5) / size * cells - 0.5, 0.0, cells - 1.0);
-    lower = std::min(static_cast<int>(place), cells - 2);
-    share = static_cast<float>(place - lower);
-  }
-
-  int lower;
-  float share;  // weight of the next cell
-};
+Around<float> AmongCells(int pixel, int size, int cells) {
+  const Around<double> around = AroundClamped((pixel + 0.5) / size * cells - 0.5, cells);
+  return {around.low, around.high, static_cast<float>(around.share)};
+}
 
 }  // namespace
 
@@ -49,7 +40,7 @@ absl::Status LocationPriorOptions::Validate() const {
 }
 
 LocationPrior::LocationPrior(const LocationPriorOptions& options)
-    : options_(options), labels_(static_cast<size_t>(kColumns) * kRows, 0.0f) {}
+    : options_(options), labels_(kCells.size(), 0.0f) {}
 
 void LocationPrior::Learn(const LabelledFrame& labels) {
   if (labels.size() == 0 || labels.motion_model == MotionModelKind::kStatic) return;
@@ -63,9 +54,9 @@ void LocationPrior::Add(cv::Size size, kernels::ConstMatrixView<double> position
   frames_ = options_.memory * frames_ + 1.0;
   for (int64_t i = 0; i < positions.rows; ++i) {
     if (labels[i] < kDynamic) continue;
-    const int column = CellOf(positions.row(i)[0], size.width, kColumns);
-    const int row = CellOf(positions.row(i)[1], size.height, kRows);
-    labels_[row * kColumns + column] += static_cast<float>(labels[i]);
+    const double* at = positions.row(i);
+    labels_[kCells.IndexAt(at[0] / size.width * kCells.columns,
+                           at[1] / size.height * kCells.rows)] += static_cast<float>(labels[i]);
   }
 }
 
@@ -73,7 +64,7 @@ void LocationPrior::Apply(SegmentationMap& map) const {
   const double sum = std::accumulate(labels_.begin(), labels_.end(), 0.0);
   if (!(sum > 0.0)) return;
   const double mean = sum / static_cast<double>(labels_.size());
-  cv::Mat1f factor(kRows, kColumns);
+  cv::Mat1f factor(kCells.rows, kCells.columns);
   std::copy(labels_.begin(), labels_.end(), factor.begin());
   cv::GaussianBlur(factor, factor, {}, kReach, kReach, cv::BORDER_REFLECT);
   for (float& value : factor) {
@@ -82,14 +73,11 @@ void LocationPrior::Apply(SegmentationMap& map) const {
   }
   const kernels::ImageGrid& grid = map.grid;
   for (int row = 0; row < grid.rows(); ++row) {
-    const Between y(grid.y_pixels(row), grid.height, kRows);
-    const float* upper = factor.ptr<float>(y.lower);
-    const float* lower = factor.ptr<float>(y.lower + 1);
+    const Around<float> y = AmongCells(grid.y_pixels(row), grid.height, kCells.rows);
     for (int column = 0; column < grid.columns(); ++column) {
-      const Between x(grid.x_pixels(column), grid.width, kColumns);
-      const float above = upper[x.lower] + x.share * (upper[x.lower + 1] - upper[x.lower]);
-      const float below = lower[x.lower] + x.share * (lower[x.lower + 1] - lower[x.lower]);
-      const float odds_factor = above + y.share * (below - above);
+      const Around<float> x = AmongCells(grid.x_pixels(column), grid.width, kCells.columns);
+      const float odds_factor =
+          BilinearByDifferences(x, y, [&](int r, int c) { return factor(r, c); });
       float& p = map.probability[static_cast<size_t>(row) * grid.columns() + column];
       p = p * odds_factor / (1.0f - p + p * odds_factor);
     }

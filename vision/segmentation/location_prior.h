@@ -58,7 +58,7 @@ class LocationPrior {
 
  private:
   LocationPriorOptions options_;
-  std::vector<float> labels_;  // kRows x kColumns: sums of dynamic labels
+  std::vector<float> labels_;  // by cell: sums of dynamic labels
   double frames_ = 0.0;        // n
 };
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kernels/base/parallel_for.h"
+#include "vision/image/bilinear.h"
 #include "vision/synthetic/noise.h"
 
 namespace egosieve::vision {
@@ -31,18 +32,6 @@ float PseudoGaussian(uint32_t hash) {
   return (static_cast<float>(sum) - 510.0f) / 147.8f;
 }
 
-cv::Vec3f Bilinear(const cv::Mat& image, float x, float y) {
-  x = std::clamp(x, 0.0f, static_cast<float>(image.cols - 1));
-  y = std::clamp(y, 0.0f, static_cast<float>(image.rows - 1));
-  const int i = std::min(static_cast<int>(x), std::max(image.cols - 2, 0));
-  const int j = std::min(static_cast<int>(y), std::max(image.rows - 2, 0));
-  const float s = x - static_cast<float>(i), t = y - static_cast<float>(j);
-  const int i1 = std::min(i + 1, image.cols - 1), j1 = std::min(j + 1, image.rows - 1);
-  const auto* top = image.ptr<cv::Vec3f>(j);
-  const auto* bottom = image.ptr<cv::Vec3f>(j1);
-  return (top[i] * (1 - s) + top[i1] * s) * (1 - t) + (bottom[i] * (1 - s) + bottom[i1] * s) * t;
-}
-
 cv::Vec3f Blurred(const cv::Mat& radiance, const cv::Mat& motion, int x, int y) {  // (P1)
   const cv::Vec2f path = motion.at<cv::Vec2f>(y, x);
   const float length = std::hypot(path[0], path[1]);
@@ -51,8 +40,8 @@ cv::Vec3f Blurred(const cv::Mat& radiance, const cv::Mat& motion, int x, int y) 
   cv::Vec3f sum(0, 0, 0);
   for (int k = 0; k < samples; ++k) {
     const float t = (static_cast<float>(k) + 0.5f) / static_cast<float>(samples) - 0.5f;
-    sum += Bilinear(radiance, static_cast<float>(x) + t * path[0],
-                    static_cast<float>(y) + t * path[1]);
+    sum += SampleClamped<cv::Vec3f>(radiance, static_cast<float>(x) + t * path[0],
+                                    static_cast<float>(y) + t * path[1]);
   }
   return sum * (1.0f / static_cast<float>(samples));
 }

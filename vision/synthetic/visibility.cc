@@ -54,9 +54,9 @@ TileVisibility::TileVisibility(const std::vector<Eigen::AlignedBox3d>& scenery,
                                const std::vector<Eigen::AlignedBox3d>& movable,
                                const Intrinsics& intrinsics, const Pose& pose, int width,
                                int height, double far_metres)
-    : columns_((width + kTile - 1) / kTile), rows_((height + kTile - 1) / kTile) {
+    : tiles_(CellsOfPixels({width, height}, kTile)) {
   std::vector<Footprint> footprints;
-  starts_.assign(static_cast<size_t>(columns_) * rows_ + 1, 0);
+  starts_.assign(tiles_.size() + 1, 0);
   const size_t count = scenery.size() + movable.size();
   for (size_t k = 0; k < count; ++k) {
     const Eigen::AlignedBox3d& box = k < scenery.size() ? scenery[k] : movable[k - scenery.size()];
@@ -67,15 +67,15 @@ TileVisibility::TileVisibility(const std::vector<Eigen::AlignedBox3d>& scenery,
     const double x0 = image.min().x() - 1.0, x1 = image.max().x() + 1.0;
     const double y0 = image.min().y() - 1.0, y1 = image.max().y() + 1.0;
     if (x1 < 0.0 || y1 < 0.0 || x0 > width - 1 || y0 > height - 1) continue;
-    const Footprint f{static_cast<int>(std::max(x0, 0.0)) / kTile,
-                      static_cast<int>(std::min(x1, width - 1.0)) / kTile,
-                      static_cast<int>(std::max(y0, 0.0)) / kTile,
-                      static_cast<int>(std::min(y1, height - 1.0)) / kTile,
+    const Footprint f{tiles_.ColumnOf(x0),
+                      tiles_.ColumnOf(x1),
+                      tiles_.RowOf(y0),
+                      tiles_.RowOf(y1),
                       static_cast<float>(depth) * 0.99999f,
                       static_cast<int32_t>(k)};
     footprints.push_back(f);
     for (int y = f.y0; y <= f.y1; ++y) {
-      for (int x = f.x0; x <= f.x1; ++x) ++starts_[static_cast<size_t>(y) * columns_ + x + 1];
+      for (int x = f.x0; x <= f.x1; ++x) ++starts_[tiles_.Index(y, x) + 1];
     }
   }
   for (size_t k = 1; k < starts_.size(); ++k) starts_[k] += starts_[k - 1];
@@ -87,7 +87,7 @@ TileVisibility::TileVisibility(const std::vector<Eigen::AlignedBox3d>& scenery,
   for (const Footprint& f : footprints) {
     for (int y = f.y0; y <= f.y1; ++y) {
       for (int x = f.x0; x <= f.x1; ++x) {
-        entries_[next[static_cast<size_t>(y) * columns_ + x]++] = {f.depth, f.primitive};
+        entries_[next[tiles_.Index(y, x)]++] = {f.depth, f.primitive};
       }
     }
   }

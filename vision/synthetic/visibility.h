@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "vision/image/cell_grid.h"
 #include "vision/synthetic/camera.h"
 
 namespace egosieve::vision {
@@ -30,14 +31,13 @@ class TileVisibility {
                  const std::vector<Eigen::AlignedBox3d>& movable, const Intrinsics& intrinsics,
                  const Pose& pose, int width, int height, double far_metres);
 
-  int columns() const { return columns_; }
-  int rows() const { return rows_; }
+  int columns() const { return tiles_.columns; }
+  int rows() const { return tiles_.rows; }
   const Entry* begin(int tile) const { return entries_.data() + starts_[tile]; }
   const Entry* end(int tile) const { return entries_.data() + starts_[tile + 1]; }
 
  private:
-  int columns_ = 0;
-  int rows_ = 0;
+  SquareCells<int> tiles_;
   std::vector<int32_t> starts_;
   std::vector<Entry> entries_;
 };

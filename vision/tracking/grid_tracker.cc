@@ -7,6 +7,9 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/status_macros.h"
+#include "vision/image/bilinear.h"
+#include "vision/image/inside.h"
+#include "vision/image/node_grid.h"
 
 namespace egosieve::vision {
 namespace {
@@ -22,28 +25,7 @@ cv::Point2f Offset(const Track& track, int k) { return track.places[k] - track.p
 
 cv::Point2f Step(const Track& track, int k) { return track.places[k] - track.places[k - 1]; }
 
-bool IsInside(double x, double y, cv::Size image) {  // false for NaN
-  return x >= 0 && y >= 0 && x <= image.width - 1 && y <= image.height - 1;
-}
-
-int NodeCount(int pixels, int stride) {
-  const int first = stride / 2;
-  return pixels > first ? (pixels - 1 - first) / stride + 1 : 0;
-}
-
 }  // namespace
-
-cv::Size NodesOf(cv::Size image, int stride_pixels) {
-  return {NodeCount(image.width, stride_pixels), NodeCount(image.height, stride_pixels)};
-}
-
-int64_t NearestNode(cv::Point2f place, cv::Size nodes, int stride_pixels) {
-  const auto nearest = [&](float pixels, int count) {
-    const auto node = std::lround((pixels - stride_pixels / 2) / static_cast<float>(stride_pixels));
-    return std::clamp<int64_t>(node, 0, count - 1);
-  };
-  return nearest(place.y, nodes.height) * nodes.width + nearest(place.x, nodes.width);
-}
 
 absl::Status GridTrackerOptions::Validate() const {
   return kernels::CheckOptions({
@@ -62,22 +44,18 @@ absl::StatusOr<GridTracker> GridTracker::Create(const GridTrackerOptions& option
 
 Track GridTracker::Inherit(cv::Point2f node, cv::Point2f before, cv::Size image_size) const {
   const int stride = options_.stride_pixels;
-  const auto cell = [&](float pixels, int count, int& low, int& high) {
-    const float at = (pixels - stride / 2) / static_cast<float>(stride);
-    const float inside = std::clamp(at, 0.0F, static_cast<float>(count - 1));
-    low = static_cast<int>(inside);
-    high = std::min(low + 1, count - 1);
-    return inside - static_cast<float>(low);
+  const auto among = [&](float pixels, int count) {  // the nodes
+    return AroundClamped<AtLast::kAlone>((pixels - stride / 2) / static_cast<float>(stride), count);
   };
-  int left, right, top, bottom;
-  const float fx = cell(before.x, state_.nodes.width, left, right);
-  const float fy = cell(before.y, state_.nodes.height, top, bottom);
+  const Around<float> x = among(before.x, state_.nodes.width);
+  const Around<float> y = among(before.y, state_.nodes.height);
   const auto at = [&](int row, int column) {
     return &state_.tracks[static_cast<size_t>(row) * state_.nodes.width + column];
   };
-  const Track* const around[4] = {at(top, left), at(top, right), at(bottom, left),
-                                  at(bottom, right)};
-  const float weights[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
+  const Track* const around[4] = {at(y.low, x.low), at(y.low, x.high), at(y.high, x.low),
+                                  at(y.high, x.high)};
+  const float weights[4] = {(1 - x.share) * (1 - y.share), x.share * (1 - y.share),
+                            (1 - x.share) * y.share, x.share * y.share};
   const Track& nearest = state_.tracks[NearestNode(before, state_.nodes, options_.stride_pixels)];
 
   Track track;
@@ -136,11 +114,8 @@ absl::Status GridTracker::Advance(int64_t frame_index, cv::Size image_size,
   }
   next.tracks.resize(next.nodes.area());
   for (size_t n = 0; n < next.tracks.size(); ++n) {
-    const int row = static_cast<int>(n) / next.nodes.width;
-    const int column = static_cast<int>(n) % next.nodes.width;
     next.tracks[n].length = 1;
-    next.tracks[n].places[0] = cv::Point2f(static_cast<float>(stride / 2 + column * stride),
-                                           static_cast<float>(stride / 2 + row * stride));
+    next.tracks[n].places[0] = PlaceOfNode(static_cast<int>(n), next.nodes.width, stride);
   }
   const bool follows = !state_.tracks.empty() &&
                        frame_index == state_.frame_index + options_.frame_step &&

@@ -30,10 +30,6 @@
 
 namespace egosieve::vision {
 
-// The grid of an image, and the index of the node nearest to a place; nodes: not empty.
-cv::Size NodesOf(cv::Size image, int stride_pixels);
-int64_t NearestNode(cv::Point2f place, cv::Size nodes, int stride_pixels);
-
 struct GridTrackerOptions {
   int stride_pixels = 5;         // of the grid, that of the links; positive
   int frame_step = 1;            // from one frame of a chain to the next; positive

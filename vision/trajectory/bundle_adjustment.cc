@@ -18,7 +18,7 @@
 #include "kernels/base/parallel_for.h"
 #include "vision/evidence/pinhole.h"
 #include "vision/geometry/point_pair.h"
-#include "vision/statistics/median.h"
+#include "vision/statistics/order_statistics.h"
 #include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "vision/statistics/densest_window.h"
+
 namespace egosieve::vision {
 namespace {
 
@@ -34,16 +36,9 @@ double GroundSlopeOf(const std::vector<BelowHorizon>& places) {
   }
   if (logs.size() < kFewestPlaces) return 0.0;
   std::sort(logs.begin(), logs.end());
-  size_t first = 0, best_first = 0, best_count = 0;
-  for (size_t last = 0; last < logs.size(); ++last) {
-    while (logs[last] - logs[first] > 2.0 * kPeak) ++first;
-    if (last - first + 1 > best_count) {
-      best_count = last - first + 1;
-      best_first = first;
-    }
-  }
-  if (static_cast<double>(best_count) < kLeastShare * static_cast<double>(logs.size())) return 0.0;
-  return kGroundShare * std::exp(logs[best_first + best_count / 2]);
+  const auto [first, count] = DensestWindow(logs, 2.0 * kPeak);
+  if (static_cast<double>(count) < kLeastShare * static_cast<double>(logs.size())) return 0.0;
+  return kGroundShare * std::exp(logs[first + count / 2]);
 }
 
 double CameraHeights(double ground_slope) { return ground_slope / kGroundShare; }

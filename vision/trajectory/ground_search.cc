@@ -9,9 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "vision/evidence/patch.h"
 #include "vision/frame/ignored_area.h"
-#include "vision/statistics/median.h"
+#include "vision/image/bilinear.h"
+#include "vision/image/cell_grid.h"
+#include "vision/statistics/robust_scale.h"
 #include "vision/trajectory/ground_bound.h"
 
 namespace egosieve::vision {
@@ -138,7 +139,7 @@ void GroundSearch::FindPlaces(size_t most_places) {
     }
   }
   if (area.empty()) return;
-  noise_ = std::max(kNoiseFloor, 1.4826 * Median(sizes));
+  noise_ = RobustScale(sizes, kNoiseFloor);
   std::vector<cv::Point> changed;
   for (size_t i = 0; i < area.size(); ++i) {
     if (sizes[i] > kChangeDeviations * noise_) changed.push_back(area[i]);
@@ -165,7 +166,7 @@ void GroundSearch::Add(cv::Point place, const Eigen::Vector3d& direction, const 
     const AllSpeeds y = view_.camera.centre_y + f * (still(1) + speeds * moved(1)) / depth;
     for (int v = 0; v < kAllSpeeds; ++v) {
       if (!(depth(v) > kNearest)) continue;
-      const double change = SampleAt(changes_[k], x(v), y(v)) - kNought;
+      const double change = SampleOrNan(changes_[k], x(v), y(v)) - kNought;
       if (std::isnan(change)) continue;
       sum(v) += change;
       squares(v) += change * change;
@@ -185,9 +186,10 @@ std::vector<GroundSearch::CellSums> GroundSearch::SumCells(const Eigen::Vector3d
   const cv::Size size = changes_[0].size();
   const int side = std::max(kSmallestCell, std::max(size.width, size.height) / kCellsAcross);
   const AllSpeeds speeds = SpeedsTried();
-  std::map<std::pair<int, int>, CellSums> cells;
+  const SquareCells<int> grid = CellsOfPixels(size, side);
+  std::map<size_t, CellSums> cells;
   for (const cv::Point place : places_) {
-    Add(place, direction, speeds, cells[{place.y / side, place.x / side}]);
+    Add(place, direction, speeds, cells[grid.IndexOf(place.x, place.y)]);
   }
   std::vector<CellSums> sums;
   for (auto& [place, cell] : cells) sums.push_back(std::move(cell));

@@ -11,6 +11,8 @@
 
 #include "kernels/base/argument_checks.h"
 #include "kernels/base/parallel_for.h"
+#include "vision/statistics/order_statistics.h"
+#include "vision/statistics/robust_scale.h"
 #include "vision/trajectory/two_view_terms.h"
 
 namespace egosieve::vision {
@@ -24,7 +26,6 @@ using Matrix5d = Eigen::Matrix<double, 5, 5>;
 constexpr size_t kFewestPairs = 20;
 constexpr double kLeastMovingScale = 8.0;  // of S, in sigma
 constexpr double kLongestTurn = 0.2;       // per step, radians
-constexpr double kMadToDeviation = 1.4826;
 // The search makes this many steps, on every kSearchEvery-th pair.
 constexpr int kSearchIterations = 6;
 constexpr size_t kSearchEvery = 3;
@@ -238,9 +239,7 @@ double FitRotation(const RayBlocks& pairs, double noise, Matrix3d& rotation) {
     for (size_t i = 0; i < pairs.size(); ++i) {
       lengths[i] = (Derotated(rotation, pairs.Q(i)) - pairs.P(i)).norm();
     }
-    std::vector<double> sorted = lengths;
-    std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
-    scale = std::max(noise, sorted[sorted.size() / 2] * (k < 6 ? 1.5 : 1.0));
+    scale = std::max(noise, Median(lengths) * (k < 6 ? 1.5 : 1.0));
     Matrix3d normal = 1e-9 * Matrix3d::Identity();
     Vector3d right = Vector3d::Zero();
     for (size_t i = 0; i < pairs.size(); ++i) {
@@ -269,11 +268,10 @@ std::vector<State> Search(const RayBlocks& pairs, double noise, int directions,
   for (size_t i = 0; i < pairs.size(); ++i) {
     lengths.push_back((Derotated(start.rotation, pairs.Q(i)) - pairs.P(i)).norm());
   }
-  std::sort(lengths.begin(), lengths.end());
   start.noise = std::max(noise, 0.3 * scale);
-  start.mean = std::max(lengths[lengths.size() / 2], noise);
+  start.mean = std::max(MedianInPlace(lengths), noise);
   start.moving_scale =
-      std::max(lengths[lengths.size() * 85 / 100], kLeastMovingScale * start.noise);
+      std::max(OfRankInPlace(lengths, lengths.size() * 85 / 100), kLeastMovingScale * start.noise);
   RayBlocks coarse;
   for (size_t i = 0; i < pairs.size(); i += kSearchEvery) {
     coarse.Add(pairs.P(i), pairs.Q(i), pairs.Share(i));
@@ -332,9 +330,7 @@ TwoViewMotion MotionOf(const RayBlocks& pairs, const Pinhole& camera, const Stat
     }
   });
   if (!parallaxes.empty()) {
-    const auto middle = parallaxes.begin() + parallaxes.size() / 2;
-    std::nth_element(parallaxes.begin(), middle, parallaxes.end());
-    motion.parallax_pixels = *middle * camera.focal_pixels;
+    motion.parallax_pixels = MedianInPlace(parallaxes) * camera.focal_pixels;
   }
   Matrix5d normal = Evaluate(pairs, {}, state).normal;
   normal.diagonal().array() += 1e-9 * (1.0 + normal.diagonal().maxCoeff());

@@ -64,14 +64,6 @@ double CalibrationError(const std::vector<double>& p, const std::vector<bool>& i
   return error / static_cast<double>(p.size());
 }
 
-TEST(NoiseScale, IsTheStandardDeviationOfAGaussianAndNotBelowItsFloor) {
-  const Draw draw = DrawMixture(20001, 1, 0.7, 0.0, 1.0, 1);
-  // The sample median of 20001 has a relative standard error of 1.17 / sqrt(20001) = 0.8 %.
-  EXPECT_NEAR(NoiseScale(draw.distances, 0.2), 0.7, 3 * 0.008 * 0.7);
-  EXPECT_EQ(NoiseScale({0.0, 0.0, 0.0}, 0.2), 0.2);
-  EXPECT_EQ(NoiseScale({}, 0.2), 0.2);
-}
-
 TEST(ScaledMedianLabels, LinearThenClampedAndNothingDiscarded) {
   const std::vector<double> labels = ScaledMedianLabels({0.0, 1.2, 2.4, 500.0}, 0.2, 12.0);
   ASSERT_EQ(labels.size(), 4u);

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "vision/image/node_grid.h"
 #include "vision/labelling/outlook.h"
 
 namespace egosieve::vision {

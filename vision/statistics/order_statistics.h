@@ -1,0 +1,61 @@
+// Order statistics of n values in linear time: medians and quantiles.
+//
+//   of rank r    the value before which r others lie in ascending order, r from 0
+//   median       of rank floor(n / 2): of an even number, the upper of the two in the middle
+//   quantile q   of rank floor(q (n - 1)); always one of the values
+//
+// Interpolated ones lie between two values: the mean of the two in the middle, and the quantile
+// that is linear in its place q (n - 1).
+//
+// There is at least one value, and none is NaN. What is "in place" changes the values' order.
+#ifndef EGOSIEVE_VISION_STATISTICS_ORDER_STATISTICS_H_
+#define EGOSIEVE_VISION_STATISTICS_ORDER_STATISTICS_H_
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace egosieve::vision {
+
+// rank: below the number of values.
+template <typename T>
+T OfRankInPlace(std::vector<T>& values, size_t rank) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+template <typename T>
+T MedianInPlace(std::vector<T>& values) {
+  return OfRankInPlace(values, values.size() / 2);
+}
+
+template <typename T>
+T Median(std::vector<T> values) {
+  return MedianInPlace(values);
+}
+
+// share: from 0 to 1.
+template <typename T>
+T QuantileInPlace(std::vector<T>& values, double share) {
+  return OfRankInPlace(values, static_cast<size_t>(share * static_cast<double>(values.size() - 1)));
+}
+
+inline double InterpolatedMedian(std::vector<double> values) {
+  const double upper = MedianInPlace(values);
+  if (values.size() % 2 == 1) return upper;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  return 0.5 * (*std::max_element(values.begin(), middle) + upper);
+}
+
+// share: from 0 to 1; the values are in ascending order.
+inline double InterpolatedQuantile(const std::vector<double>& sorted, double share) {
+  const double place = share * static_cast<double>(sorted.size() - 1);
+  const auto low = static_cast<size_t>(place);
+  const size_t high = std::min(low + 1, sorted.size() - 1);
+  return sorted[low] + (place - static_cast<double>(low)) * (sorted[high] - sorted[low]);
+}
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_STATISTICS_ORDER_STATISTICS_H_
