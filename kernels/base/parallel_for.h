@@ -1,6 +1,5 @@
 // Runs independent tasks on several host threads. Of the libraries only pipelines
-// (vision/segmentation/segmentation_pipeline.h) and posteriors on several devices
-// (kernels/ops/shared_posterior.h) start other threads.
+// (vision/segmentation/segmentation_pipeline.h) start other threads.
 //
 // Every task does the same arithmetic on any thread and writes only its own results, so that
 // results do not depend on the number of threads. Threads are started when a call finds no idle

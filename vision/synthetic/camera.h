@@ -5,8 +5,6 @@
 //         through a lens with radial distortion k, u = (X/Z, Y/Z):
 //         pixel = c + f u (1 + k |u|^2), COLMAP's SIMPLE_RADIAL
 //   (CA2) X_world = R X_camera + centre
-//   (CA3) points at rest seen in frames 1 and 2 satisfy x2^T F x1 = 0,
-//         without distortion, F = K^-T [t]x R2^T R1 K^-1,  t = R2^T (centre1 - centre2)
 //
 // On a car the camera looks along the heading. The car's springs give smooth heave, pitch and roll
 // from the road's unevenness, a jolt at a bump, and pitch under acceleration. In a hand the camera
@@ -42,10 +40,6 @@ struct Pose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // world from camera
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();        // in the world
 };
-
-// (CA3); zero if the centres coincide.
-Eigen::Matrix3d FundamentalMatrix(const Intrinsics& intrinsics, const Pose& first,
-                                  const Pose& second);
 
 struct CameraRig {
   Drive drive;
