@@ -60,7 +60,6 @@ program() {
   chmod +x "$tree/tools_on_path/$1"
 }
 program git "printf '%s\\n' kernels/a.cc kernels/b.cc"
-program pkg-config ""
 program clang-tidy "echo \"\$*\" >>$tree/tidied; [[ \$* != *b.cc* ]]"
 : >"$tree/tidied"
 ! said=$(EGOSIEVE_TIDY_UNTIL=600 run_test) || fail "a finding is no failure: $said"
