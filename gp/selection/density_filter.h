@@ -1,7 +1,7 @@
 // Thins points that carry the same information (paper, section IV-E, steps 1 and 4).
 //
 //   A point is dropped if an earlier kept point is closer than r and has its label on the same
-//   side of 1/2.                                                                          (DF1)
+//   side of 1/2.                                                                         (DEN1)
 //
 // Points are taken in the caller's order of preference, which decides which point of a cluster
 // stays (for a model, for example, the newest). Every dropped point has a kept point of its side

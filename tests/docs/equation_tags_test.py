@@ -1,4 +1,4 @@
-"""A numbered equation is cited by its tag, (TV3) for instance: no two headers give the same tag to two equations."""
+"""A numbered equation is cited by its tag, (TV3) for instance: each tag stands for one equation, in one file."""
 
 import os
 import re
@@ -7,34 +7,49 @@ import unittest
 from documents import repository
 
 FOLDERS = ('kernels', 'gp', 'vision', 'tools', 'bench')
-# At the end of a line of comment, behind what it names.
-DEFINED = re.compile(r'^\s*//.*\S {2,}\(([A-Z]{1,3}\d{1,2})\)$', re.MULTILINE)
-# Tags that several headers of vision/ still give. A tag leaves this list when it is one header's own.
-SHARED = {'D1', 'L1', 'M1', 'M2', 'P1', 'R1', 'R2', 'S1', 'S2'}
+TAG = r'\(([A-Z]{1,3}\d{1,2})\)'
+# In a comment, an equation's tag stands in front of it, or at the line's end behind it. Equations are indented, or the
+# tag is set apart from the words before it.
+DEFINED = re.compile(fr'^\s*//(?: {{2,}}{TAG} | {{2,}}\S.* {TAG}$|.* {{2,}}{TAG}$)', re.MULTILINE)
 
 
-def tags(text):
-    return set(DEFINED.findall(text))
+def defined(text):
+    return {tag for found in DEFINED.findall(text) for tag in found if tag}
+
+
+def sources():
+    """(path, text) of the sources of the working tree."""
+    root = repository()
+    for folder in FOLDERS:
+        for path, _, names in os.walk(os.path.join(root, folder)):
+            for name in names:
+                if name.endswith(('.h', '.hpp', '.cc', '.c', '.cl')):
+                    with open(os.path.join(path, name)) as text:
+                        yield os.path.relpath(os.path.join(path, name), root), text.read()
 
 
 class EquationTags(unittest.TestCase):
+    maxDiff = None
+
     def test_have_one_meaning(self):
-        root = repository()
-        headers = {}
-        for folder in FOLDERS:
-            for path, _, names in os.walk(os.path.join(root, folder)):
-                for name in names:
-                    if name.endswith('.h'):
-                        with open(os.path.join(path, name)) as text:
-                            for tag in tags(text.read()):
-                                headers.setdefault(tag, []).append(os.path.relpath(os.path.join(path, name), root))
-        self.assertGreater(len(headers), 50)
-        twice = {tag: sorted(names) for tag, names in headers.items() if len(names) > 1}
-        self.assertEqual({tag: names for tag, names in twice.items() if tag not in SHARED}, {})
-        self.assertEqual(SHARED - set(twice), set())
+        files = {}
+        for path, text in sources():
+            for tag in defined(text):
+                files.setdefault(tag, []).append(path)
+        self.assertGreater(len(files), 190)
+        self.assertEqual({tag: sorted(paths) for tag, paths in files.items() if len(paths) > 1}, {})
+
+    def test_what_is_cited_is_defined(self):
+        cited, known = set(), set()
+        for _, text in sources():
+            known |= defined(text)
+            cited |= set(re.findall(TAG, '\n'.join(line.partition('//')[2] for line in text.split('\n'))))
+        self.assertEqual(cited - known, set())
 
     def test_would_notice(self):
-        self.assertEqual(tags('//   a = b   (X1)\n// as (X2) says\n// of (X3)\n'), {'X1'})
+        self.assertEqual(defined('//   a = b   (X1)\n// as (X2) says\n// of (X3)\n'), {'X1'})
+        self.assertEqual(defined('//   (X1) a = b\n  //   (X2)  c = d\n// (X3) and (X4) of it\n//   (X5), (X6) again\n'), {'X1', 'X2'})
+        self.assertEqual(defined('//   a = b (X1)\n//                (X2)\n//   rows  (X3)-(X4)\n'), {'X1', 'X2'})
 
 
 if __name__ == '__main__':

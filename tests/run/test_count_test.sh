@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# What `./run test` counts, and when sanitizers run; bazel is a stand-in.
+# What `./run test` counts, and when sanitizers and clang-tidy run; bazel, git and clang-tidy are
+# stand-ins.
 set -euo pipefail
 
 fail() {
@@ -52,3 +53,17 @@ EGOSIEVE_SANITIZE_WITHIN=600 run_test >/dev/null || fail "sanitizers that pass f
 [ "$(grep -c -- --config=tsan "$tree/calls")" = 1 ] || fail "no thread sanitizer in time"
 EGOSIEVE_SANITIZE_WITHIN=0 run_test >/dev/null || fail "fails without sanitizers"
 [ "$(stages)" = 1 ] || fail "sanitizers beyond the time"
+
+EGOSIEVE_TIDY_UNTIL=600 run_test >/dev/null || fail "fails without clang-tidy"
+program() {
+  printf '#!/bin/bash\n%s\n' "$2" >"$tree/tools_on_path/$1"
+  chmod +x "$tree/tools_on_path/$1"
+}
+program git "printf '%s\\n' kernels/a.cc kernels/b.cc"
+program clang-tidy "echo \"\$*\" >>$tree/tidied; [[ \$* != *b.cc* ]]"
+: >"$tree/tidied"
+! said=$(EGOSIEVE_TIDY_UNTIL=600 run_test) || fail "a finding is no failure: $said"
+[[ $said == *"7 passed, 1 failed, 1 skipped" ]] || fail "counts clang-tidy otherwise: $said"
+[ "$(wc -l <"$tree/tidied")" = 2 ] || fail "clang-tidy has not seen all: $(cat "$tree/tidied")"
+EGOSIEVE_TIDY_UNTIL=0 run_test >/dev/null || fail "clang-tidy beyond the time"
+run_test >/dev/null || fail "clang-tidy unasked"

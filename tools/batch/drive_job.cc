@@ -73,8 +73,9 @@ std::vector<std::string> Arguments(const std::string& program, const BatchEntry&
 }
 
 // Runs in the child: only calls that are safe after a fork.
-[[noreturn]] void Become(const char* program, char* const* arguments, int log) {
-  prctl(PR_SET_PDEATHSIG, SIGTERM);  // a batch that is killed also ends its drives
+[[noreturn]] void Become(pid_t batch, const char* program, char* const* arguments, int log) {
+  prctl(PR_SET_PDEATHSIG, SIGTERM);             // a batch that is killed also ends its drives
+  if (getppid() != batch) _exit(kCannotStart);  // it was killed before that call
   const int nothing = open("/dev/null", O_RDONLY);
   dup2(nothing, STDIN_FILENO);
   dup2(log, STDOUT_FILENO);
@@ -139,8 +140,9 @@ absl::Status DriveJob::StartProcess(const std::vector<std::string>& arguments) {
   const int log =
       open(log_path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (log < 0) return kernels::WriteError(log_path, errno);
+  const pid_t batch = getpid();
   process_ = fork();
-  if (process_ == 0) Become(program_.c_str(), pointers.data(), log);
+  if (process_ == 0) Become(batch, program_.c_str(), pointers.data(), log);
   const int error = errno;
   close(log);
   if (process_ < 0) {

@@ -33,7 +33,7 @@ struct SlurmOptions {
   absl::Status Validate() const;
 };
 
-// Resources for each task: twice the time of the longest drive by (T1), and one and a half times
+// Resources for each task: twice the time of the longest drive by (TC1), and one and a half times
 // the measured memory.
 struct TaskRequest {
   int64_t minutes = 0;

@@ -1,9 +1,9 @@
 // Costs of a drive's tasks, measured on the first frames of one drive on this machine.
 //
-//   (T1)  seconds per frame of a stage = seconds of its task on a piece / frames of the piece
+//   (TC1)  seconds per frame of a stage = seconds of its task on a piece / frames of the piece
 //
-// (T1) includes the time that a task needs before its first frame, so a long drive takes less than
-// (T1) predicts. The model reaches its budget within ten frames, and memory does not grow with a
+// (TC1) includes the time that a task needs before its first frame, so a long drive takes less than
+// (TC1) predicts. The model reaches its budget within ten frames, and memory does not grow with a
 // drive's length, so a short piece is enough.
 #ifndef EGOSIEVE_TOOLS_BATCH_TASK_COST_H_
 #define EGOSIEVE_TOOLS_BATCH_TASK_COST_H_

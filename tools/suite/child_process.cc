@@ -2,7 +2,7 @@
 
 #include <fcntl.h>
 #include <signal.h>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -38,26 +38,43 @@ std::vector<char*> Pointers(std::vector<std::string>& texts) {
   return pointers;
 }
 
+// The process of the command, or -1 with the reason in `failure`. vfork, since the parent has many
+// threads and handlers of fork, such as OpenBLAS's. So the child shares the parent's memory until it
+// executes, and calls only the system.
+pid_t Start(char* const* arguments, char* const* environment, const char* log_path,
+            volatile int& failure) {
+  const pid_t parent = getpid();
+  const int error_descriptor = StderrDescriptor();
+  failure = 0;
+  const pid_t process = vfork();
+  if (process < 0) failure = errno;
+  if (process != 0) return process;
+  signal(SIGTERM, SIG_DFL);  // not for the parent's handler, which only notes it
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) _exit(1);  // it ended before the call
+  int output = error_descriptor;
+  if (*log_path != 0) {
+    output = open(log_path, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0644);
+    if (output >= 0) dup2(output, STDOUT_FILENO);
+  }
+  if (output >= 0 && dup2(output, STDERR_FILENO) >= 0) {
+    execve(arguments[0], arguments, environment);
+  }
+  failure = errno;
+  _exit(1);
+}
+
 }  // namespace
 
 absl::StatusOr<int> RunChild(const ChildCommand& command,
                              const std::function<bool()>& stop_requested) {
   std::vector<std::string> arguments = command.arguments;
   std::vector<std::string> environment = Environment(command.environment);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  if (command.log_path.empty()) {
-    posix_spawn_file_actions_adddup2(&actions, StderrDescriptor(), STDERR_FILENO);
-  } else {
-    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, command.log_path.c_str(),
-                                     O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW, 0644);
-    posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-  }
-  pid_t process = 0;
-  const int failure = posix_spawn(&process, arguments[0].c_str(), &actions, nullptr,
-                                  Pointers(arguments).data(), Pointers(environment).data());
-  posix_spawn_file_actions_destroy(&actions);
+  volatile int failure = 0;
+  const pid_t process = Start(Pointers(arguments).data(), Pointers(environment).data(),
+                              command.log_path.c_str(), failure);
   if (failure != 0) {
+    if (process > 0) waitpid(process, nullptr, 0);
     return absl::UnavailableError(absl::StrCat(
         "cannot start ", arguments[0],
         command.log_path.empty() ? "" : absl::StrCat(" with its log in ", command.log_path), ": ",

@@ -18,7 +18,8 @@ struct ChildCommand {
 };
 
 // The exit code, or 128 + the signal that ended the process. While it runs, `stop_requested` is
-// asked several times per second; once it is true, the child gets SIGTERM and is waited for.
+// asked several times per second; once it is true, the child gets SIGTERM and is waited for. It gets
+// SIGTERM, too, if this process or the calling thread ends before it.
 // Errors: Unavailable if it cannot be started, with the system's reason.
 absl::StatusOr<int> RunChild(const ChildCommand& command,
                              const std::function<bool()>& stop_requested);

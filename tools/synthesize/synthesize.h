@@ -5,7 +5,7 @@
 //   ids/NNNNNN.png      16 bits: the object that the pixel shows, 0 for scenery
 //   own_vehicle.png     255 on the camera's own vehicle; only if it is visible
 //   poses.txt           the camera's poses, one line per frame: the 12 numbers of world_from_camera
-//   camera.json         focal_pixels, radial (camera.h, C1), width, height, frames_per_second
+//   camera.json         focal_pixels, radial (camera.h, CA1), width, height, frames_per_second
 //   scene.json          scenario, seed, intrinsics; per frame: time, pose, visible objects
 //
 // NNNNNN counts frames from 0. Each file is complete or absent, and scene.json is written last: a

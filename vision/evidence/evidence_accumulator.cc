@@ -105,14 +105,12 @@ void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
     sums[i].track_id = frame.points[i].track_id;
     evidence.judged = remembered;
     std::array<double, kEvidenceTerms> parts{};
-    double now = 0.0;
     for (int k = 0; k < kEvidenceTerms; ++k) {
       const auto term = static_cast<EvidenceTerm>(k);
       if (remembered) sums[i].sums[k] = options_.forgetting * memory->sums[k];
       if (evidence.present[k]) {
         evidence.judged = true;
         sums[i].sums[k] += evidence.log_ratio[k];
-        now += VisibleLogRatio(term, evidence.log_ratio[k]);
       }
       double sum = sums[i].sums[k];
       const std::optional<double> of_views =
@@ -128,7 +126,6 @@ void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
       totals[i] += parts[k];
     }
     evidence.decided_by = Decisive(parts, totals[i] > 0);
-    evidence.from_memory = remembered && !(now * totals[i] > 0);
     evidence.own_vehicle = options_.own_vehicle && IsKnown(frame.points[i].now) &&
                            IsOwnVehicle(next.own_vehicle, frame.points[i].now);
     if (evidence.judged && !evidence.own_vehicle && frame.points[i].estimates) {

@@ -102,8 +102,7 @@ struct PointEvidence {
   std::optional<double> views_road_log_ratio;  // of the longest view, added to the road term
   bool judged = false;                         // has evidence, from this frame or earlier ones
   EvidenceTerm decided_by = EvidenceTerm::kEpipolar;  // greatest part of L in its direction
-  bool from_memory = false;  // the current frame alone would decide otherwise, or not at all
-  bool own_vehicle = false;  // true: the other fields are not read
+  bool own_vehicle = false;                           // true: the other fields are not read
 };
 
 struct EvidenceResult {

@@ -1,3 +1,8 @@
+// Pinhole camera with square pixels and the principal point in the middle of the image.
+//
+//   x = K X / X_3,   K = [ f 0 c_x; 0 f c_y; 0 0 1 ]
+//
+// x in pixels, X in any unit of length.
 #ifndef EGOSIEVE_VISION_EVIDENCE_PINHOLE_H_
 #define EGOSIEVE_VISION_EVIDENCE_PINHOLE_H_
 
@@ -6,9 +11,6 @@
 
 namespace egosieve::vision {
 
-// Pinhole camera with square pixels and the principal point in the middle of the image.
-//
-//   x = K X / X_3,   K = [ f 0 c_x; 0 f c_y; 0 0 1 ]
 struct Pinhole {
   double focal_pixels = 1.0;
   double centre_x = 0.0, centre_y = 0.0;

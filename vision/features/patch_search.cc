@@ -30,9 +30,10 @@ constexpr int kNeighbourhood = 2, kFewestAlike = 2;  // places
 
 using Differences = std::array<std::array<uint16_t, kWide>, kHigh>;
 
-// E of (P1) for the patch whose corner is (x, y): row r, column c is the displacement (c - kLeft, r
-// - kUp). `padded` is the other picture with kLeft more columns on either side. False where the
-// patch leaves its picture. E has its maximum where the displaced patch leaves the other picture.
+// E of (PA1) for the patch whose corner is (x, y): row r, column c is the displacement
+// (c - kLeft, r - kUp). `padded` is the other picture with kLeft more columns on either side. False
+// where the patch leaves its picture. E has its maximum where the displaced patch leaves the other
+// picture.
 bool Compare(const cv::Mat& from, const cv::Mat& padded, int x, int y, Differences& differences) {
   constexpr uint16_t kOutside = std::numeric_limits<uint16_t>::max();
   const int top = y - kUp;

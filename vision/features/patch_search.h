@@ -3,7 +3,7 @@
 // Coarse-to-fine flow loses small fast objects in the motion of their background. Here nothing is
 // smoothed: at half resolution every displacement d within reach is tried,
 //
-//   E(d) = sum |P - Q_d|   over patches of 8 x 8 pixels,                                     (P1)
+//   E(d) = sum |P - Q_d|   over patches of 8 x 8 pixels,                                    (PA1)
 //
 // and the best is taken where it is distinct: E + 32 < kMostOfOthers E' for every other
 // displacement that is not adjacent (32 is half a grey level per pixel, so that noise does not

@@ -2,7 +2,7 @@
 //
 // Levels: the image blurred to standard deviations, in pixels of the image,
 //
-//   sigma(o, j) = 0.8 2^(o + j/3),   j = 0, 1, 2,                                              (D1)
+//   sigma(o, j) = 0.8 2^(o + j/3),   j = 0, 1, 2,                                             (SD1)
 //
 // Octave o is sampled at every 2^o-th pixel, so that each level is sampled finely without waste:
 // Lowe's levels without his doubled image. A point of scale sigma is described on the nearest
@@ -44,7 +44,7 @@ class SiftDescriber {
   const Level& LevelFor(float sigma) const;
   static void DescribeOne(const Level& level, const DescribedPlace& place, uint8_t* out);
 
-  std::vector<Level> levels_;  // (D1), by o and then j
+  std::vector<Level> levels_;  // (SD1), by o and then j
 };
 
 }  // namespace egosieve::vision

@@ -43,11 +43,11 @@ cv::Mat Turned(const cv::Mat& picture, int degrees) {
 
 // The positions of the frames of a video, read from its packets without decoding.
 //
-//   frame k     the packet with the k-th smallest presentation time                         (I1)
+//   frame k     the packet with the k-th smallest presentation time                        (VI1)
 //   key of k    the last key frame not after frame k: decoding from there gives the same frame k
-//               as decoding from the beginning                                              (I2)
+//               as decoding from the beginning                                             (VI2)
 //
-// A decoder delivers (I1) only if each packet has a presentation time of its own, is to be shown
+// A decoder delivers (VI1) only if each packet has a presentation time of its own, is to be shown
 // and is complete, and if the first packet is a key frame and the first to be shown. Other videos
 // have no index. Cost: the file is read once.
 class VideoIndex {

@@ -1,8 +1,8 @@
 // The fundamental matrices of seven point pairs (Hartley & Zisserman, 2nd ed., 11.1.2).
 //
-//   (S1) x2^T F x1 = 0 for seven pairs leaves F = t F_a + (1 - t) F_b, the null space of a 7 x 9
-//        matrix
-//   (S2) det F = 0 is a cubic in t: one or three real roots, each a solution
+//   (SN1) x2^T F x1 = 0 for seven pairs leaves F = t F_a + (1 - t) F_b, the null space of a 7 x 9
+//         matrix
+//   (SN2) det F = 0 is a cubic in t: one or three real roots, each a solution
 //
 // The null space is computed by elimination with complete pivoting. A sample whose matrix has rank
 // below 7 to relative 1e-9 is degenerate (repeated pairs, collinear points, a rank-deficient

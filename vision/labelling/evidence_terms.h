@@ -1,3 +1,5 @@
+// The terms of evidence that labels use. Each is computed in vision/evidence; here they are named,
+// selected and described as text.
 #ifndef EGOSIEVE_VISION_LABELLING_EVIDENCE_TERMS_H_
 #define EGOSIEVE_VISION_LABELLING_EVIDENCE_TERMS_H_
 
@@ -8,7 +10,6 @@
 
 namespace egosieve::vision {
 
-// The terms of evidence that labels use (vision/evidence).
 struct EvidenceTerms {
   bool epipolar = true;        // distance to the motion model, of any kind
   bool negative_depth = true;  // cheirality: flow towards the point of expansion

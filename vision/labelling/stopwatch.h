@@ -1,3 +1,5 @@
+// Time of the stages of a computation that follow each other: a lap for each, in milliseconds of a
+// clock that is never set back.
 #ifndef EGOSIEVE_VISION_LABELLING_STOPWATCH_H_
 #define EGOSIEVE_VISION_LABELLING_STOPWATCH_H_
 

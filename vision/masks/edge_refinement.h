@@ -1,14 +1,14 @@
 // Brings a map to a picture's full resolution, with its steps at the edges of the picture.
 //
-//   l(x)   log odds of the linked map + colour evidence, at working resolution                 (R1)
-//   p      = fgs(1 / (1 + exp(-l))), l interpolated linearly to full resolution                (R2)
+//   l(x)   log odds of the linked map + colour evidence, at working resolution                (ER1)
+//   p      = fgs(1 / (1 + exp(-l))), l interpolated linearly to full resolution               (ER2)
 //   fgs    argmin_p sum (p - p_0)^2 + r^2 sum_{x ~ y} exp(-|I_x - I_y| / levels) (p_x - p_y)^2:
 //          OpenCV's fast global smoother; r = reach times the longer side, in pixels
 //
 // It sweeps along rows and columns with r, r / 2 and r / 4. Without edges the influence of a pixel
 // falls by about the factor e over r, the same share of the picture at every resolution.
 //
-// (R2) smooths probabilities, not log odds. So p stays near 1/2 where map and colour are unsure,
+// (ER2) smooths probabilities, not log odds. So p stays near 1/2 where map and colour are unsure,
 // and sure regions do not spread across edges.
 //
 // Reference: Min, Choi, Lu, Ham, Sohn & Do, Fast global image smoothing based on weighted least
@@ -36,7 +36,7 @@ int WorkingStep(cv::Size size);
 // Means over blocks; the result has ceil(size / step) pixels.
 cv::Mat ToWorkingSize(const cv::Mat& image, int step);
 
-// (R2). image: B G R at full resolution; log_odds: (R1).
+// (ER2). image: B G R at full resolution; log_odds: (ER1).
 cv::Mat1f RefineProbability(const cv::Mat3b& image, const cv::Mat1f& log_odds,
                             const EdgeRefinementOptions& options);
 

@@ -5,9 +5,9 @@
 //   linked   (TL3) over the frames of the window
 //   colour   (C3), learnt from the linked maps of the frames within colour_seconds before and
 //            after, up to the next cut; only of those before where the link is causal
-//   sharp    (R2) of linked + colour, at working resolution
+//   sharp    (ER2) of linked + colour, at working resolution
 //   steady   log odds of sharp, linked by (TL3) with a memory of steady_seconds
-//   refined  (R2) of linked + colour at full resolution, its log odds shifted by steady - sharp
+//   refined  (ER2) of linked + colour at full resolution, its log odds shifted by steady - sharp
 //
 // The first link determines which pixels move. The second removes flicker of the outlines, which
 // colours or an edge in a single frame can cause.

@@ -87,7 +87,7 @@ bool HaveEnough(const Labels& labels, int min_cells) {
   return second >= min_cells && static_cast<int64_t>(labels.size()) - second >= min_cells;
 }
 
-// (S1) from `start`; the result has no labels where a part becomes too small.
+// (MS1) from `start`; the result has no labels where a part becomes too small.
 Split SplitFrom(const Held& held, cv::Size grid, Labels start, double scale, int min_cells) {
   Split split;
   split.labels = std::move(start);
@@ -146,7 +146,7 @@ uint8_t SmallerPart(const Labels& labels) {
   return 2 * second <= static_cast<int64_t>(labels.size()) ? 1 : 0;
 }
 
-// (S2)
+// (MS2)
 bool IsAccepted(const Held& held, const Split& split, const MovingCells& cells,
                 const MotionSplitOptions& options) {
   const uint8_t smaller = SmallerPart(split.labels);
@@ -164,7 +164,7 @@ bool IsAccepted(const Held& held, const Split& split, const MovingCells& cells,
          IsOnePiece(held, split.labels, smaller, cells.grid);
 }
 
-// Of (S1) from all starts, the split of the smallest cost that (S2) accepts.
+// Of (MS1) from all starts, the split of the smallest cost that (MS2) accepts.
 std::optional<Split> BestSplit(const Held& held, const MovingCells& cells,
                                const MotionSplitOptions& options) {
   const MoverMotion one = FitMotion(held.places, held.displacements, kLeastScale);

@@ -5,11 +5,11 @@
 //   one     motion (mover_motion.h, D2) fitted to all d_i
 //   two     two motions and labels, each cell with the motion of the smaller cost over the 3 x 3
 //           cells around it, iterated from five starts: the cells that do not fit the one motion,
-//           and halves by position and by displacement; cost rho(r) = r^2 / (r^2 + scale^2)    (S1)
+//           and halves by position and by displacement; cost rho(r) = r^2 / (r^2 + scale^2)   (MS1)
 //   parts   accepted where, on the smaller part, its own motion costs less than `gain` of the cost
 //           of the other motion, the two motions differ by more than `parting` times the part's
 //           size, the root of its area, and the part is mostly one connected piece; the larger
-//           part may lie on both sides of it                                                   (S2)
+//           part may lie on both sides of it                                                  (MS2)
 //
 // Limbs swing by less than their size. Two vehicles, or a person in front of a vehicle, separate by
 // more.

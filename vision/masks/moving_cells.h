@@ -3,7 +3,7 @@
 //   cell        square block of pixels, more than half of them in the mask; its place is its centre
 //   horizon h   displacement of every cell over h frames: flow sampled bilinearly, step by step. A
 //               cell holds as long as it stays in the picture and flow and its return agree to
-//               1.2 pixels in each step                                                       (L1)
+//               1.2 pixels in each step                                                      (MC1)
 //
 // Movers that touch and move alike between two frames separate over more frames.
 #ifndef EGOSIEVE_VISION_MASKS_MOVING_CELLS_H_

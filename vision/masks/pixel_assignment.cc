@@ -100,7 +100,7 @@ std::vector<std::array<float, kMoverColours>> ColourCosts(const std::vector<Know
   return costs;
 }
 
-// The terms of (A1) of mover k before their mean is taken.
+// The terms of (PX1) of mover k before their mean is taken.
 cv::Mat1f CostsOf(const AssignmentPictures& pictures, const Sides& sides, const cv::Rect& area,
                   const cv::Mat1f& distance, const MoverMotion& motion,
                   const std::array<float, kMoverColours>& colour_costs,

@@ -10,7 +10,7 @@
 //   D_k      distance of y_k from the pixels that k had
 //   C_k      log of the largest share that any mover has of x's colour over the share that k has
 //   cost_k   mean over 5 x 5 pixels of the mask of min(P_k / levels, 3) + min(M_k / pixels, 3)
-//            + min(D_k / distance, 2) + min(C_k, 2)                                         (A1)
+//            + min(D_k / distance, 2) + min(C_k, 2)                                        (PX1)
 //
 // A pixel takes the mover with the smallest cost if that is below new_cost, else none. Each mover
 // is moved by its own motion, not by the flow of its pixels: flow is smooth, and numbers that

@@ -6,7 +6,7 @@
 // d_mean its mean over the image, and n the number of frames in the sum, with the same forgetting.
 // The odds of the Gaussian process's probability are multiplied by
 //
-//   ( (n d(x) / d_mean + n0) / (n + n0) )^w                                                  (L1)
+//   ( (n d(x) / d_mean + n0) / (n + n0) )^w                                                 (LP1)
 //
 // This is Bayes' rule for places, p(x | dynamic) / p(x), with less weight: w < 1 because the
 // Gaussian process already has the place among its inputs, and because the same object labels the
@@ -48,7 +48,7 @@ class LocationPrior {
   void Add(cv::Size size, kernels::ConstMatrixView<double> positions,
            absl::Span<const double> labels);
 
-  // Applies (L1) to the map's probability.
+  // Applies (LP1) to the map's probability.
   void Apply(SegmentationMap& map) const;
 
   // The state; equal states give equal bytes.

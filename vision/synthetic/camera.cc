@@ -1,7 +1,6 @@
 #include "vision/synthetic/camera.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <cmath>
 
 #include "vision/synthetic/noise.h"
@@ -47,15 +46,6 @@ bool Intrinsics::DistortsUpTo(double pixels) const {
   if (radial >= 0.0) return true;
   // r (1 + k r^2) increases up to r = (-3 k)^-1/2; there it is 2/3 of that r.
   return pixels / focal_pixels < 2.0 / 3.0 / std::sqrt(-3.0 * radial);
-}
-
-Eigen::Matrix3d FundamentalMatrix(const Intrinsics& intrinsics, const Pose& first,
-                                  const Pose& second) {
-  const Eigen::Vector3d t = second.rotation.transpose() * (first.centre - second.centre);
-  Eigen::Matrix3d cross;
-  cross << 0.0, -t.z(), t.y(), t.z(), 0.0, -t.x(), -t.y(), t.x(), 0.0;
-  const Eigen::Matrix3d k_inverse = intrinsics.Matrix().inverse();
-  return k_inverse.transpose() * cross * second.rotation.transpose() * first.rotation * k_inverse;
 }
 
 Pose CameraRig::At(double seconds) const {

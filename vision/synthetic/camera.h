@@ -1,12 +1,10 @@
 // A pinhole camera and its carrier (vehicle or hand).
 //
-//   (C1) pixel = (f X/Z + c_x, f Y/Z + c_y), camera axes x right, y down, z forward, pixel centres
-//        at integers
-//        through a lens with radial distortion k, u = (X/Z, Y/Z):
-//        pixel = c + f u (1 + k |u|^2), COLMAP's SIMPLE_RADIAL
-//   (C2) X_world = R X_camera + centre
-//   (C3) points at rest seen in frames 1 and 2 satisfy x2^T F x1 = 0,
-//        without distortion, F = K^-T [t]x R2^T R1 K^-1,  t = R2^T (centre1 - centre2)
+//   (CA1) pixel = (f X/Z + c_x, f Y/Z + c_y), camera axes x right, y down, z forward, pixel centres
+//         at integers
+//         through a lens with radial distortion k, u = (X/Z, Y/Z):
+//         pixel = c + f u (1 + k |u|^2), COLMAP's SIMPLE_RADIAL
+//   (CA2) X_world = R X_camera + centre
 //
 // On a car the camera looks along the heading. The car's springs give smooth heave, pitch and roll
 // from the road's unevenness, a jolt at a bump, and pitch under acceleration. In a hand the camera
@@ -30,11 +28,11 @@ struct Intrinsics {
   double radial = 0.0;  // k
 
   Eigen::Matrix3d Matrix() const;
-  // (C1) of a point in camera axes, Z > 0.
+  // (CA1) of a point in camera axes, Z > 0.
   Eigen::Vector2d Project(const Eigen::Vector3d& point) const;
   // u of the ray through a pixel; DistortsUpTo must be true for its distance from the centre.
   Eigen::Vector2d Undistort(double x, double y) const;
-  // Whether (C1) is one to one up to `pixels` from the centre.
+  // Whether (CA1) is one to one up to `pixels` from the centre.
   bool DistortsUpTo(double pixels) const;
 };
 
@@ -42,10 +40,6 @@ struct Pose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // world from camera
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();        // in the world
 };
-
-// (C3); zero if the centres coincide.
-Eigen::Matrix3d FundamentalMatrix(const Intrinsics& intrinsics, const Pose& first,
-                                  const Pose& second);
 
 struct CameraRig {
   Drive drive;

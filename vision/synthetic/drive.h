@@ -1,10 +1,10 @@
 // Motion of vehicles and people: a path in the plane and a speed over time.
 //
-//   (T1) path    straight pieces and arcs, joined smoothly, with lateral shifts o(s) laid over them
+//   (DR1) path   straight pieces and arcs, joined smoothly, with lateral shifts o(s) laid over them
 //                (s: arc length of the pieces): p(s) = base(s) + o(s) normal(s)
-//   (T2) speed   piecewise linear in time between keys, constant before the first and after the
+//   (DR2) speed  piecewise linear in time between keys, constant before the first and after the
 //                last
-//   (T3) s(t)    = s_0 + integral of (T2): exact, quadratic between keys
+//   (DR3) s(t)   = s_0 + integral of (DR2): exact, quadratic between keys
 //
 // Everything is a closed form of t, so that any frame can be rendered without the frames before it.
 #ifndef EGOSIEVE_VISION_SYNTHETIC_DRIVE_H_
@@ -70,11 +70,11 @@ class Drive {
   Drive(Path path, double start, std::vector<SpeedKey> keys);
 
   DriveState At(double seconds) const;
-  double Speed(double seconds) const;      // (T2)
-  double Travelled(double seconds) const;  // (T3), minus s_0
+  double Speed(double seconds) const;      // (DR2)
+  double Travelled(double seconds) const;  // (DR3), minus s_0
 
  private:
-  double Integral(double seconds) const;  // of (T2), from the first key
+  double Integral(double seconds) const;  // of (DR2), from the first key
 
   Path path_;
   double start_ = 0.0;

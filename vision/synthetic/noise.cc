@@ -6,7 +6,7 @@ float FractalNoise(float x, float y, uint32_t seed, float footprint, const Fract
   float amplitude = 1.0f;
   float wavelength = band.coarsest;
   for (int k = 0; k < band.octaves; ++k) {
-    const float resolved = Clamp01(wavelength / footprint - 1.0f);  // (N3)
+    const float resolved = Clamp01(wavelength / footprint - 1.0f);  // (NO3)
     if (!(resolved > 0.0f)) break;
     const float scale = 1.0f / wavelength;
     sum += amplitude * resolved * ValueNoise(x * scale, y * scale, seed + static_cast<uint32_t>(k));

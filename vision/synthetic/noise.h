@@ -1,12 +1,12 @@
 // Hash-based noise. Every value is a pure function of its arguments, so that textures are attached
 // to surfaces, never repeat, and do not depend on the order of evaluation.
 //
-//   (N1) value noise   v(x, y) in [-1, 1]: hashes of the four surrounding integer points, blended
-//        with s(t) = t^2 (3 - 2 t)
-//   (N2) fractal       f(x, y) = sum_k p^k m(l_k) v(R^k (x, y) / l_k),  l_k = l_0 / 2^k,
-//        R a rotation that keeps the lattices of different octaves apart
-//   (N3) anti-aliasing m(l) = clamp(l / footprint - 1, 0, 1): an octave whose wavelength l a
-//        pixel's footprint cannot resolve fades out before it aliases
+//   (NO1) value noise  v(x, y) in [-1, 1]: hashes of the four surrounding integer points, blended
+//         with s(t) = t^2 (3 - 2 t)
+//   (NO2) fractal      f(x, y) = sum_k p^k m(l_k) v(R^k (x, y) / l_k),  l_k = l_0 / 2^k,
+//         R a rotation that keeps the lattices of different octaves apart
+//   (NO3) anti-aliasing m(l) = clamp(l / footprint - 1, 0, 1): an octave whose wavelength l a
+//         pixel's footprint cannot resolve fades out before it aliases
 //
 // Reference: Ebert et al., Texturing and Modeling: A Procedural Approach, 3rd ed., chapters 2
 // and 6.
@@ -61,7 +61,7 @@ inline float Signed(uint32_t hash) {  // uniform in [-1, 1)
 
 inline float Smooth(float t) { return t * t * (3.0f - 2.0f * t); }
 
-// (N1) in one, two and three dimensions.
+// (NO1) in one, two and three dimensions.
 inline float ValueNoise(float x, uint32_t seed) {
   const float floor_x = std::floor(x);
   const int32_t i = static_cast<int32_t>(floor_x);
@@ -90,7 +90,7 @@ struct FractalBand {
   float persistence = 0.7f;  // p
 };
 
-// (N2), (N3). Not normalised: the first octave has amplitude 1.
+// (NO2), (NO3). Not normalised: the first octave has amplitude 1.
 float FractalNoise(float x, float y, uint32_t seed, float footprint, const FractalBand& band);
 
 }  // namespace egosieve::vision

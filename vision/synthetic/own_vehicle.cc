@@ -14,12 +14,12 @@ namespace {
 
 constexpr int kPatches = 7;
 
-double BonnetTop(const OwnVehicleStyle& style, cv::Size size, int x) {  // (O1)
+double BonnetTop(const OwnVehicleStyle& style, cv::Size size, int x) {  // (SO1)
   const double s = 2.0 * x / std::max(size.width - 1, 1) - 1.0;
   return size.height * (1.0 - style.bonnet * (1.0 - s * s / 3.0));
 }
 
-bool InBracket(cv::Size size, double x, double y) {  // (O2)
+bool InBracket(cv::Size size, double x, double y) {  // (SO2)
   const double u = x / size.width, v = y / size.height;
   return u > 0.80 && v < 0.74 && v > 0.68 - 1.1 * (u - 0.80);
 }
@@ -48,7 +48,7 @@ cv::Rect StampBox(cv::Size size) {
          cv::Rect({}, size);
 }
 
-cv::Mat DrawReflection(const OwnVehicleStyle& style, cv::Size size) {  // (O3)
+cv::Mat DrawReflection(const OwnVehicleStyle& style, cv::Size size) {  // (SO3)
   cv::Mat patches(size, CV_32FC1, cv::Scalar(0));
   for (int k = 0; k < kPatches; ++k) {
     const uint32_t h = Hash(style.seed + 7, k);

@@ -1,11 +1,11 @@
 // The parts of the own vehicle that a camera behind a windscreen sees. They are fixed in the image.
 // s = 2 x / (w - 1) - 1 for pixels (x, y) of an image of w x h.
 //
-//   (O1) bonnet      y >= h (1 - b (1 - s^2 / 3)): painted metal
-//   (O2) bracket     a dark wedge at the right border, from the bonnet up to the middle
-//   (O3) reflection  L' = (1 - m / 4) L + r m: soft bright patches m in [0, 1] of the dashboard in
+//   (SO1) bonnet     y >= h (1 - b (1 - s^2 / 3)): painted metal
+//   (SO2) bracket    a dark wedge at the right border, from the bonnet up to the middle
+//   (SO3) reflection L' = (1 - m / 4) L + r m: soft bright patches m in [0, 1] of the dashboard in
 //                    the windscreen, which does not hide the world
-//   (O4) stamp       date and time, changing once per second, written into the upper left corner of
+//   (SO4) stamp      date and time, changing once per second, written into the upper left corner of
 //                    the picture
 //
 // Pixels of bonnet, bracket and the stamp's box belong to the own vehicle; those of the reflection
@@ -31,9 +31,9 @@ class OwnVehicle {
 
   // CV_8UC1: 255 at the own vehicle's pixels, else 0.
   const cv::Mat& mask() const { return mask_; }
-  // (O1) to (O3). radiance: CV_32FC3, red, green, blue.
+  // (SO1) to (SO3). radiance: CV_32FC3, red, green, blue.
   void Cover(cv::Mat* radiance) const;
-  // (O4). image: CV_8UC3.
+  // (SO4). image: CV_8UC3.
   void Stamp(double seconds, cv::Mat* image) const;
 
  private:

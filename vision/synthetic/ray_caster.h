@@ -1,8 +1,8 @@
 // Casts rays into one instant of a scene.
 //
-//   (R1) radiance = albedo ( sun max(0, n.l) lit + sky (1 + n_z)/2 + bounce (1 - n_z)/2 + lamps )
-//                   + emission
-//   (R2) haze: radiance e^(-Z/1800) + haze (1 - e^(-Z/1800))
+//   (RC1) radiance = albedo ( sun max(0, n.l) lit + sky (1 + n_z)/2 + bounce (1 - n_z)/2 + lamps )
+//                    + emission
+//   (RC2) haze: radiance e^(-Z/1800) + haze (1 - e^(-Z/1800))
 //
 // `lit` is 0 in the shadow of any primitive and follows the clouds otherwise. All functions are
 // const and may be called from several threads.
@@ -33,7 +33,7 @@ class SceneIndex {
 // The point that a ray meets, and the light there.
 struct Sample {
   Hit hit;
-  Color light = Color::Zero();  // (R1) without albedo and emission
+  Color light = Color::Zero();  // (RC1) without albedo and emission
   bool lit = false;             // by the sun
   int object = -1;              // index in Scene::objects
 
@@ -64,7 +64,7 @@ class RayCaster {
   const Pose& pose() const { return pose_; }
   // (x, y) in pixels, inside the image or within half a pixel of it.
   Sample Cast(double x, double y) const;
-  // (R1) and (R2) along one ray.
+  // (RC1) and (RC2) along one ray.
   Color Radiance(double x, double y) const;
   // Mean over a pixel that sees one surface; `sample` is that of its central ray. Texture is
   // evaluated at four points, light at the centre alone.

@@ -14,7 +14,7 @@ namespace {
 constexpr int kCurveEntries = 16384;
 constexpr float kCurveEnd = 5.0f;  // 1 - exp(-5) equals white within a grey level
 
-std::vector<float> ResponseCurve() {  // (P4)
+std::vector<float> ResponseCurve() {  // (SE4)
   std::vector<float> curve(kCurveEntries);
   for (int k = 0; k < kCurveEntries; ++k) {
     const double linear = 1.0 - std::exp(-kCurveEnd * k / kCurveEntries);
@@ -32,7 +32,7 @@ float PseudoGaussian(uint32_t hash) {
   return (static_cast<float>(sum) - 510.0f) / 147.8f;
 }
 
-cv::Vec3f Blurred(const cv::Mat& radiance, const cv::Mat& motion, int x, int y) {  // (P1)
+cv::Vec3f Blurred(const cv::Mat& radiance, const cv::Mat& motion, int x, int y) {  // (SE1)
   const cv::Vec2f path = motion.at<cv::Vec2f>(y, x);
   const float length = std::hypot(path[0], path[1]);
   if (!(length > 0.6f)) return radiance.at<cv::Vec3f>(y, x);
@@ -46,7 +46,7 @@ cv::Vec3f Blurred(const cv::Mat& radiance, const cv::Mat& motion, int x, int y) 
   return sum * (1.0f / static_cast<float>(samples));
 }
 
-// (P1) of the whole picture, then the lens's spread (P2).
+// (SE1) of the whole picture, then the lens's spread (SE2).
 cv::Mat Optics(const cv::Mat& radiance, const cv::Mat& motion, int threads) {
   cv::Mat moved = radiance;
   if (!motion.empty()) {
@@ -88,7 +88,7 @@ cv::Mat Expose(const cv::Mat& radiance, const cv::Mat& motion, const SensorSetti
       for (int c = 0; c < 3; ++c) {
         float e = static_cast<float>(gain) * light.at<cv::Vec3f>(y, x)[c];
         e += std::sqrt(read + shot * e) *
-             PseudoGaussian(Hash(pixel + static_cast<uint32_t>(c)));  // (P3)
+             PseudoGaussian(Hash(pixel + static_cast<uint32_t>(c)));  // (SE3)
         const float place = std::clamp(e * (kCurveEntries / kCurveEnd), 0.0f, kCurveEntries - 1.0f);
         out[2 - c] = cv::saturate_cast<uchar>((*curve)[static_cast<size_t>(place)]);
       }

@@ -1,10 +1,10 @@
 // Turns radiance into an 8-bit picture.
 //
-//   (P1) motion blur   mean of the radiance along the pixel's own path while the shutter is open
-//   (P2) lens          each pixel gives 11 % of its light to each of its four neighbours
-//   (P3) exposure      e = gain * radiance; noise of variance read^2 + shot^2 e, pseudo-Gaussian,
+//   (SE1) motion blur  mean of the radiance along the pixel's own path while the shutter is open
+//   (SE2) lens         each pixel gives 11 % of its light to each of its four neighbours
+//   (SE3) exposure     e = gain * radiance; noise of variance read^2 + shot^2 e, pseudo-Gaussian,
 //                      a hash of frame, pixel and channel
-//   (P4) response      1 - exp(-e), then the sRGB curve s, then the contrast of a consumer camera,
+//   (SE4) response     1 - exp(-e), then the sRGB curve s, then the contrast of a consumer camera,
 //                      0.3 s + 0.7 s^2 (3 - 2 s)
 #ifndef EGOSIEVE_VISION_SYNTHETIC_SENSOR_H_
 #define EGOSIEVE_VISION_SYNTHETIC_SENSOR_H_

@@ -7,7 +7,7 @@ namespace egosieve::vision {
 namespace {
 
 Eigen::Vector2d GroundPoint(const Eigen::Vector3d& point, const Eigen::Vector3d& to_sun) {
-  return point.head<2>() - to_sun.head<2>() * (point.z() / to_sun.z());  // (S1)
+  return point.head<2>() - to_sun.head<2>() * (point.z() / to_sun.z());  // (SG1)
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 // A primitive shades the point P only if the line through P along the sun's direction meets its
 // bounding box; that line meets the ground at
 //
-//   (S1) G = P - to_sun P_z / to_sun_z
+//   (SG1) G = P - to_sun P_z / to_sun_z
 //
 // So only those primitives can shade P whose box, projected down along the same direction, covers
 // G. The grid holds these footprints in square cells: a query reads one cell.

@@ -1,3 +1,5 @@
+// One scene point followed through consecutive frames. A track may have any length; its places in
+// the last kTrackHistory frames are kept.
 #ifndef EGOSIEVE_VISION_TRACKING_TRACK_H_
 #define EGOSIEVE_VISION_TRACKING_TRACK_H_
 
@@ -14,8 +16,6 @@ namespace egosieve::vision {
 
 inline constexpr int kTrackHistory = 16;
 
-// One scene point followed through consecutive frames. A track may have any length; its places in
-// the last kTrackHistory frames are kept.
 struct Track {
   int64_t id = -1;         // unique within a drive
   int64_t parent_id = -1;  // id in the frame before, another track's after a split; -1: none

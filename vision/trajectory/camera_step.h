@@ -16,7 +16,7 @@
 // camera, a unit that is the same over the drive. Elsewhere only ratios of lengths are known, and
 // their product drifts. The logarithms of the lengths are smoothed over the drive, forwards and
 // backwards (Rauch, Tung & Striebel, 1965). They change by log(onward), or follow a random walk
-// where that is not known, and the ground observes them. (CS3)
+// where that is not known, and the ground observes them                                    (CS3)
 #ifndef EGOSIEVE_VISION_TRAJECTORY_CAMERA_STEP_H_
 #define EGOSIEVE_VISION_TRAJECTORY_CAMERA_STEP_H_
 

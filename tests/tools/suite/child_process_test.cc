@@ -2,7 +2,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <string>
+
+#include "absl/strings/str_cat.h"
 #include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
@@ -46,6 +52,38 @@ TEST(RunChild, AStopRequestInterruptsTheChild) {
   const auto code = RunChild(command, [&] { return ++asked > 10; });
   ASSERT_TRUE(code.ok());
   EXPECT_EQ(*code, 130);
+}
+
+// Otherwise it would go on writing where the next run begins.
+TEST(RunChild, AKilledParentEndsTheChild) {
+  const std::string pid_path = testing::TempDir() + "/pid";
+  unlink(pid_path.c_str());
+  ChildCommand command;
+  command.arguments = {"/bin/sh", "-c",
+                       absl::StrCat("echo $$ > ", pid_path, ".tmp; mv ", pid_path, ".tmp ",
+                                    pid_path, "; exec sleep 100000")};
+  command.log_path = testing::TempDir() + "/child.log";
+  const pid_t parent = fork();
+  if (parent == 0) {
+    (void)RunChild(command, kGoOn);
+    _exit(1);
+  }
+  // Within a minute.
+  const auto wait_until = [](const auto& condition) {
+    for (int i = 0; i < 60000 && !condition(); ++i) usleep(1000);
+    return condition();
+  };
+  ASSERT_TRUE(wait_until([&] { return ReadFile(pid_path).ok(); }));
+  const pid_t child = static_cast<pid_t>(std::stoi(*ReadFile(pid_path)));
+  EXPECT_EQ(kill(child, 0), 0);
+  kill(parent, SIGKILL);
+  waitpid(parent, nullptr, 0);
+  // Gone, or dead and waiting for its new parent to notice.
+  EXPECT_TRUE(wait_until([&] {
+    const auto stat = ReadFile(absl::StrCat("/proc/", child, "/stat"));
+    return !stat.ok() || stat->find(") Z ") != std::string::npos;
+  }));
+  kill(child, SIGKILL);
 }
 
 }  // namespace

