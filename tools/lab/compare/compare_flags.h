@@ -8,6 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "tools/lab/compare/compare_run.h"
+#include "tools/lab/compare/drive_comparison.h"
 #include "tools/segment/segment_flags.h"
 #include "tools/suite/suite_run.h"
 

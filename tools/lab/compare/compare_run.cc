@@ -8,6 +8,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
 #include "tools/cli/interruption.h"
+#include "tools/lab/compare/comparison_table.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/segment/segment_flags.h"
 #include "tools/suite/sequences.h"

@@ -21,8 +21,7 @@ class EvaluateFeaturesCommand : public Command {
  public:
   std::string name() const override { return "evaluate_features"; }
   std::string summary() const override {
-    return "Scores the features' distances and labels, before anything is learnt from them, beside "
-           "plain OpenCV's.";
+    return "Scores features' distances and labels, before anything is learnt, beside OpenCV's.";
   }
   std::string example() const override {
     return "egosieve lab evaluate_features drive/frames --truth=drive/masks\n"
