@@ -12,10 +12,12 @@
 #include "tools/cli/standard_streams.h"
 #include "tools/cli/threads_flag.h"
 #include "tools/cli/version.h"
-#include "tools/compare/compare_command.h"
 #include "tools/devices/devices_command.h"
 #include "tools/evaluate/evaluate_command.h"
 #include "tools/infer/infer_command.h"
+#include "tools/lab/compare/compare_command.h"
+#include "tools/lab/evaluate_features/evaluate_features_command.h"
+#include "tools/lab/tune_defaults/tune_defaults_command.h"
 #include "tools/masks/masks_command.h"
 #include "tools/merge/merge_command.h"
 #include "tools/model/model_command.h"
@@ -25,7 +27,6 @@
 #include "tools/segment/segment_command.h"
 #include "tools/synthesize/synthesize_command.h"
 #include "tools/tune/tune_command.h"
-#include "tools/tune_defaults/tune_defaults_command.h"
 
 namespace egosieve::tools {
 namespace {
@@ -50,11 +51,16 @@ int RunCommandLine(int argc, char** argv) {
   line.Add(MakeRenderCommand());
   line.Add(MakeReportCommand());
   line.Add(MakeEvaluateCommand());
-  line.Add(MakeCompareCommand());
   line.Add(MakeModelCommand());
   line.Add(MakeDevicesCommand());
   line.Add(MakeTuneCommand());
-  line.Add(MakeTuneDefaultsCommand());
+  line.AddGroup("lab", "Research commands: other methods, features alone, settings over suites.");
+  line.Add(MakeCompareCommand(), "lab");
+  line.Add(MakeEvaluateFeaturesCommand(), "lab");
+  line.Add(MakeTuneDefaultsCommand(), "lab");
+  line.AddFormer("compare", "lab compare");
+  line.AddFormer("tune_defaults", "lab tune_defaults");
+  line.AddFormer("evaluate --features", "lab evaluate_features");
   return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
 }
 

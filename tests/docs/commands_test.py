@@ -31,6 +31,17 @@ def text_of(root, path):
                    if name.endswith(('.cc', '.h', '.py', 'BUILD')))
 
 
+def help_of(*words):
+    return subprocess.run([PROGRAM, *words, '--help'], capture_output=True, text=True, check=True).stdout
+
+
+def every_command(*group):
+    """The words of every command: a group's help lists its commands, as the program's does."""
+    listed = help_of(*group).partition('\nCommands:')[2].partition('\n\n')[0]
+    names = [(*group, name) for name in re.findall(r'^  (\w+) {2,}', listed, re.MULTILINE)]
+    return [command for name in names for command in every_command(*name) or [name]]
+
+
 def absent_flags(flags, text):
     names = [flag.partition('=')[0].lstrip('-') for flag in flags if flag.startswith('--') and flag != '--']
     return [name for name in names if not re.search(rf'\b{name.replace("-", "[-_]")}\b', text)]
@@ -117,13 +128,12 @@ class Commands(unittest.TestCase):
 
     def test_help_shows_what_works(self):
         root = repository()
-        listed = subprocess.run([PROGRAM, '--help'], capture_output=True, text=True, check=True).stdout
-        names = re.findall(r'^  (\w+) {2,}', listed.partition('Commands:')[2].partition('\n\n')[0], re.MULTILINE)
-        self.assertIn('segment', names)
+        names = every_command()
+        self.assertIn(('segment',), names)
+        self.assertIn(('lab', 'compare'), names)
         faults, count = [], 0
         for name in names:
-            text = subprocess.run([PROGRAM, name, '--help'], capture_output=True, text=True, check=True).stdout
-            for line in text.partition('\nExample:')[2].split('\n'):
+            for line in help_of(*name).partition('\nExample:')[2].split('\n'):
                 if line.strip().startswith('egosieve'):
                     for words in commands(line):
                         count += 1

@@ -5,12 +5,13 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace egosieve::tools {
 
 struct ManualCommand {
-  std::string name;
+  std::string name;  // with its group: "lab compare"
   std::string summary;
   std::string example;            // command lines
   const CLI::App* app = nullptr;  // with the command's flags

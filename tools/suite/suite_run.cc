@@ -148,6 +148,19 @@ absl::StatusOr<SuiteVariant> ParseVariant(absl::string_view text) {
                       absl::StrSplit(text.substr(equals + 1), ' ', absl::SkipEmpty())};
 }
 
+absl::StatusOr<std::vector<SuiteVariant>> ParseVariants(absl::string_view profiles,
+                                                        const std::vector<std::string>& variants) {
+  std::vector<SuiteVariant> parsed;
+  for (const absl::string_view profile : absl::StrSplit(profiles, ',', absl::SkipEmpty())) {
+    parsed.push_back(VariantOfProfile(std::string(profile)));
+  }
+  for (const std::string& text : variants) {
+    EGOSIEVE_ASSIGN_OR_RETURN(SuiteVariant variant, ParseVariant(text));
+    parsed.push_back(std::move(variant));
+  }
+  return parsed;
+}
+
 absl::Status SuiteOptions::Validate() const {
   if (program.empty() || out.empty()) {
     return absl::InvalidArgumentError("a suite needs a program and a folder to write");

@@ -40,6 +40,9 @@ SuiteVariant VariantOfProfile(const std::string& profile);
 // Parses "NAME=FLAGS", flags separated by spaces. InvalidArgument if the name is missing or has
 // other characters than letters, digits, '_', '-' and '+'.
 absl::StatusOr<SuiteVariant> ParseVariant(absl::string_view text);
+// The profiles, named by commas, then the variants.
+absl::StatusOr<std::vector<SuiteVariant>> ParseVariants(absl::string_view profiles,
+                                                        const std::vector<std::string>& variants);
 
 struct SuiteOptions {
   std::string program;  // a program with the command `segment`

@@ -37,10 +37,17 @@ std::vector<std::string> Words(const std::string& text) {
 
 std::vector<std::string> Lines(const std::string& text) { return absl::StrSplit(text, '\n'); }
 
+// Runs a command, "lab compare" for instance.
+ProgramOutcome RunWords(const std::string& command, const std::vector<std::string>& flags) {
+  std::vector<std::string> arguments = Words(command);
+  arguments.insert(arguments.end(), flags.begin(), flags.end());
+  return RunProgram(arguments);
+}
+
 // Flags of a command's --help, "--no_noise" and the like included.
 std::vector<std::string> FlagsInHelp(const std::string& command) {
   std::vector<std::string> flags;
-  for (const std::string& line : Lines(RunProgram({command, "--help"}).out)) {
+  for (const std::string& line : Lines(RunWords(command, {"--help"}).out)) {
     if (line.rfind("  -", 0) != 0) continue;
     const std::vector<std::string> names = absl::StrSplit(Words(line).front(), ',');
     for (const std::string& name : names) {
@@ -50,10 +57,11 @@ std::vector<std::string> FlagsInHelp(const std::string& command) {
   return flags;
 }
 
-std::vector<std::string> Commands() {
+// What the program's help lists, or a group's; nothing for a command.
+std::vector<std::string> Listed(const std::string& group) {
   std::vector<std::string> commands;
   bool within = false;
-  for (const std::string& line : Lines(RunProgram({"--help"}).out)) {
+  for (const std::string& line : Lines(RunWords(group, {"--help"}).out)) {
     if (line == "Commands:") {
       within = true;
     } else if (within && line.empty()) {
@@ -61,6 +69,17 @@ std::vector<std::string> Commands() {
     } else if (within) {
       commands.push_back(Words(line).front());
     }
+  }
+  return commands;
+}
+
+// All commands, those of groups with their group.
+std::vector<std::string> Commands() {
+  std::vector<std::string> commands;
+  for (const std::string& name : Listed("")) {
+    const std::vector<std::string> of_group = Listed(name);
+    if (of_group.empty()) commands.push_back(name);
+    for (const std::string& command : of_group) commands.push_back(name + " " + command);
   }
   return commands;
 }
@@ -86,8 +105,11 @@ class Completion : public testing::Test {
 };
 
 TEST_F(Completion, OfCommands) {
-  EXPECT_THAT(Of("\"\""), IsSupersetOf(Commands()));
+  EXPECT_THAT(Of("\"\""), IsSupersetOf(Listed("")));
   EXPECT_THAT(Of("reco"), ElementsAre("reconstruct"));
+  EXPECT_THAT(Commands(), Contains("lab compare"));
+  EXPECT_THAT(Of("lab \"\""), IsSupersetOf(Listed("lab")));
+  EXPECT_THAT(Of("lab tu"), ElementsAre("tune_defaults"));
 }
 
 TEST_F(Completion, OfEveryFlagInHelp) {
@@ -108,6 +130,7 @@ TEST_F(Completion, OfAFlagsWords) {
   EXPECT_THAT(Of("segment --model sp"), ElementsAre("sparse"));
   EXPECT_THAT(Of("segment --frame_gap = \"\""), ElementsAre("auto"));
   EXPECT_THAT(Of("masks --for = co"), ElementsAre("colmap", "coco"));
+  EXPECT_THAT(Of("lab compare --model = sp"), ElementsAre("sparse"));
 }
 
 // bash goes on with files.
@@ -130,11 +153,11 @@ TEST(CompletionCommand, NamesTheShellsItKnows) {
 TEST(Config, OfEveryCommandIsReadAgain) {
   const std::string path = FreshFolder() + "/config.toml";
   for (const std::string& command : Commands()) {
-    if (command == "compare") continue;  // has both of two flags that exclude each other
-    const ProgramOutcome printed = RunProgram({command, "--print_config"});
+    if (command == "lab compare") continue;  // has both of two flags that exclude each other
+    const ProgramOutcome printed = RunWords(command, {"--print_config"});
     ASSERT_EQ(printed.code, 0) << command;
     ASSERT_TRUE(WriteFileAtomically(path, printed.out).ok());
-    EXPECT_EQ(RunProgram({command, "--config=" + path, "--print_config"}).out, printed.out);
+    EXPECT_EQ(RunWords(command, {"--config=" + path, "--print_config"}).out, printed.out);
   }
 }
 

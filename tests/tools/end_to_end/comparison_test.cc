@@ -66,7 +66,7 @@ TEST(Compare, TellsMethodsOverDrivesAndItsArcsineIsTheSegmenter) {
   options.frames = 5;
   WritePatchDrive(suite + "/one", options);
   const ProgramOutcome outcome =
-      RunProgram({"compare", suite, "--out=" + out, "--budget=300", "--no_plots",
+      RunProgram({"lab", "compare", suite, "--out=" + out, "--budget=300", "--no_plots",
                   "--methods=arcsine,svm,ransac,homography_flow", "--progress=none",
                   "--variant=few=--profile=paper --budget=200"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
@@ -145,7 +145,7 @@ TEST(Compare, TruthThatDoesNotFitIsToldWithCounts) {
     fs::copy(root + "/one/masks/" + name, root + "/half/" + name);
   }
   const auto compare = [&](const std::string& truth) {
-    return RunProgram({"compare", root + "/one/frames", "--truth=" + truth,
+    return RunProgram({"lab", "compare", root + "/one/frames", "--truth=" + truth,
                        "--out=" + root + "/out", "--methods=ransac", "--profiles=default",
                        "--no_plots", "--progress=none"});
   };
@@ -163,6 +163,21 @@ TEST(Compare, TruthThatDoesNotFitIsToldWithCounts) {
   EXPECT_THAT(other.err, HasSubstr("which are other frames"));
 }
 
+TEST(Lab, FormerNamesTellThePresentOnes) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"compare", "drive"}, "compare is now egosieve lab compare;"},
+      {{"tune_defaults"}, "tune_defaults is now egosieve lab tune_defaults;"},
+      {{"evaluate", "drive", "--features", "--every=2"},
+       "evaluate --features is now egosieve lab evaluate_features;"},
+      {{"lab", "compar"}, "unknown command compar; did you mean compare? see egosieve lab --help"}};
+  for (const auto& [arguments, line] : cases) {
+    const ProgramOutcome outcome = RunProgram(arguments);
+    EXPECT_EQ(outcome.code, 2) << line;
+    EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(line));
+  }
+}
+
 TEST(Compare, WhatCannotBeIsRefusedBeforeWorkIsDone) {
   const std::string root = FreshFolder();
   const auto refused = [&](std::vector<std::string> arguments, int code, const std::string& why) {
@@ -172,16 +187,19 @@ TEST(Compare, WhatCannotBeIsRefusedBeforeWorkIsDone) {
     EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr(why));
   };
-  refused({"compare", root, "--out=" + root + "/out", "--methods=magic"}, 2, "no method 'magic'");
-  refused({"compare", root, "--out=" + root + "/out"}, 3, "no sequence in");
-  refused({"compare", root, "--out=" + root + "/out", "--profiles=magic"}, 2, "magic");
-  refused({"compare", root, "--out=" + root + "/out", "--variant=paper=--budget=9"}, 2,
+  refused({"lab", "compare", root, "--out=" + root + "/out", "--methods=magic"}, 2,
+          "no method 'magic'");
+  refused({"lab", "compare", root, "--out=" + root + "/out"}, 3, "no sequence in");
+  refused({"lab", "compare", root, "--out=" + root + "/out", "--profiles=magic"}, 2, "magic");
+  refused({"lab", "compare", root, "--out=" + root + "/out", "--variant=paper=--budget=9"}, 2,
           "'paper' is named twice");
-  refused({"compare", root, "--out=" + root + "/out", "--variant=x=--magic=9"}, 2, "x: ");
-  refused({"compare", "--truth=x", "--out=" + root + "/out"}, 2, "no INPUT");
+  refused({"lab", "compare", root, "--out=" + root + "/out", "--variant=x=--magic=9"}, 2, "x: ");
+  refused({"lab", "compare", "--truth=x", "--out=" + root + "/out"}, 2, "no INPUT");
   refused({"evaluate", "--suite=" + root}, 2, "--out is missing");
   refused({"evaluate", root, "--suite=" + root}, 2, "either a run folder");
   refused({"evaluate"}, 2, "either a run folder");
+  refused({"evaluate", "--suite=" + root, "--out=" + root + "/out", "--boxes=boxes.csv"}, 2,
+          "--boxes and --poses are those of one run");
 }
 
 }  // namespace

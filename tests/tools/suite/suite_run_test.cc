@@ -28,6 +28,17 @@ TEST(ParseVariant, RefusesWhatIsNoNameOrNoFolder) {
   }
 }
 
+TEST(ParseVariants, ProfilesComeFirst) {
+  const auto variants = ParseVariants("paper,,default", {"few=--budget=5"});
+  ASSERT_TRUE(variants.ok()) << variants.status();
+  ASSERT_EQ(variants->size(), 3u);
+  EXPECT_EQ((*variants)[1].name, "default");
+  EXPECT_THAT((*variants)[1].flags, ElementsAre("--profile=default"));
+  EXPECT_EQ((*variants)[2].name, "few");
+  EXPECT_TRUE(ParseVariants("", {})->empty());
+  EXPECT_FALSE(ParseVariants("paper", {"no_flags"}).ok());
+}
+
 TEST(RateOf, IsThatOfTheCameraBesideTheFrames) {
   const std::string folder = testing::TempDir() + "/rate";
   std::filesystem::create_directories(folder + "/frames");
