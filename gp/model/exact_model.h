@@ -195,9 +195,11 @@ class ExactModel {
   absl::StatusOr<LeaveOneOut> PredictLeaveOneOut(absl::Span<const int64_t> rows = {}) const;
 
   // An immutable posterior of the present model. The model is unchanged; the cost is an upload, and
-  // for several outputs or mean functions also a copy of the inputs.
+  // for several outputs or mean functions also a copy of the inputs. devices: what it lies on, in
+  // place of the model's own context; empty: that one.
   absl::StatusOr<std::shared_ptr<const Posterior>> MakePosterior(
-      const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {}) const;
+      const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {},
+      const kernels::Contexts& devices = {}) const;
 
  private:
   ExactModel() = default;

@@ -58,7 +58,7 @@ absl::StatusOr<std::vector<float>> ExactModel::PredictMean(ConstMatrixView<float
   model.inputs = inputs();
   EGOSIEVE_ASSIGN_OR_RETURN(
       const auto posterior,
-      Posterior::Create(context_, model, hyperparameters_, SquashParameters{}, weights_));
+      Posterior::Create({context_}, model, hyperparameters_, SquashParameters{}, weights_));
   std::vector<float> mean(points.rows * outputs());
   kernels::PosteriorOutputs wanted;
   wanted.mean = mean.data();
@@ -243,13 +243,15 @@ absl::StatusOr<LeaveOneOut> ExactModel::PredictLeaveOneOut(absl::Span<const int6
 }
 
 absl::StatusOr<std::shared_ptr<const Posterior>> ExactModel::MakePosterior(
-    const SquashParameters& squash, const kernels::DensePosteriorOptions& options) const {
+    const SquashParameters& squash, const kernels::DensePosteriorOptions& options,
+    const kernels::Contexts& devices) const {
   kernels::PosteriorModel model;
   model.covariance = hyperparameters_.covariance;
   model.inputs = inputs();
   model.factor_kind = kernels::FactorKind::kCholesky;
   model.factor = factor_.Factor();
-  return Posterior::Create(context_, model, hyperparameters_, squash, weights_, options);
+  return Posterior::Create(devices.empty() ? kernels::Contexts{context_} : devices, model,
+                           hyperparameters_, squash, weights_, options);
 }
 
 }  // namespace egosieve::gp

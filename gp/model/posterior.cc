@@ -8,6 +8,7 @@
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/covariance_matrix.h"
+#include "kernels/ops/shared_posterior.h"
 
 namespace egosieve::gp {
 namespace {
@@ -29,15 +30,15 @@ std::vector<double> WideRows(ConstMatrixView<Query> queries, int64_t begin, int6
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<Posterior>> Posterior::CreatePlain(
-    std::shared_ptr<kernels::Context> context, kernels::PosteriorModel model,
+    const kernels::Contexts& contexts, kernels::PosteriorModel model,
     const Hyperparameters& hyperparameters, const SquashParameters& squash,
     const kernels::DensePosteriorOptions& options) {
   model.squash_a = squash.a;
   model.squash_b = squash.b;
   std::shared_ptr<Posterior> posterior(new Posterior);
-  posterior->context_ = context;
   EGOSIEVE_ASSIGN_OR_RETURN(posterior->dense_,
-                            kernels::DensePosterior::Create(std::move(context), model, options));
+                            kernels::CreateSharedPosterior(contexts, model, options));
+  posterior->context_ = contexts.front();
   posterior->hyperparameters_ = hyperparameters;
   posterior->squash_ = squash;
   posterior->size_ = model.inputs.rows;
@@ -45,23 +46,22 @@ absl::StatusOr<std::shared_ptr<Posterior>> Posterior::CreatePlain(
 }
 
 absl::StatusOr<std::shared_ptr<const Posterior>> Posterior::Create(
-    std::shared_ptr<kernels::Context> context, kernels::PosteriorModel model,
+    const kernels::Contexts& contexts, kernels::PosteriorModel model,
     const Hyperparameters& hyperparameters, const SquashParameters& squash,
     const kernels::DensePosteriorOptions& options) {
-  return CreatePlain(std::move(context), model, hyperparameters, squash, options);
+  return CreatePlain(contexts, model, hyperparameters, squash, options);
 }
 
 absl::StatusOr<std::shared_ptr<const Posterior>> Posterior::Create(
-    std::shared_ptr<kernels::Context> context, kernels::PosteriorModel model,
+    const kernels::Contexts& contexts, kernels::PosteriorModel model,
     const Hyperparameters& hyperparameters, const SquashParameters& squash,
     const RegressionWeights& weights, const kernels::DensePosteriorOptions& options) {
   EGOSIEVE_RETURN_IF_ERROR(weights.CheckDetermined());
   std::vector<double> first(weights.outputs == 1 ? 0 : weights.points);
   for (size_t i = 0; i < first.size(); ++i) first[i] = weights.alpha[i * weights.outputs];
   model.alpha = weights.outputs == 1 ? weights.alpha.data() : first.data();
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const std::shared_ptr<Posterior> posterior,
-      CreatePlain(std::move(context), model, hyperparameters, squash, options));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<Posterior> posterior,
+                            CreatePlain(contexts, model, hyperparameters, squash, options));
   if (weights.outputs > 1 || weights.basis > 0) {
     auto extension = std::make_unique<Extension>();
     const int64_t dimension = hyperparameters.covariance.input_dimension();

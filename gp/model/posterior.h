@@ -8,6 +8,9 @@
 // gives k*.alpha of one output and k** - |L^-1 k*|^2 in float32. The means of several outputs and
 // the sums W^T k* need a separate pass over the covariances in float64, of n (D + 10 + k + q)
 // multiply-adds per query.
+//
+// On several devices, queries are divided among them (kernels/ops/shared_posterior.h). The float64
+// pass is that of the first.
 #ifndef EGOSIEVE_GP_MODEL_POSTERIOR_H_
 #define EGOSIEVE_GP_MODEL_POSTERIOR_H_
 
@@ -22,20 +25,22 @@
 #include "gp/model/regression_weights.h"
 #include "kernels/base/matrix_view.h"
 #include "kernels/ops/dense_posterior.h"
+#include "kernels/runtime/context.h"
 
 namespace egosieve::gp {
 
 class Posterior {
  public:
-  // The posterior of `model`; `model.squash_a` and `_b` are set from `squash`.
+  // The posterior of `model`, on one device or several; `model.squash_a` and `_b` are set from
+  // `squash`.
   static absl::StatusOr<std::shared_ptr<const Posterior>> Create(
-      std::shared_ptr<kernels::Context> context, kernels::PosteriorModel model,
+      const kernels::Contexts& contexts, kernels::PosteriorModel model,
       const Hyperparameters& hyperparameters, const SquashParameters& squash,
       const kernels::DensePosteriorOptions& options = {});
   // The same with weights in place of `model.alpha`. FailedPrecondition if these do not determine
   // the mean function.
   static absl::StatusOr<std::shared_ptr<const Posterior>> Create(
-      std::shared_ptr<kernels::Context> context, kernels::PosteriorModel model,
+      const kernels::Contexts& contexts, kernels::PosteriorModel model,
       const Hyperparameters& hyperparameters, const SquashParameters& squash,
       const RegressionWeights& weights, const kernels::DensePosteriorOptions& options = {});
 
@@ -73,7 +78,7 @@ class Posterior {
   Posterior() = default;
 
   static absl::StatusOr<std::shared_ptr<Posterior>> CreatePlain(
-      std::shared_ptr<kernels::Context> context, kernels::PosteriorModel model,
+      const kernels::Contexts& contexts, kernels::PosteriorModel model,
       const Hyperparameters& hyperparameters, const SquashParameters& squash,
       const kernels::DensePosteriorOptions& options);
 
@@ -89,7 +94,7 @@ class Posterior {
   absl::StatusOr<kernels::PosteriorCounts> EvaluateExtended(
       kernels::ConstMatrixView<Query> queries, const kernels::PosteriorOutputs& outputs) const;
 
-  std::shared_ptr<kernels::Context> context_;
+  std::shared_ptr<kernels::Context> context_;  // the first
   Hyperparameters hyperparameters_;
   SquashParameters squash_;
   int64_t size_ = 0;

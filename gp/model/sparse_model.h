@@ -124,9 +124,10 @@ class SparseModel {
   LeaveOneOut PredictLeaveOneOut() const;
 
   // Unimplemented for the subset of regressors, whose variance has no form for devices; DTC has the
-  // same mean.
+  // same mean. devices: as for ExactModel.
   absl::StatusOr<std::shared_ptr<const Posterior>> MakePosterior(
-      const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {}) const;
+      const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {},
+      const kernels::Contexts& devices = {}) const;
 
  private:
   SparseModel() = default;

@@ -246,7 +246,8 @@ absl::StatusOr<std::shared_ptr<const SparsePosteriorForm>> SparseModel::Posterio
 }
 
 absl::StatusOr<std::shared_ptr<const Posterior>> SparseModel::MakePosterior(
-    const SquashParameters& squash, const kernels::DensePosteriorOptions& options) const {
+    const SquashParameters& squash, const kernels::DensePosteriorOptions& options,
+    const kernels::Contexts& devices) const {
   if (options_.approximation == SparseApproximation::kSubsetOfRegressors) {
     return absl::UnimplementedError(
         "the subset of regressors has no variance on devices; use DTC, whose mean is the same");
@@ -258,7 +259,8 @@ absl::StatusOr<std::shared_ptr<const Posterior>> SparseModel::MakePosterior(
   model.alpha = form->alpha.data();
   model.factor_kind = kernels::FactorKind::kInverseCholesky;
   model.factor = form->root.view();
-  return Posterior::Create(context_, model, hyperparameters_, squash, options);
+  return Posterior::Create(devices.empty() ? kernels::Contexts{context_} : devices, model,
+                           hyperparameters_, squash, options);
 }
 
 }  // namespace egosieve::gp

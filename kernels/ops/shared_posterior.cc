@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <atomic>
+#include <exception>
 #include <mutex>
 #include <string>
-#include <system_error>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_join.h"
+#include "kernels/base/exception_status.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/opencl_dense_posterior.h"
 
@@ -66,9 +68,11 @@ class Work {
   void Run(const DensePosterior& device, int64_t first) {
     for (int64_t piece = first; piece * piece_ < queries_.rows && !failed_; piece = next_++) {
       const int64_t begin = piece * piece_, end = std::min(begin + piece_, queries_.rows);
-      const auto counts =
-          device.Evaluate(queries_.rows_between(begin, end),
-                          {From(mean_, begin), From(variance_, begin), From(probability_, begin)});
+      const auto counts = CatchExceptions([&] {
+        return device.Evaluate(
+            queries_.rows_between(begin, end),
+            {From(mean_, begin), From(variance_, begin), From(probability_, begin)});
+      });
       const std::lock_guard lock(mutex_);
       if (counts.ok()) {
         counts_.clamped_variances += counts->clamped_variances;
@@ -111,18 +115,19 @@ absl::StatusOr<PosteriorCounts> SharedPosterior::EvaluateQueries(
     ConstMatrixView<Query> queries, const PosteriorOutputs& outputs) const {
   const int64_t count = static_cast<int64_t>(devices_.size());
   EGOSIEVE_RETURN_IF_ERROR(CheckQueries(dimension_, queries));  // the row is that of the call
-  if (count == 1 || queries.rows <= SharedPiece(queries.rows, count)) {
+  if (queries.rows <= SharedPiece(queries.rows, count)) {
     return devices_[0]->Evaluate(queries, outputs);
   }
   Work<Query> work(queries, outputs, count);
   std::vector<std::thread> threads;
+  threads.reserve(count - 1);
   int64_t started = 1;
   try {
     for (; started < count; ++started) {
       threads.emplace_back([&, device = started] { work.Run(*devices_[device], device); });
     }
-  } catch (const std::system_error&) {
-    // The system refuses a thread: this thread evaluates those devices' first pieces.
+  } catch (const std::exception&) {
+    // The system refuses a thread or its memory: this thread evaluates those devices' first pieces.
   }
   work.Run(*devices_[0], 0);
   for (int64_t device = started; device < count; ++device) work.Run(*devices_[0], device);
@@ -139,8 +144,7 @@ int64_t SharedPiece(int64_t query_count, int64_t devices) {
 }
 
 absl::StatusOr<std::unique_ptr<DensePosterior>> CreateSharedPosterior(
-    const std::vector<std::shared_ptr<Context>>& contexts, const PosteriorModel& model,
-    const DensePosteriorOptions& options) {
+    const Contexts& contexts, const PosteriorModel& model, const DensePosteriorOptions& options) {
   if (contexts.empty()) return absl::InvalidArgumentError("no contexts to share a posterior among");
   std::vector<std::unique_ptr<DensePosterior>> devices;
   for (const std::shared_ptr<Context>& context : contexts) {
@@ -148,6 +152,7 @@ absl::StatusOr<std::unique_ptr<DensePosterior>> CreateSharedPosterior(
                               DensePosterior::Create(context, model, options));
     devices.push_back(std::move(device));
   }
+  if (devices.size() == 1) return std::move(devices[0]);
   return std::make_unique<SharedPosterior>(std::move(devices), model.covariance.input_dimension());
 }
 

@@ -8,11 +8,12 @@
 #ifndef EGOSIEVE_KERNELS_OPS_SHARED_POSTERIOR_H_
 #define EGOSIEVE_KERNELS_OPS_SHARED_POSTERIOR_H_
 
+#include <cstdint>
 #include <memory>
-#include <vector>
 
 #include "absl/status/statusor.h"
 #include "kernels/ops/dense_posterior.h"
+#include "kernels/runtime/context.h"
 
 namespace egosieve::kernels {
 
@@ -20,10 +21,11 @@ namespace egosieve::kernels {
 // at least 1,024 queries.
 int64_t SharedPiece(int64_t query_count, int64_t devices);
 
-// Errors as for DensePosterior::Create; InvalidArgument without a context. Enqueue on the result is
+// Of one context: DensePosterior::Create. A context may be there more than once. Errors as for
+// DensePosterior::Create; InvalidArgument without a context. Enqueue on the posterior of several is
 // FailedPrecondition, since a queue belongs to one device.
 absl::StatusOr<std::unique_ptr<DensePosterior>> CreateSharedPosterior(
-    const std::vector<std::shared_ptr<Context>>& contexts, const PosteriorModel& model,
+    const Contexts& contexts, const PosteriorModel& model,
     const DensePosteriorOptions& options = {});
 
 }  // namespace egosieve::kernels

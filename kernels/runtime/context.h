@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "kernels/runtime/tuning.h"
@@ -30,6 +31,7 @@ struct ContextOptions {
 };
 
 class Context;
+using Contexts = std::vector<std::shared_ptr<Context>>;
 
 // FailedPrecondition, here and from all later operations on the context, in a process that was
 // forked from one that had used OpenCL.

@@ -9,6 +9,7 @@
 #include "gp/model/exact_model.h"
 #include "gp/model/sparse_model.h"
 #include "gtest/gtest.h"
+#include "kernels/ops/dense_posterior.h"
 #include "tests/gp/learning_problems.h"
 
 namespace {
@@ -180,6 +181,40 @@ TEST(MemoryFailure, ASparseModelStaysWhole) {
     EXPECT_GT(
         FailEveryAllocation([&] { return model.SetHyperparameters(other); }, expect_unchanged), 5);
   }
+}
+
+// A thread that is refused is no failure: the caller's computes its share.
+TEST(MemoryFailure, APosteriorOnSeveralDevicesWritesNothing) {
+  constexpr int64_t kQueries = 3000;
+  constexpr float kUntouched = -7.0f;
+  auto generator = TestGenerator();
+  const LabelledPoints points = NoisyBlobs(30, kDimension, generator);
+  ExactModel model = *ExactModel::Create(
+      HostContext(), DefaultHyperparameters(kernels::CovarianceFunction::kArcsine, kDimension));
+  ASSERT_TRUE(model.AddTargets(ViewOf(points.inputs), points.targets(), 0).ok());
+  const auto posterior = *model.MakePosterior({}, {}, {HostContext(), HostContext()});
+  const RowMatrix queries = RandomPoints(kQueries, kDimension, generator);
+  std::vector<float> expected(kQueries);
+  kernels::PosteriorOutputs outputs;
+  outputs.mean = expected.data();
+  ASSERT_TRUE(posterior->Evaluate(ViewOf(queries), outputs).ok());
+  int failures = 0;
+  for (int nth = 1;; ++nth) {
+    std::vector<float> mean(kQueries, kUntouched);
+    outputs.mean = mean.data();
+    bool done = false;
+    was_refused = false;
+    allocations_left = nth;
+    try {
+      done = posterior->Evaluate(ViewOf(queries), outputs).ok();
+    } catch (const std::bad_alloc&) {
+    }
+    allocations_left = 0;
+    EXPECT_EQ(mean, done ? expected : std::vector<float>(kQueries, kUntouched)) << nth;
+    if (!was_refused) break;
+    failures += done ? 0 : 1;
+  }
+  EXPECT_GE(failures, 3);
 }
 
 }  // namespace

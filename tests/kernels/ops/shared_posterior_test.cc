@@ -103,6 +103,11 @@ TEST_F(SharedPosteriorTest, RefusesWhatOneDeviceWould) {
             absl::StatusCode::kInvalidArgument);
   const auto shared = Make({TestContext(), TestContext()});
   EXPECT_EQ(shared->Enqueue({}, {}, {}).status().code(), absl::StatusCode::kFailedPrecondition);
+  // On one device a posterior takes queues.
+  const auto alone = DensePosterior::Create(TestContext(), problem_.model(FactorKind::kCholesky));
+  ASSERT_TRUE(alone.ok()) << alone.status();
+  EXPECT_EQ(Make({TestContext()})->Enqueue({}, {}, {}).status(),
+            (*alone)->Enqueue({}, {}, {}).status());
   constexpr int64_t kQueries = 3000;
   std::vector<float> queries = RandomQueries(random_, kQueries, 2);
   queries[2 * 2500] = std::numeric_limits<float>::quiet_NaN();

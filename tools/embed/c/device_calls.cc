@@ -1,17 +1,47 @@
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/runtime/context.h"
 #include "kernels/runtime/opencl_context.h"
+#include "tools/embed/c/device_contexts.h"
+#include "tools/embed/c/learning_model.h"
 #include "tools/embed/c/model_handles.h"
 #include "tools/embed/c/options.h"
+#include "tools/embed/c/prediction.h"
 #include "tools/embed/include/egosieve/device_call.h"
 
 namespace egosieve::embed {
 namespace {
 
+absl::StatusOr<kernels::Contexts> ContextsOf(const char* const* devices, int64_t count) {
+  constexpr int64_t kMostDevices = 1024;
+  if (count < 1 || count > kMostDevices) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("device_count = %d; it must be 1 to %d", count, kMostDevices));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(CheckPointer("devices", devices));
+  kernels::Contexts contexts;
+  for (int64_t i = 0; i < count; ++i) {
+    absl::StatusOr<std::shared_ptr<kernels::Context>> context = ContextOf(devices[i]);
+    if (!context.ok()) {
+      return absl::Status(context.status().code(),
+                          absl::StrFormat("devices[%d]: %s", i, context.status().message()));
+    }
+    contexts.push_back(*std::move(context));
+  }
+  return contexts;
+}
+
 absl::Status CheckOnDevice(const DevicePosterior& at) {
+  if (at.devices > 1) {
+    return absl::FailedPreconditionError(
+        absl::StrFormat("a queue belongs to one device; this posterior lies on %d", at.devices));
+  }
   if (!at.context->is_reference()) return absl::OkStatus();
   return absl::FailedPreconditionError("the device \"reference\" has no OpenCL context");
 }
@@ -58,7 +88,11 @@ absl::Status Enqueue(const DevicePosterior& at, const egosieve_device_call* call
 }  // namespace
 }  // namespace egosieve::embed
 
+using egosieve::embed::AllPosteriors;
+using egosieve::embed::CheckPointer;
 using egosieve::embed::DevicePosterior;
+using egosieve::embed::LearningModel;
+using egosieve::embed::WithModel;
 using egosieve::embed::WithPosterior;
 
 extern "C" {
@@ -67,6 +101,21 @@ void egosieve_device_call_init(egosieve_device_call* call) {
   if (call == nullptr) return;
   *call = egosieve_device_call{};
   call->struct_size = sizeof *call;
+}
+
+egosieve_status egosieve_gp_posterior_on_devices(egosieve_gp* gp, const char* const* devices,
+                                                 int64_t device_count,
+                                                 egosieve_posterior** posterior) {
+  return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
+    EGOSIEVE_RETURN_IF_ERROR(CheckPointer("posterior", posterior));
+    EGOSIEVE_ASSIGN_OR_RETURN(const auto contexts,
+                              egosieve::embed::ContextsOf(devices, device_count));
+    EGOSIEVE_ASSIGN_OR_RETURN(DevicePosterior made, model.PosteriorOn(contexts));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        *posterior,
+        AllPosteriors().Insert(std::make_shared<const DevicePosterior>(std::move(made))));
+    return absl::OkStatus();
+  });
 }
 
 egosieve_status egosieve_posterior_opencl(egosieve_posterior* posterior, void** opencl_context,

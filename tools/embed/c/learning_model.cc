@@ -226,4 +226,14 @@ absl::StatusOr<DevicePosterior> LearningModel::Posterior() {
   return std::visit(make, model_);
 }
 
+absl::StatusOr<DevicePosterior> LearningModel::PosteriorOn(const kernels::Contexts& devices) const {
+  std::lock_guard lock(mutex_);
+  const auto make = [&](const auto& model) -> absl::StatusOr<DevicePosterior> {
+    EGOSIEVE_ASSIGN_OR_RETURN(auto posterior, model.MakePosterior(squash_, options_, devices));
+    return DevicePosterior{devices.front(), std::move(posterior), CheckLabels(model),
+                           static_cast<int64_t>(devices.size())};
+  };
+  return std::visit(make, model_);
+}
+
 }  // namespace egosieve::embed

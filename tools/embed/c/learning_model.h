@@ -83,6 +83,8 @@ class LearningModel {
   }
   std::string annotation() const;
   absl::StatusOr<DevicePosterior> Posterior();
+  // The same on these devices, which share its queries; made by each call.
+  absl::StatusOr<DevicePosterior> PosteriorOn(const kernels::Contexts& devices) const;
 
  private:
   using Model = std::variant<gp::ExactModel, gp::SparseModel>;

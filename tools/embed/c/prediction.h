@@ -6,6 +6,7 @@
 #ifndef EGOSIEVE_TOOLS_EMBED_C_PREDICTION_H_
 #define EGOSIEVE_TOOLS_EMBED_C_PREDICTION_H_
 
+#include <cstdint>
 #include <memory>
 
 #include "absl/status/status.h"
@@ -15,11 +16,12 @@
 
 namespace egosieve::embed {
 
-// A posterior with its device.
+// A posterior with its device, or the first of its devices.
 struct DevicePosterior {
   std::shared_ptr<kernels::Context> context;
   std::shared_ptr<const gp::Posterior> posterior;
   absl::Status labels;  // if the targets are no labels: why there are no probabilities
+  int64_t devices = 1;
 
   int64_t outputs() const { return posterior->outputs(); }
   int64_t dimension() const { return posterior->hyperparameters().covariance.input_dimension(); }

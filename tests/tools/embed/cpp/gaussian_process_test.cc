@@ -172,6 +172,23 @@ TEST(GaussianProcess, PredictsOnTheCallersQueue) {
   clReleaseContext(context);
 }
 
+TEST(GaussianProcess, SharesAPosteriorAmongDevices) {
+  const Data data;
+  const GaussianProcess gp = ConditionedModel(data);
+  const Posterior single = gp.MakePosterior().value();
+  const Posterior shared = gp.MakePosterior({"", ""}).value();
+  constexpr int kMany = 3000;  // both devices compute
+  std::vector<double> places(kMany * kDimension);
+  for (size_t i = 0; i < places.size(); ++i) places[i] = std::sin(0.37 * static_cast<double>(i));
+  std::vector<float> expected(kMany), found(kMany);
+  ASSERT_TRUE(single.Predict({places, kDimension}, {expected}).ok());
+  ASSERT_TRUE(shared.Predict({places, kDimension}, {found}).ok());
+  EXPECT_EQ(found, expected);
+  EXPECT_EQ(shared.OpenClContext().status().code(), Code::kFailedPrecondition);
+  EXPECT_EQ(gp.MakePosterior({"", "nowhere"}).status().code(), Code::kNotFound);
+  EXPECT_EQ(gp.MakePosterior(std::vector<std::string>()).status().code(), Code::kInvalidArgument);
+}
+
 TEST(GaussianProcess, JointPredictionsAreTheCInterfaces) {
   const Data data;
   GaussianProcessOptions options;

@@ -27,6 +27,7 @@
 #include <variant>
 #include <vector>
 
+#include "egosieve/device_call.h"
 #include "egosieve/gaussian_process.h"
 #include "egosieve/joint_posterior.h"
 #include "gp/io/array_file.h"
@@ -236,6 +237,21 @@ bool IsFair(const Array& array) {
          array.columns == 0;
 }
 
+// A prediction on up to two devices, or a list of them that must be refused.
+egosieve_status PredictOnDevices(egosieve_gp* gp, const egosieve_const_array* x,
+                                 egosieve_prediction* prediction, Draw& draw) {
+  const char* const names[] = {kDevice, kDevice, "none"};
+  egosieve_posterior* posterior = nullptr;
+  const int64_t count = static_cast<int64_t>(draw.Below(5)) - 1;
+  egosieve_status status = egosieve_gp_posterior_on_devices(gp, names, count, &posterior);
+  if ((status == EGOSIEVE_OK) != (posterior != nullptr)) Fail("a handle in spite of an error");
+  if (status != EGOSIEVE_OK) return status;
+  if (count < 1 || count > 2) Fail("devices that nobody has were taken");
+  status = egosieve_posterior_predict(posterior, x, prediction);
+  egosieve_posterior_free(posterior);
+  return status;
+}
+
 // One of the calls; what is not fair is left out and counts as taken.
 egosieve_status Call(egosieve_gp* gp, const egosieve_const_array& x, const egosieve_const_array& y,
                      egosieve_array out, Draw& draw) {
@@ -245,7 +261,7 @@ egosieve_status Call(egosieve_gp* gp, const egosieve_const_array& x, const egosi
   (draw.OneIn(2) ? prediction.mean : prediction.probability) = out;
   if (draw.OneIn(20)) prediction.struct_size = draw.Below(300);
   egosieve_array none{};
-  switch (draw.Below(11)) {
+  switch (draw.Below(12)) {
     case 0:
       return egosieve_gp_condition(gp, x_pointer, &y);
     case 5:
@@ -259,6 +275,8 @@ egosieve_status Call(egosieve_gp* gp, const egosieve_const_array& x, const egosi
       return egosieve_gp_gradients(gp, x_pointer, &none, &out);
     case 9:
       return egosieve_gp_leave_one_out(gp, &out, &none, &none);
+    case 10:
+      return PredictOnDevices(gp, x_pointer, &prediction, draw);
     case 1: {
       const int64_t rows[3] = {draw.Integer(), draw.Integer(), draw.Integer()};
       return egosieve_gp_remove(gp, rows, static_cast<int64_t>(draw.Below(4)));

@@ -205,13 +205,13 @@ TEST(Examples, SegmentersFindTheSquare) {
   EXPECT_EQ(ran.code, 0) << ran.output;
 }
 
-// The program of a document under this heading.
-std::string ProgramOnAQueue(const std::string& document) {
+// The program of a document under a heading.
+std::string ProgramOf(const std::string& document, const std::string& heading) {
   std::ifstream lines(InstalledTree() + "/share/doc/egosieve/" + document);
   std::string program;
   bool found = false;
   for (std::string line; std::getline(lines, line);) {
-    if (line.rfind("## ", 0) == 0) found = line == "## On a queue of your own";
+    if (line.rfind("## ", 0) == 0) found = line == heading;
     if (found && line.rfind("    ", 0) == 0) program += line.substr(4) + "\n";
   }
   return program;
@@ -225,9 +225,10 @@ TEST(Examples, OfTheReferenceRunOnAQueue) {
     GTEST_SKIP() << "the reference has no queues";
   }
   if (!fs::exists("/usr/include/CL/cl.h")) GTEST_SKIP() << "there are no headers of OpenCL";
+  constexpr char kHeading[] = "## On a queue of your own";
   const std::string folder = NewFolder("queue");
-  std::ofstream(folder + "/queue.c") << ProgramOnAQueue("c.md");
-  std::ofstream(folder + "/queue.cc") << ProgramOnAQueue("cpp.md");
+  std::ofstream(folder + "/queue.c") << ProgramOf("c.md", kHeading);
+  std::ofstream(folder + "/queue.cc") << ProgramOf("cpp.md", kHeading);
   const std::string flags =
       " -Wall -Werror queue.$1 -o queue_$1 $(pkg-config --cflags --libs "
       "egosieve) -lOpenCL -lm -Wl,-rpath,'" +
@@ -253,6 +254,22 @@ TEST(Examples, OfTheReferenceRunOnAQueue) {
     EXPECT_GT(variance, 0.0);
     EXPECT_LT(variance, 0.01);
   }
+}
+
+TEST(Examples, OfTheReferenceRunOnSeveralDevices) {
+  SKIP_INSTRUMENTED();
+  if (RunClean("/", "python3 -c 'import numpy'").code != 0) {
+    GTEST_SKIP() << "there is no python3 with numpy";
+  }
+  const std::string folder = NewFolder("devices");
+  std::ofstream(folder + "/devices.py") << ProgramOf("python.md", "## On several devices");
+  const CommandOutcome ran =
+      RunClean(folder, "python3 devices.py", "PYTHONPATH='" + InstalledPythonFolder() + "'");
+  ASSERT_EQ(ran.code, 0) << ran.output;
+  // 200 points of sin(3 x) cos(y) with a noise of 0.1, at (0.5, 0).
+  double mean = 9.0;
+  ASSERT_TRUE(std::istringstream(ran.output) >> mean) << ran.output;
+  EXPECT_NEAR(mean, std::sin(1.5), 0.1);
 }
 
 // Unpacked as pip does it; `./run wheel` also copies the system's libraries in.

@@ -1,6 +1,7 @@
 /**
  * @file device_call.h
- * Predictions from and to OpenCL buffers, enqueued on the caller's command queue without waiting.
+ * Posteriors on several devices, and predictions from and to OpenCL buffers, enqueued on the
+ * caller's command queue without waiting.
  *
  * OpenCL's handles are `void*` here, so that this header does not depend on OpenCL's headers: pass
  * cl_context, cl_device_id, cl_command_queue, cl_event and cl_mem as they are.
@@ -16,6 +17,29 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/**
+ * Gives a posterior of the model's current state, as egosieve_gp_posterior(), that lies on these
+ * devices instead of the model's own. They share the queries of each prediction: the queries are
+ * divided into pieces of at least 1,024, and each device that has finished takes the next piece.
+ *
+ * A query's result is that of the device that computed it: of devices of one kind to the bit that
+ * of one alone, of others within the error in gaussian_process.h. Which device computes a query can
+ * differ from call to call. An image's inputs, and what several outputs or a mean function need in
+ * float64, are computed on the first. If a device fails, nothing is written.
+ *
+ * Memory: the model on every device, and the results once more on the host.
+ * @param gp            The model.
+ * @param devices       Names, each as `device` of egosieve_gp_options. A device that is named twice
+ *                      holds the model twice. Of a name that no device has: #EGOSIEVE_NOT_FOUND.
+ * @param device_count  1 to 1024.
+ * @param posterior     Out. If there are several devices, egosieve_posterior_opencl() and
+ *                      egosieve_posterior_enqueue() are #EGOSIEVE_FAILED_PRECONDITION.
+ */
+EGOSIEVE_API egosieve_status egosieve_gp_posterior_on_devices(egosieve_gp* gp,
+                                                              const char* const* devices,
+                                                              int64_t device_count,
+                                                              egosieve_posterior** posterior);
 
 /** Consecutive float32 values in an OpenCL buffer. */
 typedef struct egosieve_device_array {
@@ -43,8 +67,8 @@ typedef struct egosieve_device_call {
 EGOSIEVE_API void egosieve_device_call_init(egosieve_device_call* call);
 
 /**
- * Gives the OpenCL context and device of a posterior; they live as long as it does. On "reference":
- * #EGOSIEVE_FAILED_PRECONDITION.
+ * Gives the OpenCL context and device of a posterior; they live as long as it does. On "reference",
+ * and on several devices: #EGOSIEVE_FAILED_PRECONDITION.
  * @param posterior       The posterior.
  * @param opencl_context  Out: a cl_context; null: not wanted.
  * @param opencl_device   Out: a cl_device_id; null: not wanted.

@@ -313,6 +313,16 @@ class GaussianProcess {
     if (!status.ok()) return status;
     return Posterior(posterior);
   }
+  /** The same on devices by name, which share the queries: egosieve_gp_posterior_on_devices(). */
+  Result<Posterior> MakePosterior(const std::vector<std::string>& devices) const {
+    std::vector<const char*> names;
+    for (const std::string& device : devices) names.push_back(device.c_str());
+    egosieve_posterior* posterior = nullptr;
+    Status status = Status::FromC(egosieve_gp_posterior_on_devices(
+        handle_, names.data(), static_cast<int64_t>(names.size()), &posterior));
+    if (!status.ok()) return status;
+    return Posterior(posterior);
+  }
 
   /** Stores bytes with the model and in its file. */
   Status SetAnnotation(const std::string& bytes) {

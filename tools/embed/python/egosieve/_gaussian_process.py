@@ -36,6 +36,7 @@ _egosieve = _library.Library("egosieve", {
     "egosieve_gp_predict_image": [c_void_p, POINTER(Image), c_int32, _PREDICTION],
     "egosieve_gp_describe_pixels": [c_void_p, POINTER(Image), _ARRAY, _ARRAY],
     "egosieve_gp_posterior": [c_void_p, POINTER(c_void_p)],
+    "egosieve_gp_posterior_on_devices": [c_void_p, POINTER(c_char_p), c_int64, POINTER(c_void_p)],
     "egosieve_posterior_predict": [c_void_p, _ARRAY, _PREDICTION],
     "egosieve_posterior_predict_grid": [c_void_p, POINTER(Grid), _PREDICTION],
     "egosieve_posterior_predict_image": [c_void_p, POINTER(Image), c_int32, _PREDICTION],
@@ -73,6 +74,14 @@ def devices():
         _call("egosieve_device_name", index, name, len(name))
         names.append(name.value.decode(errors="replace"))
     return names
+
+
+def _call_by_name(function, *args):
+    """A call with devices' names: a name that no device has is ValueError."""
+    status = _egosieve.status(function, *args)
+    if status == _library.NOT_FOUND:
+        raise ValueError(_library.last_error())
+    _library.check(status)
 
 
 def _doubles(values):
@@ -149,10 +158,7 @@ class Model(_Predictor):
         if scales is not None:
             options.scales, options.scale_count = _doubles(scales), len(scales)
         handle = c_void_p()
-        status = _egosieve.status("egosieve_gp_create", byref(options), byref(handle))
-        if status == _library.NOT_FOUND:
-            raise ValueError(_library.last_error())
-        _library.check(status)
+        _call_by_name("egosieve_gp_create", byref(options), byref(handle))
         return cls(handle)
 
     @classmethod
@@ -247,9 +253,15 @@ class Model(_Predictor):
         points, output = input_array("places", places), output_array("out", out)
         _call("egosieve_gp_describe_pixels", self._handle, byref(view), byref(points), byref(output))
 
-    def posterior(self):
+    def posterior(self, devices=None):
         handle = c_void_p()
-        _call("egosieve_gp_posterior", self._handle, byref(handle))
+        if devices is None:
+            _call("egosieve_gp_posterior", self._handle, byref(handle))
+            return Posterior(handle)
+        if not isinstance(devices, (list, tuple)):
+            raise TypeError(f"devices is a {type(devices).__name__}; it must be a list of names")
+        names = (c_char_p * len(devices))(*map(encoded, devices))
+        _call_by_name("egosieve_gp_posterior_on_devices", self._handle, names, len(devices), byref(handle))
         return Posterior(handle)
 
     def set_annotation(self, text):
