@@ -42,6 +42,8 @@ DenseSweepPair Scene() {
   random.fill(pair.now, cv::RNG::UNIFORM, 0, 255);
   pair.before.colRange(0, kMiddle).copyTo(pair.now.colRange(kFar, kMiddle + kFar));
   pair.before.colRange(kMiddle, kWidth - kNear).copyTo(pair.now.colRange(kMiddle + kNear, kWidth));
+  cv::Mat uncovered = pair.now(kMover + cv::Point(kFar, 0));
+  random.fill(uncovered, cv::RNG::UNIFORM, 0, 255);
   pair.before(kMover).copyTo(pair.now(kMover + kMoves));
   pair.camera = Pinhole::Of(pair.before.size(), kFocal);
   pair.translation = Eigen::Vector3d::UnitX();
