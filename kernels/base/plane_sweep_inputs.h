@@ -11,7 +11,7 @@
 
 namespace egosieve::kernels {
 
-// One position of the sweep: (PS1) with w_j, the patch there with pixels s_j apart.
+// One position of the sweep: (SW1) with w_j, the patch there with pixels s_j apart.
 struct SweepStep {
   float inverse_depth = 0.0f;  // w_j
   float scale = 1.0f;          // s_j, positive
@@ -35,7 +35,7 @@ enum SweepColumn {
   kStaticStep,     // its j; NaN likewise
   kFlowCost,       // |P - Q|^2; NaN if the flow is, or if Q leaves the picture
   kEnergy,         // |P|^2
-  kGradient,       // trace of (PS4)
+  kGradient,       // trace of (SW4)
   kLeastGradient,  // its smaller eigenvalue
   kSweepColumns
 };

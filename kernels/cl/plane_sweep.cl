@@ -56,7 +56,7 @@ static inline float square_of(const Sums sums) {
   return fmax(0.0f, fma(-sum, sum / (float)(SIDE * SIDE), sum_of_first(SIDE, sums.squares)));
 }
 
-// |P - S|^2 (PS2), S around (x, y) with pixels `scale` apart; NaN if S leaves the picture.
+// |P - S|^2 (SW2), S around (x, y) with pixels `scale` apart; NaN if S leaves the picture.
 static inline float squared_difference(const float8* p, const Picture picture, const float x, const float y,
                                        const float scale) {
   const float reach = scale * RADIUS;
@@ -102,7 +102,7 @@ static inline float squared_difference(const float8* p, const Picture picture, c
   return square_of(sums);
 }
 
-// out[3..5]: |P|^2, and trace and smaller eigenvalue of (PS4).
+// out[3..5]: |P|^2, and trace and smaller eigenvalue of (SW4).
 static inline void write_texture(const float8* p, __global float* out) {
   Sums sums = {(float8)0.0f, (float8)0.0f};
 #pragma unroll

@@ -3,20 +3,20 @@
 //
 // A place x of the first picture, homogeneous, has the positions
 //
-//   x_j = (y_1 / y_3, y_2 / y_3),   y = H x + w_j e,   y_3 > 0                               (PS1)
+//   x_j = (y_1 / y_3, y_2 / y_3),   y = H x + w_j e,   y_3 > 0                               (SW1)
 //
 // For a calibrated camera, X_2 = R X_1 + t: H = K R K^-1, e = K t, w_j = 1 / Z_1. With P, S patches
 // of N = (2 radius + 1)^2 pixels around the place and a position, each less its mean,
 //
-//   |P - S|^2 = sum d^2 - (sum d)^2 / N,   d their difference                                (PS2)
-//   static: min_j |P - S_j|^2,   found: |P - Q|^2                                            (PS3)
+//   |P - S|^2 = sum d^2 - (sum d)^2 / N,   d their difference                                (SW2)
+//   static: min_j |P - S_j|^2,   found: |P - Q|^2                                            (SW3)
 //
 // S_j is around x_j with pixels s_j apart, Q around x + flow with pixels one apart, both sampled
 // bilinearly. A patch lies in a picture of width W if x - s radius >= 0 and x + s radius < W - 1;
 // likewise for rows. With (g_x, g_y) the gradient by central differences at the (2 radius - 1)^2
 // inner pixels of P,
 //
-//   T = mean of (g_x, g_y)^T (g_x, g_y)                                                      (PS4)
+//   T = mean of (g_x, g_y)^T (g_x, g_y)                                                      (SW4)
 //
 // A patch without texture has |P|^2 = 0; one that is a straight edge has T with one eigenvalue 0.
 // The caller decides what is enough.

@@ -49,7 +49,7 @@ double SquaredDifference(const std::vector<double>& a, const std::vector<double>
   return sum;
 }
 
-// (PS4)
+// (SW4)
 struct StructureTensor {
   double xx = 0.0, xy = 0.0, yy = 0.0;
   double trace() const { return xx + yy; }

@@ -6,17 +6,17 @@
 // photometric_support.h, with its noise sigma, N = 49, the patch P of the place and the mean squared
 // gradient G of P,
 //
-//   l = kappa (E_0 - E_1) / (2 (v + sigma_p^2 G))                                           (DS1)
+//   l = kappa (E_0 - E_1) / (2 (v + sigma_p^2 G))                                           (DE1)
 //
 // is the log-likelihood ratio of moving against static; as (S2), but with either sign. Where flow
 // gives no place, the place may be moving or hidden, and
 //
-//   E_1 = c |P|^2                                                                           (DS2)
+//   E_1 = c |P|^2                                                                           (DE2)
 //
 // is put in place of what was not found: a static place fits better than that, another surface does
 // not (guided_match.h, M1). Blank places abstain, with l = 0:
 //
-//   |P|^2 < N (kLeastTexture sigma)^2                                                       (DS3)
+//   |P|^2 < N (kLeastTexture sigma)^2                                                       (DE3)
 //
 // and where flow gives no place, also those whose structure tensor T has its smaller eigenvalue
 // below kLeastCorner trace T: a straight edge fits anywhere along itself. So do places whose patches
@@ -25,7 +25,7 @@
 // The inverse depths r_j, j < J, are equal steps of the signed flow s along the epipolar line
 // (epipolar_line.h) from the point at infinity to the nearest depth:
 //
-//   s_j = j s_(J-1) / (J - 1),  J = ceil(s_(J-1) / step_pixels) + 1, at most `most_steps`   (DS4)
+//   s_j = j s_(J-1) / (J - 1),  J = ceil(s_(J-1) / step_pixels) + 1, at most `most_steps`   (DE4)
 //
 // at the corner of the picture where the flow is longest; elsewhere they are shorter. With
 // fewer steps than asked for, E_0 is too high where the texture is finer than a step. The patch at

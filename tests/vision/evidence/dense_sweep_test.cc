@@ -139,7 +139,7 @@ TEST(DenseSweep, WhatLeavesThePictureAbstains) {
   }
 }
 
-// (DS1) and (S2) at the same positions. Those of the sweep in float32 are off by less than 3e-4
+// (DE1) and (S2) at the same positions. Those of the sweep in float32 are off by less than 3e-4
 // pixels (24 u 160), a level thus by 0.15 in x and y. Patches of noise differ by 100 in a pixel, so
 // that E_0 is off by 0.3 %, and l + kappa N / 2, which is proportional to it, likewise; E_1 is at
 // whole pixels.
