@@ -19,7 +19,7 @@ constexpr int64_t kPanel = 128;       // columns of a panel of the factorisation
 constexpr int64_t kRows = 128;        // rows of a tile below the panel
 constexpr int64_t kSolvePanel = 256;  // rows solved before the rows below are updated
 constexpr int64_t kSolveColumns = 32;
-constexpr int64_t kSolveRows = 64;
+constexpr int64_t kSolveRows = 128;
 constexpr int64_t kInverseColumns = 128;  // of L^-1 at a time
 constexpr int64_t kProductTile = 256;
 

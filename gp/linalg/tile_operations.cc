@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gp/linalg/matrix_product.h"
+
 namespace egosieve::gp::tile {
 namespace {
 
@@ -18,6 +20,9 @@ Map ToEigen(View m) { return Map(m.data, m.rows, m.cols, Eigen::OuterStride<>(m.
 ConstMap ToEigen(ConstView m) {
   return ConstMap(m.data, m.rows, m.cols, Eigen::OuterStride<>(m.stride));
 }
+
+// Whether matrix_product.h is faster than Eigen, by measurement.
+bool IsLarge(View c, int64_t depth) { return c.rows >= 32 && c.cols >= 32 && depth >= 64; }
 
 // The first part of a split of n: a multiple of the substitution's size.
 int64_t FirstHalf(int64_t n) {
@@ -88,33 +93,33 @@ int64_t FactorizeSmall(View a, const double* floors) {
 }  // namespace
 
 void SubtractProduct(ConstView a, ConstView b, View c) {
-  if (c.empty() || a.cols == 0) return;
-  ToEigen(c).noalias() -= ToEigen(a) * ToEigen(b);
+  if (IsLarge(c, a.cols)) return gp::AddProduct(-1, AsIs(a), AsIs(b), a.cols, c);
+  if (!c.empty() && a.cols > 0) ToEigen(c).noalias() -= ToEigen(a) * ToEigen(b);
 }
 
 void SubtractProductTransposed(ConstView a, ConstView b, View c) {
-  if (c.empty() || a.cols == 0) return;
-  ToEigen(c).noalias() -= ToEigen(a) * ToEigen(b).transpose();
+  if (IsLarge(c, a.cols)) return gp::AddProduct(-1, AsIs(a), Transposed(b), a.cols, c);
+  if (!c.empty() && a.cols > 0) ToEigen(c).noalias() -= ToEigen(a) * ToEigen(b).transpose();
 }
 
 void SubtractTransposedProduct(ConstView a, ConstView b, View c) {
-  if (c.empty() || a.rows == 0) return;
-  ToEigen(c).noalias() -= ToEigen(a).transpose() * ToEigen(b);
+  if (IsLarge(c, a.rows)) return gp::AddProduct(-1, Transposed(a), AsIs(b), a.rows, c);
+  if (!c.empty() && a.rows > 0) ToEigen(c).noalias() -= ToEigen(a).transpose() * ToEigen(b);
 }
 
 void AddProduct(ConstView a, ConstView b, View c) {
-  if (c.empty() || a.cols == 0) return;
-  ToEigen(c).noalias() += ToEigen(a) * ToEigen(b);
+  if (IsLarge(c, a.cols)) return gp::AddProduct(1, AsIs(a), AsIs(b), a.cols, c);
+  if (!c.empty() && a.cols > 0) ToEigen(c).noalias() += ToEigen(a) * ToEigen(b);
 }
 
 void AddProductTransposed(ConstView a, ConstView b, View c) {
-  if (c.empty() || a.cols == 0) return;
-  ToEigen(c).noalias() += ToEigen(a) * ToEigen(b).transpose();
+  if (IsLarge(c, a.cols)) return gp::AddProduct(1, AsIs(a), Transposed(b), a.cols, c);
+  if (!c.empty() && a.cols > 0) ToEigen(c).noalias() += ToEigen(a) * ToEigen(b).transpose();
 }
 
 void AddTransposedProduct(ConstView a, ConstView b, View c) {
-  if (c.empty() || a.rows == 0) return;
-  ToEigen(c).noalias() += ToEigen(a).transpose() * ToEigen(b);
+  if (IsLarge(c, a.rows)) return gp::AddProduct(1, Transposed(a), AsIs(b), a.rows, c);
+  if (!c.empty() && a.rows > 0) ToEigen(c).noalias() += ToEigen(a).transpose() * ToEigen(b);
 }
 
 void SolveLeft(ConstView l, View b) {

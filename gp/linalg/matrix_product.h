@@ -1,0 +1,36 @@
+// C += sign A B in float64, on the calling thread: the product that this folder's factorisations and
+// solves consist of.
+//
+// Blocks of A and B are packed so that the innermost loop reads them in order and keeps a block of C
+// in registers (Goto & van de Geijn, Anatomy of high-performance matrix multiplication, 2008). Every
+// element of C gets the sums over blocks of kProductDepth values of k, in order: its bits do not
+// depend on the rows and columns that are computed with it.
+#ifndef EGOSIEVE_GP_LINALG_MATRIX_PRODUCT_H_
+#define EGOSIEVE_GP_LINALG_MATRIX_PRODUCT_H_
+
+#include <cstdint>
+
+#include "kernels/base/matrix_view.h"
+
+namespace egosieve::gp {
+
+inline constexpr int64_t kProductDepth = 256;
+
+// A matrix or its transpose: element (i, j) is data[i * row_stride + j * column_stride].
+struct ProductOperand {
+  const double* data = nullptr;
+  int64_t row_stride = 0, column_stride = 0;
+};
+
+inline ProductOperand AsIs(kernels::ConstMatrixView<double> m) { return {m.data, m.stride, 1}; }
+inline ProductOperand Transposed(kernels::ConstMatrixView<double> m) {
+  return {m.data, 1, m.stride};
+}
+
+// c += sign A B with A c.rows x depth and B depth x c.cols, neither of them part of c. sign: 1 or -1.
+void AddProduct(double sign, ProductOperand a, ProductOperand b, int64_t depth,
+                kernels::MatrixView<double> c);
+
+}  // namespace egosieve::gp
+
+#endif  // EGOSIEVE_GP_LINALG_MATRIX_PRODUCT_H_
