@@ -10,6 +10,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
 #include "tools/cli/checks.h"
+#include "tools/cli/interruption.h"
 #include "tools/cli/standard_streams.h"
 
 namespace egosieve::tools {
@@ -124,6 +125,11 @@ void Progress::Advance(const Details& details) {
   if (due) {
     Show(now);
   }
+}
+
+bool Progress::AdvanceUninterrupted() {
+  Advance();
+  return !InterruptionRequested();
 }
 
 void Progress::Finish() {

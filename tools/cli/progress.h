@@ -43,6 +43,8 @@ class Progress {
 
   // One more is done.
   void Advance(const Details& details = {});
+  // The same. False if an interruption was requested (interruption.h).
+  bool AdvanceUninterrupted();
   // Time since the beginning.
   double Seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
   // Shows the last state and ends the bar's line. Later calls do nothing.

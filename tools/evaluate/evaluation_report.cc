@@ -39,10 +39,8 @@ absl::Status AddMaps(const RunFolder& folder, const RunReportOptions& options,
                      const ProgressFlag& flag, EvaluationReport& report) {
   Progress progress("evaluate", flag, -1);
   EGOSIEVE_ASSIGN_OR_RETURN(const RunEvaluation run,
-                            EvaluateRun(folder, options.truth, options.maps, [&] {
-                              progress.Advance();
-                              return !InterruptionRequested();
-                            }));
+                            EvaluateRun(folder, options.truth, options.maps,
+                                        [&] { return progress.AdvanceUninterrupted(); }));
   const Evaluation& evaluation = run.evaluation;
   progress.Finish();
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.File("eval.csv"), ToCsv(evaluation)));

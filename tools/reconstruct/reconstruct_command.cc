@@ -9,7 +9,6 @@
 #include "kernels/base/status_macros.h"
 #include "tools/cli/device_flag.h"
 #include "tools/cli/frame_range.h"
-#include "tools/cli/interruption.h"
 #include "tools/cli/object_flags.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
@@ -96,10 +95,7 @@ class ReconstructCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(const auto run,
                               ReconstructRun::Open(device.context, folder, lines, options_));
     Progress progress("reconstruct", progress_, run->frames() - run->frames_done_before());
-    EGOSIEVE_RETURN_IF_ERROR(run->Run([&] {
-      progress.Advance();
-      return !InterruptionRequested();
-    }));
+    EGOSIEVE_RETURN_IF_ERROR(run->Run([&] { return progress.AdvanceUninterrupted(); }));
     progress.Finish();
     result_.Tell(name(), {{"run", folder.path()}, {"frames", run->frames()}},
                  absl::StrFormat(is_share ? "the maps of %d frames refined in %s\n"

@@ -9,7 +9,6 @@
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
 #include "tools/cli/exit_code.h"
-#include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
 #include "tools/synthesize/synthesize.h"
@@ -96,10 +95,8 @@ class SynthesizeCommand : public Command {
           static_cast<int>(std::lround(seconds_ * options_.rendering.frames_per_second));
     }
     Progress progress("synthesize", progress_, options_.rendering.frames);
-    const absl::Status status = Synthesize(options_, [&](int, int) {
-      progress.Advance();
-      return !InterruptionRequested();
-    });
+    const absl::Status status =
+        Synthesize(options_, [&](int, int) { return progress.AdvanceUninterrupted(); });
     if (absl::IsNotFound(status)) return AsUsageError(status);  // of a scenario
     EGOSIEVE_RETURN_IF_ERROR(status);
     progress.Finish();

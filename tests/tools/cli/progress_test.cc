@@ -39,7 +39,7 @@ TEST(Progress, ATerminalHasABarThatEndsWithALineBreak) {
   Progress progress("segment", ProgressMode::kAuto, 4, stream, true);
   for (int i = 0; i < 4; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(110));
-    progress.Advance();
+    EXPECT_TRUE(progress.AdvanceUninterrupted());
   }
   progress.Finish();
   progress.Finish();

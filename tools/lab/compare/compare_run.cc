@@ -39,10 +39,8 @@ absl::Status MakeDrives(const CompareOptions& options, const std::string& folder
     drive.overwrite = true;
     drive.rendering.frames = options.drive_frames;
     Progress progress("synthesize", flag, options.drive_frames);
-    EGOSIEVE_RETURN_IF_ERROR(Synthesize(drive, [&](int, int) {
-      progress.Advance();
-      return !InterruptionRequested();
-    }));
+    EGOSIEVE_RETURN_IF_ERROR(
+        Synthesize(drive, [&](int, int) { return progress.AdvanceUninterrupted(); }));
   }
   return absl::OkStatus();
 }
@@ -90,8 +88,7 @@ std::vector<ProfileComparison> CompareAll(const std::shared_ptr<kernels::Context
     absl::StatusOr<DriveComparison> drive =
         CompareMethods(context, sequence, profiles[profile].options, [&] {
           const std::lock_guard lock(mutex);
-          progress.Advance();
-          return !InterruptionRequested();
+          return progress.AdvanceUninterrupted();
         });
     if (drive.ok()) {
       result = *std::move(drive);

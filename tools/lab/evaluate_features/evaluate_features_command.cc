@@ -5,7 +5,6 @@
 
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
-#include "tools/cli/interruption.h"
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
 #include "tools/lab/evaluate_features/evaluate_features.h"
@@ -67,11 +66,9 @@ class EvaluateFeaturesCommand : public Command {
       EGOSIEVE_ASSIGN_OR_RETURN(sequences, FindFeatureSequences(input_));
     }
     Progress progress("evaluate_features", progress_, -1);
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<SequenceScore> scores,
-                              EvaluateSequences(sequences, options_, [&] {
-                                progress.Advance();
-                                return !InterruptionRequested();
-                              }));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const std::vector<SequenceScore> scores,
+        EvaluateSequences(sequences, options_, [&] { return progress.AdvanceUninterrupted(); }));
     progress.Finish();
     nlohmann::ordered_json fields = {{"sequences", scores.size()}, {"scores", nullptr}};
     if (!json_path_.empty()) {
