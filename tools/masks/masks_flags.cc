@@ -1,0 +1,140 @@
+#include "tools/masks/masks_flags.h"
+
+#include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/checks.h"
+#include "tools/reconstruct/full_maps.h"
+
+namespace egosieve::tools {
+namespace {
+
+Words<Treatment> TreatmentWords() {
+  return {{"keep", Treatment::kKeep}, {"mask", Treatment::kMask}};
+}
+
+}  // namespace
+
+void MasksFlags::AddFlags(CLI::App& app) {
+  app.add_option("INPUT", input,
+                 "A video, a folder of images or a glob, which are segmented first; or a run "
+                 "folder")
+      ->required()
+      ->type_name("")
+      ->configurable(false);
+  app.add_option("--out", options.out, "The folder to write the masks to")
+      ->required()
+      ->type_name("DIR");
+  AddWords(app, "--for", options.format, MaskFormatWords(), "The program that reads the masks");
+  app.add_option("--dilate", options.mask.dilate_pixels,
+                 "Also mask pixels nearer than this to a mover; default: 0")
+      ->type_name("PIXELS");
+  app.add_option("--shadow_margin", options.mask.shadow_margin_pixels,
+                 "Also mask the shadows that movers cast, up to this distance from them: what is "
+                 "darker than the ground around it and begins at their feet; default: 0, none")
+      ->type_name("PIXELS");
+  app.add_option("--threshold", options.mask.threshold,
+                 "Masks where the probability of moving is at least this; default: the masks of "
+                 "reconstruct, by its own thresholds")
+      ->type_name("P");
+  AddWords(app, "--unsure", unsure, TreatmentWords(),
+           absl::StrCat(
+               "Pixels that are neither clearly moving nor clearly static; mask: as --threshold=",
+               ClassThresholds().static_below, "; default: keep"));
+  AddWords(app, "--own_vehicle", own_vehicle, TreatmentWords(),
+           "The camera's own vehicle, where it was found, and what --ignore names; default: mask "
+           "it for programs that build a scene, keep it for others");
+  app.add_option("--also", options.also,
+                 "Own masks to unite with these, not 0 where masked: a folder with IMAGE.png or "
+                 "NAME.png, or one picture for all images")
+      ->type_name("PATH");
+  app.add_flag("--invert", options.invert,
+               "Exchange what is masked and what is not; not for davis, coco and mots");
+  AddFileFlags(app);
+  AddRunFlags(app);
+  progress.AddFlag(app);
+  result.AddFlag(app);
+}
+
+void MasksFlags::AddFileFlags(CLI::App& app) {
+  app.add_option("--frames", options.frames,
+                 "Write the pictures, too, under the names that the masks go by; those of a "
+                 "video are 000000.png and so on")
+      ->type_name("DIR");
+  app.add_option("--from_video", options.video,
+                 "The video that the pictures of INPUT were taken from: it is segmented instead "
+                 "of them, and they are found in it by comparing thumbnails, whatever their size")
+      ->type_name("FILE");
+  app.add_option("--transforms", options.transforms,
+                 "nerfstudio's transforms.json; default: in the images' folder or above it")
+      ->type_name("FILE");
+  app.add_option("--truth", options.truth,
+                 "True masks, as for evaluate: prints how much of what moves is masked")
+      ->type_name("DIR");
+  app.add_flag("--overwrite", options.overwrite,
+               "Replace files of the same names in --out and --frames; others stay");
+}
+
+void MasksFlags::AddRunFlags(CLI::App& app) {
+  app.add_option("--run", run,
+                 "The run folder for an input that is segmented, kept for the next call; "
+                 "default: OUT.run")
+      ->type_name("DIR");
+  app.add_option("--input", moved, "Where the run's input is now, if it was moved")
+      ->type_name("PATH");
+  app.add_option("--shard", shard,
+                 "Writes the K-th of N shares, from 1 on, of a run that has its masks; what other "
+                 "shares wrote stays")
+      ->type_name("K/N");
+  // Flags passed on to segment; its help describes them further.
+  const auto pass = [&](const char* flag, const char* type, const char* help, auto& flags) {
+    app.add_option(flag, flags[flag], help)->type_name(type);
+  };
+  pass("--profile", "default|paper|fast", "Accurate, as in the paper, or fast", passed);
+  pass("--fps", "FLOAT", "Frames per second of a folder of images: sets their times, skips none",
+       passed);
+  pass("--times", "FILE", "The times of the images, one per line", passed);
+  pass("--camera", "FILE",
+       "The focal length: a run's camera.json, COLMAP's cameras.txt, or a file of one's own with "
+       "focal_pixels, width and height",
+       passed);
+  pass("--ignore", "IMAGE", "Nothing moves where this image of the frames' size is not black",
+       passed);
+  pass("--max_frames", "FRAMES", "Frames to segment at most", passed);
+  pass("--device", "DEVICE", "As for segment: see egosieve devices", passed_to_both);
+  pass("--threads", "NUMBER", "Threads, on the host and on a CPU as device", passed_to_both);
+}
+
+absl::Status MasksFlags::Resolve() {
+  if (unsure == Treatment::kMask) {
+    if (options.mask.threshold) {
+      return absl::InvalidArgumentError(
+          "--threshold and --unsure=mask exclude each other; leave one of them out");
+    }
+    options.mask.threshold = ClassThresholds().static_below;
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(options.shard, ParseShard(shard, kPieceFrames));
+  options.mask.numbers = HasNumbers(options.format);
+  options.mask.own_vehicle = own_vehicle == Treatment::kMask ||
+                             (own_vehicle == Treatment::kDefault && IsForScenes(options.format));
+  return absl::OkStatus();
+}
+
+absl::Status MasksFlags::CheckForRun() const {
+  if (!run.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(input, " is a run folder already; leave --run out"));
+  }
+  if (!options.video.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        input, " is a run folder; --from_video takes the pictures as INPUT, and --run=", input));
+  }
+  for (const auto& [flag, value] : passed) {
+    if (value) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(input, " is segmented already; leave ", flag, " out"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace egosieve::tools

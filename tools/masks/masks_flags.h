@@ -1,0 +1,45 @@
+// The flags of `masks`: which masks of an input or a run are written, for which program.
+#ifndef EGOSIEVE_TOOLS_MASKS_MASKS_FLAGS_H_
+#define EGOSIEVE_TOOLS_MASKS_MASKS_FLAGS_H_
+
+#include <CLI/CLI.hpp>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
+#include "tools/masks/mask_export.h"
+
+namespace egosieve::tools {
+
+enum class Treatment { kDefault, kKeep, kMask };
+
+struct MasksFlags {
+  std::string input;  // a video, images, or a run folder
+  std::string run;    // the run folder of an input that is segmented; empty: OUT.run
+  std::string moved;  // where the run's input is now; empty: where run.json says
+  std::string shard;  // "K/N" (shard.h); empty: all frames
+  MaskExportOptions options;
+  Treatment unsure = Treatment::kDefault, own_vehicle = Treatment::kDefault;
+  // Flags for segment, and for segment and reconstruct, with their values if given.
+  std::map<std::string, std::optional<std::string>> passed, passed_to_both;
+  ProgressFlag progress;
+  ResultFlag result;
+
+  void AddFlags(CLI::App& app);
+
+  // Sets those `options` that other flags decide. InvalidArgument if flags exclude each other.
+  absl::Status Resolve();
+  // InvalidArgument for flags that do not belong to an input that is a run folder.
+  absl::Status CheckForRun() const;
+
+ private:
+  void AddFileFlags(CLI::App& app);
+  void AddRunFlags(CLI::App& app);
+};
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_MASKS_MASKS_FLAGS_H_
