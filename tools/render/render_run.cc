@@ -1,54 +1,131 @@
 #include "tools/render/render_run.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <opencv2/imgcodecs.hpp>
+#include <optional>
 #include <utility>
 
+#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
-#include "tools/reconstruct/full_maps.h"
-#include "tools/run_folder/doubtful_frames.h"
+#include "tools/cli/interruption.h"
+#include "tools/cli/warning.h"
+#include "tools/infer/shard.h"
+#include "tools/render/overlay_source.h"
+#include "tools/render/overlay_video.h"
+#include "tools/run_folder/chosen_lines.h"
+#include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
-#include "tools/run_folder/segmented_pictures.h"
+#include "tools/run_folder/run_folder.h"
 #include "vision/statistics/order_statistics.h"
 
 namespace egosieve::tools {
+namespace {
 
-absl::StatusOr<OverlaySource> OverlaySource::Open(std::shared_ptr<kernels::Context> context,
-                                                  const RunFolder& folder,
-                                                  const std::string& input) {
-  OverlaySource source(std::move(context), folder);
-  EGOSIEVE_ASSIGN_OR_RETURN(source.description_, folder.ReadDescription());
-  EGOSIEVE_ASSIGN_OR_RETURN(source.ignored_, folder.ReadIgnoredArea());
-  EGOSIEVE_ASSIGN_OR_RETURN(source.frames_, OpenPictures(source.description_, input));
-  return source;
-}
+class RenderRun {
+ public:
+  explicit RenderRun(const RenderOptions& options) : options_(options) {}
 
-absl::StatusOr<cv::Mat3b> OverlaySource::Draw(const FrameLine& line,
-                                              const OverlayOptions& options) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const vision::Frame frame, ReadPicture(line, *frames_));
-  OverlayOptions with_ignored = options;
-  with_ignored.ignored = IgnoredIn(line, ignored_);
-  const std::string caption = absl::StrFormat("frame %d  %.2f s%s", line.index, line.time_seconds,
-                                              DoubtOf(line).empty() ? "" : "  unreliable");
-  const std::string ids_path = folder_.FrameFile("ids", line.index, ".png");
-  if (shows_movers_ && std::filesystem::exists(ids_path)) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat ids, ReadImage(ids_path, cv::IMREAD_UNCHANGED));
-    if (ids.type() != CV_16UC1 || ids.size() != frame.image.size()) {
-      return absl::DataLossError(
-          absl::StrCat(ids_path, " is damaged; run egosieve reconstruct again"));
+  absl::StatusOr<ExitCode> Run() {
+    EGOSIEVE_ASSIGN_OR_RETURN(const Shard shard, ParseShard(options_.shard, kPieceFrames));
+    if (shard.count > 1) options_.video = false;
+    if (!options_.images && !options_.video) {
+      return absl::InvalidArgumentError(
+          "--no_images and --no_video, or --shard, leave nothing to do; leave one of them out");
     }
-    return DrawMovers(frame.image, ids, caption, with_ignored);
+    EGOSIEVE_RETURN_IF_ERROR(options_.overlay.objects.Validate());
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(options_.directory));
+    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, ChooseLines(folder, options_.range));
+    EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
+    EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, description, lines));
+    lines.erase(std::remove_if(lines.begin(), lines.end(),
+                               [&](const FrameLine& line) { return !shard.Contains(line.index); }),
+                lines.end());
+    EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, options_.device.Open());
+    EGOSIEVE_ASSIGN_OR_RETURN(OverlaySource overlays,
+                              OverlaySource::Open(device.context, folder, options_.input));
+    overlays.ShowMovers(options_.movers);
+    RemoveAbandonedFiles(folder.path());
+    Progress progress("render", options_.progress, static_cast<int64_t>(lines.size()));
+    if (options_.rate_hz == 0.0) options_.rate_hz = FrameRate(lines);
+    absl::Status status = absl::OkStatus();
+    for (const FrameLine& line : lines) {
+      status = RenderFrame(folder, line, overlays);
+      if (!status.ok()) break;
+      progress.Advance();
+    }
+    progress.Finish();
+    // Frames drawn before an error or an interruption also make a complete video.
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string video, FinishVideo());
+    EGOSIEVE_RETURN_IF_ERROR(status);
+    std::string text = video.empty() ? "" : absl::StrCat("video in ", video, "\n");
+    if (options_.images) {
+      absl::StrAppendFormat(&text, "%d overlays in %s\n", frames_, folder.File("render"));
+    }
+    options_.result.Tell("render", {{"run", folder.path()}, {"frames", frames_}, {"video", video}},
+                         text);
+    Warn(DescribeMissingMaps(folder, description, lines));
+    return failed_ > 0 ? ExitCode::kFramesFailed : ExitCode::kDone;
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(const FrameMaps maps, folder_.ReadGridMaps(line, description_, false));
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      cv::Mat1f probability,
-      InterpolateMap(*context_, GridOf(line, description_), maps.probability));
-  probability.setTo(0.0F, with_ignored.ignored);
-  return DrawOverlay(frame.image, probability, caption, with_ignored);
-}
+
+ private:
+  absl::Status RenderFrame(const RunFolder& folder, const FrameLine& line,
+                           OverlaySource& overlays) {
+    if (InterruptionRequested()) {
+      return absl::CancelledError(absl::StrCat("interrupted after ", frames_, " frames"));
+    }
+    if (line.outcome == FrameLine::Outcome::kFailed) {
+      ++failed_;
+      return absl::OkStatus();
+    }
+    if (!line.has_map()) return absl::OkStatus();
+    EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat3b picture, overlays.Draw(line, options_.overlay));
+    if (options_.images) {
+      EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("render")));
+      EGOSIEVE_RETURN_IF_ERROR(WritePng(folder.FrameFile("render", line.index, ".png"), picture));
+    }
+    if (options_.video) {
+      EGOSIEVE_RETURN_IF_ERROR(AppendToVideo(folder, picture));
+    }
+    ++frames_;
+    return absl::OkStatus();
+  }
+
+  // The first picture sets the video's size; frames of other sizes are left out of the video.
+  absl::Status AppendToVideo(const RunFolder& folder, const cv::Mat3b& picture) {
+    if (!writer_) {
+      EGOSIEVE_ASSIGN_OR_RETURN(
+          OverlayVideo writer,
+          OverlayVideo::Open(folder.File("overlay"), picture.size(), options_.rate_hz));
+      writer_ = std::move(writer);
+      video_size_ = picture.size();
+    }
+    if (picture.size() == video_size_) {
+      writer_->Append(picture);
+    } else {
+      ++other_sizes_;
+    }
+    return absl::OkStatus();
+  }
+
+  // The video's path; empty if there is none.
+  absl::StatusOr<std::string> FinishVideo() {
+    if (!writer_) return std::string();
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::string path, writer_->Finish());
+    Warn(writer_->warning());
+    if (other_sizes_ > 0) {
+      Warn(absl::StrCat(other_sizes_, " frames of another size are not in the video"));
+    }
+    return path;
+  }
+
+  RenderOptions options_;
+  std::optional<OverlayVideo> writer_;
+  cv::Size video_size_;
+  int64_t frames_ = 0, failed_ = 0, other_sizes_ = 0;
+};
+
+}  // namespace
 
 double FrameRate(const std::vector<FrameLine>& lines) {
   std::vector<double> gaps;
@@ -59,6 +136,10 @@ double FrameRate(const std::vector<FrameLine>& lines) {
   }
   if (gaps.empty()) return 10.0;
   return std::clamp(1.0 / vision::MedianInPlace(gaps), 1.0, 60.0);
+}
+
+absl::StatusOr<ExitCode> RunRender(const RenderOptions& options) {
+  return RenderRun(options).Run();
 }
 
 }  // namespace egosieve::tools

@@ -1,48 +1,38 @@
-// Overlays of a run, from its maps and its input's frames.
+// The run of `render`: draws a run's frames into images and a video.
 #ifndef EGOSIEVE_TOOLS_RENDER_RENDER_RUN_H_
 #define EGOSIEVE_TOOLS_RENDER_RENDER_RUN_H_
 
-#include <memory>
 #include <string>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "kernels/runtime/context.h"
+#include "tools/cli/device_flag.h"
+#include "tools/cli/exit_code.h"
+#include "tools/cli/frame_range.h"
+#include "tools/cli/progress.h"
+#include "tools/cli/result_flag.h"
 #include "tools/render/overlay.h"
-#include "tools/run_folder/run_folder.h"
-#include "vision/frame/frame_source.h"
+#include "tools/run_folder/frame_line.h"
 
 namespace egosieve::tools {
 
-// Draws the overlays of frames in the requested order. Moving forwards is cheap; moving backwards
-// restarts a video.
-class OverlaySource {
- public:
-  // `input`, if not empty, replaces the path in run.json. Errors such as NotFound, if the input
-  // cannot be opened any more, name the remedy.
-  static absl::StatusOr<OverlaySource> Open(std::shared_ptr<kernels::Context> context,
-                                            const RunFolder& folder, const std::string& input);
-
-  // Whether movers are drawn if reconstruct has numbered them, which is the default, or always the
-  // map.
-  void ShowMovers(bool shows_movers) { shows_movers_ = shows_movers; }
-
-  // The overlay of a frame that did not fail. DataLoss if the input's frame is missing, damaged or
-  // of another size.
-  absl::StatusOr<cv::Mat3b> Draw(const FrameLine& line, const OverlayOptions& options);
-
- private:
-  OverlaySource(std::shared_ptr<kernels::Context> context, const RunFolder& folder)
-      : context_(std::move(context)), folder_(folder) {}
-
-  std::shared_ptr<kernels::Context> context_;
-  RunFolder folder_;
-  RunDescription description_;
-  cv::Mat1b ignored_;  // RunFolder::ReadIgnoredArea
-  std::unique_ptr<vision::FrameSource> frames_;
-  bool shows_movers_ = true;
+struct RenderOptions {
+  std::string directory;  // the run folder
+  std::string input;      // where the run's input is now; empty: where run.json says
+  std::string shard;      // "K/N" (shard.h); empty: all frames
+  OverlayOptions overlay;
+  bool movers = true;  // as OverlaySource::ShowMovers
+  bool images = true, video = true;
+  double rate_hz = 0.0;  // the video's; 0: the input's
+  FrameRange range;
+  DeviceFlag device;
+  ProgressFlag progress;
+  ResultFlag result;
 };
+
+// Errors of usage, of the run folder, of the input and of the environment; Cancelled. Frames drawn
+// before an error or an interruption are whole images and a whole video.
+absl::StatusOr<ExitCode> RunRender(const RenderOptions& options);
 
 // Frames per second of the run, from the median interval of its times; 10 if there is no clock.
 // Between 1 and 60.

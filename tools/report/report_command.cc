@@ -18,7 +18,7 @@
 #include "tools/cli/progress.h"
 #include "tools/cli/result_flag.h"
 #include "tools/cli/warning.h"
-#include "tools/render/render_run.h"
+#include "tools/render/overlay_source.h"
 #include "tools/report/page.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/run_folder/chosen_lines.h"
