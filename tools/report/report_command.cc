@@ -1,61 +1,13 @@
 #include "tools/report/report_command.h"
 
-#include <algorithm>
-#include <filesystem>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <string>
-#include <vector>
 
-#include "absl/status/status.h"
-#include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
-#include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
-#include "tools/cli/device_flag.h"
-#include "tools/cli/interruption.h"
 #include "tools/cli/object_flags.h"
-#include "tools/cli/progress.h"
-#include "tools/cli/result_flag.h"
-#include "tools/cli/warning.h"
-#include "tools/render/overlay_source.h"
-#include "tools/report/page.h"
-#include "tools/run_folder/atomic_file.h"
-#include "tools/run_folder/chosen_lines.h"
-#include "tools/run_folder/doubtful_frames.h"
-#include "tools/run_folder/former_run.h"
-#include "tools/run_folder/run_folder.h"
+#include "tools/report/report_run.h"
 
 namespace egosieve::tools {
 namespace {
-
-constexpr int kPictureWidth = 960;
-
-std::string Jpeg(const cv::Mat3b& picture) {
-  cv::Mat small = picture;
-  if (picture.cols > kPictureWidth) {
-    const double scale = static_cast<double>(kPictureWidth) / picture.cols;
-    cv::resize(picture, small, cv::Size(), scale, scale, cv::INTER_AREA);
-  }
-  std::vector<uchar> bytes;
-  cv::imencode(".jpg", small, bytes, {cv::IMWRITE_JPEG_QUALITY, 82});
-  return std::string(bytes.begin(), bytes.end());
-}
-
-// `count` lines spread evenly over those with a map, including the first and the last.
-std::vector<FrameLine> ChoosePictures(const std::vector<FrameLine>& lines, int64_t count) {
-  std::vector<FrameLine> with_map;
-  std::copy_if(lines.begin(), lines.end(), std::back_inserter(with_map), [](const FrameLine& line) {
-    return line.outcome != FrameLine::Outcome::kFailed && line.model_size > 0 && line.has_map();
-  });
-  const int64_t size = static_cast<int64_t>(with_map.size());
-  if (size <= count) return with_map;
-  std::vector<FrameLine> chosen;
-  for (int64_t i = 0; i < count; ++i) {
-    chosen.push_back(with_map[count == 1 ? size / 2 : i * (size - 1) / (count - 1)]);
-  }
-  return chosen;
-}
 
 class ReportCommand : public Command {
  public:
@@ -67,111 +19,25 @@ class ReportCommand : public Command {
   std::string example() const override { return "egosieve report out/drive"; }
 
   void AddFlags(CLI::App& app) override {
-    app.add_option("DIR", directory_, "The run folder; its report.html is written")
+    app.add_option("DIR", options_.directory, "The run folder; its report.html is written")
         ->required()
         ->type_name("")
         ->configurable(false);
-    app.add_option("--input", input_, "Where the run's input is now, if it was moved")
+    app.add_option("--input", options_.input, "Where the run's input is now, if it was moved")
         ->type_name("PATH");
-    app.add_option("--pictures", pictures_, "Overlays on the page, evenly over the drive")
+    app.add_option("--pictures", options_.pictures, "Overlays on the page, evenly over the drive")
         ->check(Between(0, 1000))
         ->type_name("NUMBER");
-    AddObjectFlags(app, overlay_.objects);
-    device_.AddFlag(app);
-    progress_.AddFlag(app);
-    result_.AddFlag(app);
+    AddObjectFlags(app, options_.overlay.objects);
+    options_.device.AddFlag(app);
+    options_.progress.AddFlag(app);
+    options_.result.AddFlag(app);
   }
 
-  absl::StatusOr<ExitCode> Run() override {
-    EGOSIEVE_RETURN_IF_ERROR(overlay_.objects.Validate());
-    EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(directory_));
-    ReportContent content;
-    EGOSIEVE_ASSIGN_OR_RETURN(content.description, folder.ReadDescription());
-    EGOSIEVE_ASSIGN_OR_RETURN(content.lines, folder.ReadLines());
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::string evaluation, ReadIfThere(folder, "eval.json"));
-    if (!evaluation.empty()) {
-      absl::StatusOr<Evaluation> parsed = EvaluationFromText(evaluation);
-      if (parsed.ok()) {
-        content.evaluation = *std::move(parsed);
-      } else {
-        Warn(absl::StrCat("the report has no evaluation: ", folder.File("eval.json"),
-                          " cannot be used: ", parsed.status().message(),
-                          "; run egosieve evaluate again"));
-      }
-    }
-    EGOSIEVE_ASSIGN_OR_RETURN(content.tracks, ReadIfThere(folder, "tracks.csv"));
-    for (const char* video : {"overlay.mp4", "overlay.avi"}) {
-      if (std::filesystem::exists(folder.File(video))) content.video = video;
-    }
-    EGOSIEVE_RETURN_IF_ERROR(AddPictures(folder, content));
-    RemoveAbandonedFiles(folder.path());
-    const std::string path = folder.File("report.html");
-    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(path, MakeReportPage(content)));
-    result_.Tell(name(), {{"report", path}}, absl::StrCat("report in ", path, "\n"));
-    return ExitCode::kDone;
-  }
+  absl::StatusOr<ExitCode> Run() override { return RunReport(options_); }
 
  private:
-  // Empty if the run has no such file.
-  static absl::StatusOr<std::string> ReadIfThere(const RunFolder& folder, const char* name) {
-    absl::StatusOr<std::string> text = ReadFile(folder.File(name));
-    if (absl::IsNotFound(text.status())) return std::string();
-    return text;
-  }
-
-  // If the input is missing, the page lacks its pictures but not its charts.
-  absl::Status AddPictures(const RunFolder& folder, ReportContent& content) {
-    const auto tell = [&content](absl::string_view what) {
-      Warn(what);
-      content.picture_notes.emplace_back(what);
-    };
-    if (const std::string missing = DescribeMissingMaps(folder, content.description, content.lines);
-        !missing.empty()) {
-      tell(missing);
-    }
-    const std::vector<FrameLine> lines = ChoosePictures(content.lines, pictures_);
-    if (lines.empty()) return absl::OkStatus();
-    EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, device_.Open());
-    absl::StatusOr<OverlaySource> overlays = OverlaySource::Open(device.context, folder, input_);
-    if (!overlays.ok()) {
-      tell(absl::StrCat("no pictures: ", overlays.status().message()));
-      return absl::OkStatus();
-    }
-    content.picture_notes.push_back(absl::StrFormat(
-        "Where reconstruct has numbered them, each mover has a colour and its number. Else orange: "
-        "likely to move by itself; blue: likely part of the static scene; no colour: unsure; lines "
-        "around connected pixels with a probability of %.2f and more, somewhere of %.2f and more.",
-        overlay_.objects.low, overlay_.objects.high));
-    Progress progress("report", progress_, static_cast<int64_t>(lines.size()));
-    OverlayOptions options = overlay_;
-    options.legend = false;
-    for (const FrameLine& line : lines) {
-      if (InterruptionRequested()) {
-        return absl::CancelledError("interrupted; nothing was written");
-      }
-      const absl::StatusOr<cv::Mat3b> picture = overlays->Draw(line, options);
-      if (!picture.ok()) {
-        tell(absl::StrCat("pictures are missing: ", picture.status().message()));
-        return absl::OkStatus();
-      }
-      const std::string doubt = DoubtOf(line);
-      content.pictures.push_back(
-          {Jpeg(*picture),
-           absl::StrFormat("frame %d, %.2f s: %.1f %% moves%s", line.index, line.time_seconds,
-                           100.0 * line.dynamic_share,
-                           doubt.empty() ? "" : absl::StrCat("; unreliable: ", doubt)),
-           !doubt.empty()});
-      progress.Advance();
-    }
-    return absl::OkStatus();
-  }
-
-  std::string directory_, input_;
-  int64_t pictures_ = 12;
-  OverlayOptions overlay_;
-  DeviceFlag device_;
-  ProgressFlag progress_;
-  ResultFlag result_;
+  ReportOptions options_;
 };
 
 }  // namespace
