@@ -66,7 +66,7 @@ void BM_PlaneSweep(benchmark::State& state) {
     const absl::Status status = PlaneSweep(*context, inputs, view);
     if (!status.ok()) return state.SkipWithError(status.ToString().c_str());
   }
-  const double seconds = timer.SecondsAnIteration(state.iterations());
+  const double seconds = timer.SecondsPerIteration(state.iterations());
   std::vector<float> expected(out.size());
   reference::PlaneSweep(inputs, {expected.data(), places, kSweepColumns});
   for (int64_t i = 0; i < places; ++i) {

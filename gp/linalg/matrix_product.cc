@@ -106,6 +106,7 @@ struct Packed {
 
 void AddProduct(double sign, ProductOperand a, ProductOperand b, int64_t depth,
                 kernels::MatrixView<double> c) {
+  if (c.empty()) return;
   static thread_local Packed packed;
   const auto add_block = sign > 0 ? AddBlock<1> : AddBlock<-1>;
   double *const rows_of_a = packed.a.row(0), *const columns_of_b = packed.b.row(0);

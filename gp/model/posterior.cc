@@ -49,7 +49,7 @@ absl::StatusOr<std::shared_ptr<const Posterior>> Posterior::Create(
     const kernels::Contexts& contexts, kernels::PosteriorModel model,
     const Hyperparameters& hyperparameters, const SquashParameters& squash,
     const kernels::DensePosteriorOptions& options) {
-  return CreatePlain(contexts, model, hyperparameters, squash, options);
+  return CreatePlain(contexts, std::move(model), hyperparameters, squash, options);
 }
 
 absl::StatusOr<std::shared_ptr<const Posterior>> Posterior::Create(

@@ -39,7 +39,7 @@ NOT_RUN = {
     './run install': 'builds the program again: tests/tools/embed/install installs it',
     './run wheel': 'builds for other machines, with packages from the network',
     './run tune': 'minutes: tests/tools/tune tunes small cases',
-    './run compare': 'hours: tests/tools/end_to_end/comparison_test.cc compares small drives',
+    './run lab compare': 'hours: tests/tools/end_to_end/comparison_test.cc compares small drives',
     'out/growth': 'drives of a figure; minutes',
     'bus_stop': 'a hundred frames; minutes',
     'out/street': '350 frames; minutes',
@@ -55,7 +55,7 @@ NOT_RUN = {
     'PYTHONPATH=': 'the same',
     '--device=gpu': 'needs a GPU',
     '--scenarios=': 'minutes: tests/tools/end_to_end/comparison_test.cc compares small drives',
-    'egosieve tune_defaults': 'hours: tests/tools/tune_defaults tests its parts',
+    'egosieve lab tune_defaults': 'hours: tests/tools/lab/tune_defaults tests its parts',
 }
 FRAMES = 6
 # What is of long drives, for one of FRAMES.
@@ -101,9 +101,15 @@ def before(line):
 
 def examples(name):
     """The examples of a command's help."""
-    text = subprocess.run([PROGRAM, name, '--help'], capture_output=True, text=True, check=True).stdout
+    text = subprocess.run([PROGRAM, *name.split(), '--help'], capture_output=True, text=True, check=True).stdout
     lines = [line.strip() for line in text.partition('\nExample:')[2].split('\n')]
     return [line for line in lines if line.startswith('egosieve ')]
+
+
+def commands(*group):
+    """The names that the program's help lists, or that of a group of commands."""
+    listed = subprocess.run([PROGRAM, *group, '--help'], capture_output=True, text=True, check=True).stdout
+    return re.findall(r'^  (\w+) {2,}', listed.partition('Commands:')[2].partition('\n\n')[0], re.MULTILINE)
 
 
 def call(folder, line):
@@ -213,9 +219,8 @@ class Guides(unittest.TestCase):
         self.check_each(lines)
 
     def test_help(self):
-        listed = subprocess.run([PROGRAM, '--help'], capture_output=True, text=True, check=True).stdout
-        names = re.findall(r'^  (\w+) {2,}', listed.partition('Commands:')[2].partition('\n\n')[0], re.MULTILINE)
-        lines = [line for name in names if name != 'merge' for line in examples(name) if is_run(line)]
+        names = [name for name in commands() if name not in ('lab', 'merge')] + [f'lab {name}' for name in commands('lab')]
+        lines = [line for name in names for line in examples(name) if is_run(line)]
         self.assertGreater(len(lines), 25)
         self.check_each([*lines, '\n'.join(examples('merge'))])
 
@@ -229,7 +234,7 @@ class NotRun(unittest.TestCase):
         lines = [(name, line) for name, line in lines if not name.startswith('tools/embed/reference/')]
         self.assertGreater(len(lines), 100)
         self.assertEqual([entry for entry in lines if entry[0] not in GUIDES and is_run(entry[1])], [])
-        shown = '\n'.join(line for _, line in lines) + '\n'.join(line for name in ('infer', 'compare', 'tune_defaults') for line in examples(name))
+        shown = '\n'.join(line for _, line in lines) + '\n'.join(line for name in ('infer', 'lab compare', 'lab tune_defaults') for line in examples(name))
         self.assertEqual([word for word in NOT_RUN if word not in shown], [])
 
 

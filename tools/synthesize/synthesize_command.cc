@@ -1,17 +1,16 @@
 #include "tools/synthesize/synthesize_command.h"
 
-#include <cmath>
 #include <iostream>
 #include <string>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
-#include "tools/cli/checks.h"
 #include "tools/cli/exit_code.h"
 #include "tools/cli/progress.h"
-#include "tools/cli/result_flag.h"
 #include "tools/synthesize/synthesize.h"
+#include "tools/synthesize/synthesize_flags.h"
+#include "vision/synthetic/street.h"
 
 namespace egosieve::tools {
 namespace {
@@ -37,84 +36,31 @@ class SynthesizeCommand : public Command {
            "egosieve synthesize --list";
   }
 
-  void AddFlags(CLI::App& app) override {
-    vision::ScenarioOptions& rendering = options_.rendering;
-    app.add_option("--scenario", options_.scenario, "What happens; --list names them")
-        ->capture_default_str()
-        ->type_name("NAME");
-    app.add_flag("--list", list_, "List the scenarios and do nothing else");
-    app.add_option("--out", options_.output_folder,
-                   "Folder for frames/, masks/, ids/, poses.txt, camera.json and scene.json")
-        ->type_name("DIR");
-    app.add_option("--seed", options_.seed,
-                   "Seed of town and traffic; 1 to 9 are for choosing constants, 100 to 109 for "
-                   "figures that are reported")
-        ->capture_default_str();
-    app.add_option("--frames", rendering.frames, "How many")->capture_default_str();
-    app.add_option("--seconds", seconds_, "How long, instead of --frames; 0: --frames")
-        ->check(AtLeast(0.0))
-        ->capture_default_str();
-    app.add_option("--fps,--frames_per_second", rendering.frames_per_second,
-                   "Frame rate; the same --seconds at another rate are the same drive")
-        ->capture_default_str();
-    app.add_option("--width", rendering.width_pixels, "Pixels")->capture_default_str();
-    app.add_option("--height", rendering.height_pixels, "Pixels")->capture_default_str();
-    app.add_option("--field_of_view", rendering.field_of_view_degrees, "Horizontal, in degrees")
-        ->capture_default_str();
-    app.add_option("--radial", rendering.radial,
-                   "The lens's radial distortion k: r becomes r (1 + k r^2), r in focal lengths")
-        ->capture_default_str();
-    app.add_option("--exposure_swing", rendering.exposure_swing,
-                   "Variation of the exposure: amplitude of its logarithm")
-        ->capture_default_str();
-    AddWords(
-        app, "--compression", options_.compression,
-        {{"none", Compression::kNone}, {"jpeg", Compression::kJpeg}, {"h264", Compression::kH264}},
-        "Artefacts added to the pictures: those of a JPEG of low quality, or of a video");
-    app.add_option("--threads", rendering.threads, "The result does not depend on them")
-        ->capture_default_str();
-    app.add_flag("--video", options_.video, "Write video.mp4 (lossy) instead of frames/");
-    app.add_flag("--overwrite", options_.overwrite, "Replace a former drive in the folder");
-    app.add_flag("--noise,!--no_noise", rendering.noise, "The sensor's noise (default: on)");
-    app.add_flag("--motion_blur,!--no_motion_blur", rendering.motion_blur,
-                 "Blur while the shutter is open (default: on)");
-    progress_.AddFlag(app);
-    result_.AddFlag(app);
-  }
+  void AddFlags(CLI::App& app) override { flags_.AddFlags(app); }
 
   absl::StatusOr<ExitCode> Run() override {
-    if (list_) {
+    if (flags_.list) {
       std::cout << ScenarioTable();
       return ExitCode::kDone;
     }
-    if (options_.output_folder.empty()) {
-      return absl::InvalidArgumentError("no output folder; give --out=DIR");
-    }
-    if (seconds_ > 0.0) {
-      options_.rendering.frames =
-          static_cast<int>(std::lround(seconds_ * options_.rendering.frames_per_second));
-    }
-    Progress progress("synthesize", progress_, options_.rendering.frames);
+    EGOSIEVE_ASSIGN_OR_RETURN(const SynthesizeOptions options, flags_.MakeOptions());
+    Progress progress("synthesize", flags_.progress, options.rendering.frames);
     const absl::Status status =
-        Synthesize(options_, [&](int, int) { return progress.AdvanceUninterrupted(); });
+        Synthesize(options, [&](int, int) { return progress.AdvanceUninterrupted(); });
     if (absl::IsNotFound(status)) return AsUsageError(status);  // of a scenario
     EGOSIEVE_RETURN_IF_ERROR(status);
     progress.Finish();
-    result_.Tell(name(),
-                 {{"folder", options_.output_folder},
-                  {"frames", options_.rendering.frames},
-                  {"scenario", options_.scenario}},
-                 absl::StrCat(options_.rendering.frames, " frames of scenario ", options_.scenario,
-                              " in ", options_.output_folder, "\n"));
+    flags_.result.Tell(name(),
+                       {{"folder", options.output_folder},
+                        {"frames", options.rendering.frames},
+                        {"scenario", options.scenario}},
+                       absl::StrCat(options.rendering.frames, " frames of scenario ",
+                                    options.scenario, " in ", options.output_folder, "\n"));
     return ExitCode::kDone;
   }
 
  private:
-  SynthesizeOptions options_;
-  bool list_ = false;
-  double seconds_ = 0.0;
-  ProgressFlag progress_;
-  ResultFlag result_;
+  SynthesizeFlags flags_;
 };
 
 }  // namespace

@@ -1,0 +1,45 @@
+// Runs the drives of a batch on this machine, several at the same time. Each step of a drive is a
+// line on stderr, and the page (index_page.h) is written anew.
+#ifndef EGOSIEVE_TOOLS_BATCH_DRIVES_RUN_H_
+#define EGOSIEVE_TOOLS_BATCH_DRIVES_RUN_H_
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "tools/batch/drive_job.h"
+#include "tools/batch/manifest.h"
+#include "tools/cli/result_flag.h"
+
+namespace egosieve::tools {
+
+class DrivesRun {
+ public:
+  // index: the page's path.
+  DrivesRun(std::vector<BatchEntry> entries, std::string index)
+      : entries_(std::move(entries)), index_(std::move(index)), outcomes_(entries_.size()) {}
+
+  // `jobs` drives at the same time, which share the threads; ends early if interrupted.
+  // program: egosieve.
+  void Run(const std::string& program, int jobs);
+  // Prints the table of all drives, and warns if the page could not be written.
+  void Tell(const ResultFlag& result) const;
+
+  // Whether a drive or some of its frames failed.
+  bool has_failed() const;
+
+ private:
+  // A page that cannot be written does not stop the drives; the last failure is reported.
+  void Say(size_t i, const std::string& what);
+
+  std::vector<BatchEntry> entries_;
+  std::string index_;
+  std::vector<DriveOutcome> outcomes_;
+  absl::Status index_status_;
+};
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_BATCH_DRIVES_RUN_H_

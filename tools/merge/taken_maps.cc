@@ -1,0 +1,108 @@
+#include "tools/merge/taken_maps.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "kernels/base/status_macros.h"
+#include "tools/cli/interruption.h"
+#include "tools/run_folder/line_log.h"
+
+namespace egosieve::tools {
+namespace {
+
+bool IsPiece(const RunDescription& description, const RunDescription& other) {
+  const auto from = description.flags.find("from"), later = other.flags.find("from");
+  return from != description.flags.end() && later != other.flags.end() &&
+         from->second != later->second;
+}
+
+// Length of the input in frames: the end of its fingerprint.
+std::string LengthIn(const RunDescription& description) {
+  const std::string& text = description.input.fingerprint;
+  return text.substr(std::min(text.find('-'), text.size()));
+}
+
+absl::Status CopyMaps(const RunFolder& from, const RunFolder& to, int64_t index) {
+  for (const MapFile& file : kMapFiles) {
+    const absl::StatusOr<std::string> png =
+        ReadFile(from.FrameFile(file.folder, index, file.suffix));
+    if (absl::IsNotFound(png.status())) continue;  // a run without a deviation or potential
+    EGOSIEVE_RETURN_IF_ERROR(png.status());
+    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(to.File(file.folder)));
+    EGOSIEVE_RETURN_IF_ERROR(
+        WriteFileAtomically(to.FrameFile(file.folder, index, file.suffix), *png));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<bool> CheckSource(const RunDescription& description, const std::string& source) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(source));
+  EGOSIEVE_ASSIGN_OR_RETURN(RunDescription other, folder.ReadDescription());
+  other.device = description.device;
+  other.maps_from = description.maps_from;
+  const bool is_piece = IsPiece(description, other);
+  if (is_piece) {
+    other.flags["from"] = description.flags.at("from");
+    if (LengthIn(other) == LengthIn(description)) {
+      other.input.fingerprint = description.input.fingerprint;
+    }
+  } else {
+    other.input.path = description.input.path;
+  }
+  const std::string difference = DescribeDifference(description, other);
+  if (difference.empty()) return is_piece;
+  return absl::FailedPreconditionError(
+      is_piece ? absl::StrCat(source, " is no piece of the drive: ", difference,
+                              "; give runs of the same input with the same flags")
+               : absl::StrCat(source, " is no copy of the run: ", difference,
+                              "; give folders of the same run"));
+}
+
+absl::StatusOr<int64_t> TakeMaps(const RunFolder& target, const RunDescription& description,
+                                 const std::string& source, const ProgressFlag& flag) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(source));
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription other, folder.ReadDescription());
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadLines());
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> there, target.ReadLines());
+  std::map<int64_t, const FrameLine*> by_index;
+  for (const FrameLine& line : there) by_index[line.index] = &line;
+  std::optional<LineLog> log;
+  Progress progress("merge", flag, static_cast<int64_t>(lines.size()));
+  int64_t taken = 0;
+  for (FrameLine& line : lines) {
+    progress.Advance();
+    if (InterruptionRequested()) {
+      return absl::CancelledError("interrupted; the same command goes on");
+    }
+    const auto place = by_index.find(line.index);
+    const bool has_line = place != by_index.end();
+    if (has_line && place->second->has_map() && target.HoldsMaps(*place->second, description)) {
+      continue;
+    }
+    const bool has_map = line.has_map() && folder.HoldsMaps(line, other);
+    if (!has_map && has_line) continue;
+    if (has_map) {
+      EGOSIEVE_RETURN_IF_ERROR(CopyMaps(folder, target, line.index));
+      ++taken;
+    } else {
+      line.width_pixels = line.height_pixels = 0;
+    }
+    if (line.map_device.empty() && other.device != description.device) {
+      line.map_device = other.device;
+    }
+    if (!log.has_value()) {
+      EGOSIEVE_ASSIGN_OR_RETURN(log, target.OpenMapLog());
+    }
+    EGOSIEVE_RETURN_IF_ERROR(log->Append(ToText(line)));
+  }
+  progress.Finish();
+  return taken;
+}
+
+}  // namespace egosieve::tools
