@@ -22,7 +22,7 @@ ConstMap ToEigen(ConstView m) {
 }
 
 // Whether matrix_product.h is faster than Eigen, by measurement.
-bool IsLarge(View c, int64_t depth) { return c.rows >= 32 && c.cols >= 32 && depth >= 64; }
+bool IsLarge(View c, int64_t depth) { return c.rows >= 64 && c.cols >= 64 && depth >= 64; }
 
 // The first part of a split of n: a multiple of the substitution's size.
 int64_t FirstHalf(int64_t n) {
