@@ -24,7 +24,7 @@ class EvaluateFeaturesCommand : public Command {
   }
   std::string example() const override {
     return "egosieve lab evaluate_features drive/frames --truth=drive/masks\n"
-           "egosieve lab evaluate_features sequences --every=5 --features_json=out/features.json";
+           "egosieve lab evaluate_features sequences --every=5 --features_json=features.json";
   }
 
   void AddFlags(CLI::App& app) override {
