@@ -1,7 +1,6 @@
 #include "gp/linalg/matrix_product.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "gp/linalg/aligned_matrix.h"
 
@@ -19,7 +18,10 @@ constexpr int kLanes = 2, kBlockRows = 6;
 #endif
 constexpr int kVectors = 2;
 constexpr int kBlockColumns = kLanes * kVectors;
-// Packed at a time: rows of A, 192 KiB for the second-level cache, and columns of B.
+// Values of k in a block: kBlockColumns packed columns of B, which meet all packed rows of A, are 16
+// KiB, half of a first-level cache, or 32 KiB with AVX-512.
+constexpr int64_t kDepth = 256;
+// Rows of A packed at a time, 192 KiB for the second-level cache, and columns of B, 384 KiB.
 constexpr int64_t kPackedRows = 96;
 constexpr int64_t kPackedColumns = 192;
 
@@ -31,27 +33,15 @@ typedef double UnalignedVector
 // column; rows that are missing in the last group are zero.
 template <int kGroup>
 void Pack(ProductOperand m, int64_t count, int64_t depth, double* packed) {
-  for (int64_t first = 0; first < count; first += kGroup, packed += kGroup * depth) {
+  for (int64_t first = 0; first < count; first += kGroup) {
     const int rows = static_cast<int>(std::min<int64_t>(kGroup, count - first));
     const double* source = m.data + first * m.row_stride;
     if (rows < kGroup) std::fill_n(packed, kGroup * depth, 0.0);
-    if (rows == kGroup && m.row_stride == 1) {
-      for (int64_t k = 0; k < depth; ++k) {
-        std::memcpy(packed + k * kGroup, source + k * m.column_stride, kGroup * sizeof(double));
-      }
-      continue;
-    }
-    if (rows == kGroup && m.column_stride == 1) {
-      const double* row[kGroup];
-      for (int r = 0; r < kGroup; ++r) row[r] = source + r * m.row_stride;
-      for (int64_t k = 0; k < depth; ++k) {
-        for (int r = 0; r < kGroup; ++r) packed[k * kGroup + r] = row[r][k];
-      }
-      continue;
-    }
-    for (int r = 0; r < rows; ++r) {
-      for (int64_t k = 0; k < depth; ++k) {
-        packed[k * kGroup + r] = source[r * m.row_stride + k * m.column_stride];
+    for (int64_t k = 0; k < depth; ++k, packed += kGroup, source += m.column_stride) {
+      if (rows < kGroup) {
+        for (int r = 0; r < rows; ++r) packed[r] = source[r * m.row_stride];
+      } else {
+        for (int r = 0; r < kGroup; ++r) packed[r] = source[r * m.row_stride];
       }
     }
   }
@@ -98,8 +88,8 @@ void AddBlock(const double* a, const double* b, int64_t depth, int rows, int col
 
 // The packed parts of a thread's operands.
 struct Packed {
-  AlignedMatrix a{1, kPackedRows* kProductDepth};
-  AlignedMatrix b{1, kPackedColumns* kProductDepth};
+  AlignedMatrix a{1, kPackedRows* kDepth};
+  AlignedMatrix b{1, kPackedColumns* kDepth};
 };
 
 }  // namespace
@@ -112,8 +102,8 @@ void AddProduct(double sign, ProductOperand a, ProductOperand b, int64_t depth,
   double *const rows_of_a = packed.a.row(0), *const columns_of_b = packed.b.row(0);
   for (int64_t column = 0; column < c.cols; column += kPackedColumns) {
     const int64_t columns = std::min(kPackedColumns, c.cols - column);
-    for (int64_t k = 0; k < depth; k += kProductDepth) {
-      const int64_t deep = std::min(kProductDepth, depth - k);
+    for (int64_t k = 0; k < depth; k += kDepth) {
+      const int64_t deep = std::min(kDepth, depth - k);
       Pack<kBlockColumns>(
           {b.data + k * b.row_stride + column * b.column_stride, b.column_stride, b.row_stride},
           columns, deep, columns_of_b);

@@ -3,8 +3,8 @@
 //
 // Blocks of A and B are packed so that the innermost loop reads them in order and keeps a block of C
 // in registers (Goto & van de Geijn, Anatomy of high-performance matrix multiplication, 2008). Every
-// element of C gets the sums over blocks of kProductDepth values of k, in order: its bits do not
-// depend on the rows and columns that are computed with it.
+// element of C gets the sums over blocks of values of k, in order: its bits do not depend on the rows
+// and columns that are computed with it.
 #ifndef EGOSIEVE_GP_LINALG_MATRIX_PRODUCT_H_
 #define EGOSIEVE_GP_LINALG_MATRIX_PRODUCT_H_
 
@@ -13,8 +13,6 @@
 #include "kernels/base/matrix_view.h"
 
 namespace egosieve::gp {
-
-inline constexpr int64_t kProductDepth = 256;
 
 // A matrix or its transpose: element (i, j) is data[i * row_stride + j * column_stride].
 struct ProductOperand {

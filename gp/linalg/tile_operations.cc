@@ -21,8 +21,22 @@ ConstMap ToEigen(ConstView m) {
   return ConstMap(m.data, m.rows, m.cols, Eigen::OuterStride<>(m.stride));
 }
 
-// Whether matrix_product.h is faster than Eigen, by measurement.
-bool IsLarge(View c, int64_t depth) { return c.rows >= 64 && c.cols >= 64 && depth >= 64; }
+// C += kSign A B, with each operand in both libraries' terms: matrix_product.h is faster from
+// kLarge on (bench/gp/linalg/matrix_product_bench.cc), Eigen below.
+template <int kSign, typename A, typename B>
+void Add(ProductOperand packed_a, ProductOperand packed_b, const A& a, const B& b, View c) {
+  constexpr int64_t kLarge = 64;
+  const int64_t depth = a.cols();
+  if (c.rows >= kLarge && c.cols >= kLarge && depth >= kLarge) {
+    gp::AddProduct(kSign, packed_a, packed_b, depth, c);
+  } else if (!c.empty() && depth > 0) {
+    if constexpr (kSign > 0) {
+      ToEigen(c).noalias() += a * b;
+    } else {
+      ToEigen(c).noalias() -= a * b;
+    }
+  }
+}
 
 // The first part of a split of n: a multiple of the substitution's size.
 int64_t FirstHalf(int64_t n) {
@@ -93,33 +107,27 @@ int64_t FactorizeSmall(View a, const double* floors) {
 }  // namespace
 
 void SubtractProduct(ConstView a, ConstView b, View c) {
-  if (IsLarge(c, a.cols)) return gp::AddProduct(-1, AsIs(a), AsIs(b), a.cols, c);
-  if (!c.empty() && a.cols > 0) ToEigen(c).noalias() -= ToEigen(a) * ToEigen(b);
+  Add<-1>(AsIs(a), AsIs(b), ToEigen(a), ToEigen(b), c);
 }
 
 void SubtractProductTransposed(ConstView a, ConstView b, View c) {
-  if (IsLarge(c, a.cols)) return gp::AddProduct(-1, AsIs(a), Transposed(b), a.cols, c);
-  if (!c.empty() && a.cols > 0) ToEigen(c).noalias() -= ToEigen(a) * ToEigen(b).transpose();
+  Add<-1>(AsIs(a), Transposed(b), ToEigen(a), ToEigen(b).transpose(), c);
 }
 
 void SubtractTransposedProduct(ConstView a, ConstView b, View c) {
-  if (IsLarge(c, a.rows)) return gp::AddProduct(-1, Transposed(a), AsIs(b), a.rows, c);
-  if (!c.empty() && a.rows > 0) ToEigen(c).noalias() -= ToEigen(a).transpose() * ToEigen(b);
+  Add<-1>(Transposed(a), AsIs(b), ToEigen(a).transpose(), ToEigen(b), c);
 }
 
 void AddProduct(ConstView a, ConstView b, View c) {
-  if (IsLarge(c, a.cols)) return gp::AddProduct(1, AsIs(a), AsIs(b), a.cols, c);
-  if (!c.empty() && a.cols > 0) ToEigen(c).noalias() += ToEigen(a) * ToEigen(b);
+  Add<1>(AsIs(a), AsIs(b), ToEigen(a), ToEigen(b), c);
 }
 
 void AddProductTransposed(ConstView a, ConstView b, View c) {
-  if (IsLarge(c, a.cols)) return gp::AddProduct(1, AsIs(a), Transposed(b), a.cols, c);
-  if (!c.empty() && a.cols > 0) ToEigen(c).noalias() += ToEigen(a) * ToEigen(b).transpose();
+  Add<1>(AsIs(a), Transposed(b), ToEigen(a), ToEigen(b).transpose(), c);
 }
 
 void AddTransposedProduct(ConstView a, ConstView b, View c) {
-  if (IsLarge(c, a.rows)) return gp::AddProduct(1, Transposed(a), AsIs(b), a.rows, c);
-  if (!c.empty() && a.rows > 0) ToEigen(c).noalias() += ToEigen(a).transpose() * ToEigen(b);
+  Add<1>(Transposed(a), AsIs(b), ToEigen(a).transpose(), ToEigen(b), c);
 }
 
 void SolveLeft(ConstView l, View b) {

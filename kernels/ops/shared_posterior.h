@@ -17,8 +17,8 @@
 
 namespace egosieve::kernels {
 
-// Queries per piece, for M queries on `devices` devices: eight pieces per device, if each then has
-// at least 1,024 queries.
+// Queries per piece, for M queries on `devices` devices: eight pieces per device, so that one that is
+// last waits for an eighth of a device's share at most, if each then has at least 1,024 queries.
 int64_t SharedPiece(int64_t query_count, int64_t devices);
 
 // Of one context: DensePosterior::Create. A context may be there more than once. Errors as for

@@ -20,10 +20,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kMostChange = 0.15;  // c
-constexpr double kLeastTexture = 2.0, kLeastCorner = 0.1;
-constexpr double kLeastScaling = 0.05;  // a sixth of a pixel at the patch's edge
-constexpr double kMostScale = 4.0;      // nearer points are not swept
+constexpr double kMostScale = 4.0;  // nearer points are not swept
 
 absl::Status Check(const DenseSweepPair& pair, const kernels::ImageGrid& grid) {
   if (pair.before.empty() || pair.before.type() != CV_8UC1 || pair.now.type() != CV_8UC1 ||

@@ -11,10 +11,10 @@
 // is the log-likelihood ratio of moving against static; as (S2), but with either sign. Where flow
 // gives no place, the place may be moving or hidden, and
 //
-//   E_1 = c |P|^2                                                                           (DE2)
+//   E_1 = kMostChange |P|^2                                                               (DE2)
 //
 // is put in place of what was not found: a static place fits better than that, another surface does
-// not (guided_match.h, M1). Blank places abstain, with l = 0:
+// not (guided_match.h, GM1). Blank places abstain, with l = 0:
 //
 //   |P|^2 < N (kLeastTexture sigma)^2                                                       (DE3)
 //

@@ -13,9 +13,8 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kMostChange = 0.15, kLeastTexture = 2.0, kMostApart = 3.0;
-constexpr double kLeastCorner = 0.1;  // smaller eigenvalue of the structure tensor over its trace
-constexpr double kMostStep = 4.0;     // between neighbouring blank places, in noise levels
+constexpr double kMostApart = 3.0;
+constexpr double kMostStep = 4.0;  // between neighbouring blank places, in noise levels
 
 enum class Shown { kRoad, kBlank, kOther };
 

@@ -16,6 +16,14 @@ inline constexpr int kPatchRadius = 3;
 inline constexpr int kPatchSide = 2 * kPatchRadius + 1;
 inline constexpr int kPatchPixels = kPatchSide * kPatchSide;
 
+// A patch has texture from this root mean square on, in noise levels, and in both directions from
+// this smaller eigenvalue of its structure tensor on, as a share of the trace.
+inline constexpr double kLeastTexture = 2.0, kLeastCorner = 0.1;
+// Two patches show one surface up to this squared difference, as a share of the square of one.
+inline constexpr double kMostChange = 0.15;
+// Changes of scale below this are left out: a sixth of a pixel at a patch's edge.
+inline constexpr double kLeastScaling = 0.05;
+
 // Row by row, like all patches.
 using Patch = std::array<float, kPatchPixels>;
 

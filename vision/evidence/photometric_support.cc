@@ -23,8 +23,7 @@ constexpr int kMostSteps = 400;
 // level to each.
 constexpr double kCopyLevels = 0.7;
 constexpr double kMovedPixels = 1.0;
-constexpr size_t kFewest = 20;          // least number of places for a median
-constexpr double kLeastScaling = 0.05;  // a sixth of a pixel at the patch's edge
+constexpr size_t kFewest = 20;  // least number of places for a median
 
 // A row of a patch, padded to fill a vector register. What the last lane holds is not read.
 constexpr int kLanes = kPatchSide + 1;
