@@ -10,6 +10,8 @@
 #include <sstream>
 #include <thread>
 
+#include "absl/strings/str_cat.h"
+
 namespace egosieve::kernels {
 namespace {
 
@@ -63,9 +65,9 @@ double ProcessorQuota(const std::string& membership, const std::string& root) {
     const std::string path = line.substr(second + 1);
     if (controllers.empty()) {
       least = std::min({least, LeastQuota(root, path), LeastQuota(root + "/unified", path)});
-    } else if (("," + controllers + ",").find(",cpu,") != std::string::npos) {
-      least = std::min(
-          {least, LeastQuota(root + "/" + controllers, path), LeastQuota(root + "/cpu", path)});
+    } else if (absl::StrCat(",", controllers, ",").find(",cpu,") != std::string::npos) {
+      least = std::min({least, LeastQuota(absl::StrCat(root, "/", controllers), path),
+                        LeastQuota(root + "/cpu", path)});
     }
   }
   return least;

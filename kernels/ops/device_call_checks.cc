@@ -19,7 +19,8 @@ absl::Status CheckArray(const Context& context, const char* name, cl_mem memory,
   cl_context theirs = nullptr;
   size_t bytes = 0;
   if (memory == nullptr ||
-      clGetMemObjectInfo(memory, CL_MEM_CONTEXT, sizeof theirs, &theirs, nullptr) != CL_SUCCESS ||
+      clGetMemObjectInfo(memory, CL_MEM_CONTEXT, sizeof(cl_context), &theirs, nullptr) !=
+          CL_SUCCESS ||
       clGetMemObjectInfo(memory, CL_MEM_SIZE, sizeof bytes, &bytes, nullptr) != CL_SUCCESS) {
     return absl::InvalidArgumentError(absl::StrFormat("%s is no OpenCL buffer", name));
   }
@@ -40,9 +41,9 @@ absl::Status CheckDeviceCall(const Context& context, const DeviceCall& call) {
   cl_context theirs = nullptr;
   cl_device_id device = nullptr;
   if (call.queue == nullptr ||
-      clGetCommandQueueInfo(call.queue, CL_QUEUE_CONTEXT, sizeof theirs, &theirs, nullptr) !=
+      clGetCommandQueueInfo(call.queue, CL_QUEUE_CONTEXT, sizeof(cl_context), &theirs, nullptr) !=
           CL_SUCCESS ||
-      clGetCommandQueueInfo(call.queue, CL_QUEUE_DEVICE, sizeof device, &device, nullptr) !=
+      clGetCommandQueueInfo(call.queue, CL_QUEUE_DEVICE, sizeof(cl_device_id), &device, nullptr) !=
           CL_SUCCESS) {
     return absl::InvalidArgumentError("queue is no OpenCL command queue");
   }
@@ -55,7 +56,7 @@ absl::Status CheckDeviceCall(const Context& context, const DeviceCall& call) {
   }
   for (uint32_t i = 0; i < call.wait_count; ++i) {
     if (call.wait[i] == nullptr ||
-        clGetEventInfo(call.wait[i], CL_EVENT_CONTEXT, sizeof theirs, &theirs, nullptr) !=
+        clGetEventInfo(call.wait[i], CL_EVENT_CONTEXT, sizeof(cl_context), &theirs, nullptr) !=
             CL_SUCCESS ||
         theirs != context.cl_context()()) {
       return absl::InvalidArgumentError(

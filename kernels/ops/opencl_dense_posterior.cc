@@ -100,7 +100,7 @@ void CL_CALLBACK GiveBackWhatWasUsed(cl_event, cl_int status, void* in_use) {
 // Keeps the resources until `last` ends.
 void KeepUntil(const cl::Event& last, std::unique_ptr<InUse> in_use) {
   if (clSetEventCallback(last(), CL_COMPLETE, GiveBackWhatWasUsed, in_use.get()) == CL_SUCCESS) {
-    in_use.release();
+    static_cast<void>(in_use.release());  // the callback owns it
   } else {
     last.wait();
   }

@@ -75,7 +75,7 @@ PosteriorTiling PosteriorShapes::Tile(const Context& context, FactorKind kind, i
   tiling.work_items = tiling.work_groups * tuning_.work_group;
   tiling.scratch_floats = tiling.micro_tiles * micro_floats;
   tiling.all_scratch_floats =
-      std::max<int64_t>(tiling.work_groups * tiles_per_group * tiling.scratch_floats, 1);
+      std::max<int64_t>(tiling.scratch_floats * tiles_per_group * tiling.work_groups, 1);
   tiling.tile_queries = tile;
   return tiling;
 }

@@ -80,7 +80,7 @@ void SweepPlace(const PlaneSweepInputs& inputs, int x, int y, const float* flow,
   double least = std::numeric_limits<double>::infinity();
   for (size_t j = 0; j < inputs.steps.size(); ++j) {
     double at[3];
-    for (int i = 0; i < 3; ++i) {
+    for (size_t i = 0; i < 3; ++i) {
       const double* h = &inputs.homography[3 * i];
       at[i] = h[0] * x + h[1] * y + h[2] + inputs.steps[j].inverse_depth * inputs.epipole[i];
     }
