@@ -56,7 +56,7 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
   if (!(labeller.focal_ratio > 0.0)) labeller.focal_ratio = given_ratio_;
   is_ratio_given_ = labeller.focal_ratio > 0.0;
   labeller.ignored = ignored_;
-  if (!labeller.IsCalibrated() || (is_ratio_given_ && !finds_own_vehicle_)) return absl::OkStatus();
+  if (!labeller.WantsCamera() || (is_ratio_given_ && !finds_own_vehicle_)) return absl::OkStatus();
   if (input.is_live) return absl::OkStatus();  // a stream allows no first pass
   if (resumes) {
     EGOSIEVE_ASSIGN_OR_RETURN(camera_, ReadRunCamera(directory));

@@ -154,7 +154,7 @@ void SegmentFlags::AddLabelFlags(CLI::App& app) {
   app.add_option("--focal_ratio", focal_ratio_,
                  "Focal length over the image's longer side, for the calibrated motion model; "
                  "overrides --camera, which reads it from a file; estimated in a first pass over "
-                 "the drive where neither is given, 0.7 for a stream")
+                 "the drive where neither is given")
       ->check(Between(0.1, 20.0))
       ->type_name("RATIO");
   app.add_option(

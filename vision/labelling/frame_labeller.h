@@ -60,10 +60,10 @@ enum class LabelledSide { kFirstFrame, kCurrentFrame };
 
 struct FrameLabellerOptions {
   FeatureSource features = FeatureSource::kAuto;
-  // kCalibrated acts as kAuto if `evidence` is the epipolar distance alone.
+  // kCalibrated acts as kAuto if focal_ratio is not known or `evidence` is the epipolar distance
+  // alone.
   MotionModelChoice motion_model = MotionModelChoice::kCalibrated;
-  // Focal length over the image's longer side (drive_camera.h); 0: not known, and the middle of its
-  // prior is taken (focal_length_prior.h).
+  // Focal length over the image's longer side (drive_camera.h); 0: not known.
   double focal_ratio = 0.0;
   TravelPrior travel;  // the drive's direction of travel, if known (drive_camera.h)
   LabelRule label_rule = LabelRule::kScaledMedian;  // read only if `evidence` is epipolar alone
@@ -109,7 +109,9 @@ struct FrameLabellerOptions {
   static constexpr int kLongestAutoGap = 5;
 
   // Whether the camera's motion is estimated by two_view_motion.h.
-  bool IsCalibrated() const {
+  bool IsCalibrated() const { return WantsCamera() && focal_ratio > 0.0; }
+  // Whether it would be if the focal length were known.
+  bool WantsCamera() const {
     return motion_model == MotionModelChoice::kCalibrated && !evidence.IsEpipolarAlone();
   }
 

@@ -15,7 +15,6 @@
 #include "vision/labelling/lines_along_travel.h"
 #include "vision/labelling/place_labels.h"
 #include "vision/labelling/stopwatch.h"
-#include "vision/trajectory/focal_length_prior.h"
 #include "vision/trajectory/ground_bound.h"
 #include "vision/trajectory/ground_search.h"
 
@@ -85,8 +84,7 @@ absl::StatusOr<MotionModel> FrameLabeller::Implementation::FindMotion(
 }
 
 Pinhole FrameLabeller::Implementation::Camera(cv::Size size) const {
-  const double ratio = options_.focal_ratio > 0.0 ? options_.focal_ratio : kMiddleFocalRatio;
-  return Pinhole::Of(size, ratio * std::max(size.width, size.height));
+  return Pinhole::Of(size, options_.focal_ratio * std::max(size.width, size.height));
 }
 
 void FrameLabeller::Implementation::ObserveGap(const MotionModel& model, int gap) {

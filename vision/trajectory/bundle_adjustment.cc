@@ -24,7 +24,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr double kScaleDeviation = 0.1;
+constexpr double kLogFocalScale = 0.4, kScaleDeviation = 0.1;
 constexpr double kCauchyScale = 2.0;
 constexpr double kStartNoisePixels = 1.0, kLeastNoisePixels = 0.1, kMostNoisePixels = 0.5;
 constexpr size_t kFewestTracks = 20;
@@ -68,7 +68,7 @@ struct ScaleGauge {
 struct FocalPrior {
   template <typename T>
   bool operator()(const T* log_ratio, T* residual) const {
-    residual[0] = (*log_ratio - std::log(kMiddleFocalRatio)) / kLogFocalScale;
+    residual[0] = (*log_ratio - std::log(AdjustedLens().focal_ratio)) / kLogFocalScale;
     return true;
   }
 };
@@ -148,7 +148,7 @@ class Adjustment {
     size_t best = 0;
     double least = std::numeric_limits<double>::infinity();
     for (size_t j = 0; j < kRatios; ++j) {
-      const double z = (states[j][0] - std::log(kMiddleFocalRatio)) / kLogFocalScale;
+      const double z = (states[j][0] - std::log(AdjustedLens().focal_ratio)) / kLogFocalScale;
       double value = 2.0 * std::log1p(z * z / 3.0);
       for (size_t w = 0; w < windows_.size(); ++w) value += values[w][j];
       if (value < least) {

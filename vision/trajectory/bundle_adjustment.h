@@ -37,8 +37,6 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "vision/trajectory/focal_length_prior.h"
-
 namespace egosieve::vision {
 
 // Points of one window. track[k] is the point's position in picture k, in pixels. A track begins in
@@ -49,10 +47,10 @@ struct TrackWindow {
 };
 
 struct AdjustedLens {
-  double focal_ratio = kMiddleFocalRatio;       // f / L
-  double log_focal_deviation = kLogFocalScale;  // of log f
-  double noise_pixels = 0.0;                    // sigma
-  int windows = 0;                              // windows used; 0: the values above are the prior's
+  double focal_ratio = 0.7;          // f / L
+  double log_focal_deviation = 0.4;  // of log f
+  double noise_pixels = 0.0;         // sigma
+  int windows = 0;                   // windows used; 0: the values above are the prior's
 };
 
 // image: size of the pictures. Windows of fewer than 3 pictures or 20 tracks are not used.

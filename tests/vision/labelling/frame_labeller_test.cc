@@ -101,23 +101,6 @@ TEST(FrameLabeller, ExtractingAheadChangesNothing) {
   }
 }
 
-TEST(FrameLabeller, AnUnknownFocalLengthIsTheMiddleOfItsPrior) {
-  FrameLabellerOptions middle, other;
-  middle.focal_ratio = 0.7;
-  other.focal_ratio = 3.0;
-  auto unknown = MakeLabeller({}), known = MakeLabeller(middle), wrong = MakeLabeller(other);
-  for (int64_t t = 0; t < 3; ++t) {
-    const auto labelled = unknown->Process(WallFrame(t));
-    ASSERT_TRUE(labelled.ok()) << labelled.status();
-    ExpectSame(*labelled, *known->Process(WallFrame(t)));
-    const auto differing = wrong->Process(WallFrame(t));
-    ASSERT_TRUE(differing.ok()) << differing.status();
-    if (t == 2) {
-      EXPECT_NE(labelled->probability, differing->probability);
-    }
-  }
-}
-
 TEST(FrameLabeller, FrameGapAndFirstFrames) {
   FrameLabellerOptions options;
   options.frame_gap = 3;

@@ -157,6 +157,11 @@ absl::Status SessionOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrFormat("options.focal_ratio = %g; it must be 0, not known, to 100", focal_ratio));
   }
+  if (lag > 0 && focal_ratio == 0.0) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "options.lag = %d frames needs options.focal_ratio: later frames tell nothing without",
+        lag));
+  }
   return absl::OkStatus();
 }
 

@@ -64,7 +64,7 @@ class SegmenterTest(unittest.TestCase):
             egosieve.Segmenter(ignore=ignore).process(np.zeros((20, 30), np.uint8))
 
     def test_a_lag_gives_every_frame_its_map_later(self):
-        segmenter = egosieve.Segmenter(budget=300, lag=2)
+        segmenter = egosieve.Segmenter(budget=300, lag=2, focal_ratio=0.8)
         pictures = list(frames(5))
         self.assertIsNone(segmenter.process(pictures[0]))
         self.assertIsNone(segmenter.learn(pictures[1]))
@@ -81,7 +81,7 @@ class SegmenterTest(unittest.TestCase):
         for found, again in zip(*ends):
             np.testing.assert_array_equal(found.probability, again.probability)
         self.assertEqual(list(segmenter.finish()), [])
-        live = list(egosieve.Segmenter(budget=300).process_all(pictures))
+        live = list(egosieve.Segmenter(budget=300, focal_ratio=0.8).process_all(pictures))
         self.assertFalse(np.array_equal(live[2].probability, ends[0][1].probability))
 
     def test_every_frame_of_a_long_lag_is_in_the_file(self):

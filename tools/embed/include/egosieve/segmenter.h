@@ -51,7 +51,7 @@ typedef struct egosieve_segmenter_options {
                               no queue of the caller's. */
   /**
    * Number of later frames that a frame's labels use, 0 to 100. The frame's map comes this many
-   * frames later and is more accurate. Needs frames of one size. Default: 0.
+   * frames later and is more accurate. Needs focal_ratio, and frames of one size. Default: 0.
    */
   int64_t lag;
   /**
@@ -61,8 +61,9 @@ typedef struct egosieve_segmenter_options {
    */
   const egosieve_image* ignore;
   /**
-   * The camera's focal length divided by the longer side of the frames, at most 100: 0.4 to 0.65
-   * for dash-cams, 0.7 to 0.8 for phones. 0, the default: not known; 0.7 is assumed.
+   * The camera's focal length divided by the longer side of the frames, at most 100. If it is
+   * known, motion is judged with the camera's rotation and translation and with depth. 0, the
+   * default: not known.
    */
   double focal_ratio;
 } egosieve_segmenter_options;
