@@ -19,7 +19,7 @@ constexpr int kLanes = 2, kBlockRows = 6;
 constexpr int kVectors = 2;
 constexpr int kBlockColumns = kLanes * kVectors;
 // Values of k in a block: kBlockColumns packed columns of B, which meet all packed rows of A, are 16
-// KiB, half of a first-level cache, or 32 KiB with AVX-512.
+// KiB, half of a first-level cache, 32 KiB with AVX-512, or 8 KiB without AVX.
 constexpr int64_t kDepth = 256;
 // Rows of A packed at a time, 192 KiB for the second-level cache, and columns of B, 384 KiB.
 constexpr int64_t kPackedRows = 96;

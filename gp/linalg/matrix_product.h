@@ -1,5 +1,5 @@
-// C += sign A B in float64, on the calling thread: the product that this folder's factorisations and
-// solves consist of.
+// C += sign A B in float64, on the calling thread, for large matrices; tile_operations.h uses it in
+// factorisations and solves.
 //
 // Blocks of A and B are packed so that the innermost loop reads them in order and keeps a block of C
 // in registers (Goto & van de Geijn, Anatomy of high-performance matrix multiplication, 2008). Every

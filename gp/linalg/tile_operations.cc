@@ -22,7 +22,8 @@ ConstMap ToEigen(ConstView m) {
 }
 
 // C += kSign A B, with each operand in both libraries' terms: matrix_product.h is faster from
-// kLarge on (bench/gp/linalg/matrix_product_bench.cc), Eigen below.
+// kLarge on (bench/gp/linalg/matrix_product_bench.cc), Eigen below. The former allocates memory at a
+// thread's first use; row_removal.cc, which may not fail, has products narrower than kLarge alone.
 template <int kSign, typename A, typename B>
 void Add(ProductOperand packed_a, ProductOperand packed_b, const A& a, const B& b, View c) {
   constexpr int64_t kLarge = 64;

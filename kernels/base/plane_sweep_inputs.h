@@ -31,7 +31,7 @@ struct PlaneSweepInputs {
 
 // Columns of the results.
 enum SweepColumn {
-  kStaticCost,     // the least |P - S_j|^2; NaN if every S_j leaves the picture
+  kStaticCost,     // the least |P - S_j|^2; NaN if no x_j is in front and S_j in the picture
   kStaticStep,     // its j; NaN likewise
   kFlowCost,       // |P - Q|^2; NaN if the flow is, or if Q leaves the picture
   kEnergy,         // |P|^2

@@ -64,6 +64,15 @@ absl::Status Check(const PlaneSweepInputs& inputs) {
         inputs.patch_radius >= 1 && inputs.patch_radius <= kMostRadius, "be from 1 to 3"}});
 }
 
+// The exponent of the largest entry of H and e. (SW1) has a free scale: divided by two to this
+// power, H and e are within the range of float32.
+int LargestExponent(const PlaneSweepInputs& inputs) {
+  double largest = 0.0;
+  for (const double value : inputs.homography) largest = std::max(largest, std::abs(value));
+  for (const double value : inputs.epipole) largest = std::max(largest, std::abs(value));
+  return largest > 0.0 ? std::ilogb(largest) : 0;
+}
+
 // Row after row without gaps.
 std::vector<uint8_t> Packed(const ImageView& picture) {
   std::vector<uint8_t> pixels(static_cast<size_t>(picture.width) * picture.height + kReadBeyond);
@@ -88,8 +97,12 @@ absl::Status SweepOnDevice(Context& context, const PlaneSweepInputs& inputs,
   EGOSIEVE_RETURN_IF_ERROR(CatchOpenClErrors(kDoing, [&] {
     const std::vector<uint8_t> first = Packed(inputs.first), second = Packed(inputs.second);
     std::vector<float> motion, steps;
-    for (const double value : inputs.homography) motion.push_back(static_cast<float>(value));
-    for (const double value : inputs.epipole) motion.push_back(static_cast<float>(value));
+    const int exponent = LargestExponent(inputs);
+    const auto add = [&](double value) {
+      motion.push_back(static_cast<float>(std::ldexp(value, -exponent)));
+    };
+    for (const double value : inputs.homography) add(value);
+    for (const double value : inputs.epipole) add(value);
     for (const SweepStep& step : inputs.steps) {
       steps.push_back(step.inverse_depth);
       steps.push_back(step.scale);

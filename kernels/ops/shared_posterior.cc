@@ -56,9 +56,10 @@ class SharedPosterior : public DensePosterior {
 template <typename Query>
 class Work {
  public:
-  Work(ConstMatrixView<Query> queries, const PosteriorOutputs& outputs, int64_t devices)
+  Work(ConstMatrixView<Query> queries, const PosteriorOutputs& outputs, int64_t piece,
+       int64_t devices)
       : queries_(queries),
-        piece_(SharedPiece(queries.rows, devices)),
+        piece_(piece),
         next_(devices),
         mean_(outputs.mean != nullptr ? queries.rows : 0),
         variance_(outputs.variance != nullptr ? queries.rows : 0),
@@ -113,12 +114,11 @@ class Work {
 template <typename Query>
 absl::StatusOr<PosteriorCounts> SharedPosterior::EvaluateQueries(
     ConstMatrixView<Query> queries, const PosteriorOutputs& outputs) const {
-  const int64_t count = static_cast<int64_t>(devices_.size());
   EGOSIEVE_RETURN_IF_ERROR(CheckQueries(dimension_, queries));  // the row is that of the call
-  if (queries.rows <= SharedPiece(queries.rows, count)) {
-    return devices_[0]->Evaluate(queries, outputs);
-  }
-  Work<Query> work(queries, outputs, count);
+  const int64_t piece = SharedPiece(queries.rows, static_cast<int64_t>(devices_.size()));
+  if (queries.rows <= piece) return devices_[0]->Evaluate(queries, outputs);
+  const int64_t count = std::min<int64_t>(devices_.size(), (queries.rows + piece - 1) / piece);
+  Work<Query> work(queries, outputs, piece, count);
   std::vector<std::thread> threads;
   threads.reserve(count - 1);
   int64_t started = 1;

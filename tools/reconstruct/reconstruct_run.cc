@@ -12,6 +12,7 @@
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/segmented_pictures.h"
+#include "vision/masks/glimpses.h"
 #include "vision/masks/mask_image.h"
 
 namespace egosieve::tools {
@@ -262,9 +263,41 @@ absl::Status ReconstructRun::RefineChunk(size_t begin, size_t end) {
   return absl::OkStatus();
 }
 
+std::vector<cv::Mat1w> ReconstructRun::NumberMovers(size_t begin, size_t end,
+                                                    const std::vector<FrameResult>& results) {
+  const bool causal = options_.window.link.causal;
+  std::vector<vision::TrackedFrame> tracked;
+  std::vector<cv::Mat1w> numbers;
+  std::vector<uint16_t> seen_once;
+  vision::MoverTracker next_chunk(options_.tracker);
+  for (size_t i = 0; i < results.size(); ++i) {
+    const size_t now = begin - window_begin_ + i;
+    const size_t seen = causal ? now + 1 : window_.size();
+    while (tracked.size() < seen) {
+      const vision::WindowFrame& frame = window_[tracked.size()];
+      tracked.push_back({frame.time_seconds, frame.small, frame.estimated});
+    }
+    if (begin + i == end) next_chunk = tracker_;
+    vision::MoverTracker& tracker = begin + i < end ? tracker_ : next_chunk;
+    numbers.push_back(
+        tracker.Add(tracked, now, vision::SmallMask(results[i].mask, window_[now].small.size())));
+    if (i > 0 && !causal &&
+        results[i].time_seconds - results[i - 1].time_seconds <= vision::kGlimpseSeconds) {
+      vision::DropGlimpses(seen_once, numbers[i], numbers[i - 1]);
+    }
+    seen_once = tracker.SeenOnce();
+  }
+  numbers.resize(end - begin);
+  return numbers;
+}
+
 absl::Status ReconstructRun::RunChunk(size_t begin, size_t end) {
-  EGOSIEVE_RETURN_IF_ERROR(MoveWindowAround(begin, end));
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<cv::Mat1f> refined, RefinedMapsOf(begin, end));
+  const bool sees_next = !options_.window.link.causal && end < lines_.size() &&
+                         lines_[end].width_pixels == lines_[begin].width_pixels &&
+                         lines_[end].height_pixels == lines_[begin].height_pixels;
+  const size_t seen = sees_next ? end + 1 : end;
+  EGOSIEVE_RETURN_IF_ERROR(MoveWindowAround(begin, seen));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<cv::Mat1f> refined, RefinedMapsOf(begin, seen));
   std::vector<FrameResult> results(refined.size());
   kernels::ParallelFor(static_cast<int64_t>(results.size()), [&](int64_t i) {
     const FrameLine& line = lines_[begin + i];
@@ -273,18 +306,11 @@ absl::Status ReconstructRun::RunChunk(size_t begin, size_t end) {
     results[i].probability = refined[i];
     results[i].mask = vision::MaskOf(refined[i], options_.mask, IgnoredIn(line, ignored_));
   });
-  std::vector<vision::TrackedFrame> tracked;
+  const std::vector<cv::Mat1w> numbers = NumberMovers(begin, end, results);
+  results.resize(end - begin);
   for (size_t i = 0; i < results.size(); ++i) {
-    const size_t now = begin - window_begin_ + i;
-    const size_t seen = options_.window.link.causal ? now + 1 : window_.size();
-    while (tracked.size() < seen) {
-      const vision::WindowFrame& frame = window_[tracked.size()];
-      tracked.push_back({frame.time_seconds, frame.small, frame.estimated});
-    }
-    const cv::Mat1b small = vision::SmallMask(results[i].mask, window_[now].small.size());
-    const cv::Mat1w numbers = tracker_.Add(tracked, now, small);
-    results[i].ids = vision::NumberPixels(numbers, results[i].mask);
-    window_[now].image.release();
+    results[i].ids = vision::NumberPixels(numbers[i], results[i].mask);
+    window_[begin - window_begin_ + i].image.release();
   }
   return WriteChunk(begin, results);
 }

@@ -86,6 +86,10 @@ class ReconstructRun {
   absl::StatusOr<std::vector<cv::Mat1f>> RefinedMapsOf(size_t begin, size_t end);
   absl::Status RefineChunk(size_t begin, size_t end);
   absl::Status RunChunk(size_t begin, size_t end);
+  // The movers' numbers in the frames [begin, end), at working resolution. results: of these frames
+  // and, where the next frame tells which of the last movers are glimpses (glimpses.h), of that.
+  std::vector<cv::Mat1w> NumberMovers(size_t begin, size_t end,
+                                      const std::vector<FrameResult>& results);
   absl::Status WriteChunk(size_t begin, std::vector<FrameResult>& results);
 
   std::shared_ptr<kernels::Context> context_;

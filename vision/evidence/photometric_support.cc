@@ -140,14 +140,6 @@ double SquaredGradient(const Rows& rows) {
 
 }  // namespace
 
-double GreyLogRatio(double still, double found, double noise_levels, double place_variance) {
-  const double least = kPatchPixels * noise_levels * noise_levels;
-  still = std::max(still, least);
-  found = std::max(found, least);
-  const double variance = std::min(found, still) / kPatchPixels;
-  return kIndependentShare * (still - found) / (2.0 * (variance + place_variance));
-}
-
 PhotometricSupport::PhotometricSupport(cv::Mat before, cv::Mat now,
                                        const std::vector<cv::Point2f>& befores,
                                        const std::vector<cv::Point2f>& nows, double place_pixels)
@@ -178,6 +170,14 @@ std::optional<double> PhotometricSupport::LogRatio(cv::Point2f before, cv::Point
   return ratio ? std::max(0.0, *ratio) : ratio;
 }
 
+double PhotometricSupport::RatioOf(double still, double found, double place_variance) const {
+  const double least = kPatchPixels * noise_levels_ * noise_levels_;
+  still = std::max(still, least);
+  found = std::max(found, least);
+  const double variance = std::min(found, still) / kPatchPixels;
+  return kIndependentShare * (still - found) / (2.0 * (variance + place_variance));
+}
+
 std::optional<double> PhotometricSupport::SignedLogRatio(cv::Point2f before, cv::Point2f now,
                                                          cv::Point2f standing) const {
   Rows p, q, s;
@@ -185,7 +185,7 @@ std::optional<double> PhotometricSupport::SignedLogRatio(cv::Point2f before, cv:
       !SampleRows(now_, standing, s)) {
     return std::nullopt;
   }
-  return GreyLogRatio(SquaredDifference(p, s), SquaredDifference(p, q), noise_levels_, 0.0);
+  return RatioOf(SquaredDifference(p, s), SquaredDifference(p, q), 0.0);
 }
 
 std::optional<double> PhotometricSupport::LogRatioOnSegment(cv::Point2f before, cv::Point2f now,
@@ -207,7 +207,7 @@ std::optional<double> PhotometricSupport::LogRatioOnSegment(cv::Point2f before, 
     }
   }
   if (std::isinf(still)) return std::nullopt;
-  return std::max(0.0, GreyLogRatio(still, found, noise_levels_, place_variance));
+  return std::max(0.0, RatioOf(still, found, place_variance));
 }
 
 }  // namespace egosieve::vision

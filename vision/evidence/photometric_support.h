@@ -44,11 +44,6 @@ struct StaticSegment {
   double scale_first = 1.0, scale_last = 1.0;  // size in this picture over that in the first
 };
 
-// kappa (E_0 - E_1) / (2 (v + place_variance)) of the squared differences E_0 of the static and E_1
-// of the found position, each before its maximum with N sigma^2: (S1) and (S2), negative where the
-// static position fits better. noise_levels: sigma.
-double GreyLogRatio(double still, double found, double noise_levels, double place_variance);
-
 class PhotometricSupport {
  public:
   // Two grey pictures, CV_8UC1 of one size. sigma is estimated from the points' positions `befores`
@@ -79,6 +74,9 @@ class PhotometricSupport {
         now_(std::move(now)),
         noise_levels_(noise_levels),
         place_pixels_(place_pixels) {}
+
+  // kappa (E_0 - E_1) / (2 (v + place_variance)).
+  double RatioOf(double still, double found, double place_variance) const;
 
   cv::Mat before_, now_;
   double noise_levels_ = 0.0, place_pixels_ = 0.0;

@@ -66,6 +66,9 @@ class MoverTracker {
   // numbers of the movers, 0 elsewhere.
   cv::Mat1w Add(const std::vector<TrackedFrame>& frames, size_t now, const cv::Mat1b& mask);
 
+  // Numbers of movers not lost for long that one frame alone has shown.
+  std::vector<uint16_t> SeenOnce() const;
+
   std::string ToText() const;
   // DataLoss if the text is damaged.
   static absl::StatusOr<MoverTracker> Restore(const MoverTrackerOptions& options,

@@ -7,6 +7,14 @@
 
 namespace egosieve::vision {
 
+std::vector<uint16_t> MoverTracker::SeenOnce() const {
+  std::vector<uint16_t> numbers;
+  for (const auto& [number, mover] : movers_) {
+    if (mover.first_seconds == mover.last_seconds) numbers.push_back(number);
+  }
+  return numbers;
+}
+
 std::string MoverTracker::ToText() const {
   // Run lengths: number, pixels, number, pixels, ...
   std::vector<int> runs;

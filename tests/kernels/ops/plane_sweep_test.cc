@@ -310,7 +310,8 @@ TEST(PlaneSweep, APatchIsComparedAtItsScale) {
   }
   std::vector<float> flow;
   PlaneSweepInputs inputs = Sideways(first, second, 1, {0}, flow);
-  inputs.homography = {2, 0, 0, 0, 2, 0, 0, 0, 1};
+  const double free = 1e60;  // the scale of (SW1), beyond the range of float32
+  inputs.homography = {2 * free, 0, 0, 0, 2 * free, 0, 0, 0, free};
   inputs.steps = {{0.0f, 1.0f}, {0.0f, 2.0f}};
   const Results out = Sweep(*TestContext(), inputs);
   for (const auto& [x, y] : {std::pair{3, 3}, {8, 9}, {16, 11}}) {

@@ -85,6 +85,32 @@ TEST(ReconstructCommand, WritesMasksNumbersAndTracks) {
   EXPECT_FALSE(std::filesystem::exists(run.folder.FrameFile("full", 3, ".prob.png")));
 }
 
+// Frame 31 is the last one of a chunk; the drive's last frame has none after it.
+TEST(ReconstructCommand, AMoverOfASingleFrameIsNone) {
+  FakeRunOptions options;
+  options.frames = 40;
+  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_glimpses", options);
+  const std::vector<FrameLine> lines = *run.folder.ReadLines();
+  const auto corner_of = [&](const char* product, int frame) {
+    const cv::Mat image = cv::imread(run.folder.FrameFile(product, frame, ".png"), -1);
+    return cv::countNonZero(image(cv::Rect(80, 48, 16, 16)));
+  };
+  const std::vector<int> glimpses = {20, 31, 39};
+  for (const int frame : glimpses) {
+    FrameMaps maps = *run.folder.ReadGridMaps(lines[frame], run.description, true);
+    maps.probability(cv::Rect(16, 10, 3, 3)) = 0.95F;
+    ASSERT_TRUE(run.folder.WriteGridMaps(frame, maps, run.description.deviation_full_scale).ok());
+  }
+  ASSERT_EQ(RunCommandForTest(MakeReconstructCommand(), {run.folder.path()}).code, 0);
+  for (const char* product : {"ids", "masks"}) {
+    EXPECT_EQ(corner_of(product, 20), 0) << product;
+    EXPECT_EQ(corner_of(product, 31), 0) << product;
+    EXPECT_GT(corner_of(product, 39), 100) << product;
+  }
+  ASSERT_EQ(RunCommandForTest(MakeReconstructCommand(), {run.folder.path(), "--causal"}).code, 0);
+  for (const int frame : glimpses) EXPECT_GT(corner_of("ids", frame), 100) << frame;
+}
+
 // All that reconstruct writes, by name.
 std::map<std::string, std::string> ProductsOf(const RunFolder& folder) {
   std::map<std::string, std::string> products;

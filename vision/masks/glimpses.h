@@ -1,0 +1,25 @@
+// Removes movers that a single frame shows.
+//
+//   glimpse   a mover that is first seen in a frame and not in the next one, at most
+//             kGlimpseSeconds later, where less than half of its place belongs to others      (MG1)
+//
+// What moves is in view for longer, so that a glimpse is an error of the map.
+#ifndef EGOSIEVE_VISION_MASKS_GLIMPSES_H_
+#define EGOSIEVE_VISION_MASKS_GLIMPSES_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace egosieve::vision {
+
+inline constexpr double kGlimpseSeconds = 0.25;
+
+// first_seen: numbers first seen in the frame of `numbers`; next: the numbers of the next frame, at
+// most kGlimpseSeconds later, of the same size.
+void DropGlimpses(const std::vector<uint16_t>& first_seen, const cv::Mat1w& next,
+                  cv::Mat1w& numbers);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_MASKS_GLIMPSES_H_
