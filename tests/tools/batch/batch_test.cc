@@ -168,6 +168,10 @@ TEST_F(Batch, BadInputsAreOneLineAndStartNothing) {
   expect({root_, out, "--then=sing"}, 2, "'sing' is none of");
   expect({root_, out, "--segment_flags=stride=3"}, 2, "is no flag");
   expect({root_, root_, out}, 2, "is that of entry");
+  for (const std::string flag : {"--shards=4", "--scene_cuts", "--cpus=1", "--sbatch=--nice=100",
+                                 "--measured_frames=9", "--dry_run"}) {
+    expect({root_, out, flag}, 2, "--status: " + flag.substr(0, flag.find('=')) + ";");
+  }
   ASSERT_TRUE(WriteFileAtomically(root_ + "/mine.html", "mine").ok());
   expect({root_, out, "--index=" + root_ + "/mine.html"}, 2, "is no page of a batch");
   EXPECT_EQ(*ReadFile(root_ + "/mine.html"), "mine");
