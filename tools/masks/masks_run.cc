@@ -51,6 +51,10 @@ class MasksRun {
       return absl::InvalidArgumentError(
           absl::StrCat(flags_.input, " is no run folder; --shard takes one that has its masks"));
     }
+    if (!flags_.moved.empty() && !is_run) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(flags_.input, " is no run folder; --input is for one; leave it out"));
+    }
     std::string pictures = flags_.input;
     if (is_run) {
       EGOSIEVE_RETURN_IF_ERROR(flags_.CheckForRun());

@@ -246,6 +246,7 @@ TEST_F(MasksTest, SaysWhatIsWrong) {
       {{path, "--for=mots", "--shard=1/2"}, 2, "leave --shard out"},
       {{path, "--for=colmap", "--shard=3/2"}, 2, "is not K/N"},
       {{run.frames, "--for=colmap", "--shard=1/2"}, 2, "is no run folder"},
+      {{run.frames, "--for=colmap", "--input=" + run.frames}, 2, "--input is for one"},
       {{path, "--for=colmap", "--threshold=1.5"}, 2, "--threshold=1.5"},
       {{path, "--for=colmap", "--threshold=0.3", "--unsure=mask"}, 2, "exclude each other"},
       {{path, "--for=colmap", "--dilate=-1"}, 2, "--dilate=-1"},
