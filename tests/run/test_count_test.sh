@@ -11,7 +11,7 @@ fail() {
 tree=$TEST_TMPDIR/tree
 mkdir -p "$tree"/{tools_on_path,bazel-testlogs/tests/kernels/a_test}
 cp run "$tree/run"
-for name in bash basename cat dirname grep mkdir mktemp rm sed sort tee; do
+for name in awk bash basename cat dirname grep mkdir mktemp rm sed sort tee; do
   ln -s "$(command -v "$name")" "$tree/tools_on_path/$name"
 done
 cat >"$tree/bazel-testlogs/tests/kernels/a_test/test.xml" <<'END'
@@ -59,11 +59,15 @@ program() {
   printf '#!/bin/bash\n%s\n' "$2" >"$tree/tools_on_path/$1"
   chmod +x "$tree/tools_on_path/$1"
 }
-program git "printf '%s\\n' kernels/a.cc kernels/b.cc"
+program git "echo \"\$*\" >>$tree/asked
+case \$1 in diff) echo kernels/b.cc ;; ls-files) printf '%s\\n' gp/c.cc kernels/a.cc kernels/b.cc ;; esac"
 program clang-tidy "echo \"\$*\" >>$tree/tidied; [[ \$* != *b.cc* ]]"
 : >"$tree/tidied"
+: >"$tree/asked"
 ! said=$(EGOSIEVE_TIDY_UNTIL=600 run_test) || fail "a finding is no failure: $said"
-[[ $said == *"7 passed, 1 failed, 1 skipped" ]] || fail "counts clang-tidy otherwise: $said"
-[ "$(wc -l <"$tree/tidied")" = 2 ] || fail "clang-tidy has not seen all: $(cat "$tree/tidied")"
+[[ $said == *"6 passed, 1 failed, 1 skipped" ]] || fail "counts clang-tidy otherwise: $said"
+[ "$(sed 's/.* \(.*\.cc\) --.*/\1/' "$tree/tidied" | tr '\n' ' ')" = "kernels/b.cc gp/c.cc kernels/a.cc " ] ||
+  fail "clang-tidy has not seen all, what is new first: $(cat "$tree/tidied")"
+grep -qx -- 'ls-files gp/\*.cc kernels/\*.cc' "$tree/asked" || fail "checks other folders: $(cat "$tree/asked")"
 EGOSIEVE_TIDY_UNTIL=0 run_test >/dev/null || fail "clang-tidy beyond the time"
 run_test >/dev/null || fail "clang-tidy unasked"

@@ -41,7 +41,7 @@ class BatchCommand : public Command {
   absl::StatusOr<ExitCode> Run() override {
     EGOSIEVE_ASSIGN_OR_RETURN(BatchFlags::Drives drives, flags_.FindEntries());
     if (flags_.plan_run.IsAskedFor()) return flags_.RunPlan(drives.entries);
-    EGOSIEVE_RETURN_IF_ERROR(flags_.plan_run.CheckUncut(drives.entries));
+    EGOSIEVE_RETURN_IF_ERROR(flags_.plan_run.CheckUnplanned(drives.entries));
     const std::string index =
         flags_.index.empty() ? DefaultIndexPath(drives.entries) : flags_.index;
     EGOSIEVE_RETURN_IF_ERROR(CheckIndexPath(index));

@@ -72,8 +72,11 @@ std::vector<std::string> Arguments(const std::string& program, const BatchEntry&
   return words;
 }
 
-// Runs in the child: only calls that are safe after a fork.
-[[noreturn]] void Become(pid_t batch, const char* program, char* const* arguments, int log) {
+// Runs in the child: only calls that are safe after a fork. SIGTERM is blocked at the beginning.
+[[noreturn]] void Become(pid_t batch, const sigset_t& signals, const char* program,
+                         char* const* arguments, int log) {
+  signal(SIGTERM, SIG_DFL);  // not for the batch's handler, which only notes it
+  sigprocmask(SIG_SETMASK, &signals, nullptr);
   prctl(PR_SET_PDEATHSIG, SIGTERM);             // a batch that is killed also ends its drives
   if (getppid() != batch) _exit(kCannotStart);  // it was killed before that call
   const int nothing = open("/dev/null", O_RDONLY);
@@ -141,9 +144,14 @@ absl::Status DriveJob::StartProcess(const std::vector<std::string>& arguments) {
       open(log_path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (log < 0) return kernels::WriteError(log_path, errno);
   const pid_t batch = getpid();
+  sigset_t blocked, signals;
+  sigemptyset(&blocked);
+  sigaddset(&blocked, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &blocked, &signals);
   process_ = fork();
-  if (process_ == 0) Become(batch, program_.c_str(), pointers.data(), log);
+  if (process_ == 0) Become(batch, signals, program_.c_str(), pointers.data(), log);
   const int error = errno;
+  pthread_sigmask(SIG_SETMASK, &signals, nullptr);
   close(log);
   if (process_ < 0) {
     return absl::UnavailableError(absl::StrCat("cannot start a process: ", std::strerror(error)));
@@ -162,7 +170,10 @@ bool DriveJob::HasEnded() {
   const pid_t ended = waitpid(process_, &status, WNOHANG);
   if (ended == 0 || (ended < 0 && errno == EINTR)) return false;
   process_ = -1;
-  const int exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  int exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  if (interrupted_ && exit_code == 128 + SIGTERM) {  // before the program caught signals
+    exit_code = static_cast<int>(ExitCode::kInterrupted);
+  }
   if (runs_segment_) {
     JudgeSegment(exit_code);
   } else {

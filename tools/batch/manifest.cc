@@ -41,7 +41,6 @@ struct Manifest {
 std::vector<std::string> Words(const Flags& flags) {
   std::vector<std::string> words;
   for (const auto& [name, value] : flags) {
-    if (value == "false") continue;
     words.push_back(value == "true" ? absl::StrCat("--", name)
                                     : absl::StrCat("--", name, "=", value));
   }

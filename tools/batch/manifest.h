@@ -23,7 +23,7 @@
 // "cuts", a list of frame numbers, gives the beginnings of a drive's further pieces, for plans
 // (plan.h).
 //
-// true means a flag without a value, false means that the flag is not given. Paths are relative to
+// true means a flag without a value; false turns a flag off (--video=false). Paths are relative to
 // the manifest's folder.
 #ifndef EGOSIEVE_TOOLS_BATCH_MANIFEST_H_
 #define EGOSIEVE_TOOLS_BATCH_MANIFEST_H_

@@ -34,6 +34,11 @@ bool Names(const std::vector<std::string>& flags, const std::string& name,
   return std::count(flags.begin(), flags.end(), absl::StrCat("--", name, "=", value)) > 0;
 }
 
+// Whether a flag of this name is given and not turned off.
+bool Sets(const std::vector<std::string>& flags, const std::string& name) {
+  return Names(flags, name) && !Names(flags, name, "false");
+}
+
 // The steps after segment, if none are given.
 std::vector<BatchStep> DefaultSteps() { return {{"reconstruct", {}}, {"report", {}}}; }
 
@@ -146,7 +151,8 @@ std::vector<std::string> BatchPlan::SegmentArguments(int piece, const BatchEntry
       "segment", entry.path, "--out=" + PieceFolder(entry, std::max(1, piece)), "--resume"};
   arguments.insert(arguments.end(), entry.flags.begin(), entry.flags.end());
   if (piece == 0) {
-    if (!Names(entry.flags, "learn_only")) arguments.push_back("--learn_only");
+    std::erase(arguments, "--learn_only=false");  // a plan's maps are made by infer
+    if (!Names(arguments, "learn_only")) arguments.push_back("--learn_only");
     return arguments;
   }
   const size_t number = static_cast<size_t>(piece);
@@ -279,7 +285,7 @@ std::string PieceFolder(const BatchEntry& entry, int piece) {
 absl::Status CheckCuts(const std::vector<BatchEntry>& entries) {
   for (const BatchEntry& entry : entries) {
     for (const char* flag : {"from", "to", "max_frames", "learn_only"}) {
-      if (!entry.cuts.empty() && Names(entry.flags, flag)) {
+      if (!entry.cuts.empty() && Sets(entry.flags, flag)) {
         return absl::InvalidArgumentError(absl::StrCat(entry.out, " is learnt in pieces, which --",
                                                        flag, " excludes; leave one of them out"));
       }

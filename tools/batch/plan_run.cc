@@ -13,6 +13,7 @@
 #include "tools/batch/slurm.h"
 #include "tools/batch/task_cost.h"
 #include "tools/cli/checks.h"
+#include "tools/cli/given_flags.h"
 #include "tools/cli/interruption.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/suite/child_process.h"
@@ -106,19 +107,30 @@ void PlanRun::AddFlags(CLI::App& app) {
       ->capture_default_str()
       ->type_name("FRAMES");
   app.add_flag("--dry_run", dry_run_, "With --engine=slurm: measure, write the scripts, no more");
+  for (const char* flag :
+       {"--shards", "--scene_cuts", "--cpus", "--sbatch", "--measured_frames", "--dry_run"}) {
+    of_plans_.push_back(app.get_option(flag));
+  }
 }
 
 bool PlanRun::IsAskedFor() const {
   return engine_ != "local" || task_.has_value() || plan_ || status_;
 }
 
-absl::Status PlanRun::CheckUncut(const std::vector<BatchEntry>& entries) const {
+absl::Status PlanRun::CheckUnplanned(const std::vector<BatchEntry>& entries) const {
   const bool is_cut =
       std::any_of(entries.begin(), entries.end(), [](const auto& e) { return !e.cuts.empty(); });
-  if (cut_.minutes == 0.0 && !is_cut) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      "pieces of drives (--piece_minutes, cuts) are learnt by --engine=slurm or --task; without "
-      "those leave them out");
+  if (cut_.minutes != 0.0 || is_cut) {
+    return absl::InvalidArgumentError(
+        "pieces of drives (--piece_minutes, cuts) are learnt by --engine=slurm or --task; without "
+        "those leave them out");
+  }
+  if (const std::string flags = GivenFlags(of_plans_); !flags.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("no effect without --engine=slurm, --task, --plan or --status: ", flags,
+                     "; leave them out"));
+  }
+  return absl::OkStatus();
 }
 
 absl::StatusOr<ExitCode> PlanRun::Run(const std::string& manifest, std::vector<BatchEntry> entries,

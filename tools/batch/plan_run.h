@@ -28,8 +28,9 @@ class PlanRun {
 
   // Whether a flag is given that Run implements.
   bool IsAskedFor() const;
-  // InvalidArgument if drives are to be learnt in pieces; only plans can do that.
-  absl::Status CheckUncut(const std::vector<BatchEntry>& entries) const;
+  // For drives that run without a plan: InvalidArgument if they are to be learnt in pieces or a flag
+  // is given that only plans use.
+  absl::Status CheckUnplanned(const std::vector<BatchEntry>& entries) const;
   // `manifest`: its path; egosieve_jobs/ is written beside it.
   absl::StatusOr<ExitCode> Run(const std::string& manifest, std::vector<BatchEntry> entries,
                                const ResultFlag& result) const;
@@ -42,6 +43,7 @@ class PlanRun {
   absl::StatusOr<ExitCode> SubmitPlan(const BatchPlan& plan, const std::string& folder,
                                       const ResultFlag& result) const;
 
+  std::vector<CLI::Option*> of_plans_;  // flags that have no effect without a plan
   std::string engine_ = "local";
   int shards_ = 2;
   int cpus_ = 0;

@@ -1,8 +1,10 @@
 #include "tools/evaluate/evaluate_flags.h"
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/checks.h"
+#include "tools/cli/given_flags.h"
 #include "tools/cli/object_flags.h"
 #include "tools/suite/suite_run.h"
 
@@ -18,7 +20,10 @@ void EvaluateFlags::AddFlags(CLI::App& app) {
       ->type_name("TRUTH");
   AddFurtherTruthFlags(app);
   AddScoringFlags(app);
+  const size_t others = app.get_options().size();
   AddSuiteFlags(app);
+  of_suites_ = app.get_options();
+  of_suites_.erase(of_suites_.begin(), of_suites_.begin() + static_cast<int64_t>(others));
 }
 
 void EvaluateFlags::AddFurtherTruthFlags(CLI::App& app) {
@@ -120,6 +125,10 @@ absl::StatusOr<std::variant<RunReportOptions, SuiteReportOptions>> EvaluateFlags
         "give either a run folder with --truth, or --suite with --out");
   }
   if (!suite_.folder.empty()) return OfSuite();
+  if (const std::string flags = GivenFlags(of_suites_); !flags.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("no effect without --suite: ", flags, "; leave them out"));
+  }
   RunReportOptions run = run_;
   run.further = Further();
   return run;
@@ -131,9 +140,10 @@ absl::StatusOr<SuiteReportOptions> EvaluateFlags::OfSuite() const {
   if (suite.out.empty()) {
     return absl::InvalidArgumentError("--out is missing; give the folder for the suite's runs");
   }
-  if (!run_.given.boxes.empty() || !run_.given.poses.empty()) {
+  if (!run_.truth.empty() || !run_.given.boxes.empty() || !run_.given.poses.empty()) {
     return absl::InvalidArgumentError(
-        "--boxes and --poses are those of one run; sequences have theirs beside their frames");
+        "--truth, --boxes and --poses are those of one run; sequences have theirs beside their "
+        "frames");
   }
   EGOSIEVE_ASSIGN_OR_RETURN(suite.variants, ParseVariants(profiles_, variants_));
   suite.segment_flags = absl::StrSplit(segment_flags_, ' ', absl::SkipEmpty());

@@ -26,8 +26,9 @@ class EvaluateFlags {
   FurtherOptions Further() const;
   absl::StatusOr<SuiteReportOptions> OfSuite() const;
 
-  RunReportOptions run_;      // its scoring is the suite's, too
-  SuiteReportOptions suite_;  // only what is the suite's own
+  std::vector<CLI::Option*> of_suites_;  // flags that have no effect on one run
+  RunReportOptions run_;                 // its scoring is the suite's, too
+  SuiteReportOptions suite_;             // only what is the suite's own
   std::string profiles_ = "paper,default";
   std::vector<std::string> variants_;
   std::string segment_flags_;

@@ -47,9 +47,9 @@ class MasksRun {
   absl::StatusOr<ExitCode> Run() {
     EGOSIEVE_RETURN_IF_ERROR(flags_.Resolve());
     const bool is_run = RunFolder::Open(flags_.input).ok();
-    if (flags_.options.shard.count > 1 && !is_run) {
+    if (!is_run && (flags_.options.shard.count > 1 || !flags_.moved.empty())) {
       return absl::InvalidArgumentError(
-          absl::StrCat(flags_.input, " is no run folder; --shard takes one that has its masks"));
+          absl::StrCat(flags_.input, " is no run folder; --shard and --input take one"));
     }
     std::string pictures = flags_.input;
     if (is_run) {

@@ -14,13 +14,14 @@ namespace fs = std::filesystem;
 
 constexpr int kDepth = 3;
 
-// The truth in a folder; empty if there is none.
+// The truth in a folder; empty if there is none, and in a synthetic drive that is not complete.
 std::string TruthIn(const fs::path& folder) {
   std::error_code error;
   if (fs::is_regular_file(folder / "scene.json", error) &&
       fs::is_directory(folder / "masks", error)) {
     return folder.string();
   }
+  if (fs::exists(folder / "unfinished", error)) return "";
   for (const char* masks : {"masks", "labels"}) {
     if (fs::is_directory(folder / masks, error)) return (folder / masks).string();
   }

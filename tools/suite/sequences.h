@@ -2,7 +2,7 @@
 //
 //   frames   frames/, a folder of images
 //   truth    scene.json beside masks/ (a synthetic drive), else masks/, else labels/ (masks), else
-//            tracks.csv
+//            tracks.csv; none in a synthetic drive that is not complete (it has `unfinished`)
 //
 // A sequence's name is its path below the suite. Its group is the first part of that path, or the
 // whole name if there is only one part.

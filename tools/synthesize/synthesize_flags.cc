@@ -21,7 +21,9 @@ void SynthesizeFlags::AddFlags(CLI::App& app) {
                  "Seed of town and traffic; 1 to 9 are for choosing constants, 100 to 109 for "
                  "figures that are reported")
       ->capture_default_str();
-  app.add_option("--frames", rendering.frames, "How many")->capture_default_str();
+  app.add_option("--frames", rendering.frames,
+                 "How many; a drive of another length has other traffic, also in its first frames")
+      ->capture_default_str();
   app.add_option("--seconds", seconds, "How long, instead of --frames; 0: --frames")
       ->check(AtLeast(0.0))
       ->capture_default_str();

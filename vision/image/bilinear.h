@@ -6,9 +6,10 @@
 //   by weights       (1 - t) ((1 - s) a + s b) + t ((1 - s) c + s d)                          (BI1)
 //   by differences   u + t (v - u),   u = a + s (b - a),   v = c + s (d - c)                  (BI2)
 //
-// These differ in rounding: (BI1) is exact at every whole position, (BI2) where the four values are
-// equal. At the border positions are clamped, so that the outermost values go on outside, or a
-// sample outside is NaN; each function says which. Clamped positions must not be NaN.
+// These differ in rounding: (BI1) is exact at every whole position where the four values are finite,
+// (BI2) where they are equal. At the border positions are clamped, so that the outermost values go
+// on outside, or a sample outside is NaN; each function says which. Clamped positions must not be
+// NaN.
 #ifndef EGOSIEVE_VISION_IMAGE_BILINEAR_H_
 #define EGOSIEVE_VISION_IMAGE_BILINEAR_H_
 

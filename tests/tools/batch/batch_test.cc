@@ -151,6 +151,39 @@ TEST_F(Batch, WhatFailsBehindSegmentIsNamed) {
   EXPECT_THAT(outcome.out, ContainsRegex("/out/a +failed +2 +8 +0 .*render: unknown flag --loud"));
 }
 
+TEST_F(Batch, AFlagThatIsOnByDefaultIsTurnedOff) {
+  ASSERT_TRUE(WriteFileAtomically(root_ + "/drives.toml",
+                                  "[defaults]\nbudget = 100\nstride = 8\nthen = \"render\"\n"
+                                  "render.video = false\n"
+                                  "[a]\npath = \"a/frames\"\nout = \"out/a\"\n")
+                  .ok());
+  const ProgramOutcome outcome = RunProgram({"batch", root_ + "/drives.toml"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(fs::exists(root_ + "/out/a/render/000003.png"));
+  EXPECT_FALSE(fs::exists(root_ + "/out/a/overlay.mp4"));
+}
+
+// The handler stands for that of the program, which the child has until it executes.
+TEST_F(Batch, ASignalRightAfterTheStartEndsADrive) {
+  const std::string program = root_ + "/endless";
+  ASSERT_TRUE(WriteFileAtomically(program, "#!/bin/sh\nexec sleep 300\n").ok());
+  fs::permissions(program, fs::perms::owner_all);
+  const auto before = signal(SIGTERM, [](int) {});
+  for (int repetition = 0; repetition < 20; ++repetition) {
+    absl::StatusOr<DriveJob> job = DriveJob::Start(program, {"input", root_ + "/run", {}, {}});
+    ASSERT_TRUE(job.ok()) << job.status();
+    job->Interrupt();
+    bool has_ended = false;
+    for (int i = 0; i < 60000 && !has_ended; ++i) {
+      has_ended = job->HasEnded();
+      if (!has_ended) usleep(1000);
+    }
+    ASSERT_TRUE(has_ended) << repetition;
+    EXPECT_EQ(job->outcome().state, DriveOutcome::State::kInterrupted);
+  }
+  signal(SIGTERM, before);
+}
+
 TEST_F(Batch, BadInputsAreOneLineAndStartNothing) {
   const auto expect = [&](std::vector<std::string> arguments, int code, const std::string& part) {
     arguments.insert(arguments.begin(), "batch");
@@ -168,6 +201,10 @@ TEST_F(Batch, BadInputsAreOneLineAndStartNothing) {
   expect({root_, out, "--then=sing"}, 2, "'sing' is none of");
   expect({root_, out, "--segment_flags=stride=3"}, 2, "is no flag");
   expect({root_, root_, out}, 2, "is that of entry");
+  for (const std::string flag : {"--shards=4", "--scene_cuts", "--cpus=1", "--sbatch=--nice=100",
+                                 "--measured_frames=9", "--dry_run"}) {
+    expect({root_, out, flag}, 2, "--status: " + flag.substr(0, flag.find('=')) + ";");
+  }
   ASSERT_TRUE(WriteFileAtomically(root_ + "/mine.html", "mine").ok());
   expect({root_, out, "--index=" + root_ + "/mine.html"}, 2, "is no page of a batch");
   EXPECT_EQ(*ReadFile(root_ + "/mine.html"), "mine");

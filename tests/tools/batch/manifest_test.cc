@@ -37,7 +37,7 @@ learn_only = false
     EXPECT_THAT((*entries)[0].flags, ElementsAre("--profile=fast", "--stride=2", "--learn_only"));
     EXPECT_EQ((*entries)[1].path, "/b");
     EXPECT_EQ((*entries)[1].out, "/out/b");
-    EXPECT_THAT((*entries)[1].flags, ElementsAre());
+    EXPECT_THAT((*entries)[1].flags, ElementsAre("--learn_only=false"));
   }
 }
 
@@ -78,7 +78,7 @@ then = "report"
     EXPECT_THAT(a.then[1].flags, ElementsAre("--for=colmap"));
     const BatchEntry& b = (*entries)[1];
     EXPECT_EQ(b.out, "/drives/elsewhere/b");
-    EXPECT_THAT(b.flags, ElementsAre("--profile=paper", "--stride=0.5"));
+    EXPECT_THAT(b.flags, ElementsAre("--profile=paper", "--learn_only=false", "--stride=0.5"));
     ASSERT_EQ(b.then.size(), 1u);
     EXPECT_EQ(b.then[0].command, "report");
   }

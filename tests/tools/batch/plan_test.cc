@@ -84,6 +84,9 @@ TEST(BatchPlan, TasksHaveTheDrivesFlags) {
   const BatchPlan own({{"a.mp4", "out/a", {"--learn_only", "--threads=1"}}}, 1, 4);
   EXPECT_THAT(own.Arguments(0, 0), ElementsAre("segment", "a.mp4", "--out=out/a", "--resume",
                                                "--learn_only", "--threads=1", "--progress=none"));
+  const BatchPlan off({{"a.mp4", "out/a", {"--learn_only=false"}}}, 1, 0);
+  EXPECT_THAT(off.Arguments(0, 0), ElementsAre("segment", "a.mp4", "--out=out/a", "--resume",
+                                               "--learn_only", "--progress=none"));
 }
 
 TEST(BatchPlan, ATaskThatNeedsAnotherSaysWhich) {
@@ -128,6 +131,7 @@ TEST(BatchPlan, CutDrivesAreLearntInPiecesThatOverlap) {
 
 TEST(BatchPlan, PiecesExcludeFlagsThatChooseFrames) {
   EXPECT_TRUE(CheckCuts({{"a", "a", {"--to=5"}}, {"b", "b", {"--stride=2"}, {}, {10}}}).ok());
+  EXPECT_TRUE(CheckCuts({{"b", "b", {"--learn_only=false"}, {}, {10}}}).ok());
   for (const char* flag : {"--from=3", "--to=5", "--max_frames=9", "--learn_only"}) {
     EXPECT_EQ(CheckCuts({{"b", "b", {flag}, {}, {10}}}).code(), absl::StatusCode::kInvalidArgument)
         << flag;

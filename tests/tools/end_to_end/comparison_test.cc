@@ -163,6 +163,19 @@ TEST(Compare, TruthThatDoesNotFitIsToldWithCounts) {
   EXPECT_THAT(other.err, HasSubstr("which are other frames"));
 }
 
+TEST(Compare, SyntheticDrivesAreThoseOfThisCall) {
+  const std::string root = FreshFolder(), out = root + "/out";
+  PatchDriveOptions options;
+  options.frames = 5;
+  WritePatchDrive(out + "/drives/former", options);
+  const ProgramOutcome outcome =
+      RunProgram({"lab", "compare", "--scenarios=street", "--frames=5", "--out=" + out,
+                  "--methods=ransac", "--profiles=default", "--no_plots", "--progress=none"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("1 drives compared, 0 failed"));
+  EXPECT_TRUE(fs::exists(out + "/drives/street/scene.json"));
+}
+
 TEST(Lab, FormerNamesTellThePresentOnes) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
       {{"compare", "drive"}, "compare is now egosieve lab compare;"},
@@ -200,6 +213,22 @@ TEST(Compare, WhatCannotBeIsRefusedBeforeWorkIsDone) {
   refused({"evaluate"}, 2, "either a run folder");
   refused({"evaluate", "--suite=" + root, "--out=" + root + "/out", "--boxes=boxes.csv"}, 2,
           "--boxes and --poses are those of one run");
+  refused({"evaluate", "--suite=" + root, "--out=" + root + "/out", "--truth=" + root}, 2,
+          "--truth, --boxes and --poses are those of one run");
+  refused({"evaluate", root, "--truth=" + root, "--jobs=2", "--masks", "--out=" + root + "/out"}, 2,
+          "no effect without --suite: --out, --jobs, --masks;");
+  for (const std::string flag : {"--profiles=fast", "--variant=x=--budget=9", "--max_seconds=1",
+                                 "--segment_flags=--budget=9", "--max_frames=5"}) {
+    refused({"evaluate", root, "--truth=" + root, flag}, 2,
+            "--suite: " + flag.substr(0, flag.find('=')) + ";");
+  }
+  refused({"lab", "compare", root, "--truth=" + root, "--scenarios=street", "--out=" + root + "/o"},
+          2, "--scenarios");
+  // The name that is no scenario comes last; no drive is made.
+  refused({"lab", "compare", "--scenarios=,", "--out=" + root + "/out"}, 2, "no scenario;");
+  refused({"lab", "compare", "--scenarios=street,magic", "--out=" + root + "/out"}, 2,
+          "no scenario is called \"magic\"");
+  EXPECT_FALSE(fs::exists(root + "/out/drives"));
 }
 
 }  // namespace

@@ -215,8 +215,7 @@ void WriteSmallMasks(const std::string& folder) {
 TEST_F(MasksTest, SaysWhatIsWrong) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
   const std::string path = run.folder.path();
-  fs::create_directories(root_ + "/empty");
-  fs::create_directories(root_ + "/foreign");
+  for (const char* name : {"/empty", "/foreign"}) fs::create_directories(root_ + name);
   cv::imwrite(root_ + "/foreign/other.png", cv::Mat1b(64, 96, uint8_t{255}));
   WriteSmallMasks(root_ + "/sizes");
   std::ofstream(root_ + "/none.txt") << "# nothing\n";
@@ -246,6 +245,7 @@ TEST_F(MasksTest, SaysWhatIsWrong) {
       {{path, "--for=mots", "--shard=1/2"}, 2, "leave --shard out"},
       {{path, "--for=colmap", "--shard=3/2"}, 2, "is not K/N"},
       {{run.frames, "--for=colmap", "--shard=1/2"}, 2, "is no run folder"},
+      {{run.frames, "--for=colmap", "--input=" + run.frames}, 2, "is no run folder"},
       {{path, "--for=colmap", "--threshold=1.5"}, 2, "--threshold=1.5"},
       {{path, "--for=colmap", "--threshold=0.3", "--unsure=mask"}, 2, "exclude each other"},
       {{path, "--for=colmap", "--dilate=-1"}, 2, "--dilate=-1"},

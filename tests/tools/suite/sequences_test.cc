@@ -41,6 +41,9 @@ TEST_F(FindSequencesTest, EachFormOfTruthIsFound) {
   File("synthetic/deep/street/scene.json");
   Folder("video/clip");
   Folder("bare/frames");
+  Folder("interrupted/frames");
+  Folder("interrupted/masks");
+  File("interrupted/unfinished");
   const auto list = FindSequences(root_ + "/");
   ASSERT_TRUE(list.ok()) << list.status();
   ASSERT_EQ(list->sequences.size(), 4u);
@@ -54,7 +57,7 @@ TEST_F(FindSequencesTest, EachFormOfTruthIsFound) {
   EXPECT_EQ(list->sequences[2].name, "synthetic/deep/street");
   EXPECT_EQ(list->sequences[2].truth, root_ + "/synthetic/deep/street");
   EXPECT_EQ(list->sequences[3].truth, root_ + "/tracks/one/tracks.csv");
-  EXPECT_THAT(list->without_truth, ElementsAre("bare"));
+  EXPECT_THAT(list->without_truth, ElementsAre("bare", "interrupted"));
 }
 
 TEST_F(FindSequencesTest, ASequenceIsASuiteOfOne) {

@@ -84,8 +84,15 @@ absl::StatusOr<CompareOptions> CompareFlags::MakeOptions() const {
   if (options.input.empty() && !options.truth.empty()) {
     return absl::InvalidArgumentError("--truth is given, but no INPUT; give the frames as well");
   }
+  if (!options.truth.empty() && scenarios_option_->count() > 0) {
+    return absl::InvalidArgumentError(
+        "--truth is of one drive, and --scenarios adds drives; leave one of them out");
+  }
   options.make_drives = options.input.empty() || scenarios_option_->count() > 0;
   options.scenarios = absl::StrSplit(scenarios_, ',', absl::SkipEmpty());
+  if (options.make_drives && options.scenarios.empty()) {
+    return absl::InvalidArgumentError("no scenario; name one at least");
+  }
   options.drive_seed = segment_.seed();
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<SuiteVariant> variants, Variants());
   if (variants.empty()) return absl::InvalidArgumentError("no profile; name one at least");

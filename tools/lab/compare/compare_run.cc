@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <mutex>
+#include <set>
 #include <utility>
 
 #include "kernels/base/parallel_for.h"
@@ -14,6 +15,7 @@
 #include "tools/suite/sequences.h"
 #include "tools/synthesize/synthesize.h"
 #include "vision/segmentation/methods/map_method.h"
+#include "vision/synthetic/street.h"
 
 namespace egosieve::tools {
 namespace {
@@ -29,20 +31,47 @@ absl::Status CheckMethods(const std::shared_ptr<kernels::Context>& context,
   return absl::OkStatus();
 }
 
-absl::Status MakeDrives(const CompareOptions& options, const std::string& folder,
-                        const ProgressFlag& flag) {
+std::string DrivesFolder(const CompareOptions& options) {
+  return (fs::path(options.out) / "drives").string();
+}
+
+bool MakesDrives(const CompareOptions& options) {
+  return options.make_drives && options.input != DrivesFolder(options);
+}
+
+SynthesizeOptions DriveOf(const std::string& scenario, const CompareOptions& options) {
+  SynthesizeOptions drive;
+  drive.scenario = scenario;
+  drive.seed = options.drive_seed;
+  drive.output_folder = (fs::path(DrivesFolder(options)) / scenario).string();
+  drive.overwrite = true;
+  drive.rendering.frames = options.drive_frames;
+  return drive;
+}
+
+absl::Status CheckScenarios(const CompareOptions& options) {
   for (const std::string& scenario : options.scenarios) {
-    SynthesizeOptions drive;
-    drive.scenario = scenario;
-    drive.seed = options.drive_seed;
-    drive.output_folder = (fs::path(folder) / scenario).string();
-    drive.overwrite = true;
-    drive.rendering.frames = options.drive_frames;
+    const SynthesizeOptions drive = DriveOf(scenario, options);
+    const auto made = vision::MakeScenario(drive.scenario, drive.seed, drive.rendering);
+    if (!made.ok()) return AsUsageError(made.status());
+  }
+  return absl::OkStatus();
+}
+
+// The drives of the scenarios, by name. Other drives in their folder are not among them.
+absl::StatusOr<std::vector<Sequence>> MakeDrives(const CompareOptions& options,
+                                                 const ProgressFlag& flag) {
+  std::vector<Sequence> drives;
+  for (const std::string& scenario :
+       std::set<std::string>(options.scenarios.begin(), options.scenarios.end())) {
+    const SynthesizeOptions drive = DriveOf(scenario, options);
     Progress progress("synthesize", flag, options.drive_frames);
     EGOSIEVE_RETURN_IF_ERROR(
         Synthesize(drive, [&](int, int) { return progress.AdvanceUninterrupted(); }));
+    EGOSIEVE_ASSIGN_OR_RETURN(const SequenceList made, FindSequences(drive.output_folder));
+    drives.insert(drives.end(), made.sequences.begin(), made.sequences.end());
   }
-  return absl::OkStatus();
+  return drives;
 }
 
 absl::StatusOr<std::vector<Sequence>> Drives(const CompareOptions& options,
@@ -57,11 +86,9 @@ absl::StatusOr<std::vector<Sequence>> Drives(const CompareOptions& options,
     EGOSIEVE_ASSIGN_OR_RETURN(SequenceList list, FindSequences(options.input));
     drives = std::move(list.sequences);
   }
-  const std::string folder = (fs::path(options.out) / "drives").string();
-  if (options.make_drives && options.input != folder) {
-    EGOSIEVE_RETURN_IF_ERROR(MakeDrives(options, folder, progress));
-    EGOSIEVE_ASSIGN_OR_RETURN(const SequenceList made, FindSequences(folder));
-    drives.insert(drives.end(), made.sequences.begin(), made.sequences.end());
+  if (MakesDrives(options)) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<Sequence> made, MakeDrives(options, progress));
+    drives.insert(drives.end(), made.begin(), made.end());
   }
   return drives;
 }
@@ -107,6 +134,7 @@ absl::StatusOr<std::vector<ProfileComparison>> RunComparison(
     const ProgressFlag& progress) {
   // Before any long computation.
   EGOSIEVE_RETURN_IF_ERROR(CheckMethods(context, options.profiles.front().options));
+  if (MakesDrives(options)) EGOSIEVE_RETURN_IF_ERROR(CheckScenarios(options));
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(options.out));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<Sequence> drives, Drives(options, progress));
   std::vector<ProfileComparison> comparisons = CompareAll(context, options, drives, progress);
