@@ -6,6 +6,7 @@
 #include "tools/cli/checks.h"
 #include "tools/cli/given_flags.h"
 #include "tools/cli/object_flags.h"
+#include "tools/cli/switch_flag.h"
 #include "tools/suite/suite_run.h"
 
 namespace egosieve::tools {
@@ -102,8 +103,8 @@ void EvaluateFlags::AddSuiteFlags(CLI::App& app) {
                  "beside its frames states, else 10 frames per second; 0: all")
       ->check(AtLeast(0.0))
       ->capture_default_str();
-  app.add_flag("--masks,!--no_masks", suite_.suite.masks,
-               "With --suite: make masks of each run by reconstruct, and score them");
+  AddSwitch(app, "--masks", "--no_masks", suite_.suite.masks,
+            "With --suite: make masks of each run by reconstruct, and score them");
   app.add_option("--max_frames", suite_.suite.max_frames,
                  "With --suite: frames of each sequence at most; 0: all")
       ->check(AtLeast<int64_t>(0))

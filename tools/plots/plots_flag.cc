@@ -4,13 +4,14 @@
 
 #include "absl/strings/str_cat.h"
 #include "tools/cli/exit_code.h"
+#include "tools/cli/switch_flag.h"
 
 namespace egosieve::tools {
 
 void PlotsFlag::AddFlag(CLI::App& app) {
-  app.add_flag("--plots,--no_plots{false}", wanted_,
-               "Draw figures (SVG, PNG) and a page with them, plots/index.html (default: on; needs "
-               "python3-matplotlib)");
+  AddSwitch(app, "--plots", "--no_plots", wanted_,
+            "Draw figures (SVG, PNG) and a page with them, plots/index.html (default: on; needs "
+            "python3-matplotlib)");
 }
 
 absl::Status PlotsFlag::Write(const std::string& folder, const PlotPage& page) const {

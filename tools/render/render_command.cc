@@ -4,6 +4,7 @@
 
 #include "tools/cli/checks.h"
 #include "tools/cli/object_flags.h"
+#include "tools/cli/switch_flag.h"
 #include "tools/render/render_run.h"
 
 namespace egosieve::tools {
@@ -26,13 +27,13 @@ class RenderCommand : public Command {
     app.add_option("--input", options_.input, "Where the run's input is now, if it was moved")
         ->type_name("PATH");
     AddObjectFlags(app, options_.overlay.objects);
-    app.add_flag("--movers,!--map", options_.movers,
-                 "Show the movers that reconstruct has numbered, where it has; --map: the map");
+    AddSwitch(app, "--movers", "--map", options_.movers,
+              "Show the movers that reconstruct has numbered, where it has; --map: the map");
     app.add_flag("--outlines", options_.overlay.outlines_only,
                  "Of movers, draw nothing but outlines");
-    app.add_flag("--legend,!--no_legend", options_.overlay.legend, "Draw the legend");
-    app.add_flag("--images,!--no_images", options_.images, "Write render/NNNNNN.png");
-    app.add_flag("--video,!--no_video", options_.video, "Write overlay.mp4");
+    AddSwitch(app, "--legend", "--no_legend", options_.overlay.legend, "Draw the legend");
+    AddSwitch(app, "--images", "--no_images", options_.images, "Write render/NNNNNN.png");
+    AddSwitch(app, "--video", "--no_video", options_.video, "Write overlay.mp4");
     app.add_option("--rate", options_.rate_hz, "The video's frames per second; 0: the input's")
         ->check(Between(0.0, 240.0))
         ->type_name("HZ");

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/switch_flag.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/interruptible_source.h"
@@ -24,10 +25,9 @@ void CameraFlags::AddFlags(CLI::App& app) {
                  "Image of the frames' size: where it is not black, nothing is used for the "
                  "camera's motion and nothing is labelled or marked as moving")
       ->type_name("MASK");
-  app.add_flag("--own_vehicle,!--no_own_vehicle", finds_own_vehicle_,
-               "Find what is fixed in the image (bonnet, dashboard, time stamp, reflections) in "
-               "the first pass")
-      ->capture_default_str();
+  AddSwitch(app, "--own_vehicle", "--no_own_vehicle", finds_own_vehicle_,
+            "Find what is fixed in the image (bonnet, dashboard, time stamp, reflections) in "
+            "the first pass");
 }
 
 absl::Status CameraFlags::Read(const DriveInput& input) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
@@ -152,13 +153,22 @@ TEST(CompletionCommand, NamesTheShellsItKnows) {
 
 TEST(Config, OfEveryCommandIsReadAgain) {
   const std::string path = FreshFolder() + "/config.toml";
+  int switches = 0;
   for (const std::string& command : Commands()) {
     if (command == "lab compare") continue;  // has both of two flags that exclude each other
     const ProgramOutcome printed = RunWords(command, {"--print_config"});
     ASSERT_EQ(printed.code, 0) << command;
     ASSERT_TRUE(WriteFileAtomically(path, printed.out).ok());
     EXPECT_EQ(RunWords(command, {"--config=" + path, "--print_config"}).out, printed.out);
+    // A flag that has a second name to turn it off is on.
+    for (const std::string& word : Words(RunWords(command, {"--help"}).out)) {
+      if (!absl::EndsWith(word, "{false}")) continue;
+      const std::string name = word.substr(2, word.find(',') - 2);
+      EXPECT_THAT(printed.out, HasSubstr(absl::StrCat("\n", name, "=true\n"))) << command;
+      ++switches;
+    }
   }
+  EXPECT_GT(switches, 5);
 }
 
 TEST(Manual, TellsEveryCommandAndFlagWithoutTroffsWarnings) {
