@@ -180,15 +180,19 @@ absl::StatusOr<ScoredFrame> DriveTruth::Compare(int64_t frame, const kernels::Im
   scored.probability = AsWritten(maps.probability, 1.0);
   if (!maps.deviation.empty()) scored.deviation = AsWritten(maps.deviation, deviation_full_scale);
   scored.truth = AtGrid(mask, grid);
-  const auto objects = synthetic_.frames.find(frame);
-  if (objects != synthetic_.frames.end()) {
+  if (ObjectsOf(frame) != nullptr) {
     EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat1i ids, ReadIds(frame, size));
     if (!ids.empty()) {
       scored.ids = AtGrid(ids, grid);
-      scored.objects = &objects->second;
+      scored.objects = ObjectsOf(frame);
     }
   }
   return scored;
+}
+
+const std::map<int, SyntheticObject>* DriveTruth::ObjectsOf(int64_t frame) const {
+  const auto objects = synthetic_.frames.find(frame);
+  return objects != synthetic_.frames.end() ? &objects->second : nullptr;
 }
 
 }  // namespace egosieve::tools

@@ -59,6 +59,8 @@ class DriveTruth {
   absl::StatusOr<cv::Mat1b> ReadMask(int64_t frame, cv::Size size) const;
   // Numbers of the moving objects of a frame; empty if the truth does not distinguish objects.
   absl::StatusOr<cv::Mat1i> ReadIds(int64_t frame, cv::Size size) const;
+  // Properties of the objects of a frame, by id; null if they are not known.
+  const std::map<int, SyntheticObject>* ObjectsOf(int64_t frame) const;
   // The labelled points of a frame; empty unless the truth is tracks.
   const std::vector<LabelledPoint>& PointsOf(int64_t frame) const;
 

@@ -41,7 +41,7 @@ class RunScorer {
         scores_(options.pixels == ScoredPixels::kGrid
                     ? options.ScoresAtStride(description_.grid.stride)
                     : options.scores),
-        masks_(options.scores.objects.min_area) {}
+        masks_(options.scores.objects) {}
 
   // Scores a line that has a map and a truth.
   absl::Status Score(const FrameLine& line) {
@@ -76,6 +76,7 @@ class RunScorer {
     frame.truth = *truth;
     EGOSIEVE_ASSIGN_OR_RETURN(frame.mask, ReadTruthMask(path, size));
     EGOSIEVE_ASSIGN_OR_RETURN(frame.truth_ids, truth_.ReadIds(line.index, size));
+    frame.objects = truth_.ObjectsOf(line.index);
     const std::string ids_path = folder_.FrameFile("ids", line.index, ".png");
     if (!frame.truth_ids.empty() && std::filesystem::exists(ids_path)) {
       EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat ids, ReadImage(ids_path, cv::IMREAD_UNCHANGED));

@@ -40,8 +40,8 @@ struct EvaluateOptions {
 
 struct RunEvaluation {
   Evaluation evaluation;
-  DriveScores scores;   // the same as histograms, for merging runs
-  MaskScores masks{1};  // of masks/ and ids/, if reconstruct has written them
+  DriveScores scores;                 // the same as histograms, for merging runs
+  MaskScores masks{ObjectOptions()};  // of masks/ and ids/, if reconstruct has written them
 };
 
 // FailedPrecondition if no frame has both a map and a truth, if masks differ in size from their

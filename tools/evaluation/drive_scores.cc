@@ -18,25 +18,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr uint8_t kVoid = 128;
 
-// The groups that an object belongs to, beside "all".
-std::vector<std::string> GroupsOf(const SyntheticObject& object) {
-  const char* size = object.area_pixels < 100    ? "size under 100"
-                     : object.area_pixels < 400  ? "size 100-399"
-                     : object.area_pixels < 1600 ? "size 400-1599"
-                                                 : "size from 1600";
-  const char* distance = object.distance_metres < 20.0   ? "distance under 20 m"
-                         : object.distance_metres < 40.0 ? "distance 20-40 m"
-                                                         : "distance from 40 m";
-  std::vector<std::string> groups = {absl::StrCat("relation ", object.relation),
-                                     absl::StrCat("class ", object.object_class), size, distance};
-  const bool is_vehicle = object.object_class != "pedestrian" && object.object_class != "cyclist";
-  if (object.distance_metres < 40.0) {
-    groups.push_back(absl::StrCat(object.relation, " within 40 m"));
-    if (is_vehicle) groups.push_back(absl::StrCat(object.relation, " vehicle within 40 m"));
-  }
-  return groups;
-}
-
 Json ConfusionJson(const RocHistogram& scores, int threshold) {
   const Confusion c = scores.At(threshold);
   return {{"threshold", threshold / 65535.0},
@@ -76,19 +57,6 @@ Json CurveJson(const RocHistogram& scores, int points) {
     curve.push_back({p.threshold / 65535.0, p.false_positive_rate, p.recall, p.precision});
   }
   return curve;
-}
-
-Json RecallJson(const std::map<std::string, ObjectRecall>& recall) {
-  Json json = Json::object();
-  for (const auto& [group, r] : recall) {
-    const double n = static_cast<double>(r.objects);
-    json[group] = {{"objects", r.objects},
-                   {"recall", r.found / n},
-                   {"recall_at_0.3", r.found_at_30 / n},
-                   {"recall_at_0.5", r.found_at_50 / n},
-                   {"mean_iou", r.iou_sum / n}};
-  }
-  return json;
 }
 
 void AppendFigure(const char* name, const std::optional<double>& value, std::string* text) {
@@ -150,7 +118,7 @@ absl::Status DriveScores::Add(const ScoredFrame& frame) {
   FillFrameScores(own, boundary_f, scores);
   frames_.push_back(scores);
   pooled_.Merge(own);
-  if (objects) AddObjects(frame, *objects);
+  if (objects) objects_.Add(*objects, frame.objects);
   return absl::OkStatus();
 }
 
@@ -199,44 +167,13 @@ void DriveScores::FillFrameScores(const RocHistogram& own, std::optional<double>
   }
 }
 
-void DriveScores::AddObjects(const ScoredFrame& frame, const ObjectScores& scores) {
-  false_objects_ += scores.false_objects;
-  ++frames_with_objects_;
-  for (const FoundObject& found : scores.objects) {
-    std::vector<std::string> groups = {"all"};
-    if (frame.objects != nullptr) {
-      const auto known = frame.objects->find(found.id);
-      if (known != frame.objects->end()) {
-        for (std::string& group : GroupsOf(known->second)) groups.push_back(std::move(group));
-      }
-    }
-    for (const std::string& group : groups) {
-      ObjectRecall& recall = recall_[group];
-      ++recall.objects;
-      recall.found += found.found;
-      recall.found_at_30 += found.iou >= 0.3;
-      recall.found_at_50 += found.iou >= 0.5;
-      recall.iou_sum += found.iou;
-    }
-  }
-}
-
 void DriveScores::Merge(const DriveScores& other) {
   pooled_.Merge(other.pooled_);
   uncertainty_.Merge(other.uncertainty_);
   class_uncertainty_.Merge(other.class_uncertainty_);
   has_deviation_ |= other.has_deviation_;
   frames_.insert(frames_.end(), other.frames_.begin(), other.frames_.end());
-  for (const auto& [group, r] : other.recall_) {
-    ObjectRecall& own = recall_[group];
-    own.objects += r.objects;
-    own.found += r.found;
-    own.found_at_30 += r.found_at_30;
-    own.found_at_50 += r.found_at_50;
-    own.iou_sum += r.iou_sum;
-  }
-  false_objects_ += other.false_objects_;
-  frames_with_objects_ += other.frames_with_objects_;
+  objects_.Merge(other.objects_);
   mover_free_pixels_ += other.mover_free_pixels_;
   mover_free_alarms_ += other.mover_free_alarms_;
 }
@@ -264,11 +201,6 @@ std::vector<double> DriveScores::MeanIouByThreshold() const {
   if (count == 0) return {};
   for (double& sum : sums) sum /= static_cast<double>(count);
   return sums;
-}
-
-std::optional<double> DriveScores::FalseObjectsPerFrame() const {
-  if (frames_with_objects_ == 0) return std::nullopt;
-  return static_cast<double>(false_objects_) / static_cast<double>(frames_with_objects_);
 }
 
 std::optional<double> DriveScores::FalsePositiveRateWithoutMovers() const {
@@ -308,8 +240,8 @@ Json DriveScores::ToJson() const {
          OrNull(class_uncertainty_.AreaUnderSparsificationError())},
         {"error_auc", OrNull(class_uncertainty_.ErrorAuc())}}},
       {"object_thresholds", {options_.objects.thresholds.low, options_.objects.thresholds.high}},
-      {"false_objects_per_frame", OrNull(FalseObjectsPerFrame())},
-      {"object_recall", RecallJson(recall_)},
+      {"false_objects_per_frame", OrNull(objects_.FalseObjectsPerFrame())},
+      {"object_recall", objects_.RecallToJson()},
       {"curve_threshold_fpr_recall_precision", CurveJson(pooled_, options_.curve_points)}};
 }
 
@@ -346,12 +278,12 @@ std::string DriveScores::Summary() const {
   }
   AppendFigure("AUC of the class's deviation, sqrt(p (1 - p)), for finding errors",
                class_uncertainty_.ErrorAuc(), &text);
-  for (const auto& [group, r] : recall_) {
+  for (const auto& [group, r] : objects_.recall()) {
     absl::StrAppendFormat(&text, "objects (from %.2f, with %.2f), %s: %d of %d found (IoU %.2f)\n",
                           options_.objects.thresholds.low, options_.objects.thresholds.high, group,
                           r.found, r.objects, options_.objects.iou_threshold);
   }
-  AppendFigure("false objects per frame", FalseObjectsPerFrame(), &text);
+  AppendFigure("false objects per frame", objects_.FalseObjectsPerFrame(), &text);
   return text;
 }
 

@@ -22,6 +22,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "tools/evaluation/object_tally.h"
 #include "tools/evaluation/objects.h"
 #include "tools/evaluation/roc.h"
 #include "tools/evaluation/synthetic_truth.h"
@@ -73,15 +74,6 @@ struct FrameScores {
   std::array<double, kThresholdSteps> iou_at = {};  // in frames with movers
 };
 
-// How many objects of a group were visible and found.
-struct ObjectRecall {
-  int64_t objects = 0;      // counted per frame: an object seen in ten frames counts ten times
-  int64_t found = 0;        // at the options' IoU
-  int64_t found_at_30 = 0;  // IoU of 0.3 or more
-  int64_t found_at_50 = 0;
-  double iou_sum = 0.0;
-};
-
 class DriveScores {
  public:
   explicit DriveScores(const DriveScoresOptions& options);
@@ -102,13 +94,7 @@ class DriveScores {
   std::optional<double> Mean(std::optional<double> FrameScores::*figure) const;
   // Over the frames with movers, at each ThresholdStep; empty if there are no such frames.
   std::vector<double> MeanIouByThreshold() const;
-  // By group: "all", "relation ahead", "class car", "size 100-399", "distance under 20 m",
-  // "ahead within 40 m", "ahead vehicle within 40 m" (neither pedestrian nor cyclist), ...
-  const std::map<std::string, ObjectRecall>& recall() const { return recall_; }
-  int64_t false_objects() const { return false_objects_; }
-  int64_t frames_with_objects() const { return frames_with_objects_; }  // with scored objects
-  // Absent if objects were scored in no frame.
-  std::optional<double> FalseObjectsPerFrame() const;
+  const ObjectTally& objects() const { return objects_; }
   // Pooled over the frames without movers; absent if there are none.
   std::optional<double> FalsePositiveRateWithoutMovers() const;
 
@@ -128,7 +114,6 @@ class DriveScores {
   void FillFrameScores(const RocHistogram& own, std::optional<double> boundary_f,
                        FrameScores& scores);
   void AppendThreshold(const char* name, int threshold, std::string* text) const;
-  void AddObjects(const ScoredFrame& frame, const ObjectScores& scores);
 
   DriveScoresOptions options_;
   RocHistogram pooled_;
@@ -136,9 +121,7 @@ class DriveScores {
   UncertaintyHistogram class_uncertainty_;
   bool has_deviation_ = false;
   std::vector<FrameScores> frames_;
-  std::map<std::string, ObjectRecall> recall_;
-  int64_t false_objects_ = 0;
-  int64_t frames_with_objects_ = 0;
+  ObjectTally objects_;
   int64_t mover_free_pixels_ = 0;
   int64_t mover_free_alarms_ = 0;
 };

@@ -43,6 +43,10 @@ absl::Status MaskScores::Add(const MaskFrame& frame) {
   outline_ = std::move(outline);
   truth_outline_ = std::move(truth_outline);
   if (!frame.ids.empty() && !frame.truth_ids.empty()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const ObjectScores objects,
+        ScoreObjects(frame.ids, frame.truth_ids, void_pixels, object_options_));
+    objects_.Add(objects, frame.objects);
     identity_.Add(frame.truth_ids, frame.ids, void_pixels);
   }
   return absl::OkStatus();
@@ -50,12 +54,15 @@ absl::Status MaskScores::Add(const MaskFrame& frame) {
 
 nlohmann::ordered_json MaskScores::ToJson() const {
   const std::optional<IdentityScores> identity = Identity();
-  nlohmann::ordered_json json = {{"frames", frames_},
-                                 {"j", OrNull(MeanJ())},
-                                 {"boundary_f", OrNull(MeanF())},
-                                 {"temporal_instability", OrNull(MeanT())},
-                                 {"temporal_instability_of_truth", OrNull(TruthT())},
-                                 {"identity", nullptr}};
+  nlohmann::ordered_json json = {
+      {"frames", frames_},
+      {"j", OrNull(MeanJ())},
+      {"boundary_f", OrNull(MeanF())},
+      {"temporal_instability", OrNull(MeanT())},
+      {"temporal_instability_of_truth", OrNull(TruthT())},
+      {"identity", nullptr},
+      {"false_objects_per_frame", OrNull(objects_.FalseObjectsPerFrame())},
+      {"object_recall", objects_.RecallToJson()}};
   if (identity) {
     json["identity"] = {{"idf1", identity->idf1},
                         {"hota", identity->hota},
@@ -78,6 +85,13 @@ std::string MaskScores::Summary() const {
     absl::StrAppendFormat(&text, "ids: IDF1 %.4f, HOTA %.4f (detection %.4f, association %.4f)\n",
                           identity->idf1, identity->hota, identity->detection,
                           identity->association);
+  }
+  for (const auto& [group, r] : objects_.recall()) {
+    absl::StrAppendFormat(&text, "movers of ids, %s: %d of %d found (IoU 0.5)\n", group,
+                          r.found_at_50, r.objects);
+  }
+  if (const std::optional<double> false_objects = objects_.FalseObjectsPerFrame()) {
+    absl::StrAppendFormat(&text, "false movers of ids per frame %.4f\n", *false_objects);
   }
   return text;
 }

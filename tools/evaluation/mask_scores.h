@@ -5,13 +5,15 @@
 //   F   boundary measure (boundary.h), likewise
 //   T   temporal instability (temporal_stability.h) between consecutive frames, mean over pairs,
 //       and the same of the true masks
-//   ids IDF1 and HOTA (identity.h), if the truth distinguishes its objects
+//   ids IDF1 and HOTA (identity.h), and the objects that were found (objects.h, with the movers of
+//       ids as predicted objects), if the truth distinguishes its objects
 //
 // Frames are added in their order. Void pixels are static in both masks.
 #ifndef EGOSIEVE_TOOLS_EVALUATION_MASK_SCORES_H_
 #define EGOSIEVE_TOOLS_EVALUATION_MASK_SCORES_H_
 
 #include <cstdint>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -20,6 +22,9 @@
 
 #include "absl/status/status.h"
 #include "tools/evaluation/identity.h"
+#include "tools/evaluation/object_tally.h"
+#include "tools/evaluation/objects.h"
+#include "tools/evaluation/synthetic_truth.h"
 #include "tools/evaluation/temporal_stability.h"
 
 namespace egosieve::tools {
@@ -30,11 +35,16 @@ struct MaskFrame {
   cv::Mat1b truth;  // 0 static, 128 void, else dynamic
   // Numbers of objects; empty if the truth, or the run, has none.
   cv::Mat1i ids, truth_ids;
+  // Known properties of the true objects, by id; null: none.
+  const std::map<int, SyntheticObject>* objects = nullptr;
 };
 
 class MaskScores {
  public:
-  explicit MaskScores(int min_object_area) : identity_(min_object_area) {}
+  // objects: of the movers of ids; its thresholds are not read. Smaller ones do not count for
+  // numbers, either.
+  explicit MaskScores(const ObjectOptions& objects)
+      : object_options_(objects), identity_(objects.min_area) {}
 
   // InvalidArgument, naming the sizes, if they differ; nothing is added then.
   absl::Status Add(const MaskFrame& frame);
@@ -45,6 +55,7 @@ class MaskScores {
   std::optional<double> MeanT() const { return t_.Value(); }
   std::optional<double> TruthT() const { return truth_t_.Value(); }
   std::optional<IdentityScores> Identity() const { return identity_.Score(); }
+  const ObjectTally& objects() const { return objects_; }
 
   nlohmann::ordered_json ToJson() const;  // absent figures are null
   std::string Summary() const;            // for people, one or two lines; empty without frames
@@ -63,6 +74,8 @@ class MaskScores {
   int64_t last_index_ = -2;
   Mean j_, f_, t_, truth_t_;
   std::vector<ShapeContext> outline_, truth_outline_;
+  ObjectOptions object_options_;
+  ObjectTally objects_;
   IdentityScorer identity_;
 };
 

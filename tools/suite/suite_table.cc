@@ -40,16 +40,20 @@ Figure BestOneThresholdIou(const SequenceResult& result) {
   return *std::max_element(ious.begin(), ious.end());
 }
 
+Figure RecallOf(const ObjectTally& objects, int64_t ObjectRecall::*found) {
+  const auto all = objects.recall().find("all");
+  if (all == objects.recall().end()) return std::nullopt;
+  return static_cast<double>(all->second.*found) / static_cast<double>(all->second.objects);
+}
+
 Figure Recall(const SequenceResult& result) {
   const DriveScores* scores = ScoresOf(result);
-  if (scores == nullptr || scores->recall().count("all") == 0) return std::nullopt;
-  const ObjectRecall& all = scores->recall().at("all");
-  return static_cast<double>(all.found) / static_cast<double>(all.objects);
+  return scores != nullptr ? RecallOf(scores->objects(), &ObjectRecall::found) : std::nullopt;
 }
 
 Figure FalseObjects(const SequenceResult& result) {
   const DriveScores* scores = ScoresOf(result);
-  return scores != nullptr ? scores->FalseObjectsPerFrame() : std::nullopt;
+  return scores != nullptr ? scores->objects().FalseObjectsPerFrame() : std::nullopt;
 }
 
 Figure Ece(const SequenceResult& result) {
@@ -88,6 +92,15 @@ Figure IdentityF1(const SequenceResult& result) {
 Figure Hota(const SequenceResult& result) {
   const auto identity = result.run ? result.run->masks.Identity() : std::nullopt;
   return identity ? Figure(identity->hota) : std::nullopt;
+}
+
+Figure MaskRecall(const SequenceResult& result) {
+  return result.run ? RecallOf(result.run->masks.objects(), &ObjectRecall::found_at_50)
+                    : std::nullopt;
+}
+
+Figure MaskFalseObjects(const SequenceResult& result) {
+  return result.run ? result.run->masks.objects().FalseObjectsPerFrame() : std::nullopt;
 }
 
 Figure Seconds(const SequenceResult& result) {
@@ -157,6 +170,8 @@ const std::vector<SuiteFigure>& SuiteFigures() {
       {"mask_boundary_f", "mask F", OfMasks<&MaskScores::MeanF>},
       {"mask_temporal_instability", "mask T", OfMasks<&MaskScores::MeanT>},
       {"truth_temporal_instability", "true T", OfMasks<&MaskScores::TruthT>},
+      {"mask_object_recall", "m. rec.", MaskRecall},
+      {"mask_false_objects_per_frame", "m. false", MaskFalseObjects},
       {"idf1", "IDF1", IdentityF1},
       {"hota", "HOTA", Hota},
       {"seconds_per_frame", "s/frame", Seconds},

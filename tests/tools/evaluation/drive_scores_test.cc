@@ -49,7 +49,7 @@ TEST(DriveScoresTest, FramesWithoutMoversHaveAFalsePositiveRateAndNothingElse) {
   EXPECT_FALSE(scores.frames()[0].auc.has_value());
   EXPECT_FALSE(scores.frames()[0].iou.has_value());
   EXPECT_EQ(*scores.FalsePositiveRateWithoutMovers(), 100.0 / 2400.0);
-  EXPECT_EQ(scores.FalseObjectsPerFrame(), 1.0);
+  EXPECT_EQ(scores.objects().FalseObjectsPerFrame(), 1.0);
   EXPECT_TRUE(scores.ToJson().at("pooled_auc").is_null());
   EXPECT_TRUE(scores.ToJson().at("mean_iou").is_null());
   EXPECT_TRUE(scores.ToJson().at("at_best_threshold").is_null());
@@ -96,8 +96,8 @@ TEST(DriveScoresTest, ScatteredPointsHaveNoOutlinesAndNoObjects) {
   ASSERT_TRUE(scores.Add(points).ok());
   EXPECT_EQ(scores.frames()[0].iou, 1.0);
   EXPECT_FALSE(scores.frames()[0].boundary_f.has_value());
-  EXPECT_TRUE(scores.recall().empty());
-  EXPECT_FALSE(scores.FalseObjectsPerFrame().has_value());
+  EXPECT_TRUE(scores.objects().recall().empty());
+  EXPECT_FALSE(scores.objects().FalseObjectsPerFrame().has_value());
 }
 
 TEST(DriveScoresTest, NoFigureFromNothing) {
@@ -116,7 +116,7 @@ TEST(DriveScoresTest, VoidPixelsAreNowhere) {
   ASSERT_TRUE(scores.Add(frame).ok());
   EXPECT_EQ(scores.pooled().negative_count(), 2400 - 100 - 144);
   EXPECT_EQ(scores.ToJson().at("at_declared_threshold").at("iou"), 1.0);
-  EXPECT_EQ(scores.FalseObjectsPerFrame(), 0.0);
+  EXPECT_EQ(scores.objects().FalseObjectsPerFrame(), 0.0);
 }
 
 // A mover half of which is only likely, and a likely patch of the static world.
@@ -129,9 +129,9 @@ TEST(DriveScoresTest, ObjectsAreSureSomewhere) {
   DriveScores scores({}), likely(options);
   ASSERT_TRUE(scores.Add(frame).ok());
   ASSERT_TRUE(likely.Add(frame).ok());
-  EXPECT_EQ(scores.recall().at("all").iou_sum, 1.0);
-  EXPECT_EQ(scores.FalseObjectsPerFrame(), 0.0);
-  EXPECT_EQ(likely.FalseObjectsPerFrame(), 1.0);
+  EXPECT_EQ(scores.objects().recall().at("all").iou_sum, 1.0);
+  EXPECT_EQ(scores.objects().FalseObjectsPerFrame(), 0.0);
+  EXPECT_EQ(likely.objects().FalseObjectsPerFrame(), 1.0);
   EXPECT_EQ(scores.frames()[0].iou, 50.0 / 164.0);  // of pixels, at 0.5
 }
 
@@ -151,7 +151,7 @@ TEST(DriveScoresTest, RecallByHeadingSizeAndDistance) {
   DriveScores scores({});
   ASSERT_TRUE(scores.Add(frame).ok());
   ASSERT_TRUE(scores.Add(frame).ok());
-  const auto& recall = scores.recall();
+  const auto& recall = scores.objects().recall();
   EXPECT_EQ(recall.at("all").objects, 6);
   EXPECT_EQ(recall.at("all").found, 2);
   EXPECT_EQ(recall.at("relation ahead").found_at_50, 2);

@@ -106,7 +106,7 @@ TEST(OutlineChange, IsOfShapeAndNotOfPlace) {
 }
 
 TEST(MaskScores, OfAHalf) {
-  MaskScores scores(1);
+  MaskScores scores{ObjectOptions()};
   MaskFrame frame;
   frame.truth = cv::Mat1b::zeros(100, 100);
   frame.truth(cv::Rect(20, 20, 40, 40)) = 255;
@@ -122,6 +122,34 @@ TEST(MaskScores, OfAHalf) {
   frame.mask = cv::Mat1b::zeros(10, 10);
   EXPECT_EQ(scores.Add(frame).code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(scores.frames(), 2);
+}
+
+// A car is found by three quarters, a pedestrian by two fifths; a third number lies on nothing.
+TEST(MaskScores, CountsTheMoversThatNumbersFind) {
+  const std::map<int, SyntheticObject> objects = {
+      {5, {5, "car", "ahead", true, 12.0, 100}},
+      {6, {6, "pedestrian", "crossing", true, 20.0, 100}}};
+  MaskFrame frame;
+  frame.truth_ids = cv::Mat1i::zeros(40, 10);
+  frame.ids = cv::Mat1i::zeros(40, 10);
+  Put(frame.truth_ids, 0, 5);
+  Put(frame.truth_ids, 1, 6);
+  Put(frame.ids, 0, 1, 75);
+  Put(frame.ids, 1, 2, 40);
+  Put(frame.ids, 3, 3, 20);
+  frame.truth = (frame.truth_ids != 0) & 255;
+  frame.mask = (frame.ids != 0) & 255;
+  frame.objects = &objects;
+  MaskScores scores{ObjectOptions()};
+  ASSERT_TRUE(scores.Add(frame).ok());
+  const auto& recall = scores.objects().recall();
+  EXPECT_EQ(recall.at("all").objects, 2);
+  EXPECT_EQ(recall.at("vehicle within 40 m").found_at_50, 1);
+  EXPECT_EQ(recall.at("person within 25 m").found_at_50, 0);
+  EXPECT_EQ(recall.at("person within 25 m").found_at_30, 1);
+  EXPECT_EQ(scores.objects().FalseObjectsPerFrame(), 1.0);
+  EXPECT_DOUBLE_EQ(scores.ToJson().at("object_recall").at("all").at("mean_iou"), 0.575);
+  EXPECT_EQ(scores.ToJson().at("false_objects_per_frame"), 1.0);
 }
 
 }  // namespace

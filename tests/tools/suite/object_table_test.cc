@@ -31,6 +31,16 @@ SequenceResult Result(const std::string& variant, int first, int called) {
   result.profile = variant;
   RunEvaluation run{{}, DriveScores({})};
   EXPECT_TRUE(run.scores.Add(frame).ok());
+  MaskFrame numbered;
+  numbered.truth = frame.truth;
+  numbered.truth_ids = frame.ids;
+  numbered.mask = cv::Mat1b::zeros(10, 60);
+  numbered.mask.colRange(0, 4) = 255;  // two fifths of the first car
+  numbered.mask.colRange(20, 26) = 255;
+  numbered.mask.convertTo(numbered.ids, CV_32S);
+  numbered.ids.colRange(20, 26) = 7;
+  numbered.objects = &objects;
+  EXPECT_TRUE(run.masks.Add(numbered).ok());
   result.run = std::move(run);
   return result;
 }
@@ -38,11 +48,15 @@ SequenceResult Result(const std::string& variant, int first, int called) {
 TEST(ObjectTable, TellsRecallByGroupAndFalseObjectsByVariant) {
   const std::string table =
       ObjectTable({Result("all", 0, 10), Result("line", 45, 10), Result("all", 20, 10)});
-  EXPECT_THAT(table, ContainsRegex("movers found.* objects +all +line\n"));
+  EXPECT_THAT(table, ContainsRegex("movers found in maps.* objects +all +line\n"));
   EXPECT_THAT(table, ContainsRegex("\nrelation ahead +2 +0.500 +0.000\n"));
   EXPECT_THAT(table, ContainsRegex("\nahead within 40 m +2 +0.500 +0.000\n"));
   EXPECT_THAT(table, ContainsRegex("\nrelation oncoming +2 +0.500 +0.000\n"));
   EXPECT_THAT(table, ContainsRegex("\nfalse objects per frame +0.000 +1.000\n"));
+  const std::string masks = table.substr(table.find("movers found in masks"));
+  EXPECT_THAT(masks, ContainsRegex("\nrelation ahead +2 +0.000 +0.000\n"));
+  EXPECT_THAT(masks, ContainsRegex("\nrelation oncoming +2 +1.000 +1.000\n"));
+  EXPECT_THAT(masks, ContainsRegex("\nfalse objects per frame +0.000 +0.000\n"));
 }
 
 TEST(ObjectTable, SaysNothingWhereObjectsAreNotToldApart) {
