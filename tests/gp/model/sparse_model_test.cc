@@ -195,6 +195,21 @@ TEST(SparseModel, EmptyAndEmptiedModelsAnswerWithThePrior) {
   EXPECT_EQ(model.inducing_size(), 1);
 }
 
+// sigma_f^2 underflows to 0: no point is worth an inducing input.
+TEST(SparseModel, PointsWithoutPriorVarianceCanBeRemoved) {
+  Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kArcsine, 2);
+  theta.covariance.signal_stddev = 1e-170;
+  SparseModelOptions options;
+  options.refresh_share = 10.0;
+  SparseModel model = MakeModel(theta, options);
+  const RowMatrix points = RowMatrix::Random(6, 2);
+  ASSERT_TRUE(model.Add(ViewOf(points), std::vector<double>(6, 1.0), 0).ok());
+  ASSERT_EQ(model.inducing_size(), 0);
+  ASSERT_TRUE(model.Remove({1, 4}).ok());
+  EXPECT_EQ(model.size(), 4);
+  EXPECT_EQ(model.Predict(ViewOf(points), PredictWhat::kMean)->mean[0], 0.0);
+}
+
 // Far from all points the subset of regressors knows nothing and says so with a variance of zero;
 // the other approximations go back to the prior's.
 TEST(SparseModel, VarianceFarFromAllPoints) {
