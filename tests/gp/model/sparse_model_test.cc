@@ -201,6 +201,7 @@ TEST(SparseModel, PointsWithoutPriorVarianceCanBeRemoved) {
   theta.covariance.signal_stddev = 1e-170;
   SparseModelOptions options;
   options.refresh_share = 10.0;
+  options.inducing_points = 3;  // fewer than the points, so that they are chosen
   SparseModel model = MakeModel(theta, options);
   const RowMatrix points = RowMatrix::Random(6, 2);
   ASSERT_TRUE(model.Add(ViewOf(points), std::vector<double>(6, 1.0), 0).ok());
