@@ -230,7 +230,8 @@ absl::StatusOr<std::shared_ptr<const SparsePosteriorForm>> SparseModel::Posterio
     for (int64_t j = 0; j <= i; ++j) s.row(i)[j] = (i == j ? 1.0 : 0.0) - s.row(i)[j];
   }
   if (!ReverseFactor(s.view())) {
-    return absl::InternalError("I - A^-1 is not positive semidefinite");
+    return absl::FailedPreconditionError(
+        "I - A^-1 is not positive semidefinite to working precision; take a larger noise");
   }
   // R = C L^-1, by rows: R L = C, R^T = L^-T C^T.
   for (int64_t i = 0; i < m; ++i) {

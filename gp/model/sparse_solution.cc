@@ -105,7 +105,8 @@ absl::StatusOr<AlignedMatrix> FactorOfSum(const AlignedMatrix& sum) {
   AlignedMatrix factor(sum.rows(), sum.rows());
   for (int64_t i = 0; i < sum.rows(); ++i) std::copy_n(sum.row(i), i + 1, factor.row(i));
   if (FactorizeInParallel(factor.view(), std::vector<double>(sum.rows(), 0.0)) >= 0) {
-    return absl::InternalError("I + V^T V / lambda is not positive definite");
+    return absl::FailedPreconditionError(
+        "I + V^T V / lambda is not positive definite to working precision; take a larger noise");
   }
   return factor;
 }

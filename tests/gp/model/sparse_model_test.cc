@@ -211,6 +211,19 @@ TEST(SparseModel, PointsWithoutPriorVarianceCanBeRemoved) {
   EXPECT_EQ(model.Predict(ViewOf(points), PredictWhat::kMean)->mean[0], 0.0);
 }
 
+TEST(SparseModel, ANoiseThatIsTooSmallIsRefusedAndChangesNothing) {
+  const Hyperparameters theta = DefaultHyperparameters(CovarianceFunction::kArcsine, 2);
+  SparseModel model = MakeModel(theta, {});
+  const RowMatrix points = RowMatrix::Random(6, 2);
+  ASSERT_TRUE(model.Add(ViewOf(points), std::vector<double>(6, 1.0), 0).ok());
+  const double mean = model.Predict(ViewOf(points), PredictWhat::kMean)->mean[0];
+  Hyperparameters extreme = theta;
+  extreme.covariance.signal_stddev = 1e150;
+  extreme.noise_stddev = 1e-150;
+  EXPECT_EQ(model.SetHyperparameters(extreme).code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(model.Predict(ViewOf(points), PredictWhat::kMean)->mean[0], mean);
+}
+
 // Far from all points the subset of regressors knows nothing and says so with a variance of zero;
 // the other approximations go back to the prior's.
 TEST(SparseModel, VarianceFarFromAllPoints) {
