@@ -50,8 +50,7 @@
  * Errors of the results: the factor is float64. Queries are centred and scaled in float64;
  * predictions are computed in float32 on a device, in float64 on "reference", and are float32
  * values. The mean's error is at most sigma_f^2 |alpha|_1 (1e-6 + (66 + n / 64) 2^-24 pi / 2). A
- * query's result depends neither on other queries nor on the number of threads, to the last bit;
- * with in_float64 it is within rounding the same, since fewer queries are computed in other blocks.
+ * result is the same to the last bit (in_float64: to rounding) for any other queries and threads.
  *
  * References: Rasmussen & Williams (2006), 2.2, 2.7 and 6.5, eq. 4.29 (with 2/pi in front), eq.
  * 6.41; Quinonero-Candela & Rasmussen (2005); Titsias (2009). Joint predictions, samples, gradients
