@@ -297,7 +297,11 @@ absl::Status ReconstructRun::RunChunk(size_t begin, size_t end) {
                          lines_[end].height_pixels == lines_[begin].height_pixels;
   const size_t seen = sees_next ? end + 1 : end;
   EGOSIEVE_RETURN_IF_ERROR(MoveWindowAround(begin, seen));
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<cv::Mat1f> refined, RefinedMapsOf(begin, seen));
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<cv::Mat1f> refined, RefinedMapsOf(begin, end));
+  if (sees_next) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<cv::Mat1f> next, RefinedMapsOf(end, seen));
+    refined.push_back(next.front());
+  }
   std::vector<FrameResult> results(refined.size());
   kernels::ParallelFor(static_cast<int64_t>(results.size()), [&](int64_t i) {
     const FrameLine& line = lines_[begin + i];

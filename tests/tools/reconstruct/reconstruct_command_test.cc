@@ -91,24 +91,28 @@ TEST(ReconstructCommand, AMoverOfASingleFrameIsNone) {
   options.frames = 40;
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_glimpses", options);
   const std::vector<FrameLine> lines = *run.folder.ReadLines();
-  const auto corner_of = [&](const char* product, int frame) {
+  // Far apart, so that none is taken for an earlier one that is seen again.
+  const std::map<int, cv::Rect> glimpses = {
+      {20, {16, 10, 3, 3}}, {31, {0, 10, 3, 3}}, {39, {8, 0, 3, 3}}};  // at grid pixels
+  const auto pixels_of = [&](const char* product, int frame) {
     const cv::Mat image = cv::imread(run.folder.FrameFile(product, frame, ".png"), -1);
-    return cv::countNonZero(image(cv::Rect(80, 48, 16, 16)));
+    const cv::Rect& grid = glimpses.at(frame);
+    return cv::countNonZero(
+        image(cv::Rect(5 * grid.x, 5 * grid.y, 15, 15) & cv::Rect({0, 0}, image.size())));
   };
-  const std::vector<int> glimpses = {20, 31, 39};
-  for (const int frame : glimpses) {
+  for (const auto& [frame, place] : glimpses) {
     FrameMaps maps = *run.folder.ReadGridMaps(lines[frame], run.description, true);
-    maps.probability(cv::Rect(16, 10, 3, 3)) = 0.95F;
+    maps.probability(place) = 0.95F;
     ASSERT_TRUE(run.folder.WriteGridMaps(frame, maps, run.description.deviation_full_scale).ok());
   }
   ASSERT_EQ(RunCommandForTest(MakeReconstructCommand(), {run.folder.path()}).code, 0);
   for (const char* product : {"ids", "masks"}) {
-    EXPECT_EQ(corner_of(product, 20), 0) << product;
-    EXPECT_EQ(corner_of(product, 31), 0) << product;
-    EXPECT_GT(corner_of(product, 39), 100) << product;
+    EXPECT_EQ(pixels_of(product, 20), 0) << product;
+    EXPECT_EQ(pixels_of(product, 31), 0) << product;
+    EXPECT_GT(pixels_of(product, 39), 100) << product;
   }
   ASSERT_EQ(RunCommandForTest(MakeReconstructCommand(), {run.folder.path(), "--causal"}).code, 0);
-  for (const int frame : glimpses) EXPECT_GT(corner_of("ids", frame), 100) << frame;
+  for (const auto& [frame, place] : glimpses) EXPECT_GT(pixels_of("ids", frame), 100) << frame;
 }
 
 // All that reconstruct writes, by name.
