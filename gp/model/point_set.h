@@ -82,9 +82,10 @@ absl::StatusOr<std::vector<double>> TargetsOfLabels(absl::Span<const double> lab
 // The same numbers in float64.
 std::vector<double> Widen(kernels::ConstMatrixView<float> inputs);
 
-// Removes the given rows (of `width` elements each; strictly increasing) from `values`.
+// Removes the given rows (of `width` elements each, 0 for none; strictly increasing) from `values`.
 template <typename T>
 void EraseRows(int64_t width, absl::Span<const int64_t> rows, std::vector<T>& values) {
+  if (width == 0) return;
   const int64_t n = static_cast<int64_t>(values.size()) / width;
   int64_t place = 0;
   size_t next = 0;

@@ -131,7 +131,7 @@ absl::Status SparseModel::Remove(absl::Span<const int64_t> rows) {
   EGOSIEVE_ASSIGN_OR_RETURN(AlignedMatrix sum_factor, FactorOfSum(sum));
   SolveSum(sum_factor, weights);
   // Nothing below can fail.
-  if (m > 0) EraseRows(m, rows, solution_.projections);
+  EraseRows(m, rows, solution_.projections);
   EraseRows(1, rows, solution_.lambda);
   Commit(std::move(sum), std::move(sum_factor), std::move(weights), std::move(points), k);
   return absl::OkStatus();

@@ -15,7 +15,9 @@ namespace egosieve::tools {
 
 inline bool IsGiven(const CLI::Option& option) {
   if (option.count() == 0) return false;
-  if (option.get_items_expected_max() == 0) return option.as<bool>();
+  if (option.get_items_expected_max() == 0) {
+    return option.as<bool>() != (option.get_default_str() == "true");
+  }
   return absl::StrJoin(option.results(), ",") != option.get_default_str();
 }
 

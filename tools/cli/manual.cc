@@ -59,6 +59,7 @@ std::string FlagEntry(const CLI::Option& option) {
   if (TakesValue(option) && !option.get_default_str().empty()) {
     absl::StrAppend(&text, " (", option.get_default_str(), ")");
   }
+  if (!option.get_option_text().empty()) absl::StrAppend(&text, " ", option.get_option_text());
   return absl::StrCat(".TP\n", absl::StrJoin(names, ", "), "\n", Escaped(text), "\n");
 }
 

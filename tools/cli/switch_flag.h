@@ -1,5 +1,5 @@
-// A flag that is on unless its second name turns it off, --video and --no_video. CLI11 does not
-// tell its default to --print_config, where it would be off.
+// A flag with a second name that turns it off, --video and --no_video. --print_config, --help and
+// the manual tell its default, which CLI11 does not do by itself.
 #ifndef EGOSIEVE_TOOLS_CLI_SWITCH_FLAG_H_
 #define EGOSIEVE_TOOLS_CLI_SWITCH_FLAG_H_
 
@@ -14,7 +14,8 @@ namespace egosieve::tools {
 inline CLI::Option* AddSwitch(CLI::App& app, const std::string& on, const std::string& off,
                               bool& value, const std::string& description) {
   return app.add_flag(absl::StrCat(on, ",!", off), value, description)
-      ->default_str(value ? "true" : "false");
+      ->default_str(value ? "true" : "false")
+      ->option_text(value ? "(default: on)" : "(default: off)");
 }
 
 }  // namespace egosieve::tools

@@ -10,7 +10,7 @@ namespace egosieve::tools {
 
 void PlotsFlag::AddFlag(CLI::App& app) {
   AddSwitch(app, "--plots", "--no_plots", wanted_,
-            "Draw figures (SVG, PNG) and a page with them, plots/index.html (default: on; needs "
+            "Draw figures (SVG, PNG) and a page with them, plots/index.html (needs "
             "python3-matplotlib)");
 }
 

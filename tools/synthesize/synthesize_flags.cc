@@ -49,9 +49,9 @@ void SynthesizeFlags::AddFlags(CLI::App& app) {
       ->capture_default_str();
   app.add_flag("--video", options.video, "Write video.mp4 (lossy) instead of frames/");
   app.add_flag("--overwrite", options.overwrite, "Replace a former drive in the folder");
-  AddSwitch(app, "--noise", "--no_noise", rendering.noise, "The sensor's noise (default: on)");
+  AddSwitch(app, "--noise", "--no_noise", rendering.noise, "The sensor's noise");
   AddSwitch(app, "--motion_blur", "--no_motion_blur", rendering.motion_blur,
-            "Blur while the shutter is open (default: on)");
+            "Blur while the shutter is open");
   progress.AddFlag(app);
   result.AddFlag(app);
 }

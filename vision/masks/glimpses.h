@@ -3,7 +3,8 @@
 //   glimpse   a mover that is first seen in a frame and not in the next one, at most
 //             kGlimpseSeconds later, where less than half of its place belongs to others      (MG1)
 //
-// What moves is in view for longer, so that a glimpse is an error of the map.
+// So a glimpse is an error of the map: what moves is in view for twice as long. A view of 70
+// degrees is 7 m wide at a distance of 5 m, which a car of 4 m crosses in 0.5 s at 22 m/s.
 #ifndef EGOSIEVE_VISION_MASKS_GLIMPSES_H_
 #define EGOSIEVE_VISION_MASKS_GLIMPSES_H_
 

@@ -215,8 +215,8 @@ TEST(Compare, WhatCannotBeIsRefusedBeforeWorkIsDone) {
           "--boxes and --poses are those of one run");
   refused({"evaluate", "--suite=" + root, "--out=" + root + "/out", "--truth=" + root}, 2,
           "--truth, --boxes and --poses are those of one run");
-  refused({"evaluate", root, "--truth=" + root, "--jobs=2", "--masks", "--out=" + root + "/out"}, 2,
-          "no effect without --suite: --out, --jobs, --masks;");
+  refused({"evaluate", root, "--truth=" + root, "--jobs=2", "--no_masks", "--out=" + root + "/out"},
+          2, "no effect without --suite: --out, --jobs, --masks;");
   for (const std::string flag : {"--profiles=fast", "--variant=x=--budget=9", "--max_seconds=1",
                                  "--segment_flags=--budget=9", "--max_frames=5"}) {
     refused({"evaluate", root, "--truth=" + root, flag}, 2,
