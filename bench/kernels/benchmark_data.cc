@@ -45,8 +45,12 @@ std::shared_ptr<Context> BenchmarkContext() {
 CovarianceParameters BenchmarkCovariance(BenchmarkKernel kernel) {
   const std::vector<double> gentle = {0.4, 0.4, 0.4, 0.4, 0.3, 0.3, 0.3};
   const std::vector<double> steep = {2.0, 15.0, 12.0, 2.0, 1.5, 1.5, 1.5};
+  const std::vector<double> lengths = {0.3, 0.3, 0.6, 0.6, 0.6, 0.6};
   if (kernel == BenchmarkKernel::kSquaredExponential) {
-    return {CovarianceFunction::kSquaredExponential, {0.3, 0.3, 0.6, 0.6, 0.6, 0.6}, 1.0};
+    return {CovarianceFunction::kSquaredExponential, lengths, 1.0};
+  }
+  if (kernel == BenchmarkKernel::kMatern52) {
+    return {CovarianceFunction::Parse("matern52").value(), lengths, 1.0};
   }
   return {CovarianceFunction::kArcsine, kernel == BenchmarkKernel::kGentleArcsine ? gentle : steep,
           1.0};

@@ -22,6 +22,7 @@ enum class BenchmarkKernel {
   kGentleArcsine,       // weights of about 0.4
   kSteepArcsine,        // squared weights up to e^6, as trained for positions
   kSquaredExponential,  // lengths of 0.3 and 0.6
+  kMatern52,            // the same
 };
 
 CovarianceParameters BenchmarkCovariance(BenchmarkKernel kernel);

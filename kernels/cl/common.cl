@@ -109,14 +109,16 @@ static inline REALV arccosine_of_half(REALV h) {
 }
 #endif
 
-// exp(x) for x <= 0: x = n ln 2 + r, |r| <= ln(2) / 2, Taylor polynomial in r; 0 below the smallest
-// normal number.
+// exp(x) for x <= 0: x = n ln 2 + r, |r| <= ln(2) / 2; 0 below the smallest normal number. A sum
+// with 3/2 2^23 (double: 2^52) is rounded to a whole number, n, which is in its low bits. `rint` of
+// a vector is slow in PoCL.
 #ifdef REAL_IS_DOUBLE
 static inline REALV exp_of_negative(REALV x) {
-  const REALV clamped = fmax(x, (REALV)-708.0);
-  const REALV n = rint(clamped * 1.44269504088896340736);
-  REALV r = fma(n, (REALV)-6.93147180369123816490e-01, clamped);
+  const REALV shifted = fma(x, (REALV)1.44269504088896340736, (REALV)6755399441055744.0);
+  const REALV n = shifted - (REALV)6755399441055744.0;
+  REALV r = fma(n, (REALV)-6.93147180369123816490e-01, x);
   r = fma(n, (REALV)-1.90821492927058770002e-10, r);
+  // Taylor polynomial.
   REALV p = (REALV)1.6059043836821613e-10;
   p = fma(p, r, (REALV)2.08767569878681e-09);
   p = fma(p, r, (REALV)2.505210838544172e-08);
@@ -131,25 +133,25 @@ static inline REALV exp_of_negative(REALV x) {
   p = fma(p, r, (REALV)0.5);
   p = fma(p, r, (REALV)1.0);
   p = fma(p, r, (REALV)1.0);
-  const REALV scale = AS_REALV((TO_BITSV(n) + 1023L) << 52);
-  return x < (REALV)-708.0 ? (REALV)0.0 : p * scale;
+  const REALV result = AS_REALV(AS_BITSV(p) + (AS_BITSV(shifted) << 52));
+  return x < (REALV)-708.0 ? (REALV)0.0 : result;
 }
 #else
 static inline REALV exp_of_negative(REALV x) {
-  const REALV clamped = fmax(x, (REALV)-87.0f);
-  const REALV n = rint(clamped * 1.44269504f);
-  REALV r = fma(n, (REALV)-0.693359375f, clamped);
-  r = fma(n, (REALV)2.12194440e-4f, r);
-  REALV p = (REALV)1.9841269841e-4f;
-  p = fma(p, r, (REALV)1.3888888889e-3f);
-  p = fma(p, r, (REALV)8.3333333333e-3f);
-  p = fma(p, r, (REALV)4.1666666667e-2f);
-  p = fma(p, r, (REALV)1.6666666667e-1f);
-  p = fma(p, r, (REALV)0.5f);
+  const REALV shifted = fma(x, (REALV)1.44269504f, (REALV)12582912.0f);
+  const REALV n = shifted - (REALV)12582912.0f;
+  // One product: the rounding of ln 2 is at most 2.4e-7 of the result, where n = -126.
+  const REALV r = fma(n, (REALV)-0.69314718f, x);
+  // 1 + r + r^2 q(r), q with the least largest relative error of the result, 3.1e-9.
+  REALV p = (REALV)0.001381459878757596f;
+  p = fma(p, r, (REALV)0.008368716575205326f);
+  p = fma(p, r, (REALV)0.04166838899254799f);
+  p = fma(p, r, (REALV)0.1666652113199234f);
+  p = fma(p, r, (REALV)0.4999999403953552f);
   p = fma(p, r, (REALV)1.0f);
   p = fma(p, r, (REALV)1.0f);
-  const REALV scale = AS_REALV((TO_BITSV(n) + 127) << 23);
-  return x < (REALV)-87.0f ? (REALV)0.0f : p * scale;
+  const REALV result = AS_REALV(AS_BITSV(p) + (AS_BITSV(shifted) << 23));
+  return x < (REALV)-87.0f ? (REALV)0.0f : result;
 }
 #endif
 
