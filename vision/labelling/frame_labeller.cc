@@ -34,6 +34,16 @@ absl::StatusOr<std::shared_ptr<const ExtractedFrame>> FrameLabeller::Implementat
   return std::shared_ptr<const ExtractedFrame>(std::move(extracted));
 }
 
+absl::Status FrameLabeller::Implementation::Prepare(const ExtractedFrame& first,
+                                                    const ExtractedFrame& second) {
+  const cv::Size size = second.grey.size();
+  if (!gathers_ || options_.features == FeatureSource::kSiftCorners || first.grey.size() != size ||
+      !IsLargeEnoughForFlow(size) || SamePixels(first.frame.image, second.frame.image)) {
+    return absl::OkStatus();
+  }
+  return pair_motions_.flows().Between(first, second).status();
+}
+
 absl::Status FrameLabeller::Implementation::CheckOrder(const ExtractedFrame& frame) const {
   if (!history_.empty() && frame.frame.index <= history_.back()->frame.index) {
     return absl::InvalidArgumentError(
@@ -153,6 +163,11 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Process(const Frame& frame) {
 absl::StatusOr<std::shared_ptr<const ExtractedFrame>> FrameLabeller::Extract(
     const Frame& frame) const {
   return implementation_->Extract(frame);
+}
+
+absl::Status FrameLabeller::Prepare(const ExtractedFrame& first,
+                                    const ExtractedFrame& second) const {
+  return implementation_->Prepare(first, second);
 }
 
 absl::StatusOr<LabelledFrame> FrameLabeller::Label(

@@ -64,6 +64,7 @@ class FrameLabeller::Implementation {
         evidence_(std::move(evidence)) {}
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
+  absl::Status Prepare(const ExtractedFrame& first, const ExtractedFrame& second);
   absl::StatusOr<LabelledFrame> Label(std::shared_ptr<const ExtractedFrame> frame,
                                       const Pictures& ahead);
   absl::Status Push(std::shared_ptr<const ExtractedFrame> frame);

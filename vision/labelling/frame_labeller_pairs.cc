@@ -197,10 +197,10 @@ absl::StatusOr<Outlook> FrameLabeller::Implementation::OutlookOf(const Extracted
                                                                  LabellingTimes& times) {
   if (!FollowsCalibrated()) return Outlook();
   Stopwatch watch;
-  const double flow_before = pair_motions_.flows().milliseconds();
+  const double flow_before = pair_motions_.flow_milliseconds();
   EGOSIEVE_ASSIGN_OR_RETURN(
       Outlook outlook, LookAhead(frame, ahead, Camera(frame.grey.size()), moved, pair_motions_));
-  const double flow = pair_motions_.flows().milliseconds() - flow_before;
+  const double flow = pair_motions_.flow_milliseconds() - flow_before;
   times.features_milliseconds += flow;
   times.geometry_milliseconds += watch.LapMilliseconds() - flow;
   return outlook;

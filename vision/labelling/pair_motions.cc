@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "kernels/base/status_macros.h"
-#include "vision/features/flow_growth.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/image/node_grid.h"
 #include "vision/labelling/stopwatch.h"
@@ -19,21 +18,13 @@ bool IsKnown(cv::Point2f place) { return std::isfinite(place.x); }
 
 }  // namespace
 
-absl::StatusOr<std::shared_ptr<const FlowPair>> FlowCache::Between(const ExtractedFrame& first,
-                                                                   const ExtractedFrame& second) {
-  Entry& entry = flows_[first.frame.index];
-  if (entry.flow == nullptr || entry.second_index != second.frame.index) {
-    Stopwatch watch;
-    EGOSIEVE_ASSIGN_OR_RETURN(FlowPair flow,
-                              ComputeFlow(first.grey, second.grey, options_.quality));
-    if (options_.searches_lost) GrowFlow(first.grey, second.grey, options_, flow);
-    milliseconds_ += watch.LapMilliseconds();
-    entry = {second.frame.index, std::make_shared<FlowPair>(std::move(flow))};
-  }
-  return entry.flow;
+absl::StatusOr<std::shared_ptr<const FlowPair>> PairMotions::Flow(const ExtractedFrame& first,
+                                                                  const ExtractedFrame& second) {
+  Stopwatch watch;
+  absl::StatusOr<std::shared_ptr<const FlowPair>> flow = flows_->Between(first, second);
+  flow_milliseconds_ += watch.LapMilliseconds();
+  return flow;
 }
-
-void FlowCache::Forget(int64_t index) { flows_.erase(flows_.begin(), flows_.lower_bound(index)); }
 
 const PatternPlaces& PairMotions::FixedIn(const ExtractedFrame& picture) {
   const auto [places, is_new] = fixed_.try_emplace(picture.frame.index);
@@ -46,7 +37,7 @@ absl::StatusOr<GridLinks> PairMotions::Follow(const Pictures& pictures) {
   const cv::Mat& first = pictures[0]->grey;
   if (!IsLargeEnoughForFlow(first.size())) return links;
   EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const FlowPair> flow,
-                            flows_.Between(*pictures[0], *pictures[1]));
+                            Flow(*pictures[0], *pictures[1]));
   const TrackedGrid grid =
       TrackGrid(*flow, first, pictures[1]->grey, /*anchor_second=*/false, options_);
   const int stride = options_.stride_pixels;
@@ -66,7 +57,7 @@ absl::StatusOr<GridLinks> PairMotions::Follow(const Pictures& pictures) {
   links.far = links.near;
   for (size_t k = 1; k + 1 < pictures.size(); ++k) {
     EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const FlowPair> next,
-                              flows_.Between(*pictures[k], *pictures[k + 1]));
+                              Flow(*pictures[k], *pictures[k + 1]));
     for (cv::Point2f& place : links.far) {
       if (!IsKnown(place)) continue;
       place = FollowFlow(next->forward, next->backward, place, options_)
@@ -120,7 +111,7 @@ void PairMotions::Restore(const std::vector<KnownMotion>& known) {
 }
 
 void PairMotions::Forget(int64_t index) {
-  flows_.Forget(index);
+  flows_->Forget(index);
   fixed_.erase(fixed_.begin(), fixed_.lower_bound(index));
   motions_.erase(motions_.begin(), motions_.lower_bound({index, 0}));
 }

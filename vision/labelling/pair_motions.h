@@ -24,6 +24,7 @@
 #include "absl/types/span.h"
 #include "vision/features/flow_grid.h"
 #include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/flow_cache.h"
 #include "vision/labelling/pattern_places.h"
 #include "vision/own_vehicle/fixed_pattern.h"
 #include "vision/trajectory/two_view_motion.h"
@@ -47,28 +48,6 @@ struct KnownMotion {
   TwoViewMotion motion;
 };
 
-// Flows between consecutive pictures.
-class FlowCache {
- public:
-  explicit FlowCache(const FlowGridOptions& options) : options_(options) {}
-
-  absl::StatusOr<std::shared_ptr<const FlowPair>> Between(const ExtractedFrame& first,
-                                                          const ExtractedFrame& second);
-  // Drops the flows that begin before the frame `index`.
-  void Forget(int64_t index);
-  // Time spent on all flows so far.
-  double milliseconds() const { return milliseconds_; }
-
- private:
-  struct Entry {
-    int64_t second_index = -1;
-    std::shared_ptr<const FlowPair> flow;
-  };
-  FlowGridOptions options_;
-  double milliseconds_ = 0.0;
-  std::map<int64_t, Entry> flows_;  // by the first frame's index
-};
-
 class PairMotions {
  public:
   using Pictures = std::vector<const ExtractedFrame*>;  // of one size, in order
@@ -79,9 +58,11 @@ class PairMotions {
       : options_(options),
         motion_options_(motion_options),
         pattern_(std::move(pattern)),
-        flows_(options) {}
+        flows_(std::make_unique<FlowCache>(options)) {}
 
-  FlowCache& flows() { return flows_; }
+  FlowCache& flows() { return *flows_; }
+  // Time spent on flows so far, or waiting for them.
+  double flow_milliseconds() const { return flow_milliseconds_; }
 
   // The places of a picture that agree with the drive's fixed pattern. They are not used for the
   // camera's motion.
@@ -105,10 +86,14 @@ class PairMotions {
   void Forget(int64_t index);
 
  private:
+  absl::StatusOr<std::shared_ptr<const FlowPair>> Flow(const ExtractedFrame& first,
+                                                       const ExtractedFrame& second);
+
   FlowGridOptions options_;
   TwoViewMotionOptions motion_options_;
   std::shared_ptr<const FixedPattern> pattern_;
-  FlowCache flows_;
+  std::unique_ptr<FlowCache> flows_;
+  double flow_milliseconds_ = 0.0;
   std::map<int64_t, PatternPlaces> fixed_;                        // by index
   std::map<std::pair<int64_t, int64_t>, TwoViewMotion> motions_;  // by first and last index
 };

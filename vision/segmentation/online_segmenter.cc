@@ -136,6 +136,11 @@ absl::StatusOr<std::shared_ptr<const ExtractedFrame>> OnlineSegmenter::Extract(
   return labeller_->Extract(frame);
 }
 
+absl::Status OnlineSegmenter::Prepare(const ExtractedFrame& first,
+                                      const ExtractedFrame& second) const {
+  return labeller_->Prepare(first, second);
+}
+
 absl::StatusOr<LabelledFrame> OnlineSegmenter::Label(
     std::shared_ptr<const ExtractedFrame> extracted,
     const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead) {

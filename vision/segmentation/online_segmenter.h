@@ -88,6 +88,8 @@ class OnlineSegmenter {
   };
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
+  // FrameLabeller's. Not beside Restore.
+  absl::Status Prepare(const ExtractedFrame& first, const ExtractedFrame& second) const;
   // `ahead`: the frames after this one, in order; at most options().ahead_frames, none for a live
   // camera.
   absl::StatusOr<LabelledFrame> Label(

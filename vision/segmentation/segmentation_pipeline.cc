@@ -71,12 +71,16 @@ class Stages {
     return item;
   }
 
-  absl::Status Extract(InFlight& item) const {
+  // Also prepares the pair with the frame before, so that labels, which need the frames in order,
+  // take less time.
+  absl::Status Extract(InFlight& item) {
     if (item.result.damage.has_value() || options_.recorded_step != nullptr) {
       return absl::OkStatus();
     }
     StageTimer timer(item.extract_milliseconds);
     EGOSIEVE_ASSIGN_OR_RETURN(item.extracted, segmenter_.Extract(item.result.frame));
+    if (before_ != nullptr) EGOSIEVE_RETURN_IF_ERROR(segmenter_.Prepare(*before_, *item.extracted));
+    before_ = item.extracted;
     return absl::OkStatus();
   }
 
@@ -210,7 +214,9 @@ class Stages {
   // Written by Read (stopped, warning) and Learn (counts): different members; read after the join.
   PipelineSummary summary_;
   bool stopped_learning_ = false;  // used by the learning stage
-  std::deque<InFlight> waiting_;   // used by the extracting stage
+  // Used by the extracting stage.
+  std::deque<InFlight> waiting_;
+  std::shared_ptr<const ExtractedFrame> before_;  // the last one extracted
 };
 
 absl::Status RunInTurn(Stages& stages) {
