@@ -138,6 +138,13 @@ double SquaredGradient(const Rows& rows) {
   return sum / (kInner * kInner);
 }
 
+// The step k of 0 to `steps` along `way` that is nearest to `place`, seen from the first one.
+int NearestStep(cv::Point2f place, cv::Point2f way, int steps) {
+  const double length = way.dot(way);
+  if (!(length > 0.0)) return 0;
+  return static_cast<int>(std::lround(std::clamp(place.dot(way) / length, 0.0, 1.0) * steps));
+}
+
 }  // namespace
 
 PhotometricSupport::PhotometricSupport(cv::Mat before, cv::Mat now,
@@ -170,8 +177,12 @@ std::optional<double> PhotometricSupport::LogRatio(cv::Point2f before, cv::Point
   return ratio ? std::max(0.0, *ratio) : ratio;
 }
 
+double PhotometricSupport::LeastDifference() const {
+  return kPatchPixels * noise_levels_ * noise_levels_;
+}
+
 double PhotometricSupport::RatioOf(double still, double found, double place_variance) const {
-  const double least = kPatchPixels * noise_levels_ * noise_levels_;
+  const double least = LeastDifference();
   still = std::max(still, least);
   found = std::max(found, least);
   const double variance = std::min(found, still) / kPatchPixels;
@@ -197,14 +208,23 @@ std::optional<double> PhotometricSupport::LogRatioOnSegment(cv::Point2f before, 
   const cv::Point2f way = segment.last - segment.first;
   const int steps = std::clamp(
       static_cast<int>(std::ceil(kStepsPerPixel * std::hypot(way.x, way.y))), 1, kMostSteps);
-  // The ratio grows with E_0, so the least E_0 gives the least ratio.
+  // The ratio grows with E_0, so the least E_0 gives the least ratio. It is 0 from `enough` on, which
+  // is likely near the found position: outwards from there the search ends early.
+  const double enough = std::max(found, LeastDifference());
   double still = std::numeric_limits<double>::infinity();
-  for (int k = 0; k <= steps && still > found; ++k) {
+  const auto measure = [&](int k) {
+    if (k < 0 || k > steps || still <= enough) return;
     const float share = static_cast<float>(k) / static_cast<float>(steps);
     const double scale = std::lerp(segment.scale_first, segment.scale_last, share);
     if (SampleScaledRows(now_, segment.first + share * way, scale, s)) {
       still = std::min(still, SquaredDifference(p, s));
     }
+  };
+  const int nearest = NearestStep(now - segment.first, way, steps);
+  measure(nearest);
+  for (int apart = 1; apart <= steps && still > enough; ++apart) {
+    measure(nearest + apart);
+    measure(nearest - apart);
   }
   if (std::isinf(still)) return std::nullopt;
   return std::max(0.0, RatioOf(still, found, place_variance));

@@ -75,6 +75,7 @@ class PhotometricSupport {
         noise_levels_(noise_levels),
         place_pixels_(place_pixels) {}
 
+  double LeastDifference() const;  // N sigma^2
   // kappa (E_0 - E_1) / (2 (v + place_variance)).
   double RatioOf(double still, double found, double place_variance) const;
 
