@@ -41,7 +41,10 @@ absl::Status FrameLabeller::Implementation::Prepare(const ExtractedFrame& first,
       !IsLargeEnoughForFlow(size) || SamePixels(first.frame.image, second.frame.image)) {
     return absl::OkStatus();
   }
-  return pair_motions_.flows().Between(first, second).status();
+  FlowCache& flows = pair_motions_.flows();
+  EGOSIEVE_RETURN_IF_ERROR(flows.Grid(first, second, /*anchor_second=*/true).status());
+  if (!FollowsCalibrated()) return absl::OkStatus();
+  return flows.Grid(first, second, /*anchor_second=*/false).status();
 }
 
 absl::Status FrameLabeller::Implementation::CheckOrder(const ExtractedFrame& frame) const {

@@ -114,19 +114,20 @@ absl::StatusOr<GridFlow> AddFlowGrid(const ExtractedFrame& first, const Extracte
                                      Stopwatch& watch, FramePairs& pairs) {
   GridFlow flow;
   if (!IsLargeEnoughForFlow(second.grey.size())) return flow;
-  const FlowGridOptions grid = GridOptionsOf(options);
   EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const FlowPair> fields,
                             flows.Between(first, second));
   flow.fields = *fields;
   pairs.features_milliseconds += watch.LapMilliseconds();
-  TrackedGrid tracked = TrackGrid(flow.fields, first.grey, second.grey,
-                                  options.labelled_side == LabelledSide::kCurrentFrame, grid);
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      const std::shared_ptr<const TrackedGrid> grid,
+      flows.Grid(first, second, options.labelled_side == LabelledSide::kCurrentFrame));
+  const TrackedGrid& tracked = *grid;
   pairs.labelled.insert(pairs.labelled.end(), tracked.pairs.begin(), tracked.pairs.end());
   for (size_t i = 0; i < tracked.pairs.size(); ++i) {
     if (tracked.is_textured[i] != 0) pairs.geometry.push_back(tracked.pairs[i]);
   }
-  pairs.links = std::move(tracked.pairs);
-  pairs.link_is_textured = std::move(tracked.is_textured);
+  pairs.links = tracked.pairs;
+  pairs.link_is_textured = tracked.is_textured;
   pairs.feature_count += tracked.textured_count;
   pairs.match_count += tracked.agreeing_count;
   for (size_t i = 0; i < tracked.textured.size(); ++i) {

@@ -18,14 +18,6 @@ bool IsKnown(cv::Point2f place) { return std::isfinite(place.x); }
 
 }  // namespace
 
-absl::StatusOr<std::shared_ptr<const FlowPair>> PairMotions::Flow(const ExtractedFrame& first,
-                                                                  const ExtractedFrame& second) {
-  Stopwatch watch;
-  absl::StatusOr<std::shared_ptr<const FlowPair>> flow = flows_->Between(first, second);
-  flow_milliseconds_ += watch.LapMilliseconds();
-  return flow;
-}
-
 const PatternPlaces& PairMotions::FixedIn(const ExtractedFrame& picture) {
   const auto [places, is_new] = fixed_.try_emplace(picture.frame.index);
   if (is_new) places->second = PatternPlaces(pattern_.get(), picture.grey);
@@ -36,10 +28,16 @@ absl::StatusOr<GridLinks> PairMotions::Follow(const Pictures& pictures) {
   GridLinks links;
   const cv::Mat& first = pictures[0]->grey;
   if (!IsLargeEnoughForFlow(first.size())) return links;
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const FlowPair> flow,
-                            Flow(*pictures[0], *pictures[1]));
-  const TrackedGrid grid =
-      TrackGrid(*flow, first, pictures[1]->grey, /*anchor_second=*/false, options_);
+  Stopwatch watch;
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const TrackedGrid> tracked,
+                            flows_->Grid(*pictures[0], *pictures[1], /*anchor_second=*/false));
+  std::vector<std::shared_ptr<const FlowPair>> further;
+  for (size_t k = 1; k + 1 < pictures.size(); ++k) {
+    EGOSIEVE_ASSIGN_OR_RETURN(further.emplace_back(),
+                              flows_->Between(*pictures[k], *pictures[k + 1]));
+  }
+  flow_milliseconds_ += watch.LapMilliseconds();
+  const TrackedGrid& grid = *tracked;
   const int stride = options_.stride_pixels;
   links.nodes = NodesOf(first.size(), stride);
   links.near.assign(links.nodes.area(), cv::Point2f(kNowhere, kNowhere));
@@ -55,9 +53,7 @@ absl::StatusOr<GridLinks> PairMotions::Follow(const Pictures& pictures) {
   links.followed_share = static_cast<double>(followed) /
                          static_cast<double>(std::max<int64_t>(grid.textured_count, 1));
   links.far = links.near;
-  for (size_t k = 1; k + 1 < pictures.size(); ++k) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const FlowPair> next,
-                              Flow(*pictures[k], *pictures[k + 1]));
+  for (const auto& next : further) {
     for (cv::Point2f& place : links.far) {
       if (!IsKnown(place)) continue;
       place = FollowFlow(next->forward, next->backward, place, options_)

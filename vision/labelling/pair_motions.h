@@ -86,9 +86,6 @@ class PairMotions {
   void Forget(int64_t index);
 
  private:
-  absl::StatusOr<std::shared_ptr<const FlowPair>> Flow(const ExtractedFrame& first,
-                                                       const ExtractedFrame& second);
-
   FlowGridOptions options_;
   TwoViewMotionOptions motion_options_;
   std::shared_ptr<const FixedPattern> pattern_;
