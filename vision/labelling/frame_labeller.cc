@@ -1,6 +1,7 @@
 #include "vision/labelling/frame_labeller.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -56,6 +57,27 @@ absl::Status FrameLabeller::Implementation::Push(std::shared_ptr<const Extracted
   return absl::OkStatus();
 }
 
+absl::Status FrameLabeller::Implementation::Prime(std::shared_ptr<const ExtractedFrame> frame) {
+  const std::shared_ptr<const ExtractedFrame> primed = frame;
+  EGOSIEVE_RETURN_IF_ERROR(Push(std::move(frame)));
+  if (focal_) focal_->Prime(primed->frame, primed->grey);
+  return absl::OkStatus();
+}
+
+void FrameLabeller::Implementation::LearnFocalRatio(const ExtractedFrame& frame,
+                                                    LabelOutcome outcome) {
+  if (!focal_) return;
+  if (outcome == LabelOutcome::kDuplicateFrame) return focal_->Repeat(frame.frame.index);
+  if (outcome == LabelOutcome::kTooFewFeatures || outcome == LabelOutcome::kTooFewMatches) {
+    focal_->EndScene();
+  }
+  const bool was_calibrated = IsCalibrated();
+  if (!focal_->Add(frame.frame, frame.grey)) return;
+  pair_motions_.ForgetMotions();  // those known rest on the former focal length
+  // Parallax of a selected model is measured in another way.
+  if (!was_calibrated) gap_.has_parallax = false;
+}
+
 std::string FrameLabeller::Implementation::state() const {
   LabellerState state;
   state.mixture = mixture_;
@@ -65,6 +87,7 @@ std::string FrameLabeller::Implementation::state() const {
   state.moved = movers_.nodes();
   state.motions = pair_motions_.known();
   state.evidence = evidence_.state();
+  if (focal_) state.focal = focal_->state();
   return ToBytes(state);
 }
 
@@ -74,7 +97,13 @@ absl::Status FrameLabeller::Implementation::Restore(absl::string_view bytes) {
   if (!ground.Restore(state.ground)) {
     return absl::InvalidArgumentError("the labeller's state holds no speed of the ground");
   }
+  if (state.focal.has_value() != focal_.has_value()) {
+    return absl::InvalidArgumentError(
+        focal_ ? "the labeller's state is one of a focal length that was known beforehand"
+               : "the labeller's state is one of a focal length that is learnt on the way");
+  }
   EGOSIEVE_RETURN_IF_ERROR(evidence_.Restore(std::move(state.evidence)));
+  if (focal_) focal_->Restore(*std::move(state.focal));
   ground_ = ground;
   mixture_ = state.mixture;
   gap_ = state.gap;
@@ -118,11 +147,15 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
     EGOSIEVE_RETURN_IF_ERROR(LabelPair(
         *history_[history_.size() - Gap(static_cast<int>(history_.size()))], *frame, result));
   }
+  const LabelOutcome outcome = result.outcome;
   if (gathers_ && result.outcome != LabelOutcome::kLabelled &&
       result.outcome != LabelOutcome::kDuplicateFrame &&
       result.outcome != LabelOutcome::kUntrustedMotion) {
     EGOSIEVE_RETURN_IF_ERROR(LabelFromAhead(*frame, ahead, result));
   }
+  Stopwatch watch;
+  LearnFocalRatio(*frame, outcome);
+  result.times.geometry_milliseconds += watch.LapMilliseconds();
   result.doubt = DoubtOf(result);
   EnlargeLabels(frame->grey.size(), now, result);
   pair_motions_.Forget(frame->frame.index);
@@ -141,8 +174,10 @@ absl::StatusOr<std::unique_ptr<FrameLabeller>> FrameLabeller::Create(
   reduced.ignored = ReduceMask(options.ignored, options.longest_side_pixels);
   reduced.windscreen = ReduceMask(options.windscreen, options.longest_side_pixels);
   EGOSIEVE_ASSIGN_OR_RETURN(EvidenceLabeller evidence, EvidenceLabeller::Create(reduced));
-  return std::unique_ptr<FrameLabeller>(
-      new FrameLabeller(std::make_unique<Implementation>(reduced, std::move(evidence))));
+  std::optional<FocalLearner> focal;
+  if (options.LearnsFocalRatio()) focal.emplace(options.ignored, options.equalization);
+  return std::unique_ptr<FrameLabeller>(new FrameLabeller(
+      std::make_unique<Implementation>(reduced, std::move(evidence), std::move(focal))));
 }
 
 absl::StatusOr<LabelledFrame> FrameLabeller::Process(const Frame& frame) {
@@ -163,7 +198,7 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Label(
 
 absl::Status FrameLabeller::Prime(const Frame& frame) {
   EGOSIEVE_ASSIGN_OR_RETURN(std::shared_ptr<const ExtractedFrame> extracted, Extract(frame));
-  return implementation_->Push(std::move(extracted));
+  return implementation_->Prime(std::move(extracted));
 }
 
 std::string FrameLabeller::state() const { return implementation_->state(); }

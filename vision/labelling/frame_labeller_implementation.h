@@ -16,6 +16,7 @@
 #include "absl/strings/string_view.h"
 #include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/focal_learner.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/gap_choice.h"
 #include "vision/labelling/label_rule.h"
@@ -55,18 +56,22 @@ class FrameLabeller::Implementation {
  public:
   using Pictures = std::vector<std::shared_ptr<const ExtractedFrame>>;
 
-  Implementation(const FrameLabellerOptions& options, EvidenceLabeller evidence)
+  // focal: absent where the focal length is not learnt here.
+  Implementation(const FrameLabellerOptions& options, EvidenceLabeller evidence,
+                 std::optional<FocalLearner> focal)
       : options_(options),
         gathers_(!options.evidence.IsEpipolarAlone()),
         pattern_(PatternOf(options)),
         movers_(options.flow_stride_pixels),
         pair_motions_(GridOptionsOf(options), MotionOptionsOf(options), pattern_),
-        evidence_(std::move(evidence)) {}
+        evidence_(std::move(evidence)),
+        focal_(std::move(focal)) {}
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
   absl::StatusOr<LabelledFrame> Label(std::shared_ptr<const ExtractedFrame> frame,
                                       const Pictures& ahead);
   absl::Status Push(std::shared_ptr<const ExtractedFrame> frame);
+  absl::Status Prime(std::shared_ptr<const ExtractedFrame> frame);
 
   std::string state() const;
   absl::Status Restore(absl::string_view state);
@@ -104,9 +109,15 @@ class FrameLabeller::Implementation {
   bool IsEnough(const FramePairs& pairs, LabelledFrame& result) const;
   absl::StatusOr<MotionModel> FindMotion(const std::vector<PointPair>& pairs, int64_t frame_index,
                                          LabelledFrame& result) const;
+  // Over the longer side, given or learnt; 0: not known.
+  double focal_ratio() const { return focal_ ? focal_->focal_ratio() : options_.focal_ratio; }
+  // Whether the camera's motion is estimated by two_view_motion.h.
+  bool IsCalibrated() const { return options_.WantsCamera() && focal_ratio() > 0.0; }
+  // For the frames after this one. outcome: without the pictures ahead.
+  void LearnFocalRatio(const ExtractedFrame& frame, LabelOutcome outcome);
   // Whether the flow grid is used and the motion between pictures is calibrated.
   bool FollowsCalibrated() const {
-    return options_.IsCalibrated() && options_.features != FeatureSource::kSiftCorners;
+    return IsCalibrated() && options_.features != FeatureSource::kSiftCorners;
   }
   // The motion between the two frames of the pair. Sets `world` if it is calibrated and not known.
   absl::StatusOr<MotionModel> MotionOfTracks(const std::vector<TrackedPoint>& points,
@@ -150,6 +161,7 @@ class FrameLabeller::Implementation {
   PairMotions pair_motions_;  // its motions are part of state()
   // Its last picture is that of the last frame of `history_`. Not used unless gathers_.
   EvidenceLabeller evidence_;
+  std::optional<FocalLearner> focal_;
 };
 
 }  // namespace egosieve::vision

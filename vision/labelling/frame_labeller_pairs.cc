@@ -84,13 +84,13 @@ absl::StatusOr<MotionModel> FrameLabeller::Implementation::FindMotion(
 }
 
 Pinhole FrameLabeller::Implementation::Camera(cv::Size size) const {
-  return Pinhole::Of(size, options_.focal_ratio * std::max(size.width, size.height));
+  return Pinhole::Of(size, focal_ratio() * std::max(size.width, size.height));
 }
 
 void FrameLabeller::Implementation::ObserveGap(const MotionModel& model, int gap) {
   if (options_.frame_gap > 0 || !model.trusted) return;
   ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap,
-                  options_.IsCalibrated() ? kCalibratedGap : kSelectedModelGap, gap_);
+                  IsCalibrated() ? kCalibratedGap : kSelectedModelGap, gap_);
 }
 
 void FrameLabeller::Implementation::KeepMotion(const FramePairs& pairs, int pictures, cv::Size size,
@@ -245,7 +245,7 @@ absl::StatusOr<MotionModel> FrameLabeller::Implementation::MotionOfTracks(
       moved_before.push_back(movers_.At(moved, b, frame.grey.size()));
     }
   }
-  if (!options_.IsCalibrated()) return FindMotion(geometry, frame.frame.index, result);
+  if (!IsCalibrated()) return FindMotion(geometry, frame.frame.index, result);
   Stopwatch watch;
   const Pinhole camera = Camera(frame.grey.size());
   if (!world.found) {
@@ -327,7 +327,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   if (!model.trusted) model.kind = MotionModelKind::kNone;
   const Pinhole camera = Camera(frame.grey.size());
   const ExtractedFrame* first = InHistory(result.first_index);
-  if (options_.IsCalibrated()) UseGround(before, first, frame, ahead, gap, sight, points);
+  if (IsCalibrated()) UseGround(before, first, frame, ahead, gap, sight, points);
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
       evidence_.Judge(first, frame, gap, model, points, world.found ? &world : nullptr, camera,
@@ -336,7 +336,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
                        {behind.frame, &behind.motion, &TrackedPoint::near_behind}}));
   movers_.Remember(points, evidence, frame.grey.size());
   result.own_vehicle = OwnVehicleAreas(evidence_.own_vehicle(), frame.grey.size());
-  if (options_.IsCalibrated()) {
+  if (IsCalibrated()) {
     const TwoViewMotion* motion = model.trusted ? &world : nullptr;
     result.step = StepOf({before.frame.index, frame.frame.index, gap, motion, &behind, &outlook},
                          points, camera);
