@@ -25,6 +25,7 @@ bool FocalLearner::Add(const Frame& frame, const cv::Mat& grey) {
     FocalLearnerState anew;
     anew.focal_ratio = state_.focal_ratio;
     anew.log_focal_deviation = state_.log_focal_deviation;
+    anew.travel = state_.travel;
     anew.size = frame.image.size();
     state_ = std::move(anew);
     EndScene();
@@ -69,10 +70,15 @@ bool FocalLearner::Adjust() {
     state_.pictures = state_.next_start = 0;
   }
   if (lens.windows == 0) return false;
-  const bool has_changed = lens.focal_ratio != state_.focal_ratio;
   state_.focal_ratio = lens.focal_ratio;
   state_.log_focal_deviation = lens.log_focal_deviation;
-  return has_changed;
+  state_.travel = FitTravelPrior(lens.directions);
+  if (state_.travel.IsOfVehicle()) {
+    state_.travel.share = 1.0 - TravelPrior::kVehicleTravelsElsewhere;
+  } else {
+    state_.travel = TravelPrior();
+  }
+  return true;
 }
 
 FocalLearnerState FocalLearner::state() const {

@@ -1,8 +1,12 @@
-// Learns the focal length while frames arrive, for cameras without a first pass (drive_camera.h).
+// Learns the focal length and a vehicle's direction of travel while frames arrive, for cameras
+// without a first pass (drive_camera.h).
 //
 //   1. tracks of corners through windows of pictures               window_tracks.h
 //   2. the focal length of all windows so far, after windows
 //      1, 2, 4 and 8                                               bundle_adjustment.h
+//   3. the direction of travel between the windows' pictures       travel_prior.h
+//
+// A camera that a person carries has no direction of travel here.
 //
 // A window in which the camera has hardly moved tells nothing: it is dropped, and as many pictures
 // as it had pass before the next one begins. A window that begins at picture s is followed by one
@@ -24,12 +28,14 @@
 #include "vision/frame/equalization.h"
 #include "vision/frame/frame.h"
 #include "vision/labelling/window_tracks.h"
+#include "vision/trajectory/travel_prior.h"
 
 namespace egosieve::vision {
 
 struct FocalLearnerState {
   double focal_ratio = 0.0;          // over the longer side; 0: not known
   double log_focal_deviation = 0.0;  // standard deviation of its logarithm
+  TravelPrior travel;                // not known unless of a vehicle
   cv::Size size;                     // of the pictures
   int64_t last_index = -1;           // of the last frame
   int64_t pictures = 0;              // since the beginning
@@ -48,7 +54,7 @@ class FocalLearner {
       : ignored_(ignored), equalization_(equalization) {}
 
   // Takes the next frame; indices grow. grey: its equalised picture of any size. Returns whether
-  // the focal length has changed.
+  // what is learnt has changed.
   bool Add(const Frame& frame, const cv::Mat& grey);
   // For a frame that repeats the picture before.
   void Repeat(int64_t index) { state_.last_index = index; }
@@ -57,6 +63,7 @@ class FocalLearner {
 
   // 0: not known.
   double focal_ratio() const { return state_.focal_ratio; }
+  const TravelPrior& travel() const { return state_.travel; }
 
   FocalLearnerState state() const;
   // Prime() must then be given the last frame before the next Add(); otherwise the window under way

@@ -64,8 +64,7 @@ absl::Status FrameLabeller::Implementation::Prime(std::shared_ptr<const Extracte
   return absl::OkStatus();
 }
 
-void FrameLabeller::Implementation::LearnFocalRatio(const ExtractedFrame& frame,
-                                                    LabelOutcome outcome) {
+void FrameLabeller::Implementation::LearnCamera(const ExtractedFrame& frame, LabelOutcome outcome) {
   if (!focal_) return;
   if (outcome == LabelOutcome::kDuplicateFrame) return focal_->Repeat(frame.frame.index);
   if (outcome == LabelOutcome::kTooFewFeatures || outcome == LabelOutcome::kTooFewMatches) {
@@ -73,7 +72,7 @@ void FrameLabeller::Implementation::LearnFocalRatio(const ExtractedFrame& frame,
   }
   const bool was_calibrated = IsCalibrated();
   if (!focal_->Add(frame.frame, frame.grey)) return;
-  pair_motions_.ForgetMotions();  // those known rest on the former focal length
+  pair_motions_.SetMotionOptions(MotionOptionsOf(options_, travel()));
   // Parallax of a selected model is measured in another way.
   if (!was_calibrated) gap_.has_parallax = false;
 }
@@ -110,7 +109,8 @@ absl::Status FrameLabeller::Implementation::Restore(absl::string_view bytes) {
   motion_ = std::move(state.motion);
   history_.clear();
   movers_.Restore(std::move(state.moved));
-  pair_motions_ = PairMotions(GridOptionsOf(options_), MotionOptionsOf(options_), pattern_);
+  pair_motions_ =
+      PairMotions(GridOptionsOf(options_), MotionOptionsOf(options_, travel()), pattern_);
   pair_motions_.Restore(state.motions);
   return absl::OkStatus();
 }
@@ -154,7 +154,7 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
     EGOSIEVE_RETURN_IF_ERROR(LabelFromAhead(*frame, ahead, result));
   }
   Stopwatch watch;
-  LearnFocalRatio(*frame, outcome);
+  LearnCamera(*frame, outcome);
   result.times.geometry_milliseconds += watch.LapMilliseconds();
   result.doubt = DoubtOf(result);
   EnlargeLabels(frame->grey.size(), now, result);

@@ -36,11 +36,12 @@ inline void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& 
   result.reason = std::move(reason);
 }
 
-inline TwoViewMotionOptions MotionOptionsOf(const FrameLabellerOptions& options) {
+inline TwoViewMotionOptions MotionOptionsOf(const FrameLabellerOptions& options,
+                                            const TravelPrior& travel) {
   TwoViewMotionOptions motion;
-  motion.travel = options.travel;
+  motion.travel = travel;
   // With a vehicle's direction of travel, traffic is not mistaken for the static scene anyway.
-  if (!options.evidence.accumulation || options.travel.IsOfVehicle()) motion.memory = 0.0;
+  if (!options.evidence.accumulation || travel.IsOfVehicle()) motion.memory = 0.0;
   return motion;
 }
 
@@ -63,7 +64,7 @@ class FrameLabeller::Implementation {
         gathers_(!options.evidence.IsEpipolarAlone()),
         pattern_(PatternOf(options)),
         movers_(options.flow_stride_pixels),
-        pair_motions_(GridOptionsOf(options), MotionOptionsOf(options), pattern_),
+        pair_motions_(GridOptionsOf(options), MotionOptionsOf(options, options.travel), pattern_),
         evidence_(std::move(evidence)),
         focal_(std::move(focal)) {}
 
@@ -111,10 +112,12 @@ class FrameLabeller::Implementation {
                                          LabelledFrame& result) const;
   // Over the longer side, given or learnt; 0: not known.
   double focal_ratio() const { return focal_ ? focal_->focal_ratio() : options_.focal_ratio; }
+  // Given or learnt; need not be known.
+  const TravelPrior& travel() const { return focal_ ? focal_->travel() : options_.travel; }
   // Whether the camera's motion is estimated by two_view_motion.h.
   bool IsCalibrated() const { return options_.WantsCamera() && focal_ratio() > 0.0; }
   // For the frames after this one. outcome: without the pictures ahead.
-  void LearnFocalRatio(const ExtractedFrame& frame, LabelOutcome outcome);
+  void LearnCamera(const ExtractedFrame& frame, LabelOutcome outcome);
   // Whether the flow grid is used and the motion between pictures is calibrated.
   bool FollowsCalibrated() const {
     return IsCalibrated() && options_.features != FeatureSource::kSiftCorners;

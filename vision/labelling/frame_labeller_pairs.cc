@@ -104,9 +104,9 @@ void FrameLabeller::Implementation::ObserveGround(const ExtractedFrame& before,
                                                   const TwoViewMotion* back, const View& far,
                                                   const Pictures& ahead) {
   const double seconds = frame.frame.time_seconds - before.frame.time_seconds;
-  if (!options_.travel.IsKnown() || !(seconds > 0.0)) return;
+  if (!travel().IsKnown() || !(seconds > 0.0)) return;
   GroundSearchView view;
-  view.direction = options_.travel.direction;
+  view.direction = travel().direction;
   view.camera = Camera(frame.grey.size());
   view.ignored = options_.ignored;
   view.pictures.push_back({frame.grey});
@@ -135,10 +135,10 @@ void FrameLabeller::Implementation::MarkUnbounded(const ExtractedFrame& frame,
       point.evidence.is_unbounded = fixed.Contain(point.evidence.now);
     }
   }
-  const TravelPrior& travel = options_.travel;
-  if (!travel.IsOfVehicle() || !MovesForwardOrBack(travel.direction)) return;
+  const TravelPrior& prior = travel();
+  if (!prior.IsOfVehicle() || !MovesForwardOrBack(prior.direction)) return;
   const Pinhole camera = Camera(frame.grey.size());
-  const LinesAlongTravel lines(frame.grey, camera, travel.direction);
+  const LinesAlongTravel lines(frame.grey, camera, prior.direction);
   // By the longest pair that follows the point.
   const auto is_no_nearer = [&](const TrackedPoint& point) {
     const std::pair<const TwoViewMotion*, cv::Point2f> views[] = {
@@ -249,7 +249,8 @@ absl::StatusOr<MotionModel> FrameLabeller::Implementation::MotionOfTracks(
   Stopwatch watch;
   const Pinhole camera = Camera(frame.grey.size());
   if (!world.found) {
-    world = EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_), moved_before);
+    world =
+        EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_, travel()), moved_before);
     FindGround(geometry, camera, world);
   }
   MotionModel model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
