@@ -17,7 +17,7 @@
 // Pictures of another size begin anew, too; the focal length over the longer side remains until
 // they give another. A lens that zooms is not followed.
 //
-// State: up to 7 windows of 14 KB and the window under way, at most 90 KB, as bytes.
+// State, as bytes: up to 7 windows of at most 17 KB each, and the window under way, at most 91 KB.
 #ifndef EGOSIEVE_VISION_LABELLING_FOCAL_LEARNER_H_
 #define EGOSIEVE_VISION_LABELLING_FOCAL_LEARNER_H_
 
