@@ -28,6 +28,10 @@ void CameraFlags::AddFlags(CLI::App& app) {
   AddSwitch(app, "--own_vehicle", "--no_own_vehicle", finds_own_vehicle_,
             "Find what is fixed in the image (bonnet, dashboard, time stamp, reflections) in "
             "the first pass");
+  AddSwitch(app, "--first_pass", "--no_first_pass", has_first_pass_,
+            "Read some pictures of the drive beforehand, for the focal length, the direction of "
+            "travel and what is fixed in the image; off: learn the focal length on the way, as for "
+            "a live camera");
 }
 
 absl::Status CameraFlags::Read(const DriveInput& input) {
@@ -57,7 +61,10 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
   is_ratio_given_ = labeller.focal_ratio > 0.0;
   labeller.ignored = ignored_;
   if (!labeller.WantsCamera() || (is_ratio_given_ && !finds_own_vehicle_)) return absl::OkStatus();
-  if (input.is_live) return absl::OkStatus();  // a stream allows no first pass
+  if (input.is_live || !has_first_pass_) {  // a stream allows none
+    labeller.learns_focal_ratio = learns_ = labeller.focal_ratio == 0.0;
+    return absl::OkStatus();
+  }
   if (resumes) {
     EGOSIEVE_ASSIGN_OR_RETURN(camera_, ReadRunCamera(directory));
   }
@@ -85,6 +92,8 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
 void CameraFlags::Describe(std::map<std::string, std::string>& flags) const {
   // The results of a first pass follow from the input, so they are not described.
   if (camera_ && !is_ratio_given_) flags["focal_ratio"] = "learnt";
+  if (learns_) flags["focal_ratio"] = "learnt on the way";
+  if (!has_first_pass_) flags["first_pass"] = "no";
   if (!finds_own_vehicle_) flags["own_vehicle"] = "no";
   if (!ignored_.empty()) flags["ignore"] = Fingerprint(ignored_);
 }

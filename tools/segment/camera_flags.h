@@ -1,5 +1,5 @@
 // The camera of `segment`, given or estimated: its lens, and the area of its image that does not
-// show the scene. --camera, --ignore.
+// show the scene. --camera, --ignore, --own_vehicle, --first_pass.
 #ifndef EGOSIEVE_TOOLS_SEGMENT_CAMERA_FLAGS_H_
 #define EGOSIEVE_TOOLS_SEGMENT_CAMERA_FLAGS_H_
 
@@ -25,7 +25,8 @@ class CameraFlags {
   absl::Status Read(const DriveInput& input);
   // Sets the labeller's focal_ratio and ignored area. Values that were given come first, then those
   // of the run in `directory` if it is continued (`resumes`), then those of a first pass from frame
-  // `from` on. There is no first pass if the labeller does not use its results.
+  // `from` on. There is no first pass if the labeller does not use its results, nor for a stream
+  // and with --no_first_pass: the labeller then learns the focal length.
   absl::Status Find(const DriveInput& input, int64_t from, bool resumes,
                     const std::string& directory, vision::FrameLabellerOptions& labeller);
   // Adds the flags that shape the output to a run's description.
@@ -35,9 +36,10 @@ class CameraFlags {
 
  private:
   std::string camera_path_, ignore_path_;
-  bool finds_own_vehicle_ = true;
+  bool finds_own_vehicle_ = true, has_first_pass_ = true;
   double given_ratio_ = 0.0;         // of --camera
   bool is_ratio_given_ = false;      // by --camera or --focal_ratio
+  bool learns_ = false;              // the focal length, on the way
   cv::Mat1b ignored_;                // of --ignore
   std::optional<RunCamera> camera_;  // of the first pass
 };

@@ -52,6 +52,18 @@ void Follow(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
 
 }  // namespace
 
+CornerTracker CornerTracker::Of(std::vector<CornerTrack> tracks, int pictures) {
+  CornerTracker tracker;
+  tracker.pictures_ = pictures;
+  tracker.tracks_ = std::move(tracks);
+  for (size_t i = 0; i < tracker.tracks_.size(); ++i) {
+    if (static_cast<int>(tracker.tracks_[i].size()) == pictures) tracker.alive_.push_back(i);
+  }
+  return tracker;
+}
+
+void CornerTracker::SetLastPicture(const cv::Mat& picture) { pyramid_ = Pyramid(picture); }
+
 void CornerTracker::Add(const cv::Mat& picture) {
   std::vector<cv::Mat> pyramid = Pyramid(picture);
   if (++pictures_ == 1) {

@@ -22,8 +22,13 @@ class CornerTracker {
   // corners: the largest number taken from the first picture; positive.
   explicit CornerTracker(int corners = 300) : corners_(corners) {}
 
+  // The tracker that has the given tracks after `pictures` pictures. SetLastPicture() must give the
+  // last of them before the next one is added.
+  static CornerTracker Of(std::vector<CornerTrack> tracks, int pictures);
+
   // Adds the next picture, CV_8UC1; all pictures must have one size.
   void Add(const cv::Mat& picture);
+  void SetLastPicture(const cv::Mat& picture);
 
   // The tracks of the first picture's corners, row by row, each as long as the corner was followed.
   const std::vector<CornerTrack>& tracks() const { return tracks_; }

@@ -19,8 +19,6 @@ namespace egosieve::vision {
 namespace {
 
 constexpr int64_t kFewestLinks = 100;
-// Probability that a vehicle does not travel in its own direction, as when it skids.
-constexpr double kVehicleTravelsElsewhere = 1e-6;
 
 Pinhole CameraOf(cv::Size size, double focal_ratio) {
   return Pinhole::Of(size, focal_ratio * std::max(size.width, size.height));
@@ -145,7 +143,7 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   }
   if (!camera.travel.IsOfVehicle()) return camera;
   // Pairs that disagree with the direction are attributed to wrong estimates of motion.
-  camera.travel.share = 1.0 - kVehicleTravelsElsewhere;
+  camera.travel.share = 1.0 - TravelPrior::kVehicleTravelsElsewhere;
   std::vector<cv::Mat1b> seconds;
   for (const PicturePair& pair : drive.pairs) seconds.push_back(pair.second_reduced);
   camera.windscreen = FindWindscreen(fixed, seconds, pairs, learnt, options.own_vehicle);

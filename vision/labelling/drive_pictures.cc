@@ -9,10 +9,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
-#include "vision/features/corner_tracks.h"
 #include "vision/features/flow_grid.h"
-#include "vision/frame/ignored_area.h"
 #include "vision/labelling/reduced_labels.h"
+#include "vision/labelling/window_tracks.h"
 #include "vision/own_vehicle/fixed_pattern.h"
 
 namespace egosieve::vision {
@@ -20,11 +19,7 @@ namespace {
 
 constexpr double kPairSeconds = 0.08;    // least time between the two pictures of a pair
 constexpr double kGroundSeconds = 0.15;  // from the first picture to the last one for the ground
-constexpr double kWindowSeconds = 0.6, kLongestWindowSeconds = 2.0;
-constexpr double kWindowMotion = 0.025;  // median, of the longer side
 constexpr int kLongestPair = 6;          // frames
-constexpr int kLongestWindow = 36;       // frames
-constexpr int kWindowViews = 5;          // pictures of a window that are kept besides the first
 constexpr int kGridStride = 10;          // pixels
 constexpr int64_t kUnknownLength = 600;  // frames, if the source does not know its length
 
@@ -141,42 +136,22 @@ struct ReadWindow {
   int64_t end = 0;  // index after the last frame read
 };
 
-// Corners tracked through the pictures from `index` on, kept in kWindowViews + 1 of them.
+// Corners tracked through the pictures from `index` on.
 absl::StatusOr<ReadWindow> ReadWindowAt(PictureReader& reader, int64_t index, cv::Size size,
                                         const cv::Mat1b& ignored) {
   ReadWindow read;
-  CornerTracker tracker;
+  WindowTracks window;
   cv::Size reduced;
-  double start = 0.0;
-  for (int k = 0; k <= kLongestWindow; ++k) {
+  for (int k = 0; k <= kLongestWindow && !window.IsLongEnough(); ++k) {
     EGOSIEVE_ASSIGN_OR_RETURN(const ReadPicture* picture, reader.At(index + k));
     if (reader.EndsBefore(index + k)) break;
     read.end = index + k + 1;
     if (picture == nullptr) continue;
     if (picture->size != size) break;
-    if (tracker.pictures() == 0) start = picture->picture.seconds;
     reduced = picture->picture.grey.size();
-    tracker.Add(picture->picture.grey);
-    const double seconds = picture->picture.seconds - start + 1e-6;
-    const bool has_moved =
-        tracker.MedianMotion() >= kWindowMotion * std::max(reduced.width, reduced.height);
-    if (seconds >= kLongestWindowSeconds || (seconds >= kWindowSeconds && has_moved)) break;
+    window.Add(picture->picture.grey, picture->picture.seconds);
   }
-  const int last = tracker.pictures() - 1, views = std::min(kWindowViews, last);
-  if (views < 2) return read;
-  read.window.pictures = views + 1;
-  const cv::Mat1b reduced_ignored = ReduceMask(ignored, kLongestDriveSide);
-  for (const CornerTrack& corners : tracker.tracks()) {
-    if (IsIgnored(reduced_ignored, reduced, corners[0].x, corners[0].y)) continue;
-    std::vector<cv::Point2d> track;
-    for (int view = 0; view <= views; ++view) {
-      const auto k = static_cast<size_t>(std::lround(static_cast<double>(view) * last / views));
-      if (k >= corners.size()) break;
-      const PointPair full = EnlargePair({corners[k].x, corners[k].y, 0.0, 0.0}, reduced, size);
-      track.emplace_back(full.x1, full.y1);
-    }
-    if (track.size() >= 3) read.window.tracks.push_back(std::move(track));
-  }
+  read.window = EnlargeTracks(window.Kept(ReduceMask(ignored, kLongestDriveSide)), reduced, size);
   return read;
 }
 

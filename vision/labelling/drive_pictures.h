@@ -1,9 +1,8 @@
 // Pictures for the first pass over a drive: pairs for the camera's motion, and windows for its
 // focal length.
 //
-// Pairs are about 0.08 s long. Their pictures continue to 0.15 s, for the ground. A window lasts at
-// least 0.6 s, until the points have moved by a fortieth of the longer side, and at most 2 s.
-// Windows are spread over the drive and do not overlap.
+// Pairs are about 0.08 s long. Their pictures continue to 0.15 s, for the ground. Windows
+// (window_tracks.h) are spread over the drive and do not overlap.
 #ifndef EGOSIEVE_VISION_LABELLING_DRIVE_PICTURES_H_
 #define EGOSIEVE_VISION_LABELLING_DRIVE_PICTURES_H_
 
@@ -16,12 +15,10 @@
 #include "vision/frame/equalization.h"
 #include "vision/frame/frame_source.h"
 #include "vision/geometry/point_pair.h"
+#include "vision/labelling/window_tracks.h"
 #include "vision/trajectory/bundle_adjustment.h"
 
 namespace egosieve::vision {
-
-// Longer side, in pixels, to which the pictures are reduced.
-inline constexpr int kLongestDriveSide = 1280;
 
 struct TimedPicture {
   cv::Mat grey;  // equalised, reduced to kLongestDriveSide

@@ -1,6 +1,7 @@
 #include "vision/labelling/frame_labeller.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -43,7 +44,9 @@ absl::Status FrameLabeller::Implementation::Prepare(const ExtractedFrame& first,
   }
   FlowCache& flows = pair_motions_.flows();
   EGOSIEVE_RETURN_IF_ERROR(flows.Grid(first, second, /*anchor_second=*/true).status());
-  if (!FollowsCalibrated()) return absl::OkStatus();
+  // One that is learnt may change while this runs.
+  const bool knows_camera = options_.WantsCamera() && options_.focal_ratio > 0.0;
+  if (!knows_camera) return absl::OkStatus();
   return flows.Grid(first, second, /*anchor_second=*/false).status();
 }
 
@@ -69,6 +72,26 @@ absl::Status FrameLabeller::Implementation::Push(std::shared_ptr<const Extracted
   return absl::OkStatus();
 }
 
+absl::Status FrameLabeller::Implementation::Prime(std::shared_ptr<const ExtractedFrame> frame) {
+  const std::shared_ptr<const ExtractedFrame> primed = frame;
+  EGOSIEVE_RETURN_IF_ERROR(Push(std::move(frame)));
+  if (focal_) focal_->Prime(primed->frame, primed->grey);
+  return absl::OkStatus();
+}
+
+void FrameLabeller::Implementation::LearnCamera(const ExtractedFrame& frame, LabelOutcome outcome) {
+  if (!focal_) return;
+  if (outcome == LabelOutcome::kDuplicateFrame) return focal_->Repeat(frame.frame.index);
+  if (outcome == LabelOutcome::kTooFewFeatures || outcome == LabelOutcome::kTooFewMatches) {
+    focal_->EndScene();
+  }
+  const bool was_calibrated = IsCalibrated();
+  if (!focal_->Add(frame.frame, frame.grey)) return;
+  pair_motions_.SetMotionOptions(MotionOptionsOf(options_, travel()));
+  // Parallax of a selected model is measured in another way.
+  if (!was_calibrated) gap_.has_parallax = false;
+}
+
 std::string FrameLabeller::Implementation::state() const {
   LabellerState state;
   state.mixture = mixture_;
@@ -78,6 +101,7 @@ std::string FrameLabeller::Implementation::state() const {
   state.moved = movers_.nodes();
   state.motions = pair_motions_.known();
   state.evidence = evidence_.state();
+  if (focal_) state.focal = focal_->state();
   return ToBytes(state);
 }
 
@@ -87,14 +111,21 @@ absl::Status FrameLabeller::Implementation::Restore(absl::string_view bytes) {
   if (!ground.Restore(state.ground)) {
     return absl::InvalidArgumentError("the labeller's state holds no speed of the ground");
   }
+  if (state.focal.has_value() != focal_.has_value()) {
+    return absl::InvalidArgumentError(
+        focal_ ? "the labeller's state is one of a focal length that was known beforehand"
+               : "the labeller's state is one of a focal length that is learnt on the way");
+  }
   EGOSIEVE_RETURN_IF_ERROR(evidence_.Restore(std::move(state.evidence)));
+  if (focal_) focal_->Restore(*std::move(state.focal));
   ground_ = ground;
   mixture_ = state.mixture;
   gap_ = state.gap;
   motion_ = std::move(state.motion);
   history_.clear();
   movers_.Restore(std::move(state.moved));
-  pair_motions_ = PairMotions(GridOptionsOf(options_), MotionOptionsOf(options_), pattern_);
+  pair_motions_ =
+      PairMotions(GridOptionsOf(options_), MotionOptionsOf(options_, travel()), pattern_);
   pair_motions_.Restore(state.motions);
   return absl::OkStatus();
 }
@@ -131,11 +162,15 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
     EGOSIEVE_RETURN_IF_ERROR(LabelPair(
         *history_[history_.size() - Gap(static_cast<int>(history_.size()))], *frame, result));
   }
+  const LabelOutcome outcome = result.outcome;
   if (gathers_ && result.outcome != LabelOutcome::kLabelled &&
       result.outcome != LabelOutcome::kDuplicateFrame &&
       result.outcome != LabelOutcome::kUntrustedMotion) {
     EGOSIEVE_RETURN_IF_ERROR(LabelFromAhead(*frame, ahead, result));
   }
+  Stopwatch watch;
+  LearnCamera(*frame, outcome);
+  result.times.geometry_milliseconds += watch.LapMilliseconds();
   result.doubt = DoubtOf(result);
   EnlargeLabels(frame->grey.size(), now, result);
   pair_motions_.Forget(frame->frame.index);
@@ -154,8 +189,10 @@ absl::StatusOr<std::unique_ptr<FrameLabeller>> FrameLabeller::Create(
   reduced.ignored = ReduceMask(options.ignored, options.longest_side_pixels);
   reduced.windscreen = ReduceMask(options.windscreen, options.longest_side_pixels);
   EGOSIEVE_ASSIGN_OR_RETURN(EvidenceLabeller evidence, EvidenceLabeller::Create(reduced));
-  return std::unique_ptr<FrameLabeller>(
-      new FrameLabeller(std::make_unique<Implementation>(reduced, std::move(evidence))));
+  std::optional<FocalLearner> focal;
+  if (options.LearnsFocalRatio()) focal.emplace(options.ignored, options.equalization);
+  return std::unique_ptr<FrameLabeller>(new FrameLabeller(
+      std::make_unique<Implementation>(reduced, std::move(evidence), std::move(focal))));
 }
 
 absl::StatusOr<LabelledFrame> FrameLabeller::Process(const Frame& frame) {
@@ -181,7 +218,7 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Label(
 
 absl::Status FrameLabeller::Prime(const Frame& frame) {
   EGOSIEVE_ASSIGN_OR_RETURN(std::shared_ptr<const ExtractedFrame> extracted, Extract(frame));
-  return implementation_->Push(std::move(extracted));
+  return implementation_->Prime(std::move(extracted));
 }
 
 std::string FrameLabeller::state() const { return implementation_->state(); }

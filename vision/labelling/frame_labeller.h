@@ -60,11 +60,14 @@ enum class LabelledSide { kFirstFrame, kCurrentFrame };
 
 struct FrameLabellerOptions {
   FeatureSource features = FeatureSource::kAuto;
-  // kCalibrated acts as kAuto if focal_ratio is not known or `evidence` is the epipolar distance
-  // alone.
+  // kCalibrated acts as kAuto while the focal length is not known, and if `evidence` is the
+  // epipolar distance alone.
   MotionModelChoice motion_model = MotionModelChoice::kCalibrated;
   // Focal length over the image's longer side (drive_camera.h); 0: not known.
   double focal_ratio = 0.0;
+  // Whether a focal_ratio that is not known is learnt while frames are labelled (focal_learner.h),
+  // for drives without a first pass.
+  bool learns_focal_ratio = false;
   TravelPrior travel;  // the drive's direction of travel, if known (drive_camera.h)
   LabelRule label_rule = LabelRule::kScaledMedian;  // read only if `evidence` is epipolar alone
   EvidenceTerms evidence;  // all but epipolar alone needs LabelledSide::kCurrentFrame
@@ -108,9 +111,10 @@ struct FrameLabellerOptions {
   int HistoryFrames() const { return frame_gap > 0 ? frame_gap : kLongestAutoGap; }
   static constexpr int kLongestAutoGap = 5;
 
-  // Whether the camera's motion is estimated by two_view_motion.h.
-  bool IsCalibrated() const { return WantsCamera() && focal_ratio > 0.0; }
-  // Whether it would be if the focal length were known.
+  bool LearnsFocalRatio() const {
+    return learns_focal_ratio && WantsCamera() && !(focal_ratio > 0.0);
+  }
+  // Whether the camera's motion is estimated by two_view_motion.h where the focal length is known.
   bool WantsCamera() const {
     return motion_model == MotionModelChoice::kCalibrated && !evidence.IsEpipolarAlone();
   }

@@ -16,6 +16,7 @@
 #include "absl/strings/string_view.h"
 #include "vision/labelling/evidence_labeller.h"
 #include "vision/labelling/extracted_frame.h"
+#include "vision/labelling/focal_learner.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/gap_choice.h"
 #include "vision/labelling/label_rule.h"
@@ -35,11 +36,12 @@ inline void SetOutcome(LabelOutcome outcome, std::string reason, LabelledFrame& 
   result.reason = std::move(reason);
 }
 
-inline TwoViewMotionOptions MotionOptionsOf(const FrameLabellerOptions& options) {
+inline TwoViewMotionOptions MotionOptionsOf(const FrameLabellerOptions& options,
+                                            const TravelPrior& travel) {
   TwoViewMotionOptions motion;
-  motion.travel = options.travel;
+  motion.travel = travel;
   // With a vehicle's direction of travel, traffic is not mistaken for the static scene anyway.
-  if (!options.evidence.accumulation || options.travel.IsOfVehicle()) motion.memory = 0.0;
+  if (!options.evidence.accumulation || travel.IsOfVehicle()) motion.memory = 0.0;
   return motion;
 }
 
@@ -55,19 +57,23 @@ class FrameLabeller::Implementation {
  public:
   using Pictures = std::vector<std::shared_ptr<const ExtractedFrame>>;
 
-  Implementation(const FrameLabellerOptions& options, EvidenceLabeller evidence)
+  // focal: absent where the focal length is not learnt here.
+  Implementation(const FrameLabellerOptions& options, EvidenceLabeller evidence,
+                 std::optional<FocalLearner> focal)
       : options_(options),
         gathers_(!options.evidence.IsEpipolarAlone()),
         pattern_(PatternOf(options)),
         movers_(options.flow_stride_pixels),
-        pair_motions_(GridOptionsOf(options), MotionOptionsOf(options), pattern_),
-        evidence_(std::move(evidence)) {}
+        pair_motions_(GridOptionsOf(options), MotionOptionsOf(options, options.travel), pattern_),
+        evidence_(std::move(evidence)),
+        focal_(std::move(focal)) {}
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
   absl::Status Prepare(const ExtractedFrame& first, const ExtractedFrame& second);
   absl::StatusOr<LabelledFrame> Label(std::shared_ptr<const ExtractedFrame> frame,
                                       const Pictures& ahead);
   absl::Status Push(std::shared_ptr<const ExtractedFrame> frame);
+  absl::Status Prime(std::shared_ptr<const ExtractedFrame> frame);
 
   std::string state() const;
   absl::Status Restore(absl::string_view state);
@@ -105,9 +111,17 @@ class FrameLabeller::Implementation {
   bool IsEnough(const FramePairs& pairs, LabelledFrame& result) const;
   absl::StatusOr<MotionModel> FindMotion(const std::vector<PointPair>& pairs, int64_t frame_index,
                                          LabelledFrame& result) const;
+  // Over the longer side, given or learnt; 0: not known.
+  double focal_ratio() const { return focal_ ? focal_->focal_ratio() : options_.focal_ratio; }
+  // Given or learnt; need not be known.
+  const TravelPrior& travel() const { return focal_ ? focal_->travel() : options_.travel; }
+  // Whether the camera's motion is estimated by two_view_motion.h.
+  bool IsCalibrated() const { return options_.WantsCamera() && focal_ratio() > 0.0; }
+  // For the frames after this one. outcome: without the pictures ahead.
+  void LearnCamera(const ExtractedFrame& frame, LabelOutcome outcome);
   // Whether the flow grid is used and the motion between pictures is calibrated.
   bool FollowsCalibrated() const {
-    return options_.IsCalibrated() && options_.features != FeatureSource::kSiftCorners;
+    return IsCalibrated() && options_.features != FeatureSource::kSiftCorners;
   }
   // The motion between the two frames of the pair. Sets `world` if it is calibrated and not known.
   absl::StatusOr<MotionModel> MotionOfTracks(const std::vector<TrackedPoint>& points,
@@ -151,6 +165,7 @@ class FrameLabeller::Implementation {
   PairMotions pair_motions_;  // its motions are part of state()
   // Its last picture is that of the last frame of `history_`. Not used unless gathers_.
   EvidenceLabeller evidence_;
+  std::optional<FocalLearner> focal_;
 };
 
 }  // namespace egosieve::vision

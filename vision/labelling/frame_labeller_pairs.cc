@@ -84,13 +84,13 @@ absl::StatusOr<MotionModel> FrameLabeller::Implementation::FindMotion(
 }
 
 Pinhole FrameLabeller::Implementation::Camera(cv::Size size) const {
-  return Pinhole::Of(size, options_.focal_ratio * std::max(size.width, size.height));
+  return Pinhole::Of(size, focal_ratio() * std::max(size.width, size.height));
 }
 
 void FrameLabeller::Implementation::ObserveGap(const MotionModel& model, int gap) {
   if (options_.frame_gap > 0 || !model.trusted) return;
   ObserveParallax(model.parallax_pixels, gap, FrameLabellerOptions::kLongestAutoGap,
-                  options_.IsCalibrated() ? kCalibratedGap : kSelectedModelGap, gap_);
+                  IsCalibrated() ? kCalibratedGap : kSelectedModelGap, gap_);
 }
 
 void FrameLabeller::Implementation::KeepMotion(const FramePairs& pairs, int pictures, cv::Size size,
@@ -104,9 +104,9 @@ void FrameLabeller::Implementation::ObserveGround(const ExtractedFrame& before,
                                                   const TwoViewMotion* back, const View& far,
                                                   const Pictures& ahead) {
   const double seconds = frame.frame.time_seconds - before.frame.time_seconds;
-  if (!options_.travel.IsKnown() || !(seconds > 0.0)) return;
+  if (!travel().IsKnown() || !(seconds > 0.0)) return;
   GroundSearchView view;
-  view.direction = options_.travel.direction;
+  view.direction = travel().direction;
   view.camera = Camera(frame.grey.size());
   view.ignored = options_.ignored;
   view.pictures.push_back({frame.grey});
@@ -135,10 +135,10 @@ void FrameLabeller::Implementation::MarkUnbounded(const ExtractedFrame& frame,
       point.evidence.is_unbounded = fixed.Contain(point.evidence.now);
     }
   }
-  const TravelPrior& travel = options_.travel;
-  if (!travel.IsOfVehicle() || !MovesForwardOrBack(travel.direction)) return;
+  const TravelPrior& prior = travel();
+  if (!prior.IsOfVehicle() || !MovesForwardOrBack(prior.direction)) return;
   const Pinhole camera = Camera(frame.grey.size());
-  const LinesAlongTravel lines(frame.grey, camera, travel.direction);
+  const LinesAlongTravel lines(frame.grey, camera, prior.direction);
   // By the longest pair that follows the point.
   const auto is_no_nearer = [&](const TrackedPoint& point) {
     const std::pair<const TwoViewMotion*, cv::Point2f> views[] = {
@@ -245,11 +245,12 @@ absl::StatusOr<MotionModel> FrameLabeller::Implementation::MotionOfTracks(
       moved_before.push_back(movers_.At(moved, b, frame.grey.size()));
     }
   }
-  if (!options_.IsCalibrated()) return FindMotion(geometry, frame.frame.index, result);
+  if (!IsCalibrated()) return FindMotion(geometry, frame.frame.index, result);
   Stopwatch watch;
   const Pinhole camera = Camera(frame.grey.size());
   if (!world.found) {
-    world = EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_), moved_before);
+    world =
+        EstimateTwoViewMotion(geometry, camera, MotionOptionsOf(options_, travel()), moved_before);
     FindGround(geometry, camera, world);
   }
   MotionModel model = ModelOf(world, camera, static_cast<int64_t>(geometry.size()));
@@ -327,7 +328,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
   if (!model.trusted) model.kind = MotionModelKind::kNone;
   const Pinhole camera = Camera(frame.grey.size());
   const ExtractedFrame* first = InHistory(result.first_index);
-  if (options_.IsCalibrated()) UseGround(before, first, frame, ahead, gap, sight, points);
+  if (IsCalibrated()) UseGround(before, first, frame, ahead, gap, sight, points);
   EGOSIEVE_ASSIGN_OR_RETURN(
       const EvidenceResult evidence,
       evidence_.Judge(first, frame, gap, model, points, world.found ? &world : nullptr, camera,
@@ -336,7 +337,7 @@ absl::Status FrameLabeller::Implementation::LabelTracks(const ExtractedFrame& be
                        {behind.frame, &behind.motion, &TrackedPoint::near_behind}}));
   movers_.Remember(points, evidence, frame.grey.size());
   result.own_vehicle = OwnVehicleAreas(evidence_.own_vehicle(), frame.grey.size());
-  if (options_.IsCalibrated()) {
+  if (IsCalibrated()) {
     const TwoViewMotion* motion = model.trusted ? &world : nullptr;
     result.step = StepOf({before.frame.index, frame.frame.index, gap, motion, &behind, &outlook},
                          points, camera);

@@ -12,7 +12,7 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr uint64_t kMagic = 0x3530'6c62'616c'6765;  // "egalbl05"
+constexpr uint64_t kMagic = 0x3630'6c62'616c'6765;  // "egalbl06"
 
 // Walk() is used for both directions: with a Writer it appends the state to bytes, with a Reader it
 // sets the state from bytes.
@@ -200,6 +200,36 @@ void WalkMotion(Archive& archive, Field& motion) {
   if (!motion.velocities.empty()) WalkPlaces(archive, motion.velocities);
 }
 
+template <typename Archive, typename Tracks>
+void WalkKept(Archive& archive, Tracks& kept) {
+  archive.Plain(kept.pictures);
+  if (!archive.Count(kept.tracks, sizeof(uint64_t))) return;
+  for (auto& track : kept.tracks) {
+    if (!archive.Count(track, sizeof(cv::Point2f))) return;
+    if (!track.empty()) WalkPlaces(archive, track);
+  }
+}
+
+template <typename Archive, typename State>
+void WalkFocal(Archive& archive, State& focal) {
+  archive.Plain(focal.focal_ratio);
+  archive.Plain(focal.log_focal_deviation);
+  archive.Block(focal.travel.direction.data(), 3);
+  archive.Plain(focal.travel.concentration);
+  archive.Plain(focal.travel.share);
+  archive.Plain(focal.size.width);
+  archive.Plain(focal.size.height);
+  archive.Plain(focal.last_index);
+  archive.Plain(focal.pictures);
+  archive.Plain(focal.window_start);
+  archive.Plain(focal.next_start);
+  archive.Flag(focal.has_ended);
+  if (!archive.Count(focal.windows, sizeof(int32_t) + sizeof(uint64_t))) return;
+  for (auto& window : focal.windows) WalkKept(archive, window);
+  archive.Plain(focal.start_seconds);
+  WalkKept(archive, focal.under_way);
+}
+
 template <typename Archive, typename State>
 void Walk(Archive& archive, State& state) {
   archive.Plain(state.mixture.noise_pixels);
@@ -223,6 +253,12 @@ void Walk(Archive& archive, State& state) {
   WalkGrid(archive, state.evidence.grid);
   WalkFeatures(archive, state.evidence.features);
   WalkEvidence(archive, state.evidence.evidence);
+  bool has_focal = state.focal.has_value();
+  archive.Flag(has_focal);
+  if constexpr (!std::is_const_v<State>) {
+    if (has_focal) state.focal.emplace();
+  }
+  if (state.focal) WalkFocal(archive, *state.focal);
 }
 
 bool IsSensible(const MotionField& motion) {
@@ -232,6 +268,23 @@ bool IsSensible(const MotionField& motion) {
          static_cast<uint64_t>(motion.columns) * static_cast<uint64_t>(motion.rows) == cells;
 }
 
+// Every track has the pictures that its window needs, and no more than it has.
+bool IsSensible(const KeptTracks& kept, int most_pictures) {
+  return kept.pictures >= 0 && kept.pictures <= most_pictures &&
+         std::all_of(kept.tracks.begin(), kept.tracks.end(), [&](const CornerTrack& track) {
+           return !track.empty() && static_cast<int>(track.size()) <= kept.pictures;
+         });
+}
+
+bool IsSensible(const FocalLearnerState& focal) {
+  return focal.focal_ratio >= 0.0 && std::isfinite(focal.focal_ratio) &&
+         std::abs(focal.travel.direction.norm() - 1.0) < 1e-6 && focal.travel.concentration > 0.0 &&
+         focal.travel.share >= 0.0 && focal.travel.share < 1.0 &&
+         std::all_of(focal.windows.begin(), focal.windows.end(),
+                     [](const KeptTracks& kept) { return IsSensible(kept, kLongestWindow); }) &&
+         IsSensible(focal.under_way, kLongestWindow);
+}
+
 bool IsSensible(const LabellerState& state) {
   const MixtureState& mixture = state.mixture;
   const auto& indices = state.evidence.frame_indices;
@@ -239,7 +292,8 @@ bool IsSensible(const LabellerState& state) {
          std::isfinite(mixture.noise_pixels) && mixture.dynamic_share >= 0 &&
          mixture.dynamic_share <= 1 && std::isfinite(state.gap.log_parallax) &&
          state.gap.gap >= 1 && state.gap.gap <= 100 && indices.size() <= kTrackHistory &&
-         std::is_sorted(indices.begin(), indices.end());
+         std::is_sorted(indices.begin(), indices.end()) &&
+         (!state.focal || IsSensible(*state.focal));
 }
 
 }  // namespace

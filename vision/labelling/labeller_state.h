@@ -2,19 +2,21 @@
 //
 //   magic, version | mixture | frame gap | motion field | ground's speed | places that moved | motions
 //   of pairs | evidence_labeller.h: pictures, grid tracks, feature tracks, sums of evidence, poses,
-//   own vehicle
+//   own vehicle | focal_learner.h, where there is one
 //
 // Numbers are little-endian as in memory. Each count precedes its items. Equal states give equal
 // bytes. About 3 MB at 1242 x 375.
 #ifndef EGOSIEVE_VISION_LABELLING_LABELLER_STATE_H_
 #define EGOSIEVE_VISION_LABELLING_LABELLER_STATE_H_
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "vision/labelling/evidence_labeller.h"
+#include "vision/labelling/focal_learner.h"
 #include "vision/labelling/gap_choice.h"
 #include "vision/labelling/label_rule.h"
 #include "vision/labelling/mover_memory.h"
@@ -32,6 +34,7 @@ struct LabellerState {
   MovedNodes moved;
   std::vector<KnownMotion> motions;
   EvidenceLabellerState evidence;
+  std::optional<FocalLearnerState> focal;
 };
 
 std::string ToBytes(const LabellerState& state);

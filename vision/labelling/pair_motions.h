@@ -82,6 +82,11 @@ class PairMotions {
   // Exports the motions, and imports those of an earlier run.
   std::vector<KnownMotion> known() const;
   void Restore(const std::vector<KnownMotion>& known);
+  // For the pairs to come; forgets all motions known.
+  void SetMotionOptions(const TwoViewMotionOptions& options) {
+    motion_options_ = options;
+    motions_.clear();
+  }
   // Drops all data of pictures and pairs that begin before the frame `index`.
   void Forget(int64_t index);
 

@@ -175,6 +175,32 @@ class Adjustment {
     return !windows_.empty();
   }
 
+  std::vector<Eigen::Vector3d> Directions(const State& state, double noise) const {
+    std::vector<Eigen::Vector3d> directions;
+    for (const Window& window : windows_) {
+      std::vector<double> depths(state.begin() + static_cast<int64_t>(window.first_depth),
+                                 state.begin() + static_cast<int64_t>(window.end));
+      const double pixels = std::abs(MedianInPlace(depths)) * std::exp(state[0]) * side_;
+      Eigen::Vector3d before = Eigen::Vector3d::Zero();  // minus the camera's centre
+      Eigen::Matrix3d rotation_before = Eigen::Matrix3d::Identity();
+      for (size_t pose = window.first_pose; pose < window.first_depth; pose += kPose) {
+        const Eigen::Vector3d turn(state[pose], state[pose + 1], state[pose + 2]);
+        const double angle = turn.norm();
+        const Eigen::Matrix3d rotation =
+            angle > 0.0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix()
+                        : Eigen::Matrix3d::Identity();
+        const Eigen::Vector3d now =
+            rotation.transpose() *
+            Eigen::Vector3d(state[pose + 3], state[pose + 4], state[pose + 5]);
+        const Eigen::Vector3d step = rotation_before * (now - before);
+        if (pixels * step.norm() > 2.0 * noise) directions.push_back(step.normalized());
+        before = now;
+        rotation_before = rotation;
+      }
+    }
+    return directions;
+  }
+
   int windows() const { return static_cast<int>(windows_.size()); }
 
   double Noise(const State& state) const {
@@ -336,6 +362,7 @@ AdjustedLens AdjustLens(const std::vector<TrackWindow>& windows, cv::Size image)
   lens.log_focal_deviation = std::sqrt(*variance);
   lens.noise_pixels = noise;
   lens.windows = adjustment.windows();
+  lens.directions = adjustment.Directions(best, noise);
   return lens;
 }
 

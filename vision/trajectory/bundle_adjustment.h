@@ -34,6 +34,7 @@
 #ifndef EGOSIEVE_VISION_TRAJECTORY_BUNDLE_ADJUSTMENT_H_
 #define EGOSIEVE_VISION_TRAJECTORY_BUNDLE_ADJUSTMENT_H_
 
+#include <Eigen/Core>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -51,6 +52,9 @@ struct AdjustedLens {
   double log_focal_deviation = 0.4;  // of log f
   double noise_pixels = 0.0;         // sigma
   int windows = 0;                   // windows used; 0: the values above are the prior's
+  // Between consecutive pictures of the windows used, where the parallax is more than 2 sigma: R^T t
+  // of the two, unit vectors, as of travel_prior.h.
+  std::vector<Eigen::Vector3d> directions;
 };
 
 // image: size of the pictures. Windows of fewer than 3 pictures or 20 tracks are not used.

@@ -23,6 +23,9 @@ struct TravelPrior {
   double concentration = 1.0;                            // k, positive
   double share = 0.0;                                    // w, in [0, 1); 0: not known
 
+  // Probability that a vehicle does not travel in its own direction, as when it skids.
+  static constexpr double kVehicleTravelsElsewhere = 1e-6;
+
   bool IsKnown() const { return share > 0.0; }
   // Whether most pairs travel in nearly the same `direction`, and this is forward or back. Not so
   // where a person carries the camera.

@@ -28,6 +28,7 @@ vision::OnlineSegmenterOptions SegmenterOptions(const SessionOptions& options) {
   segmenter.SetSeed(options.seed);
   segmenter.labeller.ignored = options.ignored;
   segmenter.labeller.focal_ratio = options.focal_ratio;
+  segmenter.labeller.learns_focal_ratio = true;
   if (options.lag > 0) segmenter.ahead_frames = static_cast<int>(options.lag);
   return segmenter;
 }
@@ -156,11 +157,6 @@ absl::Status SessionOptions::Validate() const {
   if (!(focal_ratio >= 0.0 && focal_ratio <= 100.0)) {
     return absl::InvalidArgumentError(
         absl::StrFormat("options.focal_ratio = %g; it must be 0, not known, to 100", focal_ratio));
-  }
-  if (lag > 0 && focal_ratio == 0.0) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "options.lag = %d frames needs options.focal_ratio: later frames tell nothing without",
-        lag));
   }
   return absl::OkStatus();
 }

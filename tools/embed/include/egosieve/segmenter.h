@@ -51,7 +51,8 @@ typedef struct egosieve_segmenter_options {
                               no queue of the caller's. */
   /**
    * Number of later frames that a frame's labels use, 0 to 100. The frame's map comes this many
-   * frames later and is more accurate. Needs focal_ratio, and frames of one size. Default: 0.
+   * frames later and is more accurate once the focal length is known. Needs frames of one size.
+   * Default: 0.
    */
   int64_t lag;
   /**
@@ -63,7 +64,7 @@ typedef struct egosieve_segmenter_options {
   /**
    * The camera's focal length divided by the longer side of the frames, at most 100. If it is
    * known, motion is judged with the camera's rotation and translation and with depth. 0, the
-   * default: not known.
+   * default: learnt from the frames and their times, after one to two seconds of motion.
    */
   double focal_ratio;
 } egosieve_segmenter_options;

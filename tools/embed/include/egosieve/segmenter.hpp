@@ -35,7 +35,7 @@ struct SegmenterOptions {
   std::string device;                  /**< As in #egosieve_gp_options. */
   int64_t lag = 0;                     /**< Later frames that a frame's labels use, 0 to 100. */
   Image ignore{};           /**< Grey, not 0 where the scene is not visible; data null: unused. */
-  double focal_ratio = 0.0; /**< Focal length over the longer side; 0: not known. Lag needs it. */
+  double focal_ratio = 0.0; /**< Focal length over the longer side; 0: learnt from the frames. */
 };
 
 /** The grid that a frame's map is evaluated on. */

@@ -105,10 +105,10 @@ class Segmenter:
         Seed of all random numbers.
     lag : int
         Frames behind a frame that its labels rest on, 0 to 100: its map comes so many frames later, and what moves
-        is told better. Needs focal_ratio, and frames of one size.
+        is told better once the focal length is known. Needs frames of one size.
     focal_ratio : float
         The camera's focal length over the longer side of the frames, at most 100: motion is then told from the
-        camera's rotation and step, in depth. 0: not known.
+        camera's rotation and step, in depth. 0: learnt from the frames and their times.
     ignore : array of bool or uint8, (height, width), optional
         Not 0 where the frames do not show the world: the own vehicle, captions. No motion is estimated from there,
         and there are no objects.

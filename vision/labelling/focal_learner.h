@@ -1,0 +1,89 @@
+// Learns the focal length and a vehicle's direction of travel while frames arrive, for cameras
+// without a first pass (drive_camera.h).
+//
+//   1. tracks of corners through windows of pictures               window_tracks.h
+//   2. the focal length of all windows so far, after windows
+//      1, 2, 4 and 8                                               bundle_adjustment.h
+//   3. the direction of travel between the windows' pictures       travel_prior.h
+//
+// A camera that a person carries has no direction of travel here.
+//
+// A window in which the camera has hardly moved tells nothing: it is dropped, and as many pictures
+// as it had pass before the next one begins. A window that begins at picture s is followed by one
+// at picture 2 s or as soon as it ends, whichever is later: so the windows are spread over the
+// drive, 8 of them over about a minute. Then the learner needs no more pictures. Where no window
+// shows one rigid scene, it begins anew.
+//
+// Pictures of another size begin anew, too; the focal length over the longer side remains until
+// they give another. A lens that zooms is not followed.
+//
+// State, as bytes: up to 7 windows of at most 17 KB each, and the window under way, at most 91 KB.
+#ifndef EGOSIEVE_VISION_LABELLING_FOCAL_LEARNER_H_
+#define EGOSIEVE_VISION_LABELLING_FOCAL_LEARNER_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "vision/frame/equalization.h"
+#include "vision/frame/frame.h"
+#include "vision/labelling/window_tracks.h"
+#include "vision/trajectory/travel_prior.h"
+
+namespace egosieve::vision {
+
+struct FocalLearnerState {
+  double focal_ratio = 0.0;          // over the longer side; 0: not known
+  double log_focal_deviation = 0.0;  // standard deviation of its logarithm
+  TravelPrior travel;                // not known unless of a vehicle
+  cv::Size size;                     // of the pictures
+  int64_t last_index = -1;           // of the last frame
+  int64_t pictures = 0;              // since the beginning
+  int64_t window_start = 0;          // number of the last window's first picture
+  int64_t next_start = 0;            // number of the picture at which the next window may begin
+  bool has_ended = false;
+  std::vector<KeptTracks> windows;  // complete ones
+  double start_seconds = 0.0;       // of the window under way
+  KeptTracks under_way;             // all its pictures; none between windows
+};
+
+class FocalLearner {
+ public:
+  // ignored: ignored_area.h, of the size of the frames.
+  FocalLearner(const cv::Mat1b& ignored, const EqualizationOptions& equalization)
+      : ignored_(ignored), equalization_(equalization) {}
+
+  // Takes the next frame; indices grow. grey: its equalised picture of any size. Returns whether
+  // what is learnt has changed.
+  bool Add(const Frame& frame, const cv::Mat& grey);
+  // For a frame that repeats the picture before.
+  void Repeat(int64_t index) { state_.last_index = index; }
+  // The next frame shows another scene than the one before.
+  void EndScene();
+
+  // 0: not known.
+  double focal_ratio() const { return state_.focal_ratio; }
+  const TravelPrior& travel() const { return state_.travel; }
+
+  FocalLearnerState state() const;
+  // Prime() must then be given the last frame before the next Add(); otherwise the window under way
+  // is dropped.
+  void Restore(FocalLearnerState state);
+  void Prime(const Frame& frame, const cv::Mat& grey);
+
+ private:
+  // The picture that is tracked.
+  cv::Mat Picture(const Frame& frame, const cv::Mat& grey) const;
+  bool EndWindow();
+  bool Adjust();
+
+  cv::Mat1b ignored_;
+  EqualizationOptions equalization_;
+  FocalLearnerState state_;  // without start_seconds and under_way
+  WindowTracks window_;
+  bool lacks_picture_ = false;  // window_ does, since Restore()
+};
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_LABELLING_FOCAL_LEARNER_H_
