@@ -11,6 +11,7 @@
 #include "tools/segment/interruptible_source.h"
 #include "tools/segment/lens_file.h"
 #include "vision/frame/ignored_area.h"
+#include "vision/labelling/drive_camera.h"
 
 namespace egosieve::tools {
 
@@ -76,8 +77,10 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
     options.focal_ratio = labeller.focal_ratio;
     options.finds_own_vehicle = finds_own_vehicle_;
     InterruptibleSource frames(*input.frames);
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        camera_, LearnRunCamera(frames, {input.width_pixels, input.height_pixels}, options));
+    EGOSIEVE_ASSIGN_OR_RETURN(const vision::DriveCamera camera,
+                              vision::LearnDriveCamera(frames, options));
+    EGOSIEVE_ASSIGN_OR_RETURN(camera_,
+                              MakeRunCamera(camera, {input.width_pixels, input.height_pixels}));
   }
   if (!is_ratio_given_) labeller.focal_ratio = camera_->focal_ratio;
   labeller.travel = camera_->travel;
@@ -103,6 +106,18 @@ absl::Status CameraFlags::Write(const std::string& directory) const {
     EGOSIEVE_RETURN_IF_ERROR(WritePng(absl::StrCat(directory, "/", RunFolder::kIgnored), ignored_));
   }
   return camera_ ? WriteRunCamera(directory, *camera_) : absl::OkStatus();
+}
+
+absl::Status CameraFlags::WriteLearnt(const std::string& directory, const DriveInput& input,
+                                      const vision::LearntCamera& learnt) const {
+  if (!(learnt.focal_ratio > 0.0)) return absl::OkStatus();
+  vision::DriveCamera camera;
+  camera.focal_ratio = learnt.focal_ratio;
+  camera.log_focal_deviation = learnt.log_focal_deviation;
+  camera.travel = learnt.travel;
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunCamera run,
+                            MakeRunCamera(camera, {input.width_pixels, input.height_pixels}));
+  return WriteRunCamera(directory, run);
 }
 
 }  // namespace egosieve::tools

@@ -33,6 +33,9 @@ class CameraFlags {
   void Describe(std::map<std::string, std::string>& flags) const;
   // Writes the camera's files into a run folder.
   absl::Status Write(const std::string& directory) const;
+  // At the run's end: what was learnt on the way, if anything was.
+  absl::Status WriteLearnt(const std::string& directory, const DriveInput& input,
+                           const vision::LearntCamera& learnt) const;
 
  private:
   std::string camera_path_, ignore_path_;

@@ -60,10 +60,7 @@ absl::StatusOr<RunCamera> Parse(std::string text) {
 
 }  // namespace
 
-absl::StatusOr<RunCamera> LearnRunCamera(vision::FrameSource& source, cv::Size size,
-                                         const vision::DriveCameraOptions& options) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const vision::DriveCamera camera,
-                            vision::LearnDriveCamera(source, options));
+absl::StatusOr<RunCamera> MakeRunCamera(const vision::DriveCamera& camera, cv::Size size) {
   const bool fits = camera.own_vehicle.size() == size;
   const bool has_windscreen = camera.windscreen.size() == size;
   const nlohmann::ordered_json json = {

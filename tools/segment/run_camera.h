@@ -1,5 +1,5 @@
 // The camera of a run: estimated in a first pass over the drive and stored in the run folder, from
-// which a resumed run reads it.
+// which a resumed run reads it; or learnt on the way and stored at the run's end.
 //
 // camera.json, as tools/evaluation/trajectory_errors.h reads it:
 //   focal_pixels, width, height    pixels
@@ -20,7 +20,6 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "vision/frame/frame_source.h"
 #include "vision/labelling/drive_camera.h"
 #include "vision/trajectory/travel_prior.h"
 
@@ -35,9 +34,8 @@ struct RunCamera {
   std::string text;         // of camera.json
 };
 
-// `source`, with frames of the given size, is left at an undefined frame.
-absl::StatusOr<RunCamera> LearnRunCamera(vision::FrameSource& source, cv::Size size,
-                                         const vision::DriveCameraOptions& options);
+// size: of the frames. Images of another size are left out.
+absl::StatusOr<RunCamera> MakeRunCamera(const vision::DriveCamera& camera, cv::Size size);
 
 // The camera of the run in `directory`; absent if it has none. DataLoss for a damaged file.
 absl::StatusOr<std::optional<RunCamera>> ReadRunCamera(const std::string& directory);

@@ -148,11 +148,16 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
   }
   const vision::PipelineOptions pipeline =
       call.schedule.MakePipeline(threads, beginning.first_frame);
-  return WriteAll(call, input, pipeline, *beginning.writer,
-                  [&](const vision::SegmentedFrameSink& sink) {
-                    return vision::RunPipeline(*input.frames, *segmenter, pipeline,
-                                               InterruptionRequested, sink);
-                  });
+  return WriteAll(
+      call, input, pipeline, *beginning.writer,
+      [&](const vision::SegmentedFrameSink& sink) -> absl::StatusOr<vision::PipelineSummary> {
+        EGOSIEVE_ASSIGN_OR_RETURN(
+            vision::PipelineSummary summary,
+            vision::RunPipeline(*input.frames, *segmenter, pipeline, InterruptionRequested, sink));
+        EGOSIEVE_RETURN_IF_ERROR(
+            call.camera.WriteLearnt(call.directory, input, segmenter->learnt_camera()));
+        return summary;
+      });
 }
 
 }  // namespace

@@ -23,9 +23,7 @@ cv::Mat FocalLearner::Picture(const Frame& frame, const cv::Mat& grey) const {
 bool FocalLearner::Add(const Frame& frame, const cv::Mat& grey) {
   if (frame.image.size() != state_.size) {
     FocalLearnerState anew;
-    anew.focal_ratio = state_.focal_ratio;
-    anew.log_focal_deviation = state_.log_focal_deviation;
-    anew.travel = state_.travel;
+    anew.learnt = state_.learnt;
     anew.size = frame.image.size();
     state_ = std::move(anew);
     EndScene();
@@ -70,14 +68,13 @@ bool FocalLearner::Adjust() {
     state_.pictures = state_.next_start = 0;
   }
   if (lens.windows == 0) return false;
-  state_.focal_ratio = lens.focal_ratio;
-  state_.log_focal_deviation = lens.log_focal_deviation;
-  state_.travel = FitTravelPrior(lens.directions);
-  if (state_.travel.IsOfVehicle()) {
-    state_.travel.share = 1.0 - TravelPrior::kVehicleTravelsElsewhere;
+  TravelPrior travel = FitTravelPrior(lens.directions);
+  if (travel.IsOfVehicle()) {
+    travel.share = 1.0 - TravelPrior::kVehicleTravelsElsewhere;
   } else {
-    state_.travel = TravelPrior();
+    travel = TravelPrior();
   }
+  state_.learnt = {lens.focal_ratio, lens.log_focal_deviation, travel};
   return true;
 }
 

@@ -32,15 +32,19 @@
 
 namespace egosieve::vision {
 
-struct FocalLearnerState {
+struct LearntCamera {
   double focal_ratio = 0.0;          // over the longer side; 0: not known
   double log_focal_deviation = 0.0;  // standard deviation of its logarithm
   TravelPrior travel;                // not known unless of a vehicle
-  cv::Size size;                     // of the pictures
-  int64_t last_index = -1;           // of the last frame
-  int64_t pictures = 0;              // since the beginning
-  int64_t window_start = 0;          // number of the last window's first picture
-  int64_t next_start = 0;            // number of the picture at which the next window may begin
+};
+
+struct FocalLearnerState {
+  LearntCamera learnt;
+  cv::Size size;             // of the pictures
+  int64_t last_index = -1;   // of the last frame
+  int64_t pictures = 0;      // since the beginning
+  int64_t window_start = 0;  // number of the last window's first picture
+  int64_t next_start = 0;    // number of the picture at which the next window may begin
   bool has_ended = false;
   std::vector<KeptTracks> windows;  // complete ones
   double start_seconds = 0.0;       // of the window under way
@@ -61,9 +65,7 @@ class FocalLearner {
   // The next frame shows another scene than the one before.
   void EndScene();
 
-  // 0: not known.
-  double focal_ratio() const { return state_.focal_ratio; }
-  const TravelPrior& travel() const { return state_.travel; }
+  const LearntCamera& learnt() const { return state_.learnt; }
 
   FocalLearnerState state() const;
   // Prime() must then be given the last frame before the next Add(); otherwise the window under way

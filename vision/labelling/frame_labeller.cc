@@ -221,6 +221,8 @@ absl::Status FrameLabeller::Prime(const Frame& frame) {
   return implementation_->Prime(std::move(extracted));
 }
 
+LearntCamera FrameLabeller::learnt_camera() const { return implementation_->learnt_camera(); }
+
 std::string FrameLabeller::state() const { return implementation_->state(); }
 
 absl::Status FrameLabeller::Restore(absl::string_view state) {

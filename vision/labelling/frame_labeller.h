@@ -38,6 +38,7 @@
 #include "vision/frame/frame.h"
 #include "vision/geometry/motion_model.h"
 #include "vision/labelling/evidence_terms.h"
+#include "vision/labelling/focal_learner.h"
 #include "vision/labelling/labelled_frame.h"
 #include "vision/trajectory/travel_prior.h"
 
@@ -148,6 +149,9 @@ class FrameLabeller {
 
   // Takes the frame into the history without labelling it.
   absl::Status Prime(const Frame& frame);
+
+  // What learns_focal_ratio has given so far.
+  LearntCamera learnt_camera() const;
 
   // The state carried from frame to frame, without the frames themselves, as bytes
   // (labeller_state.h). Equal states give equal bytes.

@@ -75,6 +75,7 @@ class FrameLabeller::Implementation {
   absl::Status Push(std::shared_ptr<const ExtractedFrame> frame);
   absl::Status Prime(std::shared_ptr<const ExtractedFrame> frame);
 
+  LearntCamera learnt_camera() const { return focal_ ? focal_->learnt() : LearntCamera(); }
   std::string state() const;
   absl::Status Restore(absl::string_view state);
   const FrameLabellerOptions& options() const { return options_; }
@@ -112,9 +113,11 @@ class FrameLabeller::Implementation {
   absl::StatusOr<MotionModel> FindMotion(const std::vector<PointPair>& pairs, int64_t frame_index,
                                          LabelledFrame& result) const;
   // Over the longer side, given or learnt; 0: not known.
-  double focal_ratio() const { return focal_ ? focal_->focal_ratio() : options_.focal_ratio; }
+  double focal_ratio() const {
+    return focal_ ? focal_->learnt().focal_ratio : options_.focal_ratio;
+  }
   // Given or learnt; need not be known.
-  const TravelPrior& travel() const { return focal_ ? focal_->travel() : options_.travel; }
+  const TravelPrior& travel() const { return focal_ ? focal_->learnt().travel : options_.travel; }
   // Whether the camera's motion is estimated by two_view_motion.h.
   bool IsCalibrated() const { return options_.WantsCamera() && focal_ratio() > 0.0; }
   // For the frames after this one. outcome: without the pictures ahead.

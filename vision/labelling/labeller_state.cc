@@ -212,11 +212,11 @@ void WalkKept(Archive& archive, Tracks& kept) {
 
 template <typename Archive, typename State>
 void WalkFocal(Archive& archive, State& focal) {
-  archive.Plain(focal.focal_ratio);
-  archive.Plain(focal.log_focal_deviation);
-  archive.Block(focal.travel.direction.data(), 3);
-  archive.Plain(focal.travel.concentration);
-  archive.Plain(focal.travel.share);
+  archive.Plain(focal.learnt.focal_ratio);
+  archive.Plain(focal.learnt.log_focal_deviation);
+  archive.Block(focal.learnt.travel.direction.data(), 3);
+  archive.Plain(focal.learnt.travel.concentration);
+  archive.Plain(focal.learnt.travel.share);
   archive.Plain(focal.size.width);
   archive.Plain(focal.size.height);
   archive.Plain(focal.last_index);
@@ -277,9 +277,10 @@ bool IsSensible(const KeptTracks& kept, int most_pictures) {
 }
 
 bool IsSensible(const FocalLearnerState& focal) {
-  return focal.focal_ratio >= 0.0 && std::isfinite(focal.focal_ratio) &&
-         std::abs(focal.travel.direction.norm() - 1.0) < 1e-6 && focal.travel.concentration > 0.0 &&
-         focal.travel.share >= 0.0 && focal.travel.share < 1.0 &&
+  return focal.learnt.focal_ratio >= 0.0 && std::isfinite(focal.learnt.focal_ratio) &&
+         std::abs(focal.learnt.travel.direction.norm() - 1.0) < 1e-6 &&
+         focal.learnt.travel.concentration > 0.0 && focal.learnt.travel.share >= 0.0 &&
+         focal.learnt.travel.share < 1.0 &&
          std::all_of(focal.windows.begin(), focal.windows.end(),
                      [](const KeptTracks& kept) { return IsSensible(kept, kLongestWindow); }) &&
          IsSensible(focal.under_way, kLongestWindow);

@@ -108,6 +108,9 @@ class OnlineSegmenter {
 
   absl::StatusOr<Result> Process(const Frame& frame);
 
+  // FrameLabeller's.
+  LearntCamera learnt_camera() const { return labeller_->learnt_camera(); }
+
   // Replay of the learning of another segmenter with equal state and options. On that segmenter:
   // RecordSteps before the first frame, and TakeStep after each Learn, which gives bytes
   // (learning_step.h). On this one: Replay with those bytes instead of Extract and Learn, frame by

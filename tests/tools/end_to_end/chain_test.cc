@@ -1,5 +1,6 @@
 // The whole way of a drive through the program: synthesize, segment, evaluate, reconstruct, render,
 // report.
+#include <cmath>
 #include <filesystem>
 #include <set>
 
@@ -12,6 +13,7 @@
 #include "tests/tools/testing/program.h"
 #include "tools/evaluate/evaluation.h"
 #include "tools/run_folder/run_folder.h"
+#include "tools/segment/lens_file.h"
 
 namespace egosieve::tools {
 namespace {
@@ -111,6 +113,20 @@ TEST(Chain, TheBytesDoNotDependOnThreads) {
   // Compared as truths: the strings are long and binary.
   EXPECT_TRUE(Fingerprint(root + "/run1") == Fingerprint(root + "/run4"));
   EXPECT_FALSE(Fingerprint(root + "/run1") == Fingerprint(root + "/other"));
+}
+
+// Without a first pass the labeller learns it, and the run's end tells it.
+TEST(Chain, AFocalLengthLearntOnTheWayIsKept) {
+  const std::string root = FreshFolder(), run = root + "/run";
+  ExpectDone({"synthesize", "--scenario=handheld", "--frames=16", "--width=400", "--height=240",
+              "--out=" + root + "/drive", "--progress=none"});
+  ExpectDone({"segment", root + "/drive/frames", "--out=" + run, "--no_first_pass", "--budget=200",
+              "--progress=none"});
+  const auto learnt = ReadFocalRatio(run + "/camera.json"),
+             truth = ReadFocalRatio(root + "/drive/camera.json");
+  ASSERT_TRUE(learnt.ok() && truth.ok()) << learnt.status() << truth.status();
+  // Nearer than the middle of the prior.
+  EXPECT_NEAR(std::log(*learnt / *truth), 0.0, 0.05);
 }
 
 TEST(Chain, ProgressAsJsonIsJson) {

@@ -57,8 +57,8 @@ TEST(FocalLearner, ATurnTellsTheFocalLength) {
   }
   ASSERT_EQ(changes.size(), 2u);  // after the first and the second window
   EXPECT_GE(changes[0], 6);       // 0.6 s
-  EXPECT_NEAR(std::log(learner.focal_ratio()), std::log(TrueRatio()), 0.1);
-  EXPECT_LT(learner.state().log_focal_deviation, 0.2);
+  EXPECT_NEAR(std::log(learner.learnt().focal_ratio), std::log(TrueRatio()), 0.1);
+  EXPECT_LT(learner.learnt().log_focal_deviation, 0.2);
 }
 
 TEST(FocalLearner, AVehicleTravelsForward) {
@@ -69,9 +69,9 @@ TEST(FocalLearner, AVehicleTravelsForward) {
     frame.time_seconds = 0.1 * static_cast<double>(frame.index);
     Add(learner, frame);
   }
-  EXPECT_TRUE(learner.travel().IsOfVehicle());
+  EXPECT_TRUE(learner.learnt().travel.IsOfVehicle());
   // R^T t of a camera that moves forward.
-  EXPECT_LT(learner.travel().direction(2), -0.98);
+  EXPECT_LT(learner.learnt().travel.direction(2), -0.98);
 }
 
 TEST(FocalLearner, ACameraThatStandsTellsNothing) {
@@ -82,7 +82,7 @@ TEST(FocalLearner, ACameraThatStandsTellsNothing) {
     frame.time_seconds = 0.1 * static_cast<double>(k);
     EXPECT_FALSE(Add(learner, frame));
   }
-  EXPECT_EQ(learner.focal_ratio(), 0.0);
+  EXPECT_EQ(learner.learnt().focal_ratio, 0.0);
   EXPECT_TRUE(learner.state().windows.empty());
   // 21 pictures are a window, and as many pass before the next one.
   EXPECT_EQ(learner.state().next_start, 42);
@@ -101,12 +101,12 @@ TEST(FocalLearner, AnotherSceneEndsTheWindow) {
 TEST(FocalLearner, PicturesOfAnotherSizeBeginAnew) {
   FocalLearner learner = Learner();
   for (const Frame& frame : TurningFrames()) Add(learner, frame);
-  const double ratio = learner.focal_ratio();
+  const double ratio = learner.learnt().focal_ratio;
   Frame half = TurningFrames().back();
   half.image = half.image(cv::Rect(0, 0, 200, 120)).clone();
   ++half.index;
   Add(learner, half);
-  EXPECT_EQ(learner.focal_ratio(), ratio);
+  EXPECT_EQ(learner.learnt().focal_ratio, ratio);
   EXPECT_TRUE(learner.state().windows.empty());
   EXPECT_EQ(learner.state().under_way.pictures, 1);
 }
