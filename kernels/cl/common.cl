@@ -37,7 +37,6 @@ typedef BITS BITSV;
 #define STOREV(value, pointer) (*(pointer) = (value))
 #define AS_BITSV JOIN(as_, BITS)
 #define AS_REALV JOIN(as_, REAL_NAME)
-#define TO_BITSV JOIN(convert_, BITS)
 #else
 typedef JOIN(REAL_NAME, VEC) REALV;
 typedef JOIN(BITS, VEC) BITSV;
@@ -45,7 +44,6 @@ typedef JOIN(BITS, VEC) BITSV;
 #define STOREV(value, pointer) JOIN(vstore, VEC)(value, 0, pointer)
 #define AS_BITSV JOIN(JOIN(as_, BITS), VEC)
 #define AS_REALV JOIN(JOIN(as_, REAL_NAME), VEC)
-#define TO_BITSV JOIN(JOIN(convert_, BITS), VEC)
 #endif
 
 // `magnitude` with the sign of x.

@@ -10,6 +10,7 @@
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/interruptible_source.h"
 #include "tools/segment/lens_file.h"
+#include "tools/segment/segment_words.h"
 #include "vision/frame/ignored_area.h"
 #include "vision/labelling/drive_camera.h"
 
@@ -95,7 +96,7 @@ absl::Status CameraFlags::Find(const DriveInput& input, int64_t from, bool resum
 void CameraFlags::Describe(std::map<std::string, std::string>& flags) const {
   // The results of a first pass follow from the input, so they are not described.
   if (camera_ && !is_ratio_given_) flags["focal_ratio"] = "learnt";
-  if (learns_) flags["focal_ratio"] = "learnt on the way";
+  if (learns_) flags["focal_ratio"] = kLearntOnTheWay;
   if (!has_first_pass_) flags["first_pass"] = "no";
   if (!finds_own_vehicle_) flags["own_vehicle"] = "no";
   if (!ignored_.empty()) flags["ignore"] = Fingerprint(ignored_);

@@ -112,6 +112,8 @@ absl::StatusOr<OnlineSegmenterOptions> ReadInferenceOptions(
     status.Update(absl::DataLossError(
         absl::StrCat("run.json's flag 'covariance': ", covariance.status().message())));
   }
+  // Checkpoints of such a run hold what the labeller has learnt.
+  options.labeller.learns_focal_ratio = find("focal_ratio") == kLearntOnTheWay;
   read_word("equalize", EqualizationWords(), options.labeller.equalization.method);
   read_number("stride", options.stride_pixels);
   read_number("window", options.descriptor.window_pixels);

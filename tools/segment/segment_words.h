@@ -22,6 +22,8 @@ const Words<vision::OnlineSegmenterOptions (*)()>& Profiles();
 // The labeller chooses the gap itself.
 inline constexpr char kAutomatic[] = "auto";
 inline constexpr int kAutomaticGap = 0;
+// The labeller learns the focal length while frames arrive.
+inline constexpr char kLearntOnTheWay[] = "learnt on the way";
 // The label for the target zero: the model's own mean.
 inline constexpr char kMeanLabel[] = "mean";
 inline constexpr int64_t kUnlimitedAge = 1000000;  // frames

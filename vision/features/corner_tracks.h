@@ -33,6 +33,8 @@ class CornerTracker {
   // The tracks of the first picture's corners, row by row, each as long as the corner was followed.
   const std::vector<CornerTrack>& tracks() const { return tracks_; }
   int pictures() const { return pictures_; }
+  // Whether no track reaches the last picture.
+  bool IsLost() const { return alive_.empty(); }
   // Median distance, in pixels, between a corner's positions in the first and in the last picture,
   // over the tracks that reach the last one; 0 where none does.
   double MedianMotion() const;

@@ -9,8 +9,6 @@
 namespace egosieve::vision {
 namespace {
 
-constexpr size_t kMostWindows = 8;
-
 bool IsPowerOfTwo(size_t n) { return (n & (n - 1)) == 0; }
 
 }  // namespace
@@ -37,6 +35,7 @@ bool FocalLearner::Add(const Frame& frame, const cv::Mat& grey) {
     state_.window_start = number;
   }
   window_.Add(Picture(frame, grey), frame.time_seconds);
+  if (window_.IsLost()) EndScene();
   return window_.IsLongEnough() && EndWindow();
 }
 
@@ -65,7 +64,6 @@ bool FocalLearner::Adjust() {
   if (state_.windows.size() >= kMostWindows) {
     state_.windows.clear();
     state_.has_ended = lens.windows > 0;
-    state_.pictures = state_.next_start = 0;
   }
   if (lens.windows == 0) return false;
   TravelPrior travel = FitTravelPrior(lens.directions);

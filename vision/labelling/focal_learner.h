@@ -9,10 +9,11 @@
 // A camera that a person carries has no direction of travel here.
 //
 // A window in which the camera has hardly moved tells nothing: it is dropped, and as many pictures
-// as it had pass before the next one begins. A window that begins at picture s is followed by one
-// at picture 2 s or as soon as it ends, whichever is later: so the windows are spread over the
-// drive, 8 of them over about a minute. Then the learner needs no more pictures. Where no window
-// shows one rigid scene, it begins anew.
+// as it had pass before the next one begins. One whose corners are all lost begins again at once. A
+// window that begins at picture s is followed by one at picture 2 s or as soon as it ends,
+// whichever is later: so the windows are spread over the drive, 8 of them over a minute or two.
+// Then the learner needs no more pictures. Where none of them shows one rigid scene, 8 others
+// follow, spread likewise: the cost per picture vanishes.
 //
 // Pictures of another size begin anew, too; the focal length over the longer side remains until
 // they give another. A lens that zooms is not followed.
@@ -21,6 +22,7 @@
 #ifndef EGOSIEVE_VISION_LABELLING_FOCAL_LEARNER_H_
 #define EGOSIEVE_VISION_LABELLING_FOCAL_LEARNER_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -53,6 +55,8 @@ struct FocalLearnerState {
 
 class FocalLearner {
  public:
+  static constexpr size_t kMostWindows = 8;
+
   // ignored: ignored_area.h, of the size of the frames.
   FocalLearner(const cv::Mat1b& ignored, const EqualizationOptions& equalization)
       : ignored_(ignored), equalization_(equalization) {}

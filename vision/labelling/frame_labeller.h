@@ -139,7 +139,8 @@ class FrameLabeller {
 
   absl::StatusOr<std::shared_ptr<const ExtractedFrame>> Extract(const Frame& frame) const;
   // Computes what labels need of two frames that follow each other and of nothing else: flow, and
-  // the grid it tracks. Label does so itself, but later. const and thread-safe, also beside Label.
+  // the grid it tracks. Label does so itself, but later. const and thread-safe; may run beside
+  // Label, not beside Restore.
   absl::Status Prepare(const ExtractedFrame& first, const ExtractedFrame& second) const;
   // ahead: results of Extract for pictures after the frame, in order; may be empty. Labels then use
   // the pictures before and after the frame.

@@ -268,22 +268,31 @@ bool IsSensible(const MotionField& motion) {
          static_cast<uint64_t>(motion.columns) * static_cast<uint64_t>(motion.rows) == cells;
 }
 
-// Every track has the pictures that its window needs, and no more than it has.
-bool IsSensible(const KeptTracks& kept, int most_pictures) {
-  return kept.pictures >= 0 && kept.pictures <= most_pictures &&
+// least, most: pictures of a window, if it has any. Its tracks have at least `least` positions.
+bool IsSensible(const KeptTracks& kept, size_t least, int most) {
+  const auto is_finite = [](cv::Point2f at) { return std::isfinite(at.x) && std::isfinite(at.y); };
+  if (kept.pictures == 0) return kept.tracks.empty();
+  return kept.pictures >= static_cast<int>(least) && kept.pictures <= most &&
+         kept.tracks.size() <= size_t{kMostTracks} &&
          std::all_of(kept.tracks.begin(), kept.tracks.end(), [&](const CornerTrack& track) {
-           return !track.empty() && static_cast<int>(track.size()) <= kept.pictures;
+           return track.size() >= least && static_cast<int>(track.size()) <= kept.pictures &&
+                  std::all_of(track.begin(), track.end(), is_finite);
          });
 }
 
 bool IsSensible(const FocalLearnerState& focal) {
+  const auto is_count = [](int64_t n) { return n >= 0 && n < (int64_t{1} << 60); };
   return focal.learnt.focal_ratio >= 0.0 && std::isfinite(focal.learnt.focal_ratio) &&
          std::abs(focal.learnt.travel.direction.norm() - 1.0) < 1e-6 &&
          focal.learnt.travel.concentration > 0.0 && focal.learnt.travel.share >= 0.0 &&
-         focal.learnt.travel.share < 1.0 &&
+         focal.learnt.travel.share < 1.0 && std::isfinite(focal.learnt.travel.concentration) &&
+         focal.learnt.log_focal_deviation >= 0.0 &&
+         std::isfinite(focal.learnt.log_focal_deviation) && is_count(focal.pictures) &&
+         is_count(focal.window_start) && is_count(focal.next_start) &&
+         focal.windows.size() < FocalLearner::kMostWindows &&
          std::all_of(focal.windows.begin(), focal.windows.end(),
-                     [](const KeptTracks& kept) { return IsSensible(kept, kLongestWindow); }) &&
-         IsSensible(focal.under_way, kLongestWindow);
+                     [](const KeptTracks& kept) { return IsSensible(kept, 3, kKeptPictures); }) &&
+         IsSensible(focal.under_way, 1, kLongestWindow);
 }
 
 bool IsSensible(const LabellerState& state) {

@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kWindowSeconds = 0.6, kLongestWindowSeconds = 2.0;
 constexpr double kWindowMotion = 0.025;  // median, of the longer side
-constexpr int kWindowViews = 5;          // pictures of a window that are kept besides the first
 
 }  // namespace
 
@@ -39,7 +38,7 @@ bool WindowTracks::HasMoved() const {
 
 KeptTracks WindowTracks::Kept(const cv::Mat1b& ignored) const {
   KeptTracks kept;
-  const int last = tracker_.pictures() - 1, views = std::min(kWindowViews, last);
+  const int last = tracker_.pictures() - 1, views = std::min(kKeptPictures - 1, last);
   if (views < 2) return kept;
   kept.pictures = views + 1;
   for (const CornerTrack& corners : tracker_.tracks()) {

@@ -18,6 +18,8 @@ namespace egosieve::vision {
 // Longer side, in pixels, to which the pictures are reduced.
 inline constexpr int kLongestDriveSide = 1280;
 inline constexpr int kLongestWindow = 36;  // pictures after the first
+inline constexpr int kKeptPictures = 6;    // at most
+inline constexpr int kMostTracks = 300;
 
 // Positions of corners in the pictures kept of a window, pixels of the reduced pictures. As in
 // TrackWindow.
@@ -42,6 +44,8 @@ class WindowTracks {
   // After Add(): whether the window is as long as it should be.
   bool IsLongEnough() const { return is_long_enough_; }
   bool HasMoved() const;
+  // Whether no corner was followed up to the last picture.
+  bool IsLost() const { return tracker_.IsLost(); }
 
   // All positions in all pictures.
   KeptTracks Tracks() const { return {tracker_.pictures(), tracker_.tracks()}; }
@@ -51,7 +55,7 @@ class WindowTracks {
   KeptTracks Kept(const cv::Mat1b& ignored) const;
 
  private:
-  CornerTracker tracker_;
+  CornerTracker tracker_{kMostTracks};
   cv::Size size_;
   double start_seconds_ = 0.0;
   bool is_long_enough_ = false;

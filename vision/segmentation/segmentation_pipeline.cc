@@ -25,7 +25,7 @@ struct InFlight {
   SegmentedFrame result;
   std::shared_ptr<const ExtractedFrame> extracted;
   std::vector<std::shared_ptr<const ExtractedFrame>> ahead;  // of the frames after this one
-  double extract_milliseconds = 0.0;
+  double extract_milliseconds = 0.0, prepare_milliseconds = 0.0;
   std::string labeller_state;  // where a checkpoint is due
   std::shared_ptr<const MapPosterior> posterior;
 };
@@ -77,8 +77,11 @@ class Stages {
     if (item.result.damage.has_value() || options_.recorded_step != nullptr) {
       return absl::OkStatus();
     }
-    StageTimer timer(item.extract_milliseconds);
-    EGOSIEVE_ASSIGN_OR_RETURN(item.extracted, segmenter_.Extract(item.result.frame));
+    {
+      StageTimer timer(item.extract_milliseconds);
+      EGOSIEVE_ASSIGN_OR_RETURN(item.extracted, segmenter_.Extract(item.result.frame));
+    }
+    StageTimer timer(item.prepare_milliseconds);
     if (before_ != nullptr) EGOSIEVE_RETURN_IF_ERROR(segmenter_.Prepare(*before_, *item.extracted));
     before_ = item.extracted;
     return absl::OkStatus();
@@ -171,7 +174,8 @@ class Stages {
     // extraction is the only such time.
     StageMilliseconds& milliseconds = item.result.record.milliseconds;
     milliseconds.features =
-        std::max(milliseconds.features, item.extract_milliseconds - milliseconds.equalization);
+        std::max(milliseconds.features, item.extract_milliseconds - milliseconds.equalization) +
+        item.prepare_milliseconds;
     if (options_.record_steps) {
       EGOSIEVE_ASSIGN_OR_RETURN(item.result.step, segmenter_.TakeStep());
     }

@@ -346,7 +346,14 @@ class Adjustment {
 AdjustedLens AdjustLens(const std::vector<TrackWindow>& windows, cv::Size image) {
   std::vector<const TrackWindow*> usable;
   for (const TrackWindow& window : windows) {
-    if (window.pictures >= 3 && window.tracks.size() >= kFewestTracks) usable.push_back(&window);
+    // Where no track reaches the last picture, nothing tells its pose.
+    const bool is_whole = std::any_of(window.tracks.begin(), window.tracks.end(),
+                                      [&](const std::vector<cv::Point2d>& track) {
+                                        return static_cast<int>(track.size()) == window.pictures;
+                                      });
+    if (window.pictures >= 3 && is_whole && window.tracks.size() >= kFewestTracks) {
+      usable.push_back(&window);
+    }
   }
   AdjustedLens lens;
   if (usable.empty()) return lens;

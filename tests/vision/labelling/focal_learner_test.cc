@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
@@ -14,6 +15,7 @@
 #include "tests/vision/labelling/street_drive.h"
 #include "vision/labelling/frame_labeller.h"
 #include "vision/labelling/labelled_frame.h"
+#include "vision/labelling/labeller_state.h"
 
 namespace egosieve::vision {
 namespace {
@@ -194,6 +196,41 @@ TEST(FocalLearner, WithoutItsPictureTheWindowIsDropped) {
   resumed.Restore(learner.state());
   Add(resumed, TurningFrames()[4]);
   EXPECT_EQ(resumed.state().under_way.pictures, 1);
+}
+
+// No corner is in a picture of one colour.
+TEST(FocalLearner, AWindowWhoseCornersAreLostBeginsAgain) {
+  FocalLearner learner = Learner();
+  Add(learner, TurningFrames()[0]);
+  Frame blank = TurningFrames()[1];
+  blank.image = cv::Mat(blank.image.size(), CV_8UC3, cv::Scalar::all(90));
+  Add(learner, blank);
+  EXPECT_EQ(learner.state().under_way.pictures, 0);
+  Add(learner, TurningFrames()[2]);
+  EXPECT_EQ(learner.state().under_way.pictures, 1);
+}
+
+TEST(FocalLearner, ADamagedStateIsRefused) {
+  const auto labeller = OnlineLabeller();
+  for (int k = 0; k < 3; ++k) ASSERT_TRUE(labeller->Process(TurningFrames()[k]).ok());
+  const LabellerState sound = *FromBytes(labeller->state());
+  const auto is_refused = [&](const std::function<void(FocalLearnerState&)>& damage) {
+    LabellerState state = sound;
+    damage(*state.focal);
+    return !FromBytes(ToBytes(state)).ok();
+  };
+  const KeptTracks whole{3, std::vector<CornerTrack>(20, CornerTrack(3))},
+      short_ones{3, std::vector<CornerTrack>(20, CornerTrack(1))},
+      long_ones{7, std::vector<CornerTrack>(20, CornerTrack(7))};
+  EXPECT_FALSE(is_refused([&](FocalLearnerState& focal) { focal.windows = {whole}; }));
+  EXPECT_TRUE(is_refused([&](FocalLearnerState& focal) { focal.windows = {short_ones}; }));
+  EXPECT_TRUE(is_refused([&](FocalLearnerState& focal) { focal.windows = {long_ones}; }));
+  EXPECT_TRUE(is_refused([&](FocalLearnerState& focal) { focal.windows.assign(8, whole); }));
+  EXPECT_TRUE(is_refused([](FocalLearnerState& focal) { focal.pictures = -1; }));
+  EXPECT_TRUE(is_refused([](FocalLearnerState& focal) { focal.window_start = INT64_MAX; }));
+  EXPECT_TRUE(is_refused([](FocalLearnerState& focal) { focal.learnt.log_focal_deviation = -1; }));
+  EXPECT_TRUE(is_refused(
+      [](FocalLearnerState& focal) { focal.under_way.tracks.at(0).at(0).x = std::nanf(""); }));
 }
 
 TEST(FocalLearner, AStateOfAnotherKindIsRefused) {

@@ -106,6 +106,18 @@ TEST(BundleAdjustment, WithoutPlacesThePriorHolds) {
   EXPECT_NEAR(lens.log_focal_deviation, 0.346, 0.001);
 }
 
+// Its last picture would have no pose.
+TEST(BundleAdjustment, AWindowThatNoTrackCrossesIsLeftOut) {
+  std::vector<TrackWindow> windows = WindowsOf(Turning(560.0));
+  const AdjustedLens without = AdjustLens(windows, {800, 600});
+  windows.push_back(windows[0]);
+  for (auto& track : windows.back().tracks) track.resize(std::min<size_t>(track.size(), 3));
+  ASSERT_GT(windows.back().pictures, 3);
+  const AdjustedLens with = AdjustLens(windows, {800, 600});
+  EXPECT_EQ(with.windows, without.windows);
+  EXPECT_EQ(with.focal_ratio, without.focal_ratio);
+}
+
 TEST(BundleAdjustment, GivesTheSameBitsAgain) {
   const std::vector<TrackWindow> windows = WindowsOf(Turning(560.0));
   const AdjustedLens first = AdjustLens(windows, {800, 600});

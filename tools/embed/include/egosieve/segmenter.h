@@ -64,7 +64,7 @@ typedef struct egosieve_segmenter_options {
   /**
    * The camera's focal length divided by the longer side of the frames, at most 100. If it is
    * known, motion is judged with the camera's rotation and translation and with depth. 0, the
-   * default: learnt from the frames and their times, after one to two seconds of motion.
+   * default: learnt from the frames and their times, after 0.6 to 2 seconds of motion.
    */
   double focal_ratio;
 } egosieve_segmenter_options;
