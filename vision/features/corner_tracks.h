@@ -19,8 +19,10 @@ using CornerTrack = std::vector<cv::Point2f>;
 
 class CornerTracker {
  public:
+  static constexpr int kMostCorners = 300;
+
   // corners: the largest number taken from the first picture; positive.
-  explicit CornerTracker(int corners = 300) : corners_(corners) {}
+  explicit CornerTracker(int corners = kMostCorners) : corners_(corners) {}
 
   // The tracker that has the given tracks after `pictures` pictures. SetLastPicture() must give the
   // last of them before the next one is added.

@@ -43,7 +43,7 @@ struct DrivePictures {
 
 struct DrivePicturesOptions {
   int pairs = 24;                 // at most; positive
-  int windows = 8;                // at most; not negative
+  int windows = kMostWindows;     // at most; not negative
   int64_t first_frame = 0;        // of the drive in the input
   int64_t longest_frames = 3000;  // length of the part of the drive that is read; positive
   cv::Mat1b ignored;              // ignored_area.h: never part of the static scene

@@ -61,7 +61,7 @@ bool FocalLearner::Adjust() {
     windows.push_back(EnlargeTracks(kept, reduced, state_.size));
   }
   const AdjustedLens lens = AdjustLens(windows, state_.size);
-  if (state_.windows.size() >= kMostWindows) {
+  if (state_.windows.size() >= size_t{kMostWindows}) {
     state_.windows.clear();
     state_.has_ended = lens.windows > 0;
   }

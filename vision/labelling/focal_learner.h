@@ -55,8 +55,6 @@ struct FocalLearnerState {
 
 class FocalLearner {
  public:
-  static constexpr size_t kMostWindows = 8;
-
   // ignored: ignored_area.h, of the size of the frames.
   FocalLearner(const cv::Mat1b& ignored, const EqualizationOptions& equalization)
       : ignored_(ignored), equalization_(equalization) {}

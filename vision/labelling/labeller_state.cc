@@ -273,7 +273,7 @@ bool IsSensible(const KeptTracks& kept, size_t least, int most) {
   const auto is_finite = [](cv::Point2f at) { return std::isfinite(at.x) && std::isfinite(at.y); };
   if (kept.pictures == 0) return kept.tracks.empty();
   return kept.pictures >= static_cast<int>(least) && kept.pictures <= most &&
-         kept.tracks.size() <= size_t{kMostTracks} &&
+         kept.tracks.size() <= size_t{CornerTracker::kMostCorners} &&
          std::all_of(kept.tracks.begin(), kept.tracks.end(), [&](const CornerTrack& track) {
            return track.size() >= least && static_cast<int>(track.size()) <= kept.pictures &&
                   std::all_of(track.begin(), track.end(), is_finite);
@@ -289,7 +289,7 @@ bool IsSensible(const FocalLearnerState& focal) {
          focal.learnt.log_focal_deviation >= 0.0 &&
          std::isfinite(focal.learnt.log_focal_deviation) && is_count(focal.pictures) &&
          is_count(focal.window_start) && is_count(focal.next_start) &&
-         focal.windows.size() < FocalLearner::kMostWindows &&
+         focal.windows.size() < size_t{kMostWindows} &&
          std::all_of(focal.windows.begin(), focal.windows.end(),
                      [](const KeptTracks& kept) { return IsSensible(kept, 3, kKeptPictures); }) &&
          IsSensible(focal.under_way, 1, kLongestWindow);

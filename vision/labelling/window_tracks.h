@@ -19,7 +19,7 @@ namespace egosieve::vision {
 inline constexpr int kLongestDriveSide = 1280;
 inline constexpr int kLongestWindow = 36;  // pictures after the first
 inline constexpr int kKeptPictures = 6;    // at most
-inline constexpr int kMostTracks = 300;
+inline constexpr int kMostWindows = 8;     // of a drive
 
 // Positions of corners in the pictures kept of a window, pixels of the reduced pictures. As in
 // TrackWindow.
@@ -55,7 +55,7 @@ class WindowTracks {
   KeptTracks Kept(const cv::Mat1b& ignored) const;
 
  private:
-  CornerTracker tracker_{kMostTracks};
+  CornerTracker tracker_;
   cv::Size size_;
   double start_seconds_ = 0.0;
   bool is_long_enough_ = false;

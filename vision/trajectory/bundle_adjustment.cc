@@ -17,6 +17,7 @@
 
 #include "kernels/base/parallel_for.h"
 #include "vision/evidence/pinhole.h"
+#include "vision/evidence/relative_pose.h"
 #include "vision/geometry/point_pair.h"
 #include "vision/statistics/order_statistics.h"
 #include "vision/trajectory/two_view_motion.h"
@@ -184,16 +185,13 @@ class Adjustment {
       Eigen::Vector3d before = Eigen::Vector3d::Zero();  // minus the camera's centre
       Eigen::Matrix3d rotation_before = Eigen::Matrix3d::Identity();
       for (size_t pose = window.first_pose; pose < window.first_depth; pose += kPose) {
-        const Eigen::Vector3d turn(state[pose], state[pose + 1], state[pose + 2]);
-        const double angle = turn.norm();
         const Eigen::Matrix3d rotation =
-            angle > 0.0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix()
-                        : Eigen::Matrix3d::Identity();
+            RotationOf({state[pose], state[pose + 1], state[pose + 2]});
         const Eigen::Vector3d now =
             rotation.transpose() *
             Eigen::Vector3d(state[pose + 3], state[pose + 4], state[pose + 5]);
         const Eigen::Vector3d step = rotation_before * (now - before);
-        if (pixels * step.norm() > 2.0 * noise) directions.push_back(step.normalized());
+        if (IsParallax(pixels * step.norm(), noise)) directions.push_back(step.normalized());
         before = now;
         rotation_before = rotation;
       }

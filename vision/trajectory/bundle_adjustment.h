@@ -52,12 +52,13 @@ struct AdjustedLens {
   double log_focal_deviation = 0.4;  // of log f
   double noise_pixels = 0.0;         // sigma
   int windows = 0;                   // windows used; 0: the values above are the prior's
-  // Between consecutive pictures of the windows used, where the parallax is more than 2 sigma: R^T t
+  // Between consecutive pictures of the windows used, where IsParallax of two_view_motion.h: R^T t
   // of the two, unit vectors, as of travel_prior.h.
   std::vector<Eigen::Vector3d> directions;
 };
 
-// image: size of the pictures. Windows of fewer than 3 pictures or 20 tracks are not used.
+// image: size of the pictures. Windows of fewer than 3 pictures or 20 tracks are not used, nor
+// those without a track through all pictures.
 AdjustedLens AdjustLens(const std::vector<TrackWindow>& windows, cv::Size image);
 
 }  // namespace egosieve::vision

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "vision/evidence/relative_pose.h"
 #include "vision/trajectory/ground_bound.h"
 
 namespace egosieve::vision {
@@ -129,10 +130,7 @@ std::vector<Eigen::Isometry3d> ChainSteps(const std::vector<CameraStep>& steps) 
   Eigen::Isometry3d last = Eigen::Isometry3d::Identity();  // X_k = last X_(k-1)
   for (size_t k = 1; k < steps.size(); ++k) {
     if (steps[k].known) {
-      const double angle = steps[k].rotation.norm();
-      last.linear() = angle > 0.0
-                          ? Eigen::AngleAxisd(angle, steps[k].rotation / angle).toRotationMatrix()
-                          : Eigen::Matrix3d::Identity();
+      last.linear() = RotationOf(steps[k].rotation);
       last.translation() = std::exp(lengths[k]) * steps[k].direction;
     }
     poses[k] = poses[k - 1] * last.inverse();

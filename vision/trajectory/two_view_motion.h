@@ -59,6 +59,9 @@
 
 namespace egosieve::vision {
 
+// Whether a parallax is measurable: it is more than two deviations of a point's place.
+inline bool IsParallax(double pixels, double noise_pixels) { return 2.0 * noise_pixels < pixels; }
+
 struct TwoViewMotionOptions {
   int max_pairs = 600;               // drawn evenly from the pairs given; at least 20
   int directions = 60;               // translations tried; at least 8
@@ -92,9 +95,8 @@ struct TwoViewMotion {
   // it.
   std::optional<Eigen::Vector3d> travel;
 
-  // Whether the translation is measurable: half of the static points have a parallax of more than
-  // two deviations.
-  bool HasParallax() const { return found && 2.0 * noise_pixels < parallax_pixels; }
+  // Whether the translation is measurable by half of the static points.
+  bool HasParallax() const { return found && IsParallax(parallax_pixels, noise_pixels); }
   // Deviation of the epipolar lines: sigma of one point divided by sqrt(kIndependentPairs / 5), for
   // the five parameters.
   double LineDeviationPixels() const { return std::sqrt(5.0 / kIndependentPairs) * noise_pixels; }

@@ -118,7 +118,7 @@ absl::StatusOr<std::deque<vision::Frame>> TakeFrames(const gp::ArrayMap& arrays)
   return frames;
 }
 
-absl::StatusOr<SessionOptions> TakeOptions(const gp::ArrayMap& arrays, int64_t version) {
+absl::StatusOr<SessionOptions> TakeOptions(const gp::ArrayMap& arrays) {
   EGOSIEVE_ASSIGN_OR_RETURN(const auto numbers, Take<int64_t>(arrays, "options", 4));
   SessionOptions options;
   if (numbers[0] < 0 || numbers[0] > static_cast<int64_t>(Profile::kFast)) {
@@ -128,13 +128,11 @@ absl::StatusOr<SessionOptions> TakeOptions(const gp::ArrayMap& arrays, int64_t v
   options.stride = static_cast<int>(std::clamp<int64_t>(numbers[1], -1, 1 << 20));
   options.budget = numbers[2];
   options.seed = static_cast<uint64_t>(numbers[3]);
-  if (version > 1) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const auto lag, Take<int64_t>(arrays, "lag", 1));
-    options.lag = lag[0];
-    EGOSIEVE_ASSIGN_OR_RETURN(const auto focal_ratio, Take<double>(arrays, "focal_ratio", 1));
-    options.focal_ratio = focal_ratio[0];
-    EGOSIEVE_ASSIGN_OR_RETURN(options.ignored, TakeMask(arrays));
-  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto lag, Take<int64_t>(arrays, "lag", 1));
+  options.lag = lag[0];
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto focal_ratio, Take<double>(arrays, "focal_ratio", 1));
+  options.focal_ratio = focal_ratio[0];
+  EGOSIEVE_ASSIGN_OR_RETURN(options.ignored, TakeMask(arrays));
   EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   return options;
 }
@@ -269,22 +267,18 @@ absl::StatusOr<std::shared_ptr<SegmenterSession>> SegmenterSession::FromBytes(
     std::shared_ptr<kernels::Context> context, std::string_view bytes) {
   EGOSIEVE_ASSIGN_OR_RETURN(const gp::ArrayMap arrays, gp::ParseArrays(bytes));
   EGOSIEVE_ASSIGN_OR_RETURN(const auto version, Take<int64_t>(arrays, "session_version", 1));
-  if (version[0] < 1 || version[0] > kSessionVersion) {
-    return absl::UnimplementedError(
-        absl::StrFormat("the segmenter's file has version %d; this library reads 1 to %d",
-                        version[0], kSessionVersion));
+  if (version[0] != kSessionVersion) {
+    return absl::UnimplementedError(absl::StrFormat(
+        "the segmenter's file has version %d; this library reads %d", version[0], kSessionVersion));
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(const SessionOptions options, TakeOptions(arrays, version[0]));
+  EGOSIEVE_ASSIGN_OR_RETURN(const SessionOptions options, TakeOptions(arrays));
   EGOSIEVE_ASSIGN_OR_RETURN(const auto next_frame, Take<int64_t>(arrays, "next_frame", 1));
   EGOSIEVE_ASSIGN_OR_RETURN(const auto checkpoint, Take<uint8_t>(arrays, "checkpoint", -1));
   EGOSIEVE_ASSIGN_OR_RETURN(std::deque<vision::Frame> frames, TakeFrames(arrays));
   if (next_frame[0] < 0 || (!frames.empty() && frames.back().index >= next_frame[0])) {
     return Damaged("its frames lie behind its next one");
   }
-  std::vector<int64_t> waiting = {0};
-  if (version[0] > 1) {
-    EGOSIEVE_ASSIGN_OR_RETURN(waiting, Take<int64_t>(arrays, "waiting", 1));
-  }
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto waiting, Take<int64_t>(arrays, "waiting", 1));
   const int64_t learnt = static_cast<int64_t>(frames.size()) - waiting[0];
   if (waiting[0] < 0 || waiting[0] > options.lag || learnt < 0) {
     return Damaged(absl::StrFormat("%d of its %d frames wait", waiting[0], frames.size()));

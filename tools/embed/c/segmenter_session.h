@@ -3,7 +3,7 @@
 //
 // A session's bytes are an archive of arrays (gp/io/array_file.h):
 //
-//   session_version  i8 [1]     kSessionVersion, or 1 without lag, focal_ratio, ignored, waiting
+//   session_version  i8 [1]     kSessionVersion
 //   options          i8 [4]     profile, stride, budget, seed
 //   lag              i8 [1]
 //   focal_ratio      f8 [1]
@@ -39,7 +39,7 @@
 
 namespace egosieve::embed {
 
-inline constexpr int64_t kSessionVersion = 2;
+inline constexpr int64_t kSessionVersion = 3;
 
 enum class Profile { kDefault = 0, kPaper = 1, kFast = 2 };  // the numbers are written to files
 
