@@ -53,7 +53,7 @@ inline void Multiply(const double* a, const double* b, int64_t depth,
   for (int64_t k = 0; k < depth; ++k, a += kBlockRows, b += kBlockColumns) {
     Vector row[kVectors];
 #pragma GCC unroll 2
-    for (int v = 0; v < kVectors; ++v) {
+    for (int64_t v = 0; v < kVectors; ++v) {
       row[v] = *reinterpret_cast<const UnalignedVector*>(b + v * kLanes);
     }
 #pragma GCC unroll 12
@@ -72,7 +72,7 @@ void AddBlock(const double* a, const double* b, int64_t depth, int rows, int col
   Multiply(a, b, depth, sums);
   if (rows == kBlockRows && columns == kBlockColumns) {
     for (int r = 0; r < kBlockRows; ++r) {
-      for (int v = 0; v < kVectors; ++v) {
+      for (int64_t v = 0; v < kVectors; ++v) {
         *reinterpret_cast<UnalignedVector*>(c + r * stride + v * kLanes) +=
             kSign > 0 ? sums[r][v] : -sums[r][v];
       }
