@@ -7,12 +7,8 @@
 #include <vector>
 
 #include "kernels/base/status_macros.h"
-#include "vision/frame/ignored_area.h"
-#include "vision/labelling/reduced_labels.h"
 #include "vision/own_vehicle/windscreen.h"
 #include "vision/trajectory/bundle_adjustment.h"
-#include "vision/trajectory/ground_direction.h"
-#include "vision/trajectory/ground_search.h"
 #include "vision/trajectory/two_view_motion.h"
 
 namespace egosieve::vision {
@@ -71,25 +67,6 @@ std::vector<TrackWindow> WindowsOfTheWorld(std::vector<TrackWindow> windows,
   return windows;
 }
 
-// The direction of `travel`, refined by the ground. ignored: in pixels of the original pictures.
-Eigen::Vector3d SharpenedDirection(const TravelPrior& travel, const std::vector<WorldPair>& worlds,
-                                   double focal_ratio, const cv::Mat1b& ignored) {
-  std::vector<GroundSearchView> views;
-  for (const WorldPair& world : worlds) {
-    const PicturePair& pair = *world.pair;
-    GroundSearchView& view = views.emplace_back();
-    view.camera = CameraOf(pair.pictures[0].grey.size(), focal_ratio);
-    view.ignored = ReduceMask(ignored, kLongestDriveSide);
-    for (const TimedPicture& picture : pair.pictures) {
-      const double later = picture.seconds - pair.seconds();
-      view.pictures.push_back(
-          {picture.grey, later,
-           PartOfRotation(world.motion.rotation, later / pair.length_seconds())});
-    }
-  }
-  return DirectionByGround(travel, std::move(views));
-}
-
 }  // namespace
 
 absl::Status DriveCameraOptions::Validate() const {
@@ -108,7 +85,7 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   FixedPlaces fixed;
   if (options.finds_own_vehicle) {
     std::vector<cv::Mat1b> pictures;
-    for (const PicturePair& pair : drive.pairs) pictures.push_back(pair.reduced);
+    for (const PicturePair& pair : drive.pairs) pictures.push_back(pair.reduced[0]);
     fixed = FindFixedPlaces(pictures, drive.size, options.own_vehicle);
     camera.fixed_pattern = fixed.median;
   }
@@ -136,16 +113,11 @@ absl::StatusOr<DriveCamera> LearnDriveCamera(FrameSource& source,
   }
   camera.travel = FitTravelPrior(directions);
   camera.own_vehicle = ProveOwnVehicle(fixed, pairs, learnt, options.own_vehicle);
-  if (camera.travel.IsKnown()) {
-    camera.travel.direction =
-        SharpenedDirection(camera.travel, worlds, camera.focal_ratio,
-                           United(options.pictures.ignored, camera.own_vehicle));
-  }
   if (!camera.travel.IsOfVehicle()) return camera;
   // Pairs that disagree with the direction are attributed to wrong estimates of motion.
   camera.travel.share = 1.0 - TravelPrior::kVehicleTravelsElsewhere;
   std::vector<cv::Mat1b> seconds;
-  for (const PicturePair& pair : drive.pairs) seconds.push_back(pair.second_reduced);
+  for (const PicturePair& pair : drive.pairs) seconds.push_back(pair.reduced[1]);
   camera.windscreen = FindWindscreen(fixed, seconds, pairs, learnt, options.own_vehicle);
   return camera;
 }

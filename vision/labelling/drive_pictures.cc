@@ -1,6 +1,7 @@
 #include "vision/labelling/drive_pictures.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <optional>
@@ -18,7 +19,6 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kPairSeconds = 0.08;    // least time between the two pictures of a pair
-constexpr double kGroundSeconds = 0.15;  // from the first picture to the last one for the ground
 constexpr int kLongestPair = 6;          // frames
 constexpr int kGridStride = 10;          // pixels
 constexpr int64_t kUnknownLength = 600;  // frames, if the source does not know its length
@@ -26,8 +26,9 @@ constexpr int64_t kUnknownLength = 600;  // frames, if the source does not know 
 // A readable frame.
 struct ReadPicture {
   cv::Size size;  // of the original picture
-  TimedPicture picture;
-  cv::Mat1b reduced;
+  cv::Mat grey;   // equalised, reduced to kLongestDriveSide
+  double seconds = 0.0;
+  cv::Mat1b reduced;  // fixed_pattern.h
 };
 
 // Reads the frames of a source, and keeps those from the index of the last Forget() on.
@@ -48,9 +49,8 @@ class PictureReader {
       if (frame == nullptr) continue;
       frames_.back() =
           ReadPicture{frame->image.size(),
-                      {EqualizedGrey(ReducePicture(frame->image, kLongestDriveSide), equalization_),
-                       frame->time_seconds},
-                      ReducedPicture(EqualizedGrey(frame->image, {}))};
+                      EqualizedGrey(ReducePicture(frame->image, kLongestDriveSide), equalization_),
+                      frame->time_seconds, ReducedPicture(EqualizedGrey(frame->image, {}))};
     }
     const auto at = static_cast<size_t>(index - first_);
     if (at >= frames_.size() || !frames_[at]) return nullptr;
@@ -82,42 +82,34 @@ class PictureReader {
 };
 
 struct ReadPair {
-  std::optional<PicturePair> pair;  // without links; nullopt if the pictures cannot be used
-  cv::Size size;
-  int64_t end = 0;  // index after the last frame read
+  std::optional<std::array<ReadPicture, 2>> pair;  // nullopt if the pictures cannot be used
+  int64_t end = 0;                                 // index after the last frame read
 };
 
-// Reads until the pair is complete and either the ground has its pictures or `most_pictures` are
-// read.
-absl::StatusOr<ReadPair> ReadPairAt(PictureReader& reader, int64_t index, int64_t most_pictures) {
+absl::StatusOr<ReadPair> ReadPairAt(PictureReader& reader, int64_t index) {
   ReadPair read;
-  PicturePair pair;
+  std::optional<ReadPicture> first;
   for (int k = 0; k <= kLongestPair; ++k) {
     EGOSIEVE_ASSIGN_OR_RETURN(const ReadPicture* picture, reader.At(index + k));
     if (reader.EndsBefore(index + k)) break;
     read.end = index + k + 1;
     if (picture == nullptr) continue;
-    if (pair.pictures.empty()) {
-      read.size = picture->size;
-      pair.reduced = picture->reduced;
+    if (!first) {
+      first = *picture;
+      continue;
     }
-    if (picture->size != read.size) break;
-    pair.pictures.push_back(picture->picture);
-    const double length = picture->picture.seconds - pair.seconds();
-    if (pair.second == 0 && (length >= kPairSeconds || k == kLongestPair)) {
-      pair.second = pair.pictures.size() - 1;
-      pair.second_reduced = picture->reduced;
-    }
-    if (length >= kGroundSeconds || (pair.second > 0 && k + 1 >= most_pictures)) break;
+    if (picture->size != first->size) break;
+    if (picture->seconds - first->seconds < kPairSeconds && k < kLongestPair) continue;
+    read.pair = {*std::move(first), *picture};
+    break;
   }
-  if (pair.second > 0) read.pair = std::move(pair);
   return read;
 }
 
-absl::StatusOr<std::vector<PointPair>> LinksOf(const PicturePair& pair, cv::Size size,
+absl::StatusOr<std::vector<PointPair>> LinksOf(const std::array<ReadPicture, 2>& pair,
                                                const cv::Mat1b& ignored) {
   std::vector<PointPair> links;
-  const cv::Mat &first = pair.pictures[0].grey, &second = pair.pictures[pair.second].grey;
+  const cv::Mat &first = pair[0].grey, &second = pair[1].grey;
   if (!IsLargeEnoughForFlow(first.size())) return links;
   FlowGridOptions options;
   options.stride_pixels = kGridStride;
@@ -126,7 +118,7 @@ absl::StatusOr<std::vector<PointPair>> LinksOf(const PicturePair& pair, cv::Size
   const TrackedGrid grid = TrackGrid(flow, first, second, /*anchor_second=*/true, options);
   for (size_t i = 0; i < grid.pairs.size(); ++i) {
     if (grid.is_textured[i] == 0) continue;
-    links.push_back(EnlargePair(grid.pairs[i], first.size(), size));
+    links.push_back(EnlargePair(grid.pairs[i], first.size(), pair[0].size));
   }
   return links;
 }
@@ -148,8 +140,8 @@ absl::StatusOr<ReadWindow> ReadWindowAt(PictureReader& reader, int64_t index, cv
     read.end = index + k + 1;
     if (picture == nullptr) continue;
     if (picture->size != size) break;
-    reduced = picture->picture.grey.size();
-    window.Add(picture->picture.grey, picture->picture.seconds);
+    reduced = picture->grey.size();
+    window.Add(picture->grey, picture->seconds);
   }
   read.window = EnlargeTracks(window.Kept(ReduceMask(ignored, kLongestDriveSide)), reduced, size);
   return read;
@@ -179,13 +171,15 @@ absl::StatusOr<DrivePictures> ReadDrivePictures(FrameSource& source,
     const int64_t index = options.first_frame + k * step;
     if (index < next_pair) continue;
     EGOSIEVE_RETURN_IF_ERROR(reader.Forget(index));
-    EGOSIEVE_ASSIGN_OR_RETURN(ReadPair read, ReadPairAt(reader, index, step));
+    EGOSIEVE_ASSIGN_OR_RETURN(ReadPair read, ReadPairAt(reader, index));
     next_pair = std::max(next_pair, read.end);
     if (!read.pair) continue;
-    if (drive.size.empty()) drive.size = read.size;
-    if (read.size != drive.size) continue;
-    EGOSIEVE_ASSIGN_OR_RETURN(read.pair->links, LinksOf(*read.pair, drive.size, options.ignored));
-    drive.pairs.push_back(*std::move(read.pair));
+    const auto& [first, second] = *read.pair;
+    if (drive.size.empty()) drive.size = first.size;
+    if (first.size != drive.size) continue;
+    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<PointPair> links, LinksOf(*read.pair, options.ignored));
+    drive.pairs.push_back(
+        {{first.seconds, second.seconds}, {first.reduced, second.reduced}, std::move(links)});
     if (index < next_window || static_cast<int>(drive.windows.size()) >= options.windows) continue;
     EGOSIEVE_ASSIGN_OR_RETURN(ReadWindow window,
                               ReadWindowAt(reader, index, drive.size, options.ignored));

@@ -1,12 +1,12 @@
 // Pictures for the first pass over a drive: pairs for the camera's motion, and windows for its
 // focal length.
 //
-// Pairs are about 0.08 s long. Their pictures continue to 0.15 s, for the ground. Windows
-// (window_tracks.h) are spread over the drive and do not overlap.
+// Pairs are about 0.08 s long. Windows (window_tracks.h) are spread over the drive and do not
+// overlap.
 #ifndef EGOSIEVE_VISION_LABELLING_DRIVE_PICTURES_H_
 #define EGOSIEVE_VISION_LABELLING_DRIVE_PICTURES_H_
 
-#include <cstddef>
+#include <array>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -20,19 +20,13 @@
 
 namespace egosieve::vision {
 
-struct TimedPicture {
-  cv::Mat grey;  // equalised, reduced to kLongestDriveSide
-  double seconds = 0.0;
-};
-
 struct PicturePair {
-  std::vector<TimedPicture> pictures;  // the first of the pair, and those after it
-  size_t second = 0;                   // of the pair, in `pictures`
-  cv::Mat1b reduced, second_reduced;   // the two of the pair (fixed_pattern.h), not equalised
-  std::vector<PointPair> links;        // between textured places, pixels of the original pictures
+  std::array<double, 2> times;       // seconds
+  std::array<cv::Mat1b, 2> reduced;  // fixed_pattern.h, not equalised
+  std::vector<PointPair> links;      // between textured places, pixels of the original pictures
 
-  double seconds() const { return pictures[0].seconds; }
-  double length_seconds() const { return pictures[second].seconds - pictures[0].seconds; }
+  double seconds() const { return times[0]; }
+  double length_seconds() const { return times[1] - times[0]; }
 };
 
 struct DrivePictures {

@@ -2,7 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <opencv2/imgproc.hpp>
@@ -18,8 +20,6 @@
 namespace egosieve::vision {
 namespace {
 
-using AllSpeeds = GroundSearch::AllSpeeds;
-
 constexpr double kLeastBelow = 0.02;   // rays
 constexpr double kAcross = 2.0;        // camera heights: about the own lane
 constexpr double kStackSeconds = 0.2;  // pictures farther in time serve the fixed pattern only
@@ -33,38 +33,44 @@ constexpr int kCellsAcross = 60, kSmallestCell = 8;
 constexpr double kSlowerShare = 0.7, kFasterShare = 0.1;  // the rest: any speed
 constexpr double kTowards = 0.5, kFastest = 3.0;          // of the ground's speed
 
+constexpr size_t kMostPlaces = 1500;
+
+// Speeds of objects other than the road: those of the ground, and these, in heights per second.
+constexpr std::array kOtherSpeeds = {-20.0, -12.0, -6.0, -3.0, -1.5, 0.0, 0.3};
+constexpr int kAllSpeeds = kSpeeds + static_cast<int>(kOtherSpeeds.size());
+using AllSpeeds = Eigen::Array<double, kAllSpeeds, 1>;
+
 AllSpeeds SpeedsTried() {
   AllSpeeds speeds;
   int k = 0;
-  for (const double speed : GroundSearch::kOtherSpeeds) speeds(k++) = speed;
+  for (const double speed : kOtherSpeeds) speeds(k++) = speed;
   for (int i = 0; i < kSpeeds; ++i) speeds(k++) = SpeedAt(i);
   return speeds;
 }
 
 // p(v' | v) of (SR3): one row per speed of the ground, the last row without ground.
-using OtherPrior = Eigen::Matrix<double, kSpeeds + 1, GroundSearch::kAllSpeeds>;
+using OtherPrior = Eigen::Matrix<double, kSpeeds + 1, kAllSpeeds>;
 
 OtherPrior MakeOtherPrior() {
   const AllSpeeds speeds = SpeedsTried();
   OtherPrior prior;
   for (int v = 0; v < kSpeeds; ++v) {
     const double ground = SpeedAt(v);
-    for (int k = 0; k < GroundSearch::kAllSpeeds; ++k) {
+    for (int k = 0; k < kAllSpeeds; ++k) {
       const double speed = speeds(k);
-      const double width = 0.5 * (speeds(std::min(k + 1, GroundSearch::kAllSpeeds - 1)) -
-                                  speeds(std::max(k - 1, 0)));
+      const double width =
+          0.5 * (speeds(std::min(k + 1, kAllSpeeds - 1)) - speeds(std::max(k - 1, 0)));
       double density = 0.0;
       if (speed >= -kTowards * ground && speed <= ground) {
         density = kSlowerShare / ((1.0 + kTowards) * ground);
       } else if (speed > ground && speed < kFastest * ground) {
         density = kFasterShare / ((kFastest - 1.0) * ground);
       }
-      prior(v, k) =
-          density * width + (1.0 - kSlowerShare - kFasterShare) / GroundSearch::kAllSpeeds;
+      prior(v, k) = density * width + (1.0 - kSlowerShare - kFasterShare) / kAllSpeeds;
     }
     prior.row(v) /= prior.row(v).sum();
   }
-  prior.row(kSpeeds).setConstant(1.0 / GroundSearch::kAllSpeeds);
+  prior.row(kSpeeds).setConstant(1.0 / kAllSpeeds);
   return prior;
 }
 
@@ -84,25 +90,48 @@ std::vector<cv::Mat> WithoutFixed(const std::vector<GroundPicture>& pictures) {
   return changes;
 }
 
-}  // namespace
+// Sums of a cell at each speed: squares of the values, and squares about the means of the points.
+struct CellSums {
+  AllSpeeds squares = AllSpeeds::Zero(), about_means = AllSpeeds::Zero();
+  AllSpeeds values = AllSpeeds::Zero(), places = AllSpeeds::Zero();
 
-GroundSearch::AllSpeeds GroundSearch::CellSums::LogRatios(double noise_variance) const {
+  AllSpeeds LogRatios(double noise_variance) const;
+};
+
+class GroundSearch {
+ public:
+  explicit GroundSearch(const GroundSearchView& view);
+
+  SpeedLikelihood Likelihood() const;
+
+ private:
+  void FindPlaces();
+  void Add(cv::Point place, const AllSpeeds& speeds, CellSums& sums) const;
+  std::vector<CellSums> SumCells() const;
+
+  const GroundSearchView& view_;
+  std::vector<cv::Mat> changes_;   // CV_8UC1
+  std::vector<cv::Point> places_;  // in the first picture, pixels
+  double noise_ = 0.0;             // grey levels
+};
+
+AllSpeeds CellSums::LogRatios(double noise_variance) const {
   const AllSpeeds all = squares / values.max(1.0) + noise_variance;
   const AllSpeeds about = about_means / (values - places).max(1.0) + noise_variance;
   return -0.5 / kPixelCorrelation * values * (about / all).log();
 }
 
-GroundSearch::GroundSearch(GroundSearchView view, size_t most_places) : view_(std::move(view)) {
+GroundSearch::GroundSearch(const GroundSearchView& view) : view_(view) {
   if (!MovesForwardOrBack(view_.direction) || view_.pictures.size() < 2) return;
   changes_ = WithoutFixed(view_.pictures);
-  FindPlaces(most_places);
+  FindPlaces();
 }
 
-SpeedLikelihood GroundSearch::Likelihood(const Eigen::Vector3d& direction) const {
+SpeedLikelihood GroundSearch::Likelihood() const {
   SpeedLikelihood result{};
-  if (places_.empty() || !MovesForwardOrBack(direction)) return result;
+  if (places_.empty()) return result;
   static const OtherPrior prior = MakeOtherPrior();
-  for (const CellSums& sums : SumCells(direction)) {
+  for (const CellSums& sums : SumCells()) {
     AllSpeeds ratios = sums.LogRatios(noise_ * noise_);
     const double best = ratios.maxCoeff();
     ratios = (ratios - best).max(-kMostOfCell).exp();
@@ -117,7 +146,7 @@ SpeedLikelihood GroundSearch::Likelihood(const Eigen::Vector3d& direction) const
 }
 
 // Selects points of the road's area that differ from the fixed pattern, evenly; sets the noise.
-void GroundSearch::FindPlaces(size_t most_places) {
+void GroundSearch::FindPlaces() {
   cv::Mat1b ignored;
   if (!view_.ignored.empty()) {
     const int side = 2 * kOwnMargin + 1;
@@ -144,13 +173,13 @@ void GroundSearch::FindPlaces(size_t most_places) {
   for (size_t i = 0; i < area.size(); ++i) {
     if (sizes[i] > kChangeDeviations * noise_) changed.push_back(area[i]);
   }
-  const size_t count = std::min(changed.size(), most_places);
+  const size_t count = std::min(changed.size(), kMostPlaces);
   for (size_t k = 0; k < count; ++k) places_.push_back(changed[k * changed.size() / count]);
 }
 
 // Adds the sums over the pictures of one point at each speed.
-void GroundSearch::Add(cv::Point place, const Eigen::Vector3d& direction, const AllSpeeds& speeds,
-                       CellSums& sums) const {
+void GroundSearch::Add(cv::Point place, const AllSpeeds& speeds, CellSums& sums) const {
+  const Eigen::Vector3d& direction = view_.direction;
   const Eigen::Vector3d ray = view_.camera.Ray(place.x, place.y);
   const double below = std::max(0.0, ray(1) - direction(1) / direction(2));
   AllSpeeds sum = AllSpeeds::Zero(), squares = AllSpeeds::Zero(), count = AllSpeeds::Zero();
@@ -182,19 +211,21 @@ void GroundSearch::Add(cv::Point place, const Eigen::Vector3d& direction, const 
   }
 }
 
-std::vector<GroundSearch::CellSums> GroundSearch::SumCells(const Eigen::Vector3d& direction) const {
+std::vector<CellSums> GroundSearch::SumCells() const {
   const cv::Size size = changes_[0].size();
   const int side = std::max(kSmallestCell, std::max(size.width, size.height) / kCellsAcross);
   const AllSpeeds speeds = SpeedsTried();
   const SquareCells<int> grid = CellsOfPixels(size, side);
   std::map<size_t, CellSums> cells;
   for (const cv::Point place : places_) {
-    Add(place, direction, speeds, cells[grid.IndexOf(place.x, place.y)]);
+    Add(place, speeds, cells[grid.IndexOf(place.x, place.y)]);
   }
   std::vector<CellSums> sums;
   for (auto& [place, cell] : cells) sums.push_back(std::move(cell));
   return sums;
 }
+
+}  // namespace
 
 Eigen::Matrix3d PartOfRotation(const Eigen::Matrix3d& rotation, double share) {
   const Eigen::AngleAxisd turn(rotation);
@@ -202,7 +233,7 @@ Eigen::Matrix3d PartOfRotation(const Eigen::Matrix3d& rotation, double share) {
 }
 
 SpeedLikelihood LikelihoodOfSpeeds(const GroundSearchView& view) {
-  return GroundSearch(view).Likelihood(view.direction);
+  return GroundSearch(view).Likelihood();
 }
 
 }  // namespace egosieve::vision

@@ -32,8 +32,6 @@
 #define EGOSIEVE_VISION_TRAJECTORY_GROUND_SEARCH_H_
 
 #include <Eigen/Core>
-#include <array>
-#include <cstddef>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -58,41 +56,8 @@ struct GroundSearchView {
   cv::Mat1b ignored;  // the own vehicle, see ignored_area.h
 };
 
-class GroundSearch {
- public:
-  // Speeds of objects other than the road: those of the ground, and these, in heights per second.
-  static constexpr std::array kOtherSpeeds = {-20.0, -12.0, -6.0, -3.0, -1.5, 0.0, 0.3};
-  static constexpr int kAllSpeeds = kSpeeds + static_cast<int>(kOtherSpeeds.size());
-  using AllSpeeds = Eigen::Array<double, kAllSpeeds, 1>;
-
-  // Uses at most `most_places` points.
-  explicit GroundSearch(GroundSearchView view, size_t most_places = 1500);
-
-  // direction: tau, a unit vector. The likelihoods of two directions can be compared. All values
-  // are equal where the camera does not move forward or back, and where the pictures do not differ.
-  SpeedLikelihood Likelihood(const Eigen::Vector3d& direction) const;
-
- private:
-  // Sums of a cell at each speed: squares of the values, and squares about the means of the points.
-  struct CellSums {
-    AllSpeeds squares = AllSpeeds::Zero(), about_means = AllSpeeds::Zero();
-    AllSpeeds values = AllSpeeds::Zero(), places = AllSpeeds::Zero();
-
-    AllSpeeds LogRatios(double noise_variance) const;
-  };
-
-  void FindPlaces(size_t most_places);
-  void Add(cv::Point place, const Eigen::Vector3d& direction, const AllSpeeds& speeds,
-           CellSums& sums) const;
-  std::vector<CellSums> SumCells(const Eigen::Vector3d& direction) const;
-
-  GroundSearchView view_;
-  std::vector<cv::Mat> changes_;   // CV_8UC1
-  std::vector<cv::Point> places_;  // in the first picture, pixels
-  double noise_ = 0.0;             // grey levels
-};
-
-// The likelihood for the view's own direction.
+// All values are equal where the camera does not move forward or back, and where the pictures do
+// not differ.
 SpeedLikelihood LikelihoodOfSpeeds(const GroundSearchView& view);
 
 }  // namespace egosieve::vision

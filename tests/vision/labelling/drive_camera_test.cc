@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
@@ -79,6 +80,28 @@ TEST(DriveCamera, AVehicleHardlyTravelsInAnotherDirectionThanItsOwn) {
   EXPECT_TRUE(vehicle.travel.IsOfVehicle());
   EXPECT_LT(1.0 - vehicle.travel.share, 1e-5);
   EXPECT_TRUE(vehicle.windscreen.empty());  // a clean one
+}
+
+// The direction from each picture to the next, in the camera's frame, on average.
+Eigen::Vector3d TravelOf(const Scenario& scenario, int first, int count) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int k = first; k + 1 < first + count; ++k) {
+    const Pose from = scenario.PoseAt(k), to = scenario.PoseAt(k + 1);
+    sum += (from.rotation.transpose() * (to.centre - from.centre)).normalized();
+  }
+  return sum.normalized();
+}
+
+TEST(DriveCamera, FindsTheDirectionOfTravel) {
+  for (const uint64_t seed : {3, 4}) {
+    const Scenario scenario = EditedScenario("street", seed, [](Scene&) {});
+    PictureSource source(PicturesOf(scenario, 20, 24));
+    const Eigen::Vector3d found = -LearnDriveCamera(source, {})->travel.direction;
+    const Eigen::Vector3d truth = TravelOf(scenario, 20, 24);
+    fprintf(stderr, "DEG %g\n",
+            std::atan2(found.cross(truth).norm(), found.dot(truth)) * 180.0 / M_PI);
+    EXPECT_LT(std::atan2(found.cross(truth).norm(), found.dot(truth)) * 180.0 / M_PI, 0.4) << seed;
+  }
 }
 
 // A reflection on the road, through which it shows.
