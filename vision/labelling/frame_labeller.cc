@@ -173,7 +173,8 @@ absl::StatusOr<LabelledFrame> FrameLabeller::Implementation::Label(
   result.times.geometry_milliseconds += watch.LapMilliseconds();
   result.doubt = DoubtOf(result);
   EnlargeLabels(frame->grey.size(), now, result);
-  pair_motions_.Forget(frame->frame.index);
+  const int64_t index = frame->frame.index;
+  pair_motions_.Forget(index, history_.empty() ? index : history_.front()->frame.index);
   EGOSIEVE_RETURN_IF_ERROR(Push(std::move(frame)));
   return result;
 }

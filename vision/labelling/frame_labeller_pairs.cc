@@ -16,7 +16,6 @@
 #include "vision/labelling/place_labels.h"
 #include "vision/labelling/stopwatch.h"
 #include "vision/trajectory/ground_bound.h"
-#include "vision/trajectory/ground_search.h"
 
 namespace egosieve::vision {
 namespace {
@@ -24,7 +23,7 @@ namespace {
 constexpr uint64_t kGeometryStep = 1;
 constexpr int kNoGap = 1 << 20;        // longer than any track
 constexpr double kLeastOfSpeed = 0.5;  // of the slope expected from the speed of the ground
-// Pictures ahead for the speed of the ground. What is taken for the fixed pattern, their mean, also
+// Pictures beside the frame for the speed of the ground. What is taken for the fixed pattern, their mean, also
 // holds reflections, which change within half a second.
 constexpr int kGroundPictures = 5;
 
@@ -99,6 +98,20 @@ void FrameLabeller::Implementation::KeepMotion(const FramePairs& pairs, int pict
   motion_ = is_used && trusted ? MakeMotionField(pairs.geometry, pictures, size) : MotionField();
 }
 
+void FrameLabeller::Implementation::AddEarlier(const ExtractedFrame& frame,
+                                               std::vector<GroundPicture>& pictures) const {
+  Eigen::Matrix3d rotation = pictures.back().rotation;
+  for (size_t k = history_.size() - 1; k > 0; --k) {
+    if (static_cast<int>(pictures.size()) > kGroundPictures) return;
+    const ExtractedFrame &earlier = *history_[k - 1], &later = *history_[k];
+    const TwoViewMotion* motion = pair_motions_.Known(earlier.frame.index, later.frame.index);
+    if (motion == nullptr || !motion->found || earlier.grey.size() != frame.grey.size()) return;
+    rotation = motion->rotation.transpose() * rotation;
+    pictures.push_back(
+        {earlier.grey, earlier.frame.time_seconds - frame.frame.time_seconds, rotation});
+  }
+}
+
 void FrameLabeller::Implementation::ObserveGround(const ExtractedFrame& before,
                                                   const ExtractedFrame& frame,
                                                   const TwoViewMotion* back, const View& far,
@@ -122,6 +135,7 @@ void FrameLabeller::Implementation::ObserveGround(const ExtractedFrame& before,
   }
   if (back != nullptr) {
     view.pictures.push_back({before.grey, -seconds, back->rotation});
+    AddEarlier(frame, view.pictures);
   }
   ground_.Advance(seconds, LikelihoodOfSpeeds(view));
 }

@@ -88,10 +88,14 @@ absl::StatusOr<TwoViewMotion> PairMotions::Between(const ExtractedFrame& first,
                                                    const ExtractedFrame& second,
                                                    const Pinhole& camera,
                                                    absl::Span<const float> moved) {
-  const auto known = motions_.find({first.frame.index, second.frame.index});
-  if (known != motions_.end()) return known->second;
+  if (const TwoViewMotion* known = Known(first.frame.index, second.frame.index)) return *known;
   EGOSIEVE_ASSIGN_OR_RETURN(const GridLinks links, Follow({&first, &second}));
   return Along(first, second, links, links.near, camera, moved);
+}
+
+const TwoViewMotion* PairMotions::Known(int64_t first, int64_t second) const {
+  const auto known = motions_.find({first, second});
+  return known == motions_.end() ? nullptr : &known->second;
 }
 
 std::vector<KnownMotion> PairMotions::known() const {
@@ -106,10 +110,10 @@ void PairMotions::Restore(const std::vector<KnownMotion>& known) {
   for (const KnownMotion& pair : known) motions_[{pair.first, pair.second}] = pair.motion;
 }
 
-void PairMotions::Forget(int64_t index) {
+void PairMotions::Forget(int64_t index, int64_t oldest) {
   flows_->Forget(index);
   fixed_.erase(fixed_.begin(), fixed_.lower_bound(index));
-  motions_.erase(motions_.begin(), motions_.lower_bound({index, 0}));
+  motions_.erase(motions_.begin(), motions_.lower_bound({oldest, 0}));
 }
 
 }  // namespace egosieve::vision

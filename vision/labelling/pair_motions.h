@@ -79,6 +79,8 @@ class PairMotions {
   // The same between consecutive pictures.
   absl::StatusOr<TwoViewMotion> Between(const ExtractedFrame& first, const ExtractedFrame& second,
                                         const Pinhole& camera, absl::Span<const float> moved);
+  // The motion between the two frames if it is known, else null.
+  const TwoViewMotion* Known(int64_t first, int64_t second) const;
   // Exports the motions, and imports those of an earlier run.
   std::vector<KnownMotion> known() const;
   void Restore(const std::vector<KnownMotion>& known);
@@ -87,8 +89,9 @@ class PairMotions {
     motion_options_ = options;
     motions_.clear();
   }
-  // Drops all data of pictures and pairs that begin before the frame `index`.
-  void Forget(int64_t index);
+  // Drops all data of pictures and flows that begin before the frame `index`, and motions that
+  // begin before the frame `oldest`.
+  void Forget(int64_t index, int64_t oldest);
 
  private:
   FlowGridOptions options_;

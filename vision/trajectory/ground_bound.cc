@@ -10,10 +10,9 @@ namespace egosieve::vision {
 namespace {
 
 constexpr double kGroundShare = 0.6, kSpeedShare = 0.85;
-constexpr double kForward = 0.7;         // least component of the motion along the optical axis
-constexpr double kHorizonError = 0.005;  // rays
-constexpr double kPeak = 0.15;           // of log(r / below), half width of the mode
-constexpr double kLeastShare = 0.2;      // least share of points that agree with the mode
+constexpr double kForward = 0.7;     // least component of the motion along the optical axis
+constexpr double kPeak = 0.15;       // of log(r / below), half width of the mode
+constexpr double kLeastShare = 0.2;  // least share of points that agree with the mode
 constexpr size_t kFewestPlaces = 40;
 constexpr double kGreatest = 1e3;  // of inverse depth and parallax: the camera's own place
 
@@ -49,7 +48,7 @@ bool MovesForwardOrBack(const Eigen::Vector3d& tau) { return std::abs(tau(2)) >=
 
 double Below(const Eigen::Vector2d& ray, const Eigen::Vector3d& tau) {
   if (!MovesForwardOrBack(tau)) return 0.0;
-  return std::max(0.0, ray(1) - tau(1) / tau(2) - kHorizonError);
+  return std::max(0.0, ray(1) - tau(1) / tau(2));
 }
 
 double LeastInverseDepth(double ground_slope, const Eigen::Vector2d& ray,

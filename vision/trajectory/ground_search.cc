@@ -34,6 +34,9 @@ constexpr double kSlowerShare = 0.7, kFasterShare = 0.1;  // the rest: any speed
 constexpr double kTowards = 0.5, kFastest = 3.0;          // of the ground's speed
 
 constexpr size_t kMostPlaces = 1500;
+// Two pictures less their mean are each other's negatives: where they move by less than the size of
+// the texture they seem to disagree, and the greatest speed is found.
+constexpr size_t kFewestPictures = 3;
 
 // Speeds of objects other than the road: those of the ground, and these, in heights per second.
 constexpr std::array kOtherSpeeds = {-20.0, -12.0, -6.0, -3.0, -1.5, 0.0, 0.3};
@@ -122,7 +125,9 @@ AllSpeeds CellSums::LogRatios(double noise_variance) const {
 }
 
 GroundSearch::GroundSearch(const GroundSearchView& view) : view_(view) {
-  if (!MovesForwardOrBack(view_.direction) || view_.pictures.size() < 2) return;
+  if (!MovesForwardOrBack(view_.direction) || view_.pictures.size() < kFewestPictures) {
+    return;
+  }
   changes_ = WithoutFixed(view_.pictures);
   FindPlaces();
 }

@@ -50,14 +50,14 @@ struct GroundPicture {
 Eigen::Matrix3d PartOfRotation(const Eigen::Matrix3d& rotation, double share);
 
 struct GroundSearchView {
-  std::vector<GroundPicture> pictures;                    // two or more, of one size
+  std::vector<GroundPicture> pictures;                    // of one size
   Eigen::Vector3d direction = -Eigen::Vector3d::UnitZ();  // tau, a unit vector
   Pinhole camera;
   cv::Mat1b ignored;  // the own vehicle, see ignored_area.h
 };
 
-// All values are equal where the camera does not move forward or back, and where the pictures do
-// not differ.
+// All values are equal where the camera does not move forward or back, where the pictures do not
+// differ, and for fewer than three pictures.
 SpeedLikelihood LikelihoodOfSpeeds(const GroundSearchView& view);
 
 }  // namespace egosieve::vision

@@ -75,6 +75,19 @@ TEST(PairMotions, BetweenIsTheNearMotion) {
   EXPECT_EQ(known.mean_parallax, found.mean_parallax);
 }
 
+TEST(PairMotions, KeepsTheMotionsBetweenEarlierPictures) {
+  const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
+  const auto a = PictureOf(0, 4), b = PictureOf(1, 4);
+  PairMotions motions({}, {}, nullptr);
+  EXPECT_EQ(motions.Known(0, 1), nullptr);
+  const TwoViewMotion motion = *motions.Between(*a, *b, camera, {});
+  motions.Forget(1, 0);
+  ASSERT_NE(motions.Known(0, 1), nullptr);
+  EXPECT_EQ(motions.Known(0, 1)->rotation, motion.rotation);
+  motions.Forget(1, 1);
+  EXPECT_EQ(motions.Known(0, 1), nullptr);
+}
+
 TEST(PairMotions, TheFixedPatternTellsNothingOfTheMotion) {
   // Three quarters of the picture stay in place, as in a windscreen full of reflections.
   const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);

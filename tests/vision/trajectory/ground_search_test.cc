@@ -146,6 +146,13 @@ TEST(GroundSearch, SaysNothingOfACameraThatMovesSideways) {
   for (const double value : likelihood) EXPECT_EQ(value, likelihood[0]);
 }
 
+TEST(GroundSearch, SaysNothingOfTwoPictures) {
+  GroundSearchView view = ViewOf(10.0);
+  view.pictures.resize(2);
+  const SpeedLikelihood likelihood = LikelihoodOfSpeeds(view);
+  for (const double value : likelihood) EXPECT_EQ(value, likelihood[0]);
+}
+
 TEST(GroundSearch, DoesNotLookAtWhatIsIgnored) {
   GroundSearchView view = ViewOf(10.0);
   view.ignored = cv::Mat1b(kHeight, kWidth, uint8_t{255});
