@@ -113,7 +113,10 @@ void PairMotions::Restore(const std::vector<KnownMotion>& known) {
 void PairMotions::Forget(int64_t index, int64_t oldest) {
   flows_->Forget(index);
   fixed_.erase(fixed_.begin(), fixed_.lower_bound(index));
-  motions_.erase(motions_.begin(), motions_.lower_bound({oldest, 0}));
+  std::erase_if(motions_, [&](const auto& known) {
+    const auto [first, last] = known.first;
+    return first < oldest || (first < index && last > index);
+  });
 }
 
 }  // namespace egosieve::vision

@@ -89,8 +89,8 @@ class PairMotions {
     motion_options_ = options;
     motions_.clear();
   }
-  // Drops all data of pictures and flows that begin before the frame `index`, and motions that
-  // begin before the frame `oldest`.
+  // Drops the data of pictures and flows from before the frame `index`, and the motions that begin
+  // before it, but for those between pictures from the frame `oldest` to `index`.
   void Forget(int64_t index, int64_t oldest);
 
  private:

@@ -81,7 +81,9 @@ TEST(PairMotions, KeepsTheMotionsBetweenEarlierPictures) {
   PairMotions motions({}, {}, nullptr);
   EXPECT_EQ(motions.Known(0, 1), nullptr);
   const TwoViewMotion motion = *motions.Between(*a, *b, camera, {});
+  ASSERT_TRUE(motions.Between(*a, *PictureOf(2, 4), camera, {}).ok());
   motions.Forget(1, 0);
+  EXPECT_EQ(motions.Known(0, 2), nullptr);  // not between earlier pictures
   ASSERT_NE(motions.Known(0, 1), nullptr);
   EXPECT_EQ(motions.Known(0, 1)->rotation, motion.rotation);
   motions.Forget(1, 1);
