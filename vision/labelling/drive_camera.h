@@ -2,8 +2,8 @@
 //
 // Pairs of pictures, spread over the drive (drive_pictures.h), show the own vehicle
 // (own_vehicle.h). Points on it are left out of the rest: windows of pictures give the focal length
-// (bundle_adjustment.h), and the pairs give the direction of travel (travel_prior.h). The first pass
-// needs a recording; a live camera has none.
+// (bundle_adjustment.h), and the pairs give the direction of travel (travel_prior.h). The first
+// pass needs a recording; a live camera has none.
 #ifndef EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
 #define EGOSIEVE_VISION_LABELLING_DRIVE_CAMERA_H_
 

@@ -141,8 +141,8 @@ class FrameLabeller::Implementation {
   // Updates the speed of the ground. back: the motion from `frame` to `before`; null: not known.
   void ObserveGround(const ExtractedFrame& before, const ExtractedFrame& frame,
                      const TwoViewMotion* back, const View& far, const Pictures& ahead);
-  // Adds pictures before the last of `pictures`, which is of the frame before `frame`, as far as the
-  // motions between them are known and there are fewer than for a frame with pictures ahead.
+  // Adds pictures before the last of `pictures`, which is of the frame before `frame`, as far as
+  // the motions between them are known and there are fewer than for a frame with pictures ahead.
   void AddEarlier(const ExtractedFrame& frame, std::vector<GroundPicture>& pictures) const;
   // Sets is_unbounded of the points where the frame agrees with the drive's fixed pattern, and of
   // those on lines along the direction of travel. back: the motion to the frame of `before`; need

@@ -23,8 +23,8 @@ namespace {
 constexpr uint64_t kGeometryStep = 1;
 constexpr int kNoGap = 1 << 20;        // longer than any track
 constexpr double kLeastOfSpeed = 0.5;  // of the slope expected from the speed of the ground
-// Pictures beside the frame for the speed of the ground. What is taken for the fixed pattern, their mean, also
-// holds reflections, which change within half a second.
+// Pictures beside the frame for the speed of the ground. What is taken for the fixed pattern, their
+// mean, also holds reflections, which change within half a second.
 constexpr int kGroundPictures = 5;
 
 cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
@@ -104,7 +104,7 @@ void FrameLabeller::Implementation::AddEarlier(const ExtractedFrame& frame,
   for (size_t k = history_.size() - 1; k > 0; --k) {
     if (static_cast<int>(pictures.size()) > kGroundPictures) return;
     const ExtractedFrame &earlier = *history_[k - 1], &later = *history_[k];
-    const TwoViewMotion* motion = pair_motions_.Known(earlier.frame.index, later.frame.index);
+    const TwoViewMotion* motion = pair_motions_.Find(earlier.frame.index, later.frame.index);
     if (motion == nullptr || !motion->found || earlier.grey.size() != frame.grey.size()) return;
     rotation = motion->rotation.transpose() * rotation;
     pictures.push_back(

@@ -88,12 +88,12 @@ absl::StatusOr<TwoViewMotion> PairMotions::Between(const ExtractedFrame& first,
                                                    const ExtractedFrame& second,
                                                    const Pinhole& camera,
                                                    absl::Span<const float> moved) {
-  if (const TwoViewMotion* known = Known(first.frame.index, second.frame.index)) return *known;
+  if (const TwoViewMotion* known = Find(first.frame.index, second.frame.index)) return *known;
   EGOSIEVE_ASSIGN_OR_RETURN(const GridLinks links, Follow({&first, &second}));
   return Along(first, second, links, links.near, camera, moved);
 }
 
-const TwoViewMotion* PairMotions::Known(int64_t first, int64_t second) const {
+const TwoViewMotion* PairMotions::Find(int64_t first, int64_t second) const {
   const auto known = motions_.find({first, second});
   return known == motions_.end() ? nullptr : &known->second;
 }

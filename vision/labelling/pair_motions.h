@@ -80,7 +80,7 @@ class PairMotions {
   absl::StatusOr<TwoViewMotion> Between(const ExtractedFrame& first, const ExtractedFrame& second,
                                         const Pinhole& camera, absl::Span<const float> moved);
   // The motion between the two frames if it is known, else null.
-  const TwoViewMotion* Known(int64_t first, int64_t second) const;
+  const TwoViewMotion* Find(int64_t first, int64_t second) const;
   // Exports the motions, and imports those of an earlier run.
   std::vector<KnownMotion> known() const;
   void Restore(const std::vector<KnownMotion>& known);

@@ -98,8 +98,6 @@ TEST(DriveCamera, FindsTheDirectionOfTravel) {
     PictureSource source(PicturesOf(scenario, 20, 24));
     const Eigen::Vector3d found = -LearnDriveCamera(source, {})->travel.direction;
     const Eigen::Vector3d truth = TravelOf(scenario, 20, 24);
-    fprintf(stderr, "DEG %g\n",
-            std::atan2(found.cross(truth).norm(), found.dot(truth)) * 180.0 / M_PI);
     EXPECT_LT(std::atan2(found.cross(truth).norm(), found.dot(truth)) * 180.0 / M_PI, 0.4) << seed;
   }
 }

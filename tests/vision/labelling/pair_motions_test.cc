@@ -79,15 +79,15 @@ TEST(PairMotions, KeepsTheMotionsBetweenEarlierPictures) {
   const Pinhole camera = Pinhole::Of({kWidth, kHeight}, 300);
   const auto a = PictureOf(0, 4), b = PictureOf(1, 4);
   PairMotions motions({}, {}, nullptr);
-  EXPECT_EQ(motions.Known(0, 1), nullptr);
+  EXPECT_EQ(motions.Find(0, 1), nullptr);
   const TwoViewMotion motion = *motions.Between(*a, *b, camera, {});
   ASSERT_TRUE(motions.Between(*a, *PictureOf(2, 4), camera, {}).ok());
   motions.Forget(1, 0);
-  EXPECT_EQ(motions.Known(0, 2), nullptr);  // not between earlier pictures
-  ASSERT_NE(motions.Known(0, 1), nullptr);
-  EXPECT_EQ(motions.Known(0, 1)->rotation, motion.rotation);
+  EXPECT_EQ(motions.Find(0, 2), nullptr);  // not between earlier pictures
+  ASSERT_NE(motions.Find(0, 1), nullptr);
+  EXPECT_EQ(motions.Find(0, 1)->rotation, motion.rotation);
   motions.Forget(1, 1);
-  EXPECT_EQ(motions.Known(0, 1), nullptr);
+  EXPECT_EQ(motions.Find(0, 1), nullptr);
 }
 
 TEST(PairMotions, TheFixedPatternTellsNothingOfTheMotion) {
