@@ -92,7 +92,7 @@ absl::StatusOr<EvidenceAccumulator> EvidenceAccumulator::Create(const EvidenceOp
 void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
                                EvidenceResult& result) const {
   std::vector<EvidenceState::Memory> sums(frame.points.size());
-  std::vector<double> totals(frame.points.size(), 0.0), estimating;
+  std::vector<double> totals(frame.points.size(), 0.0), judged;
   const double tempering = options_.accumulation ? options_.tempering : 1.0;
   for (size_t i = 0; i < frame.points.size(); ++i) {
     PointEvidence& evidence = result.points[i];
@@ -128,14 +128,11 @@ void EvidenceAccumulator::Fuse(const EvidenceFrame& frame, EvidenceState& next,
     evidence.decided_by = Decisive(parts, totals[i] > 0);
     evidence.own_vehicle = options_.own_vehicle && IsKnown(frame.points[i].now) &&
                            IsOwnVehicle(next.own_vehicle, frame.points[i].now);
-    if (evidence.judged && !evidence.own_vehicle && frame.points[i].estimates) {
-      estimating.push_back(totals[i]);
-    }
+    if (evidence.judged && !evidence.own_vehicle) judged.push_back(totals[i]);
   }
-  if (!estimating.empty()) {
-    next.mover_share =
-        options_.noise_memory * next.mover_share +
-        (1 - options_.noise_memory) * EstimateMoverShare(estimating, next.mover_share);
+  if (!judged.empty()) {
+    next.mover_share = options_.noise_memory * next.mover_share +
+                       (1 - options_.noise_memory) * EstimateMoverShare(judged, next.mover_share);
   }
   next.memories.clear();
   for (size_t i = 0; i < frame.points.size(); ++i) {

@@ -56,7 +56,7 @@ struct EvidencePoint {
   cv::Point2f now;                          // in frame t
   cv::Point2f before{kUnknown, kUnknown};   // in frame t - g
   cv::Point2f earlier{kUnknown, kUnknown};  // in frame t - 2 g
-  bool estimates = true;                    // takes part in estimating motion, scales and shares
+  bool estimates = true;                    // takes part in estimating motion and scales
   // No ground bound and no road term: its depth is not known, for flow does not measure its motion
   // along the epipolar line, or the point may be fixed in the image.
   bool is_unbounded = false;

@@ -23,7 +23,9 @@
 //   p = 1 / (1 + exp(-L - log(pi / (1 - pi))))                                                (F5)
 //   pi <- mean of p                                                                           (F6)
 //
-// (F6) is the step of expectation maximisation for the mixing weight, tracked over the frames.
+// (F6) is the step of expectation maximisation for the mixing weight, tracked over the frames. The
+// mean is over all judged points, blank ones too: (F5) holds for all of them, and there are fewer
+// movers among them than among textured points.
 #ifndef EGOSIEVE_VISION_EVIDENCE_FUSION_H_
 #define EGOSIEVE_VISION_EVIDENCE_FUSION_H_
 

@@ -115,6 +115,34 @@ TEST(EvidenceAccumulator, MemoryOutlastsFramesWithoutEvidenceAndFades) {
   }
 }
 
+// Sky and asphalt, which are blank, do not take part in estimating the motion.
+TEST(EvidenceAccumulator, TheShareOfMoversIsThatOfBlankPointsToo) {
+  StreetOptions scene = Busy();
+  scene.mover_count = 20;
+  const PointStreet street(scene);
+  EvidenceOptions options;
+  options.noise_memory = 0.0;
+  EvidenceAccumulator accumulator = Accumulator(options);
+  EvidenceFrame frame;
+  EvidenceResult result;
+  for (int t = 0; t <= 5; ++t) {
+    frame = FrameOf(street, t);
+    for (EvidencePoint& point : frame.points) {
+      point.estimates = street.moves(point.track_id) || point.track_id % 4 == 0;
+    }
+    result = *accumulator.Add(frame);
+  }
+  double movers = 0.0, judged = 0.0, estimating = 0.0;
+  for (size_t i = 0; i < frame.points.size(); ++i) {
+    if (!result.points[i].judged) continue;
+    judged += 1.0;
+    movers += street.moves(frame.points[i].track_id) ? 1.0 : 0.0;
+    estimating += frame.points[i].estimates ? 1.0 : 0.0;
+  }
+  ASSERT_LT(estimating, 0.5 * judged);
+  EXPECT_NEAR(result.mover_share, movers / judged, 0.3 * movers / judged);
+}
+
 TEST(EvidenceAccumulator, NewPointsWithoutEvidenceAreNotJudged) {
   const PointStreet street(Busy());
   EvidenceAccumulator accumulator = Accumulator();
