@@ -1,6 +1,7 @@
 #include "tools/segment/drive_input.h"
 
 #include <filesystem>
+#include <optional>
 #include <system_error>
 #include <utility>
 #include <variant>
@@ -91,6 +92,22 @@ absl::StatusOr<DriveInput> OpenLiveInput(const std::string& address) {
                        absl::StrCat(Fingerprint(image), "--1")};
   EGOSIEVE_RETURN_IF_ERROR(AsInputError(input.frames->SeekTo(0)));
   return input;
+}
+
+absl::StatusOr<double> SecondsPerFrame(vision::FrameSource& frames, int64_t from) {
+  EGOSIEVE_RETURN_IF_ERROR(frames.SeekTo(from));
+  std::optional<vision::Frame> first;
+  while (true) {
+    EGOSIEVE_ASSIGN_OR_RETURN(vision::FrameRead read, frames.Next());
+    if (std::holds_alternative<vision::EndOfFrames>(read)) return 0.0;
+    auto* frame = std::get_if<vision::Frame>(&read);
+    if (frame == nullptr) continue;
+    if (first) {
+      return (frame->time_seconds - first->time_seconds) /
+             static_cast<double>(frame->index - first->index);
+    }
+    first = std::move(*frame);
+  }
 }
 
 }  // namespace egosieve::tools

@@ -157,11 +157,17 @@ void SegmentFlags::AddLabelFlags(CLI::App& app) {
                  "the drive where neither is given")
       ->check(Between(0.1, 20.0))
       ->type_name("RATIO");
-  app.add_option(
-         "--ahead", ahead_,
-         "Frames after the current one that its labels may use; 0: none, as for a live camera")
-      ->check(Between(0, 100))
-      ->type_name("FRAMES");
+  CLI::Option* ahead =
+      app.add_option(
+             "--ahead", ahead_,
+             "Frames after the current one that its labels may use; 0: none, as for a live camera")
+          ->check(Between(0, kMostFramesAhead))
+          ->type_name("FRAMES");
+  app.add_option("--lag", lag_seconds_,
+                 "The same in seconds: as many frames as the input has in this time")
+      ->check(Between(0.0, 10.0))
+      ->excludes(ahead)
+      ->type_name("SECONDS");
   AddWordFlag(app, "--labels", labels_, LabelWords(),
               "How a feature's distance from the motion model becomes a label; evidence is "
               "epipolar then, unless it is given");

@@ -15,6 +15,8 @@
 
 namespace egosieve::tools {
 
+inline constexpr int kMostFramesAhead = 100;
+
 class SegmentFlags {
  public:
   void AddFlags(CLI::App& app);
@@ -23,8 +25,12 @@ class SegmentFlags {
   vision::OnlineSegmenterOptions MakeOptions(int threads) const;
 
   uint64_t seed() const { return seed_; }
-  // By --ahead.
-  bool wants_frames_ahead() const { return ahead_.value_or(0) > 0; }
+  // By --ahead or --lag.
+  bool wants_frames_ahead() const {
+    return ahead_.value_or(0) > 0 || lag_seconds_.value_or(0.0) > 0.0;
+  }
+  // --lag
+  std::optional<double> lag_seconds() const { return lag_seconds_; }
 
  private:
   void AddModelFlags(CLI::App& app);
@@ -53,6 +59,7 @@ class SegmentFlags {
   std::optional<std::string> motion_model_;
   std::optional<double> focal_ratio_;
   std::optional<int> ahead_;
+  std::optional<double> lag_seconds_;
   std::optional<std::string> labels_;
   std::optional<std::string> evidence_;
   std::optional<std::string> equalize_;

@@ -1,5 +1,6 @@
 #include "tools/segment/segment_run.h"
 
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -160,6 +161,20 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
       });
 }
 
+// The frames that are segmented in `lag` seconds, to the nearest.
+absl::StatusOr<int> FramesOfLag(double lag, const DriveInput& input,
+                                const ScheduleFlags& schedule) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const double seconds,
+                            SecondsPerFrame(*input.frames, schedule.first_frame()));
+  if (!(seconds > 0.0)) return 0;
+  const double frames = std::round(lag / (seconds * static_cast<double>(schedule.frame_step())));
+  if (frames > kMostFramesAhead) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "--lag=%g is %.0f frames here; at most %d can be used", lag, frames, kMostFramesAhead));
+  }
+  return static_cast<int>(frames);
+}
+
 }  // namespace
 
 absl::StatusOr<ExitCode> RunSegment(SegmentCall& call) {
@@ -167,7 +182,11 @@ absl::StatusOr<ExitCode> RunSegment(SegmentCall& call) {
   const int threads = call.threads.Apply();
   EGOSIEVE_ASSIGN_OR_RETURN(vision::OnlineSegmenterOptions options, call.MakeOptions(threads));
   EGOSIEVE_ASSIGN_OR_RETURN(DriveInput input, call.OpenInput());
-  if (input.is_live) options.ahead_frames = 0;
+  if (input.is_live) {
+    options.ahead_frames = 0;
+  } else if (const std::optional<double> lag = call.segmenter.lag_seconds()) {
+    EGOSIEVE_ASSIGN_OR_RETURN(options.ahead_frames, FramesOfLag(*lag, input, call.schedule));
+  }
   EGOSIEVE_RETURN_IF_ERROR(call.camera.Read(input));
   EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, call.device.Open());
   EGOSIEVE_RETURN_IF_ERROR(call.CheckFolder(input));

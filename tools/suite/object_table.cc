@@ -9,10 +9,9 @@
 namespace egosieve::tools {
 namespace {
 
-// title: of the first column. found: at which IoU. Empty if no sequence has groups of objects.
+// title: of the first column. Empty if no sequence has groups of objects.
 std::string TableOf(const std::vector<SequenceResult>& results, const char* title,
-                    const ObjectTally& (*objects_of)(const RunEvaluation&),
-                    int64_t ObjectRecall::*found) {
+                    const ObjectTally& (*objects_of)(const RunEvaluation&)) {
   std::vector<std::string> variants;  // in the order of the results
   std::map<std::string, ObjectTally> pooled;
   std::map<std::string, int64_t> counts;  // objects of the group, largest count over the variants
@@ -40,9 +39,10 @@ std::string TableOf(const std::vector<SequenceResult>& results, const char* titl
       if (recall == groups.end()) {
         absl::StrAppendFormat(&table, " %12s", "-");
       } else {
-        absl::StrAppendFormat(&table, " %12.3f",
-                              static_cast<double>(recall->second.*found) /
-                                  static_cast<double>(recall->second.objects));
+        const auto objects = static_cast<double>(recall->second.objects);
+        absl::StrAppendFormat(&table, "  %.3f %.3f",
+                              static_cast<double>(recall->second.found_at_30) / objects,
+                              static_cast<double>(recall->second.found_at_50) / objects);
       }
     }
     table.push_back('\n');
@@ -58,14 +58,12 @@ std::string TableOf(const std::vector<SequenceResult>& results, const char* titl
 }  // namespace
 
 std::string ObjectTable(const std::vector<SequenceResult>& results) {
-  const std::string maps = TableOf(
-      results, "movers found in maps (IoU 0.3)",
-      [](const RunEvaluation& run) -> const ObjectTally& { return run.scores.objects(); },
-      &ObjectRecall::found_at_30);
-  const std::string masks = TableOf(
-      results, "movers found in masks (IoU 0.5)",
-      [](const RunEvaluation& run) -> const ObjectTally& { return run.masks.objects(); },
-      &ObjectRecall::found_at_50);
+  const std::string maps =
+      TableOf(results, "movers in maps, IoU 0.3 and 0.5",
+              [](const RunEvaluation& run) -> const ObjectTally& { return run.scores.objects(); });
+  const std::string masks =
+      TableOf(results, "movers in masks, IoU 0.3 and 0.5",
+              [](const RunEvaluation& run) -> const ObjectTally& { return run.masks.objects(); });
   return absl::StrCat(maps, maps.empty() || masks.empty() ? "" : "\n", masks);
 }
 

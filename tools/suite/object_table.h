@@ -1,8 +1,8 @@
 // Movers found, by group (heading, class, size, distance), pooled over a suite's sequences, one
 // column per variant: in the maps, and by the numbers of reconstruct where it has run.
 //
-//   recall   share of the group's objects, frame by frame, found in maps with an IoU of 0.3 or
-//            more, by numbers with 0.5 or more
+//   recall   share of the group's objects, frame by frame, found with an IoU of at least 0.3, and
+//            of at least 0.5
 //   false    objects per frame that lie on nothing that moves
 #ifndef EGOSIEVE_TOOLS_SUITE_OBJECT_TABLE_H_
 #define EGOSIEVE_TOOLS_SUITE_OBJECT_TABLE_H_

@@ -48,14 +48,14 @@ SequenceResult Result(const std::string& variant, int first, int called) {
 TEST(ObjectTable, TellsRecallByGroupAndFalseObjectsByVariant) {
   const std::string table =
       ObjectTable({Result("all", 0, 10), Result("line", 45, 10), Result("all", 20, 10)});
-  EXPECT_THAT(table, ContainsRegex("movers found in maps.* objects +all +line\n"));
-  EXPECT_THAT(table, ContainsRegex("\nrelation ahead +2 +0.500 +0.000\n"));
-  EXPECT_THAT(table, ContainsRegex("\nahead within 40 m +2 +0.500 +0.000\n"));
-  EXPECT_THAT(table, ContainsRegex("\nrelation oncoming +2 +0.500 +0.000\n"));
+  EXPECT_THAT(table, ContainsRegex("movers in maps.* objects +all +line\n"));
+  EXPECT_THAT(table, ContainsRegex("\nrelation ahead +2 +0.500 0.500 +0.000 0.000\n"));
+  EXPECT_THAT(table, ContainsRegex("\nahead within 40 m +2 +0.500 0.500 +0.000 0.000\n"));
+  EXPECT_THAT(table, ContainsRegex("\nrelation oncoming +2 +0.500 0.500 +0.000 0.000\n"));
   EXPECT_THAT(table, ContainsRegex("\nfalse objects per frame +0.000 +1.000\n"));
-  const std::string masks = table.substr(table.find("movers found in masks"));
-  EXPECT_THAT(masks, ContainsRegex("\nrelation ahead +2 +0.000 +0.000\n"));
-  EXPECT_THAT(masks, ContainsRegex("\nrelation oncoming +2 +1.000 +1.000\n"));
+  const std::string masks = table.substr(table.find("movers in masks"));
+  EXPECT_THAT(masks, ContainsRegex("\nrelation ahead +2 +1.000 0.000 +1.000 0.000\n"));
+  EXPECT_THAT(masks, ContainsRegex("\nrelation oncoming +2 +1.000 1.000 +1.000 1.000\n"));
   EXPECT_THAT(masks, ContainsRegex("\nfalse objects per frame +0.000 +0.000\n"));
 }
 
