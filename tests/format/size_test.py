@@ -15,7 +15,6 @@ MOST_OF_A_FUNCTION = 60
 # Still too long. An entry leaves this list when it is not needed any more.
 LONG_FUNCTIONS = {
     'tests/kernels/covariance/scikit_learn_test.cc:AllNumbers',  # a table
-    'vision/evidence/evidence_accumulator.cc:Fuse',
 }
 
 

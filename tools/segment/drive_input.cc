@@ -95,19 +95,24 @@ absl::StatusOr<DriveInput> OpenLiveInput(const std::string& address) {
 }
 
 absl::StatusOr<double> SecondsPerFrame(vision::FrameSource& frames, int64_t from) {
+  const int64_t next = frames.next_index();
   EGOSIEVE_RETURN_IF_ERROR(frames.SeekTo(from));
   std::optional<vision::Frame> first;
+  double seconds = 0.0;
   while (true) {
     EGOSIEVE_ASSIGN_OR_RETURN(vision::FrameRead read, frames.Next());
-    if (std::holds_alternative<vision::EndOfFrames>(read)) return 0.0;
+    if (std::holds_alternative<vision::EndOfFrames>(read)) break;
     auto* frame = std::get_if<vision::Frame>(&read);
     if (frame == nullptr) continue;
     if (first) {
-      return (frame->time_seconds - first->time_seconds) /
-             static_cast<double>(frame->index - first->index);
+      seconds = (frame->time_seconds - first->time_seconds) /
+                static_cast<double>(frame->index - first->index);
+      break;
     }
     first = std::move(*frame);
   }
+  EGOSIEVE_RETURN_IF_ERROR(frames.SeekTo(next));
+  return seconds;
 }
 
 }  // namespace egosieve::tools

@@ -30,8 +30,8 @@ absl::StatusOr<DriveInput> OpenDriveInput(const std::string& path, int64_t from,
 // The same for a stream's address: reads its first frame, which remains the next one.
 absl::StatusOr<DriveInput> OpenLiveInput(const std::string& address);
 
-// Between the first two frames from `from` on that can be read; 0 where there are no two. Errors
-// are the source's.
+// Between the first two frames from `from` on that can be read; 0 where there are no two. The next
+// frame of the source stays the same. Errors are the source's.
 absl::StatusOr<double> SecondsPerFrame(vision::FrameSource& frames, int64_t from);
 
 }  // namespace egosieve::tools

@@ -4,6 +4,7 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "kernels/files/atomic_file.h"
 #include "tests/tools/testing/fresh_folder.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
@@ -40,6 +41,18 @@ TEST_F(Lag, IsInSecondsOfTheInput) {
   EXPECT_EQ(FramesAhead(), "3");
   ASSERT_EQ(Segment({"--lag=0"}).code, 0);
   EXPECT_EQ(FramesAhead(), "0");
+}
+
+TEST_F(Lag, GivesTheBytesOfAsManyFramesAhead) {
+  WritePatchDrive(root_, SmallPatchDrive(16));
+  std::vector<std::string> maps, cameras;
+  for (const char* flag : {"--ahead=2", "--lag=0.2"}) {
+    ASSERT_EQ(Segment({flag}).code, 0);
+    cameras.push_back(*ReadFile(run_ + "/camera.json"));
+    maps.push_back(*ReadFile(run_ + "/grid/000008.prob.png"));
+  }
+  EXPECT_EQ(cameras[0], cameras[1]);
+  EXPECT_EQ(maps[0], maps[1]);
 }
 
 TEST_F(Lag, IsRefusedBesideFramesAheadAndWhereItIsTooLong) {
