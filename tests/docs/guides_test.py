@@ -41,6 +41,7 @@ NOT_RUN = {
     './run tune': 'minutes: tests/tools/tune tunes small cases',
     './run lab compare': 'hours: tests/tools/end_to_end/comparison_test.cc compares small drives',
     'out/growth': 'drives of a figure; minutes',
+    'out/rates': 'the same',
     'bus_stop': 'a hundred frames; minutes',
     'out/street': '350 frames; minutes',
     'out/potential': '350 frames; minutes',
