@@ -87,8 +87,8 @@ std::string MaskScores::Summary() const {
                           identity->association);
   }
   for (const auto& [group, r] : objects_.recall()) {
-    absl::StrAppendFormat(&text, "movers of ids, %s: of %d %d found (IoU 0.3), %d (0.5)\n", group,
-                          r.objects, r.found_at_30, r.found_at_50);
+    absl::StrAppendFormat(&text, "movers of ids, %s: %d of %d found (IoU 0.3), %d (IoU 0.5)\n",
+                          group, r.found_at_30, r.objects, r.found_at_50);
   }
   if (const std::optional<double> false_objects = objects_.FalseObjectsPerFrame()) {
     absl::StrAppendFormat(&text, "false movers of ids per frame %.4f\n", *false_objects);

@@ -163,8 +163,9 @@ void SegmentFlags::AddLabelFlags(CLI::App& app) {
              "Frames after the current one that its labels may use; 0: none, as for a live camera")
           ->check(Between(0, kMostFramesAhead))
           ->type_name("FRAMES");
-  app.add_option("--lag", lag_seconds_,
-                 "The same in seconds: as many frames as the input has in this time")
+  app.add_option(
+         "--lag", lag_seconds_,
+         "Seconds after the current frame that its labels may look ahead; in place of --ahead")
       ->check(Between(0.0, 10.0))
       ->excludes(ahead)
       ->type_name("SECONDS");
