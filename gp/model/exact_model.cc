@@ -5,6 +5,7 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_format.h"
+#include "gp/covariance/prior_variance.h"
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/jitter_sequence.h"
 #include "gp/linalg/not_positive_definite.h"
@@ -134,8 +135,7 @@ absl::StatusOr<ExactModel::Solution> ExactModel::Solve(const Hyperparameters& hy
                                                        bool refused) const {
   const Observations observations =
       points.observations(hyperparameters.covariance.input_dimension());
-  const double signal_stddev = hyperparameters.covariance.signal_stddev;
-  const double unit = signal_stddev * signal_stddev;
+  const double unit = LargestPriorVariance(hyperparameters.covariance, observations.inputs);
   IncrementalCholeskyOptions options;
   options.least_capacity = factor_.capacity();
   Solution solution{IncrementalCholesky(options), jitter, {}};

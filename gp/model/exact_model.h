@@ -20,8 +20,8 @@
 //
 // Numerically equal inputs make K + sigma_n^2 I singular to working precision only if sigma_n is
 // tiny. If a pivot is refused, the jitter increases by gp/linalg/jitter_sequence.h, whose unit is
-// sigma_f^2, and the factor is rebuilt; jitter() reports it. Setting the hyperparameters resets it
-// to zero.
+// the largest k(x_i, x_i), and the factor is rebuilt; jitter() reports it. Setting the
+// hyperparameters resets it to zero.
 //
 // On devices with float64 and their own memory, the factor is rebuilt on the device, also for a
 // batch that at least doubles the points. It is then copied to the host, which updates it

@@ -101,21 +101,43 @@ absl::Status Optimize(LearningModel& model, const egosieve_optimize_options* opt
   egosieve_optimize_options wishes;
   egosieve_optimize_options_init(&wishes);
   if (options != nullptr) EGOSIEVE_RETURN_IF_ERROR(ReadStruct("options", options, wishes));
-  if (result != nullptr) EGOSIEVE_RETURN_IF_ERROR(CheckStruct("result", result));
+  egosieve_optimize_result values{};
+  if (result != nullptr) EGOSIEVE_RETURN_IF_ERROR(ReadStruct("result", result, values));
   SearchOptions search;
   search.subset_size = wishes.subset_size;
-  search.annealing_evaluations = wishes.annealing_evaluations;
+  search.restarts = wishes.restarts;
   search.gradient_steps = wishes.gradient_steps;
   search.tolerance = wishes.tolerance;
   search.seed = wishes.seed;
+  const auto bounds = [&](const double* values) {
+    return values == nullptr ? std::vector<double>()
+                             : std::vector<double>(values, values + wishes.bound_count);
+  };
+  if (wishes.bound_count < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("options.bound_count = %d", wishes.bound_count));
+  }
+  search.lower = bounds(wishes.lower_bounds);
+  search.upper = bounds(wishes.upper_bounds);
+  if (wishes.should_stop != nullptr) {
+    search.should_stop = [&] { return wishes.should_stop(wishes.stop_argument) != 0; };
+  }
+  const int64_t count = model.Describe().hyperparameters.count();
+  if (values.on_bound != nullptr && values.on_bound_count != count) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "result.on_bound_count = %d; there are %d hyperparameters", values.on_bound_count, count));
+  }
   EGOSIEVE_ASSIGN_OR_RETURN(const SearchResult found, model.Optimize(search));
   if (result == nullptr) return absl::OkStatus();
-  egosieve_optimize_result values{};
   values.log_likelihood_at_start = found.log_likelihood_at_start;
   values.log_likelihood = found.log_likelihood;
   values.evaluations = found.evaluations;
   values.points = found.points;
   values.converged = found.converged;
+  values.gradient_norm = found.gradient_norm;
+  if (values.on_bound != nullptr) {
+    std::copy(found.on_bound.begin(), found.on_bound.end(), values.on_bound);
+  }
   WriteStruct(values, result);
   return absl::OkStatus();
 }
@@ -188,7 +210,7 @@ void egosieve_optimize_options_init(egosieve_optimize_options* options) {
   *options = egosieve_optimize_options{};
   options->struct_size = sizeof *options;
   options->subset_size = defaults.subset_size;
-  options->annealing_evaluations = defaults.annealing_evaluations;
+  options->restarts = defaults.restarts;
   options->gradient_steps = defaults.gradient_steps;
   options->tolerance = defaults.tolerance;
   options->seed = defaults.seed;

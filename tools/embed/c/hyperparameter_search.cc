@@ -9,17 +9,21 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "gp/covariance/prior_variance.h"
+#include "gp/linalg/jitter_sequence.h"
 #include "gp/linalg/not_positive_definite.h"
 #include "gp/model/inducing_points.h"
-#include "gp/training/gradient_ascent.h"
+#include "gp/training/bounded_ascent.h"
 #include "gp/training/marginal_likelihood.h"
-#include "gp/training/simulated_annealing.h"
 #include "kernels/base/status_macros.h"
 
 namespace egosieve::embed {
 namespace {
 
 constexpr double kMinusInfinity = -std::numeric_limits<double>::infinity();
+constexpr int kSparseRounds = 8;
+constexpr double kLeastRise = 0.1;  // of J by another choice of inducing inputs, nats
+constexpr double kWidth = 20.0;     // of the restarts around theta_0, a factor
 
 struct Subset {
   gp::PointSet points;
@@ -51,47 +55,64 @@ Subset DrawSubset(const gp::Observations& data, int64_t size, uint64_t seed) {
   return subset;
 }
 
-// J, with a count of its evaluations; -infinity if K is not positive definite.
+// J, with a count of its evaluations; -infinity if K is not positive definite with any jitter.
 class Objective {
  public:
-  // sparse, inducing (m x D): only for a sparse model.
+  // sparse: only for a sparse model.
   Objective(kernels::Context& context, const gp::Hyperparameters& kind, const Subset& subset,
-            const std::optional<gp::SparseModelOptions>& sparse, std::vector<double> inducing)
-      : context_(context),
-        kind_(kind),
-        subset_(subset),
-        sparse_(sparse),
-        inducing_(std::move(inducing)) {}
+            const SearchOptions& options, const std::optional<gp::SparseModelOptions>& sparse)
+      : context_(context), kind_(kind), subset_(subset), options_(options), sparse_(sparse) {}
 
+  // A sparse model's inducing inputs, by the hyperparameters theta.
+  absl::Status ChooseInducing(const std::vector<double>& theta) {
+    if (!sparse_.has_value()) return absl::OkStatus();
+    EGOSIEVE_ASSIGN_OR_RETURN(const gp::Hyperparameters there, gp::FromLogarithms(kind_, theta));
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        inducing_, gp::ChooseInducingInputs(context_, there.covariance, subset_.view().inputs,
+                                            sparse_->inducing_points));
+    return absl::OkStatus();
+  }
+
+  // gradient: null if it is not wanted; zeros where J is -infinity.
   absl::StatusOr<double> operator()(const std::vector<double>& theta,
                                     std::vector<double>* gradient) {
-    ++evaluations_;
-    EGOSIEVE_ASSIGN_OR_RETURN(const gp::Hyperparameters hyperparameters,
-                              gp::FromLogarithms(kind_, theta));
-    absl::StatusOr<gp::MarginalLikelihood> likelihood =
-        Likelihood(hyperparameters, gradient == nullptr ? gp::LikelihoodOrder::kValue
-                                                        : gp::LikelihoodOrder::kValueAndGradient);
-    if (gp::IsNotPositiveDefinite(likelihood.status())) return kMinusInfinity;
-    EGOSIEVE_RETURN_IF_ERROR(likelihood.status());
-    const double share = 1.0 / static_cast<double>(subset_.points.size());
-    if (gradient != nullptr) {
-      *gradient = std::move(likelihood->gradient);
-      for (double& slope : *gradient) slope *= share;
+    if (options_.should_stop && options_.should_stop()) {
+      return absl::CancelledError("the optimisation was stopped");
     }
-    return likelihood->value * share;
+    ++evaluations_;
+    if (gradient != nullptr) gradient->assign(theta.size(), 0.0);
+    EGOSIEVE_ASSIGN_OR_RETURN(gp::Hyperparameters there, gp::FromLogarithms(kind_, theta));
+    const auto order =
+        gradient == nullptr ? gp::LikelihoodOrder::kValue : gp::LikelihoodOrder::kValueAndGradient;
+    const gp::Observations data = subset_.view();
+    const double noise = there.noise_variance();
+    const double unit = gp::LargestPriorVariance(there.covariance, data.inputs);
+    for (std::optional<double> jitter = 0.0; jitter.has_value();
+         jitter = sparse_.has_value() ? std::nullopt : gp::NextJitter(*jitter, unit)) {
+      if (*jitter > 0.0) there.noise_stddev = std::sqrt(noise + *jitter);
+      absl::StatusOr<gp::MarginalLikelihood> likelihood = Likelihood(there, data, order);
+      if (gp::IsNotPositiveDefinite(likelihood.status())) continue;
+      EGOSIEVE_RETURN_IF_ERROR(likelihood.status());
+      if (gradient != nullptr) {
+        *gradient = std::move(likelihood->gradient);
+        gradient->back() *= noise / (noise + *jitter);  // d (sigma_n^2 + jitter) / d log sigma_n
+      }
+      return likelihood->value;
+    }
+    return kMinusInfinity;
   }
 
   int64_t evaluations() const { return evaluations_; }
 
  private:
-  absl::StatusOr<gp::MarginalLikelihood> Likelihood(const gp::Hyperparameters& hyperparameters,
+  absl::StatusOr<gp::MarginalLikelihood> Likelihood(const gp::Hyperparameters& there,
+                                                    const gp::Observations& data,
                                                     gp::LikelihoodOrder order) const {
-    const gp::Observations data = subset_.view();
     if (!sparse_.has_value()) {
-      return gp::ComputeMarginalLikelihood(context_, hyperparameters, data, order);
+      return gp::ComputeMarginalLikelihood(context_, there, data, order);
     }
     const int64_t count = static_cast<int64_t>(inducing_.size()) / subset_.dimension;
-    return gp::ComputeSparseLikelihood(context_, hyperparameters, data,
+    return gp::ComputeSparseLikelihood(context_, there, data,
                                        {inducing_.data(), count, subset_.dimension}, order,
                                        SparseObjectiveOf(*sparse_));
   }
@@ -99,53 +120,34 @@ class Objective {
   kernels::Context& context_;
   const gp::Hyperparameters& kind_;
   const Subset& subset_;
+  const SearchOptions& options_;
   const std::optional<gp::SparseModelOptions>& sparse_;
-  const std::vector<double> inducing_;
+  std::vector<double> inducing_;
   int64_t evaluations_ = 0;
 };
 
-struct Climb {
-  std::vector<double> theta;
-  double objective = kMinusInfinity;
-  bool converged = false;
-};
-
-// Whether every coordinate has a small step or lies on its bound, where steps never shrink.
-bool Settled(const std::vector<double>& theta, const gp::RpropState& state,
-             const gp::HyperparameterBounds& bounds, double tolerance) {
-  for (size_t t = 0; t < theta.size(); ++t) {
-    const bool at_bound = theta[t] == bounds.lower[t] || theta[t] == bounds.upper[t];
-    if (!at_bound && !(state.steps[t] < tolerance)) return false;
-  }
-  return true;
-}
-
-absl::StatusOr<Climb> ClimbFrom(std::vector<double> theta, Objective& objective,
-                                const gp::HyperparameterBounds& bounds,
-                                const SearchOptions& options) {
-  const gp::RpropOptions rprop;
-  gp::RpropState state;
-  Climb best{theta, kMinusInfinity, false};
-  std::vector<double> gradient;
-  for (int step = 0; step <= options.gradient_steps; ++step) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const double value, objective(theta, &gradient));
-    if (value > best.objective) {
-      best.theta = theta;
-      best.objective = value;
+// The ascent from theta; of a sparse model in rounds, with inducing inputs chosen in each.
+absl::StatusOr<gp::AscentResult> AscendFrom(std::vector<double> theta, Objective& objective,
+                                            const gp::HyperparameterBounds& bounds,
+                                            const SearchOptions& options, bool is_sparse) {
+  gp::AscentOptions ascent;
+  ascent.steps = options.gradient_steps;
+  ascent.tolerance = options.tolerance;
+  const gp::ValueAndGradient f = [&](const std::vector<double>& at, std::vector<double>& gradient) {
+    return objective(at, &gradient);
+  };
+  gp::AscentResult best;
+  for (int round = 0; round < (is_sparse ? kSparseRounds : 1); ++round) {
+    EGOSIEVE_RETURN_IF_ERROR(objective.ChooseInducing(theta));
+    EGOSIEVE_ASSIGN_OR_RETURN(gp::AscentResult found, gp::Ascend(f, theta, bounds, ascent));
+    if (is_sparse) {  // with the inputs that the model will choose
+      EGOSIEVE_RETURN_IF_ERROR(objective.ChooseInducing(found.theta));
+      EGOSIEVE_ASSIGN_OR_RETURN(found.value, objective(found.theta, nullptr));
     }
-    if (step == options.gradient_steps) break;
-    if (!(value > kMinusInfinity)) {
-      if (!(best.objective > kMinusInfinity)) break;
-      theta = best.theta;
-      for (double& size : state.steps) size = std::max(0.5 * size, rprop.minimum_step);
-      std::fill(state.previous_gradient.begin(), state.previous_gradient.end(), 0.0);
-      continue;
-    }
-    gp::RpropStep(gradient, bounds, rprop, state, theta);
-    if (Settled(theta, state, bounds, options.tolerance)) {
-      best.converged = true;
-      break;
-    }
+    const bool rises = found.value > best.value + kLeastRise || round == 0;
+    if (found.value > best.value || round == 0) best = found;
+    if (!rises) break;
+    theta = std::move(found.theta);
   }
   return best;
 }
@@ -177,6 +179,88 @@ double SizeOf(kernels::ConstMatrixView<double> targets, bool centred) {
   return RootMeanSquare(values);
 }
 
+// theta_0 and the default bounds.
+struct Ranges {
+  std::vector<double> start;
+  gp::HyperparameterBounds bounds;
+};
+
+Ranges RangesOf(const gp::Hyperparameters& kind, const gp::Observations& data) {
+  const kernels::ConstMatrixView<double>& inputs = data.inputs;
+  Ranges ranges;
+  const auto add = [&](double start, double lower, double upper) {
+    ranges.start.push_back(std::log(start));
+    ranges.bounds.lower.push_back(std::log(lower));
+    ranges.bounds.upper.push_back(std::log(upper));
+  };
+  std::vector<double> spreads;
+  for (int64_t d = 0; d < inputs.cols; ++d) spreads.push_back(SpreadOf(inputs, d));
+  const double largest = *std::max_element(spreads.begin(), spreads.end());
+  using Unit = kernels::ScaleGroup::Unit;
+  for (const kernels::ScaleGroup& group : kind.covariance.function.description().scale_groups()) {
+    for (int64_t d = 0; d < (group.per_input ? inputs.cols : 1); ++d) {
+      const double spread = group.per_input ? spreads[d] : largest;
+      switch (group.unit) {
+        case Unit::kNone:
+          add(1.0, 1e-5, 1e5);
+          break;
+        case Unit::kInput:
+          add(0.5 * spread, 1e-4 * spread, 1e6 * spread);
+          break;
+        case Unit::kInverseInput:
+          add(2.0 / spread, 1e-6 / spread, 1e4 / spread);
+          break;
+      }
+    }
+  }
+  const double size = SizeOf(data.targets, kind.mean != gp::MeanFunction::kZero);
+  add(size, 1e-3 * size, 1e4 * size);
+  add(0.1 * size, 1e-5 * size, 10.0 * size);
+  return ranges;
+}
+
+// The given bounds, and the default ones widened to include `start`. Given values are positive.
+absl::StatusOr<gp::HyperparameterBounds> BoundsOf(const SearchOptions& options,
+                                                  gp::HyperparameterBounds bounds,
+                                                  const std::vector<double>& start) {
+  for (const auto* given : {&options.lower, &options.upper}) {
+    if (!given->empty() && given->size() != start.size()) {
+      return absl::InvalidArgumentError(
+          absl::StrFormat("%d bounds; there are %d hyperparameters: the scales, sigma_f, sigma_n",
+                          given->size(), start.size()));
+    }
+  }
+  const auto value = [](const std::vector<double>& given, size_t t) {
+    return given.empty() ? std::numeric_limits<double>::quiet_NaN() : given[t];
+  };
+  for (size_t t = 0; t < start.size(); ++t) {
+    const double lower = value(options.lower, t), upper = value(options.upper, t);
+    bounds.lower[t] = std::isnan(lower) ? std::min(bounds.lower[t], start[t]) : std::log(lower);
+    bounds.upper[t] = std::isnan(upper) ? std::max(bounds.upper[t], start[t]) : std::log(upper);
+    if (!(bounds.lower[t] <= bounds.upper[t]) || !std::isfinite(bounds.lower[t]) ||
+        !std::isfinite(bounds.upper[t])) {
+      return absl::InvalidArgumentError(absl::StrFormat(
+          "bounds of hyperparameter %d: %g to %g; they must be positive, finite and in order", t,
+          std::exp(bounds.lower[t]), std::exp(bounds.upper[t])));
+    }
+  }
+  return bounds;
+}
+
+// theta_0 times random factors, within the bounds.
+std::vector<double> RandomStart(const std::vector<double>& theta_0,
+                                const gp::HyperparameterBounds& bounds, std::mt19937_64& random) {
+  std::vector<double> theta = theta_0;
+  for (size_t t = 0; t < theta.size(); ++t) {
+    const double lower = std::max(bounds.lower[t], theta_0[t] - std::log(kWidth));
+    const double upper = std::min(bounds.upper[t], theta_0[t] + std::log(kWidth));
+    const double share = static_cast<double>(random() >> 11) * 0x1p-53;
+    theta[t] = lower + share * std::max(0.0, upper - lower);
+  }
+  bounds.Clamp(theta);
+  return theta;
+}
+
 }  // namespace
 
 absl::Status SearchOptions::Validate() const {
@@ -184,10 +268,9 @@ absl::Status SearchOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrFormat("subset_size = %d; it must be 0 (all) or at least 2", subset_size));
   }
-  if (annealing_evaluations < 0 || gradient_steps < 0) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("annealing_evaluations = %d, gradient_steps = %d; neither may be negative",
-                        annealing_evaluations, gradient_steps));
+  if (restarts < 0 || gradient_steps < 0) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "restarts = %d, gradient_steps = %d; neither may be negative", restarts, gradient_steps));
   }
   if (!(tolerance > 0.0)) {
     return absl::InvalidArgumentError(
@@ -202,40 +285,6 @@ gp::SparseLikelihoodOptions SparseObjectiveOf(const gp::SparseModelOptions& opti
           options.relative_jitter};
 }
 
-gp::HyperparameterBounds BoundsForData(const gp::Hyperparameters& kind,
-                                       const gp::Observations& data) {
-  const kernels::ConstMatrixView<double>& inputs = data.inputs;
-  gp::HyperparameterBounds bounds;
-  const auto bound = [&](double lower, double upper) {
-    bounds.lower.push_back(std::log(lower));
-    bounds.upper.push_back(std::log(upper));
-  };
-  std::vector<double> spreads;
-  for (int64_t d = 0; d < inputs.cols; ++d) spreads.push_back(SpreadOf(inputs, d));
-  const double largest = *std::max_element(spreads.begin(), spreads.end());
-  using Unit = kernels::ScaleGroup::Unit;
-  for (const kernels::ScaleGroup& group : kind.covariance.function.description().scale_groups()) {
-    for (int64_t d = 0; d < (group.per_input ? inputs.cols : 1); ++d) {
-      const double spread = group.per_input ? spreads[d] : largest;
-      switch (group.unit) {
-        case Unit::kNone:
-          bound(0.01, 100.0);
-          break;
-        case Unit::kInput:
-          bound(0.01 * spread, 100.0 * spread);
-          break;
-        case Unit::kInverseInput:
-          bound(0.01 / spread, 1000.0 / spread);
-          break;
-      }
-    }
-  }
-  const double size = SizeOf(data.targets, kind.mean != gp::MeanFunction::kZero);
-  bound(0.1 * size, 10.0 * size);
-  bound(0.01 * size, 2.0 * size);
-  return bounds;
-}
-
 absl::StatusOr<SearchResult> SearchHyperparameters(
     kernels::Context& context, const gp::Hyperparameters& start, const gp::Observations& data,
     const SearchOptions& options, const std::optional<gp::SparseModelOptions>& sparse) {
@@ -245,42 +294,46 @@ absl::StatusOr<SearchResult> SearchHyperparameters(
         "hyperparameters need at least 2 points to be optimised on; there are %d", data.size()));
   }
   const Subset subset = DrawSubset(data, options.subset_size, options.seed);
-  gp::HyperparameterBounds bounds = BoundsForData(start, subset.view());
-  std::vector<double> theta = gp::ToLogarithms(start);
-  for (size_t t = 0; t < theta.size(); ++t) {
-    bounds.lower[t] = std::min(bounds.lower[t], theta[t]);
-    bounds.upper[t] = std::max(bounds.upper[t], theta[t]);
-  }
-  std::vector<double> inducing;
-  if (sparse.has_value()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        inducing, gp::ChooseInducingInputs(context, start.covariance, subset.view().inputs,
-                                           sparse->inducing_points));
-  }
-  Objective objective(context, start, subset, sparse, std::move(inducing));
-  EGOSIEVE_ASSIGN_OR_RETURN(const double at_start, objective(theta, nullptr));
-  if (options.annealing_evaluations > 0) {
-    gp::AnnealingOptions annealing;
-    annealing.evaluations = options.annealing_evaluations;
-    annealing.seed = options.seed;
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        gp::AnnealingResult annealed,
-        gp::Anneal([&](const std::vector<double>& at) { return objective(at, nullptr); }, theta,
-                   bounds, annealing));
-    theta = std::move(annealed.theta);
-  }
-  EGOSIEVE_ASSIGN_OR_RETURN(Climb climb, ClimbFrom(std::move(theta), objective, bounds, options));
-  if (!(climb.objective >= at_start)) {
-    climb.theta = gp::ToLogarithms(start);
-    climb.objective = at_start;
-  }
+  Ranges ranges = RangesOf(start, subset.view());
+  std::vector<double> given = gp::ToLogarithms(start);
+  EGOSIEVE_ASSIGN_OR_RETURN(const gp::HyperparameterBounds bounds,
+                            BoundsOf(options, ranges.bounds, given));
+  Objective objective(context, start, subset, options, sparse);
   SearchResult result;
-  EGOSIEVE_ASSIGN_OR_RETURN(result.hyperparameters, gp::FromLogarithms(start, climb.theta));
+  EGOSIEVE_RETURN_IF_ERROR(objective.ChooseInducing(given));
+  EGOSIEVE_ASSIGN_OR_RETURN(result.log_likelihood_at_start, objective(given, nullptr));
+  bounds.Clamp(given);
+  bounds.Clamp(ranges.start);
+  EGOSIEVE_RETURN_IF_ERROR(objective.ChooseInducing(ranges.start));
+  EGOSIEVE_ASSIGN_OR_RETURN(const double of_data, objective(ranges.start, nullptr));
+  std::vector<std::vector<double>> starts = {of_data > result.log_likelihood_at_start ? ranges.start
+                                                                                      : given};
+  std::mt19937_64 random(options.seed);
+  for (int i = 0; i < options.restarts; ++i) {
+    starts.push_back(RandomStart(ranges.start, bounds, random));
+  }
+  gp::AscentResult best;
+  for (const std::vector<double>& theta : starts) {
+    EGOSIEVE_ASSIGN_OR_RETURN(gp::AscentResult found,
+                              AscendFrom(theta, objective, bounds, options, sparse.has_value()));
+    if (found.value > best.value) best = std::move(found);
+  }
+  if (!(best.value > kMinusInfinity)) {
+    return gp::NotPositiveDefinite("the covariances are not positive definite at any start");
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(result.hyperparameters, gp::FromLogarithms(start, best.theta));
   result.points = subset.points.size();
-  result.log_likelihood_at_start = at_start * static_cast<double>(result.points);
-  result.log_likelihood = climb.objective * static_cast<double>(result.points);
+  result.log_likelihood = best.value;
+  result.gradient_norm = best.gradient_norm;
   result.evaluations = objective.evaluations();
-  result.converged = climb.converged;
+  result.converged = best.converged;
+  for (size_t t = 0; t < best.theta.size(); ++t) {
+    const bool is_free = bounds.lower[t] < bounds.upper[t];
+    result.on_bound.push_back(!is_free                           ? 0
+                              : best.theta[t] <= bounds.lower[t] ? -1
+                              : best.theta[t] >= bounds.upper[t] ? 1
+                                                                 : 0);
+  }
   return result;
 }
 

@@ -1,33 +1,41 @@
 // Maximises the log marginal likelihood from given hyperparameters until convergence, for programs
 // that fit one model. In contrast, gp/training/hyperparameter_trainer.h follows a stream of data.
 //
-//   J(theta) = log p(y_S | X_S, theta) / |S|,   theta = logarithms of scales, sigma_f, sigma_n
+//   J(theta) = log p(y_S | X_S, theta),   theta = logarithms of scales, sigma_f, sigma_n
 //
 //   for a sparse model the objective of gp/training/sparse_likelihood.h instead of log p: VFE for
-//   DTC, FITC's likelihood for FITC, inducing inputs chosen at the start
+//   DTC, FITC's likelihood for FITC
 //
 //   1. S: all points, or a random subset of `subset_size`
-//   2. simulated annealing, if asked for                    gp/training/simulated_annealing.h
-//   3. iRprop- from the best theta                          gp/training/gradient_ascent.h
+//   2. starts: the given theta, or theta_0, which follows the data, where its J is higher; then
+//      `restarts` random ones
+//   3. from each start gp/training/bounded_ascent.h; the best theta is the result
 //
-// The bounds follow the data. s_d is the standard deviation of input d (1 if it is 0), s_y the root
-// mean square of y, with a mean function that around the mean of each output. The bounds are
-// widened to include the start:
+// With s_d the standard deviation of input d (1 if it is 0), s_y the root mean square of y, with a
+// mean function that around the mean of each output:
 //
-//   arcsine w_0 in [0.01, 100], w_d in [0.01, 1000] / s_d;   l_d in [0.01, 100] s_d
-//   sigma_f in [0.1, 10] s_y;   sigma_n in [0.01, 2] s_y
+//                      theta_0     restarts, log-uniform     bounds
+//   lengths            s_d / 2     1/20 to 20 theta_0        [1e-4, 1e6] s_d
+//   weights w_d        2 / s_d     the same                  [1e-6, 1e4] / s_d
+//   w_0 and others     1           the same                  [1e-5, 1e5]
+//   sigma_f            s_y         the same                  [1e-3, 1e4] s_y
+//   sigma_n            s_y / 10    the same                  [1e-5, 10] s_y
 //
-// For data without noise, sigma_f rises and sigma_n falls without end, and with them rises the
-// error of float32 means, about sqrt(n) 1e-7 sigma_f^2 / sigma_n. At the corner of the bounds, for
-// n = 100, it equals sigma_n.
+// The caller may give bounds for any of them; equal ones keep a value fixed. Default bounds are
+// widened to include the given theta.
 //
-// If K is not positive definite after a step, the step is undone and all step sizes are halved. The
-// result is the best theta seen, so J never decreases.
+// If K is not positive definite, J is that of K + jitter I with the jitter with which the model
+// would be conditioned (gp/linalg/jitter_sequence.h, in units of the largest k(x_i, x_i)).
+//
+// A sparse model's inducing inputs are chosen at the start and again where the ascent ended, until
+// J, with the inputs chosen at its theta, rises by less than 0.1.
 #ifndef EGOSIEVE_TOOLS_EMBED_C_HYPERPARAMETER_SEARCH_H_
 #define EGOSIEVE_TOOLS_EMBED_C_HYPERPARAMETER_SEARCH_H_
 
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -40,28 +48,34 @@
 namespace egosieve::embed {
 
 struct SearchOptions {
-  int64_t subset_size = 800;      // points; 0: all
-  int annealing_evaluations = 0;  // number of evaluations of J
-  int gradient_steps = 100;       // largest number of steps
-  double tolerance = 1e-3;        // ends when the largest step of theta falls below it
-  uint64_t seed = 1;
+  int64_t subset_size = 800;  // points; 0: all
+  int restarts = 0;           // random starts after the first
+  int gradient_steps = 500;   // of one ascent, at most
+  double tolerance = 1e-3;    // of the largest component of J's projected gradient, nats
+  uint64_t seed = 1;          // of the subset and the restarts
+  // Bounds of scales, sigma_f and sigma_n; empty or NaN: the default.
+  std::vector<double> lower, upper;
+  // Asked before each evaluation of J; true ends the search with Cancelled. May be empty.
+  std::function<bool()> should_stop;
 
   absl::Status Validate() const;
 };
 
 struct SearchResult {
   gp::Hyperparameters hyperparameters;
-  double log_likelihood_at_start = 0.0;  // of S, nats
+  double log_likelihood_at_start =
+      0.0;  // of S at the given theta, nats; -infinity if there is none
   double log_likelihood = 0.0;
+  double gradient_norm = 0.0;  // the largest component of J's projected gradient, nats
   int64_t evaluations = 0;
-  int64_t points = 0;  // |S|
-  bool converged = false;
+  int64_t points = 0;         // |S|
+  bool converged = false;     // gradient_norm <= tolerance
+  std::vector<int> on_bound;  // of each theta: -1 on the lower, 1 on the upper bound, 0 between;
+                              // 0 also if fixed
 };
 
-gp::HyperparameterBounds BoundsForData(const gp::Hyperparameters& kind,
-                                       const gp::Observations& data);
-
-// FailedPrecondition with fewer than 2 points.
+// FailedPrecondition with fewer than 2 points, and if J is -infinity at every start. Cancelled if
+// should_stop says so.
 absl::StatusOr<SearchResult> SearchHyperparameters(
     kernels::Context& context, const gp::Hyperparameters& start, const gp::Observations& data,
     const SearchOptions& options,

@@ -27,6 +27,8 @@ egosieve_status CodeOf(const absl::Status& status) {
       return EGOSIEVE_UNAVAILABLE;
     case absl::StatusCode::kResourceExhausted:
       return EGOSIEVE_OUT_OF_MEMORY;
+    case absl::StatusCode::kCancelled:
+      return EGOSIEVE_CANCELLED;
     default:
       return EGOSIEVE_INTERNAL;
   }

@@ -34,7 +34,8 @@ const char* egosieve_last_error(void) { return last_error; }
 const char* egosieve_status_name(egosieve_status status) {
   static constexpr const char* kNames[] = {
       "ok",        "invalid argument", "invalid handle", "failed precondition", "not found",
-      "data loss", "unimplemented",    "unavailable",    "out of memory",       "internal error"};
+      "data loss", "unimplemented",    "unavailable",    "out of memory",       "internal error",
+      "cancelled"};
   return status >= 0 && status < static_cast<int32_t>(std::size(kNames)) ? kNames[status]
                                                                          : "unknown status";
 }

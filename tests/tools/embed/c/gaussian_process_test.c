@@ -1,5 +1,6 @@
 /* The C interface of the model, from C99: what it computes. */
 #include "egosieve/gaussian_process.h"
+#include "egosieve/joint_posterior.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -153,6 +154,59 @@ static void test_grid_and_posterior(void) {
     CHECK(later[k] == by_points[k]);
   }
   CHECK_OK(egosieve_posterior_free(posterior));
+}
+
+static int32_t stop_at_third(void* argument) { return ++*(int*)argument > 2; }
+
+/* Where the optimisation ends, the gradient vanishes but for what lies on a bound. */
+static void test_optima_are_stationary(void) {
+  egosieve_gp* gp = new_conditioned_model(EGOSIEVE_SQUARED_EXPONENTIAL);
+  egosieve_optimize_options options;
+  egosieve_optimize_result result;
+  egosieve_gp_info info;
+  double theta[D + 2], gradient[D + 2], lower[D + 2], upper[D + 2], value = 0, first = 0;
+  int32_t on_bound[D + 2];
+  int calls = 0;
+  for (int t = 0; t < D + 2; ++t) lower[t] = upper[t] = NAN;
+  upper[D] = 0.5; /* of sigma_f */
+  lower[D + 1] = upper[D + 1] = 0.3;
+  egosieve_optimize_options_init(&options);
+  egosieve_optimize_result_init(&result);
+  options.lower_bounds = lower;
+  options.upper_bounds = upper;
+  options.bound_count = D + 2;
+  result.on_bound = on_bound;
+  result.on_bound_count = D + 2;
+  CHECK_OK(egosieve_gp_optimize(gp, &options, &result));
+  first = result.log_likelihood;
+  CHECK(result.converged && result.gradient_norm <= options.tolerance);
+  egosieve_gp_info_init(&info);
+  CHECK_OK(egosieve_gp_describe(gp, &info));
+  CHECK(fabs(info.noise_stddev - 0.3) < 1e-12 && fabs(info.signal_stddev - 0.5) < 1e-12);
+  CHECK(on_bound[D] == 1 && on_bound[D + 1] == 0);
+  for (int d = 0; d < D; ++d) theta[d] = log(info.scales[d]);
+  theta[D] = log(info.signal_stddev);
+  theta[D + 1] = log(info.noise_stddev);
+  CHECK_OK(egosieve_gp_likelihood_at(gp, theta, D + 2, &value, gradient));
+  for (int d = 0; d < D; ++d) CHECK(on_bound[d] != 0 || fabs(gradient[d]) <= 2 * options.tolerance);
+  CHECK(gradient[D] > 0);
+  /* Restarts are never worse. */
+  options.restarts = 3;
+  CHECK_OK(egosieve_gp_optimize(gp, &options, &result));
+  CHECK(result.log_likelihood >= first - 1e-6);
+  options.bound_count = D;
+  CHECK_CALL(egosieve_gp_optimize(gp, &options, NULL), EGOSIEVE_INVALID_ARGUMENT, "bounds");
+  options.bound_count = D + 2;
+  lower[0] = 2;
+  upper[0] = 1;
+  CHECK_CALL(egosieve_gp_optimize(gp, &options, NULL), EGOSIEVE_INVALID_ARGUMENT,
+             "hyperparameter 0");
+  egosieve_optimize_options_init(&options);
+  options.should_stop = stop_at_third;
+  options.stop_argument = &calls;
+  CHECK_CALL(egosieve_gp_optimize(gp, &options, NULL), EGOSIEVE_CANCELLED, "stopped");
+  CHECK(calls == 3);
+  CHECK_OK(egosieve_gp_free(gp));
 }
 
 static void test_optimize_and_calibrate(void) {
@@ -312,6 +366,7 @@ int main(void) {
   test_condition_and_remove();
   test_strides();
   test_grid_and_posterior();
+  test_optima_are_stationary();
   test_optimize_and_calibrate();
   test_save_and_load(folder != NULL ? folder : "/tmp");
   test_sparse_models();

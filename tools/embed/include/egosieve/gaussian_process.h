@@ -227,22 +227,37 @@ EGOSIEVE_API egosieve_status egosieve_gp_log_marginal_likelihood(egosieve_gp* gp
 
 /** Options of the optimisation of hyperparameters. */
 typedef struct egosieve_optimize_options {
-  uint64_t struct_size;          /**< Set by egosieve_optimize_options_init(). */
-  int64_t subset_size;           /**< Points used at most, drawn at random; 0: all. Default: 800. */
-  int32_t annealing_evaluations; /**< Evaluations by simulated annealing, first. Default: 0. */
-  int32_t gradient_steps;        /**< Largest number of steps. Default: 100. */
-  double tolerance;              /**< Ends when the largest step of a log falls below it: 1e-3. */
-  uint64_t seed;                 /**< Seed of the subset and the annealing. Default: 1. */
+  uint64_t struct_size;   /**< Set by egosieve_optimize_options_init(). */
+  int64_t subset_size;    /**< Points used at most, drawn at random; 0: all. Default: 800. */
+  int32_t restarts;       /**< Random starts after the first. Default: 0. */
+  int32_t gradient_steps; /**< Largest number of steps from one start. Default: 500. */
+  double tolerance;       /**< Of the largest component of the gradient, nats. Default: 1e-3. */
+  uint64_t seed;          /**< Seed of the subset and the restarts. Default: 1. */
+  /** Bounds of the scales, sigma_f and sigma_n, in this order; equal ones keep a value fixed. NaN,
+   * or a null array: the default, which follows the spread of the data. */
+  const double* lower_bounds;
+  const double* upper_bounds; /**< As lower_bounds. */
+  int64_t bound_count;        /**< Of both arrays: the number of scales + 2. */
+  /** Asked before each evaluation; nonzero ends the call with #EGOSIEVE_CANCELLED. Null: never. */
+  int32_t (*should_stop)(void* argument);
+  void* stop_argument; /**< What should_stop is called with. */
 } egosieve_optimize_options;
 
 /** Result of an optimisation; likelihoods are of the subset. */
 typedef struct egosieve_optimize_result {
   uint64_t struct_size;           /**< Set by egosieve_optimize_result_init(). */
-  double log_likelihood_at_start; /**< Before the optimisation. */
-  double log_likelihood;          /**< After it; never lower than before. */
+  double log_likelihood_at_start; /**< Before the optimisation; -infinity if there is none. */
+  double log_likelihood;          /**< After it. */
   int64_t evaluations;            /**< Number of evaluations of the likelihood. */
   int64_t points;                 /**< Number of points used. */
-  int32_t converged;              /**< Nonzero: the tolerance was reached. */
+  int64_t converged;              /**< Nonzero: gradient_norm is within the tolerance. */
+  /** Largest component of the gradient with respect to the logarithms, nats; those that point out of
+   * a bound count as 0. */
+  double gradient_norm;
+  /** Where the caller has set it: gets -1 for a hyperparameter on its lower bound, 1 on its upper
+   * bound, else 0. */
+  int32_t* on_bound;
+  int64_t on_bound_count; /**< Of on_bound: the number of scales + 2. */
 } egosieve_optimize_result;
 
 /** Sets every field to its default. Null does nothing. */
@@ -252,11 +267,12 @@ EGOSIEVE_API void egosieve_optimize_options_init(egosieve_optimize_options* opti
 EGOSIEVE_API void egosieve_optimize_result_init(egosieve_optimize_result* result);
 
 /**
- * Maximises the log marginal likelihood over the scales, sigma_f and sigma_n by gradient ascent
- * (iRprop-) on their logarithms. It starts at the current values, keeps within wide bounds that
- * follow the spread of the data, and then rebuilds the factor. sigma_n stays above a hundredth of
- * y's root mean square; below that, float32 means would be lost in rounding. Cost: n^3 flops per
- * step, where n is the number of points used.
+ * Maximises the log marginal likelihood over the scales, sigma_f and sigma_n by projected L-BFGS on
+ * their logarithms, within bounds, and then rebuilds the factor. It starts at the current values,
+ * or at values that follow the spread of the data where these are more likely; then from as many
+ * random ones as `restarts` says, and keeps the best. With the default bounds sigma_n stays above
+ * 1e-5 of y's root mean square. Where covariances are not positive definite, jitter is added, as in
+ * the model. Cost: n^3 flops per evaluation, where n is the number of points used.
  * @param gp       The model; #EGOSIEVE_FAILED_PRECONDITION with fewer than 2 points.
  * @param options  Null: the defaults.
  * @param result   Null: not wanted.

@@ -10,6 +10,7 @@
 #ifndef EGOSIEVE_GAUSSIAN_PROCESS_HPP_
 #define EGOSIEVE_GAUSSIAN_PROCESS_HPP_
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -82,20 +83,24 @@ struct GaussianProcessInfo {
 
 /** Options of the optimisation of hyperparameters; see egosieve_gp_optimize(). */
 struct OptimizeOptions {
-  int64_t subset_size = 800;         /**< Largest number of points used; 0: all. */
-  int32_t annealing_evaluations = 0; /**< Evaluations by annealing, before the ascent. */
-  int32_t gradient_steps = 100;      /**< Largest number of steps. */
-  double tolerance = 1e-3;           /**< Ends when the largest step of a log falls below it. */
-  uint64_t seed = 1;                 /**< Seed of the subset and the annealing. */
+  int64_t subset_size = 800;    /**< Largest number of points used; 0: all. */
+  int32_t restarts = 0;         /**< Random starts after the first. */
+  int32_t gradient_steps = 500; /**< Largest number of steps from one start. */
+  double tolerance = 1e-3;      /**< Of the largest component of the gradient, nats. */
+  uint64_t seed = 1;            /**< Seed of the subset and the restarts. */
+  std::vector<double> lower;    /**< Of scales, sigma_f, sigma_n; empty or NaN: the default. */
+  std::vector<double> upper;    /**< As lower; equal bounds keep a value fixed. */
 };
 
 /** Result of an optimisation; likelihoods are of the points used. */
 struct OptimizeResult {
   double log_likelihood_at_start = 0.0; /**< Before the optimisation. */
-  double log_likelihood = 0.0;          /**< After it; never lower than before. */
+  double log_likelihood = 0.0;          /**< After it. */
   int64_t evaluations = 0;              /**< Number of evaluations of the likelihood. */
   int64_t points = 0;                   /**< Number of points used. */
-  bool converged = false;               /**< The tolerance was reached. */
+  bool converged = false;               /**< gradient_norm is within the tolerance. */
+  double gradient_norm = 0.0;           /**< Largest component of the gradient, nats. */
+  std::vector<int32_t> on_bound;        /**< Of each: -1 on its lower, 1 on its upper bound. */
 };
 
 /** Destinations of leave-one-out predictions; a default Array is not wanted. */
@@ -181,19 +186,36 @@ class GaussianProcess {
   }
   /** Maximises the log marginal likelihood over the hyperparameters. */
   Result<OptimizeResult> Optimize(const OptimizeOptions& options = {}) {
+    const Result<GaussianProcessInfo> info = Describe();
+    if (!info.ok()) return info.status();
+    std::vector<int32_t> on_bound(info.value().scales.size() + 2);
     egosieve_optimize_options c;
     egosieve_optimize_result result;
     egosieve_optimize_options_init(&c);
     egosieve_optimize_result_init(&result);
+    result.on_bound = on_bound.data();
+    result.on_bound_count = static_cast<int64_t>(on_bound.size());
+    if (!options.lower.empty() && !options.upper.empty() &&
+        options.lower.size() != options.upper.size()) {
+      return Status(Code::kInvalidArgument, "lower and upper differ in size");
+    }
+    c.lower_bounds = options.lower.empty() ? nullptr : options.lower.data();
+    c.upper_bounds = options.upper.empty() ? nullptr : options.upper.data();
+    c.bound_count = static_cast<int64_t>(std::max(options.lower.size(), options.upper.size()));
     c.subset_size = options.subset_size;
-    c.annealing_evaluations = options.annealing_evaluations;
+    c.restarts = options.restarts;
     c.gradient_steps = options.gradient_steps;
     c.tolerance = options.tolerance;
     c.seed = options.seed;
     Status status = Status::FromC(egosieve_gp_optimize(handle_, &c, &result));
     if (!status.ok()) return status;
-    return OptimizeResult{result.log_likelihood_at_start, result.log_likelihood, result.evaluations,
-                          result.points, result.converged != 0};
+    return OptimizeResult{result.log_likelihood_at_start,
+                          result.log_likelihood,
+                          result.evaluations,
+                          result.points,
+                          result.converged != 0,
+                          result.gradient_norm,
+                          on_bound};
   }
   /** Fits the probabilities by leave-one-out likelihood; every y must be a label. */
   Status Calibrate() { return Status::FromC(egosieve_gp_calibrate(handle_)); }

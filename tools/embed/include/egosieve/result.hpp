@@ -29,7 +29,8 @@ enum class Code : int32_t {
   kUnimplemented = EGOSIEVE_UNIMPLEMENTED,            /**< Written by a later version. */
   kUnavailable = EGOSIEVE_UNAVAILABLE,                /**< The system or the device failed. */
   kOutOfMemory = EGOSIEVE_OUT_OF_MEMORY,              /**< Memory ran out. */
-  kInternal = EGOSIEVE_INTERNAL                       /**< A defect of the library. */
+  kInternal = EGOSIEVE_INTERNAL,                      /**< A defect of the library. */
+  kCancelled = EGOSIEVE_CANCELLED                     /**< The caller stopped the call. */
 };
 
 /** The exception that value() and ThrowIfError() throw. */

@@ -60,7 +60,8 @@ enum {
   EGOSIEVE_UNIMPLEMENTED = 6,       /**< Written by a later version. */
   EGOSIEVE_UNAVAILABLE = 7,         /**< The system or the device failed. */
   EGOSIEVE_OUT_OF_MEMORY = 8,       /**< Memory ran out. */
-  EGOSIEVE_INTERNAL = 9             /**< A defect of the library; please report it. */
+  EGOSIEVE_INTERNAL = 9,            /**< A defect of the library; please report it. */
+  EGOSIEVE_CANCELLED = 10           /**< The caller stopped the call. */
 };
 
 /** "ok", "invalid argument", ...; "unknown status" for other numbers. Never null. */

@@ -6,7 +6,7 @@ Arguments are checked for what they mean by gaussian_process.py and the library 
 import ctypes
 from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_uint64, c_void_p
 
-from . import _library
+from . import _library, optimization
 from ._library import Array, DeviceArray, DeviceCall, Grid, GpInfo, GpOptions, Image, OptimizeOptions, OptimizeResult, Prediction
 from ._library import encoded, fill, image, input_array, output_array
 
@@ -181,12 +181,26 @@ class Model(_Predictor):
     def remove(self, rows):
         _call("egosieve_gp_remove", self._handle, (c_int64 * len(rows))(*rows), len(rows))
 
-    def optimize(self, **wishes):
-        options = fill(_egosieve.new(OptimizeOptions, "egosieve_optimize_options_init"), **wishes)
+    def optimize(self, bounds, **wishes):
+        """`bounds`: as GaussianProcess takes them."""
+        now = self.describe()
+        lower, upper = optimization.bounds(bounds, now["scales"], now["signal_stddev"], now["noise_stddev"])
+        on_bound = (c_int32 * len(lower))()
         result = _egosieve.new(OptimizeResult, "egosieve_optimize_result_init")
-        _call("egosieve_gp_optimize", self._handle, byref(options), byref(result))
-        account = {name: getattr(result, name) for name, _ in OptimizeResult._fields_[1:]}
-        return {**account, "converged": bool(result.converged)}
+        result.on_bound, result.on_bound_count = on_bound, len(lower)
+        with optimization.Interruptible() as interruption:
+            options = fill(
+                _egosieve.new(OptimizeOptions, "egosieve_optimize_options_init"), lower_bounds=_doubles(lower),
+                upper_bounds=_doubles(upper), bound_count=len(lower),
+                should_stop=_library.SHOULD_STOP(interruption.stops), **wishes,
+            )  # fmt: skip
+            status = _egosieve.status("egosieve_gp_optimize", self._handle, byref(options), byref(result))
+            if not interruption.stops():
+                _library.check(status)
+        account = {name: getattr(result, name) for name, _ in OptimizeResult._fields_[1:-2]}
+        ends = {-1: "lower", 1: "upper"}
+        reached = {name: ends[end] for name, end in zip(optimization.names(len(lower) - 2), on_bound) if end}
+        return {**account, "converged": bool(result.converged), "on_bound": reached}
 
     def calibrate(self):
         _call("egosieve_gp_calibrate", self._handle)

@@ -54,14 +54,20 @@ class GpInfo(ctypes.Structure):
                 ("approximation", c_int64), ("inducing_points", c_int64), ("inducing_count", c_int64)]  # fmt: skip
 
 
+SHOULD_STOP = ctypes.CFUNCTYPE(c_int32, c_void_p)
+
+
 class OptimizeOptions(ctypes.Structure):
-    _fields_ = [("struct_size", c_uint64), ("subset_size", c_int64), ("annealing_evaluations", c_int32),
-                ("gradient_steps", c_int32), ("tolerance", c_double), ("seed", c_uint64)]  # fmt: skip
+    _fields_ = [("struct_size", c_uint64), ("subset_size", c_int64), ("restarts", c_int32),
+                ("gradient_steps", c_int32), ("tolerance", c_double), ("seed", c_uint64),
+                ("lower_bounds", POINTER(c_double)), ("upper_bounds", POINTER(c_double)), ("bound_count", c_int64),
+                ("should_stop", SHOULD_STOP), ("stop_argument", c_void_p)]  # fmt: skip
 
 
 class OptimizeResult(ctypes.Structure):
     _fields_ = [("struct_size", c_uint64), ("log_likelihood_at_start", c_double), ("log_likelihood", c_double),
-                ("evaluations", c_int64), ("points", c_int64), ("converged", c_int32)]  # fmt: skip
+                ("evaluations", c_int64), ("points", c_int64), ("converged", c_int64),
+                ("gradient_norm", c_double), ("on_bound", POINTER(c_int32)), ("on_bound_count", c_int64)]  # fmt: skip
 
 
 class Prediction(ctypes.Structure):

@@ -65,10 +65,14 @@ class GaussianProcess(ExactPredictor, Estimator):
         fit subtracts the mean of each target and divides by its deviation; results are in the units of y.
     subset_size : int
         Points that the optimisation uses at most, drawn at random; 0: all.
-    annealing_evaluations : int
-        Evaluations of simulated annealing before the gradient steps.
+    n_restarts : int
+        Random starts of the optimisation after the first; the best result is kept.
+    bounds : dict, optional
+        Bounds of the optimisation: "scales", "signal_stddev" and "noise_stddev", each (lower, upper) or "fixed";
+        "scales" may also be a list of these, one per scale. None in place of an end: the default, which follows
+        the spread of the data.
     random_state : int
-        Seed of the subset and of the annealing.
+        Seed of the subset and of the restarts.
     device : str, optional
         A device's index, part of its name, "cpu", "gpu" or "reference"; egosieve.devices() lists them.
     memory_cap_bytes : int
@@ -88,7 +92,9 @@ class GaussianProcess(ExactPredictor, Estimator):
     coef_ : array of shape (n_coefficients,) or (n_coefficients, n_targets)
         Of the mean's function, the constant first; of normalised y.
     optimization_ : dict or None
-        What the last fit's optimisation did.
+        What the last fit's optimisation did: log_likelihood_at_start, log_likelihood, evaluations, points,
+        gradient_norm (nats), on_bound (the hyperparameters that lie on a bound, and on which), and converged, true
+        only where gradient_norm is small.
 
     Examples
     --------
@@ -112,7 +118,8 @@ class GaussianProcess(ExactPredictor, Estimator):
         optimize=True,
         normalize_y=False,
         subset_size=800,
-        annealing_evaluations=0,
+        n_restarts=0,
+        bounds=None,
         random_state=1,
         device=None,
         memory_cap_bytes=0,
@@ -130,7 +137,8 @@ class GaussianProcess(ExactPredictor, Estimator):
         self.optimize = optimize
         self.normalize_y = normalize_y
         self.subset_size = subset_size
-        self.annealing_evaluations = annealing_evaluations
+        self.n_restarts = n_restarts
+        self.bounds = bounds
         self.random_state = random_state
         self.device = device
         self.memory_cap_bytes = memory_cap_bytes
@@ -156,10 +164,9 @@ class GaussianProcess(ExactPredictor, Estimator):
         optimization = None
         if self.optimize and len(X) > 1:
             optimization = model.optimize(
+                self.bounds,
                 subset_size=self.subset_size,
-                annealing_evaluations=self.annealing_evaluations,
-                gradient_steps=100,
-                tolerance=1e-3,
+                restarts=self.n_restarts,
                 seed=arguments.seed(self.random_state),
             )
         self._adopt(model, X.shape[1], offset, scale)
