@@ -15,8 +15,8 @@ namespace {
 using kernels::ConstMatrixView;
 
 constexpr int64_t kInputs = 8;           // half of S
-constexpr double kSafety = 4.0;          // of (AP3)
-constexpr double kVarianceShare = 0.02;  // of (AP5)
+constexpr double kSafety = 4.0;          // of (AP3), (AP4)
+constexpr double kVarianceShare = 0.02;  // of (AP6)
 
 // Whether k(x, x) stays within a few times `largest` far from the inputs.
 bool IsPriorBounded(const kernels::CovarianceParameters& covariance, ConstMatrixView<double> inputs,
@@ -46,7 +46,8 @@ absl::StatusOr<AdaptivePosterior::Places> AdaptivePosterior::MakePlaces() const 
     const double* x = inputs.row(row);
     const double* next = inputs.row((row + 1) % inputs.rows);
     places.points.insert(places.points.end(), x, x + dimension);
-    for (int64_t d = 0; d < dimension; ++d) places.points.push_back(0.5 * x[d] + 0.5 * next[d]);
+    const double step = s % 2 == 0 ? 0.5 : -0.5;
+    for (int64_t d = 0; d < dimension; ++d) places.points.push_back(x[d] + step * (next[d] - x[d]));
   }
   const ConstMatrixView<double> points(places.points.data(), 2 * count, dimension);
   places.means.resize(points.rows * in_float64_->outputs());
@@ -85,17 +86,14 @@ absl::StatusOr<Float32Error> AdaptivePosterior::Error(bool with_variance) const 
                        {means.data(), with_variance ? variances.data() : nullptr, nullptr})
             .status());
   }
-  const auto largest = [](const std::vector<float>& narrow, const std::vector<double>& wide) {
-    double error = 0.0;
-    for (size_t i = 0; i < narrow.size(); ++i) {
-      const double difference = std::abs(narrow[i] - wide[i]);
-      error = std::isfinite(difference) ? std::max(error, difference) : HUGE_VAL;
-      if (std::isinf(error)) break;
-    }
-    return kSafety * error;
+  const auto bound = [](const std::vector<float>& narrow, const std::vector<double>& wide) {
+    double sum = 0.0;
+    for (size_t i = 0; i < narrow.size(); ++i) sum += (narrow[i] - wide[i]) * (narrow[i] - wide[i]);
+    if (!std::isfinite(sum)) return HUGE_VAL;
+    return kSafety * std::sqrt(sum / std::max<double>(1.0, static_cast<double>(narrow.size())));
   };
-  places.error.mean = largest(means, places.means);
-  if (with_variance) places.error.variance = largest(variances, places.variances);
+  places.error.mean = bound(means, places.means);
+  if (with_variance) places.error.variance = bound(variances, places.variances);
   places.has_variance_error = with_variance;
   measured_ = std::move(places);
   return measured_->error;
@@ -113,8 +111,9 @@ void AdaptivePosterior::FindInsufficient(const Float32Error& error, ConstMatrixV
         std::copy_n(queries.row(i), queries.cols, x.begin());
         factors[i] = std::max(1.0, PriorVariance(covariance, x.data()) / error.prior);
       });
-  for (int64_t i = 0; i < queries.rows; ++i) {
-    const double factor = factors.empty() ? 1.0 : factors[i];
+  for (int64_t i = 0; error.variance > 0.0 && i < queries.rows; ++i) {
+    const double factor = std::max(
+        {1.0, std::sqrt(variances[i]) / error.deviation, factors.empty() ? 0.0 : factors[i]});
     if (!(error.variance * factor <= kVarianceShare * variances[i])) rows.push_back(first + i);
   }
 }

@@ -9,29 +9,32 @@
 //
 // The worst case, |alpha|_1 max e and its like, is of no use: signs cancel, so that the errors are
 // about |alpha|_2 e and |beta|_2 e, often a hundredth of it, and e differs between covariances,
-// scales and devices. But e_i are fixed by the last bits of x and x_i, so that (AP1) and (AP2) at
-// different x are draws from one distribution, of a width in proportion to sqrt(k**) and k**. Its
-// width is taken from S = 16 places where the device's results are compared with those in float64:
-// 8 of the model's inputs, evenly spaced in their order, and the middle of each and its successor.
+// scales and devices. But e_i are fixed by the last bits of x and x_i, so that (AP1) at different x
+// is a draw from one distribution. So is (AP2), but for |beta|_2, which is at most s(x) / sigma_n:
+// the variance s(x)^2 = E (f(x) - beta.y)^2 has the part sigma_n^2 |beta|_2^2. Both widths are taken
+// from S = 16 places x_s where the device's results are compared with those in float64: 8 of the
+// model's inputs, evenly spaced in their order, and beside each, alternately, the middle between it
+// and its successor and that middle's reflection in it.
 //
-//   E_mean = 4 max_s |error of the mean|,  E_variance = 4 max_s |error of the variance|      (AP3)
+//   E_mean = 4 rms_s error of the mean                                                      (AP3)
+//   E_variance(x) = 4 rms_s error of the variance max(1, s(x) / min_s s(x_s),
+//                   k**(x) / max_s k**(x_s))                                                (AP4)
 //
-// For errors of a normal distribution with deviation w, the largest of 16 exceeds w with a
-// probability of 0.998, and is 1.8 w in the median: E is at least 4 w, mostly about 7 w. (AP3) takes
-// no property of the covariance, and so holds for every one. Rounding of the results to float32
-// counts, and so does a variance that was clamped: E is then of the variance's size or larger.
+// The root of a mean of 16 squares is known to 0.18 of itself (its deviation, for normal errors), so
+// that E is 3.3 to 4.7 deviations of an error: of 1000 queries a few have a larger error, by little.
+// No property of the covariance is used, so that this holds for every one. Rounding of the results
+// to float32 counts, and so does a variance that was clamped: E is then of the variance's size or
+// larger. The last factor of (AP4) is left out for functions with bounded k**. Float32 suffices if
 //
-// With the posterior's deviation s(x) = sqrt(variance of f), float32 suffices if
+//   for the mean:      E_mean <= 0.01 min_s s(x_s): one decision for all queries             (AP5)
+//   for the variance:  E_variance(x) <= 0.02 s(x)^2: an error of 0.01 s(x)                   (AP6)
 //
-//   for the mean:      E_mean <= 0.01 min_s s(x_s): one decision for all queries             (AP4)
-//   for the variance:  E_variance max(1, k**(x) / max_s k**(x_s)) <= 0.02 variance(x)        (AP5)
+// (AP6) is decided for each query by its own float32 variance. Both conditions depend on the model
+// and the query alone: a query's result does not depend on the others of a call. A probability needs
+// both.
 //
-// (AP5) is decided for each query from its own float32 variance, and is an error of 0.01 s(x). The
-// factor is left out for functions with bounded k**. Both conditions depend on the model and the
-// query alone: a query's result does not depend on the others of a call. A probability needs both.
-//
-// Cost: (AP3) is measured once per posterior, at the first call that needs it: S n^2 flops and a
-// call of S queries. On several devices it is measured on the first.
+// Cost: (AP3), (AP4) are measured once per posterior, at the first call that needs it: S n^2 flops and a
+// call of S queries. On several devices they are those of the first.
 #ifndef EGOSIEVE_GP_MODEL_ADAPTIVE_POSTERIOR_H_
 #define EGOSIEVE_GP_MODEL_ADAPTIVE_POSTERIOR_H_
 
@@ -52,11 +55,11 @@ namespace egosieve::gp {
 // Of one posterior, in the units of y and of its square.
 struct Float32Error {
   double mean = 0.0;       // E_mean
-  double variance = 0.0;   // E_variance
+  double variance = 0.0;   // E_variance where the factor is 1
   double deviation = 0.0;  // min_s s(x_s)
   double prior = 0.0;      // max_s k**(x_s); 0: k** is bounded
 
-  bool SufficesForMeans() const { return mean <= 0.01 * deviation; }  // (AP4)
+  bool SufficesForMeans() const { return mean <= 0.01 * deviation; }  // (AP5)
 };
 
 class AdaptivePosterior {
@@ -69,10 +72,10 @@ class AdaptivePosterior {
   const Posterior& in_float32() const { return *in_float32_; }
   const Float64Posterior& in_float64() const { return *in_float64_; }
 
-  // (AP3). with_variance: `variance` is needed; else it may be 0. Zero for a model without points.
+  // (AP3), (AP4). with_variance: `variance` is needed; else it may be 0. Zero for a model without points.
   absl::StatusOr<Float32Error> Error(bool with_variance) const;
 
-  // Appends `first` + i for every query i that (AP5) refuses. variances: of the queries, in float32.
+  // Appends `first` + i for every query i that (AP6) refuses. variances: of the queries, in float32.
   template <typename Query>
   void FindInsufficient(const Float32Error& error, kernels::ConstMatrixView<Query> queries,
                         const float* variances, int64_t first, std::vector<int64_t>& rows) const;

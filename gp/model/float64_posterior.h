@@ -5,8 +5,8 @@
 //                    in place of |L^-1 k*|^2 for the R of a sparse model
 //
 // It shares the model's factor: see IncrementalCholesky::Keep. Cost per query: n (D + 10 + k)
-// multiply-adds for the mean, n^2 / 2 (for R: n^2) more for the variance; memory: inputs and
-// weights, and tiles of 512 n values during a call. A query's result does not depend on other
+// multiply-adds for the mean, n^2 / 2 more for the variance; memory: inputs and
+// weights, and tiles of 768 n values during a call. A query's result does not depend on other
 // queries or threads. Immutable: any number of threads may evaluate.
 #ifndef EGOSIEVE_GP_MODEL_FLOAT64_POSTERIOR_H_
 #define EGOSIEVE_GP_MODEL_FLOAT64_POSTERIOR_H_

@@ -242,7 +242,7 @@ class FrozenPosterior(Predictor):
     def float32_error(self):
         """The errors of results in float32, which those of `enqueue` always are.
 
-        Four times the largest of 16 places, which the first call that needs them compares with float64.
+        Four times their root mean square at 16 places, which the first call that needs them compares with float64.
 
         Returns
         -------
