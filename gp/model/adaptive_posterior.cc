@@ -103,18 +103,26 @@ template <typename Query>
 void AdaptivePosterior::FindInsufficient(const Float32Error& error, ConstMatrixView<Query> queries,
                                          const float* variances, int64_t first,
                                          std::vector<int64_t>& rows) const {
-  std::vector<double> factors(error.prior > 0.0 ? queries.rows : 0);
+  if (error.variance == 0.0) return;
+  // The least variances that suffice for the factors 1 and s(x) / min_s s(x_s) of (AP4).
+  const double unit = error.variance / kVarianceShare;
+  const double root = unit / error.deviation;
+  const double least = std::max(unit, root * root);
+  if (error.prior == 0.0) {
+    for (int64_t i = 0; i < queries.rows; ++i) {
+      if (!(variances[i] >= least)) rows.push_back(first + i);
+    }
+    return;
+  }
   const kernels::CovarianceParameters& covariance = in_float64_->hyperparameters().covariance;
-  kernels::ParallelFor(
-      static_cast<int64_t>(factors.size()), 50.0 * queries.rows * queries.cols, [&](int64_t i) {
-        absl::FixedArray<double, 64> x(queries.cols);
-        std::copy_n(queries.row(i), queries.cols, x.begin());
-        factors[i] = std::max(1.0, PriorVariance(covariance, x.data()) / error.prior);
-      });
-  for (int64_t i = 0; error.variance > 0.0 && i < queries.rows; ++i) {
-    const double factor = std::max(
-        {1.0, std::sqrt(variances[i]) / error.deviation, factors.empty() ? 0.0 : factors[i]});
-    if (!(error.variance * factor <= kVarianceShare * variances[i])) rows.push_back(first + i);
+  std::vector<double> factors(queries.rows);
+  kernels::ParallelFor(queries.rows, 50.0 * queries.rows * queries.cols, [&](int64_t i) {
+    absl::FixedArray<double, 64> x(queries.cols);
+    std::copy_n(queries.row(i), queries.cols, x.begin());
+    factors[i] = PriorVariance(covariance, x.data()) / error.prior;
+  });
+  for (int64_t i = 0; i < queries.rows; ++i) {
+    if (!(variances[i] >= std::max(least, unit * factors[i]))) rows.push_back(first + i);
   }
 }
 

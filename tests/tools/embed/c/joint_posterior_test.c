@@ -6,14 +6,6 @@
 #include "tests/tools/embed/c/check.h"
 #include "tests/tools/embed/c/small_model.h"
 
-static egosieve_array doubles_out(double* data, int64_t rows, int64_t columns) {
-  egosieve_array array = {NULL, 0, 0, 0, 0, EGOSIEVE_FLOAT64};
-  array.data = data;
-  array.rows = rows;
-  array.columns = columns;
-  return array;
-}
-
 static egosieve_gp* new_named_model(const char* covariance, int32_t dimension, int32_t mean) {
   egosieve_gp_options options;
   egosieve_gp* gp = NULL;
