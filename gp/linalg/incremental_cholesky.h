@@ -96,8 +96,8 @@ class IncrementalCholesky {
                       kernels::ConstMatrixView<double> corner);
 
   // Removes the rows (and columns) of K with these indices, which must be in [0, n) and strictly
-  // increasing (otherwise InvalidArgument, unchanged). std::bad_alloc also leaves it unchanged, and so
-  // does ResourceExhausted for the copy of a kept factor.
+  // increasing (otherwise InvalidArgument, unchanged). std::bad_alloc also leaves it unchanged, and
+  // so does ResourceExhausted for the copy of a kept factor.
   absl::Status Remove(absl::Span<const int64_t> rows);
 
   // Drops the rows from `size` on, as if they had not been appended; size in [0, n].

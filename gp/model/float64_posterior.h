@@ -38,8 +38,8 @@ class Float64Posterior {
                    const Hyperparameters& hyperparameters, kernels::ConstMatrixView<double> inputs,
                    const RegressionWeights& weights, SharedFactor factor);
 
-  // queries: M x D, finite, else InvalidArgument; means: M x k; variances of f: M; null: not wanted.
-  // Gives the number of variances that were negative from rounding and are 0.
+  // queries: M x D, finite, else InvalidArgument; means: M x k; variances of f: M; null: not
+  // wanted. Gives the number of variances that were negative from rounding and are 0.
   absl::StatusOr<int64_t> Evaluate(kernels::ConstMatrixView<double> queries, double* means,
                                    double* variances) const;
 

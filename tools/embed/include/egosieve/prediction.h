@@ -122,8 +122,9 @@ EGOSIEVE_API egosieve_status egosieve_posterior_predict_image(egosieve_posterior
                                                               egosieve_prediction* prediction);
 
 /**
- * The errors of a posterior's float32 results: four times their root mean square at 16 places, in the units of
- * y and of its square. They are measured by the first call that needs them: 16 n^2 flops.
+ * The errors of a posterior's float32 results: four times their root mean square at 16 places, in
+ * the units of y and of its square. They are measured by the first call that needs them: 16 n^2
+ * flops.
  * @param posterior  The posterior.
  * @param mean       Out: of the means; null: not wanted.
  * @param variance   Out: of the variances; times s / deviation where the deviation s of f is larger
