@@ -1,6 +1,7 @@
 #include "gp/linalg/incremental_cholesky.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -68,23 +69,45 @@ absl::StatusOr<IncrementalCholesky> IncrementalCholesky::Clone() const {
   IncrementalCholesky copy(options_);
   if (absl::Status status = copy.Reserve(size_); !status.ok()) return status;
   for (int64_t i = 0; i < size_; ++i) {
-    std::copy(factor_.row(i), factor_.row(i) + i + 1, copy.factor_.row(i));
+    std::copy(factor_->row(i), factor_->row(i) + i + 1, copy.factor_->row(i));
   }
   copy.size_ = size_;
   return copy;
 }
 
-ConstMatrixView<double> IncrementalCholesky::Factor() const { return factor_.block(size_, size_); }
+ConstMatrixView<double> IncrementalCholesky::Factor() const { return factor_->block(size_, size_); }
+
+IncrementalCholesky::Kept IncrementalCholesky::Keep() const {
+  kept_ = std::max(kept_, size_);
+  return {factor_, Factor()};
+}
+
+void IncrementalCholesky::Take(AlignedMatrix factor) {
+  factor_ = std::make_shared<AlignedMatrix>(std::move(factor));
+  kept_ = 0;
+}
+
+absl::Status IncrementalCholesky::LeaveToHolders(int64_t first) {
+  if (first >= kept_) return absl::OkStatus();
+  if (factor_.use_count() == 1) {
+    std::atomic_thread_fence(std::memory_order_acquire);  // after the last holder's reads
+    kept_ = 0;
+    return absl::OkStatus();
+  }
+  return Reallocate(factor_->rows());
+}
 
 absl::Status IncrementalCholesky::Reserve(int64_t rows) {
-  if (rows <= factor_.rows()) return absl::OkStatus();
+  return rows <= factor_->rows() ? absl::OkStatus() : Reallocate(rows);
+}
+
+absl::Status IncrementalCholesky::Reallocate(int64_t rows) {
   absl::StatusOr<AlignedMatrix> memory = ZeroMatrix(rows);
   if (!memory.ok()) return memory.status();
-  AlignedMatrix larger = *std::move(memory);
   for (int64_t i = 0; i < size_; ++i) {
-    std::copy(factor_.row(i), factor_.row(i) + i + 1, larger.row(i));
+    std::copy(factor_->row(i), factor_->row(i) + i + 1, memory->row(i));
   }
-  factor_ = std::move(larger);
+  Take(*std::move(memory));
   return absl::OkStatus();
 }
 
@@ -109,13 +132,13 @@ absl::Status IncrementalCholesky::Factorize(
 absl::Status IncrementalCholesky::Adopt(
     int64_t n, absl::FunctionRef<absl::StatusOr<int64_t>(MatrixView<double>)> factorize) {
   absl::StatusOr<AlignedMatrix> memory =
-      ZeroMatrix(std::max({n, factor_.rows(), options_.least_capacity}));
+      ZeroMatrix(std::max({n, factor_->rows(), options_.least_capacity}));
   if (!memory.ok()) return memory.status();
   AlignedMatrix fresh = *std::move(memory);
   const absl::StatusOr<int64_t> bad = factorize(fresh.block(n, n));
   if (!bad.ok()) return bad.status();
   if (*bad >= 0) return RefusedPivot(*bad);
-  factor_ = std::move(fresh);
+  Take(std::move(fresh));
   size_ = n;
   return absl::OkStatus();
 }
@@ -130,12 +153,13 @@ absl::Status IncrementalCholesky::Append(ConstMatrixView<double> below,
   if (absl::Status status = CheckShape("corner", corner.rows, corner.cols, k, k); !status.ok()) {
     return status;
   }
-  if (n + k > factor_.rows()) {
+  if (n + k > factor_->rows()) {
     const int64_t capacity =
-        std::max({n + k, factor_.rows() + factor_.rows() / 4, kMinimumCapacity});
+        std::max({n + k, factor_->rows() + factor_->rows() / 4, kMinimumCapacity});
     if (absl::Status status = Reserve(capacity); !status.ok()) return status;
   }
-  const MatrixView<double> whole = factor_.block(n + k, n + k);
+  if (absl::Status status = LeaveToHolders(n); !status.ok()) return status;
+  const MatrixView<double> whole = factor_->block(n + k, n + k);
   const MatrixView<double> x = tile::Block(whole, n, 0, k, n);
   const MatrixView<double> s = tile::Block(whole, n, n, k, k);
   for (int64_t i = 0; i < k; ++i) {
@@ -158,7 +182,10 @@ absl::Status IncrementalCholesky::Remove(absl::Span<const int64_t> rows) {
           "rows[%d] = %d; rows must be strictly increasing and in [0, %d)", i, rows[i], size_));
     }
   }
-  RemoveRows(factor_.block(size_, size_), rows);
+  if (absl::Status status = LeaveToHolders(rows.empty() ? size_ : rows[0]); !status.ok()) {
+    return status;
+  }
+  RemoveRows(factor_->block(size_, size_), rows);
   size_ -= static_cast<int64_t>(rows.size());
   return absl::OkStatus();
 }
@@ -186,7 +213,7 @@ absl::Status IncrementalCholesky::HalfSolveTransposed(MatrixView<double> b) cons
 
 double IncrementalCholesky::LogDeterminant() const {
   double sum = 0.0;
-  for (int64_t i = 0; i < size_; ++i) sum += std::log(factor_.row(i)[i]);
+  for (int64_t i = 0; i < size_; ++i) sum += std::log(factor_->row(i)[i]);
   return 2.0 * sum;
 }
 

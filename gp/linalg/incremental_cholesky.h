@@ -29,6 +29,7 @@
 #define EGOSIEVE_GP_LINALG_INCREMENTAL_CHOLESKY_H_
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "absl/functional/function_ref.h"
@@ -59,10 +60,18 @@ class IncrementalCholesky {
   absl::StatusOr<IncrementalCholesky> Clone() const;
 
   int64_t size() const { return size_; }
-  int64_t capacity() const { return factor_.rows(); }
+  int64_t capacity() const { return factor_->rows(); }
 
   // L: n x n, row-major; elements above the diagonal are zero. Valid until the next change.
   kernels::ConstMatrixView<double> Factor() const;
+
+  // The present factor for as long as its holder wants it: L as above, and the memory in which it
+  // lies. It costs nothing, except that a later change of these rows works on a copy (n^2).
+  struct Kept {
+    std::shared_ptr<const AlignedMatrix> memory;
+    kernels::ConstMatrixView<double> factor;
+  };
+  Kept Keep() const;
 
   // Allocates memory for `rows` rows. ResourceExhausted, with the factor unchanged, if the memory
   // is not available; the same holds for the functions that grow the factor.
@@ -87,7 +96,8 @@ class IncrementalCholesky {
                       kernels::ConstMatrixView<double> corner);
 
   // Removes the rows (and columns) of K with these indices, which must be in [0, n) and strictly
-  // increasing (otherwise InvalidArgument, unchanged). std::bad_alloc also leaves it unchanged.
+  // increasing (otherwise InvalidArgument, unchanged). std::bad_alloc also leaves it unchanged, and
+  // so does ResourceExhausted for the copy of a kept factor.
   absl::Status Remove(absl::Span<const int64_t> rows);
 
   // Drops the rows from `size` on, as if they had not been appended; size in [0, n].
@@ -113,9 +123,17 @@ class IncrementalCholesky {
   bool RefactoringIsCheaper(absl::Span<const int64_t> rows) const;
 
  private:
+  // Before a change of the rows from `first` on: takes a copy of the factor if they are kept.
+  absl::Status LeaveToHolders(int64_t first);
+  // Moves to other memory, of `rows` rows.
+  absl::Status Reallocate(int64_t rows);
+  void Take(AlignedMatrix factor);
+
   IncrementalCholeskyOptions options_;
   int64_t size_ = 0;
-  AlignedMatrix factor_;  // capacity x capacity; its strict upper triangle is zero
+  // capacity x capacity; its strict upper triangle is zero.
+  std::shared_ptr<AlignedMatrix> factor_ = std::make_shared<AlignedMatrix>();
+  mutable int64_t kept_ = 0;  // rows that holders of this memory may read
 };
 
 }  // namespace egosieve::gp

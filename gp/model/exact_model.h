@@ -55,6 +55,7 @@
 #include "gp/linalg/aligned_matrix.h"
 #include "gp/linalg/incremental_cholesky.h"
 #include "gp/linalg/normal_samples.h"
+#include "gp/model/float64_posterior.h"
 #include "gp/model/point_set.h"
 #include "gp/model/posterior.h"
 #include "gp/model/regression_weights.h"
@@ -200,6 +201,9 @@ class ExactModel {
   absl::StatusOr<std::shared_ptr<const Posterior>> MakePosterior(
       const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {},
       const kernels::Contexts& devices = {}) const;
+  // The same in float64, on the model's own context. It shares the factor until a change of its
+  // rows.
+  absl::StatusOr<std::shared_ptr<const Float64Posterior>> MakeFloat64Posterior() const;
 
  private:
   ExactModel() = default;

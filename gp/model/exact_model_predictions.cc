@@ -81,30 +81,15 @@ std::vector<double> ExactModel::PredictOwnMean() const {
 absl::StatusOr<Prediction> ExactModel::Predict(ConstMatrixView<double> points,
                                                PredictWhat what) const {
   EGOSIEVE_RETURN_IF_ERROR(CheckPoints(points, input_dimension()));
-  EGOSIEVE_RETURN_IF_ERROR(weights_.CheckDetermined());
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const Float64Posterior> posterior,
+                            MakeFloat64Posterior());
   Prediction prediction;
   prediction.mean.resize(points.rows * outputs());
   if (what == PredictWhat::kMeanAndVariance) prediction.variance.resize(points.rows);
-  const int64_t n = size();
-  AlignedMatrix cross(std::min(kPredictionTile, points.rows), n);
-  for (int64_t begin = 0; begin < points.rows; begin += kPredictionTile) {
-    const int64_t end = std::min(begin + kPredictionTile, points.rows);
-    const ConstMatrixView<double> tile = points.rows_between(begin, end);
-    const MatrixView<double> k = cross.block(end - begin, n);
-    EGOSIEVE_RETURN_IF_ERROR(kernels::CrossCovariance<double>(
-        *context_, hyperparameters_.covariance, tile, inputs(), k));
-    MeansOf(weights_, tile, k, &prediction.mean[begin * outputs()]);
-    if (what == PredictWhat::kMean) continue;
-    const AlignedMatrix reduced = ReducedBases(weights_, tile, k);
-    AppendRows(factor_.Factor(), k);
-    for (int64_t i = begin; i < end; ++i) {
-      const double left = PriorVariance(hyperparameters_.covariance, points.row(i)) -
-                          Square(k.row(i - begin), n) +
-                          Square(reduced.row(i - begin), weights_.basis);
-      prediction.clamped_variances += left < 0.0;
-      prediction.variance[i] = std::max(0.0, left);
-    }
-  }
+  EGOSIEVE_ASSIGN_OR_RETURN(
+      prediction.clamped_variances,
+      posterior->Evaluate(points, prediction.mean.data(),
+                          what == PredictWhat::kMean ? nullptr : prediction.variance.data()));
   return prediction;
 }
 
@@ -240,6 +225,14 @@ absl::StatusOr<LeaveOneOut> ExactModel::PredictLeaveOneOut(absl::Span<const int6
     }
   }
   return left_out;
+}
+
+absl::StatusOr<std::shared_ptr<const Float64Posterior>> ExactModel::MakeFloat64Posterior() const {
+  EGOSIEVE_RETURN_IF_ERROR(weights_.CheckDetermined());
+  const IncrementalCholesky::Kept kept = factor_.Keep();
+  return std::make_shared<const Float64Posterior>(
+      context_, hyperparameters_, inputs(), weights_,
+      SharedFactor{kernels::FactorKind::kCholesky, kept.factor, kept.memory});
 }
 
 absl::StatusOr<std::shared_ptr<const Posterior>> ExactModel::MakePosterior(

@@ -41,6 +41,7 @@
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/model/exact_model.h"
+#include "gp/model/float64_posterior.h"
 #include "gp/model/point_set.h"
 #include "gp/model/posterior.h"
 #include "gp/model/sparse_solution.h"
@@ -128,11 +129,13 @@ class SparseModel {
   absl::StatusOr<std::shared_ptr<const Posterior>> MakePosterior(
       const SquashParameters& squash, const kernels::DensePosteriorOptions& options = {},
       const kernels::Contexts& devices = {}) const;
+  // The same in float64, on the model's own context.
+  absl::StatusOr<std::shared_ptr<const Float64Posterior>> MakeFloat64Posterior() const;
 
  private:
   SparseModel() = default;
 
-  // Computed once per solution: m^3 flops.
+  // Computed once per solution: m^3 flops. Unimplemented for the subset of regressors.
   absl::StatusOr<std::shared_ptr<const SparsePosteriorForm>> PosteriorForm() const;
   // Whether the variance is that of the subset of regressors, which vanishes far from the inducing
   // inputs.

@@ -221,6 +221,10 @@ LeaveOneOut SparseModel::PredictLeaveOneOut() const {
 }
 
 absl::StatusOr<std::shared_ptr<const SparsePosteriorForm>> SparseModel::PosteriorForm() const {
+  if (options_.approximation == SparseApproximation::kSubsetOfRegressors) {
+    return absl::UnimplementedError(
+        "the subset of regressors has no variance on devices; use DTC, whose mean is the same");
+  }
   if (solution_.posterior_form != nullptr) return solution_.posterior_form;
   const int64_t m = inducing_size();
   AlignedMatrix inverse(m, m), r(m, m), s(m, m);
@@ -249,10 +253,6 @@ absl::StatusOr<std::shared_ptr<const SparsePosteriorForm>> SparseModel::Posterio
 absl::StatusOr<std::shared_ptr<const Posterior>> SparseModel::MakePosterior(
     const SquashParameters& squash, const kernels::DensePosteriorOptions& options,
     const kernels::Contexts& devices) const {
-  if (options_.approximation == SparseApproximation::kSubsetOfRegressors) {
-    return absl::UnimplementedError(
-        "the subset of regressors has no variance on devices; use DTC, whose mean is the same");
-  }
   EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const SparsePosteriorForm> form, PosteriorForm());
   kernels::PosteriorModel model;
   model.covariance = hyperparameters_.covariance;
@@ -262,6 +262,16 @@ absl::StatusOr<std::shared_ptr<const Posterior>> SparseModel::MakePosterior(
   model.factor = form->root.view();
   return Posterior::Create(devices.empty() ? kernels::Contexts{context_} : devices, model,
                            hyperparameters_, squash, options);
+}
+
+absl::StatusOr<std::shared_ptr<const Float64Posterior>> SparseModel::MakeFloat64Posterior() const {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::shared_ptr<const SparsePosteriorForm> form, PosteriorForm());
+  RegressionWeights weights;
+  weights.points = inducing_size();
+  weights.alpha = form->alpha;
+  return std::make_shared<const Float64Posterior>(
+      context_, hyperparameters_, inducing_inputs(), weights,
+      SharedFactor{kernels::FactorKind::kInverseCholesky, form->root.view(), form});
 }
 
 }  // namespace egosieve::gp

@@ -273,5 +273,40 @@ TEST(IncrementalCholesky, RefusesBadArguments) {
   EXPECT_EQ(Factor(cholesky), before);
 }
 
+// Also where rows that a holder reads were dropped and others take their place.
+TEST(IncrementalCholesky, AKeptFactorStaysAsItWas) {
+  auto generator = TestGenerator();
+  const RowMatrix k = RandomGram(40, 0.5, generator);
+  IncrementalCholesky cholesky;
+  ASSERT_TRUE(cholesky.Factorize(ViewOf(RowMatrix(k.topLeftCorner(20, 20)))).ok());
+  const IncrementalCholesky::Kept first = cholesky.Keep();
+  const RowMatrix of_first = CopyOf(first.factor);
+  AppendRows(k, 20, 30, cholesky);
+  const IncrementalCholesky::Kept second = cholesky.Keep();
+  const RowMatrix of_second = CopyOf(second.factor);
+  cholesky.Truncate(25);
+  AppendRows(k, 25, 40, cholesky);
+  ExpectFactorOf(k, cholesky, 40);
+  EXPECT_EQ(CopyOf(second.factor), of_second);
+  const IncrementalCholesky::Kept third = cholesky.Keep();
+  const RowMatrix of_third = CopyOf(third.factor);
+  ASSERT_TRUE(cholesky.Remove({2, 30}).ok());
+  EXPECT_EQ(CopyOf(first.factor), of_first);
+  EXPECT_EQ(CopyOf(second.factor), of_second);
+  EXPECT_EQ(CopyOf(third.factor), of_third);
+}
+
+// Without holders no memory moves.
+TEST(IncrementalCholesky, CopiesNothingForHoldersThatAreGone) {
+  auto generator = TestGenerator();
+  const RowMatrix k = RandomGram(20, 0.5, generator);
+  IncrementalCholesky cholesky;
+  ASSERT_TRUE(cholesky.Factorize(ViewOf(k)).ok());
+  cholesky.Keep();
+  const double* memory = cholesky.Factor().data;
+  ASSERT_TRUE(cholesky.Remove({3}).ok());
+  EXPECT_EQ(cholesky.Factor().data, memory);
+}
+
 }  // namespace
 }  // namespace egosieve::gp

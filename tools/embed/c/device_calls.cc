@@ -72,11 +72,11 @@ absl::Status Enqueue(const DevicePosterior& at, const egosieve_device_call* call
   outputs.clamped = output(given.clamped);
   EGOSIEVE_ASSIGN_OR_RETURN(
       const cl_event done,
-      at.posterior->Enqueue({static_cast<cl_mem>(given.queries), given.query_count,
-                             given.query_first, given.query_stride},
-                            outputs,
-                            {static_cast<cl_command_queue>(given.queue), wait.data(),
-                             static_cast<uint32_t>(wait.size())}));
+      at.in_float32().Enqueue({static_cast<cl_mem>(given.queries), given.query_count,
+                               given.query_first, given.query_stride},
+                              outputs,
+                              {static_cast<cl_command_queue>(given.queue), wait.data(),
+                               static_cast<uint32_t>(wait.size())}));
   if (event != nullptr) {
     *event = done;
   } else {
@@ -114,6 +114,18 @@ egosieve_status egosieve_gp_posterior_on_devices(egosieve_gp* gp, const char* co
     EGOSIEVE_ASSIGN_OR_RETURN(
         *posterior,
         AllPosteriors().Insert(std::make_shared<const DevicePosterior>(std::move(made))));
+    return absl::OkStatus();
+  });
+}
+
+egosieve_status egosieve_posterior_float32_error(egosieve_posterior* posterior, double* mean,
+                                                 double* variance, double* deviation) {
+  return WithPosterior(__func__, posterior, [&](const DevicePosterior& found) -> absl::Status {
+    EGOSIEVE_ASSIGN_OR_RETURN(const egosieve::gp::Float32Error error,
+                              found.posterior->Error(/*with_variance=*/true));
+    if (mean != nullptr) *mean = error.mean;
+    if (variance != nullptr) *variance = error.variance;
+    if (deviation != nullptr) *deviation = error.deviation;
     return absl::OkStatus();
   });
 }

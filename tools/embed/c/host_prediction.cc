@@ -93,34 +93,6 @@ absl::StatusOr<double> OwnLikelihood(const gp::SparseModel& model) {
 
 }  // namespace
 
-absl::Status PredictInFloat64(const LearningModel& model, const egosieve_const_array* x,
-                              egosieve_prediction* prediction) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const Queries queries, Queries::Read(model, x));
-  egosieve_prediction wishes;
-  egosieve_prediction_init(&wishes);
-  EGOSIEVE_RETURN_IF_ERROR(ReadStruct("prediction", prediction, wishes));
-  if (wishes.probability.data != nullptr) {
-    return absl::InvalidArgumentError("prediction.probability: there are none in float64");
-  }
-  return model.With([&](const auto& regression) -> absl::Status {
-    EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray mean, OutputOf("prediction.mean", &wishes.mean,
-                                                               queries.rows, regression.outputs()));
-    EGOSIEVE_ASSIGN_OR_RETURN(const OutputArray variance,
-                              OutputOf("prediction.variance", &wishes.variance, queries.rows, 1));
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        gp::Prediction found,
-        regression.Predict(queries.view(),
-                           variance.wanted() ? PredictWhat::kMeanAndVariance : PredictWhat::kMean));
-    if (wishes.of_observation != 0) {
-      for (double& value : found.variance) value += regression.hyperparameters().noise_variance();
-    }
-    WriteWanted(found.mean, mean);
-    WriteWanted(found.variance, variance);
-    WriteField(&egosieve_prediction::clamped_variances, found.clamped_variances, prediction);
-    return absl::OkStatus();
-  });
-}
-
 absl::Status PredictJoint(const LearningModel& model, const egosieve_const_array* x,
                           bool of_observation, const egosieve_array* mean,
                           const egosieve_array* covariance) {

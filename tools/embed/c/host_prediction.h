@@ -13,8 +13,6 @@
 namespace egosieve::embed {
 
 // Each does the work of the C function of that name; errors name its arguments.
-absl::Status PredictInFloat64(const LearningModel& model, const egosieve_const_array* x,
-                              egosieve_prediction* prediction);
 absl::Status PredictJoint(const LearningModel& model, const egosieve_const_array* x,
                           bool of_observation, const egosieve_array* mean,
                           const egosieve_array* covariance);

@@ -44,6 +44,17 @@ std::optional<gp::SparseModelOptions> SparseOptionsOf(const gp::SparseModel& mod
   return model.options();
 }
 
+// devices: empty for the model's own.
+template <typename Model>
+absl::StatusOr<std::shared_ptr<const gp::AdaptivePosterior>> PosteriorOf(
+    const Model& model, const gp::SquashParameters& squash,
+    const kernels::DensePosteriorOptions& options, const kernels::Contexts& devices) {
+  EGOSIEVE_ASSIGN_OR_RETURN(auto in_float32, model.MakePosterior(squash, options, devices));
+  EGOSIEVE_ASSIGN_OR_RETURN(auto in_float64, model.MakeFloat64Posterior());
+  return std::make_shared<const gp::AdaptivePosterior>(std::move(in_float32),
+                                                       std::move(in_float64));
+}
+
 int64_t InducingSize(const gp::ExactModel&) { return 0; }
 int64_t InducingSize(const gp::SparseModel& model) { return model.inducing_size(); }
 
@@ -115,6 +126,7 @@ absl::Status LearningModel::Remove(std::vector<int64_t> rows) {
       return absl::InvalidArgumentError(absl::StrFormat("rows: %d is there twice", rows[i]));
     }
   }
+  posterior_ = nullptr;  // so that the factor need not be copied for it
   EGOSIEVE_RETURN_IF_ERROR(std::visit([&](auto& model) { return model.Remove(rows); }, model_));
   Changed();
   return absl::OkStatus();
@@ -219,7 +231,7 @@ absl::StatusOr<DevicePosterior> LearningModel::Posterior() {
   std::lock_guard lock(mutex_);
   const auto make = [&](const auto& model) -> absl::StatusOr<DevicePosterior> {
     if (posterior_ == nullptr) {
-      EGOSIEVE_ASSIGN_OR_RETURN(posterior_, model.MakePosterior(squash_, options_));
+      EGOSIEVE_ASSIGN_OR_RETURN(posterior_, PosteriorOf(model, squash_, options_, {}));
     }
     return DevicePosterior{context_, posterior_, CheckLabels(model)};
   };
@@ -229,7 +241,7 @@ absl::StatusOr<DevicePosterior> LearningModel::Posterior() {
 absl::StatusOr<DevicePosterior> LearningModel::PosteriorOn(const kernels::Contexts& devices) const {
   std::lock_guard lock(mutex_);
   const auto make = [&](const auto& model) -> absl::StatusOr<DevicePosterior> {
-    EGOSIEVE_ASSIGN_OR_RETURN(auto posterior, model.MakePosterior(squash_, options_, devices));
+    EGOSIEVE_ASSIGN_OR_RETURN(auto posterior, PosteriorOf(model, squash_, options_, devices));
     return DevicePosterior{devices.front(), std::move(posterior), CheckLabels(model),
                            static_cast<int64_t>(devices.size())};
   };

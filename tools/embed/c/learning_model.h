@@ -22,6 +22,7 @@
 #include "gp/calibration/probabilistic_least_squares.h"
 #include "gp/covariance/hyperparameters.h"
 #include "gp/io/model_file.h"
+#include "gp/model/adaptive_posterior.h"
 #include "gp/model/exact_model.h"
 #include "gp/model/sparse_model.h"
 #include "kernels/ops/dense_posterior.h"
@@ -101,7 +102,7 @@ class LearningModel {
   gp::SquashParameters squash_;
   bool calibrated_ = false;  // squash_ fits the current model
   std::string annotation_;
-  std::shared_ptr<const gp::Posterior> posterior_;  // null: not made yet
+  std::shared_ptr<const gp::AdaptivePosterior> posterior_;  // null: not made yet
 };
 
 }  // namespace egosieve::embed

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <utility>
+#include <numeric>
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "absl/types/span.h"
 #include "kernels/base/image_grid.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/box_means.h"
@@ -22,6 +23,7 @@ constexpr int64_t kPiece = int64_t{1} << 16;
 struct Outputs {
   OutputArray mean, variance, probability;
   bool of_observation = false;
+  int64_t precision = EGOSIEVE_AUTO_PRECISION;
 
   // outputs_of_model: the mean has this many times the columns of the other outputs.
   static absl::StatusOr<Outputs> Create(const egosieve_prediction* prediction, int64_t rows,
@@ -39,12 +41,18 @@ struct Outputs {
         outputs.probability,
         OutputArray::Create("prediction.probability", wishes.probability, rows, columns));
     outputs.of_observation = wishes.of_observation != 0;
-    if (wishes.in_float64 != 0) {
+    outputs.precision = wishes.precision;
+    if (outputs.precision < EGOSIEVE_AUTO_PRECISION || outputs.precision > EGOSIEVE_IN_FLOAT32) {
       return absl::InvalidArgumentError(
-          "prediction.in_float64: only egosieve_gp_predict() computes in float64");
+          absl::StrFormat("prediction.precision = %d; it must be EGOSIEVE_AUTO_PRECISION, "
+                          "EGOSIEVE_IN_FLOAT64 or EGOSIEVE_IN_FLOAT32",
+                          outputs.precision));
     }
     return outputs;
   }
+
+  bool needs_mean() const { return mean.wanted() || probability.wanted(); }
+  bool needs_variance() const { return variance.wanted() || probability.wanted(); }
 };
 
 // Queries begin to end - 1 as packed rows, copied to `scratch` or in place. Copies are float64, so
@@ -53,41 +61,187 @@ template <typename T>
 using Queries =
     std::function<kernels::ConstMatrixView<T>(int64_t begin, int64_t end, std::vector<T>& scratch)>;
 
+// A call's results in float32, and those in float64 that take their place.
+struct Results {
+  std::vector<float> mean, variance, probability;
+  bool float32_runs = true;  // something is computed in float32
+  bool wide_means = false;   // all means are in float64
+  std::vector<double> wide_mean;
+  std::vector<int64_t> rows;  // places whose variance and probability are in float64, increasing
+  std::vector<double> rows_mean, rows_variance;
+  int64_t clamped = 0;
+};
+
+// What float32 computes, and which places need float64.
+template <typename T>
+absl::Status EvaluateInFloat32(const DevicePosterior& at, int64_t count, int64_t piece,
+                               const Queries<T>& queries, const Outputs& outputs,
+                               const gp::Float32Error& error, Results& results) {
+  const bool checks = outputs.precision == EGOSIEVE_AUTO_PRECISION && outputs.needs_variance();
+  const auto room = [](bool wanted, int64_t size) { return std::vector<float>(wanted ? size : 0); };
+  results.mean = room(outputs.mean.wanted() && !results.wide_means, outputs.mean.size());
+  results.variance = room(outputs.variance.wanted() || checks, count);
+  results.probability = room(outputs.probability.wanted(), count);
+  const auto from = [](std::vector<float>& values, int64_t begin) {
+    return values.empty() ? nullptr : values.data() + begin;
+  };
+  std::vector<T> scratch;
+  for (int64_t begin = 0; begin < count; begin += piece) {
+    const int64_t end = std::min(begin + piece, count);
+    const kernels::ConstMatrixView<T> points = queries(begin, end, scratch);
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const kernels::PosteriorCounts counts,
+        at.in_float32().Evaluate(
+            points, {from(results.mean, begin * at.outputs()), from(results.variance, begin),
+                     from(results.probability, begin)}));
+    results.clamped += counts.clamped_variances;
+    if (checks) {
+      at.posterior->FindInsufficient(error, points, &results.variance[begin], begin, results.rows);
+    }
+  }
+  // A place that is computed again is not counted twice.
+  for (const int64_t row : results.rows) results.clamped -= results.variance[row] == 0.0f;
+  results.clamped = std::max<int64_t>(results.clamped, 0);
+  return absl::OkStatus();
+}
+
+// Rows of `points`, which begin with the call's place `first`, in float64.
+template <typename T>
+std::vector<double> Gather(kernels::ConstMatrixView<T> points, int64_t first,
+                           absl::Span<const int64_t> places) {
+  std::vector<double> rows;
+  rows.reserve(places.size() * points.cols);
+  for (const int64_t place : places) {
+    const T* x = points.row(place - first);
+    rows.insert(rows.end(), x, x + points.cols);
+  }
+  return rows;
+}
+
+// The means of all places where they are wanted, and mean and variance of `results.rows`.
+template <typename T>
+absl::Status EvaluateInFloat64(const DevicePosterior& at, int64_t count, const Queries<T>& queries,
+                               const Outputs& outputs, Results& results) {
+  const gp::Float64Posterior& posterior = at.posterior->in_float64();
+  const int64_t columns = at.outputs();
+  const bool means = results.wide_means && outputs.needs_mean();
+  results.wide_mean.resize(means ? count * columns : 0);
+  results.rows_mean.resize(results.rows.size() * columns);
+  results.rows_variance.resize(results.rows.size());
+  std::vector<T> scratch;
+  std::vector<int64_t> others;
+  size_t next = 0;  // of results.rows
+  for (int64_t begin = 0; begin < count; begin += kPiece) {
+    const int64_t end = std::min(begin + kPiece, count);
+    const size_t first = next;
+    others.clear();
+    for (int64_t i = begin; i < end; ++i) {
+      if (next < results.rows.size() && results.rows[next] == i) {
+        ++next;
+      } else if (means) {
+        others.push_back(i);
+      }
+    }
+    if (next == first && others.empty()) continue;
+    const kernels::ConstMatrixView<T> points = queries(begin, end, scratch);
+    const auto evaluate = [&](absl::Span<const int64_t> places, double* mean, double* variance) {
+      const std::vector<double> x = Gather(points, begin, places);
+      return posterior.Evaluate({x.data(), static_cast<int64_t>(places.size()), points.cols}, mean,
+                                variance);
+    };
+    const absl::Span<const int64_t> places(results.rows.data() + first, next - first);
+    EGOSIEVE_ASSIGN_OR_RETURN(const int64_t clamped,
+                              evaluate(places, results.rows_mean.data() + first * columns,
+                                       results.rows_variance.data() + first));
+    results.clamped += clamped;
+    std::vector<double> mean(others.size() * columns);
+    EGOSIEVE_RETURN_IF_ERROR(evaluate(others, mean.data(), nullptr).status());
+    const auto put = [&](absl::Span<const int64_t> to, const double* values) {
+      for (size_t i = 0; means && i < to.size(); ++i) {
+        std::copy_n(values + i * columns, columns, &results.wide_mean[to[i] * columns]);
+      }
+    };
+    put(places, results.rows_mean.data() + first * columns);
+    put(others, mean.data());
+  }
+  return absl::OkStatus();
+}
+
+// Writes float32 values, and then those in float64 to their rows.
+void Write(const OutputArray& output, const std::vector<float>& values,
+           const std::vector<int64_t>& rows, const std::vector<double>& of_rows) {
+  if (!output.wanted()) return;
+  if (!values.empty()) output.Write(0, output.size(), values.data());
+  for (size_t begin = 0, end = 0; begin < rows.size(); begin = end) {
+    for (end = begin + 1; end < rows.size() && rows[end] == rows[end - 1] + 1;) ++end;
+    output.Write(rows[begin], rows[end - 1] + 1, &of_rows[begin]);
+  }
+}
+
+void WriteProbabilities(const gp::SquashParameters& squash, const OutputArray& output,
+                        const Results& results) {
+  std::vector<double> of_rows;
+  for (size_t i = 0; i < results.rows.size(); ++i) {
+    of_rows.push_back(squash.Probability(results.rows_mean[i], results.rows_variance[i]));
+  }
+  if (!results.float32_runs || !results.wide_means) {
+    return Write(output, results.probability, results.rows, of_rows);
+  }
+  // The means alone are in float64 where the variances suffice.
+  std::vector<double> all(results.wide_mean.size());
+  for (size_t i = 0, next = 0; i < all.size(); ++i) {
+    const bool is_row = next < results.rows.size() && results.rows[next] == static_cast<int64_t>(i);
+    all[i] =
+        is_row ? of_rows[next++] : squash.Probability(results.wide_mean[i], results.variance[i]);
+  }
+  output.Write(0, output.size(), all.data());
+}
+
 template <typename T>
 absl::Status Evaluate(const DevicePosterior& at, int64_t count, bool in_place,
                       const Queries<T>& queries, const Outputs& outputs,
                       egosieve_prediction* prediction) {
-  const gp::Posterior& posterior = *at.posterior;
   if (outputs.probability.wanted()) EGOSIEVE_RETURN_IF_ERROR(at.labels);
+  Results results;
+  gp::Float32Error error;
+  if (outputs.precision == EGOSIEVE_AUTO_PRECISION && count > 0 &&
+      (outputs.needs_mean() || outputs.needs_variance())) {
+    EGOSIEVE_ASSIGN_OR_RETURN(error, at.posterior->Error(outputs.needs_variance()));
+    results.wide_means = outputs.needs_mean() && !error.SufficesForMeans();
+    results.float32_runs = outputs.needs_variance() || !results.wide_means;
+  } else if (outputs.precision == EGOSIEVE_IN_FLOAT64) {
+    results.wide_means = true;
+    results.float32_runs = false;
+    if (outputs.needs_variance()) {
+      results.rows.resize(count);
+      std::iota(results.rows.begin(), results.rows.end(), int64_t{0});
+    }
+  }
+  if (results.float32_runs) {
+    const int64_t piece = in_place ? std::max<int64_t>(count, 1) : kPiece;
+    EGOSIEVE_RETURN_IF_ERROR(EvaluateInFloat32(at, count, piece, queries, outputs, error, results));
+  }
+  EGOSIEVE_RETURN_IF_ERROR(EvaluateInFloat64(at, count, queries, outputs, results));
   // Nothing is written to the caller's arrays until all results are computed.
-  const auto room = [&](const OutputArray& output) {
-    return std::vector<float>(output.wanted() ? output.size() : 0);
-  };
-  std::vector<float> mean = room(outputs.mean), variance = room(outputs.variance),
-                     probability = room(outputs.probability);
-  const auto from = [](std::vector<float>& values, int64_t begin) {
-    return values.empty() ? nullptr : values.data() + begin;
-  };
-  const int64_t columns = at.outputs();
-  const int64_t piece = in_place ? std::max<int64_t>(count, 1) : kPiece;
-  std::vector<T> scratch;
-  int64_t clamped = 0;
-  for (int64_t begin = 0; begin < count; begin += piece) {
-    const int64_t end = std::min(begin + piece, count);
-    EGOSIEVE_ASSIGN_OR_RETURN(
-        const kernels::PosteriorCounts counts,
-        posterior.Evaluate(
-            queries(begin, end, scratch),
-            {from(mean, begin * columns), from(variance, begin), from(probability, begin)}));
-    clamped += counts.clamped_variances;
+  if (outputs.probability.wanted()) {
+    WriteProbabilities(at.in_float32().squash(), outputs.probability, results);
   }
-  if (outputs.of_observation) posterior.AddNoiseVariance(absl::MakeSpan(variance));
-  for (const auto& [output, values] :
-       {std::pair(&outputs.mean, &mean), std::pair(&outputs.variance, &variance),
-        std::pair(&outputs.probability, &probability)}) {
-    if (output->wanted()) output->Write(0, output->size(), values->data());
+  if (outputs.of_observation) {
+    at.in_float32().AddNoiseVariance(absl::MakeSpan(results.variance));
+    for (double& variance : results.rows_variance) {
+      variance += at.in_float32().hyperparameters().noise_variance();
+    }
   }
-  WriteField(&egosieve_prediction::clamped_variances, clamped, prediction);
+  Write(outputs.variance, results.variance, results.rows, results.rows_variance);
+  if (!results.wide_mean.empty() && outputs.mean.wanted()) {
+    outputs.mean.Write(0, outputs.mean.size(), results.wide_mean.data());
+  } else {
+    Write(outputs.mean, results.mean, {}, {});
+  }
+  WriteField(&egosieve_prediction::clamped_variances, results.clamped, prediction);
+  const int64_t in_float64 =
+      results.wide_mean.empty() ? static_cast<int64_t>(results.rows.size()) : count;
+  WriteField(&egosieve_prediction::float64_count, in_float64, prediction);
   return absl::OkStatus();
 }
 

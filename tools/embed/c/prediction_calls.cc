@@ -5,7 +5,6 @@
 #include "kernels/base/status_macros.h"
 #include "kernels/ops/box_means.h"
 #include "tools/embed/c/array_access.h"
-#include "tools/embed/c/host_prediction.h"
 #include "tools/embed/c/last_error.h"
 #include "tools/embed/c/learning_model.h"
 #include "tools/embed/c/model_handles.h"
@@ -74,12 +73,7 @@ void egosieve_prediction_init(egosieve_prediction* prediction) {
 
 egosieve_status egosieve_gp_predict(egosieve_gp* gp, const egosieve_const_array* x,
                                     egosieve_prediction* prediction) {
-  return WithModel(__func__, gp, [&](LearningModel& model) -> absl::Status {
-    egosieve_prediction wishes;
-    egosieve_prediction_init(&wishes);
-    EGOSIEVE_RETURN_IF_ERROR(egosieve::embed::ReadStruct("prediction", prediction, wishes));
-    if (wishes.in_float64 != 0) return egosieve::embed::PredictInFloat64(model, x, prediction);
-    EGOSIEVE_ASSIGN_OR_RETURN(const DevicePosterior posterior, model.Posterior());
+  return WithCurrentPosterior(__func__, gp, [&](const DevicePosterior& posterior) {
     return egosieve::embed::PredictPoints(posterior, x, prediction);
   });
 }

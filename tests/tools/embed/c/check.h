@@ -51,4 +51,12 @@ static inline egosieve_array floats_out(float* data, int64_t rows, int64_t colum
   return array;
 }
 
+static inline egosieve_array doubles_out(double* data, int64_t rows, int64_t columns) {
+  egosieve_array array = {NULL, 0, 0, 0, 0, EGOSIEVE_FLOAT64};
+  array.data = data;
+  array.rows = rows;
+  array.columns = columns;
+  return array;
+}
+
 #endif /* EGOSIEVE_TESTS_TOOLS_EMBED_C_CHECK_H_ */

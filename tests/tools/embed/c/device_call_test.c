@@ -68,6 +68,7 @@ static void expect_the_hosts(egosieve_posterior* posterior, cl_context context,
   egosieve_prediction_init(&prediction);
   prediction.mean = floats_out(mean, M, 1);
   prediction.variance = floats_out(variance, M, 1);
+  prediction.precision = EGOSIEVE_IN_FLOAT32;
   CHECK_OK(egosieve_posterior_predict(posterior, &points, &prediction));
 
   egosieve_device_call_init(&call);

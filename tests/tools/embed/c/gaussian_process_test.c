@@ -345,6 +345,63 @@ static void test_sparse_models(void) {
   CHECK_OK(egosieve_gp_free(exact));
 }
 
+/* y = 5e6 + x with hardly any noise: float32 holds neither its means nor its variances. */
+static void test_precision(void) {
+  enum { SIDE = 5 };
+  static double points[SIDE * SIDE][2], values[SIDE * SIDE], at[2][2] = {{0.3, 0.4}, {0.6, 0.1}};
+  const egosieve_const_array inputs = doubles(&points[0][0], SIDE * SIDE, 2);
+  const egosieve_const_array targets = doubles(values, SIDE * SIDE, 1);
+  const egosieve_const_array both = doubles(&at[0][0], 2, 2);
+  const egosieve_grid grid = {0.3, 0.4, 0.3, -0.3, 2, 2}; /* `at` is its diagonal */
+  egosieve_gp_options options;
+  egosieve_gp* gp = NULL;
+  egosieve_posterior* posterior = NULL;
+  egosieve_prediction prediction;
+  double mean[4], variance[4], expected_mean[2], expected_variance[2];
+  double of_mean = 0, of_variance = 0, deviation = 0;
+  for (int i = 0; i < SIDE * SIDE; ++i) {
+    points[i][0] = (double)(i % SIDE) / (SIDE - 1);
+    points[i][1] = (double)(i / SIDE) / (SIDE - 1);
+    values[i] = 5e6 + points[i][0];
+  }
+  egosieve_gp_options_init(&options);
+  options.covariance_text = "matern52";
+  options.dimension = 2;
+  options.noise_stddev = 1e-3;
+  CHECK_OK(egosieve_gp_create(&options, &gp));
+  CHECK_OK(egosieve_gp_condition(gp, &inputs, &targets));
+  CHECK_OK(egosieve_gp_posterior(gp, &posterior));
+  CHECK_OK(egosieve_posterior_float32_error(posterior, &of_mean, &of_variance, &deviation));
+  CHECK(of_mean > deviation && of_variance > 0.02 * deviation * deviation);
+  egosieve_prediction_init(&prediction);
+  CHECK(prediction.precision == EGOSIEVE_AUTO_PRECISION);
+  prediction.mean = doubles_out(expected_mean, 2, 1);
+  prediction.variance = doubles_out(expected_variance, 2, 1);
+  prediction.precision = EGOSIEVE_IN_FLOAT64;
+  CHECK_OK(egosieve_gp_predict(gp, &both, &prediction));
+  CHECK(prediction.float64_count == 2);
+  prediction.mean = doubles_out(mean, 2, 1);
+  prediction.variance = doubles_out(variance, 2, 1);
+  prediction.precision = EGOSIEVE_IN_FLOAT32;
+  CHECK_OK(egosieve_posterior_predict(posterior, &both, &prediction));
+  CHECK(prediction.float64_count == 0);
+  CHECK(fabs(mean[0] - expected_mean[0]) > 1e-2);
+  prediction.precision = EGOSIEVE_AUTO_PRECISION;
+  CHECK_OK(egosieve_posterior_predict(posterior, &both, &prediction));
+  CHECK(prediction.float64_count == 2 && prediction.clamped_variances == 0);
+  CHECK(mean[0] == expected_mean[0] && mean[1] == expected_mean[1]);
+  for (int i = 0; i < 2; ++i) {
+    CHECK(fabs(sqrt(variance[i]) - sqrt(expected_variance[i])) < 0.02 * sqrt(expected_variance[i]));
+  }
+  prediction.mean = doubles_out(mean, 2, 2);
+  prediction.variance.data = NULL;
+  CHECK_OK(egosieve_posterior_predict_grid(posterior, &grid, &prediction));
+  CHECK(prediction.float64_count == 4);
+  CHECK(fabs(mean[0] - expected_mean[0]) < 1e-6 && fabs(mean[3] - expected_mean[1]) < 1e-6);
+  CHECK_OK(egosieve_posterior_free(posterior));
+  CHECK_OK(egosieve_gp_free(gp));
+}
+
 static void test_devices(void) {
   int32_t count = 0;
   char name[64], cut[4];
@@ -370,6 +427,7 @@ int main(void) {
   test_optimize_and_calibrate();
   test_save_and_load(folder != NULL ? folder : "/tmp");
   test_sparse_models();
+  test_precision();
   test_devices();
   printf("%d checks failed\n", failures);
   return failures == 0 ? 0 : 1;

@@ -6,14 +6,6 @@
 #include "tests/tools/embed/c/check.h"
 #include "tests/tools/embed/c/small_model.h"
 
-static egosieve_array doubles_out(double* data, int64_t rows, int64_t columns) {
-  egosieve_array array = {NULL, 0, 0, 0, 0, EGOSIEVE_FLOAT64};
-  array.data = data;
-  array.rows = rows;
-  array.columns = columns;
-  return array;
-}
-
 static egosieve_gp* new_named_model(const char* covariance, int32_t dimension, int32_t mean) {
   egosieve_gp_options options;
   egosieve_gp* gp = NULL;
@@ -54,7 +46,7 @@ static void test_one_point_by_hand(void) {
   egosieve_prediction_init(&prediction);
   prediction.mean = means;
   prediction.variance = of_variance;
-  prediction.in_float64 = 1;
+  prediction.precision = EGOSIEVE_IN_FLOAT64;
   CHECK_OK(egosieve_gp_predict(gp, &both, &prediction));
   CHECK(fabs(mean[1] - beside * 2.0 / k_y) < 1e-14);
   CHECK(fabs(slope[1] - (k - beside * beside / k_y)) < 1e-14);
@@ -214,13 +206,6 @@ static void test_refusals(void) {
   out.columns = 2;
   CHECK_CALL(egosieve_gp_gradients(gp, &points, &out, &out), EGOSIEVE_INVALID_ARGUMENT,
              "mean: 30 x 2");
-  CHECK_OK(egosieve_gp_posterior(gp, &posterior));
-  egosieve_prediction_init(&prediction);
-  prediction.mean = doubles_out(mean, M, 1);
-  prediction.in_float64 = 1;
-  CHECK_CALL(egosieve_posterior_predict(posterior, &points, &prediction), EGOSIEVE_INVALID_ARGUMENT,
-             "in_float64");
-  CHECK_OK(egosieve_posterior_free(posterior));
   CHECK_OK(egosieve_gp_free(gp));
 }
 

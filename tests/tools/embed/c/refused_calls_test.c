@@ -187,7 +187,7 @@ static void test_struct_sizes(void) {
   egosieve_prediction_init(&prediction);
   prediction.mean = floats_out(mean, M, 1);
   prediction.clamped_variances = -7;
-  prediction.struct_size = sizeof prediction - 16;
+  prediction.struct_size = sizeof prediction - 24;
   CHECK_OK(egosieve_gp_predict(gp, &points, &prediction));
   CHECK(prediction.clamped_variances == -7);
   prediction.struct_size = sizeof prediction;

@@ -43,7 +43,7 @@ static void fill(void) {
   results.info.struct_size = sizeof results.info;
   results.result.struct_size = sizeof results.result;
   egosieve_prediction_init(&results.prediction);
-  results.prediction.clamped_variances = -7;
+  results.prediction.clamped_variances = results.prediction.float64_count = -7;
 }
 
 /* `prepare` comes after the results were filled; the call then ends with `code` and leaves them. */
@@ -75,13 +75,12 @@ static void test_predictions(egosieve_gp* gp) {
   }
   CHECK_REFUSED(prediction_with_a_wrong("none"), egosieve_gp_predict(gp, &bad, &results.prediction),
                 EGOSIEVE_INVALID_ARGUMENT, "x(29, 2)");
-  CHECK_REFUSED(prediction_with_a_wrong("none")->in_float64 = 1,
+  CHECK_REFUSED(prediction_with_a_wrong("none")->precision = 3,
                 egosieve_gp_predict(gp, &points, &results.prediction), EGOSIEVE_INVALID_ARGUMENT,
-                "there are none in float64");
-  CHECK_REFUSED(prediction_with_a_wrong("variance")->in_float64 = 1;
-                results.prediction.probability.data = NULL,
-                egosieve_gp_predict(gp, &points, &results.prediction), EGOSIEVE_INVALID_ARGUMENT,
-                "variance");
+                "prediction.precision = 3");
+  CHECK_REFUSED(prediction_with_a_wrong("none")->precision = EGOSIEVE_IN_FLOAT64,
+                egosieve_gp_predict(gp, &bad, &results.prediction), EGOSIEVE_INVALID_ARGUMENT,
+                "x(29, 2)");
   CHECK_OK(egosieve_posterior_free(posterior));
 }
 

@@ -213,8 +213,14 @@ TEST(GaussianProcess, JointPredictionsAreTheCInterfaces) {
   EXPECT_GE(gp.Sample(View(data.queries), 1, MutableView(samples)).value(), 0.0);
   Eigen::MatrixXd wide(kQueries, 2), variance(kQueries, 1);
   Prediction prediction{MutableView(wide), MutableView(variance)};
-  prediction.in_float64 = true;
-  ASSERT_TRUE(gp.Predict(View(data.queries), prediction).ok());
+  prediction.precision = Precision::kFloat64;
+  const PredictionCounts counts = gp.Predict(View(data.queries), prediction).value();
+  EXPECT_EQ(counts.in_float64, kQueries);
+  EXPECT_EQ(counts.clamped_variances, 0);
+  const Float32Error error = gp.MakePosterior().value().ErrorOfFloat32().value();
+  EXPECT_GT(error.mean, 0.0);
+  EXPECT_GT(error.variance, 0.0);
+  EXPECT_GT(error.deviation, 0.0);
   EXPECT_EQ(wide, mean);
   EXPECT_NEAR(variance(3, 0), covariance(3, 3), 1e-12);
   Eigen::MatrixXd gradient(2 * kQueries, kDimension), of_variance(kQueries, kDimension);

@@ -49,6 +49,15 @@ class FarInputs(unittest.TestCase):
                 self.assertEqual(part.dtype, np.float32)
                 np.testing.assert_allclose(part.ravel(), of_float64, atol=1e-3)
 
+    def test_narrow_inputs_lose_nothing_in_float32(self):
+        X = 13.4 + 0.001 * np.random.default_rng(3).uniform(size=(200, 1))  # steps of float32 are a thousandth of it
+        gp = fitted(X, np.sin(8000 * (X[:, 0] - 13.4)), [2e-4])
+        expected = gp.predict(X, return_var=True, float64=True)
+        found = gp.predict(X, return_var=True)
+        self.assertEqual(gp.float64_count_, 0)
+        for part, of_float64 in zip(found, expected):
+            np.testing.assert_allclose(part, of_float64, atol=2e-4)
+
 
 if __name__ == "__main__":
     unittest.main()

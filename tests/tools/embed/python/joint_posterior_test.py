@@ -218,7 +218,7 @@ class Posterior(unittest.TestCase):
             (ValueError, "mean = 'cubic'", lambda: process(mean="cubic").fit(self.X, self.y)),
             (RuntimeError, "At most one of return_std or return_cov", lambda: gp.predict(self.X, True, True)),
             (RuntimeError, "return_cov needs the model", lambda: gp.freeze().predict(self.X, return_cov=True)),
-            (RuntimeError, "float64=True needs the model", lambda: gp.freeze().predict(self.X, float64=True)),
+            (ValueError, "precision = 'half'", lambda: gp.freeze().predict(self.X, precision="half")),
             (ValueError, "n_samples = -1", lambda: gp.sample_y(self.X, -1)),
             (ValueError, "theta has 4 values", lambda: gp.log_marginal_likelihood([0.0])),
             (ValueError, "X has 1 features", lambda: gp.sample_y(self.X[:, :1])),

@@ -77,10 +77,12 @@ EGOSIEVE_API egosieve_status egosieve_posterior_opencl(egosieve_posterior* poste
                                                        void** opencl_context, void** opencl_device);
 
 /**
- * Enqueues a prediction and returns. The results are those of egosieve_posterior_predict(), except
- * for rounding where the device prepares the queries differently from the host. No data move
- * between host and device. A query with NaN or infinities gets the mean NaN and the variance 0. The
- * posterior, and any handle of the call, may be freed before the commands have ended.
+ * Enqueues a prediction and returns. The results are those of egosieve_posterior_predict() with
+ * #EGOSIEVE_IN_FLOAT32, except for rounding where the device prepares the queries differently from
+ * the host: nothing is computed in float64, since nothing waits for the results. Whether float32
+ * suffices for this posterior says egosieve_posterior_float32_error(). No data move between host
+ * and device. A query with NaN or infinities gets the mean NaN and the variance 0. The posterior,
+ * and any handle of the call, may be freed before the commands have ended.
  *
  * Works for models of one output with the zero mean, on devices with float64; otherwise
  * #EGOSIEVE_FAILED_PRECONDITION. After an error, commands enqueued before it may still write into

@@ -8,6 +8,7 @@
 #include "device_call.h"
 #include "gaussian_process.h"
 #include "joint_posterior.h"
+#include "prediction.h"
 #include "segmenter.h"
 
 #endif /* EGOSIEVE_EGOSIEVE_H_ */

@@ -47,29 +47,19 @@
  * points cost k m^2 + m^3 / 3. Memory: 8 n^2 bytes, and 2 n^2 on the device; for a sparse model, 8
  * n m and 2 m^2.
  *
- * Errors of the results: the factor is float64. Queries are centred and scaled in float64;
- * predictions are computed in float32 on a device, in float64 on "reference", and are float32
- * values. The mean's error is at most sigma_f^2 |alpha|_1 (1e-6 + (66 + n / 64) 2^-24 pi / 2). A
- * result is the same to the last bit (in_float64: to rounding) for any other queries and threads.
- *
  * References: Rasmussen & Williams (2006), 2.2, 2.7 and 6.5, eq. 4.29 (with 2/pi in front), eq.
- * 6.41; Quinonero-Candela & Rasmussen (2005); Titsias (2009). Joint predictions, samples, gradients
- * and leave-one-out predictions are in joint_posterior.h.
+ * 6.41; Quinonero-Candela & Rasmussen (2005); Titsias (2009). Predictions and their errors are in
+ * prediction.h; joint predictions, samples, gradients and leave-one-out predictions in
+ * joint_posterior.h.
  */
 #ifndef EGOSIEVE_GAUSSIAN_PROCESS_H_
 #define EGOSIEVE_GAUSSIAN_PROCESS_H_
 
-#include "types.h"
+#include "prediction.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/** Handle of a model that learns. Calls on one model wait for each other. */
-typedef struct egosieve_gp egosieve_gp;
-
-/** Handle of a model's posterior at one moment. Immutable: any number of threads may predict. */
-typedef struct egosieve_posterior egosieve_posterior;
 
 /** Covariance function: one of the constants below. */
 typedef int32_t egosieve_covariance;
@@ -287,89 +277,6 @@ EGOSIEVE_API egosieve_status egosieve_gp_optimize(egosieve_gp* gp,
  * call a = 1 and b = 0. Costs nothing if the model has not changed since the last call.
  */
 EGOSIEVE_API egosieve_status egosieve_gp_calibrate(egosieve_gp* gp);
-
-/**
- * Results of a prediction. Each array has the shape that the call names. With k > 1 outputs the
- * mean has k columns per place, and is available only from egosieve_gp_predict() and
- * egosieve_posterior_predict().
- */
-typedef struct egosieve_prediction {
-  uint64_t struct_size;       /**< Set by egosieve_prediction_init(). */
-  egosieve_array mean;        /**< (2); data null: not wanted. */
-  egosieve_array variance;    /**< (3); data null: not wanted. */
-  egosieve_array probability; /**< (4), only with labels; data null: not wanted. */
-  int32_t of_observation;     /**< Nonzero: variance is that of an observation. Default: 0. */
-  int64_t clamped_variances;  /**< Out: how many were negative from rounding and set to 0. */
-  int64_t in_float64;         /**< Nonzero: compute in float64; only for egosieve_gp_predict(), and
-                                   without probabilities. Default: 0. */
-} egosieve_prediction;
-
-/** Sets all results to not wanted, and the variance to that of f. Null does nothing. */
-EGOSIEVE_API void egosieve_prediction_init(egosieve_prediction* prediction);
-
-/**
- * Predicts at points.
- * @param gp          The model.
- * @param x           M x D, finite in float32. Packed rows of float32 are read in place.
- * @param prediction  Arrays of M values; the mean M x k.
- */
-EGOSIEVE_API egosieve_status egosieve_gp_predict(egosieve_gp* gp, const egosieve_const_array* x,
-                                                 egosieve_prediction* prediction);
-
-/** A regular grid in the plane: point (r, c) is (x0 + c dx, y0 + r dy). */
-typedef struct egosieve_grid {
-  double x0;       /**< First input of the first column. */
-  double y0;       /**< Second input of the first row. */
-  double dx;       /**< Step between columns. */
-  double dy;       /**< Step between rows. */
-  int64_t rows;    /**< At least 1. */
-  int64_t columns; /**< At least 1. */
-} egosieve_grid;
-
-/** Predicts on a grid; its points need no memory. Needs D = 2; arrays are rows x columns. */
-EGOSIEVE_API egosieve_status egosieve_gp_predict_grid(egosieve_gp* gp, const egosieve_grid* grid,
-                                                      egosieve_prediction* prediction);
-
-/**
- * Predicts over an image. At every `stride`-th pixel and on the image's border, the input is
- *
- *     x = (u, v, I_M, I_R, I_G, I_B),
- *
- * where u, v are the pixel's coordinates, mapped so that the longer side spans [-1, 1], and I are
- * the means over 7 x 7 pixels of brightness, red, green and blue, mapped to [-1, 1]. Needs D = 6;
- * arrays are ceil((height - 1) / stride) + 1 rows by ceil((width - 1) / stride) + 1 columns.
- */
-EGOSIEVE_API egosieve_status egosieve_gp_predict_image(egosieve_gp* gp, const egosieve_image* image,
-                                                       int32_t stride,
-                                                       egosieve_prediction* prediction);
-
-/** The inputs of egosieve_gp_predict_image() at N places (x, y) in pixels: out is N x 6. */
-EGOSIEVE_API egosieve_status egosieve_gp_describe_pixels(egosieve_gp* gp,
-                                                         const egosieve_image* image,
-                                                         const egosieve_const_array* places,
-                                                         const egosieve_array* out);
-
-/** Gives a posterior of the model's current state; later changes of the model do not affect it. */
-EGOSIEVE_API egosieve_status egosieve_gp_posterior(egosieve_gp* gp, egosieve_posterior** posterior);
-
-/** As egosieve_gp_predict(), with the model's state when the posterior was made. */
-EGOSIEVE_API egosieve_status egosieve_posterior_predict(egosieve_posterior* posterior,
-                                                        const egosieve_const_array* x,
-                                                        egosieve_prediction* prediction);
-
-/** As egosieve_gp_predict_grid(). */
-EGOSIEVE_API egosieve_status egosieve_posterior_predict_grid(egosieve_posterior* posterior,
-                                                             const egosieve_grid* grid,
-                                                             egosieve_prediction* prediction);
-
-/** As egosieve_gp_predict_image(). */
-EGOSIEVE_API egosieve_status egosieve_posterior_predict_image(egosieve_posterior* posterior,
-                                                              const egosieve_image* image,
-                                                              int32_t stride,
-                                                              egosieve_prediction* prediction);
-
-/** Frees a posterior, as egosieve_gp_free() does a model. */
-EGOSIEVE_API egosieve_status egosieve_posterior_free(egosieve_posterior* posterior);
 
 /**
  * Stores a text or bytes with the model and in its file; replaces an earlier annotation.

@@ -266,20 +266,20 @@ class GaussianProcess {
     return value;
   }
 
-  /** At M x D points. The value: number of variances that rounding made negative, set to 0. */
-  Result<int64_t> Predict(const ConstArray& x, const Prediction& prediction) const {
+  /** At M x D points. */
+  Result<PredictionCounts> Predict(const ConstArray& x, const Prediction& prediction) const {
     return internal::Predict(
         prediction, [&](egosieve_prediction* c) { return egosieve_gp_predict(handle_, x.c(), c); });
   }
   /** Predicts on a grid in the plane; needs D = 2. */
-  Result<int64_t> PredictGrid(const Grid& grid, const Prediction& prediction) const {
+  Result<PredictionCounts> PredictGrid(const Grid& grid, const Prediction& prediction) const {
     return internal::Predict(prediction, [&](egosieve_prediction* c) {
       return egosieve_gp_predict_grid(handle_, &grid, c);
     });
   }
   /** Predicts at every `stride`-th pixel; needs D = 6. See egosieve_gp_predict_image(). */
-  Result<int64_t> PredictImage(const Image& image, int32_t stride,
-                               const Prediction& prediction) const {
+  Result<PredictionCounts> PredictImage(const Image& image, int32_t stride,
+                                        const Prediction& prediction) const {
     const egosieve_image c_image = image.c();
     return internal::Predict(prediction, [&](egosieve_prediction* c) {
       return egosieve_gp_predict_image(handle_, &c_image, stride, c);

@@ -16,13 +16,33 @@
 
 namespace egosieve {
 
+/** Arithmetic of a prediction; see #egosieve_precision. */
+enum class Precision : int64_t {
+  kAuto = EGOSIEVE_AUTO_PRECISION, /**< Float32 where it suffices, otherwise float64. */
+  kFloat64 = EGOSIEVE_IN_FLOAT64,  /**< Float64 throughout. */
+  kFloat32 = EGOSIEVE_IN_FLOAT32,  /**< Float32, whatever its errors. */
+};
+
 /** Destinations of the results; a default Array is not wanted. */
 struct Prediction {
-  Array mean{};                /**< Of f. */
-  Array variance{};            /**< Of f, or of an observation. */
-  Array probability{};         /**< Of y = +1 against -1. */
-  bool of_observation = false; /**< The variance is that of an observation. */
-  bool in_float64 = false;     /**< Compute in float64; only for GaussianProcess::Predict(). */
+  Array mean{};                           /**< Of f. */
+  Array variance{};                       /**< Of f, or of an observation. */
+  Array probability{};                    /**< Of y = +1 against -1. */
+  bool of_observation = false;            /**< The variance is that of an observation. */
+  Precision precision = Precision::kAuto; /**< Arithmetic. */
+};
+
+/** Counts of a prediction. */
+struct PredictionCounts {
+  int64_t clamped_variances = 0; /**< Variances that rounding made negative, set to 0. */
+  int64_t in_float64 = 0;        /**< Places with a result that was computed in float64. */
+};
+
+/** Errors of float32 results; see egosieve_posterior_float32_error(). */
+struct Float32Error {
+  double mean = 0.0;      /**< Of the means. */
+  double variance = 0.0;  /**< Of the variances. */
+  double deviation = 0.0; /**< The least deviation of f at the places of the measurement. */
 };
 
 /** A prediction on an OpenCL queue; by default without queries. See device_call.h. */
@@ -45,17 +65,17 @@ namespace internal {
 
 /** Calls `call` with the C struct of `prediction`. */
 template <typename Call>
-Result<int64_t> Predict(const Prediction& prediction, Call call) {
+Result<PredictionCounts> Predict(const Prediction& prediction, Call call) {
   egosieve_prediction c;
   egosieve_prediction_init(&c);
   c.mean = prediction.mean.c();
   c.variance = prediction.variance.c();
   c.probability = prediction.probability.c();
   c.of_observation = prediction.of_observation ? 1 : 0;
-  c.in_float64 = prediction.in_float64 ? 1 : 0;
+  c.precision = static_cast<egosieve_precision>(prediction.precision);
   Status status = Status::FromC(call(&c));
   if (!status.ok()) return status;
-  return c.clamped_variances;
+  return PredictionCounts{c.clamped_variances, c.float64_count};
 }
 
 }  // namespace internal
@@ -77,25 +97,34 @@ class Posterior {
   }
   ~Posterior() { egosieve_posterior_free(handle_); }
 
-  /** At M x D points. The value: number of variances that rounding made negative, set to 0. */
-  Result<int64_t> Predict(const ConstArray& x, const Prediction& prediction) const {
+  /** At M x D points. */
+  Result<PredictionCounts> Predict(const ConstArray& x, const Prediction& prediction) const {
     return internal::Predict(prediction, [&](egosieve_prediction* c) {
       return egosieve_posterior_predict(handle_, x.c(), c);
     });
   }
   /** Predicts on a grid in the plane; needs D = 2. */
-  Result<int64_t> PredictGrid(const Grid& grid, const Prediction& prediction) const {
+  Result<PredictionCounts> PredictGrid(const Grid& grid, const Prediction& prediction) const {
     return internal::Predict(prediction, [&](egosieve_prediction* c) {
       return egosieve_posterior_predict_grid(handle_, &grid, c);
     });
   }
   /** Predicts at every `stride`-th pixel; needs D = 6. See egosieve_gp_predict_image(). */
-  Result<int64_t> PredictImage(const Image& image, int32_t stride,
-                               const Prediction& prediction) const {
+  Result<PredictionCounts> PredictImage(const Image& image, int32_t stride,
+                                        const Prediction& prediction) const {
     const egosieve_image c_image = image.c();
     return internal::Predict(prediction, [&](egosieve_prediction* c) {
       return egosieve_posterior_predict_image(handle_, &c_image, stride, c);
     });
+  }
+
+  /** The errors of float32 results, which those of Enqueue() have. */
+  Result<Float32Error> ErrorOfFloat32() const {
+    Float32Error error;
+    Status status = Status::FromC(
+        egosieve_posterior_float32_error(handle_, &error.mean, &error.variance, &error.deviation));
+    if (!status.ok()) return status;
+    return error;
   }
 
   /** Enqueues a prediction and returns. The value: a cl_event, which the caller releases. */

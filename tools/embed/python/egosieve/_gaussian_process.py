@@ -4,6 +4,7 @@ Arguments are checked for what they mean by gaussian_process.py and the library 
 """
 
 import ctypes
+import warnings
 from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_uint64, c_void_p
 
 from . import _library, optimization
@@ -13,6 +14,7 @@ from ._library import encoded, fill, image, input_array, output_array
 _NAMED_COVARIANCE = 2
 _MEANS = ("zero", "constant", "linear")
 _APPROXIMATIONS = ("exact", "dtc", "fitc")
+_PRECISIONS = ("auto", "float64", "float32")
 _ARRAY, _PREDICTION = POINTER(Array), POINTER(Prediction)
 _BYTES = [c_void_p, c_void_p, c_int64, POINTER(c_int64)]
 
@@ -41,6 +43,7 @@ _egosieve = _library.Library("egosieve", {
     "egosieve_posterior_predict_grid": [c_void_p, POINTER(Grid), _PREDICTION],
     "egosieve_posterior_predict_image": [c_void_p, POINTER(Image), c_int32, _PREDICTION],
     "egosieve_posterior_free": [c_void_p],
+    "egosieve_posterior_float32_error": [c_void_p, *3 * [POINTER(c_double)]],
     "egosieve_posterior_opencl": [c_void_p, POINTER(c_void_p), POINTER(c_void_p)],
     "egosieve_posterior_enqueue": [c_void_p, POINTER(DeviceCall), POINTER(c_void_p)],
     "egosieve_gp_set_annotation": [c_void_p, c_void_p, c_int64],
@@ -92,6 +95,9 @@ class _Predictor:
     """Predictions, which are the same for a model and its posterior but for the names of the calls."""
 
     _prefix = None  # of the calls' names
+    _told = False  # that float32 does not suffice
+    # Of the last prediction.
+    clamped_variances = float64_count = 0
 
     def __init__(self, handle):
         self._handle = handle
@@ -101,29 +107,42 @@ class _Predictor:
         if getattr(self, "_handle", None):
             self._status(self._prefix + "_free", self._handle)
 
-    def _predict(self, call, place, mean, variance, probability, of_observation, in_float64=False):
+    def _predict(self, call, place, precision="auto", mean=None, variance=None, probability=None, of_observation=False):
+        if precision not in _PRECISIONS:
+            raise ValueError(f"precision = {precision!r}; it must be one of {', '.join(map(repr, _PRECISIONS))}")
         prediction = _egosieve.new(Prediction, "egosieve_prediction_init")
         prediction.mean = output_array("mean", mean)
         prediction.variance = output_array("variance", variance)
         prediction.probability = output_array("probability", probability)
-        prediction.of_observation, prediction.in_float64 = bool(of_observation), in_float64
+        prediction.of_observation, prediction.precision = bool(of_observation), _PRECISIONS.index(precision)
         _call(self._prefix + call, self._handle, *place, byref(prediction))
-        return prediction.clamped_variances
+        self.clamped_variances, self.float64_count = prediction.clamped_variances, prediction.float64_count
+        if precision == "auto" and self.float64_count and not self._told:
+            self._told = True
+            warnings.warn(
+                "float32 does not suffice for this model: its errors exceed a hundredth of the posterior's deviation. "
+                "Results that need it are computed in float64, which is slower; precision=\"float32\" leaves them",
+                stacklevel=4,
+            )
 
-    def predict(self, x, mean=None, variance=None, probability=None, of_observation=False):
-        return self._predict("_predict", [byref(input_array("x", x))], mean, variance, probability, of_observation)
+    def predict(self, x, **wishes):
+        self._predict("_predict", [byref(input_array("x", x))], **wishes)
 
-    def predict_grid(self, x0, y0, dx, dy, rows, columns, mean=None, variance=None, probability=None, of_observation=False):
-        grid = fill(Grid(x0, y0, dx, dy), rows=rows, columns=columns)
-        return self._predict("_predict_grid", [byref(grid)], mean, variance, probability, of_observation)
+    def predict_grid(self, x0, y0, dx, dy, rows, columns, **wishes):
+        self._predict("_predict_grid", [byref(fill(Grid(x0, y0, dx, dy), rows=rows, columns=columns))], **wishes)
 
-    def predict_image(self, pixels, stride, order, mean=None, variance=None, probability=None, of_observation=False):
+    def predict_image(self, pixels, stride, order, **wishes):
         view, kept = image("image", pixels, order)
-        return self._predict("_predict_image", [byref(view), stride], mean, variance, probability, of_observation)
+        self._predict("_predict_image", [byref(view), stride], **wishes)
 
 
 class Posterior(_Predictor):
     _prefix = "egosieve_posterior"
+
+    def float32_error(self):
+        mean, variance, deviation = c_double(), c_double(), c_double()
+        _call("egosieve_posterior_float32_error", self._handle, byref(mean), byref(variance), byref(deviation))
+        return {"mean": mean.value, "variance": variance.value, "deviation": deviation.value}
 
     def opencl(self):
         context, device = c_void_p(), c_void_p()
@@ -233,9 +252,6 @@ class Model(_Predictor):
 
     def noise_variances(self, v):
         _call("egosieve_gp_noise_variances", self._handle, byref(output_array("v", v)))
-
-    def predict_in_float64(self, x, mean, variance, of_observation):
-        return self._predict("_predict", [byref(input_array("x", x))], mean, variance, None, of_observation, True)
 
     def predict_joint(self, x, mean, covariance, of_observation):
         points, means, joint = input_array("x", x), output_array("mean", mean), output_array("covariance", covariance)

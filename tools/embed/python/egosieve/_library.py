@@ -72,7 +72,8 @@ class OptimizeResult(ctypes.Structure):
 
 class Prediction(ctypes.Structure):
     _fields_ = [("struct_size", c_uint64), ("mean", Array), ("variance", Array), ("probability", Array),
-                ("of_observation", c_int32), ("clamped_variances", c_int64), ("in_float64", c_int64)]  # fmt: skip
+                ("of_observation", c_int32), ("clamped_variances", c_int64), ("precision", c_int64),
+                ("float64_count", c_int64)]  # fmt: skip
 
 
 class SegmenterOptions(ctypes.Structure):

@@ -30,8 +30,7 @@ class GaussianProcess(ExactPredictor, Estimator):
         mean(x) = k* . a              variance(x) = k(x, x) - |L^-1 k*|^2
 
     The factor is float64. Queries are centred and scaled in float64; means and variances are computed in float32 on
-    a device, in float64 with device="reference", and are float32 values. The mean's error is at most
-    sigma_f^2 |a|_1 (1e-6 + (66 + n / 64) 2^-24 pi / 2); predict(float64=True) is float64 throughout.
+    a device where its errors are below a hundredth of the posterior's deviation, else in float64: `precision` of predict.
 
     Parameters
     ----------
@@ -232,8 +231,8 @@ class GaussianProcess(ExactPredictor, Estimator):
         X = np.random.default_rng(0).uniform(-1.0, 1.0, (n_features + 2, n_features))
         model.condition(X, np.where(np.arange(len(X)) % 2 == 0, 1.0, -1.0), None)
         results = [np.empty(len(X)) for _ in range(3)]
-        model.predict(X, results[0])
-        model.predict(X, *results)
+        model.predict(X, mean=results[0])
+        model.predict(X, mean=results[0], variance=results[1], probability=results[2])
         return self
 
     def describe_pixels(self, image, places, order="bgr"):

@@ -30,7 +30,8 @@ class Predictor:
     """Predictions of a model or of a frozen posterior; `_core` computes, `_offset` and `_scale` (numbers, or
     an array of each output's) undo the normalisation of y."""
 
-    def predict(self, X, return_std=False, return_cov=False, return_var=False, of_observation=False, float64=False):
+    def predict(self, X, return_std=False, return_cov=False, return_var=False, of_observation=False,
+                precision="auto", float64=False):  # fmt: skip
         """Mean of f at the rows of X, and on request its deviation, variance or joint covariance.
 
         Parameters
@@ -43,13 +44,16 @@ class Predictor:
             Also return the covariance of all queries, computed in float64; not together with the others.
         of_observation : bool
             Those of an observation y instead of f: the noise is added.
+        precision : "auto", "float64" or "float32"
+            Arithmetic of means, deviations and variances. "auto": float32 on the device where its errors are below a
+            hundredth of the posterior's deviation, else float64, n^2 flops per query with variances; the first
+            prediction that needs it says so in a warning. "float32": whatever its errors.
         float64 : bool
-            Compute in float64 throughout, n^2 flops per query with variances; not of frozen posteriors.
+            The same as precision="float64".
 
         Returns
         -------
         mean : array of shape (n_queries,) or (n_queries, n_targets), float32 where X is, else float64
-            Values are computed in float32 on a device; see GaussianProcess for the error.
         std or variance : array of the mean's shape, only if asked for
         covariance : array of shape (n_queries, n_queries) or (n_queries, n_queries, n_targets), only if asked for
         """
@@ -61,15 +65,14 @@ class Predictor:
             return self._predict_joint(X, of_observation)
         mean = np.empty(self._shape(len(X)), dtype=X.dtype)
         variance = np.empty(len(X), dtype=X.dtype) if return_std or return_var else None
-        if float64:
-            self._exact("float64=True").predict_in_float64(X, mean, variance, of_observation)
-        else:
-            core.predict(X, mean=mean, variance=variance, of_observation=of_observation)
+        precision = "float64" if float64 else precision
+        core.predict(X, mean=mean, variance=variance, of_observation=of_observation, precision=precision)
         return self._denormalized(mean, variance, return_std, return_var)
 
     def predict_grid(
-        self, x0, y0, dx, dy, rows, columns, return_std=False, return_var=False, of_observation=False, out=None
-    ):
+        self, x0, y0, dx, dy, rows, columns, return_std=False, return_var=False, of_observation=False, out=None,
+        precision="auto",
+    ):  # fmt: skip
         """Mean of f on a regular grid in the plane, for models of two features.
 
         Element (r, c) of the results is at (x0 + c dx, y0 + r dy). The points need no memory, so that a grid of
@@ -81,7 +84,7 @@ class Predictor:
             First point and steps.
         rows, columns : int
             Shape of the results.
-        return_std, return_var, of_observation : bool
+        return_std, return_var, of_observation, precision
             As in predict.
         out : array of shape (rows, columns), float32 or float64, optional
             Where the mean goes, in any strides.
@@ -96,18 +99,18 @@ class Predictor:
         variance = np.empty((rows, columns), dtype=mean.dtype) if return_std or return_var else None
         core.predict_grid(
             float(x0), float(y0), float(dx), float(dy), rows, columns,
-            mean=mean, variance=variance, of_observation=of_observation,
+            mean=mean, variance=variance, of_observation=of_observation, precision=precision,
         )  # fmt: skip
         return self._denormalized(mean, variance, return_std, return_var)
 
-    def predict_axes(self, x, y, return_std=False, return_var=False, of_observation=False):
+    def predict_axes(self, x, y, return_std=False, return_var=False, of_observation=False, precision="auto"):
         """Mean of f where two axes cross, for models of two features: element (r, c) is at (x[c], y[r]).
 
         Parameters
         ----------
         x, y : arrays of shape (columns,) and (rows,)
             In steps of any size; even ones need no memory for the points.
-        return_std, return_var, of_observation : bool
+        return_std, return_var, of_observation, precision
             As in predict.
 
         Returns
@@ -116,7 +119,7 @@ class Predictor:
         std or variance : array of that shape, only if asked for
         """
         x, y = (arguments.axis(name, values) for name, values in (("x", x), ("y", y)))
-        wishes = {"return_std": return_std, "return_var": return_var, "of_observation": of_observation}
+        wishes = {"return_std": return_std, "return_var": return_var, "of_observation": of_observation, "precision": precision}
         steps = [arguments.even_step(values) for values in (x, y)]
         if None not in steps:
             return self.predict_grid(x[0], y[0], *steps, len(y), len(x), **wishes)
@@ -130,7 +133,7 @@ class Predictor:
 
         return tuple(shaped(values) for values in found) if isinstance(found, tuple) else shaped(found)
 
-    def predict_image(self, image, stride=1, order="bgr", return_std=False):
+    def predict_image(self, image, stride=1, order="bgr", return_std=False, precision="auto"):
         """Mean of f over an image, for models of six features (see GaussianProcess.describe_pixels).
 
         Parameters
@@ -141,6 +144,8 @@ class Predictor:
         order : "bgr" or "rgb"
         return_std : bool
             Also return the standard deviation of f.
+        precision : "auto", "float64" or "float32"
+            As in predict.
 
         Returns
         -------
@@ -154,8 +159,18 @@ class Predictor:
         shape = tuple(-(-(side - 1) // stride) + 1 for side in image.shape[:2])
         mean = np.empty(shape, dtype=np.float32)
         variance = np.empty(shape, dtype=np.float32) if return_std else None
-        core.predict_image(image, stride, order, mean=mean, variance=variance)
+        core.predict_image(image, stride, order, mean=mean, variance=variance, precision=precision)
         return self._denormalized(mean, variance, return_std, False)
+
+    @property
+    def clamped_variances_(self):
+        """How many variances of the last prediction were negative from rounding and are 0."""
+        return self._fitted()[0].clamped_variances
+
+    @property
+    def float64_count_(self):
+        """How many places of the last prediction have a result that was computed in float64."""
+        return self._fitted()[0].float64_count
 
     @_OnlyWithLabels
     def predict_proba(self, X):
@@ -224,12 +239,25 @@ class FrozenPosterior(Predictor):
         """
         return self._core.opencl()
 
+    def float32_error(self):
+        """The errors of results in float32, which those of `enqueue` always are.
+
+        Four times their root mean square at 16 places, which the first call that needs them compares with float64.
+
+        Returns
+        -------
+        errors : dict of float
+            "mean" and "variance", and "deviation", the least of f at these places. In units of y and its square, of
+            normalised y where there is normalize_y.
+        """
+        return self._core.float32_error()
+
     def enqueue(self, queue, queries, count, mean=None, variance=None, probability=None, clamped=None,
                 first=0, stride=0, wait_for=()):
         """Predicts from and to OpenCL buffers on a command queue, without waiting.
 
         OpenCL objects are PyOpenCL's, or anything else with their `int_ptr`, or addresses; they belong to the
-        context of `opencl()`. For one output with the zero mean and without normalize_y.
+        context of `opencl()`. Results are in float32, whatever their errors (`float32_error`). For one output with the zero mean and without normalize_y.
 
         Parameters
         ----------

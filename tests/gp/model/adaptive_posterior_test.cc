@@ -1,0 +1,248 @@
+// The errors of float32 results, their bound, and float64 in their place.
+#include "gp/model/adaptive_posterior.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gp/model/exact_model.h"
+#include "gp/model/sparse_model.h"
+#include "gtest/gtest.h"
+#include "tests/gp/learning_problems.h"
+
+namespace egosieve::gp {
+namespace {
+
+using kernels::CovarianceFunction;
+
+constexpr int64_t kDimension = 2, kPoints = 150, kQueries = 600;
+
+struct Results {
+  std::vector<double> mean, variance;
+};
+
+Results Evaluate(const Float64Posterior& posterior, kernels::ConstMatrixView<double> queries) {
+  Results results{std::vector<double>(queries.rows), std::vector<double>(queries.rows)};
+  EXPECT_TRUE(posterior.Evaluate(queries, results.mean.data(), results.variance.data()).ok());
+  return results;
+}
+
+struct NarrowResults {
+  std::vector<float> mean, variance;
+};
+
+NarrowResults Evaluate(const Posterior& posterior, kernels::ConstMatrixView<double> queries) {
+  NarrowResults results{std::vector<float>(queries.rows), std::vector<float>(queries.rows)};
+  EXPECT_TRUE(
+      posterior.Evaluate(queries, {results.mean.data(), results.variance.data(), nullptr}).ok());
+  return results;
+}
+
+template <typename Model>
+AdaptivePosterior PosteriorOf(const Model& model) {
+  return {*model.MakePosterior(SquashParameters{}), *model.MakeFloat64Posterior()};
+}
+
+// y = offset + scale sin(3 x_0).
+template <typename Model>
+void AddSine(double offset, double scale, Model& model) {
+  auto generator = TestGenerator();
+  const RowMatrix x = RandomPoints(kPoints, kDimension, generator);
+  std::vector<double> y;
+  for (int64_t i = 0; i < kPoints; ++i) y.push_back(offset + scale * std::sin(3.0 * x(i, 0)));
+  const absl::Status status = model.AddTargets(ViewOf(x), y, 0);
+  ASSERT_TRUE(status.ok()) << status;
+}
+
+RowMatrix Queries() {
+  std::mt19937_64 generator(7);
+  return RandomPoints(kQueries, kDimension, generator);
+}
+
+Hyperparameters ThetaOf(const std::string& text, double noise_stddev) {
+  Hyperparameters theta = DefaultHyperparameters(*CovarianceFunction::Parse(text), kDimension);
+  theta.covariance.signal_stddev = 1.3;
+  theta.noise_stddev = noise_stddev;
+  return theta;
+}
+
+template <typename Real>
+void ExpectBounded(const std::vector<Real>& narrow, const std::vector<double>& wide, double bound,
+                   const std::vector<double>& factors) {
+  double squares = 0.0;
+  int64_t above = 0;
+  for (size_t i = 0; i < wide.size(); ++i) {
+    const double error = std::abs(narrow[i] - wide[i]), bound_here = bound * factors[i];
+    squares += error * error;
+    above += error > bound_here;
+    EXPECT_LE(error, 2.5 * bound_here) << i;
+  }
+  EXPECT_LE(above, static_cast<int64_t>(wide.size() / 25));
+  // 4 deviations, each known to a factor of two: not wildly loose.
+  EXPECT_LE(bound, 12.0 * std::sqrt(squares / wide.size()));
+}
+
+class ErrorOfFloat32 : public testing::TestWithParam<std::string> {};
+
+TEST_P(ErrorOfFloat32, IsWithinItsBound) {
+  const Hyperparameters theta = ThetaOf(GetParam(), 0.05);
+  auto exact = ExactModel::Create(TestContext(), theta);
+  SparseModelOptions options;
+  options.inducing_points = 40;
+  auto sparse = SparseModel::Create(TestContext(), theta, options);
+  ASSERT_TRUE(exact.ok() && sparse.ok());
+  AddSine(0.0, 1.0, *exact);
+  AddSine(0.0, 1.0, *sparse);
+  const RowMatrix queries = Queries();
+  const auto expect_bounded = [&](const AdaptivePosterior& posterior) {
+    const auto error = posterior.Error(/*with_variance=*/true);
+    ASSERT_TRUE(error.ok()) << error.status();
+    const Results wide = Evaluate(posterior.in_float64(), ViewOf(queries));
+    const NarrowResults narrow = Evaluate(posterior.in_float32(), ViewOf(queries));
+    std::vector<double> factors(kQueries, 1.0);
+    ExpectBounded(narrow.mean, wide.mean, error->mean, factors);
+    for (int64_t i = 0; i < kQueries; ++i) {
+      factors[i] = std::max(1.0, std::sqrt(wide.variance[i]) / error->deviation);
+    }
+    ExpectBounded(narrow.variance, wide.variance, error->variance, factors);
+  };
+  expect_bounded(PosteriorOf(*exact));
+  expect_bounded(PosteriorOf(*sparse));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ErrorOfFloat32,
+                         testing::Values("arcsine", "squared_exponential", "matern12", "matern32",
+                                         "matern52", "rational_quadratic", "periodic",
+                                         "linear + constant",
+                                         "isotropic(matern52) + linear * periodic"));
+
+// Variances of 1e-7 sigma_f^2 and less are lost in float32, and every one of them is found.
+TEST(AdaptivePosterior, FindsTheVariancesThatFloat32Loses) {
+  for (const char* text : {"squared_exponential", "linear + constant"}) {
+    auto model = ExactModel::Create(TestContext(), ThetaOf(text, 1e-3));
+    ASSERT_TRUE(model.ok());
+    AddSine(0.0, 1.0, *model);
+    const AdaptivePosterior posterior = PosteriorOf(*model);
+    const auto error = posterior.Error(/*with_variance=*/true);
+    ASSERT_TRUE(error.ok());
+    RowMatrix queries = Queries();
+    queries.bottomRows(100).array() *= 1000.0;  // where the linear function is large
+    const Results wide = Evaluate(posterior.in_float64(), ViewOf(queries));
+    const NarrowResults narrow = Evaluate(posterior.in_float32(), ViewOf(queries));
+    std::vector<int64_t> rows;
+    posterior.FindInsufficient(*error, ViewOf(std::as_const(queries)), narrow.variance.data(), 0,
+                               rows);
+    size_t next = 0;
+    int64_t lost = 0;
+    for (int64_t i = 0; i < kQueries; ++i) {
+      const bool found = next < rows.size() && rows[next] == i;
+      next += found;
+      const double difference =
+          std::abs(std::sqrt(narrow.variance[i]) - std::sqrt(wide.variance[i]));
+      lost += difference > 0.1 * std::sqrt(wide.variance[i]);
+      if (!found) {
+        EXPECT_LE(difference, 0.02 * std::sqrt(wide.variance[i])) << text << " " << i;
+      }
+    }
+    EXPECT_GT(lost, kQueries / 10) << text;
+    EXPECT_EQ(next, rows.size());
+  }
+}
+
+TEST(AdaptivePosterior, KnowsTheMeansThatFloat32Loses) {
+  for (const auto& [offset, scale, suffices] :
+       {std::tuple(0.0, 1.0, true), std::tuple(5e6, 1.0, false), std::tuple(0.0, 1e-4, true)}) {
+    auto model = ExactModel::Create(TestContext(), ThetaOf("matern52", 0.1));
+    ASSERT_TRUE(model.ok());
+    AddSine(offset, scale, *model);
+    const auto error = PosteriorOf(*model).Error(/*with_variance=*/false);
+    ASSERT_TRUE(error.ok());
+    EXPECT_EQ(error->SufficesForMeans(), suffices) << offset << " " << error->mean;
+    EXPECT_NEAR(error->deviation, 0.05, 0.04);
+  }
+}
+
+TEST(AdaptivePosterior, OfAModelWithoutPointsIsThePrior) {
+  auto model = ExactModel::Create(TestContext(), ThetaOf("matern52", 0.1));
+  ASSERT_TRUE(model.ok());
+  const AdaptivePosterior posterior = PosteriorOf(*model);
+  const auto error = posterior.Error(/*with_variance=*/true);
+  ASSERT_TRUE(error.ok());
+  EXPECT_TRUE(error->SufficesForMeans());
+  const RowMatrix queries = Queries();
+  const Results results = Evaluate(posterior.in_float64(), ViewOf(queries));
+  EXPECT_EQ(results.mean, std::vector<double>(kQueries, 0.0));
+  EXPECT_EQ(results.variance, std::vector<double>(kQueries, 1.3 * 1.3));
+}
+
+template <typename Model>
+void ExpectIndependentOfOthers(const Model& model) {
+  const auto posterior = model.MakeFloat64Posterior();
+  ASSERT_TRUE(posterior.ok()) << posterior.status();
+  const RowMatrix queries = Queries();
+  const kernels::ConstMatrixView<double> all = ViewOf(queries);
+  const Results together = Evaluate(**posterior, all);
+  for (const auto& [begin, end] : {std::pair<int64_t, int64_t>{3, 4}, {509, 516}, {1, 600}}) {
+    const Results alone = Evaluate(**posterior, all.rows_between(begin, end));
+    for (int64_t i = begin; i < end; ++i) {
+      ASSERT_EQ(alone.mean[i - begin], together.mean[i]) << i;
+      ASSERT_EQ(alone.variance[i - begin], together.variance[i]) << i;
+    }
+  }
+}
+
+TEST(Float64Posterior, GivesAQueryTheSameBitsInAnyTile) {
+  auto exact = ExactModel::Create(TestContext(), ThetaOf("matern52", 0.01));
+  auto sparse = SparseModel::Create(TestContext(), ThetaOf("matern52", 0.01));
+  ASSERT_TRUE(exact.ok() && sparse.ok());
+  AddSine(1.0, 1.0, *exact);
+  AddSine(1.0, 1.0, *sparse);
+  ExpectIndependentOfOthers(*exact);
+  ExpectIndependentOfOthers(*sparse);
+}
+
+// The two factors of (SP5) against the one of the posterior's form.
+TEST(Float64Posterior, OfASparseModelIsTheModels) {
+  SparseModelOptions options;
+  options.inducing_points = 30;
+  auto model = SparseModel::Create(TestContext(), ThetaOf("squared_exponential", 0.05), options);
+  ASSERT_TRUE(model.ok());
+  AddSine(1.0, 1.0, *model);
+  const RowMatrix queries = Queries();
+  const auto expected = model->Predict(ViewOf(queries), PredictWhat::kMeanAndVariance);
+  ASSERT_TRUE(expected.ok());
+  const Results found = Evaluate(**model->MakeFloat64Posterior(), ViewOf(queries));
+  for (int64_t i = 0; i < kQueries; ++i) {
+    EXPECT_NEAR(found.mean[i], expected->mean[i], 1e-9);
+    EXPECT_NEAR(found.variance[i], expected->variance[i], 1e-9);
+  }
+}
+
+TEST(Float64Posterior, StaysAsItWasWhileTheModelChanges) {
+  auto model = ExactModel::Create(TestContext(), ThetaOf("matern52", 0.1));
+  ASSERT_TRUE(model.ok());
+  AddSine(0.0, 1.0, *model);
+  const auto posterior = *model->MakeFloat64Posterior();
+  const RowMatrix queries = Queries();
+  const Results before = Evaluate(*posterior, ViewOf(queries));
+  const auto expect_unchanged = [&](const char* after) {
+    const Results now = Evaluate(*posterior, ViewOf(queries));
+    EXPECT_EQ(now.mean, before.mean) << after;
+    EXPECT_EQ(now.variance, before.variance) << after;
+  };
+  const RowMatrix one = RowMatrix::Constant(1, kDimension, 0.1);
+  ASSERT_TRUE(model->AddTargets(ViewOf(one), {2.0}, 0).ok());
+  expect_unchanged("Add");
+  ASSERT_TRUE(model->Remove({kPoints - 3, kPoints - 1}).ok());
+  expect_unchanged("Remove");
+  ASSERT_TRUE(model->AddTargets(ViewOf(one), {2.0}, 0).ok());
+  expect_unchanged("Add after Remove");
+  ASSERT_TRUE(model->SetHyperparameters(ThetaOf("matern32", 0.2)).ok());
+  expect_unchanged("SetHyperparameters");
+}
+
+}  // namespace
+}  // namespace egosieve::gp
