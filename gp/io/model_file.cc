@@ -1,7 +1,10 @@
 #include "gp/io/model_file.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -164,6 +167,17 @@ absl::Status CheckSquash(const SquashParameters& squash) {
       "squash a = %g, b = %g; a must be positive and both finite", squash.a, squash.b));
 }
 
+// The factor of an exact model of n points.
+absl::Status CheckMemory(int64_t n) {
+  const double factor = 8.0 * static_cast<double>(n) * static_cast<double>(n);
+  const double memory =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  if (factor <= memory) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrFormat("the factor of %d points takes %.0f GB; this machine has %.0f", n,
+                      1e-9 * factor, 1e-9 * memory));
+}
+
 }  // namespace
 
 absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
@@ -223,19 +237,16 @@ absl::StatusOr<std::string> SerializeModel(const ModelFile& file) {
   return SerializeArrays(arrays);
 }
 
-absl::StatusOr<ModelFile> ParseModel(std::string_view bytes, const ModelFileLimits& limits) {
+absl::StatusOr<ModelFile> ParseModel(std::string_view bytes) {
   EGOSIEVE_ASSIGN_OR_RETURN(ArrayMap arrays, ParseArrays(bytes));
   EGOSIEVE_RETURN_IF_ERROR(CheckVersion(arrays));
   ModelFile file;
   EGOSIEVE_RETURN_IF_ERROR(TakeModel(arrays, file.model));
-  if (file.model.points.size() > limits.maximum_points) {
-    return absl::FailedPreconditionError(absl::StrFormat(
-        "%d points; at most %d are read", file.model.points.size(), limits.maximum_points));
-  }
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<double> squash, Take<double>("squash", 2, arrays));
   file.squash = {squash[0], squash[1]};
   EGOSIEVE_RETURN_IF_ERROR(CheckSquash(file.squash));
   EGOSIEVE_RETURN_IF_ERROR(TakeSparse(arrays, file.sparse));
+  if (!file.sparse.has_value()) EGOSIEVE_RETURN_IF_ERROR(CheckMemory(file.model.points.size()));
   EGOSIEVE_RETURN_IF_ERROR(TakeTrainer(arrays, file.trainer));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<uint8_t> annotations,
                             Take<uint8_t>("annotations", -1, arrays));
@@ -248,9 +259,10 @@ absl::Status WriteModelFile(const std::string& path, const ModelFile& file) {
   return kernels::WriteFileAtomically(path, bytes);
 }
 
-absl::StatusOr<ModelFile> ReadModelFile(const std::string& path, const ModelFileLimits& limits) {
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, kernels::ReadFile(path, limits.maximum_bytes));
-  absl::StatusOr<ModelFile> file = ParseModel(bytes, limits);
+absl::StatusOr<ModelFile> ReadModelFile(const std::string& path) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes,
+                            kernels::ReadFile(path, std::numeric_limits<int64_t>::max()));
+  absl::StatusOr<ModelFile> file = ParseModel(bytes);
   if (file.ok()) return file;
   return absl::Status(file.status().code(),
                       absl::StrCat(path, " is no readable model: ", file.status().message()));

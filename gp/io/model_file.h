@@ -54,24 +54,18 @@ struct ModelFile {
   std::optional<SparseModelOptions> sparse = std::nullopt;
 };
 
-struct ModelFileLimits {
-  int64_t maximum_bytes = int64_t{1} << 30;  // larger files are refused unread
-  int64_t maximum_points = 20000;            // with more, the factor would take over 3 GB
-};
-
 // The file is written completely or not at all (kernels/files/atomic_file.h). InvalidArgument for
 // an invalid model.
 absl::Status WriteModelFile(const std::string& path, const ModelFile& file);
 
 // Errors name the file. DataLoss if it is damaged, truncated or not a model; Unimplemented for a
-// later version; InvalidArgument if its arrays do not form a valid model; FailedPrecondition if it
-// exceeds a limit.
-absl::StatusOr<ModelFile> ReadModelFile(const std::string& path,
-                                        const ModelFileLimits& limits = {});
+// later version; InvalidArgument if its arrays do not form a valid model; FailedPrecondition if the
+// factor of an exact model, 8 n^2 bytes, exceeds the machine's memory.
+absl::StatusOr<ModelFile> ReadModelFile(const std::string& path);
 
 // The same in memory. Equal models give equal bytes.
 absl::StatusOr<std::string> SerializeModel(const ModelFile& file);
-absl::StatusOr<ModelFile> ParseModel(std::string_view bytes, const ModelFileLimits& limits = {});
+absl::StatusOr<ModelFile> ParseModel(std::string_view bytes);
 
 }  // namespace egosieve::gp
 

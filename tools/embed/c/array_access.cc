@@ -37,7 +37,8 @@ bool StridesSeparate(int64_t rows, int64_t columns, int64_t row_stride, int64_t 
   return down >= along * (columns - 1) + element || along >= down * (rows - 1) + element;
 }
 
-// Array: egosieve_array or egosieve_const_array. Resolves strides of 0.
+// Array: egosieve_array or egosieve_const_array, whose elements may lie on each other, as where one
+// row stands for all. Resolves strides of 0.
 template <typename Array>
 absl::Status CheckLayout(const char* name, Array& array) {
   if (array.type != EGOSIEVE_FLOAT32 && array.type != EGOSIEVE_FLOAT64) {
@@ -64,7 +65,9 @@ absl::Status CheckLayout(const char* name, Array& array) {
     return Refuse(name, absl::StrFormat(": strides of %d and %d bytes reach too far",
                                         array.row_stride, array.column_stride));
   }
-  if (!StridesSeparate(array.rows, array.columns, array.row_stride, array.column_stride, element)) {
+  constexpr bool kIsWritten = std::is_same_v<Array, egosieve_array>;
+  if (kIsWritten &&
+      !StridesSeparate(array.rows, array.columns, array.row_stride, array.column_stride, element)) {
     return Refuse(
         name,
         absl::StrFormat(": row_stride = %d and column_stride = %d bytes make the elements "

@@ -214,8 +214,9 @@ Ranges RangesOf(const gp::Hyperparameters& kind, const gp::Observations& data) {
     }
   }
   const double size = SizeOf(data.targets, kind.mean != gp::MeanFunction::kZero);
-  add(size, 1e-3 * size, 1e4 * size);
-  add(0.1 * size, 1e-5 * size, 10.0 * size);
+  const double around_mean = std::clamp(SizeOf(data.targets, true), 1e-8 * size, size);
+  add(size, 1e-3 * around_mean, 1e4 * size);
+  add(0.1 * around_mean, 1e-5 * around_mean, 10.0 * size);
   return ranges;
 }
 

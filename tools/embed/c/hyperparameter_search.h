@@ -12,14 +12,14 @@
 //   3. from each start gp/training/bounded_ascent.h; the best theta is the result
 //
 // With s_d the standard deviation of input d (1 if it is 0), s_y the root mean square of y, with a
-// mean function that around the mean of each output:
+// mean function that around the mean of each output, and s_m that around the mean in any case:
 //
 //                      theta_0     restarts, log-uniform     bounds
 //   lengths            s_d / 2     1/20 to 20 theta_0        [1e-4, 1e6] s_d
 //   weights w_d        2 / s_d     the same                  [1e-6, 1e4] / s_d
 //   w_0 and others     1           the same                  [1e-5, 1e5]
-//   sigma_f            s_y         the same                  [1e-3, 1e4] s_y
-//   sigma_n            s_y / 10    the same                  [1e-5, 10] s_y
+//   sigma_f            s_y         the same                  1e-3 s_m to 1e4 s_y
+//   sigma_n            s_m / 10    the same                  1e-5 s_m to 10 s_y
 //
 // The caller may give bounds for any of them; equal ones keep a value fixed. Default bounds are
 // widened to include the given theta.

@@ -96,6 +96,9 @@ absl::StatusOr<std::shared_ptr<LearningModel>> LearningModel::FromFile(
     model.reset(new LearningModel(std::move(exact), {}));
   }
   model->squash_ = file.squash;
+  const gp::SquashParameters uncalibrated;
+  model->calibrated_ = file.squash.a != uncalibrated.a || file.squash.b != uncalibrated.b;
+  model->is_renewed_ = true;
   model->annotation_ = std::move(file.annotations);
   return model;
 }
@@ -103,6 +106,7 @@ absl::StatusOr<std::shared_ptr<LearningModel>> LearningModel::FromFile(
 void LearningModel::Changed() {
   posterior_ = nullptr;
   calibrated_ = false;
+  is_renewed_ = false;
 }
 
 absl::Status LearningModel::Condition(const gp::Observations& added) {
@@ -163,6 +167,7 @@ absl::StatusOr<SearchResult> LearningModel::Optimize(const SearchOptions& option
   };
   EGOSIEVE_ASSIGN_OR_RETURN(SearchResult result, std::visit(optimize, model_));
   Changed();
+  is_renewed_ = true;
   return result;
 }
 
@@ -200,8 +205,9 @@ absl::StatusOr<gp::ModelFile> LearningModel::ToFile() {
   std::lock_guard lock(mutex_);
   gp::ModelFile file;
   const auto take = [&](auto& model) -> absl::Status {
-    EGOSIEVE_RETURN_IF_ERROR(Renew(model));
-    Changed();
+    if (!is_renewed_) EGOSIEVE_RETURN_IF_ERROR(Renew(model));
+    posterior_ = is_renewed_ ? posterior_ : nullptr;
+    is_renewed_ = true;
     file.model = model.State();
     file.sparse = SparseOptionsOf(model);
     return absl::OkStatus();

@@ -101,6 +101,7 @@ class LearningModel {
   Model model_;
   gp::SquashParameters squash_;
   bool calibrated_ = false;  // squash_ fits the current model
+  bool is_renewed_ = false;  // the factor is what ToFile would rebuild
   std::string annotation_;
   std::shared_ptr<const gp::AdaptivePosterior> posterior_;  // null: not made yet
 };

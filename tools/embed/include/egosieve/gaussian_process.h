@@ -261,7 +261,7 @@ EGOSIEVE_API void egosieve_optimize_result_init(egosieve_optimize_result* result
  * their logarithms, within bounds, and then rebuilds the factor. It starts at the current values,
  * or at values that follow the spread of the data where these are more likely; then from as many
  * random ones as `restarts` says, and keeps the best. With the default bounds sigma_n stays above
- * 1e-5 of y's root mean square. Where covariances are not positive definite, jitter is added, as in
+ * 1e-5 of y's deviation from its mean. Where covariances are not positive definite, jitter is added, as in
  * the model. Cost: n^3 flops per evaluation, where n is the number of points used.
  * @param gp       The model; #EGOSIEVE_FAILED_PRECONDITION with fewer than 2 points.
  * @param options  Null: the defaults.

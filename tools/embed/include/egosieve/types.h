@@ -87,7 +87,7 @@ enum {
  * `(const char*)data + i * row_stride + j * column_stride`.
  *
  * Strides are in bytes. They may be negative and need not be multiples of the element's size. If
- * both are 0, the matrix is packed and row-major. Elements must not overlap. A set of N points in D
+ * both are 0, the matrix is packed and row-major. Elements of results must not overlap. A set of N points in D
  * dimensions is N x D; a vector of N values is N x 1 or 1 x N.
  */
 typedef struct egosieve_const_array {

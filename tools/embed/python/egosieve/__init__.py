@@ -1,6 +1,7 @@
 """Egosieve: dense Gaussian processes on a device, and the segmenter built on them.
 
     GaussianProcess   regression and classification, in scikit-learn's manner
+    GaussianProcessClassifier   classes of any labels
     Segmenter         frames of one moving camera in, maps of what moves by itself out
     devices()         what can compute: every OpenCL device, then the float64 reference
     set_threads()     how many threads the host's work may have; threads() tells
@@ -13,11 +14,12 @@ from ._gaussian_process import devices as devices
 from ._gaussian_process import version as _version
 from ._library import set_threads as set_threads
 from ._library import threads as threads
+from .classifier import GaussianProcessClassifier as GaussianProcessClassifier
 from .gaussian_process import GaussianProcess as GaussianProcess
 from .predictor import FrozenPosterior as FrozenPosterior
 
 __version__ = _version()
-__all__ = ["FrozenPosterior", "FrameReport", "GaussianProcess", "MovingObject", "SegmentationMap", "Segmenter"]
+__all__ = ["FrozenPosterior", "FrameReport", "GaussianProcess", "GaussianProcessClassifier", "MovingObject", "SegmentationMap", "Segmenter"]
 __all__ += ["devices", "set_threads", "threads"]
 
 

@@ -187,8 +187,12 @@ def input_array(name, array):
         raise ValueError(f"{name} has {array.ndim} dimensions; it must have 1 or 2")
     if array.dtype not in _TYPES:
         raise TypeError(f"{name} has dtype {array.dtype}; it must be float32 or float64 in the machine's byte order")
+    if array.size > 1 and not any(array.strides):  # one value for all: the library's strides of 0 mean packed rows
+        array = np.ascontiguousarray(array)
     columns, column_stride = (array.shape[1], array.strides[1]) if array.ndim == 2 else (1, array.itemsize)
-    return Array(array.ctypes.data, array.shape[0], columns, array.strides[0], column_stride, _TYPES[array.dtype])
+    view = Array(array.ctypes.data, array.shape[0], columns, array.strides[0], column_stride, _TYPES[array.dtype])
+    view.array = array  # lives as long
+    return view
 
 
 def output_array(name, array):
@@ -199,6 +203,8 @@ def output_array(name, array):
         raise TypeError(f"{name} is no numpy array")
     if not array.flags.writeable:
         raise ValueError(f"{name} is read-only")
+    if any(step == 0 and count > 1 for step, count in zip(array.strides, array.shape)):
+        raise ValueError(f"{name}: its elements lie on each other")
     return input_array(name, array)
 
 

@@ -29,6 +29,11 @@ def _floating(name, values):
     if hasattr(values, "__dlpack__") and not hasattr(values, "__array__"):
         values = np.from_dlpack(values)
     array = np.asarray(values)
+    if array.dtype == object and hasattr(values, "to_numpy"):  # columns of bool and numbers, or nullable ones
+        try:
+            array = values.to_numpy(dtype=np.float64, na_value=np.nan)
+        except (TypeError, ValueError):
+            pass  # not numbers
     if array.dtype == object:
         raise TypeError(f"{name} is an array of objects; convert it first: {name}.astype(float)")
     if array.dtype.kind == "c":
@@ -158,13 +163,69 @@ def targets(name, values, count):
     return array
 
 
-def features(estimator, X, count):
-    """X, checked to have the number of features that the estimator was fitted with."""
+def labels(name, values, count):
+    """`count` class labels: texts, bool or whole numbers."""
+    if values is None:
+        raise ValueError(f"GaussianProcessClassifier requires {name} to be passed, but the target {name} is None")
+    array = np.asarray(values)
+    if array.ndim == 2 and array.shape[1] == 1:
+        warnings.warn(
+            f"A column-vector {name} was passed when a 1d array was expected. "
+            f"Please change the shape of {name} to (n_samples, ), for example using ravel().",
+            _of_sklearn("DataConversionWarning", UserWarning),
+            stacklevel=3,
+        )
+        array = array[:, 0]
+    if array.ndim != 1:
+        raise ValueError(f"{name} should be a 1d array, got an array of shape {array.shape} instead.")
+    if len(array) != count:
+        raise ValueError(f"Found input variables with inconsistent numbers of samples: X {count}, {name} {len(array)}")
+    if array.dtype.kind in "fc":
+        _check_finite(name, array)
+        if array.dtype.kind == "c" or np.any(array != np.round(array)):
+            raise ValueError(f"Unknown label type: continuous. {name} holds numbers that are not whole; they are no classes")
+    return array
+
+
+def feature_names(values):
+    """The names of a data frame's columns where all are text, else None."""
+    names = getattr(values, "columns", None)
+    if names is None or not all(isinstance(name, str) for name in names):
+        return None
+    return np.asarray(list(names), dtype=object)
+
+
+def queries(estimator, values, count):
+    """X as matrix() gives it, with the features that the estimator was fitted with, in the same order."""
+    known, given = getattr(estimator, "feature_names_in_", None), feature_names(values)
+    if given is not None and known is None:
+        warnings.warn(f"X has feature names, but {type(estimator).__name__} was fitted without feature names", stacklevel=3)
+    elif known is not None and given is None and hasattr(values, "shape"):
+        warnings.warn(
+            f"X does not have valid feature names, but {type(estimator).__name__} was fitted with feature names",
+            stacklevel=3,
+        )
+    elif known is not None and given is not None and list(known) != list(given):
+        raise ValueError(_differences(list(known), list(given)))
+    X = matrix("X", values)
     if X.shape[1] != count:
         raise ValueError(
             f"X has {X.shape[1]} features, but {type(estimator).__name__} is expecting {count} features as input"
         )
     return X
+
+
+def _differences(known, given):
+    lines = ["The feature names should match those that were passed during fit."]
+    for title, names in (
+        ("Feature names unseen at fit time:", sorted(set(given) - set(known))),
+        ("Feature names seen at fit time, yet now missing:", sorted(set(known) - set(given))),
+    ):
+        if names:
+            lines += [title, *(f"- {name}" for name in names[:5]), *(["- ..."] if len(names) > 5 else [])]
+    if len(lines) == 1:
+        lines.append("Feature names must be in the same order as they were in fit.")
+    return "\n".join(lines) + "\n"
 
 
 def address(name, handle):

@@ -9,7 +9,7 @@ from .predictor import Predictor
 class ExactPredictor(Predictor):
     """Samples, gradients, left-out points and likelihoods of a model; `_new_model` gives one of the prior."""
 
-    def sample_y(self, X, n_samples=1, random_state=0, of_observation=False):
+    def sample_y(self, X, n_samples=1, random_state=0, of_observation=None):
         """Samples from the joint posterior of f at the rows of X; before fit, from the prior.
 
         Parameters
@@ -25,17 +25,16 @@ class ExactPredictor(Predictor):
         -------
         samples : float64 array of shape (n_queries, n_samples) or (n_queries, n_targets, n_samples)
         """
-        X = arguments.matrix("X", X)
+        X = arguments.queries(self, X, self.n_features_in_) if self._is_fitted() else arguments.matrix("X", X)
         if n_samples < 0:
             raise ValueError(f"n_samples = {n_samples}; it must not be negative")
         if self._is_fitted():
             core, offset, scale = self._core, self._offset, self._scale
-            arguments.features(self, X, self.n_features_in_)
         else:
             core, offset, scale = self._new_model(X.shape[1]), 0.0, 1.0
         samples = np.empty((len(X) * np.size(scale), n_samples))
         if n_samples:
-            core.sample(X, arguments.seed(random_state) % 2**64, samples, of_observation)
+            core.sample(X, arguments.seed(random_state) % 2**64, samples, self._with_noise(of_observation))
         if np.ndim(scale):
             samples = samples.reshape(len(X), len(scale), n_samples)
             scale, offset = scale[:, None], offset[:, None]
@@ -51,7 +50,7 @@ class ExactPredictor(Predictor):
             (n_queries, n_targets, n_features)
         """
         core, count = self._fitted()
-        X = arguments.features(self, arguments.matrix("X", X), count)
+        X = arguments.queries(self, X, count)
         mean = np.empty((len(X) * np.size(self._scale), count))
         variance = np.empty((len(X), count)) if return_var else None
         core.gradients(X, mean, variance)

@@ -40,8 +40,8 @@ class GaussianProcess(ExactPredictor, Estimator):
         "matern12", "matern32", "matern52", "rational_quadratic", "periodic", "linear", "constant", "white";
         sums, products and isotropic(...) of these, where all features share a scale:
         "matern52 + linear * isotropic(periodic)". Objects of sklearn.gaussian_process.kernels are translated:
-        their values are the start, their bounds and fixed values are not taken over, and a WhiteKernel added
-        to the whole is noise_stddev.
+        their values are the start, their bounds and fixed values hold (without ConstantKernel the amplitude is
+        fixed at 1), and a WhiteKernel is noise_stddev, of which predictions then speak as well.
     scales : sequence of float, optional
         Weights w_0 (of the bias), ..., w_D, or length-scales l_1, ..., l_D, or those of the parts in their
         order, with an amplitude before those of each term of a sum but the first. Default: 2.01 for weights of
@@ -154,6 +154,7 @@ class GaussianProcess(ExactPredictor, Estimator):
             Any finite numbers; -1 and +1, or between, where predict_proba is wanted. Where every y is 0 or 1,
             predict_proba is refused: 2 * y - 1 are labels.
         """
+        names = arguments.feature_names(X)
         X = arguments.matrix("X", X)
         y = arguments.targets("y", y, len(X))
         alpha = arguments.variances("alpha", self.alpha, len(X))
@@ -163,12 +164,12 @@ class GaussianProcess(ExactPredictor, Estimator):
         optimization = None
         if self.optimize and len(X) > 1:
             optimization = model.optimize(
-                self.bounds,
+                self.bounds if self.bounds is not None or isinstance(self.kernel, str) else kernels.translate(self.kernel, X.shape[1]).bounds,
                 subset_size=self.subset_size,
                 restarts=self.n_restarts,
                 seed=arguments.seed(self.random_state),
             )
-        self._adopt(model, X.shape[1], offset, scale)
+        self._adopt(model, X.shape[1], offset, scale, names)
         self.optimization_ = optimization
         return self
 
@@ -178,7 +179,8 @@ class GaussianProcess(ExactPredictor, Estimator):
         `alpha` is the noise of these points, as that of the constructor is of fit's. A model that was not
         fitted starts from the given hyperparameters. Cost: k n^2 flops for k points.
         """
-        X = arguments.matrix("X", X)
+        names = arguments.feature_names(X)
+        X = arguments.queries(self, X, self.n_features_in_) if self._is_fitted() else arguments.matrix("X", X)
         y = arguments.targets("y", y, len(X))
         alpha = arguments.variances("alpha", alpha, len(X))
         if not self._is_fitted():
@@ -186,10 +188,9 @@ class GaussianProcess(ExactPredictor, Estimator):
             model.condition(X, y, alpha)
             several = y.ndim == 2
             self._adopt(model, X.shape[1], np.zeros(y.shape[1]) if several else 0.0,
-                        np.ones(y.shape[1]) if several else 1.0)  # fmt: skip
+                        np.ones(y.shape[1]) if several else 1.0, names)  # fmt: skip
             self.optimization_ = None
             return self
-        arguments.features(self, X, self.n_features_in_)
         if np.shape(y)[1:] != np.shape(self._scale):
             raise ValueError(f"y has shape {y.shape}; the model has {np.size(self._scale)} target(s)")
         self._core.condition(X, self._normalized(y, self._offset, self._scale), alpha)
@@ -218,7 +219,8 @@ class GaussianProcess(ExactPredictor, Estimator):
         labels = self._are_labels()
         if labels and core.describe()["size"] > 1:
             self._calibrate()
-        return FrozenPosterior(core.posterior(devices), count, self._offset, self._scale, labels)
+        return FrozenPosterior(core.posterior(devices), count, self._offset, self._scale, labels, self._observed,
+                               getattr(self, "feature_names_in_", None))  # fmt: skip
 
     def warm_up(self, n_features):
         """Compiles what predictions with this kernel need, so that the first is as fast as later ones.
@@ -311,7 +313,12 @@ class GaussianProcess(ExactPredictor, Estimator):
         bytes_of_model = state.pop("_bytes", None)
         self.__dict__.update(state)
         if bytes_of_model is not None:
-            self._core = Model.deserialize(bytes_of_model, self.device)
+            try:
+                self._core = Model.deserialize(bytes_of_model, self.device)
+            except (FileNotFoundError, RuntimeError):
+                if self.device is None:
+                    raise
+                self._core = Model.deserialize(bytes_of_model, None)  # this machine has no such device
 
     @classmethod
     def _from_model(cls, model, device):
@@ -328,6 +335,7 @@ class GaussianProcess(ExactPredictor, Estimator):
             device=device,
         )
         several = info["outputs"] > 1
+        observed, names = False, None
         offset = np.zeros(info["outputs"]) if several else 0.0
         scale = np.ones(info["outputs"]) if several else 1.0
         try:
@@ -335,9 +343,11 @@ class GaussianProcess(ExactPredictor, Estimator):
             kind = np.array if several else float
             offset, scale = kind(kept["offset"]), kind(kept["scale"])
             gp.set_params(**kept["parameters"])
+            observed, names = kept["observed"], kept["features"]
         except (ValueError, KeyError, TypeError):
             pass  # a file of another program's
-        gp._adopt(model, info["dimension"], offset, scale)
+        gp._adopt(model, info["dimension"], offset, scale, None if names is None else np.asarray(names, dtype=object))
+        gp._observed = observed
         gp.optimization_ = None
         return gp
 
@@ -345,7 +355,9 @@ class GaussianProcess(ExactPredictor, Estimator):
         # The model's own kernel is in the file; alpha belongs to the points, which are there as well.
         left_out = ("kernel", "scales", "alpha", "device", *_OF_THE_PROCESS)
         parameters = {name: value for name, value in self.get_params().items() if name not in left_out}
-        kept = {"offset": self._offset, "scale": self._scale, "parameters": parameters}
+        names = getattr(self, "feature_names_in_", None)
+        kept = {"offset": self._offset, "scale": self._scale, "parameters": parameters, "observed": self._observed,
+                "features": None if names is None else list(names)}  # fmt: skip
         return json.dumps({_PARAMETERS_KEY: kept}, default=_plain)
 
     def _new_model(self, n_features):
@@ -373,9 +385,13 @@ class GaussianProcess(ExactPredictor, Estimator):
         scale = np.where(scale > 0.0, scale, 1.0)
         return (offset, scale) if several else (float(offset), float(scale))
 
-    def _adopt(self, model, n_features, offset, scale):
+    def _adopt(self, model, n_features, offset, scale, names=None):
         self._core, self._offset, self._scale = model, offset, scale
         self.n_features_in_ = n_features
+        self._observed = not isinstance(self.kernel, str) and kernels.has_noise(self.kernel)
+        self.__dict__.pop("feature_names_in_", None)
+        if names is not None:
+            self.feature_names_in_ = names
 
     @staticmethod
     def _normalized(y, offset, scale):
@@ -393,7 +409,8 @@ class GaussianProcess(ExactPredictor, Estimator):
         return self._core, self.n_features_in_
 
     def _are_labels(self):
-        return not self._is_fitted() or (not self.normalize_y and self._core.describe()["has_labels"])
+        normalized = self._is_fitted() and (np.any(self._offset) or np.any(self._scale != 1.0))
+        return not self._is_fitted() or (not normalized and self._core.describe()["has_labels"])
 
     def _calibrate(self):
         self._core.calibrate()

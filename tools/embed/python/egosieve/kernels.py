@@ -5,58 +5,100 @@ from typing import NamedTuple
 
 import numpy as np
 
+_FIXED_ONE = (1.0, 1.0)
+
 
 class Translation(NamedTuple):
-    """sigma_f^2 times the function that `text` names, with these scales; noise_stddev is None without noise."""
+    """sigma_f^2 times the function that `text` names, with these scales; noise_stddev is None without noise.
+
+    bounds: as GaussianProcess takes them.
+    """
 
     text: str
     scales: list
     signal_stddev: float
     noise_stddev: object
+    bounds: dict
+
+
+class _Value(NamedTuple):
+    """A hyperparameter with its bounds; equal bounds fix it."""
+
+    now: float
+    lower: float
+    upper: float
+
+    @property
+    def fixed(self):
+        return self.lower == self.upper
+
+    def power(self, exponent):
+        return _Value(self.now**exponent, self.lower**exponent, self.upper**exponent)
+
+    def times(self, other):
+        return _Value(self.now * other.now, self.lower * other.lower, self.upper * other.upper)
+
+    def over(self, other):
+        return _Value(self.now / other.now, self.lower / other.upper, self.upper / other.lower)
+
+    def plus(self, other):
+        return _Value(self.now + other.now, self.lower + other.lower, self.upper + other.upper)
+
+
+_ONE = _Value(1.0, *_FIXED_ONE)
 
 
 class _Part(NamedTuple):
     """weight times a function; `terms` of a sum are more than one, and `scales` those of all."""
 
-    weight: float
+    weight: _Value
     text: str
     scales: list
     terms: int = 1
+    even: bool = True  # whether k(x, x) is the same everywhere
 
 
 _MATERN = {0.5: "matern12", 1.5: "matern32", 2.5: "matern52"}
 
 
-def _lengths(name, values, n_features):
+def _values(kernel, name):
+    """One _Value for each element of a hyperparameter."""
+    values = np.atleast_1d(getattr(kernel, name)).astype(float)
+    bounds = getattr(kernel, name + "_bounds")
+    if isinstance(bounds, str):
+        return [_Value(value, value, value) for value in values]
+    pairs = np.broadcast_to(np.atleast_2d(bounds).astype(float), (len(values), 2))
+    return [_Value(value, lower, upper) for value, (lower, upper) in zip(values, pairs)]
+
+
+def _stationary(name, kernel, n_features):
     """One length for all features, or one for each."""
-    lengths = np.atleast_1d(values).astype(float).tolist()
-    if np.ndim(values) == 0 or len(lengths) == 1:
-        return f"isotropic({name})", lengths[:1]
+    lengths = _values(kernel, "length_scale")
+    if len(lengths) == 1:
+        return _Part(_ONE, f"isotropic({name})", lengths)
     if len(lengths) != n_features:
         raise ValueError(f"kernel: {len(lengths)} length scales for {n_features} features")
-    return name, lengths
+    return _Part(_ONE, name, lengths)
 
 
 def _base(kernel, n_features):
-    """One of scikit-learn's kernels that is no composition."""
+    """One of scikit-learn's kernels that is no composition and no noise."""
     kind = type(kernel).__name__
     if kind == "ConstantKernel":
-        return _Part(float(kernel.constant_value), "constant", [])
-    if kind == "WhiteKernel":
-        return _Part(float(kernel.noise_level), "white", [])
+        return _Part(_values(kernel, "constant_value")[0], "constant", [])
     if kind == "RBF":
-        return _Part(1.0, *_lengths("squared_exponential", kernel.length_scale, n_features))
+        return _stationary("squared_exponential", kernel, n_features)
     if kind == "Matern" and kernel.nu in _MATERN:
-        return _Part(1.0, *_lengths(_MATERN[kernel.nu], kernel.length_scale, n_features))
+        return _stationary(_MATERN[kernel.nu], kernel, n_features)
     if kind == "RationalQuadratic":
-        return _Part(1.0, "isotropic(rational_quadratic)", [float(kernel.alpha), float(kernel.length_scale)])
+        return _Part(_ONE, "isotropic(rational_quadratic)", _values(kernel, "alpha") + _values(kernel, "length_scale"))
     if kind == "DotProduct":
-        sigma = float(kernel.sigma_0)
-        if sigma == 0.0:
-            return _Part(1.0, "isotropic(linear)", [1.0])
-        return _Part(1.0, "isotropic(linear) + constant", [1.0, sigma], 2)
+        sigma = _values(kernel, "sigma_0")[0]
+        if sigma.now == 0.0:
+            return _Part(_ONE, "isotropic(linear)", [_ONE], even=False)
+        return _Part(_ONE, "isotropic(linear) + constant", [_ONE, sigma], 2, even=False)
     if kind == "ExpSineSquared" and n_features == 1:
-        return _Part(1.0, "periodic", [float(kernel.length_scale), float(kernel.periodicity)])
+        return _Part(_ONE, "periodic", _values(kernel, "length_scale") + _values(kernel, "periodicity"))
     raise ValueError(
         f"kernel: {kernel!r} has no counterpart here"
         + (" for more than one feature" if kind == "ExpSineSquared" else "")
@@ -70,44 +112,77 @@ def _enclosed(part):
 
 
 def _sum(a, b):
-    # f_a + (amplitude)^2 f_b, the weight of a being that of the whole.
-    return _Part(
-        a.weight,
-        f"{a.text} + {_enclosed(b)}",
-        [*a.scales, math.sqrt(b.weight / a.weight), *b.scales],
-        a.terms + 1,
-    )
+    # f_a + (amplitude)^2 f_b, the weight of a being that of the whole. A fixed weight comes first, so that the
+    # amplitudes of others need no bounds that depend on it.
+    if b.weight.fixed and not a.weight.fixed:
+        a, b = b, a
+    amplitude = b.weight.over(a.weight).power(0.5)
+    return _Part(a.weight, f"{a.text} + {_enclosed(b)}", [*a.scales, amplitude, *b.scales], a.terms + 1, a.even and b.even)
 
 
 def _product(a, b):
-    weight = a.weight * b.weight
+    weight = a.weight.times(b.weight)
     if a.text == "constant":
         return b._replace(weight=weight)
     if b.text == "constant":
         return a._replace(weight=weight)
-    return _Part(weight, f"{_enclosed(a)} * {_enclosed(b)}", [*a.scales, *b.scales])
+    return _Part(weight, f"{_enclosed(a)} * {_enclosed(b)}", [*a.scales, *b.scales], even=a.even and b.even)
+
+
+def _either(join, a, b):
+    return b if a is None else a if b is None else join(a, b)
+
+
+def _variance(part):
+    """k(x, x) of a part that has the same everywhere."""
+    if part is None or not part.even or part.terms > 1:
+        raise ValueError("kernel: a WhiteKernel is multiplied only by ConstantKernel and stationary kernels here")
+    return part.weight
 
 
 def _convert(kernel, n_features):
+    """The part of the function and the variance of the noise, each None where there is none."""
     kind = type(kernel).__name__
-    if kind in ("Sum", "Product"):
-        join = _sum if kind == "Sum" else _product
-        return join(_convert(kernel.k1, n_features), _convert(kernel.k2, n_features))
-    return _base(kernel, n_features)
+    if kind == "WhiteKernel":
+        return None, _values(kernel, "noise_level")[0]
+    if kind not in ("Sum", "Product"):
+        return _base(kernel, n_features), None
+    (a, noise_a), (b, noise_b) = (_convert(part, n_features) for part in (kernel.k1, kernel.k2))
+    if kind == "Sum":
+        return _either(_sum, a, b), _either(_Value.plus, noise_a, noise_b)
+    # (a + noise_a) (b + noise_b): noise is 0 between different points, and at one point the variances multiply.
+    noises = []
+    if noise_a is not None and b is not None:
+        noises.append(noise_a.times(_variance(b)))
+    if noise_b is not None and a is not None:
+        noises.append(noise_b.times(_variance(a)))
+    if noise_a is not None and noise_b is not None:
+        noises.append(noise_a.times(noise_b))
+    noise = None
+    for one in noises:
+        noise = _either(_Value.plus, noise, one)
+    return (None if a is None or b is None else _product(a, b)), noise
 
 
-def _without_noise(kernel):
-    """The kernel without what white noise is added to it, and the variance of that."""
-    if type(kernel).__name__ == "Sum":
-        for noise, rest in ((kernel.k2, kernel.k1), (kernel.k1, kernel.k2)):
-            if type(noise).__name__ == "WhiteKernel":
-                kept, more = _without_noise(rest)
-                return kept, more + float(noise.noise_level)
-    return kernel, 0.0
+def has_noise(kernel):
+    """Whether a WhiteKernel is part of it."""
+    if type(kernel).__name__ in ("Sum", "Product"):
+        return has_noise(kernel.k1) or has_noise(kernel.k2)
+    return type(kernel).__name__ == "WhiteKernel"
+
+
+def _pair(value):
+    return value.lower, value.upper
 
 
 def translate(kernel, n_features):
     """What is equal to one of sklearn.gaussian_process.kernels, found by its classes' names."""
-    kept, noise = _without_noise(kernel)
-    part = _convert(kept, n_features)
-    return Translation(part.text, part.scales, math.sqrt(part.weight), math.sqrt(noise) if noise > 0.0 else None)
+    part, noise = _convert(kernel, n_features)
+    if part is None:
+        raise ValueError(f"kernel: {kernel!r} is noise alone")
+    noise = None if noise is None or noise.now == 0.0 else noise.power(0.5)
+    signal = part.weight.power(0.5)
+    bounds = {"scales": [_pair(scale) for scale in part.scales], "signal_stddev": _pair(signal)}
+    if noise is not None:
+        bounds["noise_stddev"] = _pair(noise)
+    return Translation(part.text, [scale.now for scale in part.scales], signal.now, noise and noise.now, bounds)

@@ -28,9 +28,11 @@ class _OnlyWithLabels:
 
 class Predictor:
     """Predictions of a model or of a frozen posterior; `_core` computes, `_offset` and `_scale` (numbers, or
-    an array of each output's) undo the normalisation of y."""
+    an array of each output's) undo the normalisation of y; `_observed`: predictions include the noise by default."""
 
-    def predict(self, X, return_std=False, return_cov=False, return_var=False, of_observation=False,
+    _observed = False
+
+    def predict(self, X, return_std=False, return_cov=False, return_var=False, of_observation=None,
                 precision="auto", float64=False):  # fmt: skip
         """Mean of f at the rows of X, and on request its deviation, variance or joint covariance.
 
@@ -42,8 +44,9 @@ class Predictor:
             Also return the standard deviation, or the variance, of f.
         return_cov : bool
             Also return the covariance of all queries, computed in float64; not together with the others.
-        of_observation : bool
-            Those of an observation y instead of f: the noise is added.
+        of_observation : bool, optional
+            Those of an observation y instead of f: the noise is added. Default: true where `kernel` is an object of
+            scikit-learn's with a WhiteKernel, as there, else false.
         precision : "auto", "float64" or "float32"
             Arithmetic of means, deviations and variances. "auto": float32 on the device where its errors are below a
             hundredth of the posterior's deviation, else float64, n^2 flops per query with variances; the first
@@ -58,19 +61,19 @@ class Predictor:
         covariance : array of shape (n_queries, n_queries) or (n_queries, n_queries, n_targets), only if asked for
         """
         core, count = self._fitted()
-        X = arguments.features(self, arguments.matrix("X", X), count)
+        X = arguments.queries(self, X, count)
         if return_cov:
             if return_std or return_var:
                 raise RuntimeError("At most one of return_std or return_cov can be requested.")
-            return self._predict_joint(X, of_observation)
+            return self._predict_joint(X, self._with_noise(of_observation))
         mean = np.empty(self._shape(len(X)), dtype=X.dtype)
         variance = np.empty(len(X), dtype=X.dtype) if return_std or return_var else None
         precision = "float64" if float64 else precision
-        core.predict(X, mean=mean, variance=variance, of_observation=of_observation, precision=precision)
+        core.predict(X, mean=mean, variance=variance, of_observation=self._with_noise(of_observation), precision=precision)
         return self._denormalized(mean, variance, return_std, return_var)
 
     def predict_grid(
-        self, x0, y0, dx, dy, rows, columns, return_std=False, return_var=False, of_observation=False, out=None,
+        self, x0, y0, dx, dy, rows, columns, return_std=False, return_var=False, of_observation=None, out=None,
         precision="auto",
     ):  # fmt: skip
         """Mean of f on a regular grid in the plane, for models of two features.
@@ -99,11 +102,11 @@ class Predictor:
         variance = np.empty((rows, columns), dtype=mean.dtype) if return_std or return_var else None
         core.predict_grid(
             float(x0), float(y0), float(dx), float(dy), rows, columns,
-            mean=mean, variance=variance, of_observation=of_observation, precision=precision,
+            mean=mean, variance=variance, of_observation=self._with_noise(of_observation), precision=precision,
         )  # fmt: skip
         return self._denormalized(mean, variance, return_std, return_var)
 
-    def predict_axes(self, x, y, return_std=False, return_var=False, of_observation=False, precision="auto"):
+    def predict_axes(self, x, y, return_std=False, return_var=False, of_observation=None, precision="auto"):
         """Mean of f where two axes cross, for models of two features: element (r, c) is at (x[c], y[r]).
 
         Parameters
@@ -185,12 +188,15 @@ class Predictor:
         probabilities : array of shape (n_queries, 2), columns for -1 and +1
         """
         core, count = self._fitted()
-        X = arguments.features(self, arguments.matrix("X", X), count)
+        X = arguments.queries(self, X, count)
         self._calibrate()
         probabilities = np.empty((len(X), 2), dtype=X.dtype)
         core.predict(X, probability=probabilities[:, 1])
         np.subtract(1, probabilities[:, 1], out=probabilities[:, 0])
         return probabilities
+
+    def _with_noise(self, of_observation):
+        return self._observed if of_observation is None else of_observation
 
     def _exact(self, what):
         """The core with its factor."""
@@ -228,9 +234,11 @@ class FrozenPosterior(Predictor):
     Any number of threads may predict while the model that made it goes on learning.
     """
 
-    def __init__(self, core, n_features, offset, scale, labels):
+    def __init__(self, core, n_features, offset, scale, labels, observed, names):
         self._core, self._n_features = core, n_features
-        self._offset, self._scale, self._labels = offset, scale, labels
+        self._offset, self._scale, self._labels, self._observed = offset, scale, labels, observed
+        if names is not None:
+            self.feature_names_in_ = names
 
     def opencl(self):
         """Addresses of the cl_context and the cl_device_id that the posterior lies on.
