@@ -1,6 +1,7 @@
 """Gaussian process regression and classification in scikit-learn's manner."""
 
 import json
+import warnings
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from .exact_predictor import ExactPredictor
 from .predictor import FrozenPosterior
 
 _PARAMETERS_KEY = "egosieve.GaussianProcess"
+# Deviations of y from zero at most: n (y / deviation)^2 is the condition number of K, eps^-1 = 5e15.
+_FARTHEST = 1e4
 # What means nothing to another process.
 _OF_THE_PROCESS = ("opencl_context", "opencl_device")
 
@@ -61,7 +64,8 @@ class GaussianProcess(ExactPredictor, Estimator):
     optimize : bool
         fit maximises the log marginal likelihood, or a sparse model's objective, over scales, sigma_f and sigma_n.
     normalize_y : bool
-        fit subtracts the mean of each target and divides by its deviation; results are in the units of y.
+        fit subtracts the mean of each target and divides by its deviation; results are in the units of y. The mean is
+        also subtracted, with a warning, where it exceeds 10,000 deviations and the prior mean is zero.
     subset_size : int
         Points that the optimisation uses at most, drawn at random; 0: all.
     n_restarts : int
@@ -379,9 +383,18 @@ class GaussianProcess(ExactPredictor, Estimator):
     def _normalization(self, y):
         """Offset and scale of the targets: numbers, or arrays with those of each."""
         several = y.ndim == 2
+        offset, scale = y.mean(axis=0, dtype=np.float64), y.std(axis=0, dtype=np.float64)
+        far = (self.mean == "zero") & (scale > 0.0) & (np.abs(offset) > _FARTHEST * scale)
+        if np.any(far) and not self.normalize_y:
+            warnings.warn(
+                "y is so far from zero that the zero prior mean cannot be computed in float64: its mean is subtracted first; "
+                'mean="constant" or normalize_y=True avoid this',
+                stacklevel=3,
+            )
+            offset = np.where(far, offset, 0.0)
+            return (offset, np.ones(y.shape[1])) if several else (float(offset), 1.0)
         if not self.normalize_y:
             return (np.zeros(y.shape[1]), np.ones(y.shape[1])) if several else (0.0, 1.0)
-        offset, scale = y.mean(axis=0, dtype=np.float64), y.std(axis=0, dtype=np.float64)
         scale = np.where(scale > 0.0, scale, 1.0)
         return (offset, scale) if several else (float(offset), float(scale))
 
