@@ -77,14 +77,13 @@ absl::StatusOr<Float32Error> AdaptivePosterior::Error(bool with_variance) const 
     EGOSIEVE_ASSIGN_OR_RETURN(places, MakePlaces());
   }
   std::vector<float> means(places.means.size()), variances(places.variances.size());
+  kernels::PosteriorCounts counts;
   if (!variances.empty()) {
     const int64_t count = static_cast<int64_t>(variances.size());
-    EGOSIEVE_RETURN_IF_ERROR(
-        in_float32_
-            ->Evaluate(ConstMatrixView<double>(places.points.data(), count,
-                                               static_cast<int64_t>(places.points.size()) / count),
-                       {means.data(), with_variance ? variances.data() : nullptr, nullptr})
-            .status());
+    const ConstMatrixView<double> points(places.points.data(), count, in_float64_->inputs().cols);
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        counts, in_float32_->Evaluate(
+                    points, {means.data(), with_variance ? variances.data() : nullptr, nullptr}));
   }
   const auto bound = [](const std::vector<float>& narrow, const std::vector<double>& wide) {
     double sum = 0.0;
@@ -94,6 +93,7 @@ absl::StatusOr<Float32Error> AdaptivePosterior::Error(bool with_variance) const 
   };
   places.error.mean = bound(means, places.means);
   if (with_variance) places.error.variance = bound(variances, places.variances);
+  if (counts.clamped_variances > 0) places.error.variance = HUGE_VAL;
   places.has_variance_error = with_variance;
   measured_ = std::move(places);
   return measured_->error;

@@ -23,8 +23,8 @@
 // The root of a mean of 16 squares is known to 0.18 of itself (its deviation, for normal errors),
 // so that E is 3.3 to 4.7 deviations of an error: of 1000 queries a few have a larger error, by
 // little. No property of the covariance is used, so that this holds for every one. Rounding of the
-// results to float32 counts, and so does a variance that was clamped: E is then of the variance's
-// size or larger. The last factor of (AP4) is left out for functions with bounded k**. Float32
+// results to float32 counts. Where one of the 16 variances is clamped, its error is unknown, and
+// E_variance infinite. The last factor of (AP4) is left out for functions with bounded k**. Float32
 // suffices if
 //
 //   for the mean:      E_mean <= 0.01 min_s s(x_s): one decision for all queries             (AP5)
@@ -56,7 +56,7 @@ namespace egosieve::gp {
 // Of one posterior, in the units of y and of its square.
 struct Float32Error {
   double mean = 0.0;       // E_mean
-  double variance = 0.0;   // E_variance where the factor is 1
+  double variance = 0.0;   // E_variance where the factor is 1; infinite: unknown
   double deviation = 0.0;  // min_s s(x_s)
   double prior = 0.0;      // max_s k**(x_s); 0: k** is bounded
 

@@ -64,8 +64,8 @@ using Queries =
 // A call's results in float32, and those in float64 that take their place.
 struct Results {
   std::vector<float> mean, variance, probability;
-  bool float32_runs = true;  // something is computed in float32
-  bool wide_means = false;   // all means are in float64
+  bool wide_means = false;  // all means are in float64
+  bool wide_rest = false;   // and all variances and probabilities
   std::vector<double> wide_mean;
   std::vector<int64_t> rows;  // places whose variance and probability are in float64, increasing
   std::vector<double> rows_mean, rows_variance;
@@ -77,11 +77,14 @@ template <typename T>
 absl::Status EvaluateInFloat32(const DevicePosterior& at, int64_t count, int64_t piece,
                                const Queries<T>& queries, const Outputs& outputs,
                                const gp::Float32Error& error, Results& results) {
-  const bool checks = outputs.precision == EGOSIEVE_AUTO_PRECISION && outputs.needs_variance();
+  const bool rest = outputs.needs_variance() && !results.wide_rest;
+  const bool means = outputs.mean.wanted() && !results.wide_means;
+  if (!rest && !means) return absl::OkStatus();
+  const bool checks = rest && outputs.precision == EGOSIEVE_AUTO_PRECISION;
   const auto room = [](bool wanted, int64_t size) { return std::vector<float>(wanted ? size : 0); };
-  results.mean = room(outputs.mean.wanted() && !results.wide_means, outputs.mean.size());
-  results.variance = room(outputs.variance.wanted() || checks, count);
-  results.probability = room(outputs.probability.wanted(), count);
+  results.mean = room(means, outputs.mean.size());
+  results.variance = room(rest && (outputs.variance.wanted() || checks), count);
+  results.probability = room(rest && outputs.probability.wanted(), count);
   const auto from = [](std::vector<float>& values, int64_t begin) {
     return values.empty() ? nullptr : values.data() + begin;
   };
@@ -100,7 +103,9 @@ absl::Status EvaluateInFloat32(const DevicePosterior& at, int64_t count, int64_t
     }
   }
   // A place that is computed again is not counted twice.
-  for (const int64_t row : results.rows) results.clamped -= results.variance[row] == 0.0f;
+  for (const int64_t row : results.rows) {
+    results.clamped -= checks && results.variance[row] == 0.0f;
+  }
   results.clamped = std::max<int64_t>(results.clamped, 0);
   return absl::OkStatus();
 }
@@ -184,7 +189,7 @@ void WriteProbabilities(const gp::SquashParameters& squash, const OutputArray& o
   for (size_t i = 0; i < results.rows.size(); ++i) {
     of_rows.push_back(squash.Probability(results.rows_mean[i], results.rows_variance[i]));
   }
-  if (!results.float32_runs || !results.wide_means) {
+  if (results.wide_rest || !results.wide_means) {
     return Write(output, results.probability, results.rows, of_rows);
   }
   // The means alone are in float64 where the variances suffice.
@@ -207,20 +212,18 @@ absl::Status Evaluate(const DevicePosterior& at, int64_t count, bool in_place,
   if (outputs.precision == EGOSIEVE_AUTO_PRECISION && count > 0 &&
       (outputs.needs_mean() || outputs.needs_variance())) {
     EGOSIEVE_ASSIGN_OR_RETURN(error, at.posterior->Error(outputs.needs_variance()));
-    results.wide_means = outputs.needs_mean() && !error.SufficesForMeans();
-    results.float32_runs = outputs.needs_variance() || !results.wide_means;
+    results.wide_means = !error.SufficesForMeans();
+    results.wide_rest = outputs.needs_variance() && std::isinf(error.variance);
   } else if (outputs.precision == EGOSIEVE_IN_FLOAT64) {
     results.wide_means = true;
-    results.float32_runs = false;
-    if (outputs.needs_variance()) {
-      results.rows.resize(count);
-      std::iota(results.rows.begin(), results.rows.end(), int64_t{0});
-    }
+    results.wide_rest = outputs.needs_variance();
   }
-  if (results.float32_runs) {
-    const int64_t piece = in_place ? std::max<int64_t>(count, 1) : kPiece;
-    EGOSIEVE_RETURN_IF_ERROR(EvaluateInFloat32(at, count, piece, queries, outputs, error, results));
+  if (results.wide_rest) {
+    results.rows.resize(count);
+    std::iota(results.rows.begin(), results.rows.end(), int64_t{0});
   }
+  const int64_t piece = in_place ? std::max<int64_t>(count, 1) : kPiece;
+  EGOSIEVE_RETURN_IF_ERROR(EvaluateInFloat32(at, count, piece, queries, outputs, error, results));
   EGOSIEVE_RETURN_IF_ERROR(EvaluateInFloat64(at, count, queries, outputs, results));
   // Nothing is written to the caller's arrays until all results are computed.
   if (outputs.probability.wanted()) {

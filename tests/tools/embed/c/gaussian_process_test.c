@@ -359,6 +359,8 @@ static void test_precision(void) {
   egosieve_prediction prediction;
   double mean[4], variance[4], expected_mean[2], expected_variance[2];
   double of_mean = 0, of_variance = 0, deviation = 0;
+  const char* device = getenv("EGOSIEVE_DEVICE");
+  if (device != NULL && strcmp(device, "reference") == 0) return; /* it is in float64 */
   for (int i = 0; i < SIDE * SIDE; ++i) {
     points[i][0] = (double)(i % SIDE) / (SIDE - 1);
     points[i][1] = (double)(i / SIDE) / (SIDE - 1);

@@ -255,8 +255,8 @@ class FrozenPosterior(Predictor):
         Returns
         -------
         errors : dict of float
-            "mean" and "variance", and "deviation", the least of f at these places. In units of y and its square, of
-            normalised y where there is normalize_y.
+            "mean", "variance" (infinite where rounding makes one negative) and "deviation", the least of f at these
+            places. In units of y and its square, of normalised y where there is normalize_y.
         """
         return self._core.float32_error()
 
