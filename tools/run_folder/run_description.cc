@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/json_fields.h"
+#include "tools/run_folder/json_name.h"
 
 namespace egosieve::tools {
 namespace {
@@ -65,7 +66,7 @@ std::string ToText(const RunDescription& description) {
       {"device", description.device},
       {"seed", description.seed},
       {"input",
-       {{"path", description.input.path},
+       {{"path", JsonName(description.input.path)},
         {"kind", description.input.kind},
         {"fingerprint", description.input.fingerprint},
         {"width_pixels", grid.width},
@@ -105,6 +106,7 @@ absl::StatusOr<RunDescription> RunDescriptionFromText(absl::string_view text) {
   fields.ReadIfThere("maps_from", description.maps_from);
   JsonFields input(fields.Object("input"), "its 'input'");
   input.Read("path", description.input.path);
+  description.input.path = NameFromJson(description.input.path);
   input.Read("kind", description.input.kind);
   input.Read("fingerprint", description.input.fingerprint);
   input.Read("width_pixels", description.grid.width);

@@ -29,7 +29,7 @@ class FrameSourceTest : public FolderTest {
   }
 
   void WriteText(const std::string& name, const std::string& text) const {
-    std::ofstream(Path(name)) << text;
+    std::ofstream(Path(name), std::ios::binary) << text;
   }
 
   // A video whose frame k is noise around 10 k + 20 grey.
@@ -159,6 +159,91 @@ TEST_F(FrameSourceTest, DamagedPicturesAreReportedAndSkipped) {
       ASSERT_TRUE(std::holds_alternative<DamagedFrame>(*read)) << index;
       EXPECT_EQ(std::get<DamagedFrame>(*read).index, index);
       EXPECT_THAT(std::get<DamagedFrame>(*read).reason, HasSubstr(std::to_string(index) + "."));
+    }
+  }
+}
+
+// The decoder tells whether a JPEG is whole, not a marker somewhere in the file.
+TEST_F(FrameSourceTest, WholeJpegsAreReadWhateverLiesBehindThem) {
+  cv::Mat noise(256, 256, CV_8UC3);
+  cv::theRNG().state = 1;
+  cv::randu(noise, 0, 255);
+  std::vector<uint8_t> encoded;
+  cv::imencode(".jpg", noise, encoded);
+  const std::string whole(encoded.begin(), encoded.end());
+  const std::string end = "\xff\xd9", half = whole.substr(0, whole.size() / 2);
+  ASSERT_TRUE(whole.ends_with(end));
+  const std::string video = "MotionPhoto_Data" + std::string(20000, 'v');
+  std::string broken = whole;
+  for (size_t i = whole.size() / 2; i < whole.size() / 2 + 40; ++i) broken[i] = '\xfe';
+  const std::vector<std::string> read = {whole, whole + video, whole + std::string(9000, '\0'),
+                                         whole.substr(0, whole.size() - 2)};
+  const std::vector<std::string> refused = {half,
+                                            half + end,
+                                            half + video + end,
+                                            half + std::string(half.size(), '\0'),
+                                            whole.substr(0, 300),
+                                            broken};
+  const cv::Mat decoded = cv::imdecode(encoded, cv::IMREAD_COLOR);
+  for (const std::string& bytes : read) {
+    WriteText("a.jpg", bytes);
+    const auto source = OpenFrameSource(Path("a.jpg"));
+    ASSERT_TRUE(source.ok()) << source.status();
+    const auto frame = (*source)->Next();
+    ASSERT_TRUE(frame.ok() && std::holds_alternative<Frame>(*frame));
+    EXPECT_EQ(cv::norm(std::get<Frame>(*frame).image, decoded, cv::NORM_INF), 0.0);
+  }
+  for (size_t i = 0; i < refused.size(); ++i) {
+    WriteText("a.jpg", refused[i]);
+    EXPECT_THAT(MessageOf(OpenFrameSource(Path("a.jpg")).status()),
+                HasSubstr("a.jpg: the picture is cut short"))
+        << i;
+  }
+}
+
+TEST_F(FrameSourceTest, WholePngsAreReadWhateverLiesBehindThem) {
+  std::vector<uint8_t> encoded;
+  cv::imencode(".png", Solid(CV_8UC3, cv::Scalar(1, 2, 3)), encoded);
+  const std::string whole(encoded.begin(), encoded.end());
+  WriteText("a.png", whole + std::string(9000, 'x'));
+  EXPECT_TRUE(OpenFrameSource(Path("a.png")).ok());
+  WriteText("a.png", whole.substr(0, whole.size() - 20) + "IEND");
+  EXPECT_THAT(MessageOf(OpenFrameSource(Path("a.png")).status()), HasSubstr("cut short"));
+}
+
+// Counts of a thermal camera, 12 bits of a machine camera, and floats in other units.
+TEST_F(FrameSourceTest, ValuesOfAPartOfTheirRangeAreStretchedAlikeInAllFrames) {
+  struct Kind {
+    const char* name;
+    int depth;
+    double zero, step;  // of the level k = 0 .. 255: zero + step k
+  };
+  for (const Kind& kind : {Kind{"thermal", CV_16U, 7800, 5}, Kind{"twelve", CV_16U, 8, 16},
+                           Kind{"kelvin", CV_32F, 280, 0.1}, Kind{"full", CV_16U, 0, 257}}) {
+    fs::create_directories(Path(kind.name));
+    // Frame 0 has dark levels alone, frame 1 all, and each has a hot pixel.
+    for (const int most : {127, 255}) {
+      cv::Mat1d level(64, 64);
+      for (int i = 0; i < 64 * 64; ++i) level(i / 64, i % 64) = i * (most + 1) / (64 * 64);
+      cv::Mat stored = level * kind.step + kind.zero;
+      if (kind.step != 257) stored.at<double>(40, 40) = 60000;
+      stored.convertTo(stored, kind.depth);
+      WriteImage(std::string(kind.name) + "/" + std::to_string(most) + ".tiff", stored);
+    }
+    const auto source = OpenFrameSource(Path(kind.name));
+    ASSERT_TRUE(source.ok()) << source.status();
+    const bool is_full = kind.step == 257;
+    EXPECT_EQ((*source)->remarks().size(), is_full ? 0u : 1u) << kind.name;
+    for (const int most : {255, 127}) {  // "127.tiff" is the first
+      ASSERT_TRUE((*source)->SeekTo(most == 127 ? 0 : 1).ok());
+      const auto read = (*source)->Next();
+      ASSERT_TRUE(read.ok() && std::holds_alternative<Frame>(*read));
+      const cv::Mat& image = std::get<Frame>(*read).image;
+      for (const int i : {0, 1000, 2000, 4095}) {
+        EXPECT_NEAR(image.at<cv::Vec3b>(i / 64, i % 64)[1], i * (most + 1) / (64 * 64),
+                    is_full ? 0 : 2)
+            << kind.name << " " << most << " " << i;
+      }
     }
   }
 }

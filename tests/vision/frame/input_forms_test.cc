@@ -18,8 +18,11 @@ namespace egosieve::vision {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
+using ::testing::ElementsAreArray;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 
 class InputFormsTest : public FolderTest {
@@ -44,6 +47,12 @@ class InputFormsTest : public FolderTest {
 
   std::string ErrorOf(const std::string& name, const FrameSourceOptions& options = {}) const {
     return std::string(OpenFrameSource(Path(name), options).status().message());
+  }
+
+  std::vector<std::string> RemarksOf(const std::string& name) const {
+    const auto source = OpenFrameSource(Path(name));
+    EXPECT_TRUE(source.ok()) << source.status();
+    return source.ok() ? (*source)->remarks() : std::vector<std::string>();
   }
 };
 
@@ -132,7 +141,9 @@ TEST_F(InputFormsTest, TimesOfAFolderComeFromAFile) {
   WriteText("times.txt", "0\n");
   EXPECT_THAT(ErrorOf("image_2", options), HasSubstr("has 1 times for 2 pictures"));
   WriteText("times.txt", "0.5\n0.5\n");
-  EXPECT_THAT(ErrorOf("image_2", options), HasSubstr("line 2: the time 0.5 does not come after"));
+  EXPECT_THAT(ErrorOf("image_2", options), HasSubstr("line 2: the time 0.5 is equal to the one"));
+  WriteText("times.txt", "0.5\n0.25\n");
+  EXPECT_THAT(ErrorOf("image_2", options), HasSubstr("line 2: the time 0.25 does not come after"));
   WriteText("times.txt", "0.5\nsoon\n");
   EXPECT_THAT(ErrorOf("image_2", options), HasSubstr("line 2: 'soon' is no time"));
   options.times = Path("none.txt");
@@ -153,6 +164,173 @@ TEST_F(InputFormsTest, ListsSayWhatIsWrongWithThem) {
   EXPECT_THAT(error("a.png\n0.2 b.png\n"), HasSubstr("line 2: some lines have a time"));
   EXPECT_THAT(error("0.0\n0.1\n"), HasSubstr("line 1: a time without a picture"));
   EXPECT_THAT(error("0.1,a.png\nx,y\n"), HasSubstr("line 2: neither"));
+}
+
+// As programs write them: marks of Windows, quotes, further columns, names like numbers.
+TEST_F(InputFormsTest, ListsAreReadAsTheyAreWritten) {
+  WritePicture("rgb/1.5.png", 10);
+  WritePicture("rgb/2.5.png", 20);
+  WritePicture("depth/1.5.png", 90);
+  WritePicture("depth/2.5.png", 90);
+  const std::vector<std::string> timed = {
+      "\xef\xbb\xbf"
+      "1.5 rgb/1.5.png\r\n2.5 rgb/2.5.png\r\n",
+      "\xef\xbb\xbf"
+      "1.5,rgb/1.5.png\r\n2.5,rgb/2.5.png\r\n",
+      "timestamp,filename\n\"1.5\",\"rgb/1.5.png\"\n\"2.5\",\"rgb/2.5.png\"\n",
+      "timestamp;filename\n1.5;rgb/1.5.png\n2.5;rgb/2.5.png\n",
+      "1.5\trgb\\1.5.png\n2.5\trgb\\2.5.png\n",
+      "index,file,time\n0,rgb/1.5.png,1.5\n1,rgb/2.5.png,2.5\n",
+      "1.5,rgb/1.5.png,0.01,gain\n2.5,rgb/2.5.png,0.02,gain\n",
+      "1.5 rgb/1.5.png 1.51 depth/1.5.png\n2.5 rgb/2.5.png 2.51 depth/2.5.png\n",
+      "1.51 depth/1.5.png 1.5 rgb/1.5.png\n2.51 depth/2.5.png 2.5 rgb/2.5.png\n",
+      "rgb/1.5.png 1.5\nrgb/2.5.png 2.5\n"};
+  for (const std::string& text : timed) {
+    WriteText("list.csv", text);
+    const Seen seen = ReadAllOf(Path("list.csv"));
+    EXPECT_THAT(seen.values, ElementsAre(10, 20)) << text;
+    EXPECT_THAT(seen.times, ElementsAre(1.5, 2.5)) << text;
+    EXPECT_THAT(seen.names, ElementsAre("1.5.png", "2.5.png")) << text;
+  }
+  EXPECT_THAT(RemarksOf("list.csv"), IsEmpty());
+  WriteText("list.csv", timed[7]);
+  EXPECT_THAT(RemarksOf("list.csv"), ElementsAre(HasSubstr("2 files in further columns")));
+  WriteText("list.txt",
+            "\xff\xfe"
+            "a");
+  EXPECT_THAT(ErrorOf("list.txt"), HasSubstr("UTF-16"));
+  WriteText("list.txt", "1.5 depth/1.5.png\n2.5 depth/2.5.png\n");
+  EXPECT_THAT(ErrorOf("list.txt"), HasSubstr("lists depth maps"));
+}
+
+TEST_F(InputFormsTest, NamesInListsHaveSpacesAndCommas) {
+  for (const char* name : {"2024 trip/001.jpg", "named/a,1.jpg", "named/7 a;b,\"2\".jpg"}) {
+    WritePicture(name, 10);
+    WriteText("list.txt", std::string(name) + "\n");
+    EXPECT_THAT(ReadAllOf(Path("list.txt")).times, ElementsAre(0.0)) << name;
+    WriteText("list.txt", "0.25 " + std::string(name) + "\n");
+    EXPECT_THAT(ReadAllOf(Path("list.txt")).times, ElementsAre(0.25)) << name;
+    WriteText("list.txt", std::string(name) + ",0.25\n");
+    EXPECT_THAT(ReadAllOf(Path("list.txt")).times, ElementsAre(0.25)) << name;
+  }
+}
+
+// The names of pictures become names of masks, so none may lead out of a folder.
+TEST_F(InputFormsTest, NamesOfPicturesAboveTheListAreRelativeToTheirOwnFolder) {
+  WritePicture("images/1.png", 10);
+  WritePicture("images/more/2.png", 20);
+  fs::create_directories(Path("lists"));
+  WriteText("lists/all.txt", "../images/1.png\n" + Path("images/more/2.png") + "\n");
+  EXPECT_THAT(ReadAllOf(Path("lists/all.txt")).names, ElementsAre("1.png", "more/2.png"));
+}
+
+TEST_F(InputFormsTest, TimesInOtherUnitsAreRefusedByName) {
+  for (const char* name : {"0.png", "1.png", "2.png"}) WritePicture(name, 10);
+  const auto error = [&](double first, double step) {
+    std::string text;
+    for (int i = 0; i < 3; ++i) {
+      text += std::to_string(static_cast<int64_t>(first + i * step)) + "," + std::to_string(i) +
+              ".png\n";
+    }
+    WriteText("list.csv", text);
+    return ErrorOf("list.csv");
+  };
+  EXPECT_THAT(error(1305031452791.0, 67.0), HasSubstr("they seem to be milliseconds"));
+  EXPECT_THAT(error(1305031452791720.0, 66667.0), HasSubstr("they seem to be microseconds"));
+  EXPECT_THAT(error(0.0, 66666667.0), HasSubstr("they seem to be nanoseconds"));
+  EXPECT_THAT(error(1305031452.0, 5.0), "");
+  WriteText("list.txt", "0.000000 0.png\n0.000000 1.png\n");
+  EXPECT_THAT(ErrorOf("list.txt"), HasSubstr("line 2: the time 0 is equal to the one before it"));
+}
+
+TEST_F(InputFormsTest, MasksBesideThePicturesAreNoFrames) {
+  const std::vector<std::vector<std::string>> kinds = {
+      {"0001.jpg", "dynamic_mask_0001.png"}, {"0001.jpg", "mask_0001.png"},
+      {"0001.jpg", "0001_mask.png"},         {"0001.jpg", "0001.png"},
+      {"0001.jpg", "0001.jpg.png"},          {"0001.png", "0001_depth.png"},
+      {"0001.jpg", "DynamicMask0001.png"},   {"images/0001.jpg", "masks/0001.jpg.png"},
+      {"rgb/0001.png", "depth/0001.png"},    {"JPEGImages/0001.jpg", "Annotations/0001.png"},
+      {"images/0001.jpg", "sky_masks/1.png"}};
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    const std::string folder = std::string("k") + std::to_string(i);
+    WritePicture(folder + "/" + kinds[i][0], 10);
+    WritePicture(folder + "/" + kinds[i][1], 200);
+    EXPECT_THAT(ReadAllOf(Path(folder)).names, ElementsAre(kinds[i][0]));
+    EXPECT_THAT(RemarksOf(folder), ElementsAre(HasSubstr(kinds[i][1]))) << kinds[i][1];
+  }
+  EXPECT_THAT(ReadAllOf(Path("k0/*g")).names, ElementsAre("0001.jpg"));
+  // Pictures of masks alone are what the user gives.
+  EXPECT_THAT(ReadAllOf(Path("k7/masks")).names, ElementsAre("0001.jpg.png"));
+  WritePicture("unmasked/unmasked_1.png", 10);
+  WritePicture("unmasked/2.png", 10);
+  EXPECT_EQ(ReadAllOf(Path("unmasked")).values.size(), 2u);
+}
+
+TEST_F(InputFormsTest, PicturesOfOtherCamerasAndSizesAreNoFrames) {
+  for (const char* folder : {"data/images/", "data/images_2/", "data/images_4/", "rig/cam0/",
+                             "rig/cam1/", "parts/images/", "times/1.5/", "times/2.5/"}) {
+    for (const char* name : {"f_1.png", "f_2.png"}) WritePicture(std::string(folder) + name, 10);
+  }
+  EXPECT_THAT(ReadAllOf(Path("data")).names, ElementsAre("images/f_1.png", "images/f_2.png"));
+  EXPECT_THAT(RemarksOf("data"), ElementsAre(HasSubstr("images_2 are left out as copies"),
+                                             HasSubstr("images_4 are left out as copies")));
+  EXPECT_THAT(ErrorOf("rig"), AllOf(HasSubstr("rig/cam0 and "), HasSubstr("several cameras")));
+  EXPECT_THAT(ErrorOf("times"), HasSubstr("several cameras"));
+  EXPECT_EQ(ReadAllOf(Path("rig/*/*.png")).values.size(), 4u);
+  // What goes on in a further folder is one drive, and so are folders of one picture each.
+  for (const char* name : {"f_3.png", "f_4.png"}) {
+    WritePicture(std::string("parts/images_2/") + name, 10);
+  }
+  EXPECT_EQ(ReadAllOf(Path("parts")).values.size(), 4u);
+  for (const char* name : {"single/1/a.png", "single/2/a.png"}) WritePicture(name, 10);
+  EXPECT_EQ(ReadAllOf(Path("single")).values.size(), 2u);
+  for (const char* name : {"1_left.png", "1_right.png", "2_left.png", "2_right.png"}) {
+    WritePicture(std::string("stereo/") + name, 10);
+  }
+  EXPECT_THAT(ErrorOf("stereo"), HasSubstr("two series of pictures in one folder"));
+  EXPECT_THAT(ReadAllOf(Path("stereo/*left.png")).names, ElementsAre("1_left.png", "2_left.png"));
+}
+
+TEST_F(InputFormsTest, WhatIsPassedOverIsCounted) {
+  WritePicture("day/1.jpg", 10);
+  for (const char* name : {"day/2.HEIC", "day/3.HEIC", "day/4.avif", "phone/1.heic"}) {
+    fs::create_directories((folder_ / name).parent_path());
+    WriteText(name, std::string("\0\0\0\x18", 4) + "ftypheic0000");
+  }
+  WriteVideo("day/5.avi", 1, 2, 10.0);
+  EXPECT_EQ(ReadAllOf(Path("day")).values.size(), 1u);
+  EXPECT_THAT(RemarksOf("day"),
+              ElementsAre(HasSubstr("1 AVIF files are left out; convert"),
+                          HasSubstr("2 HEIC files are left out; convert"), HasSubstr("1 videos")));
+  EXPECT_THAT(ErrorOf("phone"), HasSubstr("1 HEIC files are left out; convert"));
+  EXPECT_THAT(ErrorOf("phone/1.heic"), HasSubstr("HEIC pictures are not read; convert"));
+  fs::copy_file(Path("phone/1.heic"), Path("phone/1.jpg"));
+  EXPECT_THAT(ErrorOf("phone"), HasSubstr("1.jpg: a HEIC picture"));
+}
+
+TEST_F(InputFormsTest, LinksToFoldersAreFollowed) {
+  WritePicture("elsewhere/1.png", 10);
+  fs::create_directories(Path("drive"));
+  fs::create_directory_symlink(folder_ / "elsewhere", folder_ / "drive" / "images");
+  fs::create_directory_symlink(folder_ / "drive", folder_ / "drive" / "circle");
+  EXPECT_THAT(ReadAllOf(Path("drive")).names, ElementsAre("images/1.png"));
+}
+
+TEST_F(InputFormsTest, NamesAreAnyBytes) {
+  const std::vector<std::string> names = {"$(id).png",
+                                          "-dash.png",
+                                          "[1].png",
+                                          "a;b.png",
+                                          "l\nb.png",
+                                          "per%d.png",
+                                          "q\".png",
+                                          "stra\xdf"
+                                          "e.png",
+                                          "t\ta.png",
+                                          "two w.png"};
+  for (const std::string& name : names) WritePicture("odd [1]/" + name, 10);
+  EXPECT_THAT(ReadAllOf(Path("odd [1]")).names, ElementsAreArray(names));
+  EXPECT_THAT(ReadAllOf(Path("odd [1]/*.png")).names, ElementsAreArray(names));
 }
 
 TEST_F(InputFormsTest, WhatIsNotReadSaysWhatWouldBe) {
