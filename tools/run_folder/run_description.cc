@@ -87,6 +87,7 @@ std::string ToText(const RunDescription& description) {
       {"started_utc", description.started_utc},
       {"finished_utc", description.finished_utc},
   };
+  if (!description.input.remarks.empty()) json["input"]["remarks"] = description.input.remarks;
   if (!description.maps_from.empty()) json["maps_from"] = description.maps_from;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -109,6 +110,7 @@ absl::StatusOr<RunDescription> RunDescriptionFromText(absl::string_view text) {
   description.input.path = NameFromJson(description.input.path);
   input.Read("kind", description.input.kind);
   input.Read("fingerprint", description.input.fingerprint);
+  input.ReadIfThere("remarks", description.input.remarks);
   input.Read("width_pixels", description.grid.width);
   input.Read("height_pixels", description.grid.height);
   JsonFields maps(fields.Object("maps"), "its 'maps'");

@@ -98,7 +98,9 @@ TEST(JsonName, NamesOfAnyBytesComeBack) {
   run.input.path =
       "/drives/stra\xdf"
       "e";
+  run.input.remarks = {"2 HEIC files are left out"};
   EXPECT_EQ(RunDescriptionFromText(ToText(run))->input.path, run.input.path);
+  EXPECT_EQ(RunDescriptionFromText(ToText(run))->input.remarks, run.input.remarks);
 }
 
 TEST(FrameLine, DamageNamesTheField) {
