@@ -246,7 +246,7 @@ absl::Status CheckUnit(const std::string& path, const std::vector<double>& times
   }
   return absl::InvalidArgumentError(absl::StrFormat(
       "%s: the times are read as seconds and step by %.15g, so they seem to be %s; divide them by "
-      "%.0f",
+      "%.0f, or leave them out",
       path, *median, unit, per_second));
 }
 

@@ -340,6 +340,12 @@ absl::StatusOr<InputFiles> FilesOfFolder(const std::string& folder) {
                       "JPEG files, or videos");
   }
   if (files.are_videos) return files;
+  const std::string kind =
+      SideKind((fs::absolute(folder).lexically_normal() / "").parent_path().filename().string());
+  if (!kind.empty()) {
+    files.remarks.push_back(absl::StrCat("by the name of ", folder, " these are ", kind,
+                                         "; give the folder of the camera's pictures"));
+  }
   EGOSIEVE_RETURN_IF_ERROR(CheckFoldersFollow(folder, files.paths));
   EGOSIEVE_RETURN_IF_ERROR(CheckOneSeries(folder, files.paths));
   return files;

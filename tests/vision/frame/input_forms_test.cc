@@ -261,6 +261,7 @@ TEST_F(InputFormsTest, MasksBesideThePicturesAreNoFrames) {
   EXPECT_THAT(ReadAllOf(Path("k0/*g")).names, ElementsAre("0001.jpg"));
   // Pictures of masks alone are what the user gives.
   EXPECT_THAT(ReadAllOf(Path("k7/masks")).names, ElementsAre("0001.jpg.png"));
+  EXPECT_THAT(RemarksOf("k7/masks/"), ElementsAre(HasSubstr("these are masks")));
   WritePicture("unmasked/unmasked_1.png", 10);
   WritePicture("unmasked/2.png", 10);
   EXPECT_EQ(ReadAllOf(Path("unmasked")).values.size(), 2u);
