@@ -206,8 +206,8 @@ absl::Status CheckFoldersFollow(const std::string& root, const std::vector<std::
   for (size_t i = 1; i < spans.size(); ++i) {
     if (NaturalLess(spans[i - 1].last, spans[i].first)) continue;
     return absl::InvalidArgumentError(absl::StrCat(
-        root, ": pictures of several cameras, or the same ones again: ", spans[i - 1].folder,
-        " and ", spans[i].folder,
+        root, ": files of several cameras, or the same ones again: ", spans[i - 1].folder, " and ",
+        spans[i].folder,
         " have the same numbers; name one of the folders, or a glob: of one camera's "
         "pictures, or of all where the folders follow one another"));
   }
@@ -241,7 +241,7 @@ absl::Status CheckOneSeries(const std::string& root, const std::vector<std::stri
         const auto &a = all[j]->numbers, &b = all[i]->numbers;
         if (2 * CommonCount(a, b) < std::min(a.size(), b.size())) continue;
         return absl::InvalidArgumentError(absl::StrCat(
-            root, ": two series of pictures in one folder, such as of two cameras: ", all[j]->first,
+            root, ": two series of files in one folder, such as of two cameras: ", all[j]->first,
             " and ", all[i]->first, "; name one of them by a glob"));
       }
     }
@@ -339,7 +339,6 @@ absl::StatusOr<InputFiles> FilesOfFolder(const std::string& folder) {
                       ": no pictures in this folder, and no videos; give one that holds PNG or "
                       "JPEG files, or videos");
   }
-  if (files.are_videos) return files;
   const std::string kind =
       SideKind((fs::absolute(folder).lexically_normal() / "").parent_path().filename().string());
   if (!kind.empty()) {

@@ -29,9 +29,8 @@ bool HasVideoExtension(const std::string& path);
 std::string SideKind(const std::string& path);
 
 // The files in the folder itself, or those in the folders below it if it has neither pictures nor
-// videos; links to folders are followed. InvalidArgument if there are none, or if there are
-// pictures of several cameras: folders whose pictures have the same numbers, or two series of names
-// in one folder.
+// videos; links to folders are followed. InvalidArgument if there are none, or if they are of
+// several cameras: folders whose files have the same numbers, or two series of names in one folder.
 absl::StatusOr<InputFiles> FilesOfFolder(const std::string& folder);
 
 // NotFound if nothing matches; InvalidArgument if no match is a picture or a video.

@@ -90,7 +90,12 @@ TEST_F(InputTest, PicturesOfOtherCamerasAndSizesAreNoFrames) {
   for (const char* name : {"1_left.png", "1_right.png", "2_left.png", "2_right.png"}) {
     WritePicture(std::string("stereo/") + name, 10);
   }
-  EXPECT_THAT(ErrorOf("stereo"), HasSubstr("two series of pictures in one folder"));
+  EXPECT_THAT(ErrorOf("stereo"), HasSubstr("two series of files in one folder"));
+  for (const char* name : {"card/1_F.avi", "card/1_R.avi", "card/2_F.avi", "card/2_R.avi"}) {
+    WriteVideo(name, 1, 2, 10.0);
+  }
+  EXPECT_THAT(ErrorOf("card"), HasSubstr("two series of files in one folder"));
+  EXPECT_EQ(ReadAllOf(Path("card/*F.avi")).values.size(), 4u);
   EXPECT_THAT(ReadAllOf(Path("stereo/*left.png")).names, ElementsAre("1_left.png", "2_left.png"));
 }
 
