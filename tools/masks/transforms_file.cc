@@ -97,7 +97,8 @@ absl::StatusOr<int> TransformsFile::Write(const std::string& folder,
   const auto rebase = [&](Json& value) {
     if (!value.is_string()) return;
     const fs::path path = WithSlashes(value.get<std::string>());
-    if (!path.is_absolute()) value = (there / path).lexically_relative(here).string();
+    if (!path.is_absolute())
+      value = (there / path).lexically_normal().lexically_relative(here).string();
   };
   Json copy = json_;
   for (const char* key : {"ply_file_path"}) {
