@@ -3,15 +3,7 @@
 #include "absl/strings/str_cat.h"
 
 namespace egosieve::tools {
-namespace {
-
-// The count in a header may be a guess: a video counts as cut short if more than this is missing.
-constexpr double kMissingShare = 0.1;
-
-}  // namespace
-
-RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_warning,
-                    const vision::FrameSource& source) {
+RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_warning) {
   RunVerdict verdict;
   if (counts.other_sizes > 0) {
     verdict.warnings.push_back(
@@ -39,8 +31,7 @@ RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_wa
   }
   if (!end_warning.empty()) {
     verdict.warnings.push_back(end_warning);
-    const double expected = static_cast<double>(source.expected_frame_count());
-    failed |= static_cast<double>(source.next_index()) < (1.0 - kMissingShare) * expected;
+    failed = true;
   }
   if (failed) verdict.code = ExitCode::kFramesFailed;
   return verdict;

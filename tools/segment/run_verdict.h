@@ -9,7 +9,6 @@
 
 #include "tools/cli/exit_code.h"
 #include "tools/segment/drive_writer.h"
-#include "vision/frame/frame_source.h"
 
 namespace egosieve::tools {
 
@@ -18,9 +17,8 @@ struct RunVerdict {
   std::vector<std::string> warnings;  // one line each
 };
 
-// end_warning: EndOfFrames::warning, empty if there is none. source: that of the run, at its end.
-RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_warning,
-                    const vision::FrameSource& source);
+// end_warning: EndOfFrames::warning, empty if there is none.
+RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_warning);
 
 }  // namespace egosieve::tools
 

@@ -13,17 +13,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using Outcome = FrameLine::Outcome;
 
-class NoFrames : public vision::FrameSource {
- public:
-  absl::StatusOr<vision::FrameRead> Next() override {
-    return vision::FrameRead(vision::EndOfFrames());
-  }
-  absl::Status SeekTo(int64_t) override { return absl::OkStatus(); }
-  int64_t next_index() const override { return 0; }
-  int64_t expected_frame_count() const override { return 0; }
-  std::string description() const override { return "none"; }
-};
-
 // `learnt` frames, and then others that are answered for the reason, with doubt or without.
 RunVerdict Judge(int learnt, int answered, const std::string& reason, const std::string& doubt) {
   DriveWriter::Counts counts((RunDescription()));
@@ -37,7 +26,7 @@ RunVerdict Judge(int learnt, int answered, const std::string& reason, const std:
     }
     counts.Add(line);
   }
-  return JudgeRun(counts, "", NoFrames());
+  return JudgeRun(counts, "");
 }
 
 TEST(RunVerdict, ARunThatLearntFromNothingOrFewFramesIsNoSuccess) {
@@ -58,6 +47,12 @@ TEST(RunVerdict, ARunThatLearntFromNothingOrFewFramesIsNoSuccess) {
 TEST(RunVerdict, RepeatedPicturesDoNotCount) {
   EXPECT_EQ(Judge(4, 20, "the same picture as the frame before", "").code, ExitCode::kDone);
   EXPECT_EQ(Judge(0, 20, "the same picture as the frame before", "").code, ExitCode::kFramesFailed);
+}
+
+TEST(RunVerdict, AnInputThatEndsTooEarlyIsNoSuccess) {
+  const RunVerdict verdict = JudgeRun(DriveWriter::Counts((RunDescription())), "a.mp4: cut short");
+  EXPECT_EQ(verdict.code, ExitCode::kFramesFailed);
+  EXPECT_THAT(verdict.warnings, ElementsAre("a.mp4: cut short"));
 }
 
 }  // namespace
