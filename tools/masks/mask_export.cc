@@ -13,6 +13,7 @@
 #include "tools/masks/stored_picture.h"
 #include "tools/masks/video_frames.h"
 #include "tools/run_folder/former_run.h"
+#include "tools/run_folder/json_name.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/segmented_pictures.h"
 #include "vision/frame/image_decoding.h"
@@ -150,11 +151,18 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
 }
 
 absl::Status MaskExport::CheckNames(const std::vector<std::string>& images) const {
-  if (options_.format == MaskFormat::kCoco) return absl::OkStatus();
+  constexpr size_t kMostBytes = 255;  // of a file's name, on most file systems
   std::set<std::string> files;
   for (size_t i = 0; i < images.size(); ++i) {
     const std::string file =
-        MaskFile(options_.format, images[i], static_cast<int64_t>(i), SequenceName());
+        options_.format == MaskFormat::kCoco
+            ? JsonName(images[i])
+            : MaskFile(options_.format, images[i], static_cast<int64_t>(i), SequenceName());
+    if (fs::path(file).filename().string().size() > kMostBytes) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("the mask ", file, " would have a name of more than ", kMostBytes,
+                       " bytes; give ", images[i], " a shorter name"));
+    }
     if (!files.insert(file).second) {
       return absl::InvalidArgumentError(
           absl::StrCat("two images would have the mask ", file, ", ", images[i],

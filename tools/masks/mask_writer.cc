@@ -11,6 +11,7 @@
 #include "tools/masks/palette_png.h"
 #include "tools/masks/run_length.h"
 #include "tools/run_folder/atomic_file.h"
+#include "tools/run_folder/json_name.h"
 #include "tools/run_folder/map_image.h"
 
 namespace egosieve::tools {
@@ -97,7 +98,7 @@ absl::Status MaskWriter::CheckNumbers(const MaskedFrame& frame) const {
 void MaskWriter::AddAnnotations(const MaskedFrame& frame) {
   const int64_t image_id = frame.index + 1;
   images_.push_back({{"id", image_id},
-                     {"file_name", frame.image},
+                     {"file_name", JsonName(frame.image)},
                      {"width", frame.numbers.cols},
                      {"height", frame.numbers.rows},
                      {"frame_id", frame.index}});

@@ -1,8 +1,10 @@
 #include "tools/masks/transforms_file.h"
 
 #include <filesystem>
+#include <map>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "kernels/base/status_macros.h"
 #include "tools/masks/mask_format.h"
 #include "tools/run_folder/atomic_file.h"
@@ -31,12 +33,28 @@ absl::StatusOr<std::string> Find(const std::string& path, const std::string& inp
                    "; give nerfstudio's, as ns-process-data writes it, to --transforms"));
 }
 
+// As Windows' programs write paths.
+std::string WithSlashes(const std::string& path) {
+  return absl::StrReplaceAll(path, {{"\\", "/"}});
+}
+
+// Images by their names, and by their names without extension, where one alone has it.
+std::map<std::string, std::string> ByName(const std::vector<std::string>& images) {
+  std::map<std::string, std::string> names;
+  for (const std::string& image : images) {
+    const auto [at, is_new] = names.emplace(fs::path(image).replace_extension().string(), image);
+    if (!is_new) at->second.clear();
+  }
+  for (const std::string& image : images) names[image] = image;
+  return names;
+}
+
 // The image whose name ends the path, longest name first; empty if there is none.
-std::string ImageOf(const fs::path& path, const std::set<std::string>& images) {
+std::string ImageOf(const fs::path& path, const std::map<std::string, std::string>& images) {
   for (auto begin = path.begin(); begin != path.end(); ++begin) {
     fs::path end;
     for (auto part = begin; part != path.end(); ++part) end /= *part;
-    if (images.count(end.string()) > 0) return end.string();
+    if (const auto image = images.find(end.string()); image != images.end()) return image->second;
   }
   return "";
 }
@@ -55,11 +73,11 @@ absl::StatusOr<TransformsFile> TransformsFile::Read(const std::string& path,
     return absl::DataLossError(
         absl::StrCat(file.path_, " is no transforms.json: it has no list of frames"));
   }
-  const std::set<std::string> names(images.begin(), images.end());
+  const std::map<std::string, std::string> names = ByName(images);
   for (const Json& frame : *frames) {
     const std::string name =
         frame.is_object() && frame.contains("file_path") && frame["file_path"].is_string()
-            ? frame["file_path"].get<std::string>()
+            ? WithSlashes(frame["file_path"].get<std::string>())
             : "";
     file.images_.push_back(ImageOf(fs::path(name).lexically_normal(), names));
     if (file.images_.back().empty()) {
@@ -77,8 +95,10 @@ absl::StatusOr<int> TransformsFile::Write(const std::string& folder,
   const fs::path here = fs::weakly_canonical(folder, error);
   const fs::path there = fs::weakly_canonical(fs::path(path_).parent_path(), error);
   const auto rebase = [&](Json& value) {
-    if (!value.is_string() || fs::path(value.get<std::string>()).is_absolute()) return;
-    value = (there / value.get<std::string>()).lexically_relative(here).string();
+    if (!value.is_string()) return;
+    const fs::path path = WithSlashes(value.get<std::string>());
+    if (!path.is_absolute())
+      value = (there / path).lexically_normal().lexically_relative(here).string();
   };
   Json copy = json_;
   for (const char* key : {"ply_file_path"}) {
@@ -100,6 +120,9 @@ absl::StatusOr<int> TransformsFile::Write(const std::string& folder,
     for (const char* key : {"file_path", "depth_file_path"}) {
       if (frame.contains(key)) rebase(frame[key]);
     }
+    const fs::path file = frame["file_path"].get<std::string>();
+    const std::string extension = fs::path(images_[i]).extension().string();
+    if (file.extension() != extension) frame["file_path"] = file.string() + extension;
     frame["mask_path"] = MaskFile(MaskFormat::kNerfstudio, images_[i], 0, "");
     frames.push_back(std::move(frame));
   }

@@ -1,8 +1,9 @@
 // nerfstudio's transforms.json, to which masks are added.
 //
 // A frame belongs to an image if its file_path ends in the image's name, including folders; of
-// several such images, to the one with the longest name. nerfstudio needs a mask for every frame or
-// for none.
+// several such images, to the one with the longest name. Folders may be separated by backslashes,
+// and a file_path without an extension means the one image that has its name. The copy has slashes
+// and extensions. nerfstudio needs a mask for every frame or for none.
 #ifndef EGOSIEVE_TOOLS_MASKS_TRANSFORMS_FILE_H_
 #define EGOSIEVE_TOOLS_MASKS_TRANSFORMS_FILE_H_
 
@@ -19,7 +20,8 @@ namespace egosieve::tools {
 class TransformsFile {
  public:
   // path: the file; empty: the one in the images' folder or in its parent. NotFound if there is
-  // none. DataLoss if it is not a file of nerfstudio, or has frames without an image.
+  // none. DataLoss if it is not a file of nerfstudio, or has frames without an image or with one of
+  // several.
   static absl::StatusOr<TransformsFile> Read(const std::string& path, const std::string& input,
                                              const std::vector<std::string>& images);
 

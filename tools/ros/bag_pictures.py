@@ -5,13 +5,16 @@
 
 FILE is a bag of ROS 1 (.bag; several are read as one), a recording of ROS 2 (its folder, or a .db3) or an MCAP file with
 messages of ROS. Writes DIR/pictures/NNNNNN.png, or .jpg as it was recorded, and last DIR/pictures.csv, a line
-"SECONDS,pictures/NAME" each, in order of the times in the messages' headers. Exit codes as egosieve's: 0 done, 1 it cannot be
+"SECONDS,pictures/NAME" each, in order of the times in the messages' headers, which must differ. Images of encoding 8UC1 and
+16UC1 are read as grey, 8UC3 and 16UC3 as blue, green, red. Exit codes as egosieve's: 0 done, 1 it cannot be
 written, 2 usage, 3 the recording cannot be read.
 
 Reading is rosbags' and rosbags-image's, which `./run bag` installs into an environment of their own.
 """
 
 import argparse
+import dataclasses
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -21,6 +24,8 @@ from rosbags.highlevel import AnyReader
 from rosbags.image import message_to_cvimage
 from rosbags.typesys import Stores, get_typestore
 
+# Of images whose encoding tells the type of their values alone, by the number of channels.
+CHANNELS = {"1": "mono", "3": "bgr", "4": "bgra"}
 IMAGE_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 
 
@@ -43,6 +48,9 @@ def encoded(message):
         return ".jpg", data
     if data.startswith(b"\x89PNG"):
         return ".png", data
+    plain = re.fullmatch(r"(8|16)UC([134])", getattr(message, "encoding", ""))
+    if plain:
+        message = dataclasses.replace(message, encoding=CHANNELS[plain[2]] + plain[1])
     depth = "16" if getattr(message, "encoding", "").endswith("16") else "8"
     picture = message_to_cvimage(message, f"bgr{depth}")
     done, png = cv2.imencode(".png", picture)
@@ -65,7 +73,7 @@ def choose(reader, topic):
 
 
 def write(reader, connections, out):
-    """The pictures, then their list; returns how many. Of pictures with one time the first is listed."""
+    """The pictures, then their list; returns how many. The same picture recorded again is listed once."""
     folder = out / "pictures"
     folder.mkdir(parents=True)
     times = {}
@@ -73,8 +81,13 @@ def write(reader, connections, out):
         message = reader.deserialize(raw, connection.msgtype)
         extension, data = encoded(message)
         name = f"{number:06d}{extension}"
+        time = nanoseconds(message, recorded)
+        if time in times:
+            if (folder / times[time]).read_bytes() != data:
+                raise ValueError(f"two pictures of {connection.topic} have equal times, {time / 1e9:.9f} s, so the headers tell no times")
+            continue
         (folder / name).write_bytes(data)
-        times.setdefault(nanoseconds(message, recorded), name)
+        times[time] = name
     if not times:
         raise ValueError(f"{connections[0].topic} has no message")
     lines = [f"{time // 10**9}.{time % 10**9:09d},pictures/{name}\n" for time, name in sorted(times.items())]

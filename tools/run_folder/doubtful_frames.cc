@@ -23,22 +23,44 @@ std::string DoubtOf(const FrameLine& line) {
   return line.outcome == FrameLine::Outcome::kFailed ? line.reason : line.doubt;
 }
 
+void ReasonKinds::Add(const std::string& reason) {
+  Kind& kind = kinds_[WithoutNumbers(reason)];
+  if (kind.count++ == 0) kind.first = reason;
+}
+
+std::string ReasonKinds::MostFrequent() const {
+  const auto most = std::max_element(
+      kinds_.begin(), kinds_.end(),
+      [](const auto& a, const auto& b) { return a.second.count < b.second.count; });
+  return most == kinds_.end() ? "" : most->second.first;
+}
+
 void DoubtfulFrames::Add(const FrameLine& line) {
   ++frames_;
   const std::string doubt = DoubtOf(line);
+  if (line.outcome == FrameLine::Outcome::kLearnt) {
+    // The first pair of pictures: so many frames before this one have none.
+    if (learnt_++ == 0) not_learnt_ -= std::min(not_learnt_, line.frame_gap);
+  } else if (line.outcome == FrameLine::Outcome::kAnswered && !doubt.empty()) {
+    ++not_learnt_;
+    not_learnt_reasons_.Add(line.reason);
+  }
   if (doubt.empty()) return;
   ++count_;
-  Kind& kind = kinds_[WithoutNumbers(doubt)];
-  if (kind.count++ == 0) kind.first = doubt;
+  doubts_.Add(doubt);
 }
 
 std::string DoubtfulFrames::Sentence() const {
   if (count_ == 0) return "";
-  const auto most = std::max_element(
-      kinds_.begin(), kinds_.end(),
-      [](const auto& a, const auto& b) { return a.second.count < b.second.count; });
   return absl::StrCat(count_, " of ", frames_,
-                      " frames are unreliable, most often: ", most->second.first);
+                      " frames are unreliable, most often: ", doubts_.MostFrequent());
+}
+
+std::string DoubtfulFrames::TooFewLearnt() const {
+  if (learnt_ >= not_learnt_) return "";
+  return absl::StrCat("only ", learnt_, " of ", learnt_ + not_learnt_,
+                      " frames were learnt from, the others most often not because: ",
+                      not_learnt_reasons_.MostFrequent());
 }
 
 }  // namespace egosieve::tools

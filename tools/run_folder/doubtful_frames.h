@@ -1,4 +1,4 @@
-// Which frames of a run are unreliable, and why.
+// Which frames of a run are unreliable, and from which nothing was learnt, and why.
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_DOUBTFUL_FRAMES_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_DOUBTFUL_FRAMES_H_
 
@@ -17,6 +17,21 @@ std::string DoubtOf(const FrameLine& line);
 // Turns "only 17 of 300 features" into "only # of # features", to group reasons of one kind.
 std::string WithoutNumbers(absl::string_view reason);
 
+// Reasons by kind.
+class ReasonKinds {
+ public:
+  void Add(const std::string& reason);
+  // The first reason of the most frequent kind; empty if there is none.
+  std::string MostFrequent() const;
+
+ private:
+  struct Kind {
+    int64_t count = 0;
+    std::string first;
+  };
+  std::map<std::string, Kind> kinds_;  // by WithoutNumbers
+};
+
 class DoubtfulFrames {
  public:
   void Add(const FrameLine& line);
@@ -25,13 +40,16 @@ class DoubtfulFrames {
   // "12 of 62 frames are unreliable, most often: ..."; empty if there are none.
   std::string Sentence() const;
 
+  // Empty if the model learnt from half of the frames or more: "only 2 of 30 frames were learnt
+  // from, the others most often not because: ...". Not counted are frames that could not be read,
+  // the same picture again, and a drive's first frames, which have no picture before them.
+  std::string TooFewLearnt() const;
+
  private:
-  struct Kind {
-    int64_t count = 0;
-    std::string first;
-  };
   int64_t frames_ = 0, count_ = 0;
-  std::map<std::string, Kind> kinds_;  // by WithoutNumbers of the doubt
+  ReasonKinds doubts_;
+  int64_t learnt_ = 0, not_learnt_ = 0;
+  ReasonKinds not_learnt_reasons_;
 };
 
 }  // namespace egosieve::tools

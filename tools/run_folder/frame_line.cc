@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "tools/run_folder/json_fields.h"
+#include "tools/run_folder/json_name.h"
 
 namespace egosieve::tools {
 namespace {
@@ -106,7 +107,7 @@ Json ToJson(const FrameLine& line) {
     decided_by[term] = share;
   }
   Json json{{"index", line.index},
-            {"image", line.image},
+            {"image", JsonName(line.image)},
             {"time_seconds", line.time_seconds},
             {"outcome", OutcomeName(line.outcome)},
             {"reason", line.reason.empty() ? Json() : Json(line.reason)},

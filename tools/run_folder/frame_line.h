@@ -28,7 +28,9 @@ struct FrameLine {
   };
 
   int64_t index = 0;  // in the input, from 0
-  std::string image;  // the picture's name (FrameSource::image_name); empty in older runs
+  // The picture's name (FrameSource::image_name), read from a log as in json_name.h; empty in older
+  // runs.
+  std::string image;
   double time_seconds = 0.0;
   Outcome outcome = Outcome::kAnswered;
   std::string reason;    // empty where learnt

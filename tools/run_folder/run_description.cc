@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/json_fields.h"
+#include "tools/run_folder/json_name.h"
 
 namespace egosieve::tools {
 namespace {
@@ -65,7 +66,7 @@ std::string ToText(const RunDescription& description) {
       {"device", description.device},
       {"seed", description.seed},
       {"input",
-       {{"path", description.input.path},
+       {{"path", JsonName(description.input.path)},
         {"kind", description.input.kind},
         {"fingerprint", description.input.fingerprint},
         {"width_pixels", grid.width},
@@ -86,6 +87,7 @@ std::string ToText(const RunDescription& description) {
       {"started_utc", description.started_utc},
       {"finished_utc", description.finished_utc},
   };
+  if (!description.input.remarks.empty()) json["input"]["remarks"] = description.input.remarks;
   if (!description.maps_from.empty()) json["maps_from"] = description.maps_from;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -105,8 +107,10 @@ absl::StatusOr<RunDescription> RunDescriptionFromText(absl::string_view text) {
   fields.ReadIfThere("maps_from", description.maps_from);
   JsonFields input(fields.Object("input"), "its 'input'");
   input.Read("path", description.input.path);
+  description.input.path = NameFromJson(description.input.path);
   input.Read("kind", description.input.kind);
   input.Read("fingerprint", description.input.fingerprint);
+  input.ReadIfThere("remarks", description.input.remarks);
   input.Read("width_pixels", description.grid.width);
   input.Read("height_pixels", description.grid.height);
   JsonFields maps(fields.Object("maps"), "its 'maps'");

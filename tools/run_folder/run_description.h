@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
@@ -24,9 +25,10 @@ struct RunDescription {
   std::string maps_from;
 
   struct Input {
-    std::string path;         // as given, made absolute
-    std::string kind;         // video, folder, glob, list or stream
-    std::string fingerprint;  // detects another input at the same path
+    std::string path;                       // as given, made absolute
+    std::string kind;                       // video, folder, glob, list or stream
+    std::string fingerprint;                // detects another input at the same path
+    std::vector<std::string> remarks = {};  // FrameSource::remarks
   } input;
 
   kernels::ImageGrid grid;  // of the maps; its width and height are the frames'

@@ -73,6 +73,7 @@ absl::StatusOr<DriveInput> OpenDriveInput(const std::string& path, int64_t from,
     input.description.kind = KindOf(path);
     input.description.fingerprint =
         absl::StrCat(Fingerprint(image), "-", input.frames->expected_frame_count());
+    input.description.remarks = input.frames->remarks();
     return input;
   }
 }

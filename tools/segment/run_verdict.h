@@ -1,4 +1,6 @@
-// Warnings and exit code of a run that reached its end.
+// Warnings and exit code of a run that reached its end: kFramesFailed if frames could not be read,
+// if a video ended early, or if the model learnt from nothing or from fewer than half of the frames
+// (tools/run_folder/doubtful_frames.h).
 #ifndef EGOSIEVE_TOOLS_SEGMENT_RUN_VERDICT_H_
 #define EGOSIEVE_TOOLS_SEGMENT_RUN_VERDICT_H_
 
@@ -7,7 +9,6 @@
 
 #include "tools/cli/exit_code.h"
 #include "tools/segment/drive_writer.h"
-#include "vision/frame/frame_source.h"
 
 namespace egosieve::tools {
 
@@ -16,9 +17,8 @@ struct RunVerdict {
   std::vector<std::string> warnings;  // one line each
 };
 
-// end_warning: EndOfFrames::warning, empty if there is none. source: that of the run, at its end.
-RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_warning,
-                    const vision::FrameSource& source);
+// end_warning: EndOfFrames::warning, empty if there is none.
+RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_warning);
 
 }  // namespace egosieve::tools
 

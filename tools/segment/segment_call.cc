@@ -15,6 +15,7 @@ namespace egosieve::tools {
 namespace {
 
 void TellRemarks(const vision::FrameSource& frames) {
+  for (const std::string& remark : frames.remarks()) Warn(remark);
   const std::vector<std::string> files = frames.files();
   if (files.empty() || vision::HasImageExtension(files.front())) return;
   for (const std::string& remark : vision::RemarksOnVideos(files)) Warn(remark);

@@ -52,9 +52,8 @@ void Tell(const SegmentCall& call, const DriveWriter::Counts& counts, double sec
 }
 
 // The same for a run that has just ended and for one that was finished before.
-ExitCode Judge(const DriveWriter::Counts& counts, const std::string& warning,
-               const DriveInput& input) {
-  const RunVerdict verdict = JudgeRun(counts, warning, *input.frames);
+ExitCode Judge(const DriveWriter::Counts& counts, const std::string& warning) {
+  const RunVerdict verdict = JudgeRun(counts, warning);
   for (const std::string& text : verdict.warnings) Warn(text);
   return verdict.code;
 }
@@ -85,7 +84,7 @@ absl::StatusOr<ExitCode> EndRun(const SegmentCall& call,
                                              " frames in ", call.directory,
                                              " are whole, --resume goes on"));
   }
-  return Judge(counts, summary->warning, input);
+  return Judge(counts, summary->warning);
 }
 
 // Writes the frames that `run` gives to its sink, and how the run ended.
@@ -145,7 +144,7 @@ absl::StatusOr<ExitCode> SegmentOnline(const SegmentCall& call, const DriveInput
   if (!beginning.writer) {
     Tell(call, *beginning.counts, 0.0,
          absl::StrCat(call.directory, " holds the whole run already\n"));
-    return Judge(*beginning.counts, beginning.warning, input);
+    return Judge(*beginning.counts, beginning.warning);
   }
   const vision::PipelineOptions pipeline =
       call.schedule.MakePipeline(threads, beginning.first_frame);

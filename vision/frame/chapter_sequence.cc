@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "kernels/base/exception_status.h"
 #include "kernels/base/status_macros.h"
 #include "vision/frame/video_file.h"
 
@@ -14,11 +15,13 @@ namespace {
 class ChapterSequence : public FrameSource {
  public:
   ChapterSequence(std::vector<std::string> paths, std::string description,
-                  FrameSourceOptions options, int64_t expected_frame_count)
+                  FrameSourceOptions options, int64_t expected_frame_count,
+                  std::vector<std::string> warnings)
       : paths_(std::move(paths)),
         description_(std::move(description)),
         options_(std::move(options)),
-        expected_frame_count_(expected_frame_count) {}
+        expected_frame_count_(expected_frame_count),
+        warnings_(std::move(warnings)) {}
 
   absl::StatusOr<FrameRead> Next() override {
     while (true) {
@@ -98,13 +101,23 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenChapters(std::vector<std::strin
                                                           const std::string& description,
                                                           const FrameSourceOptions& options) {
   int64_t expected = 0;
+  std::vector<std::string> readable, warnings;
+  absl::Status first_error;
   for (const std::string& path : paths) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const auto chapter, OpenVideoFile(path, options));
-    const int64_t count = chapter->expected_frame_count();
+    const auto chapter = OpenVideoFile(path, options);
+    if (!chapter.ok()) {
+      if (kernels::IsOfTheMachine(chapter.status())) return chapter.status();
+      first_error.Update(chapter.status());
+      warnings.push_back(absl::StrCat(chapter.status().message(), "; it is left out"));
+      continue;
+    }
+    readable.push_back(path);
+    const int64_t count = (*chapter)->expected_frame_count();
     expected = expected < 0 || count < 0 ? -1 : expected + count;
   }
-  return std::unique_ptr<FrameSource>(
-      new ChapterSequence(std::move(paths), description, options, expected));
+  if (readable.empty()) return first_error;
+  return std::unique_ptr<FrameSource>(new ChapterSequence(
+      std::move(readable), description, options, expected, std::move(warnings)));
 }
 
 }  // namespace egosieve::vision

@@ -50,6 +50,12 @@ std::string HowToConvert(const std::string& input) {
     return "a recording of ROS is not read itself; './run bag FILE --out=DIR' writes its pictures "
            "and a list of them with their times, DIR/pictures.csv, which is read";
   }
+  if (const std::string kind = UnreadPictureKind(input); !kind.empty()) {
+    return absl::StrCat(kind,
+                        " pictures are not read; convert it to JPEG, with ImageMagick: mogrify "
+                        "-format jpg ",
+                        input);
+  }
   return "";
 }
 
@@ -63,7 +69,8 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenFiles(InputFiles files, const s
   if (!options.times.empty()) {
     EGOSIEVE_ASSIGN_OR_RETURN(times, ReadTimes(options.times, files.paths.size()));
   }
-  return OpenImageSequence(std::move(files.paths), std::move(times), input, options);
+  return OpenImageSequence(std::move(files.paths), std::move(times), std::move(files.remarks),
+                           input, options);
 }
 
 }  // namespace
@@ -134,13 +141,14 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrameSource(const std::string& 
         input, ": neither a file nor a folder; give a video file, a folder of pictures or a glob"));
   }
   if (!options.times.empty()) return TimesOfNoPictures(input);
-  if (HasImageExtension(input)) return OpenImageSequence({input}, {}, input, options);
+  if (HasImageExtension(input)) return OpenImageSequence({input}, {}, {}, input, options);
   if (HasListExtension(input)) {
     EGOSIEVE_ASSIGN_OR_RETURN(FileList list, ReadFileList(input));
     if (HasVideoExtension(list.paths.front())) {
       return OpenChapters(std::move(list.paths), input, options);
     }
-    return OpenImageSequence(std::move(list.paths), std::move(list.times_seconds), input, options);
+    return OpenImageSequence(std::move(list.paths), std::move(list.times_seconds),
+                             std::move(list.remarks), input, options);
   }
   return OpenVideoFile(input, options);
 }

@@ -1,12 +1,13 @@
 // Frames in order, from a video file, a folder or a glob of images or of videos, a list of images
 // (file_list.h) or a single image. Videos of one folder, glob or list are chapters of one drive.
 //
-// Conversions, so that every frame is 8-bit BGR (frame.h): 16-bit values v become round(v / 257),
-// alpha is dropped, grey is replicated. EXIF and container rotations are applied.
+// Conversions, so that every frame is 8-bit BGR (frame.h): 16-bit values v become round(v / 257), or
+// are stretched if the drive uses a part of their range (image_decoding.h); alpha is dropped, grey
+// is replicated. EXIF and container rotations are applied.
 //
 // Image files are read in natural order: runs of digits compare as numbers ("9.png" before
-// "10.png"), all else byte by byte. The index is the file's rank. Files without an image's
-// extension and hidden files are skipped. Images of different sizes are delivered unchanged.
+// "10.png"), all else byte by byte. The index is the file's rank. Which files are read is told in
+// input_files.h. Images of different sizes are delivered unchanged.
 //
 // The times of a video come from its stream. Frame counts in headers are only hints.
 #ifndef EGOSIEVE_VISION_FRAME_FRAME_SOURCE_H_
@@ -75,15 +76,19 @@ class FrameSource {
   // programs refer to it.
   virtual std::string image_name(int64_t index) const;
 
+  // What a user should know of how the input is read, one sentence each: files that are left out,
+  // values that are stretched.
+  virtual std::vector<std::string> remarks() const { return {}; }
+
   // Identifies the input, for logs and to refuse resuming with another input.
   virtual std::string description() const = 0;
 };
 
 // Opens and checks the input. An error states in one line the problem and its remedy.
 //   NotFound         no such file, folder or match of the glob
-//   InvalidArgument  not a video or image (a text file called .mp4), a folder without either, a
-//                    video that opens but delivers no frame, a broken image file that is the only
-//                    one, an invalid list
+//   InvalidArgument  not a video or image (a text file called .mp4), a folder without either or
+//                    with those of several cameras, a video that opens but delivers no frame, a
+//                    broken image file that is the only one, an invalid list
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrameSource(
     const std::string& input, const FrameSourceOptions& options = {});
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -11,10 +12,12 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "kernels/base/exception_status.h"
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
 #include "vision/frame/pixel_limit.h"
 #include "vision/frame/quiet_libraries.h"
+#include "vision/frame/whole_picture.h"
 
 namespace egosieve::vision {
 namespace {
@@ -37,16 +40,79 @@ bool BeginsAsPicture(std::string_view bytes) {
                      [&](std::string_view begin) { return bytes.starts_with(begin); });
 }
 
-// Checked first, since decoders fill missing parts with grey or black and report it on stderr only.
-bool IsCutShort(std::string_view bytes) {
-  constexpr size_t kTrailerBytes = 4096;  // some cameras append a little behind the end marker
-  const size_t tail = bytes.size() > kTrailerBytes ? bytes.size() - kTrailerBytes : 0;
-  const auto ends_with = [&](std::string_view marker) {
-    return bytes.find(marker, tail) != std::string_view::npos;
+// "HEIC" or "AVIF" for their files, whatever the file's name is; else empty.
+std::string KindOfBox(std::string_view bytes) {
+  if (bytes.size() < 12 || bytes.substr(4, 4) != "ftyp") return "";
+  const std::string_view brand = bytes.substr(8, 4);
+  if (brand == "avif" || brand == "avis") return "AVIF";
+  constexpr std::string_view kHeic[] = {"heic", "heix", "heim", "heis", "hevc", "mif1", "msf1"};
+  return std::count(std::begin(kHeic), std::end(kHeic), brand) > 0 ? "HEIC" : "";
+}
+
+// The picture as it is stored, of any type, turned as EXIF says.
+absl::StatusOr<cv::Mat> Decode(const std::string& path) {
+  QuietLibraries();
+  EGOSIEVE_ASSIGN_OR_RETURN(std::string bytes, kernels::ReadFile(path, kMaximumBytes));
+  const auto failed = [&](absl::string_view what) {
+    return absl::DataLossError(absl::StrCat(path, ": ", what));
   };
-  if (bytes.starts_with("\x89PNG")) return !ends_with("IEND");
-  if (bytes.starts_with("\xff\xd8\xff")) return !ends_with("\xff\xd9");
-  return false;
+  if (bytes.empty()) return failed("the file is empty");
+  if (const std::string kind = KindOfBox(bytes); !kind.empty()) {
+    return failed(absl::StrCat("a ", kind, " picture, which is not read; convert it to JPEG"));
+  }
+  if (!BeginsAsPicture(bytes)) return failed("cannot be decoded as a picture");
+  if (const absl::Status size = CheckPixelsOfFile(bytes); !size.ok()) return failed(size.message());
+  if (const absl::Status whole = CheckWhole(bytes); !whole.ok()) return failed(whole.message());
+  cv::Mat picture;
+  try {
+    const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8U, bytes.data());
+    picture = cv::imdecode(row, cv::IMREAD_ANYDEPTH | cv::IMREAD_ANYCOLOR);
+  } catch (const cv::Exception& error) {
+    return failed(absl::StrCat("cannot be decoded (", error.err, ")"));
+  }
+  if (picture.empty()) return failed("cannot be decoded as a picture");
+  return picture;
+}
+
+double FullScale(int depth) { return depth == CV_16U ? 65535.0 : 1.0; }
+
+// Appends values of the picture without alpha, at most kMostValues, evenly spaced.
+void Sample(const cv::Mat& picture, std::vector<double>& values) {
+  constexpr size_t kMostValues = 1 << 16;
+  const size_t step = picture.total() / kMostValues + 1;
+  const int colours = std::min(picture.channels(), 3);
+  for (size_t place = 0; place < picture.total(); place += step) {
+    const int y = static_cast<int>(place / picture.cols),
+              x = static_cast<int>(place % picture.cols);
+    for (int c = 0; c < colours; ++c) {
+      const int at = x * picture.channels() + c;
+      const double value = picture.depth() == CV_16U   ? picture.ptr<uint16_t>(y)[at]
+                           : picture.depth() == CV_32F ? picture.ptr<float>(y)[at]
+                                                       : picture.ptr<double>(y)[at];
+      if (std::isfinite(value)) values.push_back(value);
+    }
+  }
+}
+
+std::optional<ValueRange> RangeOf(std::vector<double>& values, int depth) {
+  constexpr double kTail = 0.001;
+  const bool are_bytes = depth == CV_16U && std::all_of(values.begin(), values.end(), [](double v) {
+                           return std::fmod(v, 257.0) == 0.0;
+                         });
+  if (values.empty() || are_bytes) return std::nullopt;
+  const auto quantile = [&](double share) {
+    const auto at =
+        values.begin() + static_cast<int64_t>(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+  };
+  const ValueRange range = {quantile(kTail), quantile(1.0 - kTail)};
+  const double scale = FullScale(depth);
+  const bool fits = range.low >= 0.0 && range.high <= scale;
+  if (!(range.high > range.low) || (fits && range.high - range.low >= scale / 2)) {
+    return std::nullopt;
+  }
+  return range;
 }
 
 }  // namespace
@@ -58,7 +124,17 @@ bool HasImageExtension(const std::string& path) {
          kImageExtensions.end();
 }
 
-absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture) {
+std::string UnreadPictureKind(const std::string& path) {
+  constexpr std::string_view kKinds[] = {".heic", ".heif", ".avif", ".jxl", ".dng",
+                                         ".cr2",  ".cr3",  ".nef",  ".arw", ".raf"};
+  const std::string extension =
+      absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
+  const bool is_one = std::count(std::begin(kKinds), std::end(kKinds), extension) > 0;
+  return is_one ? absl::AsciiStrToUpper(extension.substr(1)) : "";
+}
+
+absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture,
+                                          const std::optional<ValueRange>& range) {
   if (picture.empty()) return absl::InvalidArgumentError("the picture has no pixels");
   EGOSIEVE_RETURN_IF_ERROR(CheckPixels(picture.cols, picture.rows));
   cv::Mat bytes;
@@ -67,11 +143,14 @@ absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture) {
       bytes = picture;
       break;
     case CV_16U:
-      picture.convertTo(bytes, CV_8U, 1.0 / 257.0);
-      break;
     case CV_32F:
     case CV_64F:
-      picture.convertTo(bytes, CV_8U, 255.0);
+      if (range) {
+        const double scale = 255.0 / (range->high - range->low);
+        picture.convertTo(bytes, CV_8U, scale, -range->low * scale);
+      } else {
+        picture.convertTo(bytes, CV_8U, 255.0 / FullScale(picture.depth()));
+      }
       break;
     default:
       return absl::InvalidArgumentError(
@@ -95,31 +174,31 @@ absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture) {
   }
 }
 
-absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path) {
-  QuietLibraries();
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes, kernels::ReadFile(path, kMaximumBytes));
-  if (bytes.empty()) return absl::DataLossError(absl::StrCat(path, ": the file is empty"));
-  if (!BeginsAsPicture(bytes))
-    return absl::DataLossError(absl::StrCat(path, ": cannot be decoded as a picture"));
-  if (IsCutShort(bytes))
-    return absl::DataLossError(absl::StrCat(path, ": the picture is cut short"));
-  if (const absl::Status size = CheckPixelsOfFile(bytes); !size.ok()) {
-    return absl::DataLossError(absl::StrCat(path, ": ", size.message()));
-  }
-  cv::Mat picture;
-  try {
-    const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
-    picture = cv::imdecode(row, cv::IMREAD_ANYDEPTH | cv::IMREAD_ANYCOLOR);
-  } catch (const cv::Exception& error) {
-    return absl::DataLossError(absl::StrCat(path, ": cannot be decoded (", error.err, ")"));
-  }
-  if (picture.empty())
-    return absl::DataLossError(absl::StrCat(path, ": cannot be decoded as a picture"));
-  absl::StatusOr<DecodedImage> converted = ConvertToBgr(picture);
+absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path,
+                                             const std::optional<ValueRange>& range) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const cv::Mat picture, Decode(path));
+  absl::StatusOr<DecodedImage> converted = ConvertToBgr(picture, range);
   if (!converted.ok()) {
     return absl::DataLossError(absl::StrCat(path, ": ", converted.status().message()));
   }
   return converted;
+}
+
+absl::StatusOr<std::optional<ValueRange>> RangeOfDrive(const std::vector<std::string>& paths) {
+  constexpr size_t kMostPictures = 32;
+  const size_t count = std::min(paths.size(), kMostPictures);
+  std::vector<double> values;
+  int depth = -1;
+  for (size_t i = 0; i < count; ++i) {
+    const size_t index = count == 1 ? 0 : i * (paths.size() - 1) / (count - 1);
+    const absl::StatusOr<cv::Mat> picture = Decode(paths[index]);
+    if (kernels::IsOfTheMachine(picture.status())) return picture.status();
+    if (!picture.ok()) continue;
+    if (depth < 0) depth = picture->depth();
+    if (depth != CV_16U && depth != CV_32F && depth != CV_64F) break;
+    if (picture->depth() == depth) Sample(*picture, values);
+  }
+  return RangeOf(values, depth);
 }
 
 }  // namespace egosieve::vision

@@ -1,9 +1,18 @@
 // Decodes picture files to 8-bit BGR, by the conversions of vision/frame/frame_source.h.
+//
+// Values of 16 bits or float of which a drive uses a small part (counts of a thermal camera, 12 bits
+// of a machine camera) are stretched, by one range for the whole drive:
+//
+//   v' = 255 (v - low) / (high - low),  clamped to 0 .. 255
+//
+// low and high are the .001 and .999 quantiles of sampled values.
 #ifndef EGOSIEVE_VISION_FRAME_IMAGE_DECODING_H_
 #define EGOSIEVE_VISION_FRAME_IMAGE_DECODING_H_
 
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -15,17 +24,31 @@ struct DecodedImage {
   bool is_grey = false;
 };
 
+struct ValueRange {
+  double low = 0.0, high = 0.0;  // low < high
+};
+
 // True for the file name extensions of pictures, in upper or lower case.
 bool HasImageExtension(const std::string& path);
 
-// Converts a picture of 1, 3 or 4 channels, with 8 or 16 bits or float values in [0, 1].
-// InvalidArgument for other types, naming the type.
-absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture);
+// "HEIC" for a file name extension of pictures that are not read; empty for all others.
+std::string UnreadPictureKind(const std::string& path);
+
+// Converts a picture of 1, 3 or 4 channels, with 8 or 16 bits or float values in [0, 1]; with
+// `range`, 16 bits and floats are stretched. InvalidArgument for other types, naming the type.
+absl::StatusOr<DecodedImage> ConvertToBgr(const cv::Mat& picture,
+                                          const std::optional<ValueRange>& range = {});
 
 // Errors of kernels/files/atomic_file.h if the file cannot be read. DataLoss, naming the file, if
-// it is empty, truncated or not a picture. A PNG or JPEG without the end that its format requires
-// counts as truncated.
-absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path);
+// it is empty, damaged, cut short (whole_picture.h) or not a picture.
+absl::StatusOr<DecodedImage> DecodeImageFile(const std::string& path,
+                                             const std::optional<ValueRange>& range = {});
+
+// The range by which the pictures of a drive are to be stretched: of values of up to 32 of them,
+// evenly spaced. None if the first readable one has 8 bits, if the values use half of the format's
+// range or more, if they are bytes in 16 bits (257 v), or if they are all equal. Damaged pictures
+// are passed over. Errors: as of DecodeImageFile, those of the machine alone.
+absl::StatusOr<std::optional<ValueRange>> RangeOfDrive(const std::vector<std::string>& paths);
 
 }  // namespace egosieve::vision
 

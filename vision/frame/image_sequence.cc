@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "kernels/base/exception_status.h"
+#include "kernels/base/status_macros.h"
 #include "vision/frame/image_decoding.h"
 
 namespace egosieve::vision {
@@ -28,12 +31,22 @@ fs::path RootOf(const std::string& input, const std::vector<std::string>& paths)
   return root;
 }
 
+std::string RemarkOnRange(const ValueRange& range) {
+  return absl::StrFormat(
+      "the pictures use a part of their range; values from %g to %g become 0 to 255, in all of "
+      "them alike",
+      range.low, range.high);
+}
+
 class ImageSequence : public FrameSource {
  public:
   ImageSequence(std::vector<std::string> paths, std::vector<double> times_seconds,
+                std::vector<std::string> remarks, const std::optional<ValueRange>& range,
                 std::string description, double rate_hz)
       : paths_(std::move(paths)),
         times_seconds_(std::move(times_seconds)),
+        remarks_(std::move(remarks)),
+        range_(range),
         description_(std::move(description)),
         rate_hz_(rate_hz),
         root_(RootOf(description_, paths_)) {}
@@ -42,7 +55,7 @@ class ImageSequence : public FrameSource {
     const int64_t count = static_cast<int64_t>(paths_.size());
     if (next_index_ >= count) return FrameRead(EndOfFrames{count, ""});
     const int64_t index = next_index_;
-    absl::StatusOr<DecodedImage> decoded = DecodeImageFile(paths_[index]);
+    absl::StatusOr<DecodedImage> decoded = DecodeImageFile(paths_[index], range_);
     if (kernels::IsOfTheMachine(decoded.status())) return decoded.status();
     ++next_index_;
     if (!decoded.ok()) {
@@ -72,10 +85,13 @@ class ImageSequence : public FrameSource {
     return (root_.empty() ? path : path.lexically_relative(root_)).string();
   }
   std::string description() const override { return description_; }
+  std::vector<std::string> remarks() const override { return remarks_; }
 
  private:
   const std::vector<std::string> paths_;
   const std::vector<double> times_seconds_;
+  const std::vector<std::string> remarks_;
+  const std::optional<ValueRange> range_;
   const std::string description_;
   const double rate_hz_;
   const fs::path root_;
@@ -86,14 +102,18 @@ class ImageSequence : public FrameSource {
 
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenImageSequence(std::vector<std::string> paths,
                                                                std::vector<double> times_seconds,
+                                                               std::vector<std::string> remarks,
                                                                const std::string& description,
                                                                const FrameSourceOptions& options) {
   std::string first_reason;
   for (const std::string& path : paths) {
     const absl::StatusOr<DecodedImage> decoded = DecodeImageFile(path);
     if (decoded.ok()) {
-      return std::unique_ptr<FrameSource>(new ImageSequence(
-          std::move(paths), std::move(times_seconds), description, options.nominal_rate_hz));
+      EGOSIEVE_ASSIGN_OR_RETURN(const auto range, RangeOfDrive(paths));
+      if (range) remarks.push_back(RemarkOnRange(*range));
+      return std::unique_ptr<FrameSource>(
+          new ImageSequence(std::move(paths), std::move(times_seconds), std::move(remarks), range,
+                            description, options.nominal_rate_hz));
     }
     if (kernels::IsOfTheMachine(decoded.status())) return decoded.status();
     if (first_reason.empty()) first_reason = std::string(decoded.status().message());

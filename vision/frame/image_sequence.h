@@ -1,5 +1,6 @@
 // Frames from picture files, in the order given. times_seconds: one per file; empty: times of the
-// nominal rate. InvalidArgument if none of the files can be read.
+// nominal rate. remarks: those on the files (FrameSource::remarks). InvalidArgument if none of the
+// files can be read.
 #ifndef EGOSIEVE_VISION_FRAME_IMAGE_SEQUENCE_H_
 #define EGOSIEVE_VISION_FRAME_IMAGE_SEQUENCE_H_
 
@@ -14,6 +15,7 @@ namespace egosieve::vision {
 
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenImageSequence(std::vector<std::string> paths,
                                                                std::vector<double> times_seconds,
+                                                               std::vector<std::string> remarks,
                                                                const std::string& description,
                                                                const FrameSourceOptions& options);
 

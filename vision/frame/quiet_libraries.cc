@@ -5,6 +5,10 @@
 #include <opencv2/core/utility.hpp>
 #include <opencv2/core/utils/logger.hpp>
 
+extern "C" {
+#include <libavutil/log.h>
+}
+
 namespace egosieve::vision {
 namespace {
 
@@ -21,6 +25,7 @@ void QuietLibraries() {
     }
     constexpr const char* kQuiet = "-8";  // AV_LOG_QUIET
     setenv("OPENCV_FFMPEG_LOGLEVEL", kQuiet, /*overwrite=*/0);
+    av_log_set_level(AV_LOG_QUIET);
   });
 }
 

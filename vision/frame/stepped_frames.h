@@ -26,6 +26,7 @@ class SteppedFrames : public FrameSource {
   int64_t expected_frame_count() const override { return source_->expected_frame_count(); }
   std::vector<std::string> files() const override { return source_->files(); }
   std::string image_name(int64_t index) const override { return source_->image_name(index); }
+  std::vector<std::string> remarks() const override { return source_->remarks(); }
   std::string description() const override { return source_->description(); }
 
  private:

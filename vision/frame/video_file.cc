@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <opencv2/videoio.hpp>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -13,24 +14,20 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/display.h>
+#include <libswscale/swscale.h>
 }
 
 #include "absl/strings/str_cat.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
+#include "vision/frame/av_input.h"
 #include "vision/frame/image_decoding.h"
 #include "vision/frame/pixel_limit.h"
 #include "vision/frame/quiet_libraries.h"
 
 namespace egosieve::vision {
 namespace {
-
-// The clockwise rotation that the container requests, 0 to 270 degrees. OpenCV 4.6 alone has it
-// with the wrong sign (its issue 22088), and so turns phone video upside down.
-int DegreesToTurn(const cv::VideoCapture& capture) {
-  const auto degrees = static_cast<int>(capture.get(cv::CAP_PROP_ORIENTATION_META));
-  constexpr bool kIsInverted = CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR == 6;
-  return (kIsInverted ? 360 - degrees % 360 : 360 + degrees) % 360;
-}
 
 cv::Mat Turned(const cv::Mat& picture, int degrees) {
   constexpr cv::RotateFlags kTurns[] = {cv::ROTATE_90_CLOCKWISE, cv::ROTATE_180,
@@ -39,6 +36,37 @@ cv::Mat Turned(const cv::Mat& picture, int degrees) {
   cv::Mat turned;
   cv::rotate(picture, turned, kTurns[degrees / 90 - 1]);
   return turned;
+}
+
+struct FreePacket {
+  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+};
+struct FreeFrame {
+  void operator()(AVFrame* frame) const { av_frame_free(&frame); }
+};
+struct FreeDecoder {
+  void operator()(AVCodecContext* decoder) const { avcodec_free_context(&decoder); }
+};
+struct FreeScaler {
+  void operator()(SwsContext* scaler) const { sws_freeContext(scaler); }
+};
+using Packet = std::unique_ptr<AVPacket, FreePacket>;
+
+// The clockwise rotation that the container requests, 0 to 270 degrees.
+int DegreesToTurn(const AVStream& stream) {
+  const uint8_t* matrix = nullptr;
+#if LIBAVFORMAT_VERSION_INT >= AV_VERSION_INT(60, 15, 100)
+  const AVPacketSideData* data =
+      av_packet_side_data_get(stream.codecpar->coded_side_data, stream.codecpar->nb_coded_side_data,
+                              AV_PKT_DATA_DISPLAYMATRIX);
+  if (data != nullptr && data->size >= 9 * sizeof(int32_t)) matrix = data->data;
+#else
+  matrix = av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr);
+#endif
+  if (matrix == nullptr) return 0;
+  const double anticlockwise = av_display_rotation_get(reinterpret_cast<const int32_t*>(matrix));
+  if (!std::isfinite(anticlockwise)) return 0;
+  return static_cast<int>((360 - std::lround(anticlockwise) % 360) % 360);
 }
 
 // The positions of the frames of a video, read from its packets without decoding.
@@ -52,27 +80,24 @@ cv::Mat Turned(const cv::Mat& picture, int degrees) {
 // have no index. Cost: the file is read once.
 class VideoIndex {
  public:
-  // The index of the stream that a player would show; nothing without a reliable one.
+  // The index of the stream that a player shows; nothing without a reliable one.
   static std::optional<VideoIndex> Read(const std::string& path);
 
-  int64_t size() const { return static_cast<int64_t>(seconds_.size()); }
-  // The time of a frame since the stream's start.
-  double seconds(int64_t frame) const { return seconds_[frame]; }
-  int64_t KeyOf(int64_t frame) const;
-  // The frame with this time; nothing if none is within a quarter of the distance to its
-  // neighbours.
-  std::optional<int64_t> FrameAt(double seconds) const;
+  int64_t size() const { return static_cast<int64_t>(times_.size()); }
+  int64_t time(int64_t frame) const { return times_[frame]; }
+  int64_t KeyOf(int64_t frame) const {
+    return *(std::upper_bound(keys_.begin(), keys_.end(), frame) - 1);
+  }
+  // The frame with this time; nothing if there is none.
+  std::optional<int64_t> FrameAt(int64_t time) const {
+    const auto found = std::lower_bound(times_.begin(), times_.end(), time);
+    if (found == times_.end() || *found != time) return std::nullopt;
+    return found - times_.begin();
+  }
 
  private:
-  std::vector<double> seconds_;  // of each frame, ascending
-  std::vector<int64_t> keys_;    // frames, ascending; the first is 0
-};
-
-struct CloseInput {
-  void operator()(AVFormatContext* context) const { avformat_close_input(&context); }
-};
-struct FreePacket {
-  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+  std::vector<int64_t> times_;  // of each frame, ascending, in units of the stream's time base
+  std::vector<int64_t> keys_;   // frames, ascending; the first is 0
 };
 
 struct Entry {
@@ -81,35 +106,25 @@ struct Entry {
 };
 
 // In the order of the file; empty if one of them is not reliable.
-std::vector<Entry> ReadEntries(AVFormatContext* context, int stream) {
-  const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
+std::vector<Entry> ReadEntries(AvInput& input) {
+  const Packet packet(av_packet_alloc());
   std::vector<Entry> entries;
   int code = 0;
-  while (packet != nullptr && (code = av_read_frame(context, packet.get())) >= 0) {
-    if (packet->stream_index == stream) {
-      if (packet->pts == AV_NOPTS_VALUE ||
-          (packet->flags & (AV_PKT_FLAG_CORRUPT | AV_PKT_FLAG_DISCARD)) != 0) {
-        return {};
-      }
-      entries.push_back({packet->pts, (packet->flags & AV_PKT_FLAG_KEY) != 0});
+  while (packet != nullptr && (code = input.Read(packet.get())) >= 0) {
+    if (packet->pts == AV_NOPTS_VALUE ||
+        (packet->flags & (AV_PKT_FLAG_CORRUPT | AV_PKT_FLAG_DISCARD)) != 0) {
+      return {};
     }
-    av_packet_unref(packet.get());
+    entries.push_back({packet->pts, (packet->flags & AV_PKT_FLAG_KEY) != 0});
   }
   if (code != AVERROR_EOF) entries.clear();
   return entries;
 }
 
 std::optional<VideoIndex> VideoIndex::Read(const std::string& path) {
-  AVFormatContext* opened = nullptr;
-  if (avformat_open_input(&opened, path.c_str(), nullptr, nullptr) < 0) return std::nullopt;
-  const std::unique_ptr<AVFormatContext, CloseInput> context(opened);
-  if (avformat_find_stream_info(opened, nullptr) < 0) return std::nullopt;
-  const int stream = av_find_best_stream(opened, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
-  if (stream < 0) return std::nullopt;
-  for (unsigned i = 0; i < opened->nb_streams; ++i) {
-    if (static_cast<int>(i) != stream) opened->streams[i]->discard = AVDISCARD_ALL;
-  }
-  std::vector<Entry> entries = ReadEntries(opened, stream);
+  const std::unique_ptr<AvInput> input = AvInput::Open(path, 0);
+  if (input == nullptr) return std::nullopt;
+  std::vector<Entry> entries = ReadEntries(*input);
   if (entries.empty() || !entries.front().is_key) return std::nullopt;
   const int64_t first_time = entries.front().time;
   std::sort(entries.begin(), entries.end(),
@@ -119,33 +134,12 @@ std::optional<VideoIndex> VideoIndex::Read(const std::string& path) {
       std::adjacent_find(entries.begin(), entries.end(),
                          [](const Entry& a, const Entry& b) { return a.time == b.time; });
   if (twice != entries.end()) return std::nullopt;
-  const AVStream& of = *opened->streams[stream];
-  const int64_t start = of.start_time == AV_NOPTS_VALUE ? first_time : of.start_time;
   VideoIndex index;
   for (const Entry& entry : entries) {
     if (entry.is_key) index.keys_.push_back(index.size());
-    index.seconds_.push_back(static_cast<double>(entry.time - start) * av_q2d(of.time_base));
+    index.times_.push_back(entry.time);
   }
   return index;
-}
-
-int64_t VideoIndex::KeyOf(int64_t frame) const {
-  return *(std::upper_bound(keys_.begin(), keys_.end(), frame) - 1);
-}
-
-std::optional<int64_t> VideoIndex::FrameAt(double seconds) const {
-  const auto behind = std::lower_bound(seconds_.begin(), seconds_.end(), seconds);
-  int64_t nearest = std::min<int64_t>(behind - seconds_.begin(), size() - 1);
-  if (nearest > 0 && seconds - seconds_[nearest - 1] < std::abs(seconds_[nearest] - seconds)) {
-    --nearest;
-  }
-  constexpr double kShare = 0.25;
-  const double distance = std::abs(seconds_[nearest] - seconds);
-  for (const int64_t neighbour : {nearest - 1, nearest + 1}) {
-    if (neighbour < 0 || neighbour >= size()) continue;
-    if (distance > kShare * std::abs(seconds_[neighbour] - seconds_[nearest])) return std::nullopt;
-  }
-  return nearest;
 }
 
 // The size of a file; the same number for all inputs that are not files.
@@ -154,53 +148,99 @@ std::uintmax_t SizeOf(const std::string& path) {
   return std::filesystem::file_size(path, error);
 }
 
+// Decoded pictures as 8-bit BGR, converted as the program ffmpeg converts them: by the matrix and
+// range that each picture names, whatever its size and format.
+class BgrConverter {
+ public:
+  // Empty if libswscale cannot convert it. The result is valid until the next call.
+  cv::Mat Convert(const AVFrame& frame) {
+    const auto format = static_cast<AVPixelFormat>(frame.format);
+    const Kind kind{frame.width, frame.height, frame.format, frame.colorspace, frame.color_range};
+    if (scaler_ == nullptr || !(kind == kind_)) {
+      scaler_.reset(sws_getContext(frame.width, frame.height, format, frame.width, frame.height,
+                                   AV_PIX_FMT_BGR24, SWS_BICUBIC, nullptr, nullptr, nullptr));
+      if (scaler_ == nullptr) return {};
+      SetColours(frame);
+      kind_ = kind;
+    }
+    // libswscale writes whole vectors beyond the end of a row.
+    constexpr int kAligned = 64;
+    const int step = (3 * frame.width + 2 * kAligned - 1) / kAligned * kAligned;
+    pixels_.create(frame.height + 1, step, CV_8U);
+    uint8_t* rows[4] = {pixels_.data};
+    const int steps[4] = {step};
+    if (sws_scale(scaler_.get(), frame.data, frame.linesize, 0, frame.height, rows, steps) !=
+        frame.height) {
+      return {};
+    }
+    return {frame.height, frame.width, CV_8UC3, pixels_.data, static_cast<size_t>(step)};
+  }
+
+ private:
+  struct Kind {
+    int width = 0, height = 0, format = -1, matrix = 0, range = 0;
+    bool operator==(const Kind&) const = default;
+  };
+
+  void SetColours(const AVFrame& frame) {
+    int *matrix = nullptr, *to = nullptr;
+    int full = 0, to_full = 0, brightness = 0, contrast = 0, saturation = 0;
+    if (sws_getColorspaceDetails(scaler_.get(), &matrix, &full, &to, &to_full, &brightness,
+                                 &contrast, &saturation) < 0) {
+      return;  // not from YUV
+    }
+    const int* from =
+        frame.colorspace == AVCOL_SPC_UNSPECIFIED ? matrix : sws_getCoefficients(frame.colorspace);
+    if (frame.color_range != AVCOL_RANGE_UNSPECIFIED) full = frame.color_range == AVCOL_RANGE_JPEG;
+    sws_setColorspaceDetails(scaler_.get(), from, full, to, to_full, brightness, contrast,
+                             saturation);
+  }
+
+  std::unique_ptr<SwsContext, FreeScaler> scaler_;
+  Kind kind_;
+  cv::Mat pixels_;
+};
+
 // Up to this distance, frames are decoded and dropped instead of jumped over.
 constexpr int64_t kFar = 64;
+// A jump goes to a key frame at least so many frames before the one that is needed: the first
+// frames behind a key frame may refer to frames before it.
+constexpr int64_t kBefore = 16;
 
 class VideoFile : public FrameSource {
  public:
   // timeout_seconds: for a stream; 0: no timeout.
   VideoFile(std::string path, double nominal_rate_hz, int timeout_seconds = 0)
       : path_(std::move(path)),
-        nominal_rate_hz_(nominal_rate_hz),
+        rate_hz_(nominal_rate_hz),
         timeout_seconds_(timeout_seconds),
         bytes_(SizeOf(path_)),
         has_looked_for_index_(timeout_seconds > 0) {}
 
   absl::Status Open() {
-    try {
-      std::vector<int> parameters;
-      if (timeout_seconds_ > 0) {
-        const int milliseconds = 1000 * timeout_seconds_;
-        parameters = {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, milliseconds,  //
-                      cv::CAP_PROP_READ_TIMEOUT_MSEC, milliseconds};
-      }
-      capture_.open(path_, cv::CAP_FFMPEG, parameters);
-      if (!capture_.isOpened()) {
-        return absl::InvalidArgumentError(
-            absl::StrCat(path_,
-                         ": not a video that FFmpeg can decode; give a video file, a folder of "
-                         "pictures or a glob"));
-      }
-      capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0.0);
-      degrees_ = DegreesToTurn(capture_);
-      if (const absl::Status size =
-              CheckPixels(std::llround(capture_.get(cv::CAP_PROP_FRAME_WIDTH)),
-                          std::llround(capture_.get(cv::CAP_PROP_FRAME_HEIGHT)));
-          !size.ok()) {
-        return absl::InvalidArgumentError(absl::StrCat(path_, ": ", size.message()));
-      }
-      const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
-      if (count >= 1 && count < 1e9) expected_frame_count_ = std::llround(count);
-      const double rate = capture_.get(cv::CAP_PROP_FPS);
-      if (rate > 0 && rate < 1e6) nominal_rate_hz_ = rate;
-    } catch (const cv::Exception& error) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(path_, ": cannot be opened (", error.err, ")"));
+    input_ = AvInput::Open(path_, timeout_seconds_);
+    decoder_.reset();
+    const AVCodec* codec =
+        input_ == nullptr ? nullptr : avcodec_find_decoder(input_->video()->codecpar->codec_id);
+    if (codec != nullptr) decoder_.reset(avcodec_alloc_context3(codec));
+    if (decoder_ == nullptr ||
+        avcodec_parameters_to_context(decoder_.get(), input_->video()->codecpar) < 0) {
+      return NoVideo();
     }
+    const AVStream& video = *input_->video();
+    if (const absl::Status size = CheckPixels(decoder_->width, decoder_->height); !size.ok()) {
+      return absl::InvalidArgumentError(absl::StrCat(path_, ": ", size.message()));
+    }
+    decoder_->pkt_timebase = video.time_base;
+    decoder_->thread_count = kernels::MaximumThreads();
+    if (avcodec_open2(decoder_.get(), codec, nullptr) < 0) return NoVideo();
+    degrees_ = DegreesToTurn(video);
+    const double rate = av_q2d(av_guess_frame_rate(input_->context(), input_->video(), nullptr));
+    if (rate > 0.0 && rate < 1e6) rate_hz_ = rate;
+    if (expected_frame_count_ < 0) expected_frame_count_ = CountSaid(video);
+    start_ = video.start_time;
     position_ = 0;
-    ended_ = false;
-    has_jumped_ = has_other_times_ = false;
+    ended_ = is_drained_ = has_jumped_ = has_other_times_ = is_cut_short_ = false;
     return absl::OkStatus();
   }
 
@@ -242,28 +282,41 @@ class VideoFile : public FrameSource {
   std::string description() const override { return path_; }
 
  private:
+  absl::Status NoVideo() const {
+    if (timeout_seconds_ == 0 && LacksSampleTable(path_)) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          path_,
+          ": cut short: the recording was never closed and has no table of its frames; a repair "
+          "program such as untrunc may recover it"));
+    }
+    return absl::InvalidArgumentError(
+        absl::StrCat(path_,
+                     ": not a video that FFmpeg can decode; give a video file, a folder of "
+                     "pictures or a glob"));
+  }
+
+  // What the header says, or its duration; -1 if it says neither.
+  int64_t CountSaid(const AVStream& video) const {
+    if (video.nb_frames > 0) return video.nb_frames;
+    const int64_t duration = input_->context()->duration;
+    if (duration <= 0 || duration == AV_NOPTS_VALUE) return -1;
+    const double count = static_cast<double>(duration) / AV_TIME_BASE * rate_hz_;
+    return count >= 1.0 && count < 1e9 ? std::llround(count) : -1;
+  }
+
   // Jumps to a key frame before a frame far ahead, or before the last one, if the video has an
   // index; else does nothing.
   absl::Status Approach(int64_t index) {
     if (!index_ || !may_jump_) return absl::OkStatus();
-    const int64_t key = index_->KeyOf(std::min(index, index_->size() - 1));
+    const int64_t wanted = index_->KeyOf(std::min(index, index_->size() - 1));
+    const int64_t key = index_->KeyOf(std::max<int64_t>(wanted - kBefore, 0));
     if (key <= position_ + kFar) return absl::OkStatus();
     has_jumped_ = true;
-    return JumpBefore(key) ? absl::OkStatus() : Open();
-  }
-
-  // Grabs one of the kFar frames before `key`; false if that fails. OpenCV seeks by time, to a key
-  // frame at least 16 frames before the requested one. So the delivered frames do not include
-  // frames that precede their key frame in presentation and refer to frames before it.
-  bool JumpBefore(int64_t key) {
-    const double wanted = std::floor(index_->seconds(key) * nominal_rate_hz_) - 2.0;
-    try {
-      if (!(wanted > 0.0) || !capture_.set(cv::CAP_PROP_POS_FRAMES, wanted)) return false;
-    } catch (const cv::Exception&) {
-      return false;
-    }
-    ended_ = false;
-    return Grab() && !has_other_times_ && position_ <= key && position_ > key - kFar;
+    if (!input_->SeekTo(index_->time(key))) return Open();
+    avcodec_flush_buffers(decoder_.get());
+    is_drained_ = ended_ = false;
+    if (Grab() && !has_other_times_ && position_ <= wanted) return absl::OkStatus();
+    return Open();
   }
 
   void GrabUntil(int64_t index) {
@@ -271,28 +324,35 @@ class VideoFile : public FrameSource {
     }
   }
 
+  // Decodes the next picture into frame_; false at the end.
   bool Grab() {
-    for (int64_t attempts = AttemptsToGrab(); !ended_ && attempts > 0; --attempts) {
-      try {
-        if (!capture_.grab()) continue;
-      } catch (const cv::Exception&) {
+    if (ended_ || frame_ == nullptr || packet_ == nullptr) return false;
+    while (true) {
+      const int code = avcodec_receive_frame(decoder_.get(), frame_.get());
+      if (code >= 0) break;
+      if (code == AVERROR_EOF || is_drained_) {
         ended_ = true;
-        break;
+        return false;
       }
-      const int64_t index = IndexGrabbed();
-      seconds_ = Seconds(index);
-      position_ = index + 1;
-      return true;
+      Feed();
     }
-    ended_ = true;
-    return false;
+    const int64_t index = IndexGrabbed();
+    seconds_ = Seconds(index);
+    position_ = index + 1;
+    return true;
   }
 
-  // For callers of OpenCV a packet that cannot be decoded looks like the end; the next call
-  // continues after it.
-  int64_t AttemptsToGrab() const {
-    if (timeout_seconds_ > 0) return 1;
-    return index_ ? std::max<int64_t>(index_->size() - position_, 1) : kFar;
+  // Gives the decoder the next packet, or at the end none. Packets that it refuses are left out.
+  void Feed() {
+    const int code = input_->Read(packet_.get());
+    if (code < 0) {
+      is_cut_short_ |= code != AVERROR_EOF;
+      is_drained_ = true;
+      avcodec_send_packet(decoder_.get(), nullptr);
+      return;
+    }
+    ends_within_a_packet_ = (packet_->flags & AV_PKT_FLAG_CORRUPT) != 0;
+    avcodec_send_packet(decoder_.get(), packet_.get());
   }
 
   // Frames that cannot be decoded are not delivered, and those after them keep their index. If a
@@ -300,32 +360,26 @@ class VideoFile : public FrameSource {
   // there on.
   int64_t IndexGrabbed() {
     if (!index_) return position_;
-    const std::optional<int64_t> index =
-        index_->FrameAt(capture_.get(cv::CAP_PROP_POS_MSEC) / 1000.0);
+    const std::optional<int64_t> index = index_->FrameAt(frame_->best_effort_timestamp);
     if (index && *index >= position_) return *index;
     has_other_times_ = has_jumped_;
     if (!has_jumped_) index_.reset();
     return position_;
   }
 
-  // The time of the frame that was just grabbed.
+  // The time of the frame that was just grabbed: its own where that is later than the last one's.
   double Seconds(int64_t index) {
-    const double milliseconds = capture_.get(cv::CAP_PROP_POS_MSEC);
-    return index > 0 && !(milliseconds > 0) ? static_cast<double>(index) / nominal_rate_hz_
-                                            : milliseconds / 1000.0;
+    const int64_t time = frame_->best_effort_timestamp;
+    const double following = index == 0 ? 0.0 : seconds_ + 1.0 / rate_hz_;
+    if (time == AV_NOPTS_VALUE) return following;
+    if (start_ == AV_NOPTS_VALUE) start_ = time;
+    const double own = static_cast<double>(time - start_) * av_q2d(input_->video()->time_base);
+    return index_ || index == 0 || own > seconds_ ? own : following;
   }
 
   absl::StatusOr<Frame> Retrieve(int64_t index) {
-    cv::Mat picture;
-    try {
-      capture_.retrieve(picture);
-    } catch (const cv::Exception&) {
-      picture.release();
-    }
-    if (picture.empty()) {
-      return absl::DataLossError(CannotBeDecoded(index));
-    }
-    // The decoder reuses its buffer for the next frame.
+    const cv::Mat picture = converter_.Convert(*frame_);
+    if (picture.empty()) return absl::DataLossError(CannotBeDecoded(index));
     absl::StatusOr<DecodedImage> decoded = ConvertToBgr(Turned(picture, degrees_));
     if (!decoded.ok()) return decoded.status();
     Frame frame;
@@ -341,28 +395,34 @@ class VideoFile : public FrameSource {
   }
 
   EndOfFrames End() const {
-    EndOfFrames end{position_, "", position_ > 0 ? seconds_ + 1.0 / nominal_rate_hz_ : 0.0};
-    if (expected_frame_count_ > position_) {
-      end.warning =
-          absl::StrCat(path_, ": ended after ", position_, " frames where its header says ",
-                       expected_frame_count_, "; it may be cut short");
-    } else if (SizeOf(path_) != bytes_) {
+    EndOfFrames end{position_, "", position_ > 0 ? seconds_ + 1.0 / rate_hz_ : 0.0};
+    if (timeout_seconds_ > 0) return end;
+    if (SizeOf(path_) != bytes_) {
       end.warning = absl::StrCat(path_, ": changed while it was read; read it again once it stays");
+    } else if (is_cut_short_ || ends_within_a_packet_ || EndsWithinAPart(path_)) {
+      end.warning = absl::StrCat(path_, ": cut short; it ended after ", position_, " frames");
     }
     return end;
   }
 
   const std::string path_;
-  double nominal_rate_hz_;
+  double rate_hz_;  // nominal; the stream's own once it is open
   const int timeout_seconds_;
   const std::uintmax_t bytes_;  // when first opened
-  cv::VideoCapture capture_;
+  std::unique_ptr<AvInput> input_;
+  std::unique_ptr<AVCodecContext, FreeDecoder> decoder_;
+  const Packet packet_{av_packet_alloc()};
+  const std::unique_ptr<AVFrame, FreeFrame> frame_{av_frame_alloc()};  // the last grabbed
+  BgrConverter converter_;
   int64_t expected_frame_count_ = -1;
   int degrees_ = 0;         // clockwise rotation applied to pictures
+  int64_t start_ = 0;       // the stream's first time, in units of its time base
   double seconds_ = 0.0;    // of the last frame grabbed
   int64_t position_ = 0;    // index after the last frame grabbed
   int64_t next_index_ = 0;  // returned by Next(); ahead of position_ after a seek
   bool ended_ = false;
+  bool is_drained_ = false;  // no packets are left
+  bool is_cut_short_ = false, ends_within_a_packet_ = false;
   bool has_looked_for_index_;
   bool has_jumped_ = false, has_other_times_ = false;  // since the video was opened
   bool may_jump_ = true;

@@ -12,27 +12,11 @@ extern "C" {
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/time.h"
+#include "vision/frame/av_input.h"
 #include "vision/frame/quiet_libraries.h"
 
 namespace egosieve::vision {
 namespace {
-
-struct CloseInput {
-  void operator()(AVFormatContext* context) const { avformat_close_input(&context); }
-};
-using Input = std::unique_ptr<AVFormatContext, CloseInput>;
-
-// Null if the file is not a video. `video`: its stream.
-Input Open(const std::string& path, const AVStream** video) {
-  AVFormatContext* opened = nullptr;
-  if (avformat_open_input(&opened, path.c_str(), nullptr, nullptr) < 0) return nullptr;
-  Input context(opened);
-  if (avformat_find_stream_info(opened, nullptr) < 0) return nullptr;
-  const int stream = av_find_best_stream(opened, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
-  if (stream < 0) return nullptr;
-  *video = opened->streams[stream];
-  return context;
-}
 
 void AddOnPictures(const std::string& path, const AVCodecParameters& video,
                    std::vector<std::string>& remarks) {
@@ -99,11 +83,10 @@ std::vector<std::string> RemarksOnVideos(const std::vector<std::string>& paths) 
   std::vector<std::string> remarks;
   std::vector<Span> spans;
   for (const std::string& path : paths) {
-    const AVStream* video = nullptr;
-    const Input context = Open(path, &video);
-    if (context == nullptr) break;
-    if (&path == &paths.front()) AddOnPictures(path, *video->codecpar, remarks);
-    const std::optional<Span> span = SpanOf(*context);
+    const std::unique_ptr<AvInput> input = AvInput::Open(path, 0);
+    if (input == nullptr) break;
+    if (&path == &paths.front()) AddOnPictures(path, *input->video()->codecpar, remarks);
+    const std::optional<Span> span = SpanOf(*input->context());
     if (!span) break;
     spans.push_back(*span);
   }

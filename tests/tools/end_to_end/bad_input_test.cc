@@ -150,7 +150,7 @@ TEST_F(BadInput, AFolderOfBrokenImages) {
 TEST_F(BadInput, AFolderWithOneFrame) {
   WriteFrames(1);
   const ProgramOutcome outcome = Segment(input_);
-  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.code, 4) << outcome.err;
   EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("every map is the prior"));
   EXPECT_THAT(outcome.err, HasSubstr("two at least"));
@@ -237,7 +237,7 @@ TEST_F(BadInput, NothingButGrey) {
   for (int i = 0; i < 5; ++i)
     cv::imwrite(Frame(i), cv::Mat(96, 160, CV_8UC3, cv::Scalar::all(128)));
   const ProgramOutcome outcome = Segment(input_);
-  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.code, 4) << outcome.err;
   EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("every map is the prior"));
   const std::vector<FrameLine> lines = ExpectAnswered(5);

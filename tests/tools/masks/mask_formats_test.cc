@@ -81,6 +81,27 @@ TEST_F(MasksTest, OfNerfstudio) {
   }
 }
 
+// As programs on Windows and instant-ngp's converter write them.
+TEST_F(MasksTest, OfNerfstudioWithBackslashesAndWithoutExtensions) {
+  const FakeRun run = WriteFakeRun(root_ + "/drive");
+  for (const char* form : {"frames\\%06d.png", ".\\frames\\%06d", "./frames/%06d"}) {
+    nlohmann::json transforms;
+    for (int i = 0; i < 6; ++i) {
+      const auto format = absl::ParsedFormat<'d'>::New(form);
+      transforms["frames"].push_back({{"file_path", absl::StrFormat(*format, i)}});
+    }
+    ASSERT_TRUE(WriteFileAtomically(root_ + "/drive/transforms.json", transforms.dump()).ok());
+    ASSERT_EQ(Masks({run.folder.path(), "--for=nerfstudio", "--overwrite"}).code, 0) << form;
+    const nlohmann::json copy = nlohmann::json::parse(*ReadFile(out_ + "/transforms.json"));
+    ASSERT_EQ(copy.at("frames").size(), 6u);
+    for (int i = 0; i < 6; ++i) {
+      const nlohmann::json& frame = copy.at("frames")[i];
+      EXPECT_EQ(frame.at("file_path"), absl::StrFormat("../drive/frames/%06d.png", i));
+      EXPECT_EQ(Differences(Read(frame.at("mask_path")), Made(run, "masks", i) == 0), 0);
+    }
+  }
+}
+
 TEST_F(MasksTest, OfInstantNgpWithPictures) {
   const FakeRun run = WriteFakeRun(root_ + "/drive");
   ASSERT_EQ(Masks({run.folder.path(), "--for=instant-ngp", "--frames=" + out_}).code, 0);
@@ -121,6 +142,25 @@ TEST_F(MasksTest, OfDavis) {
   for (int y = 0; y < ids.rows; ++y) {
     for (int x = 0; x < ids.cols; ++x) ASSERT_EQ(shown(y, x), colour_of(ids(y, x)));
   }
+}
+
+TEST_F(MasksTest, OfPicturesWhoseNamesAreNotUtf8) {
+  const FakeRun run = WriteFakeRun(root_ + "/drive");
+  fs::rename(run.frames + "/000005.png", run.frames + "/000005\xdf.png");
+  ASSERT_EQ(Masks({run.folder.path(), "--for=colmap"}).code, 0);
+  EXPECT_EQ(Differences(Read("000005\xdf.png.png"), Made(run, "masks", 5) == 0), 0);
+  out_ = root_ + "/coco";
+  ASSERT_EQ(Masks({run.folder.path(), "--for=coco"}).code, 0);
+  const nlohmann::json json = nlohmann::json::parse(*ReadFile(out_ + "/annotations.json"));
+  EXPECT_EQ(json.at("images")[5].at("file_name"), "000005%DF.png");
+
+  out_ = root_ + "/long";
+  fs::rename(run.frames + "/000005\xdf.png",
+             run.frames + "/000005" + std::string(240, 'n') + ".png");
+  const CommandOutcome long_name = Masks({run.folder.path(), "--for=instant-ngp"});
+  EXPECT_EQ(long_name.code, 2);
+  EXPECT_THAT(long_name.err, testing::HasSubstr("more than 255 bytes"));
+  EXPECT_FALSE(fs::exists(out_));
 }
 
 TEST_F(MasksTest, OfCoco) {

@@ -17,6 +17,20 @@ BEGIN = 1_700_000_000_000_000_000  # nanoseconds
 STEP = 50_000_000
 COLOUR = (10, 20, 200)  # blue, green, red
 TOPICS = ("/cam/raw", "/cam/jpeg", "/cam/grey")
+PLAIN = {"8UC1": 9, "8UC3": COLOUR, "16UC1": 9000, "16UC3": (100, 2000, 30000)}
+
+
+def plain_messages(store, extra, step):
+    """Two pictures, `step` apart, in each encoding that tells the type of the values alone."""
+    for number in (0, 1):
+        time = BEGIN + number * step
+        header = store.types["std_msgs/msg/Header"](stamp=store.types["builtin_interfaces/msg/Time"](time // 10**9, time % 10**9), frame_id="", **extra)
+        for encoding, value in PLAIN.items():
+            channels, depth = int(encoding[-1]), np.uint16 if encoding.startswith("16") else np.uint8
+            picture = np.full((4, 6, channels), value, depth)
+            picture[0, 0] = number
+            data = picture.reshape(-1).view(np.uint8)
+            yield "/" + encoding, store.types["sensor_msgs/msg/Image"](header, 4, 6, encoding, 0, len(data) // 4, data)
 
 
 def messages(store, extra):
@@ -35,11 +49,11 @@ def messages(store, extra):
         yield TOPICS[2], image(header, 4, 6, "mono16", 0, 12, grey.view(np.uint8).reshape(-1))
 
 
-def fill(writer, store, serialize, extra, topics):
+def fill(writer, store, serialize, recorded, topics):
     """Writes the topics' messages, each recorded a nanosecond after the one before."""
     connections = {}
-    for number, (topic, message) in enumerate(messages(store, extra)):
-        if topic not in topics:
+    for number, (topic, message) in enumerate(recorded):
+        if topics and topic not in topics:
             continue
         if topic not in connections:
             connections[topic] = writer.add_connection(topic, message.__msgtype__, typestore=store)
@@ -64,14 +78,21 @@ class BagPictures(unittest.TestCase):
         """A bag of ROS 1."""
         store = get_typestore(Stores.ROS1_NOETIC)
         with Writer1(self.root / "a.bag") as writer:
-            fill(writer, store, store.serialize_ros1, {"seq": 0}, topics)
+            fill(writer, store, store.serialize_ros1, messages(store, {"seq": 0}), topics)
         return self.root / "a.bag"
+
+    def plain(self, step):
+        """A bag of ROS 1 with a topic for each of PLAIN."""
+        store = get_typestore(Stores.ROS1_NOETIC)
+        with Writer1(self.root / f"plain_{step}.bag") as writer:
+            fill(writer, store, store.serialize_ros1, plain_messages(store, {"seq": 0}, step), ())
+        return self.root / f"plain_{step}.bag"
 
     def ros2(self, plugin):
         """A recording of ROS 2."""
         store = get_typestore(Stores.ROS2_HUMBLE)
         with Writer2(self.root / plugin.name, version=9, storage_plugin=plugin) as writer:
-            fill(writer, store, store.serialize_cdr, {}, TOPICS)
+            fill(writer, store, store.serialize_cdr, messages(store, {}), TOPICS)
         return self.root / plugin.name
 
     def test_every_recording_gives_the_same_pictures_and_times(self):
@@ -93,6 +114,22 @@ class BagPictures(unittest.TestCase):
         _, _, out = self.run_script(path, "--topic=/cam/grey")
         picture = cv2.imread(str(out / "pictures" / "000000.png"), cv2.IMREAD_UNCHANGED)
         np.testing.assert_array_equal(picture, np.full((4, 6, 3), 7 * 257, np.uint16))
+
+    def test_reads_encodings_that_tell_the_type_of_the_values_alone(self):
+        path = self.plain(STEP)
+        for encoding, value in PLAIN.items():
+            with self.subTest(encoding=encoding):
+                code, said, out = self.run_script(path, f"--topic=/{encoding}")
+                self.assertEqual(code, 0, said)
+                picture = cv2.imread(str(out / "pictures" / "000001.png"), cv2.IMREAD_UNCHANGED)
+                self.assertEqual(picture.dtype, np.uint16 if encoding.startswith("16") else np.uint8)
+                np.testing.assert_array_equal(picture[1:], np.full((3, 6, 3), value, picture.dtype))
+
+    def test_refuses_equal_times(self):
+        code, said, out = self.run_script(self.plain(0), "--topic=/8UC1")
+        self.assertEqual(code, 3)
+        self.assertIn("two pictures of /8UC1 have equal times, 1700000000.0", said)
+        self.assertFalse(out.exists())
 
     def test_takes_the_only_topic(self):
         self.assertEqual(self.run_script(self.ros1(TOPICS[:1]))[0], 0)

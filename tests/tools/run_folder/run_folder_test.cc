@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "gmock/gmock.h"
@@ -12,6 +13,7 @@
 #include "tests/tools/testing/fresh_folder.h"
 #include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/former_run.h"
+#include "tools/run_folder/json_name.h"
 #include "tools/run_folder/map_image.h"
 
 namespace egosieve::tools {
@@ -66,6 +68,39 @@ TEST(FrameLine, NumbersThatAreNotFiniteAndBrokenTextSurvive) {
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_TRUE(std::isnan(read->log_likelihood_per_point));
   EXPECT_THAT(read->reason, HasSubstr("\"name\""));
+}
+
+// JSON holds UTF-8 alone.
+TEST(JsonName, NamesOfAnyBytesComeBack) {
+  for (const std::string name :
+       {"", "plain.jpg", "per%d.jpg", "100%.jpg", "line\nbreak.jpg", "q\".jpg",
+        "stra\xc3\x9f"
+        "e.jpg",
+        "\xf0\x9f\x9a\x97.png",
+        "stra\xdf"
+        "e.jpg",
+        "50%\xff", "\xc3", "\xed\xa0\x80", "\xc0\xaf", "\xf4\x90\x80\x80", "\xe0\x80\x80",
+        "a\xf0\x9f\x9a"}) {
+    const std::string text = JsonName(name);
+    EXPECT_NO_THROW(static_cast<void>(nlohmann::json(text).dump())) << text;
+    EXPECT_EQ(NameFromJson(text), name);
+  }
+  EXPECT_EQ(JsonName("per%d.jpg"), "per%d.jpg");
+  EXPECT_EQ(JsonName("50%\xdf\xc3\x9f.jpg"), "50%25%DF\xc3\x9f.jpg");
+
+  FrameLine line;
+  line.image =
+      "stra\xdf"
+      "e.jpg";
+  EXPECT_EQ(FrameLineFromText(ToText(line))->image, "stra%DFe.jpg");
+  RunDescription run;
+  run.grid = {8, 6, 2};
+  run.input.path =
+      "/drives/stra\xdf"
+      "e";
+  run.input.remarks = {"2 HEIC files are left out"};
+  EXPECT_EQ(RunDescriptionFromText(ToText(run))->input.path, run.input.path);
+  EXPECT_EQ(RunDescriptionFromText(ToText(run))->input.remarks, run.input.remarks);
 }
 
 TEST(FrameLine, DamageNamesTheField) {

@@ -3,6 +3,7 @@
 #define EGOSIEVE_TESTS_VISION_FRAME_FOLDER_TEST_H_
 
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 #include "gtest/gtest.h"
@@ -21,6 +22,10 @@ class FolderTest : public ::testing::Test {
   }
 
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+
+  void WriteText(const std::string& name, const std::string& text) const {
+    std::ofstream(Path(name), std::ios::binary) << text;
+  }
 
   std::filesystem::path folder_;
 };

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "tests/vision/frame/folder_test.h"
-#include "vision/frame/pixel_limit.h"
 #include "vision/frame/stepped_frames.h"
 #include "vision/frame/written_video.h"
 
@@ -26,10 +25,6 @@ class FrameSourceTest : public FolderTest {
  protected:
   void WriteImage(const std::string& name, const cv::Mat& image) const {
     ASSERT_TRUE(cv::imwrite(Path(name), image));
-  }
-
-  void WriteText(const std::string& name, const std::string& text) const {
-    std::ofstream(Path(name)) << text;
   }
 
   // A video whose frame k is noise around 10 k + 20 grey.
@@ -47,13 +42,6 @@ class FrameSourceTest : public FolderTest {
 };
 
 cv::Mat Solid(int type, const cv::Scalar& value) { return cv::Mat(6, 8, type, value); }
-
-// A number of `size` bytes, the highest first.
-std::string BigEndian(int64_t value, int size) {
-  std::string bytes;
-  for (int i = size - 1; i >= 0; --i) bytes.push_back(static_cast<char>(value >> (8 * i)));
-  return bytes;
-}
 
 std::string MessageOf(const absl::Status& status) { return std::string(status.message()); }
 
@@ -111,25 +99,6 @@ TEST_F(FrameSourceTest, FolderInNaturalOrderWithTimesAndEnd) {
   }
 }
 
-TEST_F(FrameSourceTest, EveryPixelFormatBecomesEightBitBgr) {
-  WriteImage("0.png", Solid(CV_8UC1, cv::Scalar(7)));
-  WriteImage("1.png", Solid(CV_16UC1, cv::Scalar(257 * 200)));
-  WriteImage("2.png", Solid(CV_16UC3, cv::Scalar(257 * 1, 257 * 2, 257 * 3)));
-  WriteImage("3.png", Solid(CV_8UC4, cv::Scalar(1, 2, 3, 0)));
-  WriteImage("4.png", Solid(CV_16UC4, cv::Scalar(257, 514, 771, 65535)));
-  auto source = OpenFrameSource(Path("*.png"));
-  ASSERT_TRUE(source.ok()) << source.status();
-  const cv::Vec3b expected[] = {{7, 7, 7}, {200, 200, 200}, {1, 2, 3}, {1, 2, 3}, {1, 2, 3}};
-  for (int index = 0; index < 5; ++index) {
-    const auto read = (*source)->Next();
-    ASSERT_TRUE(read.ok() && std::holds_alternative<Frame>(*read)) << index;
-    const Frame& frame = std::get<Frame>(*read);
-    ASSERT_EQ(frame.image.type(), CV_8UC3) << index;
-    EXPECT_EQ(frame.image.at<cv::Vec3b>(3, 3), expected[index]) << index;
-    EXPECT_EQ(frame.is_grey, index < 2) << index;
-  }
-}
-
 TEST_F(FrameSourceTest, ImagesOfDifferentSizesAreDelivered) {
   WriteImage("a.png", cv::Mat(6, 8, CV_8UC3, cv::Scalar::all(1)));
   WriteImage("b.png", cv::Mat(12, 5, CV_8UC3, cv::Scalar::all(1)));
@@ -137,30 +106,6 @@ TEST_F(FrameSourceTest, ImagesOfDifferentSizesAreDelivered) {
   ASSERT_TRUE(source.ok());
   EXPECT_EQ(std::get<Frame>(*(*source)->Next()).image.size(), cv::Size(8, 6));
   EXPECT_EQ(std::get<Frame>(*(*source)->Next()).image.size(), cv::Size(5, 12));
-}
-
-TEST_F(FrameSourceTest, DamagedPicturesAreReportedAndSkipped) {
-  cv::Mat noise(64, 64, CV_8UC3);
-  cv::theRNG().state = 1;
-  cv::randu(noise, 0, 255);
-  for (const char* name : {"0.png", "1.png", "2.jpg", "4.png"}) WriteImage(name, noise);
-  fs::resize_file(Path("1.png"), fs::file_size(Path("1.png")) / 2);
-  fs::resize_file(Path("2.jpg"), fs::file_size(Path("2.jpg")) / 2);
-  WriteText("3.png", "");
-  auto source = OpenFrameSource(folder_.string());
-  ASSERT_TRUE(source.ok());
-  for (int index = 0; index < 5; ++index) {
-    const auto read = (*source)->Next();
-    ASSERT_TRUE(read.ok());
-    if (index == 0 || index == 4) {
-      ASSERT_TRUE(std::holds_alternative<Frame>(*read)) << index;
-      EXPECT_EQ(std::get<Frame>(*read).index, index);
-    } else {
-      ASSERT_TRUE(std::holds_alternative<DamagedFrame>(*read)) << index;
-      EXPECT_EQ(std::get<DamagedFrame>(*read).index, index);
-      EXPECT_THAT(std::get<DamagedFrame>(*read).reason, HasSubstr(std::to_string(index) + "."));
-    }
-  }
 }
 
 TEST_F(FrameSourceTest, ErrorsNameTheInputAndWhatToDo) {
@@ -273,15 +218,6 @@ TEST_F(FrameSourceTest, VideoWithoutFramesIsAnError) {
   EXPECT_EQ(source.status().code(), absl::StatusCode::kInvalidArgument);
 }
 
-// GDCM, a decoder behind OpenCV, ends the process on these bytes.
-TEST_F(FrameSourceTest, WhatIsNoPictureReachesNoOtherDecoder) {
-  const std::string dicom =
-      std::string(128, '\0') + "DICM" + std::string("\0\0\xff\xd8SVD\xae\x42\x60\x82", 11);
-  std::ofstream(Path("dicom.png"), std::ios::binary) << dicom;
-  EXPECT_THAT(std::string(OpenFrameSource(Path("dicom.png")).status().message()),
-              HasSubstr("cannot be decoded as a picture"));
-}
-
 TEST_F(FrameSourceTest, NothingIsPrinted) {
   WriteText("fake.mp4", std::string(5000, 'x'));
   WriteVideo("v.avi", 6);
@@ -297,37 +233,6 @@ TEST_F(FrameSourceTest, NothingIsPrinted) {
   }
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
   EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
-}
-
-TEST(PixelLimit, TakesWhatCamerasGive) {
-  EXPECT_TRUE(CheckPixels(7680, 4320).ok());
-  EXPECT_TRUE(CheckPixels(15360, 8640).ok());
-  EXPECT_FALSE(CheckPixels(30000, 30000).ok());
-  EXPECT_FALSE(CheckPixels(int64_t{1} << 32, int64_t{1} << 32).ok());
-}
-
-// A few bytes may say that gigabytes follow: refused before anything is decoded.
-TEST_F(FrameSourceTest, PicturesOfTooManyPixelsAreRefusedByTheirHeader) {
-  std::vector<uint8_t> png, jpeg;
-  cv::imencode(".png", Solid(CV_8UC1, 9), png);
-  cv::imencode(".jpg", Solid(CV_8UC3, 9), jpeg);
-  const std::string side = BigEndian(30000, 4), half = BigEndian(30000, 2);
-  std::copy(side.begin(), side.end(), png.begin() + 16);
-  std::copy(side.begin(), side.end(), png.begin() + 20);
-  const std::string frame_header = "\xff\xc0";
-  const auto sof = std::search(jpeg.begin(), jpeg.end(), frame_header.begin(), frame_header.end(),
-                               [](uint8_t a, char b) { return a == static_cast<uint8_t>(b); });
-  ASSERT_NE(sof, jpeg.end());
-  std::copy(half.begin(), half.end(), sof + 5);
-  std::copy(half.begin(), half.end(), sof + 7);
-  WriteText("big.png", std::string(png.begin(), png.end()));
-  WriteText("big.jpg", std::string(jpeg.begin(), jpeg.end()));
-  for (const char* name : {"big.png", "big.jpg"}) {
-    const auto source = OpenFrameSource(Path(name));
-    ASSERT_FALSE(source.ok()) << name;
-    EXPECT_THAT(MessageOf(source.status()), HasSubstr("30000 x 30000 pixels are more than"));
-    EXPECT_THAT(MessageOf(source.status()), HasSubstr(name));
-  }
 }
 
 TEST_F(FrameSourceTest, AVideoThatIsNotAllThereIsFoundOut) {

@@ -1,4 +1,4 @@
-// Inputs as people have them: nested folders, lists with times, chapters, turned phone video.
+// Inputs as people have them: nested folders, masks beside pictures, chapters, turned phone video.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -11,68 +11,20 @@
 #include <string>
 #include <vector>
 
-#include "tests/vision/frame/folder_test.h"
-#include "vision/frame/frame_source.h"
+#include "tests/vision/frame/input_test.h"
 
 namespace egosieve::vision {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
+using ::testing::ElementsAreArray;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 
-class InputFormsTest : public FolderTest {
- protected:
-  // A picture all of whose pixels have the value.
-  void WritePicture(const std::string& name, int value) const {
-    fs::create_directories((folder_ / name).parent_path());
-    ASSERT_TRUE(cv::imwrite(Path(name), cv::Mat3b(8, 12, cv::Vec3b::all(value))));
-  }
-
-  void WriteText(const std::string& name, const std::string& text) const {
-    std::ofstream(Path(name)) << text;
-  }
-
-  // Grey values 10 k of the frames, from `first` on.
-  void WriteVideo(const std::string& name, int first, int count, double rate_hz) const {
-    fs::create_directories((folder_ / name).parent_path());
-    cv::VideoWriter video(Path(name), cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), rate_hz,
-                          cv::Size(64, 32));
-    for (int i = first; i < first + count; ++i) video << cv::Mat3b(32, 64, cv::Vec3b::all(10 * i));
-  }
-
-  std::string ErrorOf(const std::string& name, const FrameSourceOptions& options = {}) const {
-    return std::string(OpenFrameSource(Path(name), options).status().message());
-  }
-};
-
-struct Seen {
-  std::vector<int> values;  // of the frames' first pixels, to the next ten
-  std::vector<double> times;
-  std::vector<std::string> names;
-};
-
-Seen ReadAll(FrameSource& source) {
-  Seen seen;
-  while (true) {
-    const absl::StatusOr<FrameRead> read = source.Next();
-    if (!read.ok() || !std::holds_alternative<Frame>(*read)) return seen;
-    const Frame& frame = std::get<Frame>(*read);
-    EXPECT_EQ(frame.index, static_cast<int64_t>(seen.values.size()));
-    seen.values.push_back((frame.image.at<cv::Vec3b>(4, 4)[0] + 5) / 10 * 10);
-    seen.times.push_back(frame.time_seconds);
-    seen.names.push_back(source.image_name(frame.index));
-  }
-}
-
-Seen ReadAllOf(const std::string& input, const FrameSourceOptions& options = {}) {
-  const auto source = OpenFrameSource(input, options);
-  EXPECT_TRUE(source.ok()) << source.status();
-  return source.ok() ? ReadAll(**source) : Seen();
-}
-
-TEST_F(InputFormsTest, FoldersBelowAreReadWhereTheFolderHoldsNoPictures) {
+TEST_F(InputTest, FoldersBelowAreReadWhereTheFolderHoldsNoPictures) {
   WritePicture("cam10/1.png", 40);
   WritePicture("cam2/10.png", 30);
   WritePicture("cam2/9.png", 20);
@@ -86,76 +38,110 @@ TEST_F(InputFormsTest, FoldersBelowAreReadWhereTheFolderHoldsNoPictures) {
   EXPECT_THAT(ReadAllOf(folder_.string()).names, ElementsAre("0.png"));
 }
 
-TEST_F(InputFormsTest, NamesOfAGlobAreRelativeToTheFolderThatAllShare) {
+TEST_F(InputTest, NamesOfAGlobAreRelativeToTheFolderThatAllShare) {
   WritePicture("a/x/1.png", 10);
   WritePicture("a/y/1.png", 20);
   EXPECT_THAT(ReadAllOf(Path("*/*/*.png")).names, ElementsAre("x/1.png", "y/1.png"));
   EXPECT_THAT(ReadAllOf(Path("a/x/*.png")).names, ElementsAre("1.png"));
 }
 
-TEST_F(InputFormsTest, ListsGiveOrderAndTimes) {
-  WritePicture("rgb/b.png", 10);
-  WritePicture("rgb/a.png", 20);
-  WriteText("rgb.txt",
-            "# color images\n# timestamp filename\n1305031102.175304 rgb/b.png\n\n"
-            "1305031102.211214 rgb/a.png\n");
-  const Seen tum = ReadAllOf(Path("rgb.txt"));
-  EXPECT_THAT(tum.values, ElementsAre(10, 20));
-  EXPECT_THAT(tum.times, ElementsAre(1305031102.175304, 1305031102.211214));
-
-  WritePicture("cam0/data/140.png", 30);
-  WritePicture("cam0/data/141.png", 40);
-  WriteText("cam0/data.csv",
-            "#timestamp [ns],filename\r\n1403636579763555584,140.png\r\n"
-            "1403636579813555456,141.png\r\n");
-  const Seen euroc = ReadAllOf(Path("cam0/data.csv"));
-  EXPECT_THAT(euroc.names, ElementsAre("140.png", "141.png"));
-  EXPECT_NEAR(euroc.times[1] - euroc.times[0], 0.049999872, 1e-6);
-
-  WriteText("names.csv", "file,time\nrgb/a.png,0.5\nrgb/b.png,0.7\n");
-  EXPECT_THAT(ReadAllOf(Path("names.csv")).times, ElementsAre(0.5, 0.7));
-  WriteText("bare.txt", "rgb/a.png\nrgb/b.png\n");
-  EXPECT_THAT(ReadAllOf(Path("bare.txt")).times, ElementsAre(0.0, 0.1));
+TEST_F(InputTest, MasksBesideThePicturesAreNoFrames) {
+  const std::vector<std::vector<std::string>> kinds = {
+      {"0001.jpg", "dynamic_mask_0001.png"}, {"0001.jpg", "mask_0001.png"},
+      {"0001.jpg", "0001_mask.png"},         {"0001.jpg", "0001.png"},
+      {"0001.jpg", "0001.jpg.png"},          {"0001.png", "0001_depth.png"},
+      {"0001.jpg", "DynamicMask0001.png"},   {"images/0001.jpg", "masks/0001.jpg.png"},
+      {"rgb/0001.png", "depth/0001.png"},    {"JPEGImages/0001.jpg", "Annotations/0001.png"},
+      {"images/0001.jpg", "sky_masks/1.png"}};
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    const std::string folder = std::string("k") + std::to_string(i);
+    WritePicture(folder + "/" + kinds[i][0], 10);
+    WritePicture(folder + "/" + kinds[i][1], 200);
+    EXPECT_THAT(ReadAllOf(Path(folder)).names, ElementsAre(kinds[i][0]));
+    EXPECT_THAT(RemarksOf(folder), ElementsAre(HasSubstr(kinds[i][1]))) << kinds[i][1];
+  }
+  EXPECT_THAT(ReadAllOf(Path("k0/*g")).names, ElementsAre("0001.jpg"));
+  // Pictures of masks alone are what the user gives.
+  EXPECT_THAT(ReadAllOf(Path("k7/masks")).names, ElementsAre("0001.jpg.png"));
+  EXPECT_THAT(RemarksOf("k7/masks/"), ElementsAre(HasSubstr("these are masks")));
+  WritePicture("unmasked/unmasked_1.png", 10);
+  WritePicture("unmasked/2.png", 10);
+  EXPECT_EQ(ReadAllOf(Path("unmasked")).values.size(), 2u);
 }
 
-TEST_F(InputFormsTest, TimesOfAFolderComeFromAFile) {
-  WritePicture("image_2/0.png", 10);
-  WritePicture("image_2/1.png", 20);
-  WriteText("times.txt", "0.000000e+00\n1.036220e-01\n");
-  FrameSourceOptions options;
-  options.times = Path("times.txt");
-  EXPECT_THAT(ReadAllOf(Path("image_2"), options).times, ElementsAre(0.0, 0.103622));
-  WriteText("times.txt", "2011-09-26 13:02:25.25\n2011-09-26 13:02:25.5\n");
-  const Seen raw = ReadAllOf(Path("image_2"), options);
-  EXPECT_NEAR(raw.times[1] - raw.times[0], 0.25, 1e-6);
-
-  WriteText("times.txt", "0\n");
-  EXPECT_THAT(ErrorOf("image_2", options), HasSubstr("has 1 times for 2 pictures"));
-  WriteText("times.txt", "0.5\n0.5\n");
-  EXPECT_THAT(ErrorOf("image_2", options), HasSubstr("line 2: the time 0.5 does not come after"));
-  WriteText("times.txt", "0.5\nsoon\n");
-  EXPECT_THAT(ErrorOf("image_2", options), HasSubstr("line 2: 'soon' is no time"));
-  options.times = Path("none.txt");
-  EXPECT_THAT(ErrorOf("image_2", options), HasSubstr("none.txt"));
+TEST_F(InputTest, PicturesOfOtherCamerasAndSizesAreNoFrames) {
+  for (const char* folder : {"data/images/", "data/images_2/", "data/images_4/", "rig/cam0/",
+                             "rig/cam1/", "parts/images/", "times/1.5/", "times/2.5/"}) {
+    for (const char* name : {"f_1.png", "f_2.png"}) WritePicture(std::string(folder) + name, 10);
+  }
+  EXPECT_THAT(ReadAllOf(Path("data")).names, ElementsAre("images/f_1.png", "images/f_2.png"));
+  EXPECT_THAT(RemarksOf("data"), ElementsAre(HasSubstr("images_2 are left out as copies"),
+                                             HasSubstr("images_4 are left out as copies")));
+  EXPECT_THAT(ErrorOf("rig"), AllOf(HasSubstr("rig/cam0 and "), HasSubstr("several cameras")));
+  EXPECT_THAT(ErrorOf("times"), HasSubstr("several cameras"));
+  EXPECT_EQ(ReadAllOf(Path("rig/*/*.png")).values.size(), 4u);
+  // What goes on in a further folder is one drive, and so are folders of one picture each.
+  for (const char* name : {"f_3.png", "f_4.png"}) {
+    WritePicture(std::string("parts/images_2/") + name, 10);
+  }
+  EXPECT_EQ(ReadAllOf(Path("parts")).values.size(), 4u);
+  for (const char* name : {"single/1/a.png", "single/2/a.png"}) WritePicture(name, 10);
+  EXPECT_EQ(ReadAllOf(Path("single")).values.size(), 2u);
+  for (const char* name : {"1_left.png", "1_right.png", "2_left.png", "2_right.png"}) {
+    WritePicture(std::string("stereo/") + name, 10);
+  }
+  EXPECT_THAT(ErrorOf("stereo"), HasSubstr("two series of files in one folder"));
+  for (const char* name : {"card/1_F.avi", "card/1_R.avi", "card/2_F.avi", "card/2_R.avi"}) {
+    WriteVideo(name, 1, 2, 10.0);
+  }
+  EXPECT_THAT(ErrorOf("card"), HasSubstr("two series of files in one folder"));
+  EXPECT_EQ(ReadAllOf(Path("card/*F.avi")).values.size(), 4u);
+  EXPECT_THAT(ReadAllOf(Path("stereo/*left.png")).names, ElementsAre("1_left.png", "2_left.png"));
 }
 
-TEST_F(InputFormsTest, ListsSayWhatIsWrongWithThem) {
-  WritePicture("a.png", 10);
-  WritePicture("b.png", 10);
-  const auto error = [&](const std::string& text) {
-    WriteText("list.txt", text);
-    return ErrorOf("list.txt");
-  };
-  EXPECT_THAT(error("# nothing\n\n"), HasSubstr("the list names no picture"));
-  EXPECT_THAT(error("0.1 a.png\n0.2 c.png\n"), HasSubstr("line 2: no such file"));
-  EXPECT_THAT(error("0.2 a.png\n0.1 b.png\n"), HasSubstr("line 2: the time 0.1 does not come"));
-  EXPECT_THAT(error("0.2 a.png\nb.png\n"), HasSubstr("line 2: some lines have a time"));
-  EXPECT_THAT(error("a.png\n0.2 b.png\n"), HasSubstr("line 2: some lines have a time"));
-  EXPECT_THAT(error("0.0\n0.1\n"), HasSubstr("line 1: a time without a picture"));
-  EXPECT_THAT(error("0.1,a.png\nx,y\n"), HasSubstr("line 2: neither"));
+TEST_F(InputTest, WhatIsPassedOverIsCounted) {
+  WritePicture("day/1.jpg", 10);
+  for (const char* name : {"day/2.HEIC", "day/3.HEIC", "day/4.avif", "phone/1.heic"}) {
+    fs::create_directories((folder_ / name).parent_path());
+    WriteText(name, std::string("\0\0\0\x18", 4) + "ftypheic0000");
+  }
+  WriteVideo("day/5.avi", 1, 2, 10.0);
+  EXPECT_EQ(ReadAllOf(Path("day")).values.size(), 1u);
+  EXPECT_THAT(RemarksOf("day"),
+              ElementsAre(HasSubstr("1 AVIF files are left out; convert"),
+                          HasSubstr("2 HEIC files are left out; convert"), HasSubstr("1 videos")));
+  EXPECT_THAT(ErrorOf("phone"), HasSubstr("1 HEIC files are left out; convert"));
+  EXPECT_THAT(ErrorOf("phone/1.heic"), HasSubstr("HEIC pictures are not read; convert"));
+  fs::copy_file(Path("phone/1.heic"), Path("phone/1.jpg"));
+  EXPECT_THAT(ErrorOf("phone"), HasSubstr("1.jpg: a HEIC picture"));
 }
 
-TEST_F(InputFormsTest, WhatIsNotReadSaysWhatWouldBe) {
+TEST_F(InputTest, LinksToFoldersAreFollowed) {
+  WritePicture("elsewhere/1.png", 10);
+  fs::create_directories(Path("drive"));
+  fs::create_directory_symlink(folder_ / "elsewhere", folder_ / "drive" / "images");
+  fs::create_directory_symlink(folder_ / "drive", folder_ / "drive" / "circle");
+  EXPECT_THAT(ReadAllOf(Path("drive")).names, ElementsAre("images/1.png"));
+}
+
+TEST_F(InputTest, NamesAreAnyBytes) {
+  const std::vector<std::string> names = {"$(id).png",
+                                          "-dash.png",
+                                          "[1].png",
+                                          "a;b.png",
+                                          "l\nb.png",
+                                          "per%d.png",
+                                          "q\".png",
+                                          "stra\xdf"
+                                          "e.png",
+                                          "t\ta.png",
+                                          "two w.png"};
+  for (const std::string& name : names) WritePicture("odd [1]/" + name, 10);
+  EXPECT_THAT(ReadAllOf(Path("odd [1]")).names, ElementsAreArray(names));
+  EXPECT_THAT(ReadAllOf(Path("odd [1]/*.png")).names, ElementsAreArray(names));
+}
+
+TEST_F(InputTest, WhatIsNotReadSaysWhatWouldBe) {
   EXPECT_THAT(std::string(OpenFrameSource("rtsp://camera/1").status().message()),
               HasSubstr("rtsp://camera/1: a stream is read by segment alone"));
   EXPECT_THAT(std::string(OpenFrameSource("rtsp://me:secret@camera/1").status().message()),
@@ -166,7 +152,7 @@ TEST_F(InputFormsTest, WhatIsNotReadSaysWhatWouldBe) {
   }
 }
 
-TEST_F(InputFormsTest, TheRateOfAFolderIsTheUsers) {
+TEST_F(InputTest, TheRateOfAFolderIsTheUsers) {
   for (const char* name : {"9.png", "10.png", "8.png"}) WritePicture(name, 10);
   FrameSourceOptions options;
   options.nominal_rate_hz = 4.0;
@@ -177,7 +163,7 @@ TEST_F(InputFormsTest, TheRateOfAFolderIsTheUsers) {
 
 // Phones write frames at the times when there was light enough: the table of their durations has
 // several entries. It is the last thing in the file but for the boxes around it, whose sizes grow.
-TEST_F(InputFormsTest, TimesOfAVideoOfVariableRateAreTheStreams) {
+TEST_F(InputTest, TimesOfAVideoOfVariableRateAreTheStreams) {
   cv::VideoWriter video(Path("even.mp4"), cv::VideoWriter::fourcc('m', 'p', '4', 'v'), 10.0,
                         cv::Size(64, 32));
   for (int i = 1; i <= 4; ++i) video << cv::Mat3b(32, 64, cv::Vec3b::all(40 * i));
@@ -219,7 +205,7 @@ TEST_F(InputFormsTest, TimesOfAVideoOfVariableRateAreTheStreams) {
   EXPECT_NEAR(seen.times[3], 0.7, 1e-6);
 }
 
-TEST_F(InputFormsTest, VideosOfAFolderAreChaptersOfOneDrive) {
+TEST_F(InputTest, VideosOfAFolderAreChaptersOfOneDrive) {
   WriteVideo("day/clip_10.avi", 6, 3, 10.0);
   WriteVideo("day/clip_9.avi", 1, 5, 10.0);
   for (const std::string& input : {Path("day"), Path("day/*.avi")}) {
@@ -257,7 +243,7 @@ TEST_F(InputFormsTest, VideosOfAFolderAreChaptersOfOneDrive) {
 
 // A phone held upright writes pictures that lie, and a matrix in the track's header by which they
 // are turned.
-TEST_F(InputFormsTest, VideoIsTurnedAsItsContainerSays) {
+TEST_F(InputTest, VideoIsTurnedAsItsContainerSays) {
   cv::Mat3b picture(32, 64, cv::Vec3b::all(20));
   picture(cv::Rect(0, 0, 32, 16)).setTo(cv::Scalar::all(220));  // top left
   cv::VideoWriter video(Path("lies.mp4"), cv::VideoWriter::fourcc('m', 'p', '4', 'v'), 10.0,

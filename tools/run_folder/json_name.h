@@ -1,0 +1,21 @@
+// Names of files in JSON, which holds UTF-8 alone, while names are any bytes.
+#ifndef EGOSIEVE_TOOLS_RUN_FOLDER_JSON_NAME_H_
+#define EGOSIEVE_TOOLS_RUN_FOLDER_JSON_NAME_H_
+
+#include <string>
+
+#include "absl/strings/string_view.h"
+
+namespace egosieve::tools {
+
+// The name itself if it is UTF-8. Else each byte that is not, and each '%', as '%' and two
+// hexadecimal digits: "stra%DFe.jpg".
+std::string JsonName(absl::string_view name);
+
+// The name of which JsonName made `text`. A file whose UTF-8 name has such an escape by itself is
+// taken for the other one.
+std::string NameFromJson(absl::string_view text);
+
+}  // namespace egosieve::tools
+
+#endif  // EGOSIEVE_TOOLS_RUN_FOLDER_JSON_NAME_H_

@@ -1,0 +1,58 @@
+// Videos and streams opened by libavformat, and what their containers say about themselves.
+#ifndef EGOSIEVE_VISION_FRAME_AV_INPUT_H_
+#define EGOSIEVE_VISION_FRAME_AV_INPUT_H_
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+extern "C" {
+#include <libavformat/avformat.h>
+}
+
+namespace egosieve::vision {
+
+// An opened input and the video stream that a player shows: the best one, never a cover picture.
+// The packets of all other streams are dropped.
+class AvInput {
+ public:
+  // Null if libavformat finds no video in it. timeout_seconds: how long opening and each read may
+  // take; 0: any time, and `path` names a file, whatever characters are in it.
+  static std::unique_ptr<AvInput> Open(const std::string& path, int timeout_seconds);
+
+  AVFormatContext* context() const { return context_; }
+  AVStream* video() const { return context_->streams[stream_]; }
+
+  // The next packet of the video; AVERROR_EOF at the end, or another error of libavformat's.
+  int Read(AVPacket* packet);
+  // Goes to a key frame at or before this time, in units of the stream's time base; false if that
+  // fails.
+  bool SeekTo(int64_t time);
+
+  ~AvInput();
+  AvInput(const AvInput&) = delete;
+  AvInput& operator=(const AvInput&) = delete;
+
+ private:
+  explicit AvInput(int timeout_seconds) : timeout_seconds_(timeout_seconds) {}
+  void SetDeadline();
+  static int IsLate(void* input);
+
+  const int timeout_seconds_;
+  std::chrono::steady_clock::time_point deadline_;
+  AVFormatContext* context_ = nullptr;
+  int stream_ = -1;
+};
+
+// Whether a file ends within a part of its container: a box of MP4, a chunk of AVI or Matroska's
+// segment that says how long it is. What follows behind the last whole part does not matter. False
+// for other containers.
+bool EndsWithinAPart(const std::string& path);
+
+// Whether a file is an MP4 without the table of its samples, as a recording leaves it that was
+// never closed.
+bool LacksSampleTable(const std::string& path);
+
+}  // namespace egosieve::vision
+
+#endif  // EGOSIEVE_VISION_FRAME_AV_INPUT_H_
