@@ -11,7 +11,8 @@
 //   mots                SEQ/NNNNNN.png, SEQ.txt    1000 class + number
 //
 // IMAGE is the picture's name relative to the input, with folders (NameInside); NAME is the same
-// without its extension; SEQ is the input's name. Pictures of a video are NNNNNN.png, starting at 000000.png.
+// without its extension; SEQ is the input's name. Pictures of a video are NNNNNN.png, starting at
+// 000000.png.
 #ifndef EGOSIEVE_TOOLS_MASKS_MASK_FORMAT_H_
 #define EGOSIEVE_TOOLS_MASKS_MASK_FORMAT_H_
 
