@@ -23,8 +23,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kSuffix[] = ".tmp";
+constexpr char kSuffix[] = ".egosieve.tmp";
 constexpr size_t kRandomLetters = 6;
+constexpr char kLetters[] = "abcdefghijklmnopqrstuvwxyzABCDEF";
 constexpr size_t kPartBytes = size_t{1} << 20;
 
 class Descriptor {
@@ -67,7 +68,6 @@ absl::Status CheckReplaceable(const std::string& path) {
 }
 
 absl::StatusOr<std::string> TemporaryName(const std::string& path, const std::string& extension) {
-  constexpr char kLetters[] = "abcdefghijklmnopqrstuvwxyzABCDEF";
   unsigned char random[kRandomLetters];
   if (getrandom(random, sizeof random, 0) != static_cast<ssize_t>(sizeof random)) {
     return WriteError(path, errno);
@@ -251,8 +251,13 @@ absl::StatusOr<std::vector<std::string>> ListFolder(const std::string& path) {
 std::string_view NameOfTemporary(std::string_view name) {
   const size_t suffix = name.rfind(kSuffix);
   if (suffix == std::string_view::npos || suffix < kRandomLetters + 2) return "";
+  const std::string_view extension = name.substr(suffix + sizeof kSuffix - 1);
+  if (!extension.empty() && extension.front() != '.') return "";
   const size_t dot = suffix - kRandomLetters - 1;
-  return name[dot] == '.' ? name.substr(0, dot) : "";
+  const bool is_ours =
+      name[dot] == '.' &&
+      name.substr(dot + 1, kRandomLetters).find_first_not_of(kLetters) == std::string_view::npos;
+  return is_ours ? name.substr(0, dot) : "";
 }
 
 void RemoveAbandonedTemporaries(const std::string& folder) {
@@ -261,7 +266,8 @@ void RemoveAbandonedTemporaries(const std::string& folder) {
   for (const std::string& name : *names) {
     if (NameOfTemporary(name).empty()) continue;
     const std::string path = absl::StrCat(folder, "/", name);
-    const Descriptor file(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+    // For writing: NFS grants no exclusive lock to others.
+    const Descriptor file(open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
     if (file.get() >= 0 && flock(file.get(), LOCK_EX | LOCK_NB) == 0) unlink(path.c_str());
   }
 }

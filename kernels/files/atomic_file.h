@@ -9,9 +9,9 @@
 //   TemporaryFile         the same for files that a library writes by name
 //   ReadFile              every byte or an error: a failed read is not the end of the file
 //
-// A temporary file is `path`.XXXXXX.tmp with random X. It is created exclusively, so that no link
-// is followed, and locked until it gets its final name. So a file left by a killed program is
-// recognised by its missing lock.
+// A temporary file is `path`.XXXXXX.egosieve.tmp with random X, a name that no other program gives.
+// It is created exclusively, so that no link is followed, and locked until it gets its final name.
+// So a file left by a killed program is recognised by its missing lock.
 //
 // Errors name the path, the system's reason and a remedy: NotFound, PermissionDenied,
 // ResourceExhausted for a full disk, quota or memory, FailedPrecondition if `path` is not a regular

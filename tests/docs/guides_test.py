@@ -68,9 +68,6 @@ REFUSED = '--out=data/images --overwrite'
 DRIVE = 'egosieve segment drive.mp4 --out=out/drive'
 BEFORE = {
     'egosieve infer out/drive': f'{DRIVE} --learn_only',
-    'egosieve merge': f'{DRIVE} --learn_only; cp -r out/drive copy1; cp -r out/drive copy2',
-    './run merge out/drive': f'{DRIVE} --learn_only; cp -r out/drive copy1; cp -r out/drive copy2; '
-                             'egosieve infer copy1 --shard=1/2; egosieve infer copy2 --shard=2/2',
     'egosieve reconstruct': DRIVE,
     'egosieve render': DRIVE,
     'egosieve report': DRIVE,

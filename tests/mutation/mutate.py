@@ -160,7 +160,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--count', type=int, default=50)
-    parser.add_argument('--layers', default='kernels,gp,vision', help='folders, by commas, in turn')
+    parser.add_argument('--layers', default='kernels,gp,vision,tools', help='folders, by commas, in turn')
     parser.add_argument('--tests', type=int, default=4, help='tests for each mutant')
     parser.add_argument('--only', default='', help='places of a former run, PATH:LINE, by commas: these and no others')
     parser.add_argument('--tree', default='/tmp/egosieve_mutants', help='the clone to work in')

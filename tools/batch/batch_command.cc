@@ -27,7 +27,7 @@ class BatchCommand : public Command {
   std::string example() const override {
     return "egosieve batch videos --out=out --jobs=2 --then=reconstruct,masks,render,report\n"
            "egosieve batch 'videos/*.mp4' --out=out --segment_flags='--profile=fast --stride=3'\n"
-           "egosieve batch drives.toml --engine=slurm --shards=4 && egosieve batch drives.toml "
+           "egosieve batch drives.toml --engine=slurm --cpus=4 && egosieve batch drives.toml "
            "--status\n"
            "  # [defaults] with out = \"out\", then = [\"reconstruct\", \"masks\"] and segment's "
            "flags,\n"

@@ -18,7 +18,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/strings/strip.h"
 #include "kernels/base/status_macros.h"
-#include "tools/batch/drive_job.h"
+#include "tools/batch/drive_files.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/warning.h"
 #include "tools/run_folder/atomic_file.h"

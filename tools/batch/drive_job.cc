@@ -28,14 +28,6 @@ using State = DriveOutcome::State;
 
 constexpr int kCannotStart = 126;  // as in shells
 
-// The file lies in a folder of this name beside the run folder, to avoid clashes with other files.
-std::string OwnFile(const BatchEntry& entry, const std::string& suffix) {
-  const fs::path out = AbsolutePath(entry.out);
-  return (out.parent_path() / "egosieve_logs" / out.filename()).string() + suffix;
-}
-
-std::string NotesPath(const BatchEntry& entry) { return OwnFile(entry, ".then"); }
-
 // The program's last line of error; earlier lines may be warnings.
 std::string LastComplaint(const std::string& path) {
   const absl::StatusOr<std::string> text = ReadFile(path);
@@ -50,16 +42,6 @@ std::string LastComplaint(const std::string& path) {
 absl::StatusOr<RunDescription> DescriptionIn(const std::string& out) {
   EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(out));
   return folder.ReadDescription();
-}
-
-// The output of a step; empty if it is many files, which the run's lines name.
-std::string ProductOf(const BatchEntry& entry, const std::string& command) {
-  if (command == "masks") return MasksPath(entry);
-  const fs::path out = entry.out;
-  if (command == "reconstruct") return (out / "reconstruct.json").string();
-  if (command == "render") return (out / "render").string();
-  if (command == "report") return (out / "report.html").string();
-  return "";
 }
 
 std::vector<std::string> Arguments(const std::string& program, const BatchEntry& entry,
@@ -108,12 +90,6 @@ const char* StateName(State state) {
   }
   return "";
 }
-
-std::string LogPath(const BatchEntry& entry) { return OwnFile(entry, ".log"); }
-
-std::string TaskNotesPath(const BatchEntry& entry) { return OwnFile(entry, ".tasks"); }
-
-std::string MasksPath(const BatchEntry& entry) { return absl::StrCat(entry.out, ".masks"); }
 
 absl::StatusOr<DriveJob> DriveJob::Start(const std::string& program, const BatchEntry& entry) {
   const std::string log_path = LogPath(entry);
@@ -169,12 +145,17 @@ bool DriveJob::HasEnded() {
   int status = 0;
   const pid_t ended = waitpid(process_, &status, WNOHANG);
   if (ended == 0 || (ended < 0 && errno == EINTR)) return false;
+  const int error = errno;
   process_ = -1;
   int exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   if (interrupted_ && exit_code == 128 + SIGTERM) {  // before the program caught signals
     exit_code = static_cast<int>(ExitCode::kInterrupted);
   }
-  if (runs_segment_) {
+  if (ended < 0) {
+    outcome_.exit_code = static_cast<int>(ExitCode::kEnvironment);
+    End(State::kFailed, absl::StrCat("cannot tell how ", outcome_.command, " ended: ",
+                                     std::strerror(error), "; the same command does it again"));
+  } else if (runs_segment_) {
     JudgeSegment(exit_code);
   } else {
     JudgeStep(exit_code);
@@ -195,7 +176,8 @@ bool DriveJob::HasEnded() {
 absl::StatusOr<bool> DriveJob::StartNext() {
   for (; next_step_ < entry_.then.size(); ++next_step_) {
     const BatchStep& step = entry_.then[next_step_];
-    if (!did_something_ && IsDone(step)) continue;  // later steps depend on earlier ones
+    if (!did_something_ && IsStepDone(entry_, step, finished_))
+      continue;  // later steps depend on earlier ones
     if (interrupted_) {
       End(State::kInterrupted, "");
       return false;
@@ -256,23 +238,8 @@ void DriveJob::JudgeStep(int exit_code) {
                      complaint.empty() ? absl::StrCat("ended with ", exit_code) : complaint));
     return;
   }
-  const std::string path = NotesPath(entry_);
-  const std::string notes = ReadFile(path).value_or("");
-  const absl::Status noted = WriteFileAtomically(path, absl::StrCat(notes, Note(step), "\n"));
+  const absl::Status noted = NoteStepDone(entry_, step, finished_);
   if (!noted.ok()) End(State::kFailed, std::string(noted.message()));
-}
-
-std::string DriveJob::Note(const BatchStep& step) const {
-  return absl::StrCat(finished_, " ", step.command, " ", absl::StrJoin(step.flags, " "));
-}
-
-bool DriveJob::IsDone(const BatchStep& step) const {
-  const std::string product = ProductOf(entry_, step.command);
-  std::error_code error;
-  if (!product.empty() && !fs::exists(product, error)) return false;
-  const std::vector<std::string> notes =
-      absl::StrSplit(ReadFile(NotesPath(entry_)).value_or(""), '\n');
-  return std::find(notes.begin(), notes.end(), Note(step)) != notes.end();
 }
 
 }  // namespace egosieve::tools

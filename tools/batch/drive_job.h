@@ -3,8 +3,8 @@
 //
 // segment is started with --resume: a complete run stays as it is, a partial run is continued, and
 // a run with other flags is refused. A following command runs unless it was already done on this
-// run with these flags; masks go to OUT.masks. The output of all goes to egosieve_logs/OUT.log
-// beside the run folder, and the list of finished commands to egosieve_logs/OUT.then.
+// run with these flags; masks go to OUT.masks. The output of all goes to the drive's log, and what is
+// done into its notes (drive_files.h).
 #ifndef EGOSIEVE_TOOLS_BATCH_DRIVE_JOB_H_
 #define EGOSIEVE_TOOLS_BATCH_DRIVE_JOB_H_
 
@@ -17,6 +17,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "tools/batch/drive_files.h"
 #include "tools/batch/manifest.h"
 
 namespace egosieve::tools {
@@ -35,12 +36,6 @@ struct DriveOutcome {
 };
 
 const char* StateName(DriveOutcome::State state);
-
-// Paths of the drive's log, of the notes of tasks that engines have done (plan.h), and of its
-// masks.
-std::string LogPath(const BatchEntry& entry);
-std::string TaskNotesPath(const BatchEntry& entry);
-std::string MasksPath(const BatchEntry& entry);
 
 class DriveJob {
  public:
@@ -63,9 +58,6 @@ class DriveJob {
   void End(DriveOutcome::State state, const std::string& reason);
   void JudgeSegment(int exit_code);
   void JudgeStep(int exit_code);
-  // The note that a finished step leaves.
-  std::string Note(const BatchStep& step) const;
-  bool IsDone(const BatchStep& step) const;
 
   std::string program_;
   BatchEntry entry_;

@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "absl/status/statusor.h"
 
@@ -18,14 +17,13 @@ struct DriveProgress {
   int64_t frames = 0;                 // frames with a line
   int64_t frames_failed = 0;
   int64_t maps = 0;
-  std::vector<int64_t> missing_maps;  // by shard
   bool is_segmented = false;
   bool is_reconstructed = false;
   bool has_report = false;
 };
 
 // A folder without a run is a drive that has not started. Errors: a run that cannot be read.
-absl::StatusOr<DriveProgress> ReadDriveProgress(const std::string& out, int shards);
+absl::StatusOr<DriveProgress> ReadDriveProgress(const std::string& out);
 
 }  // namespace egosieve::tools
 

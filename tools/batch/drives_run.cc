@@ -22,6 +22,7 @@ namespace egosieve::tools {
 namespace {
 
 constexpr auto kPoll = std::chrono::milliseconds(50);
+constexpr auto kPagePause = std::chrono::seconds(3);  // a page of many drives takes long
 
 }  // namespace
 
@@ -50,7 +51,8 @@ void DrivesRun::Run(const std::string& program, int jobs) {
         Say(i, "failed");
       }
     }
-    if (running.empty()) return;
+    if (running.empty()) break;
+    if (std::chrono::steady_clock::now() >= page_due_) WritePage();
     std::this_thread::sleep_for(kPoll);
     for (auto job = running.begin(); job != running.end();) {
       const size_t i = job->first;
@@ -66,12 +68,20 @@ void DrivesRun::Run(const std::string& program, int jobs) {
       ++job;
     }
   }
+  WritePage();
 }
 
 void DrivesRun::Say(size_t i, const std::string& what) {
   std::cerr << absl::StrFormat("batch: %d of %d, %s: %s\n", i + 1, entries_.size(), entries_[i].out,
                                what);
+  has_news_ = true;
+}
+
+void DrivesRun::WritePage() {
+  if (!has_news_) return;
   index_status_ = WriteFileAtomically(index_, IndexPage(index_, entries_, outcomes_));
+  has_news_ = false;
+  page_due_ = std::chrono::steady_clock::now() + kPagePause;
 }
 
 void DrivesRun::Tell(const ResultFlag& result) const {

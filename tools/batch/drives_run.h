@@ -1,8 +1,9 @@
 // Runs the drives of a batch on this machine, several at the same time. Each step of a drive is a
-// line on stderr, and the page (index_page.h) is written anew.
+// line on stderr; the page (index_page.h) is written anew every few seconds, and at the end.
 #ifndef EGOSIEVE_TOOLS_BATCH_DRIVES_RUN_H_
 #define EGOSIEVE_TOOLS_BATCH_DRIVES_RUN_H_
 
+#include <chrono>
 #include <cstddef>
 #include <string>
 #include <utility>
@@ -31,13 +32,17 @@ class DrivesRun {
   bool has_failed() const;
 
  private:
-  // A page that cannot be written does not stop the drives; the last failure is reported.
   void Say(size_t i, const std::string& what);
+  // Where there is news. A page that cannot be written does not stop the drives; the last failure is
+  // reported.
+  void WritePage();
 
   std::vector<BatchEntry> entries_;
   std::string index_;
   std::vector<DriveOutcome> outcomes_;
   absl::Status index_status_;
+  bool has_news_ = false;
+  std::chrono::steady_clock::time_point page_due_;
 };
 
 }  // namespace egosieve::tools

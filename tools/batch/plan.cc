@@ -12,13 +12,10 @@
 #include "absl/status/status.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
-#include "absl/strings/str_replace.h"
 #include "kernels/base/status_macros.h"
-#include "tools/batch/drive_job.h"
+#include "tools/batch/drive_files.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/standard_streams.h"
-#include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
 namespace {
@@ -43,15 +40,8 @@ bool Sets(const std::vector<std::string>& flags, const std::string& name) {
 std::vector<BatchStep> DefaultSteps() { return {{"reconstruct", {}}, {"report", {}}}; }
 
 bool IsSegmented(const std::string& run) {
-  const absl::StatusOr<DriveProgress> progress = ReadDriveProgress(run, 1);
+  const absl::StatusOr<DriveProgress> progress = ReadDriveProgress(run);
   return progress.ok() && progress->is_segmented;
-}
-
-// Whether the step writes one file per frame and no other file.
-bool HasFilesByFrame(const BatchStep& step) {
-  if (step.command == "render") return true;
-  return step.command == "masks" && !Names(step.flags, "for", "coco") &&
-         !Names(step.flags, "for", "mots");
 }
 
 }  // namespace
@@ -59,9 +49,7 @@ bool HasFilesByFrame(const BatchStep& step) {
 absl::Status CheckThen(const std::vector<BatchEntry>& entries) {
   const auto commands = [](const BatchEntry& entry) {
     std::vector<std::string> names;
-    for (const BatchStep& step : entry.then) {
-      names.push_back(absl::StrCat(step.command, HasFilesByFrame(step) ? " in shares" : ""));
-    }
+    for (const BatchStep& step : entry.then) names.push_back(step.command);
     return names;
   };
   for (const BatchEntry& entry : entries) {
@@ -74,62 +62,28 @@ absl::Status CheckThen(const std::vector<BatchEntry>& entries) {
   return absl::OkStatus();
 }
 
-BatchPlan::BatchPlan(std::vector<BatchEntry> entries, int shards, int threads)
-    : entries_(std::move(entries)), shards_(shards), threads_(threads) {
+BatchPlan::BatchPlan(std::vector<BatchEntry> entries, int threads)
+    : entries_(std::move(entries)), threads_(threads) {
   for (BatchEntry& entry : entries_) {
     if (entry.then.empty()) entry.then = DefaultSteps();
-    // infer has stages of its own; in a drive's own steps it is not needed.
-    std::erase_if(entry.then, [](const BatchStep& step) { return step.command == "infer"; });
-  }
-  for (const BatchEntry& entry : entries_) {
     pieces_ = std::max(pieces_, static_cast<int>(entry.cuts.size()) + 1);
   }
   if (pieces_ > 1) {
+    std::vector<size_t> learnt;
     for (int piece = 1; piece <= pieces_; ++piece) {
+      learnt.push_back(stages_.size());
       stages_.push_back({"segment", piece, absl::StrCat("segment ", piece, "/", pieces_), {}});
     }
-    AddStage("merge", 0, StagesOf("segment"));
+    stages_.push_back({"merge", 0, "merge", std::move(learnt)});
   } else {
-    AddStage("segment", 0, {});
-    for (int shard = 1; shard <= shards_; ++shard) AddStage("infer", shard, {0});
+    stages_.push_back({"segment", 0, "segment", {}});
   }
+  size_t before = stages_.size() - 1;
   const std::vector<BatchStep> steps = entries_.empty() ? DefaultSteps() : entries_.front().then;
-  for (const BatchStep& step : steps) AddStep(step);
-}
-
-void BatchPlan::AddStage(const std::string& command, int shard, std::vector<size_t> needs) {
-  const std::string name = shard == 0 ? command : absl::StrCat(command, " ", shard, "/", shards_);
-  stages_.push_back({command, shard, name, std::move(needs)});
-}
-
-void BatchPlan::AddStep(const BatchStep& step) {
-  const std::vector<size_t> masks = StagesOf("reconstruct");
-  std::vector<size_t> before =
-      masks.empty() ? StagesBeforeSteps() : std::vector<size_t>{masks.back()};
-  const bool is_reconstruct = step.command == "reconstruct";
-  // Shares of masks need a run that already has its masks.
-  const bool is_shared =
-      is_reconstruct ||
-      (HasFilesByFrame(step) && (step.command != "masks" || !StagesOf("reconstruct").empty()));
-  if (shards_ > 1 && is_shared) {
-    for (int shard = 1; shard <= shards_; ++shard) AddStage(step.command, shard, before);
-    if (!is_reconstruct) return;
-    before = StagesOf("reconstruct");
+  for (const BatchStep& step : steps) {
+    stages_.push_back({step.command, 0, step.command, {before}});
+    if (step.command == "infer" || step.command == "reconstruct") before = stages_.size() - 1;
   }
-  AddStage(step.command, 0, std::move(before));
-}
-
-std::vector<size_t> BatchPlan::StagesOf(const std::string& command) const {
-  std::vector<size_t> stages;
-  for (size_t stage = 0; stage < stages_.size(); ++stage) {
-    if (stages_[stage].command == command) stages.push_back(stage);
-  }
-  return stages;
-}
-
-// The stages that complete the maps.
-std::vector<size_t> BatchPlan::StagesBeforeSteps() const {
-  return StagesOf(pieces_ > 1 ? "merge" : "infer");
 }
 
 int64_t BatchPlan::LongestPiece(int64_t longest_drive_frames) const {
@@ -150,11 +104,7 @@ std::vector<std::string> BatchPlan::SegmentArguments(int piece, const BatchEntry
   std::vector<std::string> arguments = {
       "segment", entry.path, "--out=" + PieceFolder(entry, std::max(1, piece)), "--resume"};
   arguments.insert(arguments.end(), entry.flags.begin(), entry.flags.end());
-  if (piece == 0) {
-    std::erase(arguments, "--learn_only=false");  // a plan's maps are made by infer
-    if (!Names(arguments, "learn_only")) arguments.push_back("--learn_only");
-    return arguments;
-  }
+  if (piece == 0) return arguments;
   const size_t number = static_cast<size_t>(piece);
   if (number > entry.cuts.size() + 1) return {};
   if (piece > 1) {
@@ -183,21 +133,14 @@ std::vector<std::string> BatchPlan::Arguments(size_t stage, size_t drive) const 
   if (command == "merge") return MergeArguments(entry);
   std::vector<std::string> arguments = {command, entry.out};
   if (command == "segment") {
-    arguments = SegmentArguments(stages_[stage].shard, entry);
+    arguments = SegmentArguments(stages_[stage].piece, entry);
     if (arguments.empty()) return {};
   }
   if (command == "masks") {
     arguments.insert(arguments.end(), {"--out=" + MasksPath(entry), "--overwrite"});
   }
-  if (stages_[stage].shard > 0 && command != "segment") {
-    arguments.push_back(absl::StrCat("--shard=", stages_[stage].shard, "/", shards_));
-  } else if (command == "reconstruct") {
-    arguments.push_back("--resume");
-  }
-  std::vector<std::string> own;
-  for (const BatchStep& step : entry.then) {
-    if (step.command == command) own = step.flags;
-  }
+  if (command == "reconstruct") arguments.push_back("--resume");
+  const std::vector<std::string> own = StepOf(stage, drive).flags;
   arguments.insert(arguments.end(), own.begin(), own.end());
   if (command == "report") return arguments;
   if (command != "segment" && command != "masks" && !Names(own, "device")) {
@@ -212,42 +155,38 @@ std::vector<std::string> BatchPlan::Arguments(size_t stage, size_t drive) const 
   return arguments;
 }
 
-std::string BatchPlan::NotePath(size_t stage, size_t drive) const {
-  const std::string name = absl::StrReplaceAll(stages_[stage].name, {{" ", "_"}, {"/", "_of_"}});
-  return absl::StrCat(TaskNotesPath(entries_[drive]), "/", name);
-}
-
-std::string BatchPlan::Note(size_t stage, size_t drive, const DriveProgress& progress) const {
-  return absl::StrCat(progress.finished_utc, " ", absl::StrJoin(Arguments(stage, drive), " "),
-                      "\n");
+BatchStep BatchPlan::StepOf(size_t stage, size_t drive) const {
+  const std::string& command = stages_[stage].command;
+  if (command == "merge") return {command, MergeArguments(entries_[drive])};
+  for (const BatchStep& step : entries_[drive].then) {
+    if (step.command == command) return step;
+  }
+  return {command, {}};
 }
 
 bool BatchPlan::IsDone(size_t stage, size_t drive, const DriveProgress& progress) const {
   if (Arguments(stage, drive).empty()) return true;
   const std::string& command = stages_[stage].command;
-  if (command == "segment" && stages_[stage].shard > 1) {
-    return IsSegmented(PieceFolder(entries_[drive], stages_[stage].shard));
+  if (command == "segment" && stages_[stage].piece > 1) {
+    return IsSegmented(PieceFolder(entries_[drive], stages_[stage].piece));
   }
   if (!progress.is_segmented) return false;
-  if (command == "segment") return true;
-  if (command == "infer") return progress.missing_maps[stages_[stage].shard - 1] == 0;
-  return ReadFile(NotePath(stage, drive)).value_or("") == Note(stage, drive, progress);
+  return command == "segment" ||
+         IsStepDone(entries_[drive], StepOf(stage, drive), progress.finished_utc);
 }
 
 absl::Status BatchPlan::NoteDone(int64_t task) const {
   const size_t stage = static_cast<size_t>(task) / entries_.size();
   const size_t drive = static_cast<size_t>(task) % entries_.size();
   if (!IsNoted(stage)) return absl::OkStatus();
-  EGOSIEVE_ASSIGN_OR_RETURN(const DriveProgress progress,
-                            ReadDriveProgress(entries_[drive].out, shards_));
-  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(TaskNotesPath(entries_[drive])));
-  return WriteFileAtomically(NotePath(stage, drive), Note(stage, drive, progress));
+  EGOSIEVE_ASSIGN_OR_RETURN(const DriveProgress progress, ReadDriveProgress(entries_[drive].out));
+  return NoteStepDone(entries_[drive], StepOf(stage, drive), progress.finished_utc);
 }
 
 std::vector<size_t> BatchPlan::UnfinishedDrives() const {
   std::vector<size_t> drives;
   for (size_t drive = 0; drive < entries_.size(); ++drive) {
-    const absl::StatusOr<DriveProgress> progress = ReadDriveProgress(entries_[drive].out, shards_);
+    const absl::StatusOr<DriveProgress> progress = ReadDriveProgress(entries_[drive].out);
     bool is_done = progress.ok();
     for (size_t stage = 0; is_done && stage < stages_.size(); ++stage) {
       is_done = IsDone(stage, drive, *progress);
@@ -265,7 +204,7 @@ absl::StatusOr<std::vector<std::string>> BatchPlan::ArgumentsOfReadyTask(int64_t
   const size_t stage = static_cast<size_t>(task) / entries_.size();
   const size_t drive = static_cast<size_t>(task) % entries_.size();
   const std::string& out = entries_[drive].out;
-  EGOSIEVE_ASSIGN_OR_RETURN(const DriveProgress progress, ReadDriveProgress(out, shards_));
+  EGOSIEVE_ASSIGN_OR_RETURN(const DriveProgress progress, ReadDriveProgress(out));
   if (Arguments(stage, drive).empty()) return std::vector<std::string>();
   for (const size_t needed : stages_[stage].needs) {
     if (!IsDone(needed, drive, progress)) {

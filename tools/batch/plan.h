@@ -1,28 +1,25 @@
 // The tasks of a batch, for engines that run them on many machines: Slurm, Kubernetes, GNU
 // parallel.
 //
-//   segment            segment PATH --out=OUT --learn_only
-//   infer K/N          infer OUT --shard=K/N, needs segment
+//   segment            segment PATH --out=OUT
 //   following steps, in order: `then` of the drives, else reconstruct and report
-//     reconstruct K/N    for N > 1: reconstruct OUT --shard=K/N, needs every infer
-//     reconstruct        reconstruct OUT --resume, needs these shares
-//     masks K/N, render K/N, report, ...    need reconstruct, else every infer
+//     infer              infer OUT, where segment has --learn_only
+//     reconstruct        reconstruct OUT --resume
+//     masks, render, report    need reconstruct, where it comes before
 //
-// If drives are cut into pieces, at most P, these tasks replace segment and infer:
+// If drives are cut into pieces, at most P, these tasks replace segment:
 //
-//   segment p/P        segment PATH --out=PIECE --from --to, with its maps; the first piece is OUT,
-//                      the others are OUT.pieces/p and begin kOverlapFrames before their cut
+//   segment p/P        segment PATH --out=PIECE --from --to; the first piece is OUT, the others are
+//                      OUT.pieces/p and begin kOverlapFrames before their cut
 //   merge              merge OUT OUT.pieces/2 ..., needs every segment
 //
 // A drive with fewer pieces has some tasks with nothing to do.
 //
-// masks into one file (COCO, MOTS) are one task. Shares of render write no video.
-//
 // With D drives and S stages, task t (from 0) is stage t / D of drive t mod D. Each stage is a
 // range of numbers, in the manifest's order, and a task has a higher number than the tasks that it
 // needs. A task that is already done may be run again and only checks; an interrupted task
-// continues. A step after infer counts as done if the note egosieve_logs/OUT.tasks/STAGE says so
-// for this run and these flags.
+// continues. A step after segment counts as done if its note says so for this run and these flags
+// (drive_files.h).
 #ifndef EGOSIEVE_TOOLS_BATCH_PLAN_H_
 #define EGOSIEVE_TOOLS_BATCH_PLAN_H_
 
@@ -42,20 +39,19 @@ inline constexpr int64_t kOverlapFrames = 10;
 
 struct PlanStage {
   std::string command;
-  int shard = 0;              // share or piece, from 1; 0: all
-  std::string name;           // "infer 2/4"
+  int piece = 0;              // from 1; 0: the drive
+  std::string name;           // "segment 2/4"
   std::vector<size_t> needs;  // stages whose task of the same drive must be done before
 };
 
 class BatchPlan {
  public:
-  // `shards` of each drive's frames, at least 1. `threads` of each task's program; 0: all of the
-  // machine. All drives have the same commands in `then` (CheckThen).
-  BatchPlan(std::vector<BatchEntry> entries, int shards, int threads);
+  // `threads` of each task's program; 0: all of the machine. All drives have the same commands in
+  // `then` (CheckThen).
+  BatchPlan(std::vector<BatchEntry> entries, int threads);
 
   const std::vector<BatchEntry>& entries() const { return entries_; }
   const std::vector<PlanStage>& stages() const { return stages_; }
-  int shards() const { return shards_; }
   int threads() const { return threads_; }
   int64_t task_count() const { return static_cast<int64_t>(stages_.size() * entries_.size()); }
   int64_t TaskNumber(size_t stage, size_t drive) const {
@@ -70,9 +66,7 @@ class BatchPlan {
   std::vector<std::string> Arguments(size_t stage, size_t drive) const;
   bool IsDone(size_t stage, size_t drive, const DriveProgress& progress) const;
   // Whether notes record that the stage's tasks are done; otherwise the run folder does.
-  bool IsNoted(size_t stage) const {
-    return stages_[stage].command != "segment" && stages_[stage].command != "infer";
-  }
+  bool IsNoted(size_t stage) const { return stages_[stage].command != "segment"; }
   absl::Status NoteDone(int64_t task) const;
   // Drives with a task to do, including drives of which that is not known.
   std::vector<size_t> UnfinishedDrives() const;
@@ -81,18 +75,13 @@ class BatchPlan {
   absl::StatusOr<std::vector<std::string>> ArgumentsOfReadyTask(int64_t task) const;
 
  private:
-  void AddStage(const std::string& command, int shard, std::vector<size_t> needs);
-  void AddStep(const BatchStep& step);
-  std::vector<size_t> StagesOf(const std::string& command) const;
-  std::vector<size_t> StagesBeforeSteps() const;
   std::vector<std::string> SegmentArguments(int piece, const BatchEntry& entry) const;
   std::vector<std::string> MergeArguments(const BatchEntry& entry) const;
-  std::string NotePath(size_t stage, size_t drive) const;
-  std::string Note(size_t stage, size_t drive, const DriveProgress& progress) const;
+  // The command of a stage after segment, with the flags by which it is noted.
+  BatchStep StepOf(size_t stage, size_t drive) const;
 
   std::vector<BatchEntry> entries_;
   std::vector<PlanStage> stages_;
-  int shards_;
   int threads_;
   int pieces_ = 1;
 };

@@ -41,8 +41,8 @@ size_t WidestRun(const BatchPlan& plan) {
   return width;
 }
 
-DriveProgress ProgressOf(const std::string& run, int shards) {
-  absl::StatusOr<DriveProgress> read = ReadDriveProgress(run, shards);
+DriveProgress ProgressOf(const std::string& run) {
+  absl::StatusOr<DriveProgress> read = ReadDriveProgress(run);
   if (read.ok()) return *std::move(read);
   DriveProgress progress;
   progress.state = "unreadable";
@@ -72,15 +72,11 @@ std::vector<BatchEntry> WithAbsolutePaths(std::vector<BatchEntry> entries) {
 void PlanRun::AddFlags(CLI::App& app) {
   app.add_option(
          "--engine", engine_,
-         "local: segments here; slurm: submits segment, infer and what follows, reconstruct "
-         "and report where nothing else is said, as job arrays")
+         "local: segments here; slurm: submits segment and what follows, reconstruct and report "
+         "where nothing else is said, as job arrays")
       ->check(OneOf({"local", "slurm"}))
       ->capture_default_str()
       ->type_name("local|slurm");
-  app.add_option("--shards", shards_, "Tasks among which a drive's frames are shared out")
-      ->check(Between(1, 1000))
-      ->capture_default_str()
-      ->type_name("N");
   app.add_option("--piece_minutes", cut_.minutes,
                  "Learn each drive in pieces of equal length, of this many minutes at most, which "
                  "are merged; the maps are not those of one piece. 0: in one piece, or in those "
@@ -108,7 +104,7 @@ void PlanRun::AddFlags(CLI::App& app) {
       ->type_name("FRAMES");
   app.add_flag("--dry_run", dry_run_, "With --engine=slurm: measure, write the scripts, no more");
   for (const char* flag :
-       {"--shards", "--scene_cuts", "--cpus", "--sbatch", "--measured_frames", "--dry_run"}) {
+       {"--scene_cuts", "--cpus", "--sbatch", "--measured_frames", "--dry_run"}) {
     of_plans_.push_back(app.get_option(flag));
   }
 }
@@ -144,7 +140,7 @@ absl::StatusOr<ExitCode> PlanRun::Run(const std::string& manifest, std::vector<B
   EGOSIEVE_RETURN_IF_ERROR(CheckThen(entries));
   EGOSIEVE_RETURN_IF_ERROR(CutDrives(cut_, entries));
   EGOSIEVE_RETURN_IF_ERROR(CheckCuts(entries));
-  const BatchPlan plan(WithAbsolutePaths(std::move(entries)), shards_, cpus_);
+  const BatchPlan plan(WithAbsolutePaths(std::move(entries)), cpus_);
   if (task_.has_value()) return RunTask(plan);
   if (plan_) return TellPlan(plan, result);
   if (status_) return TellStatus(plan, JobsFolder(manifest), result);
@@ -198,7 +194,7 @@ absl::StatusOr<ExitCode> PlanRun::TellStatus(const BatchPlan& plan, const std::s
   for (const BatchEntry& entry : plan.entries()) {
     for (size_t piece = 1; piece <= entry.cuts.size() + 1; ++piece) {
       const std::string run = PieceFolder(entry, static_cast<int>(piece));
-      const DriveProgress progress = ProgressOf(run, plan.shards());
+      const DriveProgress progress = ProgressOf(run);
       absl::StrAppend(&table, StatusRow(run, width, progress), "\n");
       drives.push_back({{"run", run},
                         {"segment", progress.state},

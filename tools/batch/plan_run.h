@@ -45,7 +45,6 @@ class PlanRun {
 
   std::vector<CLI::Option*> of_plans_;  // flags that have no effect without a plan
   std::string engine_ = "local";
-  int shards_ = 2;
   int cpus_ = 0;
   CutOptions cut_;  // for drives that the manifest does not cut
   std::optional<int64_t> task_;

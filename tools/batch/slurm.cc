@@ -10,10 +10,12 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/interruption.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/suite/child_process.h"
 
@@ -30,9 +32,29 @@ std::string Quoted(const std::string& text) {
   return absl::StrCat("'", absl::StrReplaceAll(text, {{"'", "'\\''"}}), "'");
 }
 
-// "segment", "infer_2"
+// "segment", "segment_2"
 std::string FileName(const PlanStage& stage) {
-  return stage.shard > 0 ? absl::StrCat(stage.command, "_", stage.shard) : stage.command;
+  return stage.piece > 0 ? absl::StrCat(stage.command, "_", stage.piece) : stage.command;
+}
+
+// The end of the names of a folder's jobs, by which they are found again: a hash (FNV-1a).
+std::string JobSuffix(const std::string& folder) {
+  uint64_t hash = 14695981039346656037u;
+  for (const char letter : AbsolutePath(folder)) {
+    hash = (hash ^ static_cast<unsigned char>(letter)) * 1099511628211u;
+  }
+  return absl::StrFormat("-%016x", hash);
+}
+
+bool HasControlCharacter(const std::string& text) {
+  return std::any_of(text.begin(), text.end(),
+                     [](char letter) { return absl::ascii_iscntrl(letter); });
+}
+
+// A line of sbatch's options: it reads words as a shell does, within double quotes.
+std::string SbatchLine(const std::string& word) {
+  return absl::StrCat("#SBATCH \"", absl::StrReplaceAll(word, {{"\\", "\\\\"}, {"\"", "\\\""}}),
+                      "\"\n");
 }
 
 // "0-3,7"
@@ -88,6 +110,34 @@ absl::StatusOr<std::string> Call(std::vector<std::string> words, const std::stri
                    "; --engine=slurm needs Slurm's programs and a cluster that answers"));
 }
 
+// The numbers of this folder's jobs that are queued or running, whoever has noted them.
+absl::StatusOr<std::vector<std::string>> QueuedJobs(const std::string& folder) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::string queue,
+                            Call({"squeue", "--noheader", "--format=%A %j"}, folder));
+  std::vector<std::string> jobs;
+  for (const absl::string_view line : absl::StrSplit(queue, '\n')) {
+    if (!absl::EndsWith(absl::StripAsciiWhitespace(line), JobSuffix(folder))) continue;
+    std::string job(line.substr(0, line.find(' ')));
+    if (jobs.empty() || jobs.back() != job) jobs.push_back(std::move(job));
+  }
+  return jobs;
+}
+
+// Cancels the folder's jobs after `cause`, which is returned with what could not be cancelled.
+absl::Status CancelJobs(const std::string& folder, const absl::Status& cause) {
+  const absl::StatusOr<std::vector<std::string>> jobs = QueuedJobs(folder);
+  absl::Status cancelled = jobs.status();
+  if (jobs.ok() && !jobs->empty()) {
+    std::vector<std::string> words = {"scancel"};
+    words.insert(words.end(), jobs->begin(), jobs->end());
+    cancelled = Call(std::move(words), folder).status();
+  }
+  if (cancelled.ok()) return cause;
+  return absl::Status(cause.code(),
+                      absl::StrCat(cause.message(), "; jobs whose names end in ", JobSuffix(folder),
+                                   " may be left, cancel them: ", cancelled.message()));
+}
+
 // The job's number, on the last line: warnings may precede it.
 absl::StatusOr<std::string> Submit(const std::string& script, const std::string& dependency,
                                    const std::string& folder) {
@@ -106,11 +156,46 @@ absl::StatusOr<std::string> Submit(const std::string& script, const std::string&
   return job;
 }
 
+// Submits the array's script and adds its job to jobs.json.
+absl::Status SubmitArray(const BatchPlan& plan, const std::vector<std::string>& job_of_stage,
+                         const std::string& folder, SlurmArray& array, Json& jobs) {
+  if (InterruptionRequested()) {
+    return absl::CancelledError("interrupted; the jobs submitted before are cancelled");
+  }
+  const PlanStage& stage = plan.stages()[array.stage];
+  std::string dependency;
+  for (const size_t needed : stage.needs) {
+    absl::StrAppend(&dependency, dependency.empty() ? "aftercorr" : "", ":", job_of_stage[needed]);
+  }
+  jobs.push_back({{"stage", stage.name}, {"job", ""}});  // sbatch may fail after it has submitted
+  EGOSIEVE_ASSIGN_OR_RETURN(array.job, Submit(array.script, dependency, folder));
+  jobs.back()["job"] = array.job;
+  return WriteFileAtomically(folder + "/jobs.json", jobs.dump(1));
+}
+
 }  // namespace
 
 absl::Status SlurmOptions::Validate() const {
   if (program.empty() || folder.empty()) {
     return absl::InvalidArgumentError("program and folder must not be empty");
+  }
+  if (HasControlCharacter(folder) || absl::StrContains(folder, '\\')) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("Slurm cannot write logs into ", folder,
+                     ": no backslash or line break may be in its path; name another folder"));
+  }
+  for (const std::string& option : sbatch) {
+    if (!absl::StartsWith(option, "-") || HasControlCharacter(option)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--sbatch: '", option, "' is no option; give, say, --partition=long"));
+    }
+    for (const char* own : {"--job-name", "-J", "--array", "-a", "--output", "-o"}) {
+      if (absl::StartsWith(option, own) &&
+          (own[1] != '-' || option == own || absl::StartsWith(option, absl::StrCat(own, "=")))) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("--sbatch: ", own, " is the batch's own; leave it out"));
+      }
+    }
   }
   if (largest_array < 1) return absl::InvalidArgumentError("largest_array must be at least 1");
   return absl::OkStatus();
@@ -123,12 +208,10 @@ TaskRequest RequestFor(const BatchPlan& plan, size_t stage, const BatchCost& cos
     const auto measured = cost.seconds_per_frame.find(command);
     return measured == cost.seconds_per_frame.end() ? 0.0 : measured->second;
   };
-  const bool is_piece = asked.command == "segment" && asked.shard > 0;  // it also makes its maps
   const int64_t frames =
-      is_piece ? plan.LongestPiece(cost.longest_drive_frames) : cost.longest_drive_frames;
-  double seconds = seconds_of(asked.command) + (is_piece ? seconds_of("infer") : 0.0);
-  seconds *= static_cast<double>(std::max(frames, cost.measured_frames));
-  if (asked.shard > 0 && !is_piece) seconds /= plan.shards();
+      asked.piece > 0 ? plan.LongestPiece(cost.longest_drive_frames) : cost.longest_drive_frames;
+  const double seconds =
+      seconds_of(asked.command) * static_cast<double>(std::max(frames, cost.measured_frames));
   const double steps = kMemoryShare * static_cast<double>(cost.peak_memory_bytes) /
                        static_cast<double>(kMemoryStep * kMebibyte);
   return {options.longest_wait_minutes + static_cast<int64_t>(std::ceil(kTimeShare * seconds / 60)),
@@ -141,18 +224,16 @@ std::string SlurmScript(const BatchPlan& plan, size_t stage, const std::vector<s
   std::vector<size_t> elements;
   for (const size_t drive : drives) elements.push_back(drive - first);
   const std::string name = FileName(plan.stages()[stage]);
-  std::string script = absl::StrCat(
-      "#!/bin/bash\n#SBATCH --job-name=egosieve-", name, "\n#SBATCH --array=", Ranges(elements),
-      "\n#SBATCH --time=", request.minutes, "\n#SBATCH --mem=", request.memory_mebibytes, "M");
+  std::string script =
+      absl::StrCat("#!/bin/bash\n#SBATCH --job-name=egosieve-", name, JobSuffix(options.folder),
+                   "\n#SBATCH --array=", Ranges(elements), "\n#SBATCH --time=", request.minutes,
+                   "\n#SBATCH --mem=", request.memory_mebibytes, "M");
   if (plan.threads() > 0) absl::StrAppend(&script, "\n#SBATCH --cpus-per-task=", plan.threads());
-  absl::StrAppend(&script,
-                  "\n#SBATCH --requeue --open-mode=append --signal=B:USR1@60"
-                  "\n#SBATCH --output=\"",
-                  options.folder, "/", name, first > 0 ? absl::StrCat("_", first) : "",
-                  ".%a.log\"\n");
-  for (const std::string& option : options.sbatch) {
-    absl::StrAppend(&script, "#SBATCH ", option, "\n");
-  }
+  absl::StrAppend(
+      &script, "\n#SBATCH --requeue --open-mode=append --signal=B:USR1@60\n",
+      SbatchLine(absl::StrCat("--output=", absl::StrReplaceAll(options.folder, {{"%", "%%"}}), "/",
+                              name, first > 0 ? absl::StrCat("_", first) : "", ".%a.log")));
+  for (const std::string& option : options.sbatch) absl::StrAppend(&script, SbatchLine(option));
   absl::StrAppend(&script, R"sh(
 # USR1: the time limit is near; the task ends with what it wrote whole, and is queued again.
 task= asked= again=
@@ -160,8 +241,7 @@ end() { asked=yes; [ -z "$task" ] || kill -TERM $task; }
 trap 'again=yes; end' USR1
 trap end TERM
 )sh",
-                  Quoted(options.program), " batch ", Quoted(options.folder + "/drives.json"),
-                  " --shards=", plan.shards());
+                  Quoted(options.program), " batch ", Quoted(options.folder + "/drives.json"));
   if (plan.threads() > 0) absl::StrAppend(&script, " --cpus=", plan.threads());
   absl::StrAppend(&script, " --task=$((", plan.TaskNumber(stage, first),
                   R"sh( + SLURM_ARRAY_TASK_ID)) &
@@ -193,16 +273,13 @@ std::string SubmittedJobs(const std::string& folder) {
 }
 
 absl::Status CheckNothingIsQueued(const std::string& folder) {
-  const std::string jobs = SubmittedJobs(folder);
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<std::string> jobs, QueuedJobs(folder));
   if (jobs.empty()) return absl::OkStatus();
-  // If Slurm no longer knows the jobs, it reports an error.
-  const absl::StatusOr<std::string> queued =
-      Call({"squeue", "--noheader", "--format=%A", "--jobs=" + jobs}, folder);
-  if (!queued.ok() || queued->empty()) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrCat("jobs of an earlier submission (", jobs,
-                                                    ") are queued or running; wait for them, or "
-                                                    "end them: scancel ",
-                                                    absl::StrReplaceAll(jobs, {{",", " "}})));
+  return absl::FailedPreconditionError(
+      absl::StrCat("jobs of an earlier submission are queued or running; wait for them, or end "
+                   "them: scancel ",
+                   absl::StrJoin(jobs, " ")));
 }
 
 absl::StatusOr<std::vector<SlurmArray>> SubmitToSlurm(const BatchPlan& plan,
@@ -226,31 +303,16 @@ absl::StatusOr<std::vector<SlurmArray>> SubmitToSlurm(const BatchPlan& plan,
                           absl::StrCat(options.folder, "/", FileName(plan.stages()[stage]),
                                        block > 0 ? absl::StrCat("_", block) : "", ".sh"),
                           ""};
-      EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(
-          array.script,
-          SlurmScript(plan, stage, members, RequestFor(plan, stage, cost, options), options)));
-      if (options.submit) {
-        std::string dependency;
-        for (const size_t needed : plan.stages()[stage].needs) {
-          absl::StrAppend(&dependency, dependency.empty() ? "aftercorr" : "", ":",
-                          job_of_stage[needed]);
-        }
-        absl::StatusOr<std::string> job = Submit(array.script, dependency, options.folder);
-        if (!job.ok()) {
-          for (const SlurmArray& earlier : arrays) {
-            Call({"scancel", earlier.job}, options.folder).IgnoreError();
-          }
-          return job.status();
-        }
-        array.job = *job;
-        jobs.push_back({{"stage", plan.stages()[stage].name}, {"job", array.job}});
+      const std::string script =
+          SlurmScript(plan, stage, members, RequestFor(plan, stage, cost, options), options);
+      absl::Status status = WriteFileAtomically(array.script, script);
+      if (status.ok() && options.submit) {
+        status = SubmitArray(plan, job_of_stage, options.folder, array, jobs);
       }
+      if (!status.ok()) return jobs.empty() ? status : CancelJobs(options.folder, status);
       job_of_stage.push_back(array.job);
       arrays.push_back(std::move(array));
     }
-  }
-  if (options.submit) {
-    EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(options.folder + "/jobs.json", jobs.dump(1)));
   }
   return arrays;
 }

@@ -7,7 +7,8 @@
 // there.
 //
 // Files in the jobs' folder: drives.json, the batch as submitted; a script and logs for each array;
-// jobs.json, the numbers of the jobs.
+// jobs.json, the numbers of the jobs. The jobs' names end in a text of the folder, by which Slurm
+// itself tells which of them are queued, also those of a submission that was killed.
 #ifndef EGOSIEVE_TOOLS_BATCH_SLURM_H_
 #define EGOSIEVE_TOOLS_BATCH_SLURM_H_
 
@@ -53,11 +54,12 @@ struct SlurmArray {
   std::string job;  // Slurm's number; empty if not submitted
 };
 
-// FailedPrecondition if an earlier submission of the same folder is still queued or running.
+// FailedPrecondition if an earlier submission of the same folder is still queued or running;
+// Unavailable if Slurm does not tell.
 absl::Status CheckNothingIsQueued(const std::string& folder);
 
 // Writes the scripts of these drives' tasks and submits them. If Slurm refuses a job: Unavailable
-// with the message of sbatch, and the jobs accepted before are cancelled.
+// with the message of sbatch; if interrupted: Cancelled. The jobs accepted before are cancelled then.
 absl::StatusOr<std::vector<SlurmArray>> SubmitToSlurm(const BatchPlan& plan,
                                                       const std::vector<size_t>& drives,
                                                       const BatchCost& cost,

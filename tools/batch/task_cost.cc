@@ -90,7 +90,7 @@ absl::StatusOr<BatchCost> MeasureCost(const std::string& program, const BatchPla
   std::error_code error;
   std::filesystem::remove_all(scratch, error);
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(scratch));
-  const BatchPlan piece({Piece(plan.entries()[seen.largest], scratch + "/run", frames)}, 1,
+  const BatchPlan piece({Piece(plan.entries()[seen.largest], scratch + "/run", frames)},
                         plan.threads());
   BatchCost cost;
   cost.longest_drive_frames = seen.longest_frames;
@@ -103,7 +103,7 @@ absl::StatusOr<BatchCost> MeasureCost(const std::string& program, const BatchPla
     }
     if (stage == 0) {
       EGOSIEVE_ASSIGN_OR_RETURN(const DriveProgress progress,
-                                ReadDriveProgress(piece.entries()[0].out, 1));
+                                ReadDriveProgress(piece.entries()[0].out));
       cost.measured_frames = std::max<int64_t>(1, progress.frames);
     }
     cost.seconds_per_frame[piece.stages()[stage].command] =

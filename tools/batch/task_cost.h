@@ -18,7 +18,7 @@
 namespace egosieve::tools {
 
 struct BatchCost {
-  std::map<std::string, double> seconds_per_frame;  // by command, all shards together
+  std::map<std::string, double> seconds_per_frame;  // by command
   int64_t peak_memory_bytes = 0;                    // resident, of the largest task
   int64_t measured_frames = 0;
   int64_t longest_drive_frames = 0;  // according to the inputs' headers

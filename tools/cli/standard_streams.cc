@@ -69,7 +69,7 @@ const char* LastWords() {
   return words.data() + begin;
 }
 
-extern "C" void TellOfAbort(int signal) {
+void TellOfAbort(int signal) {
   const char* last = LastWords();
   Say("egosieve: a library ended the program");
   if (signal != SIGABRT)
@@ -79,7 +79,14 @@ extern "C" void TellOfAbort(int signal) {
     Say(last);
   }
   Say(advice.data());
-  _exit(static_cast<int>(ExitCode::kEnvironment));
+}
+
+// An abort is a library's refusal of the environment. A fault of memory ends the program by its
+// signal, with the core that the system then makes.
+extern "C" void CatchFault(int signal) {
+  TellOfAbort(signal);
+  if (signal == SIGABRT) _exit(static_cast<int>(ExitCode::kEnvironment));
+  raise(signal);  // comes on return, and the action is the default one by then
 }
 
 [[noreturn]] void TellOfException() {
@@ -100,7 +107,7 @@ extern "C" void TellOfAbort(int signal) {
 // Replaces the C library's abort, also for libraries: one that loads LLVM has LLVM's handler of
 // SIGABRT in place before WatchForAborts is called again.
 extern "C" void abort() noexcept {
-  if (egosieve::tools::own_stderr != STDERR_FILENO) egosieve::tools::TellOfAbort(SIGABRT);
+  if (egosieve::tools::own_stderr != STDERR_FILENO) egosieve::tools::CatchFault(SIGABRT);
   signal(SIGABRT, SIG_DFL);
   raise(SIGABRT);
   _exit(128 + SIGABRT);
@@ -134,7 +141,7 @@ void TakeStandardStreams() {
 void WatchForAborts() {
   if (own_stderr == STDERR_FILENO) return;
   struct sigaction action = {};
-  action.sa_handler = TellOfAbort;
+  action.sa_handler = CatchFault;
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   for (const int signal : {SIGABRT, SIGSEGV, SIGBUS}) sigaction(signal, &action, nullptr);
 }

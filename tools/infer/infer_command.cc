@@ -17,8 +17,7 @@ class InferCommand : public Command {
   std::string example() const override {
     return "egosieve infer out/drive\n"
            "egosieve infer out/drive --from=1000 --to=1999 --device=gpu\n"
-           "egosieve infer out/drive --stride=1 --every=10 --out=out/fine\n"
-           "egosieve infer out/drive --shard=1/2 & egosieve infer out/drive --shard=2/2";
+           "egosieve infer out/drive --stride=1 --every=10 --out=out/fine";
   }
   void AddFlags(CLI::App& app) override { flags_.AddFlags(app); }
   absl::StatusOr<ExitCode> Run() override { return RunInfer(flags_); }

@@ -9,9 +9,7 @@ void InferFlags::AddFlags(CLI::App& app) {
       ->required()
       ->type_name("")
       ->configurable(false);
-  app.add_option("--out", target.out,
-                 "The run folder to write; none: DIR itself, in which several programs may work "
-                 "on different frames at the same time")
+  app.add_option("--out", target.out, "The run folder to write; none: DIR itself")
       ->type_name("DIR");
   app.add_flag("--overwrite", target.overwrite,
                "Replace the run that --out holds; without --out, make existing maps again");
@@ -21,10 +19,6 @@ void InferFlags::AddFlags(CLI::App& app) {
   app.add_option("--every", every, "Makes each N-th map only, from the run's first frame on")
       ->check(AtLeast<int64_t>(1))
       ->type_name("N");
-  app.add_option("--shard", shard,
-                 "Makes the K-th of N shares, from 1 on; checkpoints bound the pieces that are "
-                 "dealt out in turn")
-      ->type_name("K/N");
   app.add_option("--stride", stride,
                  "Pixels between neighbouring grid pixels; 0: the run's; others need --out")
       ->check(Between(0, 1000))

@@ -18,7 +18,6 @@ namespace egosieve::tools {
 struct InferFlags {
   MapTarget target;
   std::string input;  // where the run's input is now; empty: where run.json says
-  std::string shard;  // "K/N" (shard.h); empty: all frames
   FrameRange range;
   int64_t every = 1;  // frames, from the run's first on
   int stride = 0;     // pixels; 0: the run's

@@ -6,7 +6,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -19,7 +18,6 @@
 #include "tools/cli/interruption.h"
 #include "tools/infer/map_book.h"
 #include "tools/infer/model_replay.h"
-#include "tools/infer/shard.h"
 #include "tools/run_folder/chosen_lines.h"
 #include "tools/run_folder/folder_lock.h"
 #include "tools/segment/drive_input.h"
@@ -28,9 +26,6 @@
 
 namespace egosieve::tools {
 namespace {
-
-constexpr auto kPoll = std::chrono::milliseconds(1000);  // for a run that is still being written
-constexpr auto kShortPoll = std::chrono::milliseconds(50);
 
 // A number that `segment` wrote to run.json.
 absl::StatusOr<int64_t> NumberOf(const RunDescription& description, const std::string& flag) {
@@ -58,12 +53,13 @@ class InferRun {
     if (InterruptionRequested()) {
       return absl::CancelledError("interrupted; nothing was written");
     }
-    // Keep models and maps from being removed meanwhile.
+    // Keeps models and maps from being removed meanwhile.
     EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock reading, FolderLock::Use(flags_.target.run));
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<FolderLock> writing,
+                              RunFolder::TakeOrMake(flags_.target.path()));
     EGOSIEVE_ASSIGN_OR_RETURN(
         MapBook book,
         flags_.target.Open(*work.run, work.description, work.options.stride_pixels, work.device));
-    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock writing, FolderLock::Use(flags_.target.path()));
     EGOSIEVE_ASSIGN_OR_RETURN(std::unique_ptr<vision::OnlineSegmenter> segmenter,
                               vision::OnlineSegmenter::Create(device.context, work.options));
     work.models.emplace(*work.run, work.checkpoint_every, std::move(segmenter));
@@ -80,7 +76,6 @@ class InferRun {
     std::string device;      // that makes the maps
     std::set<int64_t> done;  // frames that this program has worked on
     std::optional<ModelReplay> models;
-    Shard shard;
   };
 
   absl::StatusOr<Work> OpenRun() const {
@@ -101,7 +96,6 @@ class InferRun {
                        " has all its maps and kept no models to make others from; segment the "
                        "drive with --learn_only for that"));
     }
-    EGOSIEVE_ASSIGN_OR_RETURN(work.shard, ParseShard(flags_.shard, work.checkpoint_every));
     EGOSIEVE_ASSIGN_OR_RETURN(work.options, ReadInferenceOptions(work.description.flags));
     if (flags_.stride > 0 && flags_.stride != work.options.stride_pixels &&
         flags_.target.is_run()) {
@@ -110,8 +104,7 @@ class InferRun {
                        "; give the maps a folder with --out"));
     }
     if (flags_.stride > 0) work.options.stride_pixels = flags_.stride;
-    EGOSIEVE_ASSIGN_OR_RETURN(const bool is_growing, FolderLock::IsTaken(flags_.target.run));
-    if (!is_growing) EGOSIEVE_RETURN_IF_ERROR(ChooseLines(*work.run, flags_.range).status());
+    EGOSIEVE_RETURN_IF_ERROR(ChooseLines(*work.run, flags_.range).status());
     return work;
   }
 
@@ -126,8 +119,7 @@ class InferRun {
   }
 
   bool IsDue(const Work& work, int64_t index) const {
-    return flags_.range.Contains(index) && (index - work.run_from) % flags_.every == 0 &&
-           work.shard.Contains(index);
+    return flags_.range.Contains(index) && (index - work.run_from) % flags_.every == 0;
   }
 
   // Frames whose maps are due and missing. A frame that could not be read gets the map of the last
@@ -150,12 +142,12 @@ class InferRun {
     return wanted;
   }
 
-  // Adds, to a folder of --out, the lines of this shard and those of wanted frames outside it.
+  // Adds, to a folder of --out, the lines of the range and those of wanted frames outside it.
   absl::Status EnterLines(const Work& work, const std::vector<int64_t>& wanted,
                           MapBook& book) const {
     if (flags_.target.is_run()) return absl::OkStatus();
     for (FrameLine line : work.models->lines()) {
-      if (!(flags_.range.Contains(line.index) && work.shard.Contains(line.index)) &&
+      if (!flags_.range.Contains(line.index) &&
           !std::binary_search(wanted.begin(), wanted.end(), line.index)) {
         continue;
       }
@@ -212,42 +204,28 @@ class InferRun {
     return true;
   }
 
-  // Follows a run that segment is still writing, to its end; false if interrupted.
-  absl::StatusOr<bool> InferWhatComes(Work& work, vision::FrameSource& frames,
-                                      MapBook& book) const {
-    while (true) {
-      // Asked first: if segment has ended by now, the lines read next are complete.
-      EGOSIEVE_ASSIGN_OR_RETURN(const bool is_growing, FolderLock::IsTaken(flags_.target.run));
-      EGOSIEVE_RETURN_IF_ERROR(work.models->ReadLines());
-      EGOSIEVE_RETURN_IF_ERROR(book.Refresh());
-      const std::vector<int64_t> wanted = WantedFrames(work, book);
-      EGOSIEVE_RETURN_IF_ERROR(EnterLines(work, wanted, book));
-      Progress progress("infer", flags_.progress, static_cast<int64_t>(wanted.size()));
-      for (size_t begin = 0; begin < wanted.size();) {
-        const size_t end = EndOfStretch(work, wanted, begin);
-        EGOSIEVE_ASSIGN_OR_RETURN(
-            const bool finished,
-            InferStretch(work, absl::MakeConstSpan(wanted).subspan(begin, end - begin), frames,
-                         book, progress));
-        if (!finished) return false;
-        begin = end;
-      }
-      progress.Finish();
-      const bool has_range = flags_.range.to >= 0 && !work.models->lines().empty() &&
-                             work.models->lines().back().index >= flags_.range.to;
-      if (!is_growing || has_range) break;
-      for (auto wait = kPoll; wait.count() > 0 && !InterruptionRequested(); wait -= kShortPoll) {
-        std::this_thread::sleep_for(kShortPoll);
-      }
-      if (InterruptionRequested()) return false;
+  // All maps that are due and missing; false if interrupted.
+  absl::StatusOr<bool> InferMissing(Work& work, vision::FrameSource& frames, MapBook& book) const {
+    EGOSIEVE_RETURN_IF_ERROR(work.models->ReadLines());
+    const std::vector<int64_t> wanted = WantedFrames(work, book);
+    EGOSIEVE_RETURN_IF_ERROR(EnterLines(work, wanted, book));
+    Progress progress("infer", flags_.progress, static_cast<int64_t>(wanted.size()));
+    for (size_t begin = 0; begin < wanted.size();) {
+      const size_t end = EndOfStretch(work, wanted, begin);
+      EGOSIEVE_ASSIGN_OR_RETURN(
+          const bool finished,
+          InferStretch(work, absl::MakeConstSpan(wanted).subspan(begin, end - begin), frames, book,
+                       progress));
+      if (!finished) return false;
+      begin = end;
     }
-    EGOSIEVE_RETURN_IF_ERROR(ChooseLines(*work.run, flags_.range).status());
+    progress.Finish();
     return true;
   }
 
   absl::StatusOr<ExitCode> InferAll(Work& work, vision::FrameSource& frames, MapBook& book) const {
     const auto start = std::chrono::steady_clock::now();
-    const absl::StatusOr<bool> finished = InferWhatComes(work, frames, book);
+    const absl::StatusOr<bool> finished = InferMissing(work, frames, book);
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const bool had_nothing_to_do = work.done.empty() && finished.ok() && *finished;

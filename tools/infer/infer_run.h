@@ -8,9 +8,9 @@
 
 namespace egosieve::tools {
 
-// Follows a run that segment is still writing, to its end. FailedPrecondition if the run keeps no
-// models or the input is not its own; InvalidArgument for flags that do not fit the run; DataLoss;
-// Cancelled, with whole maps so far.
+// FailedPrecondition if the run keeps no models, the input is not its own, or another program works
+// on the folder; InvalidArgument for flags that do not fit the run; DataLoss; Cancelled, with whole
+// maps so far.
 absl::StatusOr<ExitCode> RunInfer(const InferFlags& flags);
 
 }  // namespace egosieve::tools

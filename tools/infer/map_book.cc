@@ -28,17 +28,9 @@ absl::StatusOr<MapBook> MapBook::Open(const RunFolder& folder, const RunDescript
   for (const char* maps : {"grid", "potential"}) {
     kernels::RemoveAbandonedTemporaries(folder.File(maps));
   }
-  EGOSIEVE_RETURN_IF_ERROR(book.Refresh());
+  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadLines());
+  for (FrameLine& line : lines) book.lines_.emplace(line.index, std::move(line));
   return book;
-}
-
-absl::Status MapBook::Refresh() {
-  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder_.ReadLines());
-  for (FrameLine& line : lines) {
-    const int64_t index = line.index;
-    lines_.insert_or_assign(index, std::move(line));
-  }
-  return absl::OkStatus();
 }
 
 bool MapBook::Holds(int64_t index) {

@@ -1,10 +1,6 @@
 // Maps of a run folder that are made after its lines: each map is written, then its line is
-// appended to this program's own log (tools/run_folder/run_folder.h).
-//
-// A line states that its frame has a map only after the complete map has been written. Any number
-// of programs, on any number of machines, may fill one folder at the same time, also while segment
-// writes it. They do not wait for each other and change no other program's file. A map that two of
-// them make has the same bytes.
+// appended to this program's own log (tools/run_folder/run_folder.h). A line states that its frame
+// has a map only after the complete map has been written.
 #ifndef EGOSIEVE_TOOLS_INFER_MAP_BOOK_H_
 #define EGOSIEVE_TOOLS_INFER_MAP_BOOK_H_
 
@@ -28,8 +24,6 @@ class MapBook {
   static absl::StatusOr<MapBook> Open(const RunFolder& folder, const RunDescription& description,
                                       const std::string& device);
 
-  // Reads the logs again.
-  absl::Status Refresh();
   // Whether the frame's line states that it has a map, and the map exists.
   bool Holds(int64_t index);
   // Adds a line that the folder does not have yet.

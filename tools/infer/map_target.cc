@@ -8,7 +8,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
-#include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/former_run.h"
 #include "tools/segment/drive_writer.h"
 
@@ -59,10 +58,6 @@ absl::StatusOr<RunFolder> MapTarget::OpenOut(const RunDescription& description) 
                                                  " holds another run: ", difference,
                                                  "; choose another for --out, or add --overwrite"));
   }
-  // If several programs begin at the same time, one of them makes the folder.
-  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(out));
-  EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::TakeWhenFree(out));
-  if (!overwrite && RunFolder::Open(out).ok()) return OpenOut(description);
   EGOSIEVE_ASSIGN_OR_RETURN(folder, RunFolder::Create(out, overwrite));
   EGOSIEVE_RETURN_IF_ERROR(folder->WriteDescription(description));
   return folder;
@@ -71,7 +66,6 @@ absl::StatusOr<RunFolder> MapTarget::OpenOut(const RunDescription& description) 
 absl::Status MapTarget::TellEnd(const absl::StatusOr<bool>& finished, double seconds) const {
   if (is_run()) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(out));
-  EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::TakeWhenFree(out));
   EGOSIEVE_ASSIGN_OR_RETURN(RunDescription description, folder.ReadDescription());
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines, folder.ReadLines());
   description.ended = !finished.ok() ? "failed" : *finished ? "done" : "interrupted";

@@ -1,5 +1,5 @@
-// The folder that infer fills: the run itself, or a folder of --out that holds only maps. Several
-// programs may fill one folder at the same time.
+// The folder that infer fills: the run itself, or a folder of --out that holds only maps. The caller
+// holds the lock of FolderLock::Take on it.
 #ifndef EGOSIEVE_TOOLS_INFER_MAP_TARGET_H_
 #define EGOSIEVE_TOOLS_INFER_MAP_TARGET_H_
 
@@ -29,7 +29,7 @@ struct MapTarget {
   absl::StatusOr<MapBook> Open(const RunFolder& folder, const RunDescription& description,
                                int stride_pixels, const std::string& device) const;
 
-  // Writes the end of the work into run.json of --out, with the counts of all programs so far. The
+  // Writes the end of the work into run.json of --out, with the counts of all maps so far. The
   // run.json of a run is not changed. finished: false if interrupted.
   absl::Status TellEnd(const absl::StatusOr<bool>& finished, double seconds) const;
 

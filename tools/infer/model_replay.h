@@ -22,7 +22,7 @@ class ModelReplay {
               std::unique_ptr<vision::OnlineSegmenter> segmenter)
       : run_(run), checkpoint_every_(checkpoint_every), segmenter_(std::move(segmenter)) {}
 
-  // Reads the run's present lines; segment may still be writing it.
+  // Reads the run's lines.
   absl::Status ReadLines();
   const std::vector<FrameLine>& lines() const { return lines_; }
 

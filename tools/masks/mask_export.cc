@@ -2,18 +2,20 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <opencv2/imgproc.hpp>
 #include <set>
 #include <system_error>
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/exit_code.h"
 #include "tools/masks/stored_picture.h"
 #include "tools/masks/video_frames.h"
 #include "tools/run_folder/former_run.h"
-#include "tools/run_folder/json_name.h"
 #include "tools/run_folder/map_image.h"
 #include "tools/run_folder/segmented_pictures.h"
 #include "vision/frame/image_decoding.h"
@@ -37,7 +39,7 @@ std::set<std::string> PictureFolders(const DriveInput& input) {
 // Checks a folder to write to: apart from the input, and empty unless it may be overwritten.
 absl::Status CheckFolder(const std::string& flag, const std::string& path,
                          const std::set<std::string>& sources,
-                         const std::vector<std::string>& files, bool overwrite) {
+                         const std::vector<std::string>& files, bool may_hold) {
   std::error_code error;
   const std::string given = absl::StrCat(flag, "=", path);
   if (fs::exists(path, error) && !fs::is_directory(path, error)) {
@@ -53,7 +55,7 @@ absl::Status CheckFolder(const std::string& flag, const std::string& path,
     return absl::InvalidArgumentError(
         absl::StrCat(given, " is or holds what is read; name another folder"));
   }
-  if (!overwrite && fs::is_directory(path, error) && !fs::is_empty(path, error)) {
+  if (!may_hold && fs::is_directory(path, error) && !fs::is_empty(path, error)) {
     return absl::AlreadyExistsError(absl::StrCat(
         given, " is not empty; name another folder, or replace its files by --overwrite"));
   }
@@ -63,7 +65,7 @@ absl::Status CheckFolder(const std::string& flag, const std::string& path,
 // Checks --out, --frames and the run folder against the input.
 absl::Status CheckFolders(const DriveInput& input, const std::string& run,
                           const MaskExportOptions& options) {
-  const bool may_hold = options.overwrite || options.shard.count > 1;
+  const bool may_hold = options.overwrite || UnfinishedExport::IsIn(options, input.description);
   const std::set<std::string> folders = PictureFolders(input);
   std::set<std::string> sources = folders;
   sources.insert(run);
@@ -111,11 +113,6 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
         "--threshold, "
         "--unsure, --own_vehicle, --shadow_margin, --also and --invert, or use --for=plain");
   }
-  if (options.shard.count > 1 &&
-      (options.format == MaskFormat::kCoco || options.format == MaskFormat::kMots)) {
-    return absl::InvalidArgumentError(
-        "coco and mots keep the movers of all frames in one file; leave --shard out");
-  }
   EGOSIEVE_RETURN_IF_ERROR(CheckFolders(input, run, options));
   MaskExport result(std::move(input), options);
   const vision::FrameSource& source = *result.input_.frames;
@@ -128,10 +125,8 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
         "--from_video takes the video, and INPUT the pictures that were taken from it");
   }
   std::vector<std::string> images;
-  for (int64_t i = 0; i < source.expected_frame_count(); ++i) {
-    images.push_back(source.image_name(i));
-  }
-  EGOSIEVE_RETURN_IF_ERROR(result.CheckNames(images));
+  for (int64_t i = 0; i < source.expected_frame_count(); ++i) images.push_back(result.ImageName(i));
+  EGOSIEVE_RETURN_IF_ERROR(result.CheckTargets());
   cv::Size size(result.input_.width_pixels, result.input_.height_pixels);
   if (!result.files_.empty()) {
     const absl::StatusOr<StoredPicture> first = ReadStoredPicture(result.files_.front());
@@ -150,43 +145,103 @@ absl::StatusOr<MaskExport> MaskExport::Prepare(DriveInput input, const std::stri
   return result;
 }
 
-absl::Status MaskExport::CheckNames(const std::vector<std::string>& images) const {
+std::vector<std::string> MaskExport::Targets(int64_t index) const {
+  std::vector<std::string> targets;
+  const std::string image = ImageName(index);
+  const std::string mask = MaskFile(options_.format, image, index, SequenceName());
+  if (!mask.empty()) targets.push_back(AbsolutePath(absl::StrCat(options_.out, "/", mask)));
+  if (!options_.frames.empty()) {
+    targets.push_back(AbsolutePath(absl::StrCat(options_.frames, "/", image)));
+  }
+  return targets;
+}
+
+absl::Status MaskExport::CheckTargets() {
   constexpr size_t kMostBytes = 255;  // of a file's name, on most file systems
-  std::set<std::string> files;
-  for (size_t i = 0; i < images.size(); ++i) {
-    const std::string file =
-        options_.format == MaskFormat::kCoco
-            ? JsonName(images[i])
-            : MaskFile(options_.format, images[i], static_cast<int64_t>(i), SequenceName());
-    if (fs::path(file).filename().string().size() > kMostBytes) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("the mask ", file, " would have a name of more than ", kMostBytes,
-                       " bytes; give ", images[i], " a shorter name"));
-    }
-    if (!files.insert(file).second) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("two images would have the mask ", file, ", ", images[i],
-                       " and one that differs in its extension; rename one of them"));
+  std::map<std::string, int64_t> pictures;  // by target
+  for (int64_t i = 0; i < input_.frames->expected_frame_count(); ++i) {
+    for (const std::string& target : Targets(i)) {
+      if (fs::path(target).filename().string().size() > kMostBytes) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("the file ", target, " would have a name of more than ", kMostBytes,
+                         " bytes; give its picture a shorter name"));
+      }
+      const auto [place, is_new] = pictures.emplace(target, i);
+      if (!is_new) {
+        return absl::InvalidArgumentError(absl::StrCat(
+            "two files would be ", target, ", of the pictures ",
+            input_.frames->image_name(place->second), " and ", input_.frames->image_name(i),
+            "; rename one of them, or name different folders for --out and --frames"));
+      }
+      target_folders_.insert(fs::path(target).parent_path().string());
     }
   }
+  for (const std::string& folder : target_folders_) {
+    if (LiesInFolder(folder, options_.out)) continue;
+    if (!options_.frames.empty() && LiesInFolder(folder, options_.frames)) continue;
+    return absl::InvalidArgumentError(absl::StrCat(folder, " leads out of --out=", options_.out,
+                                                   " by a link; remove the link, or name "
+                                                   "another folder"));
+  }
   return absl::OkStatus();
+}
+
+absl::Status MaskExport::CheckNumbers(
+    const RunFolder& folder, const std::vector<std::pair<int64_t, FrameLine>>& chosen) const {
+  const int most = LargestNumber(options_.format);
+  if (most >= UINT16_MAX) return absl::OkStatus();
+  std::vector<absl::Status> statuses(chosen.size(), absl::OkStatus());
+  kernels::ParallelFor(static_cast<int64_t>(chosen.size()), [&](int64_t i) {
+    const FrameLine& line = chosen[i].second;
+    const absl::StatusOr<FrameMask> mask = ReadFrameMask(folder, line, options_.mask, {});
+    statuses[i] = mask.status();
+    if (!mask.ok()) return;
+    double largest = 0.0;
+    cv::minMaxLoc(mask->numbers, nullptr, &largest);
+    if (largest <= most) return;
+    statuses[i] = absl::OutOfRangeError(absl::StrFormat(
+        "frame %d: mover %.0f, where the format has numbers up to %d; use --for=coco, or a shorter "
+        "run",
+        line.index, largest, most));
+  });
+  for (const absl::Status& status : statuses) EGOSIEVE_RETURN_IF_ERROR(status);
+  return absl::OkStatus();
+}
+
+bool MaskExport::IsWritten(int64_t index) const {
+  // These are of all frames, or depend on files that may have changed.
+  const bool needs_all = !options_.truth.empty() || !options_.also.empty() ||
+                         options_.format == MaskFormat::kCoco ||
+                         options_.format == MaskFormat::kMots;
+  if (needs_all || !unfinished_->continues()) return false;
+  const std::vector<std::string> targets = Targets(index);
+  return std::all_of(targets.begin(), targets.end(), [](const std::string& target) {
+    std::error_code error;
+    return fs::is_regular_file(target, error);
+  });
 }
 
 absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLine>& lines,
                              const std::function<bool()>& after_frame) {
   EGOSIEVE_ASSIGN_OR_RETURN(options_.mask.ignored, folder.ReadIgnoredArea());
-  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(options_.out));
-  kernels::RemoveAbandonedTemporaries(options_.out);
-  if (!options_.frames.empty()) kernels::RemoveAbandonedTemporaries(options_.frames);
   EGOSIEVE_ASSIGN_OR_RETURN(const auto chosen, Chosen(lines));
+  EGOSIEVE_RETURN_IF_ERROR(CheckNumbers(folder, chosen));
+  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(options_.out));
+  target_folders_.insert(options_.out);
+  for (const std::string& target : target_folders_) kernels::RemoveAbandonedTemporaries(target);
+  EGOSIEVE_ASSIGN_OR_RETURN(unfinished_,
+                            UnfinishedExport::Begin(options_, input_.description, folder));
   std::set<std::string> named;
   for (const auto& [index, line] : chosen) {
-    named.insert(input_.frames->image_name(index));
-    if (!options_.shard.Contains(line.index)) continue;
-    EGOSIEVE_RETURN_IF_ERROR(WriteFrame(folder, line, index));
+    named.insert(ImageName(index));
+    if (IsWritten(index)) {
+      ++written_;
+    } else {
+      EGOSIEVE_RETURN_IF_ERROR(WriteFrame(folder, line, index));
+    }
     if (!after_frame()) {
-      return absl::CancelledError(
-          absl::StrCat("interrupted; ", images(), " masks are in ", options_.out));
+      return absl::CancelledError(absl::StrCat("interrupted; ", images(), " masks are in ",
+                                               options_.out, "; the same command goes on"));
     }
   }
   EGOSIEVE_RETURN_IF_ERROR(writer_.Finish());
@@ -203,7 +258,7 @@ absl::Status MaskExport::Run(const RunFolder& folder, const std::vector<FrameLin
                                      " pictures have no mask: the run does not hold them, or they "
                                      "could not be read"));
   }
-  return absl::OkStatus();
+  return unfinished_->End();
 }
 
 absl::Status MaskExport::FindPictures(vision::FrameSource& video,
@@ -238,7 +293,7 @@ absl::Status MaskExport::WriteFrame(const RunFolder& folder, const FrameLine& li
   EGOSIEVE_ASSIGN_OR_RETURN(FrameMask mask, ReadFrameMask(folder, line, options_.mask, shown));
   MaskedFrame frame;
   frame.index = index;
-  frame.image = input_.frames->image_name(index);
+  frame.image = ImageName(index);
   std::string file;
   int orientation = 1;
   if (index < static_cast<int64_t>(files_.size())) {

@@ -4,18 +4,19 @@
 
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "tools/infer/shard.h"
 #include "tools/masks/coverage.h"
 #include "tools/masks/frame_masks.h"
 #include "tools/masks/mask_format.h"
 #include "tools/masks/mask_writer.h"
 #include "tools/masks/transforms_file.h"
+#include "tools/masks/unfinished_export.h"
 #include "tools/masks/user_masks.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/drive_input.h"
@@ -35,9 +36,6 @@ struct MaskExportOptions {
   // The video from which the pictures were taken; the run is then one of the video
   // (video_frames.h). Empty: the run is one of the pictures.
   std::string video;
-  // Share of the run's frames. More than one share needs a run that has its masks, and a format
-  // with one file per frame. Shares are written into one folder, in any order, also repeatedly.
-  Shard shard;
 };
 
 class MaskExport {
@@ -50,7 +48,8 @@ class MaskExport {
   // Finds the pictures in the video. after_frame: as in video_frames.h.
   absl::Status FindPictures(vision::FrameSource& video, const std::function<bool()>& after_frame);
 
-  // after_frame: as in reconstruct_run.h.
+  // after_frame: as in reconstruct_run.h. An interrupted call of the same options on the same run is
+  // continued. OutOfRange, before anything is written, if the format lacks a mover's number.
   absl::Status Run(const RunFolder& folder, const std::vector<FrameLine>& lines,
                    const std::function<bool()>& after_frame);
 
@@ -67,7 +66,19 @@ class MaskExport {
         writer_(options.format, options.out, SequenceName()) {}
 
   std::string SequenceName() const;
-  absl::Status CheckNames(const std::vector<std::string>& images) const;
+  // The picture's name, inside any folder.
+  std::string ImageName(int64_t index) const {
+    return NameInside(input_.frames->image_name(index));
+  }
+  // Checks that every file to write lies in its folder, and that no two are the same.
+  absl::Status CheckTargets();
+  // The files of a picture.
+  std::vector<std::string> Targets(int64_t index) const;
+  // Checks that the format has room for the movers' numbers.
+  absl::Status CheckNumbers(const RunFolder& folder,
+                            const std::vector<std::pair<int64_t, FrameLine>>& chosen) const;
+  // Whether an interrupted export has made the picture's files.
+  bool IsWritten(int64_t index) const;
   // Writes the mask of the run's frame `line` for picture `index` of the input.
   absl::Status WriteFrame(const RunFolder& folder, const FrameLine& line, int64_t index);
   // Pictures in the order of their masks, each with the line of its frame.
@@ -86,6 +97,8 @@ class MaskExport {
   std::optional<TransformsFile> transforms_;
   Coverage coverage_;
   MaskWriter writer_;
+  std::set<std::string> target_folders_;
+  std::optional<UnfinishedExport> unfinished_;
   int64_t written_ = 0;
   std::vector<std::string> warnings_;
 };

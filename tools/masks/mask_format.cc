@@ -26,6 +26,20 @@ bool HasNumbers(MaskFormat format) {
 
 bool IsForScenes(MaskFormat format) { return !HasNumbers(format) && format != MaskFormat::kPlain; }
 
+int LargestNumber(MaskFormat format) {
+  if (format == MaskFormat::kDavis) return 254;  // 255 is void
+  return format == MaskFormat::kMots ? kMotsClassStep - 1 : UINT16_MAX;
+}
+
+std::string NameInside(const std::string& image) {
+  std::filesystem::path inside;
+  for (const std::filesystem::path& part :
+       std::filesystem::path(image).lexically_normal().relative_path()) {
+    if (part != "..") inside /= part;
+  }
+  return inside.string();
+}
+
 std::string MaskFile(MaskFormat format, const std::string& image, int64_t index,
                      const std::string& sequence) {
   const std::filesystem::path path(image);

@@ -10,16 +10,21 @@
 //   coco                annotations.json     run lengths (run_length.h), track_id: the number
 //   mots                SEQ/NNNNNN.png, SEQ.txt    1000 class + number
 //
-// IMAGE is the picture's name relative to the input, with folders; NAME is the same without its
-// extension; SEQ is the input's name. Pictures of a video are NNNNNN.png, starting at 000000.png.
+// IMAGE is the picture's name relative to the input, with folders (NameInside); NAME is the same
+// without its extension; SEQ is the input's name. Pictures of a video are NNNNNN.png, starting at
+// 000000.png.
 #ifndef EGOSIEVE_TOOLS_MASKS_MASK_FORMAT_H_
 #define EGOSIEVE_TOOLS_MASKS_MASK_FORMAT_H_
 
+#include <cstdint>
 #include <string>
 
 #include "tools/cli/checks.h"
 
 namespace egosieve::tools {
+
+// MOTS: of an object's class, 1 a car, 2 a pedestrian.
+inline constexpr int kMotsClassStep = 1000;
 
 enum class MaskFormat {
   kPlain,
@@ -39,6 +44,13 @@ bool HasNumbers(MaskFormat format);
 // Whether the reader reconstructs a scene from unmasked pixels. The own vehicle is then masked,
 // too.
 bool IsForScenes(MaskFormat format);
+
+// The largest number of a mover.
+int LargestNumber(MaskFormat format);
+
+// `image` without what leads out of a folder: "../images/./1.png" and "/images/1.png" become
+// "images/1.png".
+std::string NameInside(const std::string& image);
 
 // The mask file of an image, relative to the folder of the masks; empty for kCoco.
 std::string MaskFile(MaskFormat format, const std::string& image, int64_t index,

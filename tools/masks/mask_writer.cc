@@ -19,9 +19,6 @@ namespace {
 
 // The single class for COCO and MOTS: movers. In MOTS, 1 is a car, 2 a pedestrian.
 constexpr int kClass = 1;
-constexpr int kMotsClassStep = 1000;
-constexpr int kMostMots = kMotsClassStep - 1;
-constexpr int kMostDavis = 254;  // 255 is void
 
 std::set<int> NumbersIn(const cv::Mat1w& numbers) {
   std::set<int> found(numbers.begin(), numbers.end());
@@ -42,7 +39,6 @@ cv::Mat WithAlpha(const cv::Mat3b& picture, const cv::Mat1b& masked) {
 }  // namespace
 
 absl::Status MaskWriter::Write(const MaskedFrame& frame) {
-  if (HasNumbers(format_)) EGOSIEVE_RETURN_IF_ERROR(CheckNumbers(frame));
   cv::Mat image;
   switch (format_) {
     case MaskFormat::kCoco:
@@ -80,19 +76,6 @@ absl::Status MaskWriter::WriteFile(const MaskedFrame& frame, const std::string& 
       std::filesystem::path(folder_) / MaskFile(format_, frame.image, frame.index, sequence_);
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(path.parent_path().string()));
   return WriteFileAtomically(path.string(), bytes);
-}
-
-absl::Status MaskWriter::CheckNumbers(const MaskedFrame& frame) const {
-  const int most = format_ == MaskFormat::kDavis  ? kMostDavis
-                   : format_ == MaskFormat::kMots ? kMostMots
-                                                  : UINT16_MAX;
-  double largest = 0.0;
-  cv::minMaxLoc(frame.numbers, nullptr, &largest);
-  if (largest <= most) return absl::OkStatus();
-  return absl::OutOfRangeError(absl::StrFormat(
-      "frame %d: mover %.0f, where the format has numbers up to %d; use --for=coco, or a shorter "
-      "run",
-      frame.index, largest, most));
 }
 
 void MaskWriter::AddAnnotations(const MaskedFrame& frame) {

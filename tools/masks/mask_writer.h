@@ -28,14 +28,13 @@ class MaskWriter {
   MaskWriter(MaskFormat format, std::string folder, std::string sequence)
       : format_(format), folder_(std::move(folder)), sequence_(std::move(sequence)) {}
 
-  // OutOfRange if a number is larger than the format allows.
+  // Numbers are at most LargestNumber.
   absl::Status Write(const MaskedFrame& frame);
   // Writes files that concern all frames, except transforms.json.
   absl::Status Finish();
 
  private:
   absl::Status WriteFile(const MaskedFrame& frame, const std::string& bytes) const;
-  absl::Status CheckNumbers(const MaskedFrame& frame) const;
   void AddAnnotations(const MaskedFrame& frame);
   void AddRows(const MaskedFrame& frame);
 

@@ -70,8 +70,10 @@ void MasksFlags::AddFileFlags(CLI::App& app) {
   app.add_option("--truth", options.truth,
                  "True masks, as for evaluate: prints how much of what moves is masked")
       ->type_name("DIR");
-  app.add_flag("--overwrite", options.overwrite,
-               "Replace files of the same names in --out and --frames; others stay");
+  app.add_flag(
+      "--overwrite", options.overwrite,
+      "Replace files of the same names in --out and --frames; others stay. Not needed to go "
+      "on with what was interrupted");
 }
 
 void MasksFlags::AddRunFlags(CLI::App& app) {
@@ -81,10 +83,6 @@ void MasksFlags::AddRunFlags(CLI::App& app) {
       ->type_name("DIR");
   app.add_option("--input", moved, "Where the run's input is now, if it was moved")
       ->type_name("PATH");
-  app.add_option("--shard", shard,
-                 "Writes the K-th of N shares, from 1 on, of a run that has its masks; what other "
-                 "shares wrote stays")
-      ->type_name("K/N");
   // Flags passed on to segment; its help describes them further.
   const auto pass = [&](const char* flag, const char* type, const char* help, auto& flags) {
     app.add_option(flag, flags[flag], help)->type_name(type);
@@ -112,7 +110,6 @@ absl::Status MasksFlags::Resolve() {
     }
     options.mask.threshold = ClassThresholds().static_below;
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(options.shard, ParseShard(shard, kPieceFrames));
   options.mask.numbers = HasNumbers(options.format);
   options.mask.own_vehicle = own_vehicle == Treatment::kMask ||
                              (own_vehicle == Treatment::kDefault && IsForScenes(options.format));

@@ -20,7 +20,6 @@ struct MasksFlags {
   std::string input;  // a video, images, or a run folder
   std::string run;    // the run folder of an input that is segmented; empty: OUT.run
   std::string moved;  // where the run's input is now; empty: where run.json says
-  std::string shard;  // "K/N" (shard.h); empty: all frames
   MaskExportOptions options;
   Treatment unsure = Treatment::kDefault, own_vehicle = Treatment::kDefault;
   // Flags for segment, and for segment and reconstruct, with their values if given.

@@ -47,9 +47,9 @@ class MasksRun {
   absl::StatusOr<ExitCode> Run() {
     EGOSIEVE_RETURN_IF_ERROR(flags_.Resolve());
     const bool is_run = RunFolder::Open(flags_.input).ok();
-    if (!is_run && (flags_.options.shard.count > 1 || !flags_.moved.empty())) {
+    if (!is_run && !flags_.moved.empty()) {
       return absl::InvalidArgumentError(
-          absl::StrCat(flags_.input, " is no run folder; --shard and --input take one"));
+          absl::StrCat(flags_.input, " is no run folder; --input takes one"));
     }
     std::string pictures = flags_.input;
     if (is_run) {
@@ -81,16 +81,16 @@ class MasksRun {
     const std::vector<FrameLine> lines = LinesWithMaps(all);
     if (lines.size() < all.size()) code = ExitCode::kFramesFailed;
     if (!HasMasks(folder, lines)) {
-      if (flags_.options.shard.count > 1) {
-        return absl::FailedPreconditionError(absl::StrCat(
-            flags_.run,
-            " does not hold what the masks are made from; write them once without --shard, "
-            "or run egosieve reconstruct first"));
-      }
       std::vector<std::string> words = {"reconstruct", flags_.run,
                                         absl::StrCat("--input=", pictures)};
       // Products that reconstruct already made with its own thresholds stay.
-      if (flags_.options.mask.threshold) words.push_back("--what=probability");
+      ReconstructOptions options;
+      if (flags_.options.mask.threshold) {
+        words.push_back("--what=probability");
+        EGOSIEVE_ASSIGN_OR_RETURN(options.what, ProductChoice::FromText("probability"));
+      }
+      EGOSIEVE_ASSIGN_OR_RETURN(const bool goes_on, IsResumable(folder, all, options));
+      if (goes_on && !IsReconstructed(folder)) words.push_back("--resume");
       const ExitCode made = Step(std::move(words), false);
       if (made != ExitCode::kDone && made != ExitCode::kFramesFailed) return made;
     }

@@ -14,10 +14,10 @@
 namespace egosieve::tools {
 namespace {
 
-bool IsPiece(const RunDescription& description, const RunDescription& other) {
-  const auto from = description.flags.find("from"), later = other.flags.find("from");
-  return from != description.flags.end() && later != other.flags.end() &&
-         from->second != later->second;
+// The first frame that `segment` was asked for.
+std::string BeginIn(const RunDescription& description) {
+  const auto from = description.flags.find("from");
+  return from == description.flags.end() ? "" : from->second;
 }
 
 // Length of the input in frames: the end of its fingerprint.
@@ -41,27 +41,24 @@ absl::Status CopyMaps(const RunFolder& from, const RunFolder& to, int64_t index)
 
 }  // namespace
 
-absl::StatusOr<bool> CheckSource(const RunDescription& description, const std::string& source) {
+absl::Status CheckPiece(const RunDescription& description, const std::string& source) {
   EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(source));
   EGOSIEVE_ASSIGN_OR_RETURN(RunDescription other, folder.ReadDescription());
-  other.device = description.device;
-  other.maps_from = description.maps_from;
-  const bool is_piece = IsPiece(description, other);
-  if (is_piece) {
-    other.flags["from"] = description.flags.at("from");
+  std::string difference;
+  if (BeginIn(other) == BeginIn(description)) {
+    difference = absl::StrCat("both begin at frame ", BeginIn(description));
+  } else {
+    other.device = description.device;
+    other.flags["from"] = BeginIn(description);
     if (LengthIn(other) == LengthIn(description)) {
       other.input.fingerprint = description.input.fingerprint;
     }
-  } else {
-    other.input.path = description.input.path;
+    difference = DescribeDifference(description, other);
   }
-  const std::string difference = DescribeDifference(description, other);
-  if (difference.empty()) return is_piece;
+  if (difference.empty()) return absl::OkStatus();
   return absl::FailedPreconditionError(
-      is_piece ? absl::StrCat(source, " is no piece of the drive: ", difference,
-                              "; give runs of the same input with the same flags")
-               : absl::StrCat(source, " is no copy of the run: ", difference,
-                              "; give folders of the same run"));
+      absl::StrCat(source, " is no later piece of the drive: ", difference,
+                   "; give runs of the same input with the same flags that begin at later frames"));
 }
 
 absl::StatusOr<int64_t> TakeMaps(const RunFolder& target, const RunDescription& description,

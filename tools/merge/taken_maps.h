@@ -1,13 +1,12 @@
-// Takes over the maps of another run folder: a copy of the run, or a later piece of its drive.
-//
-// Copies differ in path and device of the maps, which each line names; pieces differ in their first
-// frame, and so in their first picture.
+// Takes over the maps of a later piece of a drive. Pieces differ in their first frame, and so in
+// their first picture; each line names the device of its map.
 #ifndef EGOSIEVE_TOOLS_MERGE_TAKEN_MAPS_H_
 #define EGOSIEVE_TOOLS_MERGE_TAKEN_MAPS_H_
 
 #include <cstdint>
 #include <string>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "tools/cli/progress.h"
 #include "tools/run_folder/run_description.h"
@@ -15,9 +14,9 @@
 
 namespace egosieve::tools {
 
-// Whether the run in `source` is a piece rather than a copy of the run that `description` is of.
-// FailedPrecondition if it is neither.
-absl::StatusOr<bool> CheckSource(const RunDescription& description, const std::string& source);
+// FailedPrecondition unless the run in `source` is another piece of the drive that `description` is
+// of.
+absl::Status CheckPiece(const RunDescription& description, const std::string& source);
 
 // Copies the maps and lines that `target`, whose description is `description`, lacks; returns the
 // number of frames whose maps were copied. Cancelled if interrupted.

@@ -27,19 +27,15 @@ class ReconstructCommand : public Command {
   }
   std::string example() const override {
     return "egosieve reconstruct out/drive\n"
-           "egosieve reconstruct out/drive --what=masks,probability --resume\n"
-           "egosieve reconstruct out/drive --shard=1/2 & "
-           "egosieve reconstruct out/drive --shard=2/2";
+           "egosieve reconstruct out/drive --what=masks,probability --resume";
   }
 
   void AddFlags(CLI::App& app) override { flags_.AddFlags(app); }
 
   absl::StatusOr<ExitCode> Run() override {
     EGOSIEVE_ASSIGN_OR_RETURN(const ReconstructOptions options, flags_.MakeOptions());
-    const bool is_share = options.shard.count > 1;
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(flags_.directory));
-    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, is_share ? FolderLock::Use(folder.path())
-                                                              : FolderLock::Take(folder.path()));
+    EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Take(folder.path()));
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
     EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines,
                               ChooseLines(folder, flags_.range));
@@ -51,10 +47,9 @@ class ReconstructCommand : public Command {
     Progress progress("reconstruct", flags_.progress, run->frames() - run->frames_done_before());
     EGOSIEVE_RETURN_IF_ERROR(run->Run([&] { return progress.AdvanceUninterrupted(); }));
     progress.Finish();
-    flags_.result.Tell(name(), {{"run", folder.path()}, {"frames", run->frames()}},
-                       absl::StrFormat(is_share ? "the maps of %d frames refined in %s\n"
-                                                : "%d frames reconstructed in %s\n",
-                                       run->frames(), folder.path()));
+    flags_.result.Tell(
+        name(), {{"run", folder.path()}, {"frames", run->frames()}},
+        absl::StrFormat("%d frames reconstructed in %s\n", run->frames(), folder.path()));
     Warn(DescribeMissingMaps(folder, description, lines));
     const auto unreadable = std::count_if(lines.begin(), lines.end(), [](const FrameLine& line) {
       return line.outcome == FrameLine::Outcome::kFailed;

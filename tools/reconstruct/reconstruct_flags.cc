@@ -2,7 +2,6 @@
 
 #include "kernels/base/status_macros.h"
 #include "tools/cli/object_flags.h"
-#include "tools/infer/shard.h"
 
 namespace egosieve::tools {
 
@@ -29,10 +28,6 @@ void ReconstructFlags::AddFlags(CLI::App& app) {
   app.add_flag("--causal", options.window.link.causal,
                "Each frame from itself and the frames before it, as for a live camera");
   app.add_flag("--resume", options.resume, "Continue where the same command stopped");
-  app.add_option("--shard", shard,
-                 "Refines the K-th of N shares of the maps, from 1 on, and writes nothing else: "
-                 "a call without --shard then numbers the movers, frame after frame")
-      ->type_name("K/N");
   app.add_option("--input", options.input, "Where the run's input is now, if it was moved")
       ->type_name("PATH");
   app.add_option("--static_below", options.classes.static_below,
@@ -53,7 +48,6 @@ absl::StatusOr<ReconstructOptions> ReconstructFlags::MakeOptions() const {
   ReconstructOptions made = options;
   EGOSIEVE_ASSIGN_OR_RETURN(made.what, ProductChoice::FromText(what));
   EGOSIEVE_RETURN_IF_ERROR(made.Validate());
-  EGOSIEVE_ASSIGN_OR_RETURN(made.shard, ParseShard(shard, 1));
   return made;
 }
 

@@ -18,8 +18,7 @@ namespace egosieve::tools {
 struct ReconstructFlags {
   std::string directory;
   std::string what = ProductChoice().ToText();
-  std::string shard;           // "K/N" (shard.h); empty: all frames
-  ReconstructOptions options;  // but its `what` and `shard`
+  ReconstructOptions options;  // but its `what`
   FrameRange range;
   ThreadsFlag threads;
   DeviceFlag device;
@@ -27,7 +26,7 @@ struct ReconstructFlags {
   ResultFlag result;
 
   void AddFlags(CLI::App& app);
-  // The options with `what` and `shard`. InvalidArgument for values out of range.
+  // The options with `what`. InvalidArgument for values out of range.
   absl::StatusOr<ReconstructOptions> MakeOptions() const;
 };
 

@@ -11,6 +11,7 @@
 #include "kernels/base/parallel_for.h"
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/former_run.h"
+#include "tools/run_folder/map_image.h"
 #include "tools/run_folder/segmented_pictures.h"
 #include "vision/masks/glimpses.h"
 #include "vision/masks/mask_image.h"
@@ -52,38 +53,19 @@ size_t ChunkEnd(const std::vector<FrameLine>& lines, size_t begin) {
   return end;
 }
 
-// Chunks are frames [first, second) of the lines.
-std::vector<std::pair<size_t, size_t>> ChunksOf(const std::vector<FrameLine>& lines,
-                                                const Shard& shard) {
-  std::vector<std::pair<size_t, size_t>> chunks;
-  int64_t number = 0;
-  for (size_t begin = 0; begin < lines.size(); ++number) {
-    const size_t end = ChunkEnd(lines, begin);
-    if (shard.Contains(number)) chunks.emplace_back(begin, end);
-    begin = end;
-  }
-  return chunks;
+// Differs for reconstructions that differ. lines: those with pictures.
+std::string SignatureOf(const RunDescription& description, const std::vector<FrameLine>& lines,
+                        const ReconstructOptions& options) {
+  return absl::StrFormat(
+      "what=%s mask=%g,%g objects=%g,%g classes=%g,%g causal=%d frames=%d-%d maps=%d started=%s",
+      options.what.ToText(), options.mask.low, options.mask.high, options.objects.low,
+      options.objects.high, options.classes.static_below, options.classes.dynamic_above,
+      options.window.link.causal ? 1 : 0, lines.empty() ? -1 : lines.front().index,
+      lines.empty() ? -1 : lines.back().index, lines.size(), description.started_utc);
 }
 
-// For a run that began at that time, with pictures for all `lines`: distinguishes its refined maps.
-std::string DescribeMaps(const RunDescription& description, const std::vector<FrameLine>& lines,
-                         const ReconstructOptions& options) {
-  return absl::StrFormat("causal=%d frames=%d-%d started=%s", options.window.link.causal ? 1 : 0,
-                         lines.empty() ? -1 : lines.front().index,
-                         lines.empty() ? -1 : lines.back().index, description.started_utc);
-}
-
-RefinedMaps RefinedMapsIn(const RunFolder& folder, const RunDescription& description,
-                          const std::vector<FrameLine>& lines, const ReconstructOptions& options) {
-  return RefinedMaps(
-      folder, absl::StrCat(DescribeMaps(description, lines, options), " maps=", lines.size()));
-}
-
-bool HoldsChunk(const RefinedMaps& refined, const std::vector<FrameLine>& lines,
-                const std::pair<size_t, size_t>& chunk) {
-  return std::all_of(lines.begin() + static_cast<int64_t>(chunk.first),
-                     lines.begin() + static_cast<int64_t>(chunk.second),
-                     [&](const FrameLine& line) { return refined.Holds(line.index); });
+nlohmann::json ReadState(const RunFolder& folder) {
+  return nlohmann::json::parse(ReadFile(folder.File(kState)).value_or(""), nullptr, false);
 }
 
 }  // namespace
@@ -100,9 +82,16 @@ absl::Status ReconstructOptions::Validate() const {
 }
 
 bool IsReconstructed(const RunFolder& folder) {
-  const absl::StatusOr<std::string> text = ReadFile(folder.File(kState));
-  const auto json = nlohmann::json::parse(text.value_or(""), nullptr, false);
+  const nlohmann::json json = ReadState(folder);
   return json.is_object() && json.value("frames_done", -1) == json.value("frames", -2);
+}
+
+absl::StatusOr<bool> IsResumable(const RunFolder& folder, const std::vector<FrameLine>& lines,
+                                 const ReconstructOptions& options) {
+  EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
+  const nlohmann::json json = ReadState(folder);
+  return json.is_object() &&
+         json.value("options", "") == SignatureOf(description, LinesWithPictures(lines), options);
 }
 
 absl::StatusOr<std::unique_ptr<ReconstructRun>> ReconstructRun::Open(
@@ -115,34 +104,16 @@ absl::StatusOr<std::unique_ptr<ReconstructRun>> ReconstructRun::Open(
   EGOSIEVE_ASSIGN_OR_RETURN(run->source_, OpenPictures(run->description_, options.input));
   run->lines_ = LinesWithPictures(lines);
   run->has_map_of_its_own_ = OwnMaps(run->lines_);
-  run->refined_.emplace(RefinedMapsIn(folder, run->description_, run->lines_, options));
   EGOSIEVE_RETURN_IF_ERROR(run->Begin());
   return run;
 }
 
 absl::Status ReconstructRun::Begin() {
   RemoveAbandonedFiles(folder_.path());
-  if (options_.shard.count > 1) {
-    EGOSIEVE_RETURN_IF_ERROR(refined_->Begin());
-    for (const auto& chunk : ChunksOf(lines_, options_.shard)) {
-      const auto frames = static_cast<int64_t>(chunk.second - chunk.first);
-      frames_ += frames;
-      if (HoldsChunk(*refined_, lines_, chunk)) done_before_ += frames;
-    }
-    return absl::OkStatus();
-  }
   frames_ = static_cast<int64_t>(lines_.size());
   EGOSIEVE_RETURN_IF_ERROR(CreateProductFolders(folder_, options_.what));
   const bool has_state = std::filesystem::exists(folder_.File(kState));
   return options_.resume && has_state ? RestoreState() : StartTracks();
-}
-
-std::string ReconstructRun::Signature() const {
-  const vision::ObjectThresholds& mask = options_.mask;
-  return absl::StrFormat(
-      "what=%s mask=%g,%g objects=%g,%g classes=%g,%g %s", options_.what.ToText(), mask.low,
-      mask.high, options_.objects.low, options_.objects.high, options_.classes.static_below,
-      options_.classes.dynamic_above, DescribeMaps(description_, lines_, options_));
 }
 
 absl::Status ReconstructRun::StartTracks() {
@@ -160,7 +131,8 @@ absl::Status ReconstructRun::RestoreState() {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string text, ReadFile(folder_.File(kState)));
   const auto json = nlohmann::json::parse(text, nullptr, false);
   const std::string remedy = "; leave --resume out to begin anew";
-  if (json.is_discarded() || json.value("options", "") != Signature()) {
+  if (json.is_discarded() ||
+      json.value("options", "") != SignatureOf(description_, lines_, options_)) {
     return absl::FailedPreconditionError(
         absl::StrCat(folder_.File(kState), " is of other options or of another run", remedy));
   }
@@ -180,7 +152,7 @@ absl::Status ReconstructRun::RestoreState() {
 }
 
 absl::Status ReconstructRun::SaveState(size_t done) {
-  const nlohmann::ordered_json json = {{"options", Signature()},
+  const nlohmann::ordered_json json = {{"options", SignatureOf(description_, lines_, options_)},
                                        {"frames_done", done},
                                        {"frames", lines_.size()},
                                        {"track_rows", track_rows_},
@@ -228,39 +200,12 @@ absl::Status ReconstructRun::MoveWindowAround(size_t begin, size_t end) {
   return MoveWindow(from, to);
 }
 
-absl::StatusOr<std::vector<cv::Mat1f>> ReconstructRun::RefinedMapsOf(size_t begin, size_t end) {
-  std::vector<cv::Mat1f> maps(end - begin);
-  if (refined_->AreThere() && HoldsChunk(*refined_, lines_, {begin, end})) {
-    std::vector<absl::Status> statuses(maps.size(), absl::OkStatus());
-    kernels::ParallelFor(static_cast<int64_t>(maps.size()), [&](int64_t i) {
-      const FrameLine& line = lines_[begin + i];
-      auto map = refined_->Read(line.index, {line.width_pixels, line.height_pixels});
-      statuses[i] = map.status();
-      if (map.ok()) maps[i] = *std::move(map);
-    });
-    // Damaged maps are made again.
-    if (std::all_of(statuses.begin(), statuses.end(), [](const auto& s) { return s.ok(); })) {
-      return maps;
-    }
-  }
-  maps = vision::RefineWindow(window_, static_cast<int>(begin - window_begin_),
-                              static_cast<int>(maps.size()), options_.window);
-  for (cv::Mat1f& map : maps) map = RoundedMap(map);
-  return maps;
-}
-
-absl::Status ReconstructRun::RefineChunk(size_t begin, size_t end) {
-  EGOSIEVE_RETURN_IF_ERROR(MoveWindowAround(begin, end));
-  const std::vector<cv::Mat1f> maps =
+std::vector<cv::Mat1f> ReconstructRun::RefinedMapsOf(size_t begin, size_t end) const {
+  std::vector<cv::Mat1f> maps =
       vision::RefineWindow(window_, static_cast<int>(begin - window_begin_),
                            static_cast<int>(end - begin), options_.window);
-  std::vector<absl::Status> statuses(maps.size(), absl::OkStatus());
-  kernels::ParallelFor(static_cast<int64_t>(maps.size()), [&](int64_t i) {
-    statuses[i] = refined_->Write(lines_[begin + i].index, maps[i]);
-    window_[begin + i - window_begin_].image.release();
-  });
-  for (const absl::Status& status : statuses) EGOSIEVE_RETURN_IF_ERROR(status);
-  return absl::OkStatus();
+  for (cv::Mat1f& map : maps) map = MapValues(MapPixels(map, 1.0), 1.0);
+  return maps;
 }
 
 std::vector<cv::Mat1w> ReconstructRun::NumberMovers(size_t begin, size_t end,
@@ -297,11 +242,7 @@ absl::Status ReconstructRun::RunChunk(size_t begin, size_t end) {
                          lines_[end].height_pixels == lines_[begin].height_pixels;
   const size_t seen = sees_next ? end + 1 : end;
   EGOSIEVE_RETURN_IF_ERROR(MoveWindowAround(begin, seen));
-  EGOSIEVE_ASSIGN_OR_RETURN(std::vector<cv::Mat1f> refined, RefinedMapsOf(begin, end));
-  if (sees_next) {
-    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<cv::Mat1f> next, RefinedMapsOf(end, seen));
-    refined.push_back(next.front());
-  }
+  const std::vector<cv::Mat1f> refined = RefinedMapsOf(begin, seen);
   std::vector<FrameResult> results(refined.size());
   kernels::ParallelFor(static_cast<int64_t>(results.size()), [&](int64_t i) {
     const FrameLine& line = lines_[begin + i];
@@ -353,17 +294,15 @@ absl::Status ReconstructRun::AddDeviation(const FrameLine& line, FrameResult& re
 }
 
 absl::Status ReconstructRun::Run(const std::function<bool()>& after_frame) {
-  const bool is_share = options_.shard.count > 1;
-  for (const auto& [begin, end] : ChunksOf(lines_, options_.shard)) {
-    const bool is_done = is_share ? HoldsChunk(*refined_, lines_, {begin, end})
-                                  : static_cast<int64_t>(begin) < done_before_;
-    if (is_done) continue;
-    EGOSIEVE_RETURN_IF_ERROR(is_share ? RefineChunk(begin, end) : RunChunk(begin, end));
+  for (size_t begin = 0, end = 0; begin < lines_.size(); begin = end) {
+    end = ChunkEnd(lines_, begin);
+    if (static_cast<int64_t>(begin) < done_before_) continue;
+    EGOSIEVE_RETURN_IF_ERROR(RunChunk(begin, end));
     bool goes_on = true;
     for (size_t i = begin; i < end; ++i) goes_on = after_frame() && goes_on;
     if (!goes_on) return absl::CancelledError(absl::StrCat("interrupted after ", end, " frames"));
   }
-  return is_share ? absl::OkStatus() : refined_->Remove();
+  return absl::OkStatus();
 }
 
 }  // namespace egosieve::tools

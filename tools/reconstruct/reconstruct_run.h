@@ -5,8 +5,6 @@
 //   files    of a chunk: frame products, then rows of tracks.csv, then reconstruct.json, which
 //            records the progress and the tracker's state. A run that was killed continues at its
 //            last chunk, and gives the same bytes
-//   shares   chunk c belongs to share c mod N, which refines its maps (refined_maps.h). The rest of
-//            the work goes from frame to frame, and is left to the call without a share
 //
 // Memory: the frames of a chunk and at most 24 on each side of it, for any length of the drive.
 #ifndef EGOSIEVE_TOOLS_RECONSTRUCT_RECONSTRUCT_RUN_H_
@@ -14,16 +12,13 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "kernels/runtime/context.h"
-#include "tools/infer/shard.h"
 #include "tools/reconstruct/frame_products.h"
-#include "tools/reconstruct/refined_maps.h"
 #include "tools/run_folder/run_folder.h"
 #include "vision/frame/frame_source.h"
 #include "vision/masks/map_window.h"
@@ -40,13 +35,16 @@ struct ReconstructOptions {
   vision::MoverTrackerOptions tracker;
   std::string input;    // if not empty, replaces the path in run.json
   bool resume = false;  // continue where a former call with the same options stopped
-  Shard shard;          // if more than one: only refines the maps of its chunks
 
   absl::Status Validate() const;
 };
 
 // Whether the last reconstruction of the run was completed.
 bool IsReconstructed(const RunFolder& folder);
+
+// Whether `resume` would find a reconstruction of these lines with these options.
+absl::StatusOr<bool> IsResumable(const RunFolder& folder, const std::vector<FrameLine>& lines,
+                                 const ReconstructOptions& options);
 
 class ReconstructRun {
  public:
@@ -55,7 +53,7 @@ class ReconstructRun {
       std::shared_ptr<kernels::Context> context, const RunFolder& folder,
       const std::vector<FrameLine>& lines, const ReconstructOptions& options);
 
-  // Frames of the share that have a map and could be read; how many of them were done before.
+  // Frames that have a map and could be read; how many of them were done before.
   int64_t frames() const { return frames_; }
   int64_t frames_done_before() const { return done_before_; }
 
@@ -72,7 +70,6 @@ class ReconstructRun {
         tracker_(options.tracker) {}
 
   absl::Status Begin();
-  std::string Signature() const;
   absl::Status StartTracks();
   absl::Status RestoreState();
   absl::Status SaveState(size_t done);
@@ -82,9 +79,8 @@ class ReconstructRun {
   absl::Status AddDeviation(const FrameLine& line, FrameResult& result);
   // Reads the frames on which the results of [begin, end) depend.
   absl::Status MoveWindowAround(size_t begin, size_t end);
-  // Reads the maps that a share has refined, or refines them now.
-  absl::StatusOr<std::vector<cv::Mat1f>> RefinedMapsOf(size_t begin, size_t end);
-  absl::Status RefineChunk(size_t begin, size_t end);
+  // Refined maps of the window's frames [begin, end), with the rounding of their files.
+  std::vector<cv::Mat1f> RefinedMapsOf(size_t begin, size_t end) const;
   absl::Status RunChunk(size_t begin, size_t end);
   // The movers' numbers in the frames [begin, end), at working resolution. results: of these frames
   // and, where the next frame tells which of the last movers are glimpses (glimpses.h), of that.
@@ -99,7 +95,6 @@ class ReconstructRun {
   RunDescription description_;
   std::vector<FrameLine> lines_;
   int64_t frames_ = 0;
-  std::optional<RefinedMaps> refined_;
   std::vector<bool> has_map_of_its_own_;
   std::unique_ptr<vision::FrameSource> source_;
   vision::MoverTracker tracker_;

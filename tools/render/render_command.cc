@@ -14,13 +14,13 @@ class RenderCommand : public Command {
  public:
   std::string name() const override { return "render"; }
   std::string summary() const override {
-    return "Draws a run's movers, or its maps, over its frames, as images and as a video.";
+    return "Draws a run's movers, or its maps, over its frames, as a video and as images.";
   }
   std::string example() const override { return "egosieve render out/drive --object_high=0.9"; }
 
   void AddFlags(CLI::App& app) override {
     app.add_option("DIR", options_.directory,
-                   "The run folder; its render/ and overlay.mp4 are written")
+                   "The run folder; its overlay.mp4, and with --images its render/, are written")
         ->required()
         ->type_name("")
         ->configurable(false);
@@ -32,16 +32,13 @@ class RenderCommand : public Command {
     app.add_flag("--outlines", options_.overlay.outlines_only,
                  "Of movers, draw nothing but outlines");
     AddSwitch(app, "--legend", "--no_legend", options_.overlay.legend, "Draw the legend");
-    AddSwitch(app, "--images", "--no_images", options_.images, "Write render/NNNNNN.png");
+    AddSwitch(app, "--images", "--no_images", options_.images,
+              "Write each frame's overlay, too: render/NNNNNN.png");
     AddSwitch(app, "--video", "--no_video", options_.video, "Write overlay.mp4");
     app.add_option("--rate", options_.rate_hz, "The video's frames per second; 0: the input's")
         ->check(Between(0.0, 240.0))
         ->type_name("HZ");
     options_.range.AddFlags(app);
-    app.add_option("--shard", options_.shard,
-                   "Draws the images of the K-th of N shares, from 1 on, and no video, which takes "
-                   "all of them")
-        ->type_name("K/N");
     options_.device.AddFlag(app);
     options_.progress.AddFlag(app);
     options_.result.AddFlag(app);

@@ -10,7 +10,6 @@
 #include "kernels/base/status_macros.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/warning.h"
-#include "tools/infer/shard.h"
 #include "tools/render/overlay_source.h"
 #include "tools/render/overlay_video.h"
 #include "tools/run_folder/chosen_lines.h"
@@ -27,20 +26,16 @@ class RenderRun {
   explicit RenderRun(const RenderOptions& options) : options_(options) {}
 
   absl::StatusOr<ExitCode> Run() {
-    EGOSIEVE_ASSIGN_OR_RETURN(const Shard shard, ParseShard(options_.shard, kPieceFrames));
-    if (shard.count > 1) options_.video = false;
     if (!options_.images && !options_.video) {
       return absl::InvalidArgumentError(
-          "--no_images and --no_video, or --shard, leave nothing to do; leave one of them out");
+          "--no_video without --images leaves nothing to do; leave it out, or add --images");
     }
     EGOSIEVE_RETURN_IF_ERROR(options_.overlay.objects.Validate());
     EGOSIEVE_ASSIGN_OR_RETURN(const RunFolder folder, RunFolder::Open(options_.directory));
-    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, ChooseLines(folder, options_.range));
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<FrameLine> lines,
+                              ChooseLines(folder, options_.range));
     EGOSIEVE_ASSIGN_OR_RETURN(const RunDescription description, folder.ReadDescription());
     EGOSIEVE_RETURN_IF_ERROR(CheckMaps(folder, description, lines));
-    lines.erase(std::remove_if(lines.begin(), lines.end(),
-                               [&](const FrameLine& line) { return !shard.Contains(line.index); }),
-                lines.end());
     EGOSIEVE_ASSIGN_OR_RETURN(const OpenedDevice device, options_.device.Open());
     EGOSIEVE_ASSIGN_OR_RETURN(OverlaySource overlays,
                               OverlaySource::Open(device.context, folder, options_.input));

@@ -19,10 +19,10 @@ namespace egosieve::tools {
 struct RenderOptions {
   std::string directory;  // the run folder
   std::string input;      // where the run's input is now; empty: where run.json says
-  std::string shard;      // "K/N" (shard.h); empty: all frames
   OverlayOptions overlay;
-  bool movers = true;  // as OverlaySource::ShowMovers
-  bool images = true, video = true;
+  bool movers = true;    // as OverlaySource::ShowMovers
+  bool images = false;   // render/NNNNNN.png
+  bool video = true;     // overlay.mp4
   double rate_hz = 0.0;  // the video's; 0: the input's
   FrameRange range;
   DeviceFlag device;

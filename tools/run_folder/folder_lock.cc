@@ -5,29 +5,37 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <cstring>
-#include <thread>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "kernels/base/status_macros.h"
 
 namespace egosieve::tools {
 namespace {
 
-constexpr char kUsed[] = "/grid";  // exists in every run
-constexpr auto kPoll = std::chrono::milliseconds(20);
-constexpr auto kLongestWait = std::chrono::minutes(1);
+constexpr char kWrite[] = ".write.lock", kUse[] = ".use.lock";
+
+// NFS grants an exclusive lock only to a file that is open for writing. Readers of a folder that they
+// may not write open what is there.
+int OpenLockFile(const std::string& path, bool is_shared) {
+  constexpr int kFlags = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
+  const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | kFlags, 0666);
+  const bool may_read = is_shared && (errno == EACCES || errno == EPERM || errno == EROFS);
+  return descriptor < 0 && may_read ? open(path.c_str(), O_RDONLY | kFlags) : descriptor;
+}
 
 }  // namespace
 
-absl::StatusOr<FolderLock> FolderLock::Lock(const std::string& run, const std::string& folder,
-                                            int operation, const char* doing) {
-  FolderLock lock(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+absl::StatusOr<FolderLock> FolderLock::Lock(const std::string& run, const char* file, int operation,
+                                            const char* doing) {
+  const std::string path = absl::StrCat(run, "/", file);
+  FolderLock lock(OpenLockFile(path, operation == LOCK_SH));
   if (lock.descriptor_ < 0) {
-    return absl::UnavailableError(absl::StrCat("cannot lock ", folder, ": ", std::strerror(errno),
-                                               "; check that it is a folder you may read"));
+    // A run on a medium that nobody writes has no lock file and needs none.
+    if (operation == LOCK_SH && errno == ENOENT && access(run.c_str(), F_OK) == 0) return lock;
+    return absl::UnavailableError(absl::StrCat("cannot lock ", run, " by ", path, ": ",
+                                               std::strerror(errno),
+                                               "; check that it is a folder you may write"));
   }
   if (flock(lock.descriptor_, operation | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     return absl::FailedPreconditionError(absl::StrCat("another program is ", doing, " ", run,
@@ -37,40 +45,18 @@ absl::StatusOr<FolderLock> FolderLock::Lock(const std::string& run, const std::s
 }
 
 absl::StatusOr<FolderLock> FolderLock::Take(const std::string& path) {
-  constexpr int kAttempts = 5;  // IsTaken holds the lock for an instant
-  for (int attempt = 1;; ++attempt) {
-    absl::StatusOr<FolderLock> lock = Lock(path, path, LOCK_EX, "writing into");
-    if (!absl::IsFailedPrecondition(lock.status()) || attempt == kAttempts) return lock;
-    std::this_thread::sleep_for(kPoll);
-  }
-}
-
-absl::StatusOr<bool> FolderLock::IsTaken(const std::string& path) {
-  const absl::StatusOr<FolderLock> lock = Lock(path, path, LOCK_SH, "writing into");
-  if (absl::IsFailedPrecondition(lock.status())) return true;
-  EGOSIEVE_RETURN_IF_ERROR(lock.status());
-  return false;
+  return Lock(path, kWrite, LOCK_EX, "writing into");
 }
 
 absl::StatusOr<FolderLock> FolderLock::Use(const std::string& path) {
-  return Lock(path, absl::StrCat(path, kUsed), LOCK_SH, "removing");
+  return Lock(path, kUse, LOCK_SH, "removing");
 }
 
 absl::StatusOr<FolderLock> FolderLock::Clear(const std::string& path) {
-  return Lock(path, absl::StrCat(path, kUsed), LOCK_EX, "working with");
+  return Lock(path, kUse, LOCK_EX, "working with");
 }
 
-absl::StatusOr<FolderLock> FolderLock::TakeWhenFree(const std::string& path) {
-  const auto start = std::chrono::steady_clock::now();
-  while (true) {
-    absl::StatusOr<FolderLock> lock = Take(path);
-    if (!absl::IsFailedPrecondition(lock.status()) ||
-        std::chrono::steady_clock::now() - start > kLongestWait) {
-      return lock;
-    }
-    std::this_thread::sleep_for(kPoll);
-  }
-}
+bool FolderLock::IsLockFile(std::string_view name) { return name == kWrite || name == kUse; }
 
 FolderLock::~FolderLock() {
   if (descriptor_ >= 0) close(descriptor_);

@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
 #include "tools/run_folder/atomic_file.h"
+#include "tools/run_folder/folder_lock.h"
 
 namespace egosieve::tools {
 namespace {
@@ -20,11 +21,10 @@ using kernels::NameOfTemporary;
 
 constexpr char kDescription[] = "run.json";
 
-constexpr std::array<std::string_view, 16> kFiles = {
-    "camera.json",      "own_vehicle.png", "fixed_pattern.png", "windscreen.png",
-    "ignored.png",      "report.html",     "overlay.mp4",       "overlay.avi",
-    "eval.json",        "eval.csv",        "further.json",      "tracks.csv",
-    "reconstruct.json", "frames.jsonl",    "trajectory.txt",    "refined.json"};
+constexpr std::array<std::string_view, 15> kFiles = {
+    "camera.json",  "own_vehicle.png", "fixed_pattern.png", "windscreen.png", "ignored.png",
+    "report.html",  "overlay.mp4",     "overlay.avi",       "eval.json",      "eval.csv",
+    "further.json", "tracks.csv",      "reconstruct.json",  "frames.jsonl",   "trajectory.txt"};
 
 // Files NNNNNN with one of these endings.
 struct FrameFolder {
@@ -37,7 +37,6 @@ const std::vector<FrameFolder>& FrameFolders() {
       {"grid", {".prob.png", ".std.png"}},
       {"potential", {".png"}},
       {"full", {".prob.png", ".std.png", ".class.png", ".objects.json"}},
-      {"refined", {".prob.png"}},
       {"frames", {".png"}},
       {"masks", {".png"}},
       {"ids", {".png"}},
@@ -95,8 +94,8 @@ absl::Status RemoveFiles(const fs::path& root, const std::string& folder, const 
       left.push_back(folder.empty() ? name : absl::StrCat(folder, "/", name));
     }
   }
-  // Empty folders are removed, too, except the one that holds the locks (folder_lock.h).
-  if (!folder.empty() && folder != "grid") fs::remove(root / folder, error);
+  // Empty folders are removed, too.
+  if (!folder.empty()) fs::remove(root / folder, error);
   return absl::OkStatus();
 }
 
@@ -140,6 +139,7 @@ absl::StatusOr<std::vector<std::string>> RemoveFormerRun(const std::string& path
       },
       beside));
   for (const std::string& name : beside) {
+    if (FolderLock::IsLockFile(name)) continue;
     const bool is_ours = name == kDescription || NameOfTemporary(name) == kDescription;
     if (is_ours) EGOSIEVE_RETURN_IF_ERROR(Remove(root / name));
     if (!is_ours && std::find(folders.begin(), folders.end(), name) == folders.end()) {
@@ -159,6 +159,7 @@ void RemoveAbandonedFiles(const std::string& path) {
 absl::StatusOr<bool> IsBarelyBegun(const std::string& path) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<std::string> names, ListFolder(path));
   for (const std::string& name : names) {
+    if (FolderLock::IsLockFile(name)) continue;
     const fs::path entry = fs::path(path) / name;
     std::error_code error;
     const bool empty_grid =

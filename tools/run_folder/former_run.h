@@ -12,7 +12,7 @@ namespace egosieve::tools {
 
 // Removes these files and their temporary files, run.json last: until then the folder remains a run
 // folder. Links are not followed. Returns the names, relative to `path`, of everything that
-// remains, except the folder grid/ itself.
+// remains, except the lock files (folder_lock.h).
 absl::StatusOr<std::vector<std::string>> RemoveFormerRun(const std::string& path);
 
 // Removes the partial files of killed programs, in the run folder and in its own subfolders. Files

@@ -18,7 +18,6 @@
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
 #include "tools/cli/warning.h"
-#include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/former_run.h"
 #include "tools/run_folder/map_image.h"
 
@@ -110,7 +109,6 @@ absl::StatusOr<RunFolder> RunFolder::Create(const std::string& path, bool overwr
           absl::StrCat("the folder ", path,
                        " holds a run already; choose another for --out, or add --overwrite"));
     }
-    EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("grid")));
     EGOSIEVE_ASSIGN_OR_RETURN(const FolderLock lock, FolderLock::Clear(path));
     EGOSIEVE_ASSIGN_OR_RETURN(std::vector<std::string> left, RemoveFormerRun(path));
     TellWhatIsLeft(path, std::move(left));
@@ -118,6 +116,18 @@ absl::StatusOr<RunFolder> RunFolder::Create(const std::string& path, bool overwr
   kernels::RemoveAbandonedTemporaries(path);
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("grid")));
   return folder;
+}
+
+absl::StatusOr<std::optional<FolderLock>> RunFolder::TakeOrMake(const std::string& path) {
+  std::error_code error;
+  if (!fs::exists(path, error)) EGOSIEVE_RETURN_IF_ERROR(CreateFolder(path));
+  if (!fs::is_directory(path, error)) return std::nullopt;
+  if (!fs::exists(RunFolder(path).File(kDescription), error)) {
+    EGOSIEVE_ASSIGN_OR_RETURN(const bool barely_begun, IsBarelyBegun(path));
+    if (!barely_begun) return std::nullopt;
+  }
+  EGOSIEVE_ASSIGN_OR_RETURN(FolderLock lock, FolderLock::Take(path));
+  return std::optional<FolderLock>(std::move(lock));
 }
 
 absl::StatusOr<RunFolder> RunFolder::Open(const std::string& path) {

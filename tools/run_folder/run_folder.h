@@ -2,14 +2,13 @@
 //
 //   run.json                       RunDescription
 //   frames.jsonl                   one FrameLine per line, in the frames' order: segment's log
-//   log/TIME-HOST-PID.jsonl        lines of maps that were made later; one log per program that
-//                                  makes maps. Readers merge the logs
+//   log/TIME-HOST-PID.jsonl        lines of maps that were made later, by infer or merge. Readers
+//                                  merge the logs
 //   grid/NNNNNN.{prob,std}.png     maps at grid resolution (map_image.h)
 //   potential/NNNNNN.png           with segment --potential: how much each place looks like movers,
 //                                  at grid resolution, value / 65535
 //   masks/, ids/, tracks.csv, full/    made by reconstruct (tools/reconstruct/frame_products.h);
 //   reconstruct.json                   its progress
-//   refined/, refined.json         made by reconstruct's shares (tools/reconstruct/refined_maps.h)
 //   camera.json, own_vehicle.png, fixed_pattern.png, windscreen.png
 //                                  results of the first pass (tools/segment/run_camera.h)
 //   ignored.png                    the user's own mask of areas that do not show the scene
@@ -20,18 +19,19 @@
 //   report.html, overlay.mp4, eval.json, eval.csv, further.json, plots/
 //
 // NNNNNN is the frame's index in the input, from 0. A frame's maps are written before its line, so
-// a frame with a line has complete maps. Logs only grow, so programs on several machines may fill
-// one folder without waiting for each other. A map that is made twice has the same bytes.
+// a frame with a line has complete maps. One program writes a run at a time (folder_lock.h).
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_RUN_FOLDER_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_RUN_FOLDER_H_
 
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "tools/run_folder/atomic_file.h"
+#include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/frame_line.h"
 #include "tools/run_folder/line_log.h"
 #include "tools/run_folder/run_description.h"
@@ -69,6 +69,9 @@ class RunFolder {
                         kFixedPattern[] = "fixed_pattern.png", kWindscreen[] = "windscreen.png",
                         kRecorded[] = "frames";
 
+  // The lock of FolderLock::Take on a folder that Create or Open will accept, made if there is none.
+  // None for a folder that Create refuses: no lock file is made in another's folder.
+  static absl::StatusOr<std::optional<FolderLock>> TakeOrMake(const std::string& path);
   // Makes the folder and its parents. AlreadyExists if the folder is not empty, unless `overwrite`
   // is set and it is a run folder that no other program uses (folder_lock.h). Then the files of the
   // former run are removed, and only those (former_run.h); all other files are listed on stderr.

@@ -12,8 +12,6 @@
 namespace egosieve::tools {
 namespace {
 
-namespace fs = std::filesystem;
-
 bool HasAllFrames(const ScheduleFlags& schedule, const std::vector<FrameLine>& lines,
                   vision::FrameSource& source, std::string& warning) {
   const int64_t from = schedule.first_frame(), step = schedule.frame_step();
@@ -26,14 +24,6 @@ DriveWriterOptions WriterOptions(const ScheduleFlags& schedule, const std::strin
 }
 
 }  // namespace
-
-absl::StatusOr<std::optional<FolderLock>> LockRunFolder(const std::string& directory) {
-  std::error_code error;
-  if (!fs::exists(directory, error)) EGOSIEVE_RETURN_IF_ERROR(CreateFolder(directory));
-  if (!fs::is_directory(directory, error)) return std::nullopt;
-  EGOSIEVE_ASSIGN_OR_RETURN(FolderLock lock, FolderLock::Take(directory));
-  return std::optional<FolderLock>(std::move(lock));
-}
 
 absl::StatusOr<std::optional<RunFolder>> CreateUnlessResumed(const SegmentCall& call) {
   if (call.resume && RunFolder::Open(call.directory).ok()) return std::optional<RunFolder>();

@@ -9,7 +9,6 @@
 
 #include "absl/status/statusor.h"
 #include "kernels/runtime/device.h"
-#include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/run_folder.h"
 #include "tools/segment/drive_writer.h"
 #include "tools/segment/segment_call.h"
@@ -23,10 +22,6 @@ struct RunBeginning {
   std::optional<DriveWriter::Counts> counts;  // only of a run that is done
   std::string warning;                        // of the input's end
 };
-
-// Makes the folder if there is none. Absent if the path is not a folder, which RunFolder reports as
-// an error; errors of folder_lock.h if another program uses it.
-absl::StatusOr<std::optional<FolderLock>> LockRunFolder(const std::string& directory);
 
 // A new run folder; absent if --resume finds a run. Errors of RunFolder::Create.
 absl::StatusOr<std::optional<RunFolder>> CreateUnlessResumed(const SegmentCall& call);

@@ -192,7 +192,8 @@ absl::StatusOr<ExitCode> RunSegment(SegmentCall& call) {
   if (InterruptionRequested()) {
     return absl::CancelledError("interrupted; nothing was written");
   }
-  EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<FolderLock> lock, LockRunFolder(call.directory));
+  EGOSIEVE_ASSIGN_OR_RETURN(const std::optional<FolderLock> lock,
+                            RunFolder::TakeOrMake(call.directory));
   const int64_t from = call.schedule.first_frame(), step = call.schedule.frame_step();
   // Before the folder is replaced: interrupting the first pass keeps the former run.
   EGOSIEVE_RETURN_IF_ERROR(

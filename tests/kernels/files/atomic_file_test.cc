@@ -196,16 +196,20 @@ TEST_F(AtomicFile, MoreThanTheMaximumOrTheMemoryIsAnError) {
 }
 
 TEST_F(AtomicFile, WhatKilledWritersLeftIsToldFromWhatIsBeingWritten) {
-  EXPECT_EQ(NameOfTemporary("a.npz.abcdef.tmp"), "a.npz");
-  EXPECT_EQ(NameOfTemporary("a.mp4.abcdef.tmp.mp4"), "a.mp4");
-  for (const char* name : {"a.tmp", "notes.tmp", ".abcdef.tmp", "a.abcdef.tm", "a-abcdef.tmp"}) {
+  EXPECT_EQ(NameOfTemporary("a.npz.abcdef.egosieve.tmp"), "a.npz");
+  EXPECT_EQ(NameOfTemporary("a.mp4.abcdef.egosieve.tmp.mp4"), "a.mp4");
+  for (const char* name : {"a.tmp", ".egosieve.tmp", ".abcdef.egosieve.tmp", "a.abcdef.egosieve.tm",
+                           "a-abcdef.egosieve.tmp", "a.abcde1.egosieve.tmp",
+                           "a.abcdef.egosieve.tmpx", "a.abcdef.tmp"}) {
     EXPECT_EQ(NameOfTemporary(name), "") << name;
   }
-  for (const char* name : {"a.abcdef.tmp", "b.ABCDEF.tmp", "a.tmp", "a"}) {
+  for (const char* name : {"a.abcdef.egosieve.tmp", "b.ABCDEF.egosieve.tmp", "a.abcdef.tmp",
+                           "film.Urlaub.tmp.mp4", "a.tmp", "a"}) {
     std::ofstream(At(name)) << "x";
   }
   RemoveAbandonedTemporaries(folder_);
-  EXPECT_THAT(*ListFolder(folder_), ElementsAre("a", "a.tmp"));
+  EXPECT_THAT(*ListFolder(folder_),
+              ElementsAre("a", "a.abcdef.tmp", "a.tmp", "film.Urlaub.tmp.mp4"));
 
   // Written all the while: none is taken away from its writer.
   const pid_t writer = fork();

@@ -70,6 +70,11 @@ class Batch : public testing::Test {
     return RunProgram({"batch", root_ + "/drives.json", absl::StrCat("--jobs=", jobs)});
   }
 
+  static bool WaitUntil(const std::function<bool()>& condition) {
+    for (int i = 0; i < 60000 && !condition(); ++i) usleep(1000);
+    return condition();
+  }
+
   std::string root_;
 };
 
@@ -154,7 +159,7 @@ TEST_F(Batch, WhatFailsBehindSegmentIsNamed) {
 TEST_F(Batch, AFlagThatIsOnByDefaultIsTurnedOff) {
   ASSERT_TRUE(WriteFileAtomically(root_ + "/drives.toml",
                                   "[defaults]\nbudget = 100\nstride = 8\nthen = \"render\"\n"
-                                  "render.video = false\n"
+                                  "render.images = true\nrender.video = false\n"
                                   "[a]\npath = \"a/frames\"\nout = \"out/a\"\n")
                   .ok());
   const ProgramOutcome outcome = RunProgram({"batch", root_ + "/drives.toml"});
@@ -184,6 +189,23 @@ TEST_F(Batch, ASignalRightAfterTheStartEndsADrive) {
   signal(SIGTERM, before);
 }
 
+// The kernel reaps the children of a program that was started with SIGCHLD ignored: how they ended
+// is not known, and nothing counts as done.
+TEST_F(Batch, AStepOfWhichNobodyKnowsHowItEndedIsNotDone) {
+  const std::string program = root_ + "/program";
+  ASSERT_TRUE(WriteFileAtomically(program, "#!/bin/sh\nexit 3\n").ok());
+  fs::permissions(program, fs::perms::owner_all);
+  const BatchEntry entry = {"input", root_ + "/run", {}, {{"report", {}}}};
+  const auto before = signal(SIGCHLD, SIG_IGN);
+  absl::StatusOr<DriveJob> job = DriveJob::Start(program, entry);
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_TRUE(WaitUntil([&] { return job->HasEnded(); }));
+  signal(SIGCHLD, before);
+  EXPECT_EQ(job->outcome().state, DriveOutcome::State::kFailed);
+  EXPECT_THAT(job->outcome().reason, HasSubstr("cannot tell how segment ended"));
+  EXPECT_FALSE(fs::exists(TaskNotesPath(entry)));
+}
+
 TEST_F(Batch, BadInputsAreOneLineAndStartNothing) {
   const auto expect = [&](std::vector<std::string> arguments, int code, const std::string& part) {
     arguments.insert(arguments.begin(), "batch");
@@ -201,8 +223,8 @@ TEST_F(Batch, BadInputsAreOneLineAndStartNothing) {
   expect({root_, out, "--then=sing"}, 2, "'sing' is none of");
   expect({root_, out, "--segment_flags=stride=3"}, 2, "is no flag");
   expect({root_, root_, out}, 2, "is that of entry");
-  for (const std::string flag : {"--shards=4", "--scene_cuts", "--cpus=1", "--sbatch=--nice=100",
-                                 "--measured_frames=9", "--dry_run"}) {
+  for (const std::string flag :
+       {"--scene_cuts", "--cpus=1", "--sbatch=--nice=100", "--measured_frames=9", "--dry_run"}) {
     expect({root_, out, flag}, 2, "--status: " + flag.substr(0, flag.find('=')) + ";");
   }
   ASSERT_TRUE(WriteFileAtomically(root_ + "/mine.html", "mine").ok());
@@ -248,7 +270,7 @@ TEST_F(Batch, AKilledOneGoesOn) {
   const int code = StartAndSend(SIGKILL);
   ASSERT_EQ(code, 128 + SIGKILL);
   EXPECT_FALSE(fs::exists(root_ + "/out/b"));
-  ASSERT_TRUE(FolderLock::TakeWhenFree(root_ + "/out/a").ok());
+  ASSERT_TRUE(WaitUntil([&] { return FolderLock::Take(root_ + "/out/a").ok(); }));
   const ProgramOutcome again = RunBatch();
   EXPECT_EQ(again.code, 0) << again.out;
   EXPECT_THAT(again.out, ContainsRegex("/out/a +(was )?done +[0-9]+ +8 +0"));
@@ -271,17 +293,13 @@ TEST_F(Batch, AKilledOneEndsItsDrives) {
     while (job.ok()) pause();
     _exit(1);
   }
-  const auto wait_until = [](const std::function<bool()>& condition) {
-    for (int i = 0; i < 60000 && !condition(); ++i) usleep(1000);
-    return condition();
-  };
-  ASSERT_TRUE(wait_until([&] { return fs::exists(pid_path); }));
+  ASSERT_TRUE(WaitUntil([&] { return fs::exists(pid_path); }));
   const pid_t drive = static_cast<pid_t>(std::stoi(*ReadFile(pid_path)));
   EXPECT_EQ(kill(drive, 0), 0);
   kill(batch, SIGKILL);
   WaitForProgram(batch);
   // Gone, or dead and waiting for its new parent to notice.
-  EXPECT_TRUE(wait_until([&] {
+  EXPECT_TRUE(WaitUntil([&] {
     const absl::StatusOr<std::string> stat = ReadFile(absl::StrCat("/proc/", drive, "/stat"));
     return !stat.ok() || stat->find(") Z ") != std::string::npos;
   }));

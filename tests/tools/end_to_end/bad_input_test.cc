@@ -105,7 +105,7 @@ TEST_F(BadInput, APipeWhereARunHasItsNumbers) {
   fs::remove(pipe);
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   for (const std::vector<std::string>& command :
-       {std::vector<std::string>{"render", out_, "--no_video", "--progress=none"},
+       {std::vector<std::string>{"render", out_, "--images", "--no_video", "--progress=none"},
         {"evaluate", out_, "--truth=" + drive + "/masks", "--no_plots"},
         {"report", out_, "--progress=none"}}) {
     const ProgramOutcome outcome = RunProgram(command);
@@ -204,7 +204,7 @@ TEST_F(BadInput, ABrokenImageAmongGoodOnes) {
   EXPECT_TRUE(folder.ReadGridMaps(lines[2], *folder.ReadDescription(), true).ok());
   // What follows copes: a frame without its picture has a map, and no mask.
   EXPECT_EQ(RunProgram({"reconstruct", out_, "--progress=none"}).code, 4);
-  EXPECT_EQ(RunProgram({"render", out_, "--progress=none", "--no_video"}).code, 4);
+  EXPECT_EQ(RunProgram({"render", out_, "--progress=none", "--images", "--no_video"}).code, 4);
   EXPECT_EQ(RunProgram({"report", out_, "--progress=none"}).code, 0);
 }
 

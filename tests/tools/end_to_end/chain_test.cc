@@ -56,7 +56,7 @@ TEST(Chain, FromNothingToAReport) {
       {"segment", root + "/drive/frames", "--out=" + run, "--budget=800", "--progress=none"});
   ExpectDone({"evaluate", run, "--truth=" + root + "/drive/masks", "--progress=none"});
   ExpectDone({"reconstruct", run, "--what=masks,ids,tracks,deviation,class", "--progress=none"});
-  ExpectDone({"render", run, "--progress=none"});
+  ExpectDone({"render", run, "--images", "--progress=none"});
   ExpectDone({"report", run, "--progress=none"});
 
   // Better than chance, after nine pairs of a hard drive; AnEasyDriveIsSegmentedWell asks for more.

@@ -54,7 +54,7 @@ class OwnFiles : public testing::Test {
 
 TEST_F(OwnFiles, ARunIsNotReplacedByWhatIsReadFromIt) {
   ASSERT_EQ(SegmentFrames().code, 0);
-  ASSERT_EQ(RunProgram({"render", run_, "--no_video", "--progress=none"}).code, 0);
+  ASSERT_EQ(RunProgram({"render", run_, "--images", "--no_video", "--progress=none"}).code, 0);
   fs::create_symlink(run_ + "/render", root_ + "/link");
   fs::create_directories(root_ + "/links");
   for (int i = 0; i < kFrames; ++i) {

@@ -194,7 +194,7 @@ TEST_F(Resume, RemovesTheCheckpointThatAKillLeft) {
     ASSERT_TRUE(RunFolder::Open(run_)->WriteDescription(description).ok());
     fs::copy(begun + "/model/000007.npz", run_ + "/model/000007.npz");
     ASSERT_TRUE(fs::exists(run_ + "/model/000011.npz") && fs::exists(run_ + "/model/000015.npz"));
-    std::ofstream(run_ + "/model/000015.npz.aB3dE6.tmp") << "half";
+    std::ofstream(run_ + "/model/000015.npz.aBcdEF.egosieve.tmp") << "half";
   };
   for (const char* ended : {"running", "done"}) {
     leave(ended);

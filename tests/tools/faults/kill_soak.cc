@@ -48,7 +48,7 @@ class Soak {
              "--stride=8", "--checkpoint_every=4", "--every=2", "--progress=none"},
             {"infer", run, "--progress=none"},
             {"reconstruct", run, "--progress=none"},
-            {"render", run, "--progress=none", "--no_video"}};
+            {"render", run, "--progress=none", "--images", "--no_video"}};
   }
 
   bool Begin() {

@@ -1,12 +1,7 @@
 // Maps that are made after the run have the bytes that segment would have written.
-#include <signal.h>
-
-#include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/core.hpp>
-#include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -14,6 +9,7 @@
 #include "gtest/gtest.h"
 #include "tests/tools/testing/patch_drive.h"
 #include "tests/tools/testing/program.h"
+#include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -85,27 +81,11 @@ class Infer : public testing::TestWithParam<const char*> {
     return indices;
   }
 
-  // Not for ever, where a program has crashed.
-  template <typename Condition>
-  static void WaitUntil(Condition condition) {
-    for (int wait = 0; wait < 30000 && !condition(); ++wait) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-  }
-
-  int64_t MapsEntered() const {
-    const std::vector<FrameLine> lines = *RunFolder::Open(run_)->ReadLines();
-    return std::count_if(lines.begin(), lines.end(),
-                         [](const FrameLine& line) { return line.has_map(); });
-  }
-
   static std::vector<int64_t> Range(int64_t begin, int64_t end, int64_t step = 1) {
     std::vector<int64_t> range;
     for (int64_t i = begin; i < end; i += step) range.push_back(i);
     return range;
   }
-
-  std::string Said(int number) const { return root_ + absl::StrCat("/err", number); }
 
   std::string root_, whole_, run_;
 };
@@ -189,66 +169,22 @@ TEST_P(Infer, GoesOnWithAFolderThatItHasBegun) {
   EXPECT_THAT(other.err, HasSubstr("--stride is '8' there and '4' here"));
 }
 
-// Two shards in the folder that segment writes: what it will have learnt later is waited for. It is
-// stopped in the middle until the maps of the frames so far are there.
-TEST_P(Infer, BesideSegmentItGivesTheBytesOfOneAfterTheOther) {
-  constexpr int64_t kBefore = 6;
-  const auto learnt = [&]() -> int64_t {
-    const absl::StatusOr<std::string> log = ReadFile(run_ + "/frames.jsonl");
-    return log.ok() ? std::count(log->begin(), log->end(), '\n') : 0;
-  };
-  const auto start = [&](const std::vector<std::string>& arguments, int number) {
-    return StartProgram(arguments, root_ + "/out", Said(number));
-  };
-  const pid_t segment = start(SegmentArguments(run_, {"--learn_only"}), 0);
-  WaitUntil([&] { return learnt() >= kBefore; });
-  kill(segment, SIGSTOP);
-  EXPECT_GE(learnt(), kBefore);
-  EXPECT_LT(learnt(), kFrames);
-  const pid_t first = start({"infer", run_, "--shard=1/2"}, 1);
-  const pid_t second = start({"infer", run_, "--shard=2/2"}, 2);
-  WaitUntil([&] { return MapsEntered() >= kBefore; });
-  EXPECT_GE(MapsEntered(), kBefore);
-  kill(segment, SIGCONT);
-  EXPECT_EQ(WaitForProgram(segment), 4) << *ReadFile(Said(0));
-  EXPECT_EQ(WaitForProgram(first), 4) << *ReadFile(Said(1));  // it has the damaged frame
-  EXPECT_EQ(WaitForProgram(second), 0) << *ReadFile(Said(2));
-  EXPECT_EQ(CheckedMaps(run_), Range(0, kFrames));
-  EXPECT_EQ(learnt(), kFrames);
-}
-
-TEST_P(Infer, ShardsInAFolderOfTheirOwnAreThoseOfOneProgram) {
+// One program writes a run at a time.
+TEST_P(Infer, ASecondProgramOnTheFolderIsRefused) {
   ASSERT_EQ(Segment(run_, {"--learn_only"}), 4);
   const std::string out = root_ + "/out";
-  std::vector<pid_t> programs;
-  for (const char* shard : {"--shard=1/3", "--shard=2/3", "--shard=3/3", "--shard=2/3"}) {
-    programs.push_back(StartProgram({"infer", run_, "--out=" + out, shard}, root_ + "/out.txt",
-                                    root_ + "/err.txt"));
+  EXPECT_EQ(InferMaps({"--out=" + out, "--to=3"}).code, 0);
+  for (const std::string& folder : {run_, out}) {
+    const absl::StatusOr<FolderLock> other = FolderLock::Take(folder);
+    ASSERT_TRUE(other.ok()) << other.status();
+    const ProgramOutcome refused =
+        folder == run_ ? InferMaps() : InferMaps({"--out=" + out, "--from=4"});
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_THAT(refused.err, HasSubstr("another program is writing into " + folder));
+    EXPECT_EQ(CountLines(refused.err), 1) << refused.err;
   }
-  for (const pid_t program : programs) {
-    const int code = WaitForProgram(program);
-    EXPECT_TRUE(code == 0 || code == 4) << code << ": " << *ReadFile(root_ + "/err.txt");
-  }
-  EXPECT_EQ(CheckedMaps(out), Range(0, kFrames));
-  EXPECT_EQ(RunFolder::Open(out)->ReadDescription()->frames_answered, kFrames - 1);
-}
-
-// Without a shared disk: copies of the run, each with its share of the maps.
-TEST_P(Infer, MergedCopiesAreTheRunWithAllMaps) {
-  ASSERT_EQ(Segment(run_, {"--learn_only"}), 4);
-  const std::string one = root_ + "/one", two = root_ + "/two";
-  for (const std::string& copy : {one, two}) fs::copy(run_, copy, fs::copy_options::recursive);
-  EXPECT_EQ(RunProgram({"infer", one, "--shard=1/2", "--progress=none"}).code, 4);
-  EXPECT_EQ(RunProgram({"infer", two, "--shard=2/2", "--progress=none"}).code, 0);
-  const ProgramOutcome first = RunProgram({"merge", run_, one, "--progress=none"});
-  EXPECT_EQ(first.code, 0) << first.err;
-  EXPECT_THAT(first.err, HasSubstr("8 of 16 frames have no map"));
-  EXPECT_EQ(RunProgram({"merge", run_, two, one, "--progress=none"}).err, "");
-  EXPECT_EQ(CheckedMaps(run_), Range(0, kFrames));
-  EXPECT_THAT(RunProgram({"merge", run_, one, two}).out, HasSubstr("0 maps taken over"));
-  const ProgramOutcome other = RunProgram({"merge", run_, whole_});
-  EXPECT_EQ(other.code, 2);
-  EXPECT_THAT(other.err, HasSubstr("is no copy of the run: --learn_only is"));
+  EXPECT_TRUE(CheckedMaps(run_).empty());
+  EXPECT_EQ(CheckedMaps(out), Range(0, 4));
 }
 
 // Files that are gone, whatever the lines say.
@@ -327,7 +263,7 @@ TEST_P(InferExact, AnotherDeviceGivesTheMapsWithinRoundingAndIsNamed) {
 // works.
 TEST_P(InferExact, CommandsThatReadMapsAskForItAndWorkAfterIt) {
   const std::vector<std::vector<std::string>> commands = {
-      {"render", "--no_video"},
+      {"render", "--no_video", "--images"},
       {"reconstruct"},
       {"evaluate", "--no_plots", "--truth=" + root_ + "/masks"}};
   const auto run = [&](std::vector<std::string> command) {
@@ -355,8 +291,8 @@ TEST_P(InferExact, CommandsThatReadMapsAskForItAndWorkAfterIt) {
   EXPECT_EQ(part.code, 4);  // the damaged frame
   EXPECT_THAT(part.out, HasSubstr("8 frames reconstructed"));
   EXPECT_THAT(part.err, HasSubstr("7 of 16 frames have no map; egosieve infer " + run_));
-  EXPECT_EQ(run({"render", "--no_video", "--to=7"}).err, "");
-  EXPECT_EQ(run({"render", "--no_video", "--from=10"}).code, 2);
+  EXPECT_EQ(run({"render", "--to=7"}).err, "");
+  EXPECT_EQ(run({"render", "--from=10"}).code, 2);
 
   EXPECT_EQ(InferMaps().code, 4);
   for (const std::vector<std::string>& command : commands) {

@@ -1,5 +1,6 @@
 #include "tools/masks/masks_command.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -12,6 +13,8 @@
 #include "gmock/gmock.h"
 #include "tests/tools/masks/masks_test.h"
 #include "tests/tools/testing/patch_drive.h"
+#include "tools/masks/mask_export.h"
+#include "tools/masks/masks_flags.h"
 #include "tools/run_folder/atomic_file.h"
 
 namespace egosieve::tools {
@@ -83,40 +86,140 @@ TEST_F(MasksTest, SegmentsWhatIsNoRunYet) {
   EXPECT_TRUE(fs::exists(out_ + "/annotations.json"));
 }
 
-// Shares of 32 frames each, in any order and one of them twice, give what one call gives.
-TEST_F(MasksTest, InShares) {
-  FakeRunOptions options;
-  options.frames = 34;
-  const FakeRun run = WriteFakeRun(root_ + "/drive", options);
-  nlohmann::json transforms;
-  for (int i = 0; i < options.frames; ++i) {
-    transforms["frames"].push_back({{"file_path", absl::StrFormat("frames/%06d.png", i)}});
-  }
-  ASSERT_TRUE(WriteFileAtomically(root_ + "/drive/transforms.json", transforms.dump()).ok());
-  const std::vector<std::string> words = {run.folder.path(), "--for=nerfstudio"};
-  const auto share = [&](const char* shard) {
-    return Masks({words[0], words[1], absl::StrCat("--shard=", shard)});
-  };
-  EXPECT_THAT(share("1/2").err, HasSubstr("egosieve reconstruct first"));
-  EXPECT_FALSE(fs::exists(out_));
+// What was interrupted goes on, by the same command, and what it had made stays as it is.
+TEST_F(MasksTest, GoesOnWhereItWasInterrupted) {
+  const FakeRun run = WriteFakeRun(root_ + "/drive");
+  const std::vector<std::string> words = {run.folder.path(), "--for=colmap", "--dilate=1"};
   ASSERT_EQ(Masks(words).code, 0);
   const std::string whole = out_;
-  out_ = root_ + "/shared";
-  for (const char* shard : {"2/2", "1/2", "2/2"}) ASSERT_EQ(share(shard).code, 0);
-  int files = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(whole)) {
-    if (!entry.is_regular_file()) continue;
-    const fs::path path = entry.path();
-    EXPECT_EQ(*ReadFile(path.string()),
-              *ReadFile((fs::path(out_) / fs::relative(path, whole)).string()))
-        << path;
-    ++files;
+  EXPECT_FALSE(fs::exists(whole + "/.egosieve_masks.json"));
+  const auto interrupt = [&](const std::vector<std::string>& more, int frames) {
+    MasksFlags flags;
+    CLI::App app;
+    flags.AddFlags(app);
+    std::vector<std::string> all = {"--out=" + out_, "--progress=none"};
+    all.insert(all.end(), words.begin(), words.end());
+    all.insert(all.end(), more.begin(), more.end());
+    std::reverse(all.begin(), all.end());
+    app.parse(all);
+    EXPECT_TRUE(flags.Resolve().ok());
+    auto made =
+        MaskExport::Prepare(*OpenDriveInput(run.frames, 0), run.folder.path(), flags.options);
+    EXPECT_TRUE(made.ok()) << made.status();
+    const absl::Status status =
+        made->Run(run.folder, *run.folder.ReadLines(), [&] { return --frames > 0; });
+    EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
+    EXPECT_THAT(std::string(status.message()), HasSubstr("the same command goes on"));
+  };
+  out_ = root_ + "/again";
+  interrupt({}, 3);
+  // No file that is whole is made again.
+  const std::string kept = out_ + "/000001.png.png";
+  ASSERT_TRUE(WriteFileAtomically(kept, "as it was").ok());
+  const CommandOutcome other = Masks({words[0], words[1], "--dilate=2"});
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.err, HasSubstr("is not empty"));
+  EXPECT_EQ(Masks(words).code, 0);
+  EXPECT_EQ(*ReadFile(kept), "as it was");
+  for (int i = 0; i < 6; ++i) {
+    const std::string name = absl::StrFormat("/%06d.png.png", i);
+    if (i == 1) continue;
+    EXPECT_EQ(*ReadFile(out_ + name), *ReadFile(whole + name)) << name;
   }
-  EXPECT_EQ(files, options.frames + 1);
-  out_ = root_ + "/first";
-  ASSERT_EQ(share("1/2").code, 0);
-  EXPECT_TRUE(fs::exists(out_ + "/masks/000031.png.png"));
-  EXPECT_FALSE(fs::exists(out_ + "/masks/000032.png.png"));
+  EXPECT_FALSE(fs::exists(out_ + "/.egosieve_masks.json"));
+  EXPECT_EQ(Masks(words).code, 2) << "a whole export is not continued";
+  // Files of a former export are none of the interrupted one.
+  interrupt({"--overwrite"}, 1);
+  EXPECT_EQ(Masks(words).code, 0);
+  EXPECT_EQ(*ReadFile(kept), *ReadFile(whole + "/000001.png.png"));
+  // Of a run that was made anew meanwhile.
+  fs::remove_all(out_);
+  interrupt({}, 3);
+  ASSERT_TRUE(WriteFileAtomically(kept, "of the former run").ok());
+  RunDescription description = run.description;
+  description.finished_utc = "2031-01-01T00:00:00Z";
+  ASSERT_TRUE(run.folder.WriteDescription(description).ok());
+  EXPECT_EQ(Masks(words).code, 0);
+  EXPECT_EQ(*ReadFile(kept), *ReadFile(whole + "/000001.png.png"));
+}
+
+// Lists may name pictures anywhere: their masks lie in --out, and no picture is written over.
+TEST_F(MasksTest, StaysInItsFolderWhateverAListNames) {
+  WritePatchDrive(root_ + "/drive", SmallPatchDrive(6));
+  const std::string lists = root_ + "/project/lists";
+  fs::create_directories(lists);
+  fs::create_directories(root_ + "/project/images");
+  fs::create_directories(lists + "/own");  // so that the others lie above what all share
+  fs::copy(root_ + "/drive/frames/000000.png", lists + "/own/000000.png");
+  std::string text = "own/000000.png\n";
+  for (int i = 0; i < 6; ++i) {
+    const std::string name = absl::StrFormat("%06d.png", i);
+    fs::copy(root_ + "/drive/frames/" + name, root_ + "/project/images/" + name);
+    if (i > 0) absl::StrAppend(&text, "../images/", name, "\n");
+  }
+  std::ofstream(lists + "/all.txt") << text;
+  const std::string picture = *ReadFile(root_ + "/project/images/000003.png");
+  // Beside the pictures' folder, as one level up from a mask "../images/000003.png" would be.
+  out_ = root_ + "/project/masks";
+  for (const char* format : {"plain", "colmap", "instant-ngp", "gaussian-splatting"}) {
+    const CommandOutcome outcome =
+        Masks({lists + "/all.txt", absl::StrCat("--for=", format), "--overwrite",
+               "--frames=" + root_ + "/project/copies", "--run=" + root_ + "/run"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(*ReadFile(root_ + "/project/images/000003.png"), picture) << format;
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(root_ + "/project/images"), {}), 6);
+  EXPECT_TRUE(fs::exists(out_ + "/images/000003.png.png"));
+  EXPECT_TRUE(fs::exists(out_ + "/images/dynamic_mask_000003.png"));
+  EXPECT_EQ(*ReadFile(root_ + "/project/copies/images/000003.png"), picture);
+
+  // Two pictures of one name, in what is left of their paths.
+  fs::create_directories(root_ + "/images");
+  fs::copy(root_ + "/drive/frames/000000.png", root_ + "/images/000000.png");
+  std::ofstream(lists + "/twins.txt") << "../images/000000.png\n../../images/000000.png\n";
+  out_ = root_ + "/twins";
+  const CommandOutcome refused =
+      Masks({lists + "/twins.txt", "--for=colmap", "--run=" + root_ + "/other"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("/twins/images/000000.png.png, of the pictures"));
+  EXPECT_FALSE(fs::exists(out_));
+  EXPECT_FALSE(fs::exists(root_ + "/other"));
+
+  // A link in --out that leads to the pictures.
+  fs::create_directories(root_ + "/linked");
+  fs::create_directory_symlink(root_ + "/project/images", root_ + "/linked/images");
+  out_ = root_ + "/linked";
+  const CommandOutcome link =
+      Masks({lists + "/all.txt", "--for=plain", "--overwrite", "--run=" + root_ + "/run"});
+  EXPECT_EQ(link.code, 2);
+  EXPECT_THAT(link.err, HasSubstr("leads out of --out"));
+  EXPECT_EQ(*ReadFile(root_ + "/project/images/000003.png"), picture);
+}
+
+TEST(NameInside, LeavesNothingThatLeadsOut) {
+  EXPECT_EQ(NameInside("a/b.png"), "a/b.png");
+  EXPECT_EQ(NameInside("../../images/./x/../1.png"), "images/1.png");
+  EXPECT_EQ(NameInside("/data/1.png"), "data/1.png");
+  EXPECT_EQ(NameInside("a/../../../b.png"), "b.png");
+}
+
+// DAVIS has no number above 254, MOTS none above 999: known before the first file.
+TEST_F(MasksTest, MoversThatTheFormatCannotNumberAreToldBeforeAnythingIsWritten) {
+  const FakeRun run = WriteFakeRun(root_ + "/drive");
+  ASSERT_EQ(Masks({run.folder.path(), "--for=davis"}).code, 0);
+  cv::Mat1w ids = Made(run, "ids", 5);
+  for (const auto& [format, most] : {std::pair{"davis", 254}, {"mots", 999}}) {
+    for (const int number : {most, most + 1}) {
+      out_ = root_ + absl::StrFormat("/%s_%d", format, number);
+      ids(7, 9) = static_cast<uint16_t>(number);
+      cv::imwrite(run.folder.FrameFile("ids", 5, ".png"), ids);
+      const CommandOutcome outcome = Masks({run.folder.path(), absl::StrCat("--for=", format)});
+      EXPECT_EQ(outcome.code, number == most ? 0 : 2) << outcome.err;
+      EXPECT_EQ(fs::exists(out_), number == most);
+      if (number == most) continue;
+      EXPECT_THAT(outcome.err, HasSubstr(absl::StrFormat("frame 5: mover %d", number)));
+    }
+  }
 }
 
 TEST_F(MasksTest, GoesOnBehindAPictureThatCannotBeRead) {
@@ -242,9 +345,6 @@ TEST_F(MasksTest, SaysWhatIsWrong) {
       {{path, "--for=nerfstudio", "--transforms=" + root_ + "/list.json"}, 3, "no list of frames"},
       {{path, "--for=colmap", "--transforms=" + root_ + "/other.json"}, 2, "--for=nerfstudio"},
       {{path, "--for=coco", "--invert"}, 2, "--for=plain"},
-      {{path, "--for=mots", "--shard=1/2"}, 2, "leave --shard out"},
-      {{path, "--for=colmap", "--shard=3/2"}, 2, "is not K/N"},
-      {{run.frames, "--for=colmap", "--shard=1/2"}, 2, "is no run folder"},
       {{run.frames, "--for=colmap", "--input=" + run.frames}, 2, "is no run folder"},
       {{path, "--for=colmap", "--threshold=1.5"}, 2, "--threshold=1.5"},
       {{path, "--for=colmap", "--threshold=0.3", "--unsure=mask"}, 2, "exclude each other"},

@@ -71,6 +71,10 @@ TEST_F(Pieces, OfOtherDrivesOrFlagsAreRefused) {
     EXPECT_THAT(outcome.err, HasSubstr(what));
     EXPECT_EQ(CountLines(outcome.err), 1) << outcome.err;
   }
+  // A run that begins where the first does, though it has more frames.
+  ASSERT_EQ(Segment("same", {"--to=5"}).code, 0);
+  EXPECT_THAT(Merge({"first", "same"}).err,
+              HasSubstr("is no later piece of the drive: both begin at frame 0"));
   EXPECT_EQ(RunFolder::Open(Folder("first"))->ReadLines()->size(), 4u);
 }
 

@@ -159,59 +159,14 @@ TEST(ReconstructRun, GoesOnWithTheSameBytes) {
   EXPECT_EQ(other.status().code(), absl::StatusCode::kFailedPrecondition);
 }
 
-TEST(ReconstructCommand, SharesGiveTheBytesOfOneCall) {
-  FakeRunOptions options;
-  options.frames = 70;  // three chunks
-  const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_shares", options);
-  const std::string path = run.folder.path(), state = run.folder.File("refined.json");
-  const auto reconstruct = [&](std::vector<std::string> flags) {
-    flags.insert(flags.begin(), path);
-    return RunCommandForTest(MakeReconstructCommand(), flags);
-  };
-  const auto refined = [&](int frame) {
-    return run.folder.FrameFile("refined", frame, ".prob.png");
-  };
-  ASSERT_EQ(reconstruct({}).code, 0);
-  const std::map<std::string, std::string> expected = ProductsOf(run.folder);
-  for (const char* name : {"masks", "ids", "full"}) {
-    std::filesystem::remove_all(run.folder.File(name));
-  }
-
-  // The second share twice, one map of it damaged; of the first nothing but what it left half done.
-  ASSERT_EQ(reconstruct({"--shard=2/2"}).code, 0);
-  EXPECT_FALSE(std::filesystem::exists(refined(31)));
-  EXPECT_TRUE(std::filesystem::exists(refined(32)));
-  EXPECT_TRUE(std::filesystem::exists(refined(63)));
-  EXPECT_FALSE(std::filesystem::exists(refined(64)));
-  EXPECT_FALSE(std::filesystem::exists(run.folder.File("masks")));
-  const std::string map = *ReadFile(refined(40));
-  std::filesystem::remove(refined(40));
-  ASSERT_EQ(reconstruct({"--shard=2/2"}).code, 0);
-  EXPECT_EQ(*ReadFile(refined(40)), map);
-  ASSERT_TRUE(WriteFileAtomically(refined(41), "no picture").ok());
-  ASSERT_TRUE(WriteFileAtomically(refined(1), *ReadFile(refined(33))).ok());
-  ASSERT_EQ(reconstruct({}).code, 0);
-  EXPECT_EQ(ProductsOf(run.folder), expected);
-  EXPECT_FALSE(std::filesystem::exists(state));
-  EXPECT_FALSE(std::filesystem::exists(run.folder.File("refined")));
-
-  // What is there is used: a map of nothing leaves no mask.
-  ASSERT_EQ(reconstruct({"--shard=2/2"}).code, 0);
-  ASSERT_TRUE(WriteFileAtomically(refined(50), EncodeMap(cv::Mat1f::zeros(64, 96), 1.0)->png).ok());
-  ASSERT_EQ(reconstruct({}).code, 0);
-  EXPECT_NE(ProductsOf(run.folder).at("000050.pngmasks"), expected.at("000050.pngmasks"));
-  // Maps refined otherwise are not.
-  ASSERT_EQ(reconstruct({"--shard=2/2", "--causal"}).code, 0);
-  ASSERT_EQ(reconstruct({}).code, 0);
-  EXPECT_EQ(ProductsOf(run.folder), expected);
-}
-
 TEST(ReconstructCommand, SaysWhatIsWrongWithTheInput) {
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/reconstruct_input");
   {
     const absl::StatusOr<FolderLock> lock = FolderLock::Take(run.folder.path());
     ASSERT_TRUE(lock.ok());
-    EXPECT_NE(RunCommandForTest(MakeReconstructCommand(), {run.folder.path()}).code, 0);
+    const CommandOutcome second = RunCommandForTest(MakeReconstructCommand(), {run.folder.path()});
+    EXPECT_EQ(second.code, 2);
+    EXPECT_THAT(second.err, HasSubstr("another program is writing into"));
   }
   const std::string moved = testing::TempDir() + "/reconstruct_moved";
   std::filesystem::remove_all(moved);

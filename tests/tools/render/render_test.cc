@@ -82,6 +82,9 @@ TEST(RenderCommand, WritesImagesAndAVideoThatPlays) {
   options.height_pixels = 121;
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/render", options);
   EXPECT_EQ(RunCommandForTest(MakeRenderCommand(), {run.folder.path()}).code, 0);
+  EXPECT_TRUE(std::filesystem::exists(run.folder.File("overlay.mp4")));
+  EXPECT_FALSE(std::filesystem::exists(run.folder.File("render")));
+  EXPECT_EQ(RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--images"}).code, 0);
   const cv::Mat image = cv::imread(run.folder.FrameFile("render", 5, ".png"));
   ASSERT_FALSE(image.empty());
   cv::VideoCapture video(run.folder.File("overlay.mp4"));
@@ -96,25 +99,6 @@ TEST(RenderCommand, WritesImagesAndAVideoThatPlays) {
   EXPECT_FALSE(std::filesystem::exists(run.folder.File("overlay.tmp.mp4")));
 }
 
-TEST(RenderCommand, DrawsAShareOfTheImages) {
-  FakeRunOptions options;
-  options.frames = 34;
-  const FakeRun run = WriteFakeRun(testing::TempDir() + "/render_shares", options);
-  const auto has = [&](int index) {
-    return std::filesystem::exists(run.folder.FrameFile("render", index, ".png"));
-  };
-  ASSERT_EQ(RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--shard=2/2"}).code, 0);
-  EXPECT_FALSE(has(31));
-  EXPECT_TRUE(has(32) && has(33));
-  EXPECT_FALSE(std::filesystem::exists(run.folder.File("overlay.mp4")));
-  ASSERT_EQ(RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--shard=1/2"}).code, 0);
-  EXPECT_TRUE(has(0) && has(31));
-  EXPECT_EQ(
-      RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--shard=1/2", "--no_images"})
-          .code,
-      2);
-}
-
 TEST(RenderCommand, SaysWhenTheInputIsGoneOrAnother) {
   const FakeRun run = WriteFakeRun(testing::TempDir() + "/render_bad");
   const std::string moved = run.frames + "_moved";
@@ -123,18 +107,16 @@ TEST(RenderCommand, SaysWhenTheInputIsGoneOrAnother) {
   const CommandOutcome gone = RunCommandForTest(MakeRenderCommand(), {run.folder.path()});
   EXPECT_EQ(gone.code, 3);
   EXPECT_THAT(gone.err, HasSubstr("--input="));
-  EXPECT_EQ(
-      RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--input=" + moved, "--no_video"})
-          .code,
-      0);
+  EXPECT_EQ(RunCommandForTest(MakeRenderCommand(),
+                              {run.folder.path(), "--input=" + moved, "--images", "--no_video"})
+                .code,
+            0);
   cv::imwrite(moved + "/000003.png", cv::Mat3b(10, 10));
-  const CommandOutcome other =
-      RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--input=" + moved, "--no_video"});
+  const CommandOutcome other = RunCommandForTest(
+      MakeRenderCommand(), {run.folder.path(), "--input=" + moved, "--images", "--no_video"});
   EXPECT_EQ(other.code, 3);
   EXPECT_THAT(other.err, HasSubstr("frame 3"));
-  EXPECT_EQ(
-      RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--no_video", "--no_images"}).code,
-      2);
+  EXPECT_EQ(RunCommandForTest(MakeRenderCommand(), {run.folder.path(), "--no_video"}).code, 2);
 }
 
 }  // namespace

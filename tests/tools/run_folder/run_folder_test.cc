@@ -1,5 +1,10 @@
 #include "tools/run_folder/run_folder.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -187,17 +192,17 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
                                             "full/000001.objects.json",
                                             "render/000001.png",
                                             "report.html",
-                                            "report.html.abcdef.tmp",
+                                            "report.html.abcdef.egosieve.tmp",
                                             "overlay.mp4",
-                                            "overlay.mp4.abcdef.tmp.mp4",
+                                            "overlay.mp4.abcdef.egosieve.tmp.mp4",
                                             "eval.json",
                                             "eval.csv",
                                             "model/000003.npz",
-                                            "model/000003.npz.abcdef.tmp",
+                                            "model/000003.npz.abcdef.egosieve.tmp",
                                             "steps/1000000.npz",
-                                            "frames.jsonl.abcdef.tmp",
-                                            "grid/000001.prob.png.abcdef.tmp",
-                                            "run.json.abcdef.tmp",
+                                            "frames.jsonl.abcdef.egosieve.tmp",
+                                            "grid/000001.prob.png.abcdef.egosieve.tmp",
+                                            "run.json.abcdef.egosieve.tmp",
                                             "log/1-host-2.jsonl",
                                             "plots/index.html",
                                             "plots/roc.svg"};
@@ -207,7 +212,7 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
   }
   std::ofstream(path + "/plots/figures.json") << "[{\"id\": \"roc\"}]";
   ASSERT_TRUE(RunFolder::Create(path, true).ok());
-  EXPECT_THAT(NamesBelow(path), testing::ElementsAre("grid"));
+  EXPECT_THAT(NamesBelow(path), testing::ElementsAre(".use.lock", "grid"));
 }
 
 TEST(RunFolder, LeavesWhatIsNotTheProgramsAndNamesIt) {
@@ -257,6 +262,41 @@ TEST(RunFolder, IsNotRemovedUnderThoseWhoWorkWithIt) {
   EXPECT_TRUE(RunFolder::Create(path, true).ok());
 }
 
+// Locks of regular files, which NFS keeps, too; their files stay, so that nobody locks another's.
+TEST(RunFolder, LocksAreHeldOnFilesThatStay) {
+  const FakeRun run = WriteFakeRun(FreshFolder());
+  const std::string path = run.folder.path(), file = path + "/.write.lock";
+  struct stat before = {}, after = {};
+  {
+    const auto lock = FolderLock::Take(path);
+    ASSERT_TRUE(lock.ok()) << lock.status();
+    ASSERT_EQ(stat(file.c_str(), &before), 0);
+    const int other = open(file.c_str(), O_RDWR | O_CLOEXEC);
+    EXPECT_NE(flock(other, LOCK_EX | LOCK_NB), 0);
+    close(other);
+    EXPECT_EQ(FolderLock::Take(path).status().code(), absl::StatusCode::kFailedPrecondition);
+    EXPECT_TRUE(FolderLock::Use(path).ok());
+    // Made anew under the lock, by the program that holds it.
+    ASSERT_TRUE(RunFolder::Create(path, true).ok());
+    ASSERT_EQ(stat(file.c_str(), &after), 0);
+    EXPECT_EQ(after.st_ino, before.st_ino);
+    EXPECT_FALSE(FolderLock::Take(path).ok());
+  }
+  EXPECT_TRUE(FolderLock::Take(path).ok());
+  EXPECT_EQ(FolderLock::Take(path + "/none").status().code(), absl::StatusCode::kUnavailable);
+}
+
+TEST(RunFolder, NoLockIsLeftInTheFolderOfAnother) {
+  const std::string root = FreshFolder();
+  std::ofstream(root + "/mine") << "mine";
+  const auto lock = RunFolder::TakeOrMake(root);
+  ASSERT_TRUE(lock.ok()) << lock.status();
+  EXPECT_FALSE(lock->has_value());
+  EXPECT_THAT(NamesBelow(root), testing::ElementsAre("mine"));
+  EXPECT_TRUE((*RunFolder::TakeOrMake(root + "/new")).has_value());
+  EXPECT_TRUE(RunFolder::Create(root + "/new", false).ok());
+}
+
 // Lines of maps that were made later come from logs of their own, whoever wrote them.
 TEST(RunFolder, LinesAreThoseOfAllLogs) {
   const FakeRun run = WriteFakeRun(FreshFolder());
@@ -285,7 +325,7 @@ TEST(RunFolder, IsCreatedAgainWhereItHadBarelyBegun) {
   const std::string root = FreshFolder();
   ASSERT_TRUE(RunFolder::Create(root, false).ok());
   EXPECT_TRUE(RunFolder::Create(root, false).ok());
-  std::ofstream(root + "/run.json.abcdef.tmp") << "{";
+  std::ofstream(root + "/run.json.abcdef.egosieve.tmp") << "{";
   EXPECT_TRUE(RunFolder::Create(root, false).ok());
   std::ofstream(root + "/grid/000000.prob.png") << "somebody's";
   EXPECT_EQ(RunFolder::Create(root, false).status().code(), absl::StatusCode::kAlreadyExists);
@@ -337,10 +377,12 @@ TEST(RunDescription, NamesTheFirstDifference) {
 
 TEST(RunFolder, WhatKilledProgramsLeftIsRemovedInAllItsFolders) {
   const std::string root = FreshFolder();
-  const std::vector<std::string> left = {"/report.html.a1B2c3.tmp", "/render/000001.png.a1B2c3.tmp",
-                                         "/full/000001.objects.json.a1B2c3.tmp"};
+  const std::vector<std::string> left = {"/report.html.aBbCcD.egosieve.tmp",
+                                         "/render/000001.png.aBbCcD.egosieve.tmp",
+                                         "/full/000001.objects.json.aBbCcD.egosieve.tmp"};
   const std::vector<std::string> others = {"/render/000001.png", "/render/notes.tmp",
-                                           "/mine/000001.png.a1B2c3.tmp"};
+                                           "/movie.abcdef.tmp", "/render/000002.png.abcdef.tmp.png",
+                                           "/mine/000001.png.aBbCcD.egosieve.tmp"};
   for (const auto* files : {&left, &others}) {
     for (const std::string& file : *files) {
       std::filesystem::create_directories(std::filesystem::path(root + file).parent_path());

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "absl/strings/str_cat.h"
+#include "tools/run_folder/folder_lock.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
@@ -43,6 +44,7 @@ std::map<std::string, std::string> Contents(const std::string& path) {
     if (!entry.is_regular_file()) continue;
     const std::string name = fs::relative(entry.path(), path).string();
     if (name.rfind("log/", 0) == 0) continue;  // named by time and process; ReadLines has its lines
+    if (FolderLock::IsLockFile(name)) continue;  // of who has worked on the run
     contents[name] = name == "frames.jsonl"       ? LinesWithoutTimes(folder)
                      : name == "run.json"         ? DescriptionWithoutTimes(folder)
                      : name == "reconstruct.json" ? WithoutStart(*ReadFile(entry.path().string()))
