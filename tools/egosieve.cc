@@ -16,8 +16,6 @@
 #include "tools/evaluate/evaluate_command.h"
 #include "tools/infer/infer_command.h"
 #include "tools/lab/compare/compare_command.h"
-#include "tools/lab/evaluate_features/evaluate_features_command.h"
-#include "tools/lab/tune_defaults/tune_defaults_command.h"
 #include "tools/masks/masks_command.h"
 #include "tools/merge/merge_command.h"
 #include "tools/model/model_command.h"
@@ -54,13 +52,8 @@ int RunCommandLine(int argc, char** argv) {
   line.Add(MakeModelCommand());
   line.Add(MakeDevicesCommand());
   line.Add(MakeTuneCommand());
-  line.AddGroup("lab", "Research commands: other methods, features alone, settings over suites.");
+  line.AddGroup("lab", "Research: other methods on the same drives.");
   line.Add(MakeCompareCommand(), "lab");
-  line.Add(MakeEvaluateFeaturesCommand(), "lab");
-  line.Add(MakeTuneDefaultsCommand(), "lab");
-  line.AddFormer("compare", "lab compare");
-  line.AddFormer("tune_defaults", "lab tune_defaults");
-  line.AddFormer("evaluate --features", "lab evaluate_features");
   return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
 }
 

@@ -56,7 +56,6 @@ NOT_RUN = {
     'PYTHONPATH=': 'the same',
     '--device=gpu': 'needs a GPU',
     '--scenarios=': 'minutes: tests/tools/end_to_end/comparison_test.cc compares small drives',
-    'egosieve lab tune_defaults': 'hours: tests/tools/lab/tune_defaults tests its parts',
 }
 FRAMES = 6
 # What is of long drives, for one of FRAMES.
@@ -232,7 +231,7 @@ class NotRun(unittest.TestCase):
         lines = [(name, line) for name, line in lines if not name.startswith('tools/embed/reference/')]
         self.assertGreater(len(lines), 100)
         self.assertEqual([entry for entry in lines if entry[0] not in GUIDES and is_run(entry[1])], [])
-        shown = '\n'.join(line for _, line in lines) + '\n'.join(line for name in ('infer', 'lab compare', 'lab tune_defaults') for line in examples(name))
+        shown = '\n'.join(line for _, line in lines) + '\n'.join(line for name in ('infer', 'lab compare') for line in examples(name))
         self.assertEqual([word for word in NOT_RUN if word not in shown], [])
 
 

@@ -165,15 +165,6 @@ std::string Joined(const std::string& first, const std::string& second) {
   return first.empty() || second.empty() ? first + second : absl::StrCat(first, " ", second);
 }
 
-// Whether the arguments begin with the first of the words and hold the others.
-bool HasWords(const std::vector<std::string>& arguments, const std::string& words) {
-  const std::vector<std::string> wanted = absl::StrSplit(words, ' ');
-  const auto is_there = [&](const std::string& word) {
-    return std::find(arguments.begin(), arguments.end(), word) != arguments.end();
-  };
-  return std::all_of(wanted.begin(), wanted.end(), is_there) && arguments.front() == wanted.front();
-}
-
 }  // namespace
 
 std::string NearestName(const std::string& word, const std::vector<std::string>& candidates) {
@@ -201,10 +192,6 @@ void CommandLine::AddGroup(std::string name, std::string summary) {
 
 void CommandLine::Add(std::unique_ptr<Command> command, std::string group) {
   commands_.emplace_back(std::move(group), std::move(command));
-}
-
-void CommandLine::AddFormer(std::string former, std::string present) {
-  former_.emplace_back(std::move(former), std::move(present));
 }
 
 std::vector<std::pair<std::string, std::string>> CommandLine::Listed(
@@ -290,12 +277,6 @@ int CommandLine::Dispatch(std::vector<std::string> arguments, std::ostream& out,
     return static_cast<int>(ExitCode::kDone);
   }
   if (first == "completion") return TellCompletion(arguments, out, err);
-  for (const auto& [former, present] : former_) {
-    if (!HasWords(arguments, former)) continue;
-    const std::string name = Joined(program_, present);
-    err << ErrorLine(absl::StrCat(former, " is now ", name, "; see ", name, " --help")) << "\n";
-    return static_cast<int>(ExitCode::kUsage);
-  }
   return RunNamed("", std::move(arguments), out, err);
 }
 

@@ -28,9 +28,6 @@ class CommandLine {
   void AddGroup(std::string name, std::string summary);
   // group: the name of a group, or "" for a command of the program itself.
   void Add(std::unique_ptr<Command> command, std::string group = "");
-  // A former command, or one with a flag ("evaluate --features"), that is refused with a line that
-  // names the present one ("lab evaluate_features").
-  void AddFormer(std::string former, std::string present);
 
   // `arguments` excludes the program's name. Returns the process's exit code, which is not 0 if
   // writing to `out` failed. Never throws.
@@ -58,7 +55,6 @@ class CommandLine {
   std::string build_;
   std::vector<std::pair<std::string, std::unique_ptr<Command>>> commands_;  // with their groups
   std::vector<std::pair<std::string, std::string>> groups_;                 // name, summary
-  std::vector<std::pair<std::string, std::string>> former_;                 // former, present
 };
 
 // The candidate nearest to `word` by edit distance, or "" if none is near enough to be a typing

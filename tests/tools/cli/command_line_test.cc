@@ -122,26 +122,6 @@ TEST(CommandLine, AGroupHoldsCommandsBelowOneWord) {
             "egosieve: unknown command lap; did you mean lab? see egosieve --help\n");
 }
 
-TEST(CommandLine, AFormerNameTellsThePresentOne) {
-  const auto invoke = [](std::vector<std::string> arguments) {
-    CommandLine line("egosieve", "Segments.", "1.2.3");
-    line.Add(std::make_unique<FakeCommand>(ExitCode::kDone));
-    line.AddFormer("seed", "sift");
-    line.AddFormer("sift --seeds", "lab sift");
-    std::ostringstream out, err;
-    const int code = line.Run(std::move(arguments), out, err);
-    return Outcome{code, out.str(), err.str()};
-  };
-  const Outcome command = invoke({"seed", "--stride=3"});
-  EXPECT_EQ(command.code, 2);
-  EXPECT_EQ(command.err, "egosieve: seed is now egosieve sift; see egosieve sift --help\n");
-  const Outcome flag = invoke({"sift", "--stride=3", "--seeds"});
-  EXPECT_EQ(flag.code, 2);
-  EXPECT_EQ(flag.err,
-            "egosieve: sift --seeds is now egosieve lab sift; see egosieve lab sift --help\n");
-  EXPECT_EQ(invoke({"sift", "--stride=3"}).code, 0);
-}
-
 TEST(CommandLine, VersionEndsWithTheBuild) {
   CommandLine line("egosieve", "", "1.2.3", "commit 1a2b3c");
   std::ostringstream out, err;

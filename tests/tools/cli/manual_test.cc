@@ -110,7 +110,7 @@ TEST_F(Completion, OfCommands) {
   EXPECT_THAT(Of("reco"), ElementsAre("reconstruct"));
   EXPECT_THAT(Commands(), Contains("lab compare"));
   EXPECT_THAT(Of("lab \"\""), IsSupersetOf(Listed("lab")));
-  EXPECT_THAT(Of("lab tu"), ElementsAre("tune_defaults"));
+  EXPECT_THAT(Of("lab co"), ElementsAre("compare"));
 }
 
 TEST_F(Completion, OfEveryFlagInHelp) {

@@ -120,8 +120,6 @@ TEST_F(Schema, OfWhatCommandsPrint) {
   Run({"masks", run, "--out=" + root_ + "/plain", "--truth=" + root_ + "/masks",
        "--progress=none"});
   Run({"evaluate", run, "--truth=" + root_ + "/masks", "--progress=none"});
-  Run({"lab", "evaluate_features", root_ + "/frames", "--truth=" + root_ + "/masks", "--no_plain",
-       "--progress=none"});
   Run({"synthesize", "--frames=2", "--width=64", "--height=48", "--out=" + root_ + "/drive",
        "--progress=none"});
   Run({"devices"});

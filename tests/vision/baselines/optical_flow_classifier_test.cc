@@ -10,9 +10,9 @@
 #include <variant>
 #include <vector>
 
+#include "tests/vision/labelling/feature_evaluation.h"
 #include "vision/frame/frame_source.h"
 #include "vision/geometry/residual.h"
-#include "vision/labelling/feature_evaluation.h"
 #include "vision/labelling/frame_labeller.h"
 
 namespace egosieve::vision {

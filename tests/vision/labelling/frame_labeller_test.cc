@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "tests/vision/labelling/feature_evaluation.h"
 #include "tests/vision/labelling/same_labels.h"
 #include "tests/vision/labelling/textured_scene.h"
-#include "vision/labelling/feature_evaluation.h"
 
 namespace egosieve::vision {
 namespace {

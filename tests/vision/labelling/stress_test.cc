@@ -7,9 +7,9 @@
 #include <random>
 #include <vector>
 
+#include "tests/vision/labelling/feature_evaluation.h"
 #include "tests/vision/labelling/same_labels.h"
 #include "tests/vision/labelling/textured_scene.h"
-#include "vision/labelling/feature_evaluation.h"
 #include "vision/labelling/frame_labeller.h"
 
 namespace egosieve::vision {

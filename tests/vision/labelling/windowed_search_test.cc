@@ -12,10 +12,10 @@
 #include <variant>
 #include <vector>
 
+#include "tests/vision/labelling/feature_evaluation.h"
 #include "tests/vision/labelling/textured_scene.h"
 #include "vision/features/flow_grid.h"
 #include "vision/frame/frame_source.h"
-#include "vision/labelling/feature_evaluation.h"
 #include "vision/labelling/frame_labeller.h"
 
 namespace egosieve::vision {

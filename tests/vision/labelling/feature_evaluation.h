@@ -2,8 +2,8 @@
 // static points, over labelled features.
 //
 //   AUC = P(score of a mover > score of another) + 1/2 P(equal)            (Mann & Whitney, 1947)
-#ifndef EGOSIEVE_VISION_LABELLING_FEATURE_EVALUATION_H_
-#define EGOSIEVE_VISION_LABELLING_FEATURE_EVALUATION_H_
+#ifndef EGOSIEVE_TESTS_VISION_LABELLING_FEATURE_EVALUATION_H_
+#define EGOSIEVE_TESTS_VISION_LABELLING_FEATURE_EVALUATION_H_
 
 #include <cstdint>
 #include <map>
@@ -70,4 +70,4 @@ std::optional<ChoiceVerdict> JudgeChoice(const FeatureScore& score);
 
 }  // namespace egosieve::vision
 
-#endif  // EGOSIEVE_VISION_LABELLING_FEATURE_EVALUATION_H_
+#endif  // EGOSIEVE_TESTS_VISION_LABELLING_FEATURE_EVALUATION_H_

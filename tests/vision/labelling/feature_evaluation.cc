@@ -1,4 +1,4 @@
-#include "vision/labelling/feature_evaluation.h"
+#include "tests/vision/labelling/feature_evaluation.h"
 
 #include <algorithm>
 #include <cmath>
