@@ -22,6 +22,7 @@ namespace {
 
 constexpr double kMinusInfinity = -std::numeric_limits<double>::infinity();
 constexpr int kSparseRounds = 8;
+constexpr double kNugget = 1e-10;   // of sigma_f^2
 constexpr double kLeastRise = 0.1;  // of J by another choice of inducing inputs, nats
 constexpr double kWidth = 20.0;     // of the restarts around theta_0, a factor
 
@@ -73,6 +74,14 @@ class Objective {
     return absl::OkStatus();
   }
 
+  // From now on sigma_n^2 has at least kNugget sigma_f^2 added to it.
+  void AddNugget() { nugget_ = kNugget; }
+  // sigma_n with what was added to it.
+  double NoiseWithNugget(const gp::Hyperparameters& there) const {
+    const double signal = there.covariance.signal_stddev;
+    return std::sqrt(there.noise_variance() + nugget_ * signal * signal);
+  }
+
   // gradient: null if it is not wanted; zeros where J is -infinity.
   absl::StatusOr<double> operator()(const std::vector<double>& theta,
                                     std::vector<double>* gradient) {
@@ -85,6 +94,8 @@ class Objective {
     const auto order =
         gradient == nullptr ? gp::LikelihoodOrder::kValue : gp::LikelihoodOrder::kValueAndGradient;
     const gp::Observations data = subset_.view();
+    const double own = there.noise_variance();
+    there.noise_stddev = NoiseWithNugget(there);
     const double noise = there.noise_variance();
     const double unit = gp::LargestPriorVariance(there.covariance, data.inputs);
     for (std::optional<double> jitter = 0.0; jitter.has_value();
@@ -95,7 +106,10 @@ class Objective {
       EGOSIEVE_RETURN_IF_ERROR(likelihood.status());
       if (gradient != nullptr) {
         *gradient = std::move(likelihood->gradient);
-        gradient->back() *= noise / (noise + *jitter);  // d (sigma_n^2 + jitter) / d log sigma_n
+        // Of log(sigma_n^2 + nugget + jitter) / 2, of which sigma_n and sigma_f have their shares.
+        const double of_noise = gradient->back() / (noise + *jitter);
+        gradient->back() = of_noise * own;
+        (*gradient)[gradient->size() - 2] += of_noise * (noise - own);
       }
       return likelihood->value;
     }
@@ -123,6 +137,7 @@ class Objective {
   const SearchOptions& options_;
   const std::optional<gp::SparseModelOptions>& sparse_;
   std::vector<double> inducing_;
+  double nugget_ = 0.0;
   int64_t evaluations_ = 0;
 };
 
@@ -303,6 +318,8 @@ absl::StatusOr<SearchResult> SearchHyperparameters(
   SearchResult result;
   EGOSIEVE_RETURN_IF_ERROR(objective.ChooseInducing(given));
   EGOSIEVE_ASSIGN_OR_RETURN(result.log_likelihood_at_start, objective(given, nullptr));
+  const bool has_fixed_noise = bounds.lower.back() == bounds.upper.back();
+  if (!has_fixed_noise) objective.AddNugget();
   bounds.Clamp(given);
   bounds.Clamp(ranges.start);
   EGOSIEVE_RETURN_IF_ERROR(objective.ChooseInducing(ranges.start));
@@ -323,6 +340,9 @@ absl::StatusOr<SearchResult> SearchHyperparameters(
     return gp::NotPositiveDefinite("the covariances are not positive definite at any start");
   }
   EGOSIEVE_ASSIGN_OR_RETURN(result.hyperparameters, gp::FromLogarithms(start, best.theta));
+  if (!has_fixed_noise) {
+    result.hyperparameters.noise_stddev = objective.NoiseWithNugget(result.hyperparameters);
+  }
   result.points = subset.points.size();
   result.log_likelihood = best.value;
   result.gradient_norm = best.gradient_norm;

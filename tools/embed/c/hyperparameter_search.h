@@ -24,6 +24,9 @@
 // The caller may give bounds for any of them; equal ones keep a value fixed. Default bounds are
 // widened to include the given theta.
 //
+// Unless sigma_n is fixed, 1e-10 sigma_f^2 is added to sigma_n^2, in J and in the result: with less
+// noise, float64 variances are lost in the rounding of sigma_f^2.
+//
 // If K is not positive definite, J is that of K + jitter I with the jitter with which the model
 // would be conditioned (gp/linalg/jitter_sequence.h, in units of the largest k(x_i, x_i)).
 //

@@ -58,7 +58,7 @@ class Optimization(unittest.TestCase):
         found = gp.hyperparameters_
         self.assertAlmostEqual(found["scales"][0], 0.7, delta=1e-12)
         self.assertAlmostEqual(found["signal_stddev"], 0.5, delta=1e-12)
-        self.assertAlmostEqual(found["noise_stddev"], 0.3, delta=1e-12)
+        self.assertAlmostEqual(found["noise_stddev"], 0.3, delta=1e-9)  # and 1e-10 sigma_f^2
         self.assertEqual(gp.optimization_["on_bound"], {"signal_stddev": "upper", "noise_stddev": "lower"})
         for wrong in ({"scales": [(1, 2), (1, 2)]}, {"noise": (1, 2)}, {"scales": "free"}, {"scales": (2, 1)}):
             with self.assertRaises(ValueError):
@@ -69,6 +69,8 @@ class Optimization(unittest.TestCase):
         gp = egosieve.GaussianProcess("squared_exponential", noise_stddev=1e-8).fit(X, np.sin(6 * X[:, 0]))
         self.assertGreater(gp.optimization_["log_likelihood"], gp.optimization_["log_likelihood_at_start"])
         self.assertNotEqual(gp.hyperparameters_["scales"][0], 0.5)
+        deviations = gp.predict(np.linspace(0, 1, 200)[:, None], return_std=True, precision="float64")[1]
+        self.assertGreater(deviations.min(), 0.0)
 
     def test_inducing_inputs_follow_the_scales(self):
         X = 13.4 + 0.001 * np.random.default_rng(0).uniform(size=(400, 1))

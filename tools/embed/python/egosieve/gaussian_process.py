@@ -384,7 +384,8 @@ class GaussianProcess(ExactPredictor, Estimator):
         """Offset and scale of the targets: numbers, or arrays with those of each."""
         several = y.ndim == 2
         offset, scale = y.mean(axis=0, dtype=np.float64), y.std(axis=0, dtype=np.float64)
-        far = (self.mean == "zero") & (scale > 0.0) & (np.abs(offset) > _FARTHEST * scale)
+        varies = scale > 1e-13 * np.abs(offset)  # more than by rounding
+        far = (self.mean == "zero") & varies & (np.abs(offset) > _FARTHEST * scale)
         if np.any(far) and not self.normalize_y:
             warnings.warn(
                 "y is so far from zero that the zero prior mean cannot be computed in float64: its mean is subtracted first; "
