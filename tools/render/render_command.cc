@@ -32,8 +32,7 @@ class RenderCommand : public Command {
     app.add_flag("--outlines", options_.overlay.outlines_only,
                  "Of movers, draw nothing but outlines");
     AddSwitch(app, "--legend", "--no_legend", options_.overlay.legend, "Draw the legend");
-    AddSwitch(app, "--images", "--no_images", options_.images,
-              "Write each frame's overlay, too: render/NNNNNN.png");
+    app.add_flag("--images", options_.images, "Write each frame's overlay, too: render/NNNNNN.png");
     AddSwitch(app, "--video", "--no_video", options_.video, "Write overlay.mp4");
     app.add_option("--rate", options_.rate_hz, "The video's frames per second; 0: the input's")
         ->check(Between(0.0, 240.0))

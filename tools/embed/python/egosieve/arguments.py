@@ -22,6 +22,21 @@ def not_fitted(estimator):
     )
 
 
+def _numbers(name, values, array):
+    """An array of objects as float64 where all are numbers, bool or missing (NaN)."""
+    if hasattr(values, "to_numpy"):  # a data frame, whose missing values may be of a kind of their own
+        try:
+            return values.to_numpy(dtype=np.float64, na_value=np.nan)
+        except (TypeError, ValueError):
+            pass  # not numbers: said below
+    if any(isinstance(value, str) for value in array.flat):
+        raise TypeError(f"{name} holds text; it must hold numbers")
+    try:
+        return array.astype(np.float64)
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"{name}: {error}") from None
+
+
 def _floating(name, values):
     """`values` as an array of float32 or float64; a copy only where the type is another."""
     if hasattr(values, "toarray") or hasattr(values, "todense"):
@@ -29,13 +44,8 @@ def _floating(name, values):
     if hasattr(values, "__dlpack__") and not hasattr(values, "__array__"):
         values = np.from_dlpack(values)
     array = np.asarray(values)
-    if array.dtype == object and hasattr(values, "to_numpy"):  # columns of bool and numbers, or nullable ones
-        try:
-            array = values.to_numpy(dtype=np.float64, na_value=np.nan)
-        except (TypeError, ValueError):
-            pass  # not numbers
     if array.dtype == object:
-        raise TypeError(f"{name} is an array of objects; convert it first: {name}.astype(float)")
+        array = _numbers(name, values, array)
     if array.dtype.kind == "c":
         raise ValueError(f"Complex data not supported: {name} has dtype {array.dtype}")
     if array.dtype.kind not in "fiub" or array.dtype.itemsize > 8:

@@ -49,9 +49,6 @@ class Estimator:
             "requires_y": True,
             "multioutput": True,
             "preserves_dtype": [np.float64, np.float32],
-            "_xfail_checks": {
-                "check_dtype_object": "arrays of objects are refused, whatever they hold",
-            },
         }
 
     def __sklearn_tags__(self):
