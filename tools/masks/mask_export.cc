@@ -157,7 +157,7 @@ std::vector<std::string> MaskExport::Targets(int64_t index) const {
 }
 
 absl::Status MaskExport::CheckTargets() {
-  constexpr size_t kMostBytes = 255;  // of a file's name, on most file systems
+  constexpr size_t kMostBytes = 255;        // of a file's name, on most file systems
   std::map<std::string, int64_t> pictures;  // by target
   for (int64_t i = 0; i < input_.frames->expected_frame_count(); ++i) {
     for (const std::string& target : Targets(i)) {

@@ -116,8 +116,8 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenChapters(std::vector<std::strin
     expected = expected < 0 || count < 0 ? -1 : expected + count;
   }
   if (readable.empty()) return first_error;
-  return std::unique_ptr<FrameSource>(new ChapterSequence(
-      std::move(readable), description, options, expected, std::move(warnings)));
+  return std::unique_ptr<FrameSource>(new ChapterSequence(std::move(readable), description, options,
+                                                          expected, std::move(warnings)));
 }
 
 }  // namespace egosieve::vision

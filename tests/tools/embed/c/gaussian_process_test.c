@@ -1,10 +1,10 @@
 /* The C interface of the model, from C99: what it computes. */
 #include "egosieve/gaussian_process.h"
-#include "egosieve/joint_posterior.h"
 
 #include <math.h>
 #include <stdlib.h>
 
+#include "egosieve/joint_posterior.h"
 #include "tests/tools/embed/c/check.h"
 #include "tests/tools/embed/c/small_model.h"
 
