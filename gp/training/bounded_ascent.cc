@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr double kSufficient = 1e-4;  // (BA3)
+constexpr double kSufficient = 1e-4;  // (PL3)
 constexpr double kSteep = 0.9;        // of the slope at the start: a longer step is tried
 constexpr double kShortest = 1e-12;   // t
 constexpr double kLeastCurvature = 1e-10;
@@ -49,7 +49,7 @@ class Ascent {
     return (there - at.theta).cwiseAbs().maxCoeff();
   }
 
-  // (BA2)
+  // (PL2)
   VectorXd Direction(const Place& at) const {
     const VectorXd free =
         ((at.theta.array() <= lower_.array() && at.gradient.array() < 0.0) ||
@@ -81,7 +81,7 @@ class Ascent {
     return d;
   }
 
-  // The next place by (BA3); `at` itself if no step of at least kShortest raises f.
+  // The next place by (PL3); `at` itself if no step of at least kShortest raises f.
   absl::StatusOr<Place> Step(const Place& at) const {
     const VectorXd d = Direction(at);
     for (double t = 1.0; t >= kShortest; t *= 0.5) {

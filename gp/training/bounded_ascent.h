@@ -1,12 +1,12 @@
 // Maximises a smooth function f over a box by projected limited-memory BFGS.
 //
-//   p = clamp(theta + g) - theta,  g the gradient of f             the projected gradient     (BA1)
+//   p = clamp(theta + g) - theta,  g the gradient of f             the projected gradient     (PL1)
 //   free: the coordinates that are not on a bound which g points out of
 //   d = H g over the free coordinates, H from the last `memory` pairs of steps and changes of
-//       the gradient (two-loop recursion), scaled by s.y / y.y of the newest                  (BA2)
-//   theta(t) = clamp(theta + t d) with f(theta(t)) >= f(theta) + 1e-4 g.(theta(t) - theta)    (BA3)
+//       the gradient (two-loop recursion), scaled by s.y / y.y of the newest                  (PL2)
+//   theta(t) = clamp(theta + t d) with f(theta(t)) >= f(theta) + 1e-4 g.(theta(t) - theta)    (PL3)
 //
-// t begins at 1. It is halved until (BA3) holds, and doubled while f still rises steeply along the
+// t begins at 1. It is halved until (PL3) holds, and doubled while f still rises steeply along the
 // step. Pairs of negative curvature are left out, so H stays positive definite. f may be -infinity
 // where it has no value: such a step is halved.
 //

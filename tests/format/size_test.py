@@ -1,4 +1,4 @@
-"""Sizes: files of at most 400 lines, functions of at most 60, headers that open with a comment.
+"""Sizes: files of at most 450 lines, functions of at most 60, headers that open with a comment.
 
 A function is found by its closing brace, which clang-format sets under the beginning of its first line.
 """
@@ -10,7 +10,7 @@ import unittest
 
 FOLDERS = ('bench', 'gp', 'kernels', 'tests', 'tools', 'vision')
 C_LIKE = ('.h', '.hpp', '.cc', '.c', '.cl')
-MOST_LINES = 400
+MOST_LINES = 450
 MOST_OF_A_FUNCTION = 60
 # Still too long. An entry leaves this list when it is not needed any more.
 LONG_FUNCTIONS = {

@@ -7,10 +7,16 @@
 #include <string>
 
 extern "C" {
+#include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
 }
 
 namespace egosieve::vision {
+
+struct FreePacket {
+  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+};
+using Packet = std::unique_ptr<AVPacket, FreePacket>;
 
 // An opened input and the video stream that a player shows: the best one, never a cover picture.
 // The packets of all other streams are dropped.

@@ -25,6 +25,7 @@ extern "C" {
 #include "vision/frame/image_decoding.h"
 #include "vision/frame/pixel_limit.h"
 #include "vision/frame/quiet_libraries.h"
+#include "vision/frame/video_index.h"
 
 namespace egosieve::vision {
 namespace {
@@ -38,9 +39,6 @@ cv::Mat Turned(const cv::Mat& picture, int degrees) {
   return turned;
 }
 
-struct FreePacket {
-  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
-};
 struct FreeFrame {
   void operator()(AVFrame* frame) const { av_frame_free(&frame); }
 };
@@ -50,7 +48,6 @@ struct FreeDecoder {
 struct FreeScaler {
   void operator()(SwsContext* scaler) const { sws_freeContext(scaler); }
 };
-using Packet = std::unique_ptr<AVPacket, FreePacket>;
 
 // The clockwise rotation that the container requests, 0 to 270 degrees.
 int DegreesToTurn(const AVStream& stream) {
@@ -67,79 +64,6 @@ int DegreesToTurn(const AVStream& stream) {
   const double anticlockwise = av_display_rotation_get(reinterpret_cast<const int32_t*>(matrix));
   if (!std::isfinite(anticlockwise)) return 0;
   return static_cast<int>((360 - std::lround(anticlockwise) % 360) % 360);
-}
-
-// The positions of the frames of a video, read from its packets without decoding.
-//
-//   frame k     the packet with the k-th smallest presentation time                        (VI1)
-//   key of k    the last key frame not after frame k: decoding from there gives the same frame k
-//               as decoding from the beginning                                             (VI2)
-//
-// A decoder delivers (VI1) only if each packet has a presentation time of its own, is to be shown
-// and is complete, and if the first packet is a key frame and the first to be shown. Other videos
-// have no index. Cost: the file is read once.
-class VideoIndex {
- public:
-  // The index of the stream that a player shows; nothing without a reliable one.
-  static std::optional<VideoIndex> Read(const std::string& path);
-
-  int64_t size() const { return static_cast<int64_t>(times_.size()); }
-  int64_t time(int64_t frame) const { return times_[frame]; }
-  int64_t KeyOf(int64_t frame) const {
-    return *(std::upper_bound(keys_.begin(), keys_.end(), frame) - 1);
-  }
-  // The frame with this time; nothing if there is none.
-  std::optional<int64_t> FrameAt(int64_t time) const {
-    const auto found = std::lower_bound(times_.begin(), times_.end(), time);
-    if (found == times_.end() || *found != time) return std::nullopt;
-    return found - times_.begin();
-  }
-
- private:
-  std::vector<int64_t> times_;  // of each frame, ascending, in units of the stream's time base
-  std::vector<int64_t> keys_;   // frames, ascending; the first is 0
-};
-
-struct Entry {
-  int64_t time;  // in units of the stream's time base
-  bool is_key;
-};
-
-// In the order of the file; empty if one of them is not reliable.
-std::vector<Entry> ReadEntries(AvInput& input) {
-  const Packet packet(av_packet_alloc());
-  std::vector<Entry> entries;
-  int code = 0;
-  while (packet != nullptr && (code = input.Read(packet.get())) >= 0) {
-    if (packet->pts == AV_NOPTS_VALUE ||
-        (packet->flags & (AV_PKT_FLAG_CORRUPT | AV_PKT_FLAG_DISCARD)) != 0) {
-      return {};
-    }
-    entries.push_back({packet->pts, (packet->flags & AV_PKT_FLAG_KEY) != 0});
-  }
-  if (code != AVERROR_EOF) entries.clear();
-  return entries;
-}
-
-std::optional<VideoIndex> VideoIndex::Read(const std::string& path) {
-  const std::unique_ptr<AvInput> input = AvInput::Open(path, 0);
-  if (input == nullptr) return std::nullopt;
-  std::vector<Entry> entries = ReadEntries(*input);
-  if (entries.empty() || !entries.front().is_key) return std::nullopt;
-  const int64_t first_time = entries.front().time;
-  std::sort(entries.begin(), entries.end(),
-            [](const Entry& a, const Entry& b) { return a.time < b.time; });
-  if (entries.front().time != first_time) return std::nullopt;
-  const auto twice =
-      std::adjacent_find(entries.begin(), entries.end(),
-                         [](const Entry& a, const Entry& b) { return a.time == b.time; });
-  if (twice != entries.end()) return std::nullopt;
-  VideoIndex index;
-  for (const Entry& entry : entries) {
-    if (entry.is_key) index.keys_.push_back(index.size());
-    index.times_.push_back(entry.time);
-  }
-  return index;
 }
 
 // The size of a file; the same number for all inputs that are not files.

@@ -187,8 +187,6 @@ static void test_refusals(void) {
   const egosieve_const_array points = doubles(&queries[0][0], M, D);
   double value = 0.0, theta[2] = {0.0, 0.0}, mean[M];
   egosieve_array out = doubles_out(mean, M, 1);
-  egosieve_posterior* posterior = NULL;
-  egosieve_prediction prediction;
   egosieve_gp_options_init(&options);
   options.dimension = D;
   options.covariance = EGOSIEVE_NAMED_COVARIANCE;

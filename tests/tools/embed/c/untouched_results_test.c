@@ -42,6 +42,7 @@ static void fill(void) {
   memset(&results, 0x5a, sizeof results);
   results.info.struct_size = sizeof results.info;
   results.result.struct_size = sizeof results.result;
+  results.result.on_bound = NULL;
   egosieve_prediction_init(&results.prediction);
   results.prediction.clamped_variances = results.prediction.float64_count = -7;
 }
