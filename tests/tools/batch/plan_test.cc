@@ -79,7 +79,7 @@ TEST(BatchPlan, ATaskThatNeedsAnotherSaysWhich) {
   EXPECT_TRUE(plan.ArgumentsOfReadyTask(0).ok());
   const absl::Status early = plan.ArgumentsOfReadyTask(2).status();
   EXPECT_EQ(early.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(early.message()), HasSubstr("--task=0"));
+  EXPECT_THAT(std::string(early.message()), HasSubstr("--task=1"));
   EXPECT_EQ(plan.ArgumentsOfReadyTask(3).status().code(), absl::StatusCode::kOutOfRange);
   EXPECT_EQ(plan.ArgumentsOfReadyTask(-1).status().code(), absl::StatusCode::kOutOfRange);
 }
