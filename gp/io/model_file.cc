@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -167,11 +166,14 @@ absl::Status CheckSquash(const SquashParameters& squash) {
       "squash a = %g, b = %g; a must be positive and both finite", squash.a, squash.b));
 }
 
+// Bytes of the machine.
+double Memory() {
+  return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
 // The factor of an exact model of n points.
 absl::Status CheckMemory(int64_t n) {
-  const double factor = 8.0 * static_cast<double>(n) * static_cast<double>(n);
-  const double memory =
-      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  const double factor = 8.0 * static_cast<double>(n) * static_cast<double>(n), memory = Memory();
   if (factor <= memory) return absl::OkStatus();
   return absl::FailedPreconditionError(
       absl::StrFormat("the factor of %d points takes %.0f GB; this machine has %.0f", n,
@@ -261,7 +263,7 @@ absl::Status WriteModelFile(const std::string& path, const ModelFile& file) {
 
 absl::StatusOr<ModelFile> ReadModelFile(const std::string& path) {
   EGOSIEVE_ASSIGN_OR_RETURN(const std::string bytes,
-                            kernels::ReadFile(path, std::numeric_limits<int64_t>::max()));
+                            kernels::ReadFile(path, static_cast<int64_t>(0.25 * Memory())));
   absl::StatusOr<ModelFile> file = ParseModel(bytes);
   if (file.ok()) return file;
   return absl::Status(file.status().code(),

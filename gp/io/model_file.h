@@ -60,7 +60,8 @@ absl::Status WriteModelFile(const std::string& path, const ModelFile& file);
 
 // Errors name the file. DataLoss if it is damaged, truncated or not a model; Unimplemented for a
 // later version; InvalidArgument if its arrays do not form a valid model; FailedPrecondition if the
-// factor of an exact model, 8 n^2 bytes, exceeds the machine's memory.
+// file is larger than a quarter of the machine's memory, or the factor of an exact model, 8 n^2
+// bytes, than all of it.
 absl::StatusOr<ModelFile> ReadModelFile(const std::string& path);
 
 // The same in memory. Equal models give equal bytes.
