@@ -1,9 +1,9 @@
-// A drive's files beside its run folder, and the book of what is done after segment: both batches on
-// this machine and tasks of engines (plan.h) read and write it.
+// A drive's files beside its run folder, and the book of what is done after segment: both batches
+// on this machine and tasks of engines (plan.h) read and write it.
 //
 //   egosieve_logs/OUT.log            the output of its programs
-//   egosieve_logs/OUT.tasks/COMMAND  the note of a finished step: the end of the run that it was done
-//                                    on, and its flags
+//   egosieve_logs/OUT.tasks/COMMAND  the note of a finished step: the end of the run that it was
+//                                    done on, and its flags
 //   OUT.masks                        the masks
 #ifndef EGOSIEVE_TOOLS_BATCH_DRIVE_FILES_H_
 #define EGOSIEVE_TOOLS_BATCH_DRIVE_FILES_H_

@@ -176,8 +176,8 @@ bool DriveJob::HasEnded() {
 absl::StatusOr<bool> DriveJob::StartNext() {
   for (; next_step_ < entry_.then.size(); ++next_step_) {
     const BatchStep& step = entry_.then[next_step_];
-    if (!did_something_ && IsStepDone(entry_, step, finished_))
-      continue;  // later steps depend on earlier ones
+    // Later steps depend on earlier ones.
+    if (!did_something_ && IsStepDone(entry_, step, finished_)) continue;
     if (interrupted_) {
       End(State::kInterrupted, "");
       return false;

@@ -3,8 +3,8 @@
 //
 // segment is started with --resume: a complete run stays as it is, a partial run is continued, and
 // a run with other flags is refused. A following command runs unless it was already done on this
-// run with these flags; masks go to OUT.masks. The output of all goes to the drive's log, and what is
-// done into its notes (drive_files.h).
+// run with these flags; masks go to OUT.masks. The output of all goes to the drive's log, and what
+// is done into its notes (drive_files.h).
 #ifndef EGOSIEVE_TOOLS_BATCH_DRIVE_JOB_H_
 #define EGOSIEVE_TOOLS_BATCH_DRIVE_JOB_H_
 

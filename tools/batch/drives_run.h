@@ -33,8 +33,8 @@ class DrivesRun {
 
  private:
   void Say(size_t i, const std::string& what);
-  // Where there is news. A page that cannot be written does not stop the drives; the last failure is
-  // reported.
+  // Where there is news. A page that cannot be written does not stop the drives; the last failure
+  // is reported.
   void WritePage();
 
   std::vector<BatchEntry> entries_;

@@ -28,8 +28,8 @@ class PlanRun {
 
   // Whether a flag is given that Run implements.
   bool IsAskedFor() const;
-  // For drives that run without a plan: InvalidArgument if they are to be learnt in pieces or a flag
-  // is given that only plans use.
+  // For drives that run without a plan: InvalidArgument if they are to be learnt in pieces or a
+  // flag is given that only plans use.
   absl::Status CheckUnplanned(const std::vector<BatchEntry>& entries) const;
   // `manifest`: its path; egosieve_jobs/ is written beside it.
   absl::StatusOr<ExitCode> Run(const std::string& manifest, std::vector<BatchEntry> entries,

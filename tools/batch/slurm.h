@@ -59,7 +59,8 @@ struct SlurmArray {
 absl::Status CheckNothingIsQueued(const std::string& folder);
 
 // Writes the scripts of these drives' tasks and submits them. If Slurm refuses a job: Unavailable
-// with the message of sbatch; if interrupted: Cancelled. The jobs accepted before are cancelled then.
+// with the message of sbatch; if interrupted: Cancelled. The jobs accepted before are cancelled
+// then.
 absl::StatusOr<std::vector<SlurmArray>> SubmitToSlurm(const BatchPlan& plan,
                                                       const std::vector<size_t>& drives,
                                                       const BatchCost& cost,

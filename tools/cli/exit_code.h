@@ -4,7 +4,8 @@
 //   1    error of the environment: no device, a full disk, a folder that cannot be written
 //   2    usage: a flag, a value or a folder that does not fit the command
 //   3    the input cannot be read
-//   4    finished, with some frames failed, or with a model that learnt from fewer than half of them
+//   4    finished, with some frames failed, or with a model that learnt from fewer than half of
+//        them
 //   130  interrupted; everything written so far is complete
 #ifndef EGOSIEVE_TOOLS_CLI_EXIT_CODE_H_
 #define EGOSIEVE_TOOLS_CLI_EXIT_CODE_H_

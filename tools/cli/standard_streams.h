@@ -6,9 +6,9 @@
 // to the original stderr.
 //
 // If a library ends the process (abort, an uncaught exception), its last lines are reported as the
-// program's one line of error, with a hint, and the exit code is 1. After a fault of memory (SIGSEGV,
-// SIGBUS) the line is told, too, and the process ends by that signal, with a core where the system
-// makes one.
+// program's one line of error, with a hint, and the exit code is 1. After a fault of memory
+// (SIGSEGV, SIGBUS) the line is told, too, and the process ends by that signal, with a core where
+// the system makes one.
 //
 // All of this is off if the environment has EGOSIEVE_LIBRARY_LINES, OPENCV_LOG_LEVEL,
 // OPENCV_FFMPEG_LOGLEVEL or POCL_DEBUG: the user then wants the libraries' lines.

@@ -1,5 +1,5 @@
-// The folder that infer fills: the run itself, or a folder of --out that holds only maps. The caller
-// holds the lock of FolderLock::Take on it.
+// The folder that infer fills: the run itself, or a folder of --out that holds only maps. The
+// caller holds the lock of FolderLock::Take on it.
 #ifndef EGOSIEVE_TOOLS_INFER_MAP_TARGET_H_
 #define EGOSIEVE_TOOLS_INFER_MAP_TARGET_H_
 

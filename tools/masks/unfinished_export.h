@@ -1,5 +1,6 @@
 // The mark of an export that has begun and not ended, OUT/.egosieve_masks.json, by which the same
-// command continues it: with which options, of which run, and whether the folders were empty before.
+// command continues it: with which options, of which run, and whether the folders were empty
+// before.
 #ifndef EGOSIEVE_TOOLS_MASKS_UNFINISHED_EXPORT_H_
 #define EGOSIEVE_TOOLS_MASKS_UNFINISHED_EXPORT_H_
 

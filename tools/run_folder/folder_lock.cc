@@ -15,8 +15,8 @@ namespace {
 
 constexpr char kWrite[] = ".write.lock", kUse[] = ".use.lock";
 
-// NFS grants an exclusive lock only to a file that is open for writing. Readers of a folder that they
-// may not write open what is there.
+// NFS grants an exclusive lock only to a file that is open for writing. Readers of a folder that
+// they may not write open what is there.
 int OpenLockFile(const std::string& path, bool is_shared) {
   constexpr int kFlags = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
   const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | kFlags, 0666);

@@ -1,10 +1,10 @@
 // Locks on a run folder, by flock on two files in it that stay: locks on folders exclude nothing on
-// NFS. A lock ends with its object or its process, even if that is killed. File systems without locks
-// grant every lock.
+// NFS. A lock ends with its object or its process, even if that is killed. File systems without
+// locks grant every lock.
 //
-//   Take    .write.lock, held by the program that writes the run: segment, infer, reconstruct, merge
-//   Use     .use.lock, shared, held by a program that needs the run to stay: infer, on the run whose
-//           models it reads. Others may hold Take meanwhile
+//   Take    .write.lock, held by the program that writes the run: segment, infer, reconstruct,
+//   merge Use     .use.lock, shared, held by a program that needs the run to stay: infer, on the
+//           run whose models it reads. Others may hold Take meanwhile
 //   Clear   .use.lock, held while a run is removed
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_FOLDER_LOCK_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_FOLDER_LOCK_H_

@@ -69,8 +69,8 @@ class RunFolder {
                         kFixedPattern[] = "fixed_pattern.png", kWindscreen[] = "windscreen.png",
                         kRecorded[] = "frames";
 
-  // The lock of FolderLock::Take on a folder that Create or Open will accept, made if there is none.
-  // None for a folder that Create refuses: no lock file is made in another's folder.
+  // The lock of FolderLock::Take on a folder that Create or Open will accept, made if there is
+  // none. None for a folder that Create refuses: no lock file is made in another's folder.
   static absl::StatusOr<std::optional<FolderLock>> TakeOrMake(const std::string& path);
   // Makes the folder and its parents. AlreadyExists if the folder is not empty, unless `overwrite`
   // is set and it is a run folder that no other program uses (folder_lock.h). Then the files of the

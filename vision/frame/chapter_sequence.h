@@ -1,7 +1,7 @@
 // One drive from several videos, in the order given. Each video is opened once to check that it can
-// be read; the others are left out, and the warning at the end names them. A chapter's first frame follows the last frame of the previous chapter by that chapter's
-// frame interval, since files do not state how long the camera paused. The frames before an index
-// are counted, not estimated.
+// be read; the others are left out, and the warning at the end names them. A chapter's first frame
+// follows the last frame of the previous chapter by that chapter's frame interval, since files do
+// not state how long the camera paused. The frames before an index are counted, not estimated.
 #ifndef EGOSIEVE_VISION_FRAME_CHAPTER_SEQUENCE_H_
 #define EGOSIEVE_VISION_FRAME_CHAPTER_SEQUENCE_H_
 

@@ -37,9 +37,9 @@ struct FileList {
 // True for the file name extensions of lists.
 bool HasListExtension(const std::string& path);
 
-// InvalidArgument, naming the line, for a list without names or of depth maps alone, a missing file,
-// a line of another form, times that are equal or do not ascend, and times whose steps are longer
-// than kLongestStepSeconds: milliseconds, microseconds or nanoseconds.
+// InvalidArgument, naming the line, for a list without names or of depth maps alone, a missing
+// file, a line of another form, times that are equal or do not ascend, and times whose steps are
+// longer than kLongestStepSeconds: milliseconds, microseconds or nanoseconds.
 absl::StatusOr<FileList> ReadFileList(const std::string& path);
 
 // Reads `count` times. InvalidArgument likewise, and for another number of times.

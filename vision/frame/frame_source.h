@@ -1,9 +1,9 @@
 // Frames in order, from a video file, a folder or a glob of images or of videos, a list of images
 // (file_list.h) or a single image. Videos of one folder, glob or list are chapters of one drive.
 //
-// Conversions, so that every frame is 8-bit BGR (frame.h): 16-bit values v become round(v / 257), or
-// are stretched if the drive uses a part of their range (image_decoding.h); alpha is dropped, grey
-// is replicated. EXIF and container rotations are applied.
+// Conversions, so that every frame is 8-bit BGR (frame.h): 16-bit values v become round(v / 257),
+// or are stretched if the drive uses a part of their range (image_decoding.h); alpha is dropped,
+// grey is replicated. EXIF and container rotations are applied.
 //
 // Image files are read in natural order: runs of digits compare as numbers ("9.png" before
 // "10.png"), all else byte by byte. The index is the file's rank. Which files are read is told in

@@ -1,7 +1,7 @@
 // Decodes picture files to 8-bit BGR, by the conversions of vision/frame/frame_source.h.
 //
-// Values of 16 bits or float of which a drive uses a small part (counts of a thermal camera, 12 bits
-// of a machine camera) are stretched, by one range for the whole drive:
+// Values of 16 bits or float of which a drive uses a small part (counts of a thermal camera, 12
+// bits of a machine camera) are stretched, by one range for the whole drive:
 //
 //   v' = 255 (v - low) / (high - low),  clamped to 0 .. 255
 //

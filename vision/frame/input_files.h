@@ -1,9 +1,9 @@
 // The pictures or videos that a folder or a glob names.
 //
 // Left out, and told: masks, depth maps and labels beside pictures, by the words of their names;
-// NAME.png or NAME.jpg.png beside NAME.jpg; smaller copies of the pictures of a folder X in a folder
-// X_2 beside it; pictures in formats that are not read; videos beside pictures. Hidden files and
-// folders are skipped.
+// NAME.png or NAME.jpg.png beside NAME.jpg; smaller copies of the pictures of a folder X in a
+// folder X_2 beside it; pictures in formats that are not read; videos beside pictures. Hidden files
+// and folders are skipped.
 #ifndef EGOSIEVE_VISION_FRAME_INPUT_FILES_H_
 #define EGOSIEVE_VISION_FRAME_INPUT_FILES_H_
 

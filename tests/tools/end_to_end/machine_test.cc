@@ -1,5 +1,6 @@
 // What the machine can refuse: room for the results, a cache that is whole, threads. Each gives one
-// line with the reason and exit code 1, or the signal where memory was reached for that is not there.
+// line with the reason and exit code 1, or the signal where memory was reached for that is not
+// there.
 #include "tests/tools/end_to_end/machine.h"
 
 #include <signal.h>

@@ -193,6 +193,19 @@ TEST_F(MasksTest, StaysInItsFolderWhateverAListNames) {
   EXPECT_EQ(*ReadFile(root_ + "/project/images/000003.png"), picture);
 }
 
+TEST_F(MasksTest, PicturesWhoseMasksWouldBeOneFileAreRefused) {
+  fs::create_directories(root_ + "/twins");
+  for (const char* name : {"a.jpg", "a.jpeg"}) {
+    ASSERT_TRUE(cv::imwrite(root_ + "/twins/" + name, cv::Mat3b(48, 64, cv::Vec3b(9, 9, 9))));
+  }
+  const CommandOutcome refused =
+      Masks({root_ + "/twins", "--for=instant-ngp", "--run=" + root_ + "/other"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("/dynamic_mask_a.png, of the pictures"));
+  EXPECT_FALSE(fs::exists(out_));
+  EXPECT_FALSE(fs::exists(root_ + "/other"));
+}
+
 TEST(NameInside, LeavesNothingThatLeadsOut) {
   EXPECT_EQ(NameInside("a/b.png"), "a/b.png");
   EXPECT_EQ(NameInside("../../images/./x/../1.png"), "images/1.png");

@@ -111,6 +111,11 @@ TEST_F(Schema, OfWhatCommandsPrint) {
   if (!IsThere()) GTEST_SKIP() << "/usr/bin/python3 has no jsonschema";
   MakeRun();
   const std::string run = root_ + "/run";
+  for (const std::string range : {"to", "from"}) {
+    Run({"segment", root_ + "/frames", "--out=" + root_ + "/" + range, "--" + range + "=3",
+         "--budget=100", "--stride=8", "--progress=none"});
+  }
+  Run({"merge", root_ + "/to", root_ + "/from"});
   Run({"render", run, "--progress=none"});
   Run({"report", run, "--progress=none"});
   Run({"model", run});

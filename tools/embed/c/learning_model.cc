@@ -205,9 +205,11 @@ absl::StatusOr<gp::ModelFile> LearningModel::ToFile() {
   std::lock_guard lock(mutex_);
   gp::ModelFile file;
   const auto take = [&](auto& model) -> absl::Status {
-    if (!is_renewed_) EGOSIEVE_RETURN_IF_ERROR(Renew(model));
-    posterior_ = is_renewed_ ? posterior_ : nullptr;
-    is_renewed_ = true;
+    if (!is_renewed_) {
+      EGOSIEVE_RETURN_IF_ERROR(Renew(model));
+      posterior_ = nullptr;
+      is_renewed_ = true;
+    }
     file.model = model.State();
     file.sparse = SparseOptionsOf(model);
     return absl::OkStatus();

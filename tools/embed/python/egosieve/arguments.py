@@ -152,19 +152,25 @@ def seed(random_state):
     return int(random_state)
 
 
+def _flat(name, array):
+    """A column as a vector, with a warning, as scikit-learn does."""
+    if array.ndim != 2 or array.shape[1] != 1:
+        return array
+    warnings.warn(
+        f"A column-vector {name} was passed when a 1d array was expected. "
+        f"Please change the shape of {name} to (n_samples, ), for example using ravel().",
+        _of_sklearn("DataConversionWarning", UserWarning),
+        stacklevel=4,
+    )
+    return array[:, 0]
+
+
 def targets(name, values, count):
     """`count` finite numbers, or a row for each of them; a column is taken with a warning, as scikit-learn does."""
     if values is None:
         raise ValueError(f"GaussianProcess requires {name} to be passed, but the target {name} is None")
     array = _floating(name, values)
-    if array.ndim == 2 and array.shape[1] == 1:
-        warnings.warn(
-            f"A column-vector {name} was passed when a 1d array was expected. "
-            f"Please change the shape of {name} to (n_samples, ), for example using ravel().",
-            _of_sklearn("DataConversionWarning", UserWarning),
-            stacklevel=3,
-        )
-        array = array[:, 0]
+    array = _flat(name, array)
     if array.ndim not in (1, 2) or array.ndim == 2 and array.shape[1] == 0:
         raise ValueError(f"{name} should be a 1d or 2d array, got an array of shape {array.shape} instead.")
     if len(array) != count:
@@ -178,14 +184,7 @@ def labels(name, values, count):
     if values is None:
         raise ValueError(f"GaussianProcessClassifier requires {name} to be passed, but the target {name} is None")
     array = np.asarray(values)
-    if array.ndim == 2 and array.shape[1] == 1:
-        warnings.warn(
-            f"A column-vector {name} was passed when a 1d array was expected. "
-            f"Please change the shape of {name} to (n_samples, ), for example using ravel().",
-            _of_sklearn("DataConversionWarning", UserWarning),
-            stacklevel=3,
-        )
-        array = array[:, 0]
+    array = _flat(name, array)
     if array.ndim != 1:
         raise ValueError(f"{name} should be a 1d array, got an array of shape {array.shape} instead.")
     if len(array) != count:

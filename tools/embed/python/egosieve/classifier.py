@@ -71,7 +71,8 @@ class GaussianProcessClassifier(Estimator):
 
     def predict(self, X):
         """The most probable class at each row of X."""
-        return self.classes_[np.argmax(self.predict_proba(X), axis=1)] if self._is_fitted() else self.predict_proba(X)
+        probabilities = self.predict_proba(X)
+        return self.classes_[np.argmax(probabilities, axis=1)]
 
     def score(self, X, y):
         """The share of rows of X whose class is predicted."""
