@@ -3,8 +3,9 @@
 // locks grant every lock.
 //
 //   Take    .write.lock, held by the program that writes the run: segment, infer, reconstruct,
-//   merge Use     .use.lock, shared, held by a program that needs the run to stay: infer, on the
-//           run whose models it reads. Others may hold Take meanwhile
+//           merge
+//   Use     .use.lock, shared, held by a program that needs the run to stay: infer, on the run
+//           whose models it reads. Others may hold Take meanwhile
 //   Clear   .use.lock, held while a run is removed
 #ifndef EGOSIEVE_TOOLS_RUN_FOLDER_FOLDER_LOCK_H_
 #define EGOSIEVE_TOOLS_RUN_FOLDER_FOLDER_LOCK_H_

@@ -66,8 +66,7 @@ struct SearchOptions {
 
 struct SearchResult {
   gp::Hyperparameters hyperparameters;
-  double log_likelihood_at_start =
-      0.0;  // of S at the given theta, nats; -infinity if there is none
+  double log_likelihood_at_start = 0.0;  // of S at the given theta, nats; may be -infinity
   double log_likelihood = 0.0;
   double gradient_norm = 0.0;  // the largest component of J's projected gradient, nats
   int64_t evaluations = 0;
