@@ -102,7 +102,8 @@ class OnlineSegmenter {
       const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
       bool with_posterior = true,
       const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead = {});
-  // Also fills `record.milliseconds.inference`, `dynamic_share` and `clamped_variances`.
+  // Also fills `record.milliseconds.inference`, `dynamic_share`, `expected_overlap`
+  // and `clamped_variances`.
   absl::StatusOr<SegmentationMap> Infer(const Frame& frame, const MapPosterior& posterior,
                                         FrameRecord& record) const;
 
