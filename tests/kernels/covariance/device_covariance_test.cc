@@ -179,8 +179,8 @@ TEST(DeviceCovariance, OfStationaryFunctionsVanishesFarAway) {
     parameters.signal_stddev = 1.0;
     const double x[3] = {0.0, 1e19, 1e30};
     GuardedMatrix<float> k(3, 3);
-    ASSERT_TRUE(CovarianceMatrix<float>(*TestContext(), parameters, {x, 3, 1}, 0.0,
-                                        Triangle::kFull, k.view())
+    ASSERT_TRUE(CovarianceMatrix<float>(*TestContext(), parameters, {x, 3, 1}, 0.0, Triangle::kFull,
+                                        k.view())
                     .ok());
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) EXPECT_EQ(k(i, j), i == j ? 1.0f : 0.0f) << name;
