@@ -23,10 +23,11 @@ def read_json(path):
 
 
 def read_image(path, flags=cv2.IMREAD_UNCHANGED):
+    if not Path(path).exists():
+        raise InputError(f"there is no {path}")
     image = cv2.imread(str(path), flags)
     if image is None:
-        what = "is no image that can be read; remove or replace it"
-        raise InputError(f"{path} {what}" if Path(path).exists() else f"there is no {path}")
+        raise InputError(f"{path} is no image that can be read; remove or replace it")
     return image
 
 
