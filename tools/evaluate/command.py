@@ -132,11 +132,12 @@ def _with_hyphens(argument):
 
 
 def _program(given):
-    places = (given, os.environ.get("EGOSIEVE_PROGRAM"), ROOT / "bin" / "egosieve",
-              ROOT / ".build" / "egosieve", shutil.which("egosieve"))
-    for place in places:
-        if place and os.access(place, os.X_OK):
-            return str(Path(place).absolute())
+    if not (given := given or os.environ.get("EGOSIEVE_PROGRAM")):
+        beside = Path(sys.argv[0]).absolute().parent / "egosieve"
+        places = (beside, ROOT / ".build" / "egosieve", shutil.which("egosieve") or beside)
+        given = next((place for place in places if os.access(place, os.X_OK)), beside)
+    if os.access(given, os.X_OK):
+        return str(Path(given).absolute())
     raise InputError("there is no egosieve to segment with; give --program=FILE")
 
 

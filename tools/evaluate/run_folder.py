@@ -23,8 +23,9 @@ def read_json(path):
 
 
 def read_image(path, flags=cv2.IMREAD_UNCHANGED):
-    if not Path(path).exists():
-        raise InputError(f"there is no {path}")
+    if not Path(path).is_file():
+        what = "is not a regular file" if Path(path).exists() else "is not there"
+        raise InputError(f"{path} {what}")
     image = cv2.imread(str(path), flags)
     if image is None:
         raise InputError(f"{path} is no image that can be read; remove or replace it")

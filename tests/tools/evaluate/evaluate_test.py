@@ -124,8 +124,14 @@ class Golden(Case):
         self.refused(2, 'which are other frames', made, f'--truth={self.root}/other/masks')
         drive.write_png(self.root / 'labels/000003.png', np.zeros((9, 9), np.uint8))
         self.refused(2, '1 masks of', made, f'--truth={self.root}/labels')
-        (made / 'grid/000002.prob.png').unlink()
-        self.refused(3, '000002.prob.png', made, f'--truth={self.root}/masks')
+        map_file = made / 'grid/000002.prob.png'
+        map_file.unlink()
+        self.refused(3, '000002.prob.png is not there', made, f'--truth={self.root}/masks')
+        os.mkfifo(map_file)  # reading it would wait forever
+        self.refused(3, 'is not a regular file', made, f'--truth={self.root}/masks')
+        lines = [drive.line(k) | {'width_pixels': 0} for k in range(drive.FRAMES)]
+        (made / 'frames.jsonl').write_text(''.join(json.dumps(line) + '\n' for line in lines))
+        self.refused(2, f'make them: egosieve infer {made}', made)
         (made / 'frames.jsonl').write_text('{\n')
         self.refused(3, 'line 1', made)
 
@@ -475,7 +481,7 @@ class Suites(Case):
         self.refused(3, 'no sequence', 'suite', self.root, f'--out={self.root}/o',
                      self.program('exit 0'))
         self.refused(3, 'no egosieve', 'suite', self.root, f'--out={self.root}/o',
-                     '--program=/none') if not os.environ.get('EGOSIEVE_PROGRAM') else None
+                     '--program=/none')
 
 
 class Folds(Case):

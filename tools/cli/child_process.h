@@ -1,6 +1,6 @@
 // Runs a program in a process of its own: if it crashes, nothing else does.
-#ifndef EGOSIEVE_TOOLS_SUITE_CHILD_PROCESS_H_
-#define EGOSIEVE_TOOLS_SUITE_CHILD_PROCESS_H_
+#ifndef EGOSIEVE_TOOLS_CLI_CHILD_PROCESS_H_
+#define EGOSIEVE_TOOLS_CLI_CHILD_PROCESS_H_
 
 #include <functional>
 #include <map>
@@ -29,4 +29,4 @@ absl::StatusOr<std::string> OwnProgram();
 
 }  // namespace egosieve::tools
 
-#endif  // EGOSIEVE_TOOLS_SUITE_CHILD_PROCESS_H_
+#endif  // EGOSIEVE_TOOLS_CLI_CHILD_PROCESS_H_

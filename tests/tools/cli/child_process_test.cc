@@ -1,4 +1,4 @@
-#include "tools/suite/child_process.h"
+#include "tools/cli/child_process.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,8 +7,8 @@
 //           and all differ: NNNNN.png is the mask of the frame with index NNNNN; else by order, if
 //           there are as many masks as frames, as far as these are known beforehand: the k-th file
 //           in natural order is the mask of the k-th frame
-#ifndef EGOSIEVE_TOOLS_EVALUATE_TRUTH_MASKS_H_
-#define EGOSIEVE_TOOLS_EVALUATE_TRUTH_MASKS_H_
+#ifndef EGOSIEVE_TOOLS_MASKS_TRUTH_MASKS_H_
+#define EGOSIEVE_TOOLS_MASKS_TRUTH_MASKS_H_
 
 #include <cstdint>
 #include <map>
@@ -51,4 +51,4 @@ absl::StatusOr<cv::Mat1b> ReadTruthMask(const std::string& path, cv::Size expect
 
 }  // namespace egosieve::tools
 
-#endif  // EGOSIEVE_TOOLS_EVALUATE_TRUTH_MASKS_H_
+#endif  // EGOSIEVE_TOOLS_MASKS_TRUTH_MASKS_H_

@@ -1,4 +1,4 @@
-#include "tools/suite/child_process.h"
+#include "tools/cli/child_process.h"
 
 #include <fcntl.h>
 #include <signal.h>

@@ -1,4 +1,4 @@
-#include "tools/evaluate/truth_masks.h"
+#include "tools/masks/truth_masks.h"
 
 #include <algorithm>
 #include <cctype>
