@@ -81,7 +81,7 @@ def _run_parser():
     parser.add_argument("runs", nargs="+", metavar="RUN", help="a run's folder")
     parser.add_argument("--truth", help="folder of masks (0 static, 128 void, else dynamic), a "
                         "drive that synthesize wrote, or a file of labelled points (track,label,"
-                        "frame,x,y; label 1 static); default: what lies beside the frames")
+                        "frame,x,y; label 1 static); default: what lies beside frames/")
     parser.add_argument("--boxes", metavar="FILE", help="boxes of things that move or stand "
                         "(frame,id,type,x1,y1,x2,y2,moving ...); default: boxes.csv beside the "
                         "frames")
@@ -159,7 +159,8 @@ def _score_run(path, options):
     given = {"boxes": options.boxes, "poses": options.poses, "camera": options.true_camera}
     given = {name: Path(file) for name, file in given.items() if file}
     further = score_further(run, find_further_truth(run.input) | given, options)
-    truth = options.truth or truth_in(Path(run.input).absolute().parent)
+    frames = Path(run.input)
+    truth = options.truth or (truth_in(frames.parent) if frames.name == "frames" else None)
     if not truth and further.is_empty():
         raise UsageError("--truth is missing, and no other truth lies beside the frames; give "
                          "masks, tracks or --boxes to score against")
