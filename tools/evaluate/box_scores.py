@@ -13,15 +13,17 @@ middle outside the image are not counted as marked or not; they are no area outs
 from collections import Counter
 
 import numpy as np
+import pandas
 
 from .csv_truth import DISTANCES
 from .drive_truth import interpolate
 from .pixel_scores import FULL_PIXEL, ratio, threshold_of
+from .texts import to_text
 
 MIDDLE = 0.6
 MOST_HIDDEN = 1  # the largest level of truncation and of occlusion that counts
 KINDS = [f"{motion} {thing}" for motion in ("moving", "standing")
-         for thing in ("vehicle", "person", "cyclist")]  # fmt: skip
+         for thing in ("vehicle", "person", "cyclist")]
 
 
 def mean_in_middle(box, probability, grid):
@@ -88,23 +90,20 @@ class BoxScores:
         kinds = {kind: {distance: {"boxes": self.boxes[kind, distance],
                                    "marked": int(self.marked[kind, distance])}
                         for distance in sorted(self._distances()) if self.boxes[kind, distance]}
-                 for kind in KINDS if self.boxes[kind, "all"]}  # fmt: skip
+                 for kind in KINDS if self.boxes[kind, "all"]}
         return {"threshold": self.threshold, "frames": self.frames, "left_out": self.left_out,
                 "kinds": kinds, "outside_pixels": self.outside,
                 "outside_marked_share": ratio(self.outside_marked, self.outside) or 0.0}
 
     def table(self):
         distances = self._distances() or ["all"]
-        text = f"{'boxes marked':20}" + "".join(f" {distance:>15}" for distance in distances) + "\n"
-        for kind in KINDS:
-            if not self.boxes[kind, "all"]:
-                continue
-            text += f"{kind:20}"
-            for distance in distances:
-                boxes, marked = self.boxes[kind, distance], self.marked[kind, distance]
-                cell = f"{marked} of {boxes} {marked / boxes:.2f}" if boxes else "-"
-                text += f" {cell:>15}"
-            text += "\n"
+        rows = [kind for kind in KINDS if self.boxes[kind, "all"]]
+        table = pandas.DataFrame({"boxes marked": rows})
+        for distance in distances:
+            pairs = [(self.marked[kind, distance], self.boxes[kind, distance]) for kind in rows]
+            table[distance] = [f"{marked} of {boxes} {marked / boxes:.2f}" if boxes else "-"
+                               for marked, boxes in pairs]
         share = ratio(self.outside_marked, self.outside) or 0.0
-        return (f"{text}{self.left_out} boxes left out (largely hidden, or class or motion "
-                f"unknown); outside all boxes {share:.4f} is marked; {self.frames} frames\n")
+        return (f"{to_text(table)}{self.left_out} boxes left out (largely hidden, or class or "
+                f"motion unknown); outside all boxes {share:.4f} is marked; {self.frames} "
+                "frames\n")

@@ -149,10 +149,11 @@ def _tell(options, fields, text):
 
 
 def _score_run(path, options):
-    from .evaluation import Evaluation, to_json, write_file
+    from .evaluation import Evaluation
     from .further import find_further_truth, score_further
     from .run_folder import RunFolder
     from .sequences import truth_in
+    from .texts import to_json, write_file
 
     run = RunFolder(path)
     run.scorable_lines()
@@ -174,7 +175,7 @@ def _score_run(path, options):
         scores = evaluation.scores
         fields |= {"truth": str(evaluation.truth.path), "pooled_auc": scores.pooled.auc(),
                    "mean_auc": scores.mean("auc"), "frames_scored": len(scores.frames),
-                   "scores": str(run.file("eval.json").absolute())}  # fmt: skip
+                   "scores": str(run.file("eval.json").absolute())}
         text += evaluation.table()
         if options.plots:
             from .pages import write_run_page
@@ -192,9 +193,9 @@ def _score_runs(options):
 
 def _run_suite(options):
     from . import suite, table
-    from .evaluation import to_json, write_file
     from .folds import read_table
     from .sequences import find_sequences
+    from .texts import to_json, write_file
 
     options.program = _program(options.program)
     variants = suite.parse_variants(options.profiles, options.variant)
@@ -219,13 +220,13 @@ def _run_suite(options):
     write_file(out / "suite.json", to_json(table.to_json(results, frame, without_truth)))
     markdown = table.to_markdown(results, frame)
     write_file(out / "suite.md", markdown)
-    text = table.to_text(results, frame, without_truth)
+    text = table.summary(results, frame, without_truth)
     failed = sum(bool(r.error) for r in results)
     parts = [text + table.object_tables(results) + table.further_tables(results), markdown]
     if old is not None:
         parts.append(table.compare(old, frame))
     _tell(options, {"sequences": len(sequences), "failed": failed,
-                    "scores": str(out / "suite.json")}, "\n".join(parts))  # fmt: skip
+                    "scores": str(out / "suite.json")}, "\n".join(parts))
     if options.plots:
         from .pages import write_suite_page
         print(f"plots: {write_suite_page(out / 'plots', results, frame, text)}", file=sys.stderr)

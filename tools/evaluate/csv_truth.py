@@ -23,7 +23,7 @@ from .errors import InputError, UsageError
 
 CLASSES = {"Car": "vehicle", "Van": "vehicle", "Truck": "vehicle", "Tram": "vehicle",
            "Bus": "vehicle", "Pedestrian": "person", "Person": "person",
-           "Person_sitting": "person", "Cyclist": "cyclist"}  # fmt: skip
+           "Person_sitting": "person", "Cyclist": "cyclist"}
 DISTANCES = ("0-10 m", "10-20 m", "20-40 m", "40+ m", "near", "far", "unknown")
 
 
@@ -70,7 +70,7 @@ def read_tracks(path):
     _numbers(path, table, "track", integer=True)
     points = pandas.DataFrame({"frame": _numbers(path, table, "frame", integer=True, least=0),
                                "x": _numbers(path, table, "x"), "y": _numbers(path, table, "y"),
-                               "dynamic": _numbers(path, table, "label", True, 1) >= 2})  # fmt: skip
+                               "dynamic": _numbers(path, table, "label", True, 1) >= 2})
     if points.empty or points.dynamic.all() or not points.dynamic.any():
         raise UsageError(f"{path}: {(~points.dynamic).sum()} static and {points.dynamic.sum()} "
                          "dynamic points; both are needed")
@@ -83,7 +83,7 @@ def read_boxes(path):
     kind: "moving vehicle" and so on; empty if motion or class is unknown.
     """
     table = _read(path, ("frame", "id", "type", "x1", "y1", "x2", "y2", "moving"),
-                  ("truncated", "occluded", "depth", "range"))  # fmt: skip
+                  ("truncated", "occluded", "depth", "range"))
     _numbers(path, table, "id", integer=True)
     boxes = pandas.DataFrame({"frame": _numbers(path, table, "frame", integer=True, least=0)})
     for side, name in (("left", "x1"), ("top", "y1"), ("right", "x2"), ("bottom", "y2")):

@@ -18,7 +18,7 @@ THRESHOLDS = np.round(0.05 * np.arange(1, 20), 2)  # at which the mean IoU over 
 # A frame's figures: their names in files and headings in tables.
 FIGURES = {"auc": "AUC", "average_precision": "AP", "iou": "IoU", "f": "F",
            "boundary_f": "bound. F", "best_iou": "best IoU", "false_positive_rate": "FP rate",
-           "brier": "Brier", "log_loss": "log loss"}  # fmt: skip
+           "brier": "Brier", "log_loss": "log loss"}
 
 
 def class_deviation(scores):
@@ -52,7 +52,7 @@ class DriveScores:
             self.uncertainty.add(score, frame.deviation[known].astype(np.int64), positive)
         figures = {"index": frame.index, "dynamic_pixels": int(positive.sum()),
                    "static_pixels": int((~positive).sum()), "void_pixels": int((~known).sum()),
-                   **self._figures(own)}  # fmt: skip
+                   **self._figures(own)}
         if not frame.scattered:
             outline = self._score_regions(frame, ~known)
             figures["boundary_f"] = outline if positive.any() else None
@@ -65,11 +65,11 @@ class DriveScores:
         figures = dict.fromkeys(FIGURES) | {
             "auc": own.auc(), "average_precision": own.average_precision(),
             "false_positive_rate": at["false_positive_rate"],
-            "brier": calibration["brier"], "log_loss": calibration["log_loss"]}  # fmt: skip
+            "brier": calibration["brier"], "log_loss": calibration["log_loss"]}
         if own.positives.any():
             ious = own.ious()
             figures |= {"iou": at["iou"], "f": at["f"], "best_iou": float(ious.max()),
-                        "ious": ious[[threshold_of(t) for t in THRESHOLDS]]}  # fmt: skip
+                        "ious": ious[[threshold_of(t) for t in THRESHOLDS]]}
         return figures
 
     def _score_regions(self, frame, void):
@@ -108,7 +108,7 @@ class DriveScores:
         by_class = self.class_uncertainty
         uncertainty = {"area_under_sparsification_error": self.uncertainty.ause(),
                        "error_auc": self.uncertainty.error_auc(),
-                       "sparsification": self.uncertainty.curve()}  # fmt: skip
+                       "sparsification": self.uncertainty.curve()}
         return {
             "pooled_auc": self.pooled.auc(),
             "mean_auc": self.mean("auc"),
@@ -130,47 +130,41 @@ class DriveScores:
             "false_objects_per_frame": self.objects.false_per_frame(),
             "object_recall": self.objects.to_json(),
             "curve_threshold_fpr_recall_precision": self.pooled.curve(),
-        }  # fmt: skip
+        }
 
     def summary(self):
         """The main figures for people, one per line."""
-        scores, lines = self.to_json(), []
-
-        def tell(name, value):
-            if value is not None:
-                lines.append(f"{name} {value:.4f}")
-
-        tell("average precision, pooled", scores["average_precision"])
-        tell("average precision, mean over frames", scores["mean_average_precision"])
+        scores, ious = self.to_json(), self.mean_ious()
+        best = f"{THRESHOLDS[np.argmax(ious)]:.2f}" if ious else ""
+        uncertainty = scores["uncertainty"] or dict.fromkeys(
+            ("area_under_sparsification_error", "error_auc"))
+        calibration = scores["calibration"]
+        figures = (
+            ("average precision, pooled", scores["average_precision"]),
+            ("average precision, mean over frames", scores["mean_average_precision"]),
+            ("mean IoU over frames, declared threshold", scores["mean_iou"]),
+            ("mean F over frames, declared threshold", scores["mean_f"]),
+            ("mean IoU over frames, each frame's best threshold", scores["mean_best_iou"]),
+            (f"mean IoU over frames, best one threshold ({best}):", max(ious, default=None)),
+            ("mean boundary F, declared threshold", scores["mean_boundary_f"]),
+            ("false-positive rate on frames without movers",
+             scores["false_positive_rate_without_movers"]),
+            ("calibration: ECE", calibration["expected_calibration_error"]),
+            ("calibration: Brier", calibration["brier"]),
+            ("calibration: log loss", calibration["log_loss"]),
+            ("area under the sparsification error", uncertainty["area_under_sparsification_error"]),
+            ("AUC of the deviation for finding errors", uncertainty["error_auc"]),
+            ("AUC of the class's deviation, sqrt(p (1 - p)), for finding errors",
+             scores["class_uncertainty"]["error_auc"]),
+            ("false objects per frame", scores["false_objects_per_frame"]))
+        lines = [f"{name} {value:.4f}" for name, value in figures if value is not None]
         for name in ("declared", "best"):
-            at = scores[f"at_{name}_threshold"]
-            if at and at["iou"] is not None:
-                ratios = ", ".join(f"{label} {at[key]:.4f}" for key, label in (
-                    ("iou", "IoU"), ("f", "F"), ("precision", "precision"), ("recall", "recall"),
-                    ("false_positive_rate", "false-positive rate")) if at[key] is not None)
-                lines.append(f"{name} threshold {at['threshold']:.2f}, pooled: {ratios}")
-        tell("mean IoU over frames, declared threshold", scores["mean_iou"])
-        tell("mean F over frames, declared threshold", scores["mean_f"])
-        tell("mean IoU over frames, each frame's best threshold", scores["mean_best_iou"])
-        if ious := scores["mean_iou_at_0.05_to_0.95"]:
-            tell(f"mean IoU over frames, best one threshold ({THRESHOLDS[np.argmax(ious)]:.2f}):",
-                 max(ious))
-        tell("mean boundary F, declared threshold", scores["mean_boundary_f"])
-        tell("false-positive rate on frames without movers",
-             scores["false_positive_rate_without_movers"])
-        if calibration := scores["calibration"]:
-            lines.append(f"calibration: ECE {calibration['expected_calibration_error']:.4f}, Brier "
-                         f"{calibration['brier']:.4f}, log loss {calibration['log_loss']:.4f}")
-        if uncertainty := scores["uncertainty"]:
-            tell("area under the sparsification error",
-                 uncertainty["area_under_sparsification_error"])
-            tell("AUC of the deviation for finding errors", uncertainty["error_auc"])
-        tell("AUC of the class's deviation, sqrt(p (1 - p)), for finding errors",
-             scores["class_uncertainty"]["error_auc"])
-        low, high = scores["object_thresholds"]
-        lines += [f"objects (from {low:.2f}, with {high:.2f}), {group}: "
-                  f"{self.objects.found(group)} of {len(ious)} found (IoU "
+            at = scores[f"at_{name}_threshold"] or {"iou": None}
+            if at["iou"] is not None:
+                ratios = (f"{key.replace('_', ' ')} {value:.4f}" for key, value in at.items()
+                          if key != "threshold" and value is not None)
+                lines.append(f"{name} threshold {at['threshold']:.2f}, pooled: {', '.join(ratios)}")
+        lines += [f"objects, {group}: {self.objects.found(group)} of {len(found)} found (IoU "
                   f"{self.objects.iou_threshold:.2f})"
-                  for group, ious in sorted(self.objects.ious.items())]  # fmt: skip
-        tell("false objects per frame", scores["false_objects_per_frame"])
+                  for group, found in sorted(self.objects.ious.items())]
         return "".join(f"{line}\n" for line in lines)

@@ -84,7 +84,7 @@ class DriveTruth:
         if self.matched_by == "order":  # mask k belongs to the k-th frame of the run
             behind = (indices[-1] if indices else -1) + 1 - len(indices)
             self.masks = {indices[k] if k < len(indices) else k + behind: mask
-                          for k, mask in self.masks.items()}  # fmt: skip
+                          for k, mask in self.masks.items()}
         self.frames = set(self.masks)
 
     def count_points(self):
@@ -116,7 +116,7 @@ class DriveTruth:
         ids = self.moving_ids(line.index, size)
         return ScoredFrame(line.index, *maps, grid.sample(mask),
                            ids=None if ids is None else grid.sample(ids),
-                           objects=self.objects(line.index))  # fmt: skip
+                           objects=self.objects(line.index))
 
     def inside(self, frame, grid):
         """The points of a frame that lie in the image."""
@@ -126,7 +126,7 @@ class DriveTruth:
     def _compare_points(self, frame, grid, maps):
         own = self.inside(frame, grid)
         at = [None if m is None else np.floor(interpolate(m, grid, own.x, own.y) + 0.5).astype(int)
-              for m in maps]  # fmt: skip
+              for m in maps]
         truth = np.where(own.dynamic, DYNAMIC, STATIC)
         return ScoredFrame(frame, *at, truth, scattered=True)
 

@@ -1,4 +1,4 @@
-"""Errors that end the program with one line and an exit code of egosieve (tools/cli/exit_code.h)."""
+"""Errors that end the program with one line and an exit code (tools/cli/exit_code.h)."""
 
 
 class UsageError(Exception):

@@ -6,34 +6,20 @@ the prior, which is the same everywhere: they are left out and counted, unless `
 Masks of reconstruct are scored at full resolution, in every frame with a mask.
 """
 
-import csv
-import io
-import json
-import os
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
+import pandas
 
 from .drive_scores import FIGURES, DriveScores
 from .drive_truth import DriveTruth, check_same_drive
 from .errors import InputError, UsageError
 from .mask_scores import MaskScores
 from .run_folder import read_image
+from .texts import to_json, to_text, write_file
 from .truth_masks import STATIC, VOID, read_mask
 
 COUNTS = ("dynamic_pixels", "static_pixels", "void_pixels")
-
-
-def write_file(path, text):
-    """The whole file, or none."""
-    scratch = Path(f"{path}.{os.getpid()}.tmp")
-    scratch.write_text(text, encoding="utf-8", errors="replace")
-    scratch.replace(path)
-
-
-def to_json(value):
-    return json.dumps(value, indent=2, ensure_ascii=False) + "\n"
 
 
 class Evaluation:
@@ -131,16 +117,12 @@ class Evaluation:
                 "scores": scores.to_json(),
                 "masks": self.masks.to_json() if self.masks.frames else None,
                 "frames": [{name: frame[name] for name in ("index", *COUNTS, *FIGURES)}
-                           for frame in scores.frames]}  # fmt: skip
+                           for frame in scores.frames]}
 
     def to_csv(self):
-        text = io.StringIO()
-        rows = csv.writer(text, lineterminator="\n")
-        rows.writerow(["frame", *COUNTS, *FIGURES])
-        for frame in self.scores.frames:
-            figures = ("" if frame[name] is None else f"{frame[name]:.6f}" for name in FIGURES)
-            rows.writerow([frame["index"], *(frame[name] for name in COUNTS), *figures])
-        return text.getvalue()
+        rows = pandas.DataFrame(self.scores.frames)[["index", *COUNTS, *FIGURES]]
+        rows = rows.astype(dict.fromkeys(FIGURES, float)).rename(columns={"index": "frame"})
+        return rows.to_csv(index=False, float_format="%.6f")
 
     def write(self):
         write_file(self.run.file("eval.json"), to_json(self.to_json()))
@@ -160,7 +142,7 @@ class Evaluation:
              if tracks else "whose mask is void everywhere"),
             (without_auc, f"whose truth has one class: they {one_class}"))
         text = "".join(f"left out: {count} frame{'s' * (count != 1)} {why}\n"
-                       for count, why in reasons if count)  # fmt: skip
+                       for count, why in reasons if count)
         if outside := self.left_out["points_outside"]:
             text += (f"left out: {outside} of {self.truth.count_points()} labelled points, outside "
                      "the image\n")
@@ -169,11 +151,9 @@ class Evaluation:
     def table(self):
         """For people; the last line is "pooled AUC 0.NNN over N frames"."""
         frames, pooled = self.scores.frames, self.scores.pooled.auc()
-        text = f"{'frame':>8} {'dynamic':>10} {'static':>10} {'void':>8}"
-        text += "".join(f" {heading:>8}" for heading in FIGURES.values()) + "\n"
-        for frame in frames:
-            text += "{index:8} {dynamic_pixels:10} {static_pixels:10} {void_pixels:8}".format(**frame)
-            text += "".join(cell(frame[name]) for name in FIGURES) + "\n"
+        rows = pandas.DataFrame(frames)[["index", *COUNTS, *FIGURES]]
+        headings = {"index": "frame", **dict(zip(COUNTS, ("dynamic", "static", "void"))), **FIGURES}
+        text = to_text(rows.rename(columns=headings))
         with_auc = sum(frame["auc"] is not None for frame in frames)
         text += self._left_out_text(len(frames) - with_auc, pooled)
         matched = "tracks" if self.truth.scattered else "masks"
@@ -184,8 +164,3 @@ class Evaluation:
         if pooled is None:
             return text + "pooled AUC: none, the truth has one class only\n"
         return text + f"pooled AUC {pooled:.4f} over {len(frames)} frames\n"
-
-
-def cell(value, width=8, decimals=4):
-    """A figure of a table; "-": none."""
-    return f" {'-':>{width}}" if value is None else f" {value:{width}.{decimals}f}"

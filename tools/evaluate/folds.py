@@ -67,7 +67,8 @@ def report(values, figure, folds):
     old = whole.iloc[:, 0]
     text = f"{figure} by {folds} folds; the old state is {values.columns[0]}\n"
     if len(whole) < len(values):
-        text += f"left out, without a value everywhere: {', '.join(values.index.difference(whole.index))}\n"
+        without = ", ".join(values.index.difference(whole.index))
+        text += f"left out, without a value everywhere: {without}\n"
     for k, name in chosen.items():
         clips = [clip for clip in whole.index if fold_of(clip, folds) == k]
         others = whole.drop(clips)

@@ -21,7 +21,7 @@ from .synthetic_truth import SyntheticTruth
 from .truth_masks import STATIC, read_mask
 
 FILES = {"boxes": "boxes.csv", "poses": "poses.txt", "camera": "camera.json",
-         "own_vehicle": "own_vehicle.png", "scene": "scene.json"}  # fmt: skip
+         "own_vehicle": "own_vehicle.png", "scene": "scene.json"}
 
 
 def find_further_truth(frames):
@@ -31,7 +31,7 @@ def find_further_truth(frames):
 
 
 class FurtherScores:
-    """boxes: BoxScores; potential: PotentialScores; figures: what further.json holds of the rest."""
+    """boxes: BoxScores; potential: PotentialScores; figures: the rest of further.json."""
 
     def __init__(self):
         self.boxes = self.potential = None
@@ -132,7 +132,7 @@ def _score_trajectory(run, path, rate, scores):
         raise UsageError(f"--poses-fps={rate}; it must be positive")
     truth = trajectory.read_kitti(path)
     estimate = trajectory.by_frame(trajectory.read_tum(run.file("trajectory.txt")),
-                                   {line.index: line.seconds for line in run.lines})  # fmt: skip
+                                   {line.index: line.seconds for line in run.lines})
     scores.figures = {"trajectory": trajectory.compare(estimate, truth, rate)} | scores.figures
     name = "rotation_degrees_per_second"
     best = scores.figures["trajectory"][name]

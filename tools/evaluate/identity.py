@@ -52,7 +52,7 @@ class Identity:
             common = np.array([((real == number) & (predicted == n)).sum() for n in called])
             similarity[i] = common / (areas[i] + called_areas - common)
         tracks = [np.array([known.setdefault(n, len(known)) for n in ns.tolist()], int)
-                  for known, ns in ((self.truth, numbers), (self.predicted, called))]  # fmt: skip
+                  for known, ns in ((self.truth, numbers), (self.predicted, called))]
         self.frames.append((*tracks, similarity))
 
     def _association(self, pairs):
@@ -86,4 +86,4 @@ class Identity:
         return {"idf1": float(2 * matches[assign_largest(matches)].sum() / (real + called)),
                 "hota": float(np.sqrt(detection * association).mean()),
                 "detection": float(detection.mean()), "association": float(association.mean()),
-                "truth_objects": real, "predicted_objects": called}  # fmt: skip
+                "truth_objects": real, "predicted_objects": called}

@@ -57,7 +57,7 @@ class MaskScores:
                 "temporal_instability_of_truth": _mean(self.true_ts),
                 "identity": self.identity.score(),
                 "false_objects_per_frame": self.objects.false_per_frame(),
-                "object_recall": self.objects.to_json()}  # fmt: skip
+                "object_recall": self.objects.to_json()}
 
     def summary(self):
         """For people; empty without frames with movers."""

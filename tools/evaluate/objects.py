@@ -56,7 +56,7 @@ def score_objects(predicted, ids, void, min_area):
         touches = np.isin((pair + nearest)[beside], np.unique((pair + ids)[both]))
         charged = np.bincount(nearest[beside][touches], minlength=count)
     found = [(int(o), float(hits[o] / (areas[o] + charged[o])))
-             for o in np.flatnonzero(areas >= min_area) if o > 0]  # fmt: skip
+             for o in np.flatnonzero(areas >= min_area) if o > 0]
     is_false = (predicted_areas >= min_area) & (on_objects < MIN_OVERLAP * predicted_areas)
     return found, int(is_false[1:].sum())
 
@@ -67,9 +67,9 @@ def _groups(thing):
     yield f"relation {relation}"
     yield f"class {thing['class']}"
     yield ("size under 100" if area < 100 else "size 100-399" if area < 400 else
-           "size 400-1599" if area < 1600 else "size from 1600")  # fmt: skip
+           "size 400-1599" if area < 1600 else "size from 1600")
     yield ("distance under 20 m" if distance < 20 else "distance 20-40 m" if distance < 40 else
-           "distance from 40 m")  # fmt: skip
+           "distance from 40 m")
     if distance < 40:
         yield f"{relation} within 40 m"
         yield "person or cyclist within 40 m" if is_person(thing) else "vehicle within 40 m"
@@ -121,4 +121,4 @@ class ObjectTally:
                         "recall_at_0.3": self.recall(0.3, group),
                         "recall_at_0.5": self.recall(0.5, group),
                         "mean_iou": float(np.mean(ious))}
-                for group, ious in sorted(self.ious.items())}  # fmt: skip
+                for group, ious in sorted(self.ious.items())}

@@ -57,7 +57,7 @@ def score_figures(scores):
                "taken away, as a share of the mean error of all; dashed, when those with the "
                "largest error are. The nearer to the dashed line, the better; flat is guessing.",
                ("share taken away", "remaining error"), sparsification, x_range=UNIT),
-    ]  # fmt: skip
+    ]
 
 
 def write_run_page(evaluation):
@@ -67,7 +67,7 @@ def write_run_page(evaluation):
                 "caption": "Area under the ROC curve of each frame alone. Frames whose truth has "
                            "one class have none.",
                 "series": [{"name": "map", "x": [frame["index"] for frame in frames],
-                            "y": [frame["auc"] for frame in frames]}]}  # fmt: skip
+                            "y": [frame["auc"] for frame in frames]}]}
     truth = evaluation.truth
     paragraph = (f"Scored against {truth.path} ({truth.kind}, matched by {truth.matched_by}); "
                  f"pixels: {evaluation.pixels}; {len(frames)} frames.")
@@ -83,7 +83,7 @@ def write_suite_page(folder, results, table, text):
         series = [{"name": profile, "style": "bars", "x": list(range(len(sequences))),
                    "y": rows.set_index("sequence")[name].reindex(sequences)
                         .astype(object).where(lambda v: v.notna(), None).tolist()}
-                  for profile, rows in table.groupby("profile", sort=False)]  # fmt: skip
+                  for profile, rows in table.groupby("profile", sort=False)]
         return {"id": f"by_sequence_{name}", "title": title, "caption": caption, "x_label": "",
                 "y_label": title, "categories": sequences, "series": series, "y_range": UNIT}
 
@@ -105,5 +105,5 @@ def write_suite_page(folder, results, table, text):
                  "scored pixels of all sequences with masks; tracks are points, and have a bar "
                  "only.")
     write_page(folder, "Egosieve on many sequences", paragraph, text,
-               figures + score_figures(pooled))  # fmt: skip
+               figures + score_figures(pooled))
     return folder / "index.html"

@@ -69,7 +69,7 @@ class Counts:
         fn, tn = self.positives[:threshold].sum(), self.negatives[:threshold].sum()
         return {"threshold": threshold / FULL_PIXEL, "iou": ratio(tp, tp + fp + fn),
                 "f": ratio(2 * tp, 2 * tp + fp + fn), "precision": ratio(tp, tp + fp),
-                "recall": ratio(tp, tp + fn), "false_positive_rate": ratio(fp, fp + tn)}  # fmt: skip
+                "recall": ratio(tp, tp + fn), "false_positive_rate": ratio(fp, fp + tn)}
 
     def ious(self):
         """The IoU at each threshold; needs positives."""
@@ -95,7 +95,7 @@ class Counts:
             # The first point a step away, else the end: where everything is called.
             place = np.flatnonzero((lengths - last >= step) | (lengths == lengths[-1]))[0]
             rows.append((levels[place] / FULL_PIXEL, rates[place], recalls[place],
-                         hits[place] / (hits[place] + alarms[place])))  # fmt: skip
+                         hits[place] / (hits[place] + alarms[place])))
             last = lengths[place]
         return [tuple(map(float, row)) for row in rows]
 
@@ -112,12 +112,12 @@ class Counts:
         clipped = np.clip(stated, half, 1 - half)
         place = np.minimum((stated * bins).astype(int), bins - 1)
         pixels, sums, positives = (np.bincount(place, w, bins)
-                                   for w in (weight, weight * stated, weight * truth))  # fmt: skip
+                                   for w in (weight, weight * stated, weight * truth))
         some = np.maximum(pixels, 1)
         rows = [{"low": b / bins, "high": (b + 1) / bins, "pixels": int(pixels[b]),
                  "mean_stated": float(sums[b] / some[b]),
-                 "positive_share": float(positives[b] / some[b])} for b in range(bins)]  # fmt: skip
+                 "positive_share": float(positives[b] / some[b])} for b in range(bins)]
         return {"log_loss": float(metrics.log_loss(truth, clipped, sample_weight=weight)),
                 "brier": float(metrics.brier_score_loss(truth, stated, sample_weight=weight)),
                 "expected_calibration_error": float(abs(sums - positives).sum() / weight.sum()),
-                "reliability": rows}  # fmt: skip
+                "reliability": rows}

@@ -18,7 +18,7 @@ from matplotlib import pyplot as plt  # noqa: E402
 
 # Okabe and Ito's colours, told apart with any colour vision, then two greys.
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999",
-           "#7F5F00"]  # fmt: skip
+           "#7F5F00"]
 STYLE = """body{font:16px/1.45 sans-serif;margin:2em auto;max-width:84em;padding:0 1em;color:#222}
 figure{margin:2em 0;border-top:1px solid #ccc;padding-top:1em}figure svg{max-width:100%;height:auto}
 figcaption{max-width:60em}pre{font-size:11px;overflow-x:auto;background:#f6f6f6;padding:1em}"""
@@ -87,7 +87,7 @@ def write_page(folder, title, paragraph, table, figures):
     """figures.json, the figures that have points, and index.html, which needs no other file."""
     folder.mkdir(parents=True, exist_ok=True)
     figures = [figure for figure in figures
-               if any(y is not None for s in figure["series"] for y in s["y"])]  # fmt: skip
+               if any(y is not None for s in figure["series"] for y in s["y"])]
     (folder / "figures.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
     page = (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
             f"<style>{STYLE}</style></head><body><h1>{title}</h1>\n<p>{html.escape(paragraph)}</p>"

@@ -60,7 +60,7 @@ class PotentialScores:
 
     def to_json(self):
         kinds = {kind: {"pixels": int(counts.positives.sum()), "auc": self._auc(kind)}
-                 for kind, counts in sorted(self.things.items())}  # fmt: skip
+                 for kind, counts in sorted(self.things.items())}
         return {"frames": self.frames, "scenery_pixels": int(self.scenery.negatives.sum()),
                 "kinds": kinds}
 

@@ -58,7 +58,7 @@ FIGURES = {
     "idf1": ("IDF1", lambda e: (e.masks.identity.score() or {}).get("idf1")),
     "hota": ("HOTA", lambda e: (e.masks.identity.score() or {}).get("hota")),
     "seconds_per_frame": ("s/frame", lambda e: _seconds_per_frame(e.run)),
-}  # fmt: skip
+}
 
 
 @dataclass

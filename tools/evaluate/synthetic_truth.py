@@ -29,7 +29,7 @@ class SyntheticTruth:
         try:
             self.size = scene["height"], scene["width"]
             self.objects = {frame["index"]: {o["id"]: o for o in frame["objects"]}
-                            for frame in scene["frames"]}  # fmt: skip
+                            for frame in scene["frames"]}
         except (KeyError, TypeError) as error:
             raise InputError(f"{folder}/scene.json is damaged: {error!r}") from None
 

@@ -112,13 +112,13 @@ def _direction_errors(pairs):
 
 def compare(estimate, truth, frames_per_second):
     pairs = [(frame / frames_per_second, estimate[frame], pose)
-             for frame, pose in sorted(truth.items()) if frame in estimate]  # fmt: skip
+             for frame, pose in sorted(truth.items()) if frame in estimate]
     directions = list(_direction_errors(pairs))
     return {"frames": len(pairs),
             "rotation_degrees_per_second": _rotation_error(pairs, SPAN_SECONDS),
             "rotation_neighbours_degrees_per_second": _rotation_error(pairs, 0.0),
             "travelling_pairs": len(directions),
-            "direction_degrees": _median(directions)}  # fmt: skip
+            "direction_degrees": _median(directions)}
 
 
 def read_camera(path):

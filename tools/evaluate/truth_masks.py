@@ -19,7 +19,7 @@ from .run_folder import read_image
 
 STATIC, VOID, DYNAMIC = 0, 128, 255
 EXTENSIONS = {".png", ".jpg", ".jpeg", ".jpe", ".bmp", ".tif", ".tiff", ".pgm", ".ppm", ".pnm",
-              ".pbm", ".webp", ".jp2"}  # fmt: skip
+              ".pbm", ".webp", ".jp2"}
 MATCHES = ("auto", "name", "number", "order")
 
 
@@ -38,7 +38,7 @@ def list_images(folder):
     if not folder.is_dir():
         return []
     files = [path for path in folder.iterdir() if path.is_file() and path.name[0] != "."
-             and path.suffix.lower() in EXTENSIONS]  # fmt: skip
+             and path.suffix.lower() in EXTENSIONS]
     return sorted(files, key=natural_key)
 
 
@@ -68,7 +68,7 @@ def list_masks(folder, names, match="auto"):
     index = {name: i for i, name in enumerate(names)}
     ways = {"name": lambda: _by((index.get(file.stem) for file in files), files),
             "number": lambda: _by((number_in(file.stem) for file in files), files),
-            "order": lambda: dict(enumerate(files))}  # fmt: skip
+            "order": lambda: dict(enumerate(files))}
     for way in ways if match == "auto" else (match,):
         if way == "order" and match == "auto" and names and len(names) != len(files):
             raise UsageError(f"the {len(files)} masks in {folder} have neither the names nor the "

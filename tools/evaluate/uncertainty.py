@@ -40,8 +40,9 @@ class _Removal:
     def remaining(self, removed):
         """The mean error after the shares `removed`, below 1."""
         gone = np.asarray(removed) * self.pixels.sum()
-        left = np.interp(gone, np.append(0, self.pixels.cumsum()), np.append(0, self.errors.cumsum()))
-        return (self.errors.sum() - left) / (self.pixels.sum() - gone)
+        taken = np.interp(gone, np.append(0, self.pixels.cumsum()),
+                          np.append(0, self.errors.cumsum()))
+        return (self.errors.sum() - taken) / (self.pixels.sum() - gone)
 
 
 class Uncertainty:
@@ -70,7 +71,7 @@ class Uncertainty:
         if not self.error_sums.any():
             return None
         return (_Removal(self.pixels, self.error_sums),
-                _Removal(self.errors, self.errors * np.arange(LEVELS)))  # fmt: skip
+                _Removal(self.errors, self.errors * np.arange(LEVELS)))
 
     def ause(self):
         removals = self._removals()

@@ -4,7 +4,7 @@
                                             stands
     root/labels                             the same masks with void pixels
     root/tracks.csv, boxes.csv, poses.txt, camera.json, own_vehicle.png
-    root/run                                its run: maps near the truth, masks and ids, a trajectory
+    root/run                                its run: maps near the truth, masks, a trajectory
 """
 
 import json
@@ -48,7 +48,8 @@ def write_truth(root):
         ids = ids_of(k)
         moving = np.isin(ids, [o[0] for o in OBJECTS if o[3]])
         mask = np.where(moving, 255, 0).astype(np.uint8)
-        write_png(root / f"frames/{k:06d}.png", (255 * noise(k, 0, (HEIGHT, WIDTH))).astype(np.uint8))
+        picture = 255 * noise(k, 0, (HEIGHT, WIDTH))
+        write_png(root / f"frames/{k:06d}.png", picture.astype(np.uint8))
         write_png(root / f"masks/{k:06d}.png", mask)
         write_png(root / f"ids/{k:06d}.png", ids)
         mask[:9, 30:60] = 128
