@@ -59,8 +59,8 @@ def _add_scoring(parser):
         help="IoU from which an object counts as found")
     add("--object-area", type=_from_zero(int), default=100, metavar="PIXELS",
         help="of the image, below which an object is not counted")
-    add("--plots", action=argparse.BooleanOptionalAction, default=True,
-        help="figures and a page with them, plots/index.html")
+    add("--no-plots", dest="plots", action="store_false",
+        help="no figures, and no page with them, plots/index.html")
     add("--json", action="store_true", help="print the result as a line of JSON")
     add("-q", "--quiet", action="store_true", help="no progress")
 
@@ -107,8 +107,8 @@ def _suite_parser():
         help="sequences at a time; 0: one per core")
     add("--max-seconds", type=_from_zero(float), default=0.0, help="of each sequence; 0: all")
     add("--max-frames", type=_from_zero(int), default=0, help="of each sequence; 0: all")
-    add("--masks", action=argparse.BooleanOptionalAction, default=True,
-        help="make masks of each run by reconstruct, and score them")
+    add("--no-masks", dest="masks", action="store_false",
+        help="do not make masks of each run by reconstruct, and score them")
     add("--against", metavar="TABLE", help="suite.csv of an old state: old and new side by side")
     add("--program", help="egosieve; default: $EGOSIEVE_PROGRAM, else the one beside this program")
     _add_scoring(parser)

@@ -50,7 +50,7 @@ def run(program, *arguments):
 def suite(folder, frames=0, profile='default', masks=True):
     """Scores by sequence, and the share of movers found by heading, in masks with an IoU of 0.5."""
     table = run(EVALUATION, 'suite', folder, f'--out={folder}_runs', f'--profiles={profile}', '--no-plots',
-                f'--max-frames={frames}', '--masks' if masks else '--no-masks')
+                f'--max-frames={frames}', *['--no-masks'] * (not masks))
     with open(f'{folder}_runs/suite.json') as text:
         scores = {row['sequence']: row for row in json.load(text)['sequences']}
     found = {line.rsplit(None, 3)[0]: float(line.split()[-1]) for line in table.split('\n') if 'within 40 m' in line}
