@@ -255,6 +255,10 @@ def main(arguments=None):
     except (UsageError, InputError) as error:
         print(f"egosieve-eval: {error}", file=sys.stderr)
         return error.code
+    except ModuleNotFoundError as error:
+        print(f"egosieve-eval: {error}; on Debian: apt-get install python3-matplotlib "
+              "python3-opencv python3-pandas python3-scipy python3-sklearn", file=sys.stderr)
+        return 1
     except OSError as error:
         print(f"egosieve-eval: {error}", file=sys.stderr)
         return 1

@@ -18,6 +18,7 @@ import drive  # noqa: E402
 from evaluate import folds, suite  # noqa: E402
 from evaluate.command import main  # noqa: E402
 from evaluate.errors import InputError, UsageError  # noqa: E402
+from evaluate.run_folder import RunFolder  # noqa: E402
 from evaluate.sequences import find_sequences  # noqa: E402
 
 GOLDEN = Path(__file__).parent / 'golden.json'
@@ -100,6 +101,48 @@ class Golden(Case):
         drive.write_drive(self.root)
         code, out, err = run(self.root / 'run', '--json', '--no-plots')
         self.assertEqual((code, json.loads(out)['truth']), (0, str(self.root)), err)
+
+    def test_tracks_name_their_frames(self):
+        drive.write_drive(self.root)
+        tracks = pandas.read_csv(self.root / 'tracks.csv')
+        tracks.assign(frame=tracks.frame + 100).to_csv(self.root / 'tracks.csv')
+        for k in range(drive.FRAMES):
+            (self.root / f'frames/{k:06d}.png').rename(self.root / f'frames/a_{k + 100}.png')
+        run(self.root / 'run', f'--truth={self.root}/tracks.csv', '--no-plots')
+        golden = json.loads(GOLDEN.read_text())['tracks']['eval']
+        self.same(golden, json.loads((self.root / 'run/eval.json').read_text()), within=ONE_SCORE)
+
+    def test_a_clock_in_doubt_is_told(self):
+        drive.write_drive(self.root)
+        turns = np.cumsum([0, 1, 5, 2, 9, 4, 3, 8]) * 0.02
+        rows, poses = [], []
+        for k in range(drive.FRAMES):
+            c, s = np.cos(turns[k + 1]), np.sin(turns[k + 1])  # row k is of frame k + 1
+            rows.append(f'{c} 0 {s} 0 0 1 0 0 {-s} 0 {c} {k}')
+            half = turns[k] / 2
+            poses.append(f'{k / drive.RATE} 0 0 {k} 0 {np.sin(half)} 0 {np.cos(half)}')
+        (self.root / 'poses.txt').write_text('\n'.join(rows))
+        (self.root / 'run/trajectory.txt').write_text('\n'.join(poses))
+        _, out, err = run(self.root / 'run', '--no-plots')
+        further = json.loads((self.root / 'run/further.json').read_text())
+        self.assertEqual(further['row_shift'], 1, err)
+        shifted = further['trajectory_with_shifted_rows']
+        self.assertAlmostEqual(shifted['rotation_degrees_per_second'], 0, 6)
+        self.assertIn('with row k of the poses taken for frame k+1: rotation 0.000 degrees', out)
+
+    def test_lines_of_several_logs(self):
+        drive.write_drive(self.root)
+        path = self.root / 'run'
+        lines = [drive.line(k) | {'outcome': 'answered', 'model_size': 5 * (k > 1)}
+                 for k in range(4)]
+        lines[2]['width_pixels'] = 0
+        (path / 'frames.jsonl').write_text(''.join(json.dumps(li) + '\n' for li in lines) + '{"cut')
+        later = [lines[3] | {'width_pixels': 0}, lines[2] | {'width_pixels': drive.WIDTH}]
+        (path / 'log').mkdir()
+        (path / 'log/1.jsonl').write_text(''.join(json.dumps(line) + '\n' for line in later))
+        read = RunFolder(path).lines
+        self.assertEqual([line.has_map for line in read], [True] * 4)
+        self.assertEqual([line.of_prior for line in read], [True, True, False, False])
 
     def test_plots(self):
         drive.write_drive(self.root)

@@ -226,6 +226,13 @@ class Motion(Case):
         self.assertEqual(trajectory.compare(still, truth, 10)['direction_degrees'], 90)
         self.assertEqual(trajectory.compare(truth, still, 10)['travelling_pairs'], 0)
 
+    def test_a_span_is_a_second(self):
+        truth = {k: self.pose(0, 0, 0) for k in range(11)}
+        estimate = {k: self.pose(3 * (k == 10), 0, 0) for k in range(11)}
+        errors = trajectory.compare(estimate, truth, 10)
+        self.assertAlmostEqual(errors['rotation_degrees_per_second'], 3)  # frames 0 and 10 alone
+        self.assertAlmostEqual(errors['rotation_neighbours_degrees_per_second'], 0)
+
     def test_frames_by_time(self):
         timed = [(0.0, 'a'), (0.104, 'b'), (0.16, 'c')]
         self.assertEqual(trajectory.by_frame(timed, {4: 0.0, 5: 0.1, 6: 0.2}),
