@@ -394,5 +394,12 @@ TEST(RunFolder, WhatKilledProgramsLeftIsRemovedInAllItsFolders) {
   for (const std::string& file : others) EXPECT_TRUE(std::filesystem::exists(root + file)) << file;
 }
 
+TEST(LiesInFolder, OfPathsThatDoNotExist) {
+  const std::string here = std::filesystem::current_path().string();
+  EXPECT_TRUE(LiesInFolder(here + "/none/masks", "none"));
+  EXPECT_TRUE(LiesInFolder("none/masks", here + "/none"));
+  EXPECT_FALSE(LiesInFolder(here + "/others/masks", "none"));
+}
+
 }  // namespace
 }  // namespace egosieve::tools
