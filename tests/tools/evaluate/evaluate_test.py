@@ -15,11 +15,11 @@ import pandas
 sys.path[:0] = [str(Path(__file__).parent), os.path.abspath('tools')]
 
 import drive  # noqa: E402
-from evaluate import folds, suite  # noqa: E402
+from evaluate import folds, suite, table  # noqa: E402
 from evaluate.command import main  # noqa: E402
 from evaluate.errors import InputError, UsageError  # noqa: E402
 from evaluate.run_folder import RunFolder  # noqa: E402
-from evaluate.sequences import find_sequences  # noqa: E402
+from evaluate.sequences import Sequence, find_sequences  # noqa: E402
 
 GOLDEN = Path(__file__).parent / 'golden.json'
 # What differs, and by how much: scores at points are rounded to 16 bits once, where they were
@@ -226,14 +226,22 @@ class Suites(Case):
         self.assertAlmostEqual(scores['sequences'][0]['mask_j'], golden['masks']['j'], 6)
         self.assertEqual(scores['sequences'][0]['seconds_per_frame'], 1 / drive.FRAMES)
         self.assertTrue((out / 'plots/roc.svg').exists())
-        table = pandas.read_csv(out / 'suite.csv')
-        self.assertEqual(table['sequence'].tolist(), ['town/one', 'town/two'])
-        self.assertTrue(np.isnan(table.mean_auc[1]))
-        table.loc[0, 'mean_auc'] -= 0.125
-        table.to_csv(self.root / 'old.csv')
+        written = pandas.read_csv(out / 'suite.csv')
+        self.assertEqual(written['sequence'].tolist(), ['town/one', 'town/two'])
+        self.assertTrue(np.isnan(written.mean_auc[1]))
+        written.loc[0, 'mean_auc'] -= 0.125
+        written.to_csv(self.root / 'old.csv')
         _, text, _ = run('suite', self.root / 'drives', f'--out={out}', program, '--no-plots',
                          f'--against={self.root}/old.csv', '--quiet')
         self.assertRegex(text, r'\nmean +0\.\d{3} +0\.\d{3} +0\.125')
+
+    def test_markdown(self):
+        results = [suite.Result(Sequence(f'g/{auc}', 'g', '', ''), 'default', kind=kind,
+                                figures=dict.fromkeys(suite.FIGURES) | {'mean_auc': auc,
+                                                                        'mean_iou': auc / 2})
+                   for auc, kind in ((0.5, 'masks'), (0.75, 'masks'), (0.25, 'tracks'))]
+        self.assertIn('| g | default | 0 of 3 | 0.500 | 0.250 | 0.312 | 0.250 |\n',
+                      table.to_markdown(results, table.to_frame(results)))
 
     def test_refusals(self):
         self.refused(2, '--out', 'suite', self.root)
@@ -285,9 +293,9 @@ class Folds(Case):
     def test_suites(self):
         for name, auc in (('a', 0.5), ('b', 0.6)):
             (self.root / name).mkdir()
-            table = pandas.DataFrame({'sequence': self.CLIPS, 'profile': 'default',
-                                      'mean_auc': [auc] * 19 + [None]})
-            table.to_csv(self.root / name / 'suite.csv')
+            rows = pandas.DataFrame({'sequence': self.CLIPS, 'profile': 'default',
+                                     'mean_auc': [auc] * 19 + [None]})
+            rows.to_csv(self.root / name / 'suite.csv')
         code, text, _ = run('folds', self.root / 'a', self.root / 'b/suite.csv', '--folds=4')
         self.assertEqual(code, 0)
         self.assertIn('left out, without a value everywhere: clip19', text)

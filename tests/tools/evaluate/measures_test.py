@@ -5,6 +5,7 @@ import sys
 import tempfile
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -12,7 +13,8 @@ sys.path[:0] = [str(Path(__file__).parent), os.path.abspath('tools')]
 
 import drive  # noqa: E402
 from evaluate import boundary, box_scores, csv_truth, identity, objects  # noqa: E402
-from evaluate import pixel_scores, stability, trajectory, truth_masks, uncertainty  # noqa: E402
+from evaluate import mask_scores, pixel_scores, stability, trajectory  # noqa: E402
+from evaluate import truth_masks, uncertainty  # noqa: E402
 from evaluate.errors import InputError, UsageError  # noqa: E402
 from evaluate.run_folder import Grid  # noqa: E402
 
@@ -102,6 +104,13 @@ class Outlines(Case):
         torn[25:30, 10:30] = False
         self.assertGreater(change(self.square(10, 30), torn), 0.03)
         self.assertIsNone(change(self.square(10), np.zeros((60, 80), bool)))
+
+    def test_only_neighbours_in_time_are_compared(self):
+        scores = mask_scores.MaskScores(SimpleNamespace(object_area=1, object_iou=0.5))
+        for index in (0, 2, 3):
+            mask = self.square(10 + index)
+            scores.add(index, mask, np.where(mask, 255, 0).astype(np.uint8))
+        self.assertEqual((len(scores.ts), scores.to_json()['j']), (1, 1.0))
 
     def test_least_path(self):
         cost = np.array([[0, 9, 9], [9, 9, 0], [9, 0, 9]], np.float32)
