@@ -8,12 +8,12 @@
 #include "tools/batch/batch_command.h"
 #include "tools/build_description/build_description.h"
 #include "tools/cli/command_line.h"
+#include "tools/cli/exit_code.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/standard_streams.h"
 #include "tools/cli/threads_flag.h"
 #include "tools/cli/version.h"
 #include "tools/devices/devices_command.h"
-#include "tools/evaluate/evaluate_command.h"
 #include "tools/infer/infer_command.h"
 #include "tools/lab/compare/compare_command.h"
 #include "tools/masks/masks_command.h"
@@ -48,13 +48,17 @@ int RunCommandLine(int argc, char** argv) {
   line.Add(MakeMasksCommand());
   line.Add(MakeRenderCommand());
   line.Add(MakeReportCommand());
-  line.Add(MakeEvaluateCommand());
   line.Add(MakeModelCommand());
   line.Add(MakeDevicesCommand());
   line.Add(MakeTuneCommand());
   line.AddGroup("lab", "Research: other methods on the same drives.");
   line.Add(MakeCompareCommand(), "lab");
-  return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (!arguments.empty() && arguments[0] == "evaluate") {
+    std::cerr << ErrorLine("evaluate is egosieve-eval now; see egosieve-eval --help") << "\n";
+    return static_cast<int>(ExitCode::kUsage);
+  }
+  return line.Run(arguments, std::cout, std::cerr);
 }
 
 }  // namespace

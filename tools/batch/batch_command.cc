@@ -10,9 +10,9 @@
 #include "tools/batch/batch_flags.h"
 #include "tools/batch/drives_run.h"
 #include "tools/batch/index_page.h"
+#include "tools/cli/child_process.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/warning.h"
-#include "tools/suite/child_process.h"
 
 namespace egosieve::tools {
 namespace {

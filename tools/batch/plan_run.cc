@@ -13,10 +13,10 @@
 #include "tools/batch/slurm.h"
 #include "tools/batch/task_cost.h"
 #include "tools/cli/checks.h"
+#include "tools/cli/child_process.h"
 #include "tools/cli/given_flags.h"
 #include "tools/cli/interruption.h"
 #include "tools/run_folder/run_folder.h"
-#include "tools/suite/child_process.h"
 
 namespace egosieve::tools {
 namespace {

@@ -15,9 +15,9 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/child_process.h"
 #include "tools/cli/interruption.h"
 #include "tools/run_folder/run_folder.h"
-#include "tools/suite/child_process.h"
 
 namespace egosieve::tools {
 namespace {

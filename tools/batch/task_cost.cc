@@ -12,11 +12,11 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/child_process.h"
 #include "tools/cli/exit_code.h"
 #include "tools/cli/interruption.h"
 #include "tools/run_folder/atomic_file.h"
 #include "tools/segment/drive_input.h"
-#include "tools/suite/child_process.h"
 
 namespace egosieve::tools {
 namespace {

@@ -18,10 +18,10 @@
 
 #include "absl/status/statusor.h"
 #include "kernels/base/image_grid.h"
-#include "tools/evaluate/truth_masks.h"
 #include "tools/evaluation/drive_scores.h"
 #include "tools/evaluation/synthetic_truth.h"
 #include "tools/evaluation/track_truth.h"
+#include "tools/masks/truth_masks.h"
 #include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {

@@ -9,10 +9,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "kernels/base/status_macros.h"
+#include "tools/cli/child_process.h"
 #include "tools/plots/embedded_script.h"
 #include "tools/report/html.h"
 #include "tools/run_folder/atomic_file.h"
-#include "tools/suite/child_process.h"
 
 namespace egosieve::tools {
 namespace {

@@ -122,7 +122,7 @@ TEST_F(Schema, OfWhatCommandsPrint) {
   Run({"masks", run, "--for=colmap", "--out=" + root_ + "/colmap", "--progress=none"});
   Run({"masks", run, "--out=" + root_ + "/plain", "--truth=" + root_ + "/masks",
        "--progress=none"});
-  Run({"evaluate", run, "--truth=" + root_ + "/masks", "--progress=none"});
+  results_ += RunEvaluation({run, "--truth=" + root_ + "/masks", "--json", "--no-plots"}).out;
   Run({"synthesize", "--frames=2", "--width=64", "--height=48", "--out=" + root_ + "/drive",
        "--progress=none"});
   Run({"devices"});
