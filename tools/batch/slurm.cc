@@ -1,9 +1,13 @@
 #include "tools/batch/slurm.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
+#include <optional>
+#include <system_error>
 #include <utility>
 
 #include "absl/strings/ascii.h"
@@ -15,14 +19,14 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
+#include "tools/batch/status.h"
 #include "tools/cli/interruption.h"
 #include "tools/run_folder/run_folder.h"
+#include "tools/segment/drive_input.h"
 #include "tools/suite/child_process.h"
 
 namespace egosieve::tools {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr double kTimeShare = 2.0, kMemoryShare = 1.5;
 constexpr int64_t kMebibyte = 1 << 20, kMemoryStep = 128;
@@ -30,11 +34,6 @@ constexpr int64_t kMebibyte = 1 << 20, kMemoryStep = 128;
 // Quotes text for a shell.
 std::string Quoted(const std::string& text) {
   return absl::StrCat("'", absl::StrReplaceAll(text, {{"'", "'\\''"}}), "'");
-}
-
-// "segment", "segment_2"
-std::string FileName(const PlanStage& stage) {
-  return stage.piece > 0 ? absl::StrCat(stage.command, "_", stage.piece) : stage.command;
 }
 
 // The end of the names of a folder's jobs, by which they are found again: a hash (FNV-1a).
@@ -68,33 +67,6 @@ std::string Ranges(const std::vector<size_t>& numbers) {
     i = end;
   }
   return absl::StrJoin(ranges, ",");
-}
-
-Json FlagsToJson(const std::vector<std::string>& words) {
-  Json flags = Json::object();
-  for (const std::string& word : words) {
-    const std::pair<std::string, std::string> parts =
-        absl::StrSplit(word.substr(2), absl::MaxSplits('=', 1));
-    flags[parts.first] = absl::StrContains(word, '=') ? parts.second : "true";
-  }
-  return flags;
-}
-
-std::string ToManifest(const std::vector<BatchEntry>& entries) {
-  Json drives = Json::array();
-  for (const BatchEntry& entry : entries) {
-    Json drive = {{"path", AbsolutePath(entry.path)},
-                  {"out", AbsolutePath(entry.out)},
-                  {"flags", FlagsToJson(entry.flags)},
-                  {"then", Json::array()}};
-    if (!entry.cuts.empty()) drive["cuts"] = entry.cuts;
-    for (const BatchStep& step : entry.then) {
-      drive["then"].push_back(step.command);
-      if (!step.flags.empty()) drive[step.command] = FlagsToJson(step.flags);
-    }
-    drives.push_back(std::move(drive));
-  }
-  return drives.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 // The output of a Slurm program; Unavailable, with its message, if it failed.
@@ -156,21 +128,59 @@ absl::StatusOr<std::string> Submit(const std::string& script, const std::string&
   return job;
 }
 
-// Submits the array's script and adds its job to jobs.json.
+// Submits the array's script.
 absl::Status SubmitArray(const BatchPlan& plan, const std::vector<std::string>& job_of_stage,
-                         const std::string& folder, SlurmArray& array, Json& jobs) {
+                         const std::string& folder, SlurmArray& array) {
   if (InterruptionRequested()) {
     return absl::CancelledError("interrupted; the jobs submitted before are cancelled");
   }
-  const PlanStage& stage = plan.stages()[array.stage];
   std::string dependency;
-  for (const size_t needed : stage.needs) {
+  for (const size_t needed : plan.stages()[array.stage].needs) {
     absl::StrAppend(&dependency, dependency.empty() ? "aftercorr" : "", ":", job_of_stage[needed]);
   }
-  jobs.push_back({{"stage", stage.name}, {"job", ""}});  // sbatch may fail after it has submitted
   EGOSIEVE_ASSIGN_OR_RETURN(array.job, Submit(array.script, dependency, folder));
-  jobs.back()["job"] = array.job;
-  return WriteFileAtomically(folder + "/jobs.json", jobs.dump(1));
+  return absl::OkStatus();
+}
+
+// The number of the drive with the largest pictures; sets the longest drive's frames. A drive that
+// cannot be read counts nothing: its task reports the error.
+absl::StatusOr<size_t> LargestDrive(const BatchPlan& plan, int64_t& longest_frames) {
+  absl::Status failure;
+  int64_t most_pixels = 0;
+  size_t largest = 0;
+  for (size_t i = 0; i < plan.entries().size(); ++i) {
+    const absl::StatusOr<DriveInput> input = OpenDriveInput(plan.entries()[i].path, 0);
+    failure.Update(input.status());
+    if (!input.ok()) continue;
+    const int64_t pixels = static_cast<int64_t>(input->width_pixels) * input->height_pixels;
+    if (pixels > most_pixels) largest = i;
+    most_pixels = std::max(most_pixels, pixels);
+    longest_frames = std::max(longest_frames, input->frames->expected_frame_count());
+  }
+  if (most_pixels == 0) return failure;
+  return largest;
+}
+
+absl::Status MeasureStages(const BatchPlan& piece, const std::string& program, BatchCost& cost) {
+  for (size_t stage = 0; stage < piece.stages().size(); ++stage) {
+    const std::string& command = piece.stages()[stage].command;
+    EGOSIEVE_ASSIGN_OR_RETURN(
+        const int code, piece.Run(stage, 0, program, /*to_log=*/true, InterruptionRequested));
+    const std::optional<TaskRecord> record = piece.Record(stage, 0);
+    if (InterruptionRequested() || !record) {
+      return absl::CancelledError("interrupted while measuring; nothing was submitted");
+    }
+    if (!record->is_good()) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          "measuring: 'egosieve ", command, "' ended with exit code ", code, ": ", record->reason));
+    }
+    if (stage == 0) cost.measured_frames = std::max<int64_t>(1, StatusOf(piece, 0).frames);
+    cost.seconds_per_frame[command] = record->seconds / static_cast<double>(cost.measured_frames);
+  }
+  rusage usage = {};
+  getrusage(RUSAGE_CHILDREN, &usage);
+  cost.peak_memory_bytes = int64_t{1024} * usage.ru_maxrss;
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -201,6 +211,25 @@ absl::Status SlurmOptions::Validate() const {
   return absl::OkStatus();
 }
 
+absl::StatusOr<BatchCost> MeasureCost(const BatchPlan& plan, const std::string& program,
+                                      const std::string& scratch, int64_t frames) {
+  BatchCost cost;
+  EGOSIEVE_ASSIGN_OR_RETURN(const size_t largest, LargestDrive(plan, cost.longest_drive_frames));
+  BatchEntry entry = plan.entries()[largest];
+  entry.out = scratch + "/run";
+  entry.cuts.clear();
+  std::erase_if(entry.flags,
+                [](const std::string& flag) { return absl::StartsWith(flag, "--max_frames="); });
+  entry.flags.push_back(absl::StrCat("--max_frames=", frames));
+  EGOSIEVE_ASSIGN_OR_RETURN(const BatchPlan piece, BatchPlan::Create({entry}, plan.threads()));
+  std::error_code error;
+  std::filesystem::remove_all(scratch, error);
+  const absl::Status status = MeasureStages(piece, program, cost);
+  std::filesystem::remove_all(scratch, error);
+  EGOSIEVE_RETURN_IF_ERROR(status);
+  return cost;
+}
+
 TaskRequest RequestFor(const BatchPlan& plan, size_t stage, const BatchCost& cost,
                        const SlurmOptions& options) {
   const PlanStage& asked = plan.stages()[stage];
@@ -223,7 +252,7 @@ std::string SlurmScript(const BatchPlan& plan, size_t stage, const std::vector<s
   const size_t first = drives.front() - drives.front() % options.largest_array;
   std::vector<size_t> elements;
   for (const size_t drive : drives) elements.push_back(drive - first);
-  const std::string name = FileName(plan.stages()[stage]);
+  const std::string name = plan.stages()[stage].file_name();
   std::string script =
       absl::StrCat("#!/bin/bash\n#SBATCH --job-name=egosieve-", name, JobSuffix(options.folder),
                    "\n#SBATCH --array=", Ranges(elements), "\n#SBATCH --time=", request.minutes,
@@ -260,18 +289,6 @@ exit "$code"
   return script;
 }
 
-std::string SubmittedJobs(const std::string& folder) {
-  const absl::StatusOr<std::string> text = ReadFile(folder + "/jobs.json");
-  const Json json = Json::parse(text.value_or(""), nullptr, false);
-  std::vector<std::string> jobs;
-  if (json.is_array()) {
-    for (const Json& array : json) {
-      if (array.is_object()) jobs.push_back(array.value("job", ""));
-    }
-  }
-  return absl::StrJoin(jobs, ",");
-}
-
 absl::Status CheckNothingIsQueued(const std::string& folder) {
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder));
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<std::string> jobs, QueuedJobs(folder));
@@ -295,21 +312,22 @@ absl::StatusOr<std::vector<SlurmArray>> SubmitToSlurm(const BatchPlan& plan,
     blocks[drive / options.largest_array].push_back(drive);
   }
   std::vector<SlurmArray> arrays;
-  Json jobs = Json::array();
+  bool has_submitted = false;
   for (const auto& [block, members] : blocks) {
     std::vector<std::string> job_of_stage;
     for (size_t stage = 0; stage < plan.stages().size(); ++stage) {
       SlurmArray array = {stage, static_cast<int64_t>(members.size()),
-                          absl::StrCat(options.folder, "/", FileName(plan.stages()[stage]),
+                          absl::StrCat(options.folder, "/", plan.stages()[stage].file_name(),
                                        block > 0 ? absl::StrCat("_", block) : "", ".sh"),
                           ""};
       const std::string script =
           SlurmScript(plan, stage, members, RequestFor(plan, stage, cost, options), options);
       absl::Status status = WriteFileAtomically(array.script, script);
       if (status.ok() && options.submit) {
-        status = SubmitArray(plan, job_of_stage, options.folder, array, jobs);
+        has_submitted = true;  // sbatch may fail after it has submitted
+        status = SubmitArray(plan, job_of_stage, options.folder, array);
       }
-      if (!status.ok()) return jobs.empty() ? status : CancelJobs(options.folder, status);
+      if (!status.ok()) return has_submitted ? CancelJobs(options.folder, status) : status;
       job_of_stage.push_back(array.job);
       arrays.push_back(std::move(array));
     }

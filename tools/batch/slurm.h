@@ -6,20 +6,28 @@
 // SIGTERM a minute before its limit and ends with complete files; its next start continues from
 // there.
 //
-// Files in the jobs' folder: drives.json, the batch as submitted; a script and logs for each array;
-// jobs.json, the numbers of the jobs. The jobs' names end in a text of the folder, by which Slurm
-// itself tells which of them are queued, also those of a submission that was killed.
+// Files in the jobs' folder: drives.json, the batch as submitted, and a script and logs for each array.
+// The jobs' names end in a text of the folder, by which Slurm itself tells which of them are
+// queued, also those of a submission that was killed.
+//
+// Time and memory to ask for are measured on the first frames of one drive on this machine:
+//
+//   (TC1)  seconds per frame of a stage = seconds of its task on a piece / frames of the piece
+//
+// (TC1) includes the time that a task needs before its first frame, so a long drive takes less than
+// (TC1) predicts. The model reaches its budget within ten frames, and memory does not grow with a
+// drive's length, so a short piece is enough.
 #ifndef EGOSIEVE_TOOLS_BATCH_SLURM_H_
 #define EGOSIEVE_TOOLS_BATCH_SLURM_H_
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "tools/batch/plan.h"
-#include "tools/batch/task_cost.h"
 
 namespace egosieve::tools {
 
@@ -33,6 +41,19 @@ struct SlurmOptions {
 
   absl::Status Validate() const;
 };
+
+struct BatchCost {
+  std::map<std::string, double> seconds_per_frame;  // by command
+  int64_t peak_memory_bytes = 0;                    // resident, of the largest task
+  int64_t measured_frames = 0;
+  int64_t longest_drive_frames = 0;  // according to the inputs' headers
+};
+
+// Inspects every drive, and runs the stages on the first `frames` frames of the drive with the
+// largest pictures, in `scratch`, a folder that is removed before and after. Errors: no drive can
+// be read, or a stage fails; Cancelled if interrupted.
+absl::StatusOr<BatchCost> MeasureCost(const BatchPlan& plan, const std::string& program,
+                                      const std::string& scratch, int64_t frames);
 
 // Resources for each task: twice the time of the longest drive by (TC1), and one and a half times
 // the measured memory.
@@ -65,9 +86,6 @@ absl::StatusOr<std::vector<SlurmArray>> SubmitToSlurm(const BatchPlan& plan,
                                                       const std::vector<size_t>& drives,
                                                       const BatchCost& cost,
                                                       const SlurmOptions& options);
-
-// The jobs of the last submission, "12,13,14"; empty without one.
-std::string SubmittedJobs(const std::string& folder);
 
 }  // namespace egosieve::tools
 
