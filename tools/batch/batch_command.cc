@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
@@ -24,7 +23,6 @@
 #include "tools/batch/slurm.h"
 #include "tools/batch/status.h"
 #include "tools/cli/checks.h"
-#include "tools/cli/given_flags.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/result_flag.h"
 #include "tools/cli/warning.h"
@@ -79,14 +77,13 @@ class BatchCommand : public Command {
     app.add_option("--jobs", jobs_, "Tasks at the same time, which share the threads")
         ->check(Between(1, 256))
         ->type_name("NUMBER");
-    then_ = app.add_option(
-                   "--then", then_words_,
+    app.add_option("--then", given_.then,
                    absl::StrCat("What follows segment, by commas: ",
                                 absl::StrJoin(FollowingCommands(), ", "),
-                                "; default: reconstruct,report; '': nothing. Masks go to "
-                                "OUT/NAME.masks. What has been done on the same run with the "
-                                "same flags is left"))
-                ->type_name("COMMANDS");
+                                "; default: reconstruct,report; none: nothing. Masks go to "
+                                "OUT/NAME.masks. What has been done on the same run with the same "
+                                "flags is left"))
+        ->type_name("COMMANDS");
     app.add_option("--segment_flags", given_.segment_flags,
                    "Flags of segment for all drives, in quotes")
         ->type_name("FLAGS");
@@ -94,79 +91,57 @@ class BatchCommand : public Command {
                    "Flags of masks for all drives, in quotes: '--for=colmap --dilate=10'; those "
                    "of other commands go into a manifest")
         ->type_name("FLAGS");
-    AddPlanFlags(app);
-    result_.AddFlag(app);
-  }
-
-  absl::StatusOr<ExitCode> Run() override {
-    EGOSIEVE_RETURN_IF_ERROR(CheckFlags());
-    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<BatchEntry> entries, FindEntries());
-    EGOSIEVE_RETURN_IF_ERROR(CutDrives(piece_minutes_, scene_cuts_, entries));
-    EGOSIEVE_ASSIGN_OR_RETURN(const BatchPlan plan, BatchPlan::Create(std::move(entries), cpus_));
-    if (task_.has_value()) return RunTask(plan);
-    if (plan_) return TellPlan(plan);
-    if (engine_ == "slurm") return SubmitPlan(plan);
-    const std::string page = PagePath(plan);
-    const absl::Status is_ours = CheckPagePath(page);
-    if (status_) {
-      const std::vector<DriveStatus> drives = StatusOfAll(plan);
-      TellStatus(plan, drives, page, result_);
-      const absl::Status written = is_ours.ok() ? WritePage(page, plan, drives) : is_ours;
-      if (!written.ok()) Warn(written.message());
-      return ExitCode::kDone;
-    }
-    EGOSIEVE_RETURN_IF_ERROR(is_ours);
-    return RunHere(plan, page);
-  }
-
- private:
-  void AddPlanFlags(CLI::App& app) {
     app.add_option("--engine", engine_,
-                   "local: runs the tasks here; slurm: submits them as job arrays")
+                   "local: runs the tasks here; slurm: submits what is not done as job arrays")
         ->check(OneOf({"local", "slurm"}))
         ->capture_default_str()
         ->type_name("local|slurm");
-    CLI::Option* minutes =
-        app.add_option("--piece_minutes", piece_minutes_,
-                       "Learn each drive in pieces of equal length, of this many minutes at most, "
-                       "which are merged; the maps are not those of one piece. 0: in one piece, "
-                       "or in those of `cuts` in the manifest")
-            ->check(AtLeast(0.0))
-            ->type_name("MINUTES");
-    app.add_flag("--scene_cuts", scene_cuts_,
-                 "End pieces where the picture cuts to another scene, as far as that leaves them "
-                 "long; each drive is read for it")
-        ->needs(minutes);
-    app.add_option("--cpus", cpus_, "Threads of each task; 0: as many as there are")
-        ->check(Between(0, 1024))
-        ->type_name("NUMBER");
+    app.add_option("--piece_minutes", piece_minutes_,
+                   "Learn each drive in pieces of equal length, of this many minutes at most, "
+                   "which are merged; the maps are not those of one piece. 0: in one piece, or in "
+                   "those of `cuts` in the manifest")
+        ->check(AtLeast(0.0))
+        ->type_name("MINUTES");
     app.add_option("--task", task_, "Runs one task of the plan, from 0, and nothing else")
         ->check(AtLeast<int64_t>(0))
         ->type_name("K");
     app.add_flag("--plan", plan_,
                  "Print the tasks with their numbers, write them to egosieve_jobs/, run nothing");
     app.add_flag("--status", status_, "Print how far each drive is, write the page, run nothing");
-    of_slurm_ = {app.add_option("--sbatch", sbatch_,
-                                "Further options of sbatch, separated by spaces: "
-                                "'--partition=long --nice=100'")
-                     ->type_name("OPTIONS"),
-                 app.add_option("--measured_frames", measured_frames_,
-                                "Frames on which --engine=slurm measures what time and memory to "
-                                "ask for")
-                     ->check(Between<int64_t>(2, 100000))
-                     ->capture_default_str()
-                     ->type_name("FRAMES"),
-                 app.add_flag("--dry_run", dry_run_,
-                              "With --engine=slurm: measure, write the scripts, no more")};
+    app.add_option("--sbatch", sbatch_,
+                   "Further options of sbatch, separated by spaces: '--time=300 --mem=4G'; a task "
+                   "that reaches its time limit goes on from there")
+        ->type_name("OPTIONS");
+    result_.AddFlag(app);
   }
 
+  absl::StatusOr<ExitCode> Run() override {
+    EGOSIEVE_RETURN_IF_ERROR(CheckFlags());
+    EGOSIEVE_ASSIGN_OR_RETURN(std::vector<BatchEntry> entries, FindEntries());
+    if (piece_minutes_ > 0.0) CutDrives(piece_minutes_, entries);
+    EGOSIEVE_ASSIGN_OR_RETURN(const BatchPlan plan, BatchPlan::Create(std::move(entries)));
+    if (task_.has_value()) return RunTask(plan);
+    if (plan_) return TellPlan(plan);
+    if (engine_ == "slurm") return SubmitPlan(plan);
+    const absl::Status is_ours = CheckPage(plan);
+    if (!status_) {
+      EGOSIEVE_RETURN_IF_ERROR(is_ours);
+      return RunHere(plan);
+    }
+    const std::vector<DriveStatus> drives = StatusOfAll(plan);
+    TellStatus(plan, drives, result_);
+    const absl::Status written = is_ours.ok() ? WritePage(plan, drives) : is_ours;
+    if (!written.ok()) Warn(written.message());
+    return ExitCode::kDone;
+  }
+
+ private:
   absl::Status CheckFlags() const {
     if ((engine_ != "local") + (task_.has_value()) + plan_ + status_ > 1) {
       return absl::InvalidArgumentError("--engine, --task, --plan and --status exclude each other");
     }
-    if (const std::string flags = GivenFlags(of_slurm_); engine_ == "local" && !flags.empty()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("no effect without --engine=slurm: ", flags, "; leave them out"));
+    if (engine_ == "local" && !sbatch_.empty()) {
+      return absl::InvalidArgumentError("no effect without --engine=slurm: --sbatch; leave it out");
     }
     if (piece_minutes_ > 0.0 && (task_.has_value() || status_)) {
       return absl::InvalidArgumentError(
@@ -177,27 +152,20 @@ class BatchCommand : public Command {
 
   // The drives of all inputs, in their order.
   absl::StatusOr<std::vector<BatchEntry>> FindEntries() const {
-    BatchSettings given = given_;
-    if (then_->count() > 0) {
-      given.then.emplace();
-      for (absl::string_view word : absl::StrSplit(then_words_, ',', absl::SkipWhitespace())) {
-        given.then->emplace_back(absl::StripAsciiWhitespace(word));
-      }
-    }
     std::vector<BatchEntry> entries;
     for (const std::string& input : inputs_) {
       if (IsManifest(input)) {
-        EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<BatchEntry> listed, ReadManifest(input, given));
+        EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<BatchEntry> listed,
+                                  ReadManifest(input, given_));
         entries.insert(entries.end(), listed.begin(), listed.end());
         continue;
       }
-      if (given.out.empty()) {
+      if (given_.out.empty()) {
         return absl::InvalidArgumentError("--out is missing; give the folder for the run folders");
       }
       EGOSIEVE_ASSIGN_OR_RETURN(const FoundDrives found, FindDrives(input));
-      for (const FoundDrive& drive : found.drives) {
-        EGOSIEVE_ASSIGN_OR_RETURN(BatchEntry entry, MakeEntry(drive.name, drive.path, given));
-        entries.push_back(std::move(entry));
+      for (const auto& [name, path] : found.drives) {
+        EGOSIEVE_ASSIGN_OR_RETURN(entries.emplace_back(), MakeEntry(name, path, given_));
       }
       if (!found.left_out.empty()) {
         Warn(absl::StrCat("no drives, and left out: ", absl::StrJoin(found.left_out, ", ")));
@@ -207,11 +175,11 @@ class BatchCommand : public Command {
     return entries;
   }
 
-  absl::StatusOr<ExitCode> RunHere(const BatchPlan& plan, const std::string& page) const {
+  absl::StatusOr<ExitCode> RunHere(const BatchPlan& plan) const {
     EGOSIEVE_ASSIGN_OR_RETURN(const std::string program, OwnProgram());
-    DrivesRun run(plan, page, program);
+    DrivesRun run(plan, program);
     run.Run(jobs_);
-    TellStatus(plan, run.drives(), page, result_);
+    TellStatus(plan, run.drives(), result_);
     if (!run.page_status().ok()) Warn(run.page_status().message());
     if (InterruptionRequested()) {
       return absl::CancelledError("interrupted; the same command goes on");
@@ -274,31 +242,15 @@ class BatchCommand : public Command {
     EGOSIEVE_ASSIGN_OR_RETURN(options.program, OwnProgram());
     options.folder = JobsFolder();
     options.sbatch = absl::StrSplit(sbatch_, ' ', absl::SkipWhitespace());
-    options.submit = !dry_run_;
-    std::string text;
+    const std::vector<size_t> drives = plan.UnfinishedDrives();
+    std::string text = drives.empty() ? "every drive is done; nothing was submitted\n" : "";
+    EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<SlurmArray> arrays,
+                              SubmitToSlurm(plan, drives, options));
     Json told = Json::array();
-    if (const std::vector<size_t> drives = plan.UnfinishedDrives(); drives.empty()) {
-      text = "every drive is done; nothing was submitted\n";
-    } else {
-      if (options.submit) EGOSIEVE_RETURN_IF_ERROR(CheckNothingIsQueued(options.folder));
-      EGOSIEVE_ASSIGN_OR_RETURN(
-          const BatchCost cost,
-          MeasureCost(plan, options.program, options.folder + "/measured", measured_frames_));
-      EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<SlurmArray> arrays,
-                                SubmitToSlurm(plan, drives, cost, options));
-      for (const SlurmArray& array : arrays) {
-        const std::string& stage = plan.stages()[array.stage].name;
-        const TaskRequest request = RequestFor(plan, array.stage, cost, options);
-        absl::StrAppendFormat(&text, "%-12s  %5d tasks  %5d min  %6d MiB  job %s  %s\n", stage,
-                              array.tasks, request.minutes, request.memory_mebibytes,
-                              array.job.empty() ? "-" : array.job, array.script);
-        told.push_back({{"stage", stage},
-                        {"tasks", array.tasks},
-                        {"minutes", request.minutes},
-                        {"memory_mebibytes", request.memory_mebibytes},
-                        {"job", array.job},
-                        {"script", array.script}});
-      }
+    for (const SlurmArray& array : arrays) {
+      const std::string& stage = plan.stages()[array.stage].name;
+      absl::StrAppendFormat(&text, "%-12s  %5d tasks  job %s\n", stage, array.tasks, array.job);
+      told.push_back({{"stage", stage}, {"tasks", array.tasks}, {"job", array.job}});
     }
     result_.Tell("batch", {{"arrays", told}}, text);
     return ExitCode::kDone;
@@ -306,15 +258,11 @@ class BatchCommand : public Command {
 
   std::vector<std::string> inputs_;
   BatchSettings given_;
-  CLI::Option* then_ = nullptr;
-  std::string then_words_;
-  int jobs_ = 1, cpus_ = 0;
+  int jobs_ = 1;
   std::string engine_ = "local", sbatch_;
   double piece_minutes_ = 0.0;
-  bool scene_cuts_ = false, plan_ = false, status_ = false, dry_run_ = false;
+  bool plan_ = false, status_ = false;
   std::optional<int64_t> task_;
-  int64_t measured_frames_ = 40;
-  std::vector<CLI::Option*> of_slurm_;
   ResultFlag result_;
 };
 

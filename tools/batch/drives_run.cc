@@ -19,9 +19,8 @@ constexpr auto kPagePause = std::chrono::seconds(3);  // a page of many drives t
 
 }  // namespace
 
-DrivesRun::DrivesRun(const BatchPlan& plan, std::string page, std::string program)
+DrivesRun::DrivesRun(const BatchPlan& plan, std::string program)
     : plan_(plan),
-      page_(std::move(page)),
       program_(std::move(program)),
       tasks_(static_cast<size_t>(plan.task_count()), State::kWaiting),
       drives_(StatusOfAll(plan)) {}
@@ -84,7 +83,6 @@ void DrivesRun::RunTask(size_t stage, size_t drive, std::unique_lock<std::mutex>
   task = State::kRunning;
   DriveStatus& status = drives_[drive];
   status.state = "running";
-  status.running = name;
   Say(drive, name);
   lock.unlock();
   const absl::StatusOr<int> code = plan_.Run(stage, drive, program_, /*to_log=*/true, [this] {
@@ -102,8 +100,9 @@ void DrivesRun::RunTask(size_t stage, size_t drive, std::unique_lock<std::mutex>
     now.reason = std::string(code.status().message());
   }
   status = std::move(now);
-  Say(drive, absl::StrCat(name, is_good ? " done" : code.ok() && *code == 130 ? " interrupted"
-                                                                              : " failed"));
+  Say(drive, absl::StrCat(name, is_good                     ? " done"
+                                : code.ok() && *code == 130 ? " interrupted"
+                                                            : " failed"));
 }
 
 void DrivesRun::Say(size_t drive, const std::string& what) {
@@ -115,7 +114,7 @@ void DrivesRun::Say(size_t drive, const std::string& what) {
 void DrivesRun::WritePageIfDue() {
   const auto now = std::chrono::steady_clock::now();
   if (!has_news_ || now < page_due_) return;
-  page_status_ = WritePage(page_, plan_, drives_);
+  page_status_ = WritePage(plan_, drives_);
   has_news_ = false;
   page_due_ = now + kPagePause;
 }

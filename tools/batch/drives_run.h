@@ -4,9 +4,9 @@
 #define EGOSIEVE_TOOLS_BATCH_DRIVES_RUN_H_
 
 #include <chrono>
+#include <condition_variable>
 #include <cstddef>
 #include <mutex>
-#include <condition_variable>
 #include <string>
 #include <vector>
 
@@ -18,8 +18,8 @@ namespace egosieve::tools {
 
 class DrivesRun {
  public:
-  // page: its path. program: egosieve.
-  DrivesRun(const BatchPlan& plan, std::string page, std::string program);
+  // program: egosieve.
+  DrivesRun(const BatchPlan& plan, std::string program);
 
   // `jobs` tasks at the same time, which share the threads; a drive goes to its end before the next
   // begins, as far as its tasks leave programs free. Ends early if interrupted. A failing task ends
@@ -42,7 +42,7 @@ class DrivesRun {
   void WritePageIfDue();
 
   const BatchPlan& plan_;
-  std::string page_, program_;
+  std::string program_;
   std::mutex mutex_;  // of all below
   std::condition_variable ended_;
   std::vector<State> tasks_;  // by number

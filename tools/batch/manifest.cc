@@ -7,8 +7,6 @@
 #include <utility>
 
 #include "absl/status/status.h"
-#include "absl/strings/ascii.h"
-#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -79,7 +77,8 @@ std::vector<std::string> Words(const Json& settings, const std::string& key) {
   std::vector<std::string> words;
   for (const auto& [name, value] : settings.value(key, Json::object()).items()) {
     const std::string text = value.get<std::string>();
-    words.push_back(text == "true" ? absl::StrCat("--", name) : absl::StrCat("--", name, "=", text));
+    words.push_back(text == "true" ? absl::StrCat("--", name)
+                                   : absl::StrCat("--", name, "=", text));
   }
   return words;
 }
@@ -113,8 +112,8 @@ absl::Status SetCuts(const std::string& where, const Json& value, Json& settings
 // What a table sets: path, out, then, cuts, and flags as text, those of segment in "flags".
 absl::StatusOr<Json> SettingsIn(const std::string& where, const Json& table) {
   if (!table.is_object()) {
-    return Refused(where, absl::StrCat(table.dump().substr(0, 60),
-                                       " is not an object with 'path' and 'out'"));
+    return Refused(
+        where, absl::StrCat(table.dump().substr(0, 60), " is not an object with 'path' and 'out'"));
   }
   Json settings = Json::object();
   for (const auto& [key, value] : table.items()) {
@@ -141,11 +140,15 @@ absl::StatusOr<Json> SettingsIn(const std::string& where, const Json& table) {
 
 absl::StatusOr<Json> GivenSettings(const BatchSettings& given) {
   Json table = Json::object();
-  if (given.then) table["then"] = *given.then;
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      table["flags"], ParseFlags(absl::StrSplit(given.segment_flags, ' ', absl::SkipEmpty())));
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      table["masks"], ParseFlags(absl::StrSplit(given.masks_flags, ' ', absl::SkipEmpty())));
+  if (given.then) {
+    const std::vector<std::string> words =
+        absl::StrSplit(*given.then, absl::ByAnyChar(", "), absl::SkipEmpty());
+    table["then"] = *given.then == "none" ? std::vector<std::string>() : words;
+  }
+  for (const auto& [key, text] :
+       {std::pair{"flags", given.segment_flags}, {"masks", given.masks_flags}}) {
+    EGOSIEVE_ASSIGN_OR_RETURN(table[key], ParseFlags(absl::StrSplit(text, ' ', absl::SkipEmpty())));
+  }
   return SettingsIn("", table);
 }
 
@@ -158,31 +161,19 @@ BatchEntry Entry(const std::string& path, const std::string& out, const Json& se
   return entry;
 }
 
-bool IsJson(absl::string_view text) {
-  const absl::string_view start = absl::StripLeadingAsciiWhitespace(text);
-  // "[{" and "[]" begin a list, "[name]" a table.
-  const absl::string_view second =
-      absl::StripLeadingAsciiWhitespace(start.substr(std::min<size_t>(1, start.size())));
-  return absl::StartsWith(start, "{") ||
-         (absl::StartsWith(start, "[") &&
-          (second.empty() || second[0] == '{' || second[0] == ']' || second[0] == '"'));
-}
-
 absl::StatusOr<Json> ParseDocument(absl::string_view text) {
-  Json document;
-  if (IsJson(text)) {
-    try {
-      return Json::parse(text.begin(), text.end());
-    } catch (const Json::exception& error) {  // also for numbers beyond the range of a double
-      return absl::InvalidArgumentError(absl::StrCat("it is not JSON: ", error.what()));
-    }
+  std::string not_json;
+  try {
+    return Json::parse(text.begin(), text.end());
+  } catch (const Json::exception& error) {  // also for numbers beyond the range of a double
+    not_json = error.what();
   }
   const auto entries = ReadTomlEntries(text);
   if (!entries.ok()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("it is neither JSON nor TOML: ", entries.status().message()));
+    return absl::InvalidArgumentError(absl::StrCat("it is neither JSON (", not_json, ") nor TOML (",
+                                                   entries.status().message(), ")"));
   }
-  document = Json::object();
+  Json document = Json::object();
   for (const TomlEntry& entry : *entries) {
     Json* place = &document;
     for (const std::string& name : entry.path) place = &(*place)[name];
@@ -191,31 +182,29 @@ absl::StatusOr<Json> ParseDocument(absl::string_view text) {
   return document;
 }
 
-struct Manifest {
-  Json defaults = Json::object();
-  std::vector<std::pair<std::string, Json>> drives;  // name of the table, empty in a list
-};
-
-absl::StatusOr<Manifest> SplitDocument(const Json& document) {
-  Manifest manifest;
+// The tables of the drives with their names, empty in a list; takes out `defaults`.
+absl::StatusOr<std::vector<std::pair<std::string, Json>>> Tables(const Json& document,
+                                                                 Json& defaults) {
+  std::vector<std::pair<std::string, Json>> tables;
   const auto add_list = [&](const Json& list) {
-    for (const auto& item : list.items()) manifest.drives.emplace_back("", item.value());
+    for (const auto& item : list.items()) tables.emplace_back("", item.value());
   };
   if (document.is_array()) add_list(document);
-  if (!document.is_object()) return manifest;
+  if (!document.is_object()) return tables;
   for (const auto& [name, value] : document.items()) {
     if (name == "drives" && value.is_structured() && !value.contains("path")) {
       add_list(value);
     } else if (!value.is_object()) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "'", name, "' is outside the tables of the drives; write [name] above, or a list"));
+      return Refused("", absl::StrCat("'", name,
+                                      "' is outside the tables of the drives; write "
+                                      "[name] above, or a list"));
     } else if (name == "defaults") {
-      EGOSIEVE_ASSIGN_OR_RETURN(manifest.defaults, SettingsIn(name, value));
+      EGOSIEVE_ASSIGN_OR_RETURN(defaults, SettingsIn(name, value));
     } else {
-      manifest.drives.emplace_back(name, value);
+      tables.emplace_back(name, value);
     }
   }
-  return manifest;
+  return tables;
 }
 
 // "runs/a/" and "runs/a" are the same folder.
@@ -243,15 +232,16 @@ absl::StatusOr<std::vector<BatchEntry>> ParseManifest(absl::string_view text,
                                                       const BatchSettings& given) {
   EGOSIEVE_ASSIGN_OR_RETURN(const Json overriding, GivenSettings(given));
   EGOSIEVE_ASSIGN_OR_RETURN(const Json document, ParseDocument(text));
-  EGOSIEVE_ASSIGN_OR_RETURN(Manifest manifest, SplitDocument(document));
-  if (manifest.drives.empty()) return absl::InvalidArgumentError("it lists no drive");
-  const std::string shared = manifest.defaults.value("out", "");
-  manifest.defaults.erase("out");
+  Json defaults = Json::object();
+  EGOSIEVE_ASSIGN_OR_RETURN(const auto tables, Tables(document, defaults));
+  if (tables.empty()) return absl::InvalidArgumentError("it lists no drive");
+  const std::string shared = defaults.value("out", "");
+  defaults.erase("out");
   std::vector<BatchEntry> entries;
-  for (const auto& [name, table] : manifest.drives) {
+  for (const auto& [name, table] : tables) {
     const std::string where = absl::StrCat("entry ", entries.size() + 1);
     EGOSIEVE_ASSIGN_OR_RETURN(const Json own, SettingsIn(where, table));
-    Json settings = manifest.defaults;
+    Json settings = defaults;
     settings.merge_patch(own);
     settings.merge_patch(overriding);
     const std::string path = settings.value("path", ""), out = settings.value("out", "");

@@ -53,9 +53,9 @@ struct BatchEntry {
 // What the command line says of all drives; it goes before a manifest, except before its run
 // folders.
 struct BatchSettings {
-  std::string out;                             // the folder for the run folders
-  std::optional<std::vector<std::string>> then;
-  std::string segment_flags, masks_flags;      // "--stride=2 --deterministic"
+  std::string out;                         // the folder for the run folders
+  std::optional<std::string> then;         // "reconstruct,masks"
+  std::string segment_flags, masks_flags;  // "--stride=2 --deterministic"
 };
 
 // The commands that may follow segment.

@@ -107,50 +107,35 @@ std::string BookFolder(const BatchEntry& entry) {
 
 std::string MasksPath(const BatchEntry& entry) { return absl::StrCat(entry.out, ".masks"); }
 
-std::string PlanStage::file_name() const {
-  return piece > 0 ? absl::StrCat(command, "_", piece) : command;
-}
-
-absl::StatusOr<BatchPlan> BatchPlan::Create(std::vector<BatchEntry> entries, int threads) {
+absl::StatusOr<BatchPlan> BatchPlan::Create(std::vector<BatchEntry> entries) {
   for (BatchEntry& entry : entries) {
     EGOSIEVE_RETURN_IF_ERROR(Check(entry, entries.front()));
     entry.path = AbsolutePath(entry.path);
     entry.out = AbsolutePath(entry.out);
   }
-  return BatchPlan(std::move(entries), threads);
+  return BatchPlan(std::move(entries));
 }
 
-BatchPlan::BatchPlan(std::vector<BatchEntry> entries, int threads)
-    : entries_(std::move(entries)), threads_(threads) {
-  for (const BatchEntry& entry : entries_) {
-    pieces_ = std::max(pieces_, static_cast<int>(entry.cuts.size()) + 1);
-  }
+BatchPlan::BatchPlan(std::vector<BatchEntry> entries) : entries_(std::move(entries)) {
+  size_t pieces = 1;
+  for (const BatchEntry& entry : entries_) pieces = std::max(pieces, entry.cuts.size() + 1);
   std::vector<size_t> before;
-  for (int piece = 1; piece <= pieces_; ++piece) {
-    before.push_back(stages_.size());
-    stages_.push_back(
-        pieces_ == 1 ? PlanStage{"segment", 0, "segment", {}}
-                     : PlanStage{"segment", piece, absl::StrCat("segment ", piece, "/", pieces_), {}});
-  }
   const auto add = [&](const std::string& command, bool is_needed) {
     stages_.push_back({command, 0, command, before});
     if (is_needed) before = {stages_.size() - 1};
   };
-  if (pieces_ > 1) add("merge", true);
-  for (const BatchStep& step : entries_.front().then) add(step.command, step.command == "reconstruct");
-}
-
-int64_t BatchPlan::LongestPiece(int64_t longest_drive_frames) const {
-  int64_t longest = 1;
-  for (const BatchEntry& entry : entries_) {
-    int64_t begin = 0;
-    for (const int64_t cut : entry.cuts) {
-      longest = std::max(longest, cut - begin);
-      begin = cut - kOverlapFrames;
+  if (pieces == 1) {
+    add("segment", true);
+  } else {
+    for (size_t i = 0; i < pieces; ++i) {
+      stages_.push_back({"segment", static_cast<int>(i) + 1, absl::StrCat("segment_", i + 1), {}});
+      before.push_back(i);
     }
-    longest = std::max(longest, longest_drive_frames - begin);
+    add("merge", true);
   }
-  return longest;
+  for (const BatchStep& step : entries_.front().then) {
+    add(step.command, step.command == "reconstruct");
+  }
 }
 
 // `piece`: number of the piece, or 0 if no drive is cut.
@@ -191,16 +176,12 @@ std::vector<std::string> BatchPlan::Arguments(size_t stage, size_t drive) const 
     std::copy_if(entry.flags.begin(), entry.flags.end(), std::back_inserter(arguments),
                  [](const std::string& flag) { return absl::StartsWith(flag, "--device="); });
   }
-  const bool takes_threads = command == "segment" || command == "reconstruct";
-  if (takes_threads && threads_ > 0 && !Names(entry.flags, "threads") && !Names(own, "threads")) {
-    arguments.push_back(absl::StrCat("--threads=", threads_));
-  }
   arguments.push_back("--progress=none");
   return arguments;
 }
 
 std::string BatchPlan::BookPath(size_t stage, size_t drive, const char* suffix) const {
-  return absl::StrCat(BookFolder(entries_[drive]), "/", stages_[stage].file_name(), suffix);
+  return absl::StrCat(BookFolder(entries_[drive]), "/", stages_[stage].name, suffix);
 }
 
 std::string BatchPlan::Key(size_t stage, size_t drive) const {
@@ -238,8 +219,8 @@ bool BatchPlan::IsDone(size_t stage, size_t drive) const {
     return !FinishedUtc(PieceFolder(entry, std::max(1, asked.piece))).empty();
   }
   const std::optional<TaskRecord> record = Record(stage, drive);
-  return record && record->is_good() && !record->key.empty() &&
-         record->key == Key(stage, drive) && HasProduct(entry, asked.command);
+  return record && record->is_good() && !record->key.empty() && record->key == Key(stage, drive) &&
+         HasProduct(entry, asked.command);
 }
 
 std::vector<size_t> BatchPlan::UnfinishedDrives() const {
@@ -262,8 +243,7 @@ std::optional<size_t> BatchPlan::MissingStage(size_t stage, size_t drive) const 
 }
 
 absl::StatusOr<int> BatchPlan::Run(size_t stage, size_t drive, const std::string& program,
-                                   bool to_log,
-                                   const std::function<bool()>& stop_requested) const {
+                                   bool to_log, const std::function<bool()>& stop_requested) const {
   std::vector<std::string> words = Arguments(stage, drive);
   if (words.empty() || (stages_[stage].command != "segment" && IsDone(stage, drive))) return 0;
   words.insert(words.begin(), program);
@@ -272,7 +252,8 @@ absl::StatusOr<int> BatchPlan::Run(size_t stage, size_t drive, const std::string
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(BookFolder(entries_[drive])));
   std::error_code error;
   fs::remove(path, error);
-  if (error) return absl::UnavailableError(absl::StrCat("cannot remove ", path, ": ", error.message()));
+  if (error)
+    return absl::UnavailableError(absl::StrCat("cannot remove ", path, ": ", error.message()));
   const auto start = std::chrono::steady_clock::now();
   const absl::StatusOr<int> code = RunChild({words, {}, log}, stop_requested);
   constexpr int kInterrupted = static_cast<int>(ExitCode::kInterrupted);
@@ -289,8 +270,8 @@ absl::StatusOr<int> BatchPlan::Run(size_t stage, size_t drive, const std::string
                        {"exit_code", exit_code},
                        {"seconds", seconds.count()},
                        {"reason", reason}};
-  EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(
-      path, record.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"));
+  EGOSIEVE_RETURN_IF_ERROR(
+      WriteFileAtomically(path, record.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"));
   return code;
 }
 

@@ -7,7 +7,7 @@
 //
 // If drives are cut into pieces, at most P, these tasks replace segment:
 //
-//   segment p/P        segment PATH --out=PIECE --from --to; the first piece is OUT, the others are
+//   segment_p          segment PATH --out=PIECE --from --to; the first piece is OUT, the others are
 //                      OUT.pieces/p and begin kOverlapFrames before their cut
 //   merge              merge OUT OUT.pieces/2 ..., needs every segment
 //
@@ -44,10 +44,8 @@ inline constexpr int64_t kOverlapFrames = 10;
 struct PlanStage {
   std::string command;
   int piece = 0;              // from 1; 0: the drive
-  std::string name;           // "segment 2/4"
+  std::string name;           // "segment_2"
   std::vector<size_t> needs;  // stages whose task of the same drive must be done before
-
-  std::string file_name() const;  // "segment_2"
 };
 
 struct TaskRecord {
@@ -64,20 +62,16 @@ struct TaskRecord {
 
 class BatchPlan {
  public:
-  // `threads` of each task's program; 0: all of the machine. Paths become absolute. InvalidArgument
-  // if drives differ in the commands that follow, or if a drive with cuts has flags of segment that
-  // choose frames.
-  static absl::StatusOr<BatchPlan> Create(std::vector<BatchEntry> entries, int threads);
+  // Paths become absolute. InvalidArgument if drives differ in the commands that follow, or if a
+  // drive with cuts has flags of segment that choose frames.
+  static absl::StatusOr<BatchPlan> Create(std::vector<BatchEntry> entries);
 
   const std::vector<BatchEntry>& entries() const { return entries_; }
   const std::vector<PlanStage>& stages() const { return stages_; }
-  int threads() const { return threads_; }
   int64_t task_count() const { return static_cast<int64_t>(stages_.size() * entries_.size()); }
   int64_t TaskNumber(size_t stage, size_t drive) const {
     return static_cast<int64_t>(stage * entries_.size() + drive);
   }
-  // Frames of the longest piece of a drive, if the longest drive has this many frames.
-  int64_t LongestPiece(int64_t longest_drive_frames) const;
 
   // egosieve's arguments; empty if the drive has no such piece.
   std::vector<std::string> Arguments(size_t stage, size_t drive) const;
@@ -98,7 +92,7 @@ class BatchPlan {
                           const std::function<bool()>& stop_requested) const;
 
  private:
-  BatchPlan(std::vector<BatchEntry> entries, int threads);
+  explicit BatchPlan(std::vector<BatchEntry> entries);
   std::vector<std::string> SegmentArguments(int piece, const BatchEntry& entry) const;
   // For which run and with which flags a record holds; empty if segment is not done.
   std::string Key(size_t stage, size_t drive) const;
@@ -106,8 +100,6 @@ class BatchPlan {
 
   std::vector<BatchEntry> entries_;
   std::vector<PlanStage> stages_;
-  int threads_;
-  int pieces_ = 1;  // of the drive with most pieces
 };
 
 // The run folder of a drive's piece; pieces count from 1.

@@ -75,35 +75,31 @@ std::string Links(const fs::path& folder, const BatchEntry& entry) {
   return links;
 }
 
-std::string Row(const fs::path& folder, const BatchEntry& entry, const DriveStatus& drive) {
-  // A class of the report's style sheet.
-  const char* pill = drive.state == "done"          ? "done"
-                     : drive.state == "not started" ? ""
-                     : drive.has_failed()           ? "failed"
-                                                    : "running";
-  std::string row = absl::StrCat(
-      "<tr><td>", EscapeHtml(fs::path(entry.out).filename().string()), "<div class=\"note\">",
-      EscapeHtml(entry.path), "</div></td><td><span class=\"pill ", pill, "\">", drive.state,
-      drive.running.empty() ? "" : ": ", drive.running, "</span></td>");
-  for (const std::string& number :
-       {absl::StrCat(drive.tasks_done, " of ", drive.tasks), absl::StrCat(drive.exit_code),
-        absl::StrCat(drive.frames), absl::StrCat(drive.frames_failed),
-        DescribeDuration(drive.seconds)}) {
-    absl::StrAppend(&row, "<td class=\"number\">", number, "</td>");
-  }
-  absl::StrAppend(&row, "<td>", Links(folder, entry));
-  if (!drive.reason.empty()) {
-    absl::StrAppend(&row, "<div class=\"note\">", EscapeHtml(drive.reason), "</div>");
-  }
-  return row + "</td></tr>\n";
+// What table and page show of a drive: names of columns, and text.
+std::vector<std::pair<const char*, std::string>> Columns(const DriveStatus& drive) {
+  return {{"state", drive.state},
+          {"tasks", absl::StrCat(drive.tasks_done, " of ", drive.tasks)},
+          {"code", absl::StrCat(drive.exit_code)},
+          {"frames", absl::StrCat(drive.frames)},
+          {"failed", absl::StrCat(drive.frames_failed)},
+          {"time", DescribeDuration(drive.seconds)}};
 }
 
-std::string Counts(const std::vector<DriveStatus>& drives) {
-  std::map<std::string, int> counts;
-  for (const DriveStatus& drive : drives) ++counts[drive.state];
-  std::string text = absl::StrCat(drives.size(), drives.size() == 1 ? " drive" : " drives");
-  for (const auto& [state, count] : counts) absl::StrAppend(&text, ", ", count, " ", state);
-  return text;
+std::string Row(const fs::path& folder, const BatchEntry& entry, const DriveStatus& drive) {
+  // A class of the report's style sheet.
+  const char* pill = drive.state == "done"                   ? "done"
+                     : absl::EndsWith(drive.state, "failed") ? "failed"
+                                                             : "running";
+  std::string row = absl::StrCat("<tr><td>", EscapeHtml(fs::path(entry.out).filename().string()),
+                                 "<div class=\"note\">", EscapeHtml(entry.path), "</div></td>");
+  for (const auto& [name, text] : Columns(drive)) {
+    const bool is_state = text == drive.state;
+    absl::StrAppend(&row, is_state ? "<td>" : "<td class=\"number\">",
+                    is_state ? absl::StrCat("<span class=\"pill ", pill, "\">") : "",
+                    EscapeHtml(text), is_state ? "</span></td>" : "</td>");
+  }
+  return absl::StrCat(row, "<td>", Links(folder, entry), "<div class=\"note\">",
+                      EscapeHtml(drive.reason), "</div></td></tr>\n");
 }
 
 }  // namespace
@@ -141,22 +137,22 @@ std::vector<DriveStatus> StatusOfAll(const BatchPlan& plan) {
 }
 
 void TellStatus(const BatchPlan& plan, const std::vector<DriveStatus>& drives,
-                const std::string& page, const ResultFlag& result) {
-  size_t width = 3;
-  for (const BatchEntry& entry : plan.entries()) width = std::max(width, entry.out.size());
-  const int column = static_cast<int>(width);
-  std::string table =
-      absl::StrFormat("%-*s  %-13s  %8s  %4s  %8s  %8s  %14s\n", column, "run", "state", "tasks",
-                      "code", "frames", "failed", "time");
+                const ResultFlag& result) {
+  int width = 3;
+  for (const BatchEntry& entry : plan.entries()) {
+    width = std::max(width, static_cast<int>(entry.out.size()));
+  }
+  std::string table = absl::StrFormat("%-*s", width, "run");
+  for (const auto& [name, text] : Columns(DriveStatus())) {
+    absl::StrAppendFormat(&table, "  %13s", name);
+  }
   nlohmann::ordered_json told = nlohmann::ordered_json::array();
   for (size_t i = 0; i < drives.size(); ++i) {
     const DriveStatus& drive = drives[i];
-    const std::string& out = plan.entries()[i].out;
-    absl::StrAppendFormat(&table, "%-*s  %-13s  %8s  %4d  %8d  %8d  %14s", column, out, drive.state,
-                          absl::StrCat(drive.tasks_done, " of ", drive.tasks), drive.exit_code,
-                          drive.frames, drive.frames_failed, DescribeDuration(drive.seconds));
-    absl::StrAppend(&table, drive.reason.empty() ? "" : "  ", drive.reason, "\n");
-    told.push_back({{"run", out},
+    absl::StrAppendFormat(&table, "\n%-*s", width, plan.entries()[i].out);
+    for (const auto& [name, text] : Columns(drive)) absl::StrAppendFormat(&table, "  %13s", text);
+    absl::StrAppend(&table, drive.reason.empty() ? "" : "  ", drive.reason);
+    told.push_back({{"run", plan.entries()[i].out},
                     {"state", drive.state},
                     {"tasks", drive.tasks},
                     {"tasks_done", drive.tasks_done},
@@ -166,7 +162,8 @@ void TellStatus(const BatchPlan& plan, const std::vector<DriveStatus>& drives,
                     {"seconds", drive.seconds},
                     {"reason", drive.reason}});
   }
-  absl::StrAppend(&table, "page of all drives: ", page, "\n");
+  const std::string page = PagePath(plan);
+  absl::StrAppend(&table, "\npage of all drives: ", page, "\n");
   result.Tell("batch", {{"drives", told}, {"page", page}}, table);
 }
 
@@ -183,27 +180,30 @@ std::string PagePath(const BatchPlan& plan) {
   return (common / "batch.html").string();
 }
 
-absl::Status CheckPagePath(const std::string& path) {
+absl::Status CheckPage(const BatchPlan& plan) {
+  const std::string path = PagePath(plan);
   std::error_code error;
-  if (!fs::exists(path, error)) return absl::OkStatus();
-  if (absl::StrContains(ReadFile(path).value_or(""), kGenerator)) return absl::OkStatus();
+  if (!fs::exists(path, error) || absl::StrContains(ReadFile(path).value_or(""), kGenerator)) {
+    return absl::OkStatus();
+  }
   return absl::AlreadyExistsError(absl::StrCat(path, " is no page of a batch; move it away"));
 }
 
-absl::Status WritePage(const std::string& path, const BatchPlan& plan,
-                       const std::vector<DriveStatus>& drives) {
-  const bool is_running = std::any_of(drives.begin(), drives.end(),
-                                      [](const DriveStatus& d) { return d.state == "running"; });
+absl::Status WritePage(const BatchPlan& plan, const std::vector<DriveStatus>& drives) {
+  const std::string path = PagePath(plan);
+  std::map<std::string, int> counts;
+  for (const DriveStatus& drive : drives) ++counts[drive.state];
   std::string html = absl::StrCat(
       PageHead("egosieve batch",
                absl::StrCat(PageStyle(),
                             "table{margin-top:24px}td:first-child{min-width:14em}"
                             ".pill{margin-left:0;white-space:nowrap}"),
-               absl::StrCat(kGenerator, is_running ? kRefresh : "")),
-      "<main><header><h1>Drives</h1><p>", Counts(drives),
-      "</p></header>\n<table><thead><tr><th>drive</th><th>state</th>");
-  for (const char* column : {"tasks", "exit code", "frames", "failed", "time"}) {
-    absl::StrAppend(&html, "<th class=\"number\">", column, "</th>");
+               absl::StrCat(kGenerator, counts.count("running") > 0 ? kRefresh : "")),
+      "<main><header><h1>Drives</h1><p>", drives.size(), drives.size() == 1 ? " drive" : " drives");
+  for (const auto& [state, count] : counts) absl::StrAppend(&html, ", ", count, " ", state);
+  absl::StrAppend(&html, "</p></header>\n<table><thead><tr><th>drive</th>");
+  for (const auto& [name, text] : Columns(DriveStatus())) {
+    absl::StrAppend(&html, "<th>", name, "</th>");
   }
   absl::StrAppend(&html, "<th>files</th></tr></thead><tbody>\n");
   for (size_t i = 0; i < drives.size(); ++i) {

@@ -17,14 +17,11 @@ namespace egosieve::tools {
 struct DriveStatus {
   // not started, begun, running, interrupted, unreadable, failed, frames failed, done
   std::string state = "not started";
-  std::string running;  // the stages that run now, where this is known
   int tasks = 0, tasks_done = 0;
   int exit_code = 0;  // of the first task that failed, wholly or in some frames
   int64_t frames = 0, frames_failed = 0;
   double seconds = 0.0;  // of the tasks that were run last
   std::string reason;    // the error's line, if one failed
-
-  bool has_failed() const { return state.ends_with("failed") || state == "unreadable"; }
 };
 
 DriveStatus StatusOf(const BatchPlan& plan, size_t drive);
@@ -32,15 +29,14 @@ std::vector<DriveStatus> StatusOfAll(const BatchPlan& plan);
 
 // Prints the table of all drives, or {"drives": ..., "page": ...}.
 void TellStatus(const BatchPlan& plan, const std::vector<DriveStatus>& drives,
-                const std::string& page, const ResultFlag& result);
+                const ResultFlag& result);
 
 // batch.html in the common parent folder of all run folders.
 std::string PagePath(const BatchPlan& plan);
-// AlreadyExists if `path` is a file that no batch has written.
-absl::Status CheckPagePath(const std::string& path);
+// AlreadyExists if PagePath is a file that no batch has written.
+absl::Status CheckPage(const BatchPlan& plan);
 // Links are relative and lead to existing files. While drives are running, the page reloads itself.
-absl::Status WritePage(const std::string& path, const BatchPlan& plan,
-                       const std::vector<DriveStatus>& drives);
+absl::Status WritePage(const BatchPlan& plan, const std::vector<DriveStatus>& drives);
 
 }  // namespace egosieve::tools
 
