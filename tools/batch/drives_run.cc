@@ -81,12 +81,12 @@ void DrivesRun::RunTask(size_t stage, size_t drive, std::unique_lock<std::mutex>
   State& task = tasks_[static_cast<size_t>(plan_.TaskNumber(stage, drive))];
   const std::string& name = plan_.stages()[stage].name;
   task = State::kRunning;
-  DriveStatus& status = drives_[drive];
-  status.state = "running";
-  Say(drive, name);
   lock.unlock();
-  const absl::StatusOr<int> code = plan_.Run(stage, drive, program_, /*to_log=*/true, [this] {
+  bool has_begun = false;
+  const absl::StatusOr<int> code = plan_.Run(stage, drive, program_, /*to_log=*/true, [&] {
     const std::lock_guard<std::mutex> own(mutex_);
+    drives_[drive].state = "running";
+    if (!std::exchange(has_begun, true)) Say(drive, name);
     WritePageIfDue();
     return InterruptionRequested();
   });
@@ -99,10 +99,12 @@ void DrivesRun::RunTask(size_t stage, size_t drive, std::unique_lock<std::mutex>
     now.exit_code = static_cast<int>(ExitCodeForStatus(code.status()));
     now.reason = std::string(code.status().message());
   }
-  status = std::move(now);
-  Say(drive, absl::StrCat(name, is_good                     ? " done"
-                                : code.ok() && *code == 130 ? " interrupted"
-                                                            : " failed"));
+  drives_[drive] = std::move(now);
+  if (has_begun || !is_good) {
+    Say(drive, absl::StrCat(name, is_good                     ? " done"
+                                  : code.ok() && *code == 130 ? " interrupted"
+                                                              : " failed"));
+  }
 }
 
 void DrivesRun::Say(size_t drive, const std::string& what) {

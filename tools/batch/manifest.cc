@@ -75,7 +75,8 @@ absl::StatusOr<Json> ParseFlags(const std::vector<std::string>& words) {
 
 std::vector<std::string> Words(const Json& settings, const std::string& key) {
   std::vector<std::string> words;
-  for (const auto& [name, value] : settings.value(key, Json::object()).items()) {
+  const Json flags = settings.value(key, Json::object());
+  for (const auto& [name, value] : flags.items()) {
     const std::string text = value.get<std::string>();
     words.push_back(text == "true" ? absl::StrCat("--", name)
                                    : absl::StrCat("--", name, "=", text));

@@ -168,7 +168,6 @@ std::vector<std::string> BatchPlan::Arguments(size_t stage, size_t drive) const 
   if (command == "masks") {
     arguments.insert(arguments.end(), {"--out=" + MasksPath(entry), "--overwrite"});
   }
-  if (command == "reconstruct") arguments.push_back("--resume");
   const std::vector<std::string> own = FlagsOf(entry, command);
   arguments.insert(arguments.end(), own.begin(), own.end());
   if (command == "report") return arguments;
@@ -211,6 +210,15 @@ std::optional<TaskRecord> BatchPlan::Record(size_t stage, size_t drive) const {
   }
 }
 
+absl::Status BatchPlan::Enter(size_t stage, size_t drive, const TaskRecord& record) const {
+  const Json json = {{"key", record.key},
+                     {"exit_code", record.exit_code},
+                     {"seconds", record.seconds},
+                     {"reason", record.reason}};
+  return WriteFileAtomically(BookPath(stage, drive, ".json"),
+                             json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
 bool BatchPlan::IsDone(size_t stage, size_t drive) const {
   const BatchEntry& entry = entries_[drive];
   const PlanStage& asked = stages_[stage];
@@ -247,13 +255,14 @@ absl::StatusOr<int> BatchPlan::Run(size_t stage, size_t drive, const std::string
   std::vector<std::string> words = Arguments(stage, drive);
   if (words.empty() || (stages_[stage].command != "segment" && IsDone(stage, drive))) return 0;
   words.insert(words.begin(), program);
-  const std::string path = BookPath(stage, drive, ".json");
   const std::string log = to_log ? BookPath(stage, drive, ".log") : "";
+  const std::string key = Key(stage, drive);
+  if (const auto before = Record(stage, drive);
+      stages_[stage].command == "reconstruct" && before && before->key == key) {
+    words.push_back("--resume");
+  }
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(BookFolder(entries_[drive])));
-  std::error_code error;
-  fs::remove(path, error);
-  if (error)
-    return absl::UnavailableError(absl::StrCat("cannot remove ", path, ": ", error.message()));
+  EGOSIEVE_RETURN_IF_ERROR(Enter(stage, drive, {key, TaskRecord::kBegun, 0.0, ""}));
   const auto start = std::chrono::steady_clock::now();
   const absl::StatusOr<int> code = RunChild({words, {}, log}, stop_requested);
   constexpr int kInterrupted = static_cast<int>(ExitCode::kInterrupted);
@@ -266,12 +275,7 @@ absl::StatusOr<int> BatchPlan::Run(size_t stage, size_t drive, const std::string
   const std::string reason = !code.ok()       ? std::string(code.status().message())
                              : exit_code != 0 ? Reason(log, exit_code)
                                               : "";
-  const Json record = {{"key", Key(stage, drive)},
-                       {"exit_code", exit_code},
-                       {"seconds", seconds.count()},
-                       {"reason", reason}};
-  EGOSIEVE_RETURN_IF_ERROR(
-      WriteFileAtomically(path, record.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"));
+  EGOSIEVE_RETURN_IF_ERROR(Enter(stage, drive, {key, exit_code, seconds.count(), reason}));
   return code;
 }
 

@@ -49,8 +49,10 @@ struct PlanStage {
 };
 
 struct TaskRecord {
+  static constexpr int kBegun = -1;  // and not ended, as far as is known
+
   std::string key;  // for which end of segment and with which flags
-  int exit_code = 0;
+  int exit_code = kBegun;
   double seconds = 0.0;
   std::string reason;  // the error's line, if it failed
 
@@ -81,7 +83,7 @@ class BatchPlan {
   std::vector<size_t> UnfinishedDrives() const;
   // A task that this one needs and that is not done.
   std::optional<size_t> MissingStage(size_t stage, size_t drive) const;
-  // How the task ended when it was run last; absent if it runs, was interrupted or never ran.
+  // How the task ended when it was run last; absent if it never ran.
   std::optional<TaskRecord> Record(size_t stage, size_t drive) const;
 
   // Runs the task in a process of its own and enters its end in the book; its exit code. A task
@@ -96,6 +98,7 @@ class BatchPlan {
   std::vector<std::string> SegmentArguments(int piece, const BatchEntry& entry) const;
   // For which run and with which flags a record holds; empty if segment is not done.
   std::string Key(size_t stage, size_t drive) const;
+  absl::Status Enter(size_t stage, size_t drive, const TaskRecord& record) const;
   std::string BookPath(size_t stage, size_t drive, const char* suffix) const;
 
   std::vector<BatchEntry> entries_;

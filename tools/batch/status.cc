@@ -115,7 +115,7 @@ DriveStatus StatusOf(const BatchPlan& plan, size_t drive) {
     const bool is_done = plan.IsDone(stage, drive);
     ++status.tasks;
     status.tasks_done += is_done;
-    if (!record) continue;
+    if (!record || record->exit_code == TaskRecord::kBegun) continue;
     status.seconds += record->seconds;
     if (status.exit_code == 0 && record->exit_code != 0) {
       status.exit_code = record->exit_code;
