@@ -86,7 +86,7 @@ TEST(Chain, FromNothingToAReport) {
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(run)) {
     left.insert(fs::relative(entry.path(), run).string());
   }
-  EXPECT_THAT(left, ElementsAre(".use.lock", ".write.lock", "camera.json", "frames.jsonl", "grid",
+  EXPECT_THAT(left, ElementsAre(".write.lock", "camera.json", "frames.jsonl", "grid",
                                 "grid/000000.prob.png", "grid/000000.std.png", "run.json"));
 }
 
