@@ -88,8 +88,8 @@ class BatchPlan {
 
   // Runs the task in a process of its own and enters its end in the book; its exit code. A task
   // that is done, or has nothing to do, is left, except segment, which checks itself. to_log: its
-  // output goes to egosieve_logs/NAME/STAGE.log. Unavailable if the process cannot be started, or if
-  // nobody knows how it ended; then it is not done.
+  // output goes to egosieve_logs/NAME/STAGE.log. Unavailable if the process cannot be started, or
+  // if nobody knows how it ended; then it is not done.
   absl::StatusOr<int> Run(size_t stage, size_t drive, const std::string& program, bool to_log,
                           const std::function<bool()>& stop_requested) const;
 

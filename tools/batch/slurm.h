@@ -6,9 +6,9 @@
 // SIGTERM a minute before its limit and ends with complete files; its next start continues from
 // there. So a time limit that is too short costs little.
 //
-// Files in the jobs' folder: submitted.json, the batch as submitted, task.sh, which every job runs, and
-// the logs. The jobs' names end in a text of the folder, by which Slurm itself tells which of them
-// are queued, also those of a submission that was killed.
+// Files in the jobs' folder: submitted.json, the batch as submitted, task.sh, which every job runs,
+// and the logs. The jobs' names end in a text of the folder, by which Slurm itself tells which of
+// them are queued, also those of a submission that was killed.
 #ifndef EGOSIEVE_TOOLS_BATCH_SLURM_H_
 #define EGOSIEVE_TOOLS_BATCH_SLURM_H_
 
@@ -42,8 +42,9 @@ struct SlurmArray {
 // Unavailable if Slurm does not tell.
 absl::Status CheckNothingIsQueued(const std::string& folder);
 
-// The same errors. Submits these drives' tasks; `drives` is increasing. If Slurm refuses a job: Unavailable with the
-// message of sbatch; if interrupted: Cancelled. The jobs accepted before are cancelled then.
+// The same errors. Submits these drives' tasks; `drives` is increasing. If Slurm refuses a job:
+// Unavailable with the message of sbatch; if interrupted: Cancelled. The jobs accepted before are
+// cancelled then.
 absl::StatusOr<std::vector<SlurmArray>> SubmitToSlurm(const BatchPlan& plan,
                                                       const std::vector<size_t>& drives,
                                                       const SlurmOptions& options);

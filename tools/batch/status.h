@@ -1,5 +1,5 @@
-// How far the drives of a batch are: from the book and the run folders alone, at any time and on any
-// machine that sees them. As a table and as a page.
+// How far the drives of a batch are: from the book and the run folders alone, at any time and on
+// any machine that sees them. As a table and as a page.
 #ifndef EGOSIEVE_TOOLS_BATCH_STATUS_H_
 #define EGOSIEVE_TOOLS_BATCH_STATUS_H_
 

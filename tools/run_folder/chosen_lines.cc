@@ -17,8 +17,9 @@ bool LacksMap(const FrameLine& line) {
 // The command that makes the missing maps.
 std::string Remedy(const RunFolder& folder, const RunDescription& description) {
   const auto every = description.flags.find("every");
-  if (every != description.flags.end() && every->second != "1")
+  if (every != description.flags.end() && every->second != "1") {
     return "egosieve segment, without --every,";
+  }
   return absl::StrCat("egosieve segment --resume --out=", folder.path(),
                       " with its input and flags");
 }

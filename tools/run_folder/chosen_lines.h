@@ -28,8 +28,8 @@ absl::Status CheckMaps(const RunFolder& folder, const RunDescription& descriptio
 // The same for the whole run.
 absl::Status CheckMaps(const RunFolder& folder);
 
-// "5 of 8 frames have no map; egosieve segment --resume ... makes them". Counts only frames that could be
-// read. "" if all have a map.
+// "5 of 8 frames have no map; egosieve segment --resume ... makes them". Counts only frames that
+// could be read. "" if all have a map.
 std::string DescribeMissingMaps(const RunFolder& folder, const RunDescription& description,
                                 absl::Span<const FrameLine> lines);
 
