@@ -53,8 +53,8 @@ class BatchCommand : public Command {
   std::string example() const override {
     return "egosieve batch videos --out=out --jobs=2 --then=reconstruct,masks,render,report\n"
            "egosieve batch 'videos/*.mp4' --out=out --segment_flags='--profile=fast --stride=3'\n"
-           "egosieve batch drives.toml --engine=slurm --cpus=4 && egosieve batch drives.toml "
-           "--status\n"
+           "egosieve batch drives.toml --engine=slurm --sbatch=--cpus-per-task=4\n"
+           "egosieve batch drives.toml --status\n"
            "  # [defaults] with out = \"out\", then = [\"reconstruct\", \"masks\"] and segment's "
            "flags,\n"
            "  # [defaults.masks] with those of masks; then a table per drive, [a] with path = "

@@ -232,8 +232,7 @@ TEST_F(Resume, AnInterruptionEndsBetweenFramesAndSaysSo) {
 // The sparse model, and a run without some of its maps: likewise.
 TEST_F(Resume, OfAnyModelAndMode) {
   for (const std::vector<std::string>& mode :
-       {std::vector<std::string>{"--profile=fast"},
-        std::vector<std::string>{"--model=sparse"},
+       {std::vector<std::string>{"--profile=fast"}, std::vector<std::string>{"--model=sparse"},
         std::vector<std::string>{"--every=3"}}) {
     std::vector<std::string> arguments = Arguments(whole_, mode);
     arguments.push_back("--overwrite");
