@@ -11,7 +11,8 @@
 
 namespace egosieve::tools {
 
-// Why the frame is unreliable; empty if it is reliable.
+// Why the frame is unreliable: its labels are, or its map expects to be more wrong than right.
+// Empty if it is reliable.
 std::string DoubtOf(const FrameLine& line);
 
 // Turns "only 17 of 300 features" into "only # of # features", to group reasons of one kind.
@@ -37,6 +38,8 @@ class DoubtfulFrames {
   void Add(const FrameLine& line);
 
   int64_t count() const { return count_; }
+  // Whether more than half of the frames are unreliable.
+  bool AreMost() const;
   // "12 of 62 frames are unreliable, most often: ..."; empty if there are none.
   std::string Sentence() const;
 

@@ -67,6 +67,7 @@ absl::Status CopyMaps(const RunFolder& folder, const FrameLine& before, FrameLin
   line.width_pixels = before.width_pixels;
   line.height_pixels = before.height_pixels;
   line.dynamic_share = before.dynamic_share;
+  line.expected_overlap = before.expected_overlap;
   line.map_device = before.map_device;
   return absl::OkStatus();
 }
@@ -117,6 +118,7 @@ FrameLine MakeLine(const vision::SegmentedFrame& frame) {
   line.factor_rebuilt = record.factor_rebuilt;
   line.jitter = record.jitter;
   line.dynamic_share = record.dynamic_share;
+  line.expected_overlap = record.expected_overlap;
   line.clamped_variances = record.clamped_variances;
   return line;
 }

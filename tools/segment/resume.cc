@@ -14,6 +14,7 @@
 #include "kernels/base/status_macros.h"
 #include "kernels/files/atomic_file.h"
 #include "tools/cli/warning.h"
+#include "vision/frame/repeated_picture.h"
 
 namespace egosieve::tools {
 namespace {
@@ -119,8 +120,8 @@ absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t fro
 
 absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource& source,
                                                             int64_t from, int64_t last, int count) {
-  // Damaged frames make the stretch too short: it doubles until it is long enough.
-  for (int64_t stretch = count;; stretch *= 2) {
+  // Damaged and repeated frames make the stretch too short: it doubles until it is long enough.
+  for (int64_t stretch = count + 1;; stretch *= 2) {
     const int64_t first = std::max(from, last - stretch + 1);
     EGOSIEVE_RETURN_IF_ERROR(source.SeekTo(first));
     std::deque<vision::Frame> recent;
@@ -128,11 +129,13 @@ absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource&
       EGOSIEVE_ASSIGN_OR_RETURN(vision::FrameRead read, source.Next());
       if (std::holds_alternative<vision::EndOfFrames>(read)) break;
       if (auto* frame = std::get_if<vision::Frame>(&read)) {
-        recent.push_back(std::move(*frame));
-        if (recent.size() > static_cast<size_t>(count)) recent.pop_front();
+        vision::AppendPicture(std::move(*frame), recent);
+        if (recent.size() > static_cast<size_t>(count) + 1) recent.pop_front();
       }
     }
-    if (recent.size() == static_cast<size_t>(count) || first == from) {
+    // One picture more is read, since the first may be a repeat whose beginning was not read.
+    if (recent.size() > static_cast<size_t>(count) || first == from) {
+      if (recent.size() > static_cast<size_t>(count)) recent.pop_front();
       return std::vector<vision::Frame>(recent.begin(), recent.end());
     }
   }

@@ -51,8 +51,8 @@ struct ResumePoint {
 absl::StatusOr<ResumePoint> FindResumePoint(const RunFolder& folder, int64_t from,
                                             std::vector<FrameLine> lines);
 
-// The last `count` readable frames of from .. last, oldest first; fewer if there are fewer. Leaves
-// the source at any frame.
+// The frames of the last `count` pictures of from .. last (repeated_picture.h), oldest first; fewer
+// if there are fewer. Leaves the source at any frame.
 absl::StatusOr<std::vector<vision::Frame>> ReadRecentFrames(vision::FrameSource& source,
                                                             int64_t from, int64_t last, int count);
 

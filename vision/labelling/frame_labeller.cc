@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "kernels/base/status_macros.h"
+#include "vision/frame/repeated_picture.h"
 #include "vision/labelling/frame_labeller_implementation.h"
 #include "vision/labelling/frame_step.h"
 #include "vision/labelling/labeller_state.h"
@@ -66,6 +67,16 @@ absl::Status FrameLabeller::Implementation::Push(std::shared_ptr<const Extracted
   if (gathers_ && evidence_.last_frame_index() < frame->frame.index) {
     evidence_.Begin(frame->frame.index);
     movers_.Forget();
+  }
+  if (!history_.empty() && SamePixels(history_.back()->frame.image, frame->frame.image)) {
+    // The later steps are between different pictures: the repeat takes the place of the first.
+    auto repeat = std::make_shared<ExtractedFrame>();
+    repeat->frame = frame->frame;
+    repeat->frame.time_seconds = history_.back()->frame.time_seconds;
+    repeat->grey = frame->grey;
+    repeat->feature_options = frame->feature_options;
+    history_.back() = std::move(repeat);
+    return absl::OkStatus();
   }
   history_.push_back(std::move(frame));
   while (static_cast<int>(history_.size()) > options_.HistoryFrames()) history_.pop_front();

@@ -2,11 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <cstring>
 
 #include "absl/strings/str_format.h"
 #include "kernels/base/status_macros.h"
 #include "vision/features/flow_grid.h"
+#include "vision/frame/repeated_picture.h"
 
 namespace egosieve::vision {
 namespace {
@@ -26,14 +26,6 @@ MotionModelKind KindOf(const TwoViewMotion& motion, const Pinhole& camera) {
 }
 
 }  // namespace
-
-bool SamePixels(const cv::Mat& a, const cv::Mat& b) {
-  if (a.size() != b.size() || a.type() != b.type()) return false;
-  for (int row = 0; row < a.rows; ++row) {
-    if (std::memcmp(a.ptr(row), b.ptr(row), a.cols * a.elemSize()) != 0) return false;
-  }
-  return true;
-}
 
 absl::StatusOr<Outlook> LookAhead(const ExtractedFrame& frame,
                                   const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead,

@@ -259,6 +259,7 @@ absl::StatusOr<SegmentationMap> OnlineSegmenter::Infer(const Frame& frame,
   const int64_t dynamic = std::count_if(map.probability.begin(), map.probability.end(),
                                         [](float probability) { return probability >= 0.5f; });
   record.dynamic_share = static_cast<double>(dynamic) / static_cast<double>(size);
+  record.expected_overlap = ExpectedOverlap(map.probability);
   return map;
 }
 

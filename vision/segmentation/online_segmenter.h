@@ -102,7 +102,8 @@ class OnlineSegmenter {
       const Frame& frame, std::shared_ptr<const ExtractedFrame> extracted,
       bool with_posterior = true,
       const std::vector<std::shared_ptr<const ExtractedFrame>>& ahead = {});
-  // Also fills `record.milliseconds.inference`, `dynamic_share` and `clamped_variances`.
+  // Also fills `record.milliseconds.inference`, `dynamic_share`, `expected_overlap`
+  // and `clamped_variances`.
   absl::StatusOr<SegmentationMap> Infer(const Frame& frame, const MapPosterior& posterior,
                                         FrameRecord& record) const;
 
@@ -121,8 +122,8 @@ class OnlineSegmenter {
   // after the frame's Label on the labelling thread.
   absl::StatusOr<std::string> Checkpoint(absl::string_view labeller_state);
   std::string LabellerState() const { return labeller_->state(); }
-  // Continues from a checkpoint. `recent`: the last HistoryFrames() readable frames before it (all,
-  // if there were fewer), oldest first.
+  // Continues from a checkpoint. `recent`: the frames of the last HistoryFrames() pictures before
+  // it (repeated_picture.h; all, if there were fewer), oldest first.
   absl::Status Restore(absl::string_view checkpoint, const std::vector<Frame>& recent);
 
   const OnlineSegmenterOptions& options() const { return options_; }

@@ -51,6 +51,7 @@ TEST(FrameLine, ALineComesBackAsItWas) {
   line.b = -0.25;
   line.log_likelihood_per_point = -123.456;
   line.dynamic_share = 0.125;
+  line.expected_overlap = 0.75;
   line.clamped_variances = 3;
   line.saturated_deviations = 4;
   line.milliseconds = {{"zeta", 1.5}, {"alpha", 2.5}};
@@ -61,6 +62,7 @@ TEST(FrameLine, ALineComesBackAsItWas) {
   EXPECT_EQ(ToText(*read), text);
   EXPECT_EQ(read->points.dropped_by_budget, 102);
   EXPECT_EQ(read->theta, line.theta);
+  EXPECT_EQ(read->expected_overlap, 0.75);
   EXPECT_EQ(read->milliseconds, line.milliseconds);
   EXPECT_THAT(text, HasSubstr("\"reason\":null"));
 }
@@ -377,6 +379,13 @@ TEST(RunFolder, WhatKilledProgramsLeftIsRemovedInAllItsFolders) {
   RemoveAbandonedFiles(root);
   for (const std::string& file : left) EXPECT_FALSE(std::filesystem::exists(root + file)) << file;
   for (const std::string& file : others) EXPECT_TRUE(std::filesystem::exists(root + file)) << file;
+}
+
+TEST(LiesInFolder, OfPathsThatDoNotExist) {
+  const std::string here = std::filesystem::current_path().string();
+  EXPECT_TRUE(LiesInFolder(here + "/none/masks", "none"));
+  EXPECT_TRUE(LiesInFolder("none/masks", here + "/none"));
+  EXPECT_FALSE(LiesInFolder(here + "/others/masks", "none"));
 }
 
 }  // namespace
