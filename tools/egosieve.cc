@@ -14,7 +14,6 @@
 #include "tools/cli/threads_flag.h"
 #include "tools/cli/version.h"
 #include "tools/devices/devices_command.h"
-#include "tools/infer/infer_command.h"
 #include "tools/lab/compare/compare_command.h"
 #include "tools/masks/masks_command.h"
 #include "tools/merge/merge_command.h"
@@ -40,7 +39,6 @@ int RunCommandLine(int argc, char** argv) {
       "Finds, in video from one uncalibrated moving camera, the pixels of what moves by itself.",
       kVersion, BuildDescription());
   line.Add(MakeSegmentCommand());
-  line.Add(MakeInferCommand());
   line.Add(MakeMergeCommand());
   line.Add(MakeBatchCommand());
   line.Add(MakeSynthesizeCommand());

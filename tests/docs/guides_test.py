@@ -22,8 +22,8 @@ COMMAND = re.compile(r'(\./run|egosieve|bazel|colmap|ns-train|tests/\S+|bench/\S
 # By words of theirs.
 NOT_RUN = {
     'slurm': 'needs a cluster: tests/tools/batch/slurm_test.cc submits to a simulated one',
-    '--piece_minutes': 'needs a cluster',
     'JOB_COMPLETION_INDEX': 'needs a cluster of Kubernetes',
+    'AWS_BATCH_JOB_ARRAY_INDEX': 'needs an account',
     'out/live': 'needs a camera: tests/tools/segment/stream_test.cc sends streams',
     'out/bag': 'needs a recording of ROS, and a package from the network',
     'colmap feature_extractor': 'needs COLMAP: bench/colmap runs it',
@@ -68,7 +68,6 @@ REFUSED = '--out=data/images --overwrite'
 # What has been made before an example of --help or a recipe, by its words.
 DRIVE = 'egosieve segment drive.mp4 --out=out/drive'
 BEFORE = {
-    'egosieve infer out/drive': f'{DRIVE} --learn_only',
     'egosieve reconstruct': DRIVE,
     'egosieve render': DRIVE,
     'egosieve report': DRIVE,
@@ -232,7 +231,7 @@ class NotRun(unittest.TestCase):
         lines = [(name, line) for name, line in lines if not name.startswith('tools/embed/reference/')]
         self.assertGreater(len(lines), 100)
         self.assertEqual([entry for entry in lines if entry[0] not in GUIDES and is_run(entry[1])], [])
-        shown = '\n'.join(line for _, line in lines) + '\n'.join(line for name in ('infer', 'lab compare') for line in examples(name))
+        shown = '\n'.join(line for _, line in lines) + '\n'.join(line for name in ('devices', 'lab compare') for line in examples(name))
         self.assertEqual([word for word in NOT_RUN if word not in shown], [])
 
 

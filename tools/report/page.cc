@@ -88,10 +88,6 @@ std::string Header(const ReportContent& content) {
     absl::StrAppend(&html, ", ended ", EscapeHtml(description.finished_utc));
   }
   absl::StrAppend(&html, "</p>\n", OtherDevices(content.lines), FarApart(content));
-  if (!description.maps_from.empty()) {
-    absl::StrAppend(&html, "<p>maps from the models of ", EscapeHtml(description.maps_from),
-                    "</p>\n");
-  }
   if (!description.ended_message.empty()) {
     absl::StrAppend(&html, "<p><b>", EscapeHtml(description.ended_message), "</b></p>\n");
   }

@@ -41,7 +41,6 @@ const std::vector<FrameFolder>& FrameFolders() {
       {"masks", {".png"}},
       {"ids", {".png"}},
       {"render", {".png"}},
-      {"steps", {".npz"}},
       {"model", {".npz"}}};
   return folders;
 }

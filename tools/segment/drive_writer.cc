@@ -190,16 +190,12 @@ absl::Status DriveWriter::Write(const vision::SegmentedFrame& frame, const std::
         line.saturated_deviations,
         folder_.WriteGridMaps(line.index, MakeMaps(frame.map), description_.deviation_full_scale));
   }
-  if (!frame.step.empty()) {
-    EGOSIEVE_RETURN_IF_ERROR(WriteStep(folder_, frame.index, frame.step));
-  }
   const std::chrono::duration<double, std::milli> writing =
       std::chrono::steady_clock::now() - start;
   line.milliseconds.emplace_back("writing", writing.count());
   EGOSIEVE_RETURN_IF_ERROR(log_.Append(ToText(line)));
   if (!frame.checkpoint.empty()) {
-    EGOSIEVE_RETURN_IF_ERROR(
-        WriteCheckpoint(folder_, frame.index, frame.checkpoint, options_.keep_checkpoints));
+    EGOSIEVE_RETURN_IF_ERROR(WriteCheckpoint(folder_, frame.index, frame.checkpoint));
   }
   Remember(std::move(line));
   return absl::OkStatus();

@@ -39,7 +39,7 @@ absl::Status MethodFlag::CheckWith(bool resume, bool leaves_maps) const {
   if (!is_rival() || (!resume && !leaves_maps)) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat("--method=", name_, " keeps no checkpoints and makes every map; leave ",
-                   resume ? "--resume" : "--every and --learn_only", " out"));
+                   resume ? "--resume" : "--every", " out"));
 }
 
 }  // namespace egosieve::tools

@@ -56,23 +56,12 @@ void RemoveOldest(const RunFolder& folder, const std::vector<int64_t>& indices) 
 
 }  // namespace
 
-absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::string& bytes,
-                             bool keep_all) {
+absl::Status WriteCheckpoint(const RunFolder& folder, int64_t index, const std::string& bytes) {
   EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("model")));
   EGOSIEVE_RETURN_IF_ERROR(WriteFileAtomically(folder.FrameFile("model", index, kSuffix), bytes));
-  if (keep_all) return absl::OkStatus();
   EGOSIEVE_ASSIGN_OR_RETURN(const std::vector<int64_t> indices, ListCheckpoints(folder));
   RemoveOldest(folder, indices);
   return absl::OkStatus();
-}
-
-absl::Status WriteStep(const RunFolder& folder, int64_t index, const std::string& bytes) {
-  EGOSIEVE_RETURN_IF_ERROR(CreateFolder(folder.File("steps")));
-  return WriteFileAtomically(folder.FrameFile("steps", index, kSuffix), bytes);
-}
-
-absl::StatusOr<std::string> ReadStep(const RunFolder& folder, int64_t index) {
-  return ReadFile(folder.FrameFile("steps", index, kSuffix));
 }
 
 absl::StatusOr<std::optional<CheckpointBytes>> FindCheckpoint(const RunFolder& folder,
@@ -93,14 +82,8 @@ absl::StatusOr<std::optional<CheckpointBytes>> FindCheckpoint(const RunFolder& f
 absl::StatusOr<std::vector<FrameLine>> ReadWholeLines(const RunFolder& folder,
                                                       const RunDescription& description) {
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<FrameLine> lines, folder.ReadSegmentedLines());
-  const bool keeps_models = KeepsModels(description);
   const auto is_whole = [&](const FrameLine& line) {
-    if (line.has_map() && !folder.HoldsMaps(line, description)) return false;
-    if (!keeps_models || line.outcome == FrameLine::Outcome::kFailed) return true;
-    std::error_code error;
-    const std::uintmax_t size =
-        fs::file_size(folder.FrameFile("steps", line.index, kSuffix), error);
-    return !error && size > 0;
+    return !line.has_map() || folder.HoldsMaps(line, description);
   };
   lines.erase(std::find_if_not(lines.begin(), lines.end(), is_whole), lines.end());
   return lines;
@@ -173,14 +156,12 @@ bool IsComplete(int64_t next, int64_t step, int64_t end, vision::FrameSource& so
 }
 
 void RemoveAbandonedFiles(const RunFolder& folder) {
-  for (const char* name : {"", "grid", "potential", "model", "steps"}) {
+  for (const char* name : {"", "grid", "potential", "model"}) {
     kernels::RemoveAbandonedTemporaries(folder.File(name));
   }
 }
 
-absl::Status RemoveOtherCheckpoints(const RunFolder& folder, const RunDescription& description,
-                                    int64_t next_frame) {
-  if (KeepsModels(description)) return absl::OkStatus();
+absl::Status RemoveOtherCheckpoints(const RunFolder& folder, int64_t next_frame) {
   EGOSIEVE_ASSIGN_OR_RETURN(std::vector<int64_t> indices, ListCheckpoints(folder));
   for (; !indices.empty() && indices.back() >= next_frame; indices.pop_back()) {
     RemoveCheckpoint(folder, indices.back());

@@ -214,30 +214,6 @@ absl::Status OnlineSegmenter::TakeResidual(const LabelledFrame& labels,
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::string> OnlineSegmenter::TakeStep() {
-  LearningStep step = learner_->TakeStep();
-  step.location_prior = location_prior_.ToBytes();
-  if (potential_.TakeChanged()) {
-    EGOSIEVE_ASSIGN_OR_RETURN(step.potential, potential_.ToBytes());
-  }
-  step.label_residual = residual_.ToBytes();
-  return SerializeStep(step);
-}
-
-absl::Status OnlineSegmenter::Replay(absl::string_view step) {
-  EGOSIEVE_ASSIGN_OR_RETURN(
-      const LearningStep parsed,
-      ParseStep({step.data(), step.size()}, options_.learner.covariance, kDescriptorDimension));
-  posterior_.reset();
-  process_.reset();
-  EGOSIEVE_RETURN_IF_ERROR(location_prior_.Restore(parsed.location_prior));
-  EGOSIEVE_ASSIGN_OR_RETURN(residual_, LabelResidual::FromBytes(parsed.label_residual));
-  if (!parsed.potential.empty()) {
-    EGOSIEVE_RETURN_IF_ERROR(potential_.Restore(parsed.potential));
-  }
-  return learner_->Replay(parsed);
-}
-
 absl::StatusOr<std::shared_ptr<const MapPosterior>> OnlineSegmenter::MakePosterior() {
   if (posterior_ == nullptr) {
     if (process_ == nullptr) {

@@ -112,14 +112,6 @@ class OnlineSegmenter {
   // FrameLabeller's.
   LearntCamera learnt_camera() const { return labeller_->learnt_camera(); }
 
-  // Replay of the learning of another segmenter with equal state and options. On that segmenter:
-  // RecordSteps before the first frame, and TakeStep after each Learn, which gives bytes
-  // (learning_step.h). On this one: Replay with those bytes instead of Extract and Learn, frame by
-  // frame, gives the same posteriors to the last bit. Checkpoint must be called after the same
-  // frames. Errors as ParseStep's for bytes that are no step; the segmenter may have changed then.
-  void RecordSteps() { learner_->RecordSteps(); }
-  absl::StatusOr<std::string> TakeStep();
-  absl::Status Replay(absl::string_view step);
   absl::StatusOr<std::shared_ptr<const MapPosterior>> MakePosterior();
 
   // The state after the last learnt frame, as the bytes of a model file (gp/io/model_file.h). Call

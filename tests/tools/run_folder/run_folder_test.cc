@@ -201,7 +201,7 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
                                             "eval.csv",
                                             "model/000003.npz",
                                             "model/000003.npz.abcdef.egosieve.tmp",
-                                            "steps/1000000.npz",
+                                            "model/1000000.npz",
                                             "frames.jsonl.abcdef.egosieve.tmp",
                                             "grid/000001.prob.png.abcdef.egosieve.tmp",
                                             "run.json.abcdef.egosieve.tmp",
@@ -214,7 +214,7 @@ TEST(RunFolder, IsCreatedWhereNothingIsAndRefusedElsewhere) {
   }
   std::ofstream(path + "/plots/figures.json") << "[{\"id\": \"roc\"}]";
   ASSERT_TRUE(RunFolder::Create(path, true).ok());
-  EXPECT_THAT(NamesBelow(path), testing::ElementsAre(".use.lock", "grid"));
+  EXPECT_THAT(NamesBelow(path), testing::ElementsAre("grid"));
 }
 
 TEST(RunFolder, LeavesWhatIsNotTheProgramsAndNamesIt) {
@@ -250,21 +250,7 @@ TEST(RunFolder, RemovesNothingFromWhatIsNoRun) {
   EXPECT_FALSE(RunFolder::Create("/proc/egosieve", false).ok());
 }
 
-TEST(RunFolder, IsNotRemovedUnderThoseWhoWorkWithIt) {
-  const FakeRun run = WriteFakeRun(FreshFolder());
-  const std::string path = run.folder.path();
-  {
-    const auto reader = FolderLock::Use(path), other = FolderLock::Use(path);
-    ASSERT_TRUE(reader.ok() && other.ok());
-    const absl::Status status = RunFolder::Create(path, true).status();
-    EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
-    EXPECT_THAT(std::string(status.message()), HasSubstr("working with " + path));
-    EXPECT_EQ(run.folder.ReadLines()->size(), 6u);
-  }
-  EXPECT_TRUE(RunFolder::Create(path, true).ok());
-}
-
-// Locks of regular files, which NFS keeps, too; their files stay, so that nobody locks another's.
+// Locks of regular files, which NFS keeps, too; the file stays, so that nobody locks another's.
 TEST(RunFolder, LocksAreHeldOnFilesThatStay) {
   const FakeRun run = WriteFakeRun(FreshFolder());
   const std::string path = run.folder.path(), file = path + "/.write.lock";
@@ -277,7 +263,6 @@ TEST(RunFolder, LocksAreHeldOnFilesThatStay) {
     EXPECT_NE(flock(other, LOCK_EX | LOCK_NB), 0);
     close(other);
     EXPECT_EQ(FolderLock::Take(path).status().code(), absl::StatusCode::kFailedPrecondition);
-    EXPECT_TRUE(FolderLock::Use(path).ok());
     // Made anew under the lock, by the program that holds it.
     ASSERT_TRUE(RunFolder::Create(path, true).ok());
     ASSERT_EQ(stat(file.c_str(), &after), 0);
