@@ -19,7 +19,7 @@
 namespace egosieve::vision {
 namespace {
 
-// What these values were chosen on: docs/questions.md.
+// What these values were chosen on: docs/constants.md.
 constexpr int64_t kDefaultBudget = 1500;
 constexpr int64_t kPaperBudget = 4000;
 constexpr double kDefaultDensity = 0.05;
