@@ -62,8 +62,6 @@ void DoubtfulFrames::Add(const FrameLine& line) {
   doubts_.Add(doubt);
 }
 
-bool DoubtfulFrames::AreMost() const { return 2 * count_ > frames_; }
-
 std::string DoubtfulFrames::Sentence() const {
   if (count_ == 0) return "";
   return absl::StrCat(count_, " of ", frames_,

@@ -38,8 +38,6 @@ class DoubtfulFrames {
   void Add(const FrameLine& line);
 
   int64_t count() const { return count_; }
-  // Whether more than half of the frames are unreliable.
-  bool AreMost() const;
   // "12 of 62 frames are unreliable, most often: ..."; empty if there are none.
   std::string Sentence() const;
 

@@ -18,14 +18,10 @@ RunVerdict JudgeRun(const DriveWriter::Counts& counts, const std::string& end_wa
                      "; give frames of a moving camera, two at least"));
   } else if (!too_few.empty()) {
     verdict.warnings.push_back(absl::StrCat(too_few, "; the masks are not to be relied on"));
-  } else if (counts.doubtful.AreMost()) {
-    verdict.warnings.push_back(
-        absl::StrCat(counts.doubtful.Sentence(), "; the masks are not to be relied on"));
   } else if (const std::string sparse = counts.baselines.Describe(); !sparse.empty()) {
     verdict.warnings.push_back(sparse);
   }
-  bool failed =
-      counts.failed > 0 || learnt_nothing || counts.doubtful.AreMost() || !too_few.empty();
+  bool failed = counts.failed > 0 || learnt_nothing || !too_few.empty();
   if (counts.failed > 0) {
     verdict.warnings.push_back(
         absl::StrCat(counts.failed,

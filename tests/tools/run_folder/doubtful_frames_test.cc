@@ -38,13 +38,6 @@ TEST(DoubtfulFrames, AMapThatExpectsToBeMoreWrongThanRightIsDoubtful) {
   EXPECT_EQ(DoubtOf(line), "the map expects that 42 % of what it marks or misses is right");
   line.doubt = "few places";
   EXPECT_EQ(DoubtOf(line), "few places");
-
-  DoubtfulFrames frames;
-  frames.Add(line);
-  frames.Add(Line("", FrameLine::Outcome::kLearnt, ""));
-  EXPECT_FALSE(frames.AreMost());
-  frames.Add(line);
-  EXPECT_TRUE(frames.AreMost());
 }
 
 // A model that learnt from few of the frames is no success; what tells nothing new does not count.
