@@ -23,11 +23,11 @@
 #include "tools/batch/slurm.h"
 #include "tools/batch/status.h"
 #include "tools/cli/checks.h"
+#include "tools/cli/child_process.h"
 #include "tools/cli/interruption.h"
 #include "tools/cli/result_flag.h"
 #include "tools/cli/warning.h"
 #include "tools/run_folder/run_folder.h"
-#include "tools/cli/child_process.h"
 #include "vision/frame/input_files.h"
 
 namespace egosieve::tools {

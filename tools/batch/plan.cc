@@ -13,8 +13,8 @@
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 #include "kernels/base/status_macros.h"
-#include "tools/run_folder/run_folder.h"
 #include "tools/cli/child_process.h"
+#include "tools/run_folder/run_folder.h"
 
 namespace egosieve::tools {
 namespace {
