@@ -13,6 +13,7 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
 #include "kernels/base/status_macros.h"
+#include "kernels/runtime/cache_folder.h"
 #include "tools/cli/child_process.h"
 #include "tools/cli/interruption.h"
 #include "tools/run_folder/run_folder.h"
@@ -42,13 +43,9 @@ fi
 exit "$code"
 )sh";
 
-// The end of the names of a folder's jobs, by which they are found again: a hash (FNV-1a).
+// The end of the names of a folder's jobs, by which they are found again.
 std::string JobSuffix(const std::string& folder) {
-  uint64_t hash = 14695981039346656037u;
-  for (const char letter : AbsolutePath(folder)) {
-    hash = (hash ^ static_cast<unsigned char>(letter)) * 1099511628211u;
-  }
-  return absl::StrFormat("-%016x", hash);
+  return absl::StrFormat("-%016x", kernels::HashBytes(AbsolutePath(folder)));
 }
 
 bool HasControlCharacter(const std::string& text) {

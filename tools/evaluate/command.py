@@ -212,7 +212,7 @@ def _run_suite(options):
         nonlocal done
         done += 1
         if not options.quiet:
-            print(f"evaluate: {done}/{runs} sequences", file=sys.stderr)
+            print(f"egosieve-eval: {done}/{runs} sequences", file=sys.stderr)
 
     results = suite.run_suite(sequences, variants, options, after_run)
     frame = table.to_frame(results)

@@ -49,6 +49,7 @@ class Evaluation:
                 self._score(line)
             after_frame()
         self.left_out["without_map"] = len(truth.frames) - matched
+        self.mask_figures = self.masks.to_json()
         self._check()
 
     def _score(self, line):
@@ -115,7 +116,7 @@ class Evaluation:
                 "points": self.truth.count_points(),
                 "points_outside": self.left_out["points_outside"],
                 "scores": scores.to_json(),
-                "masks": self.masks.to_json() if self.masks.frames else None,
+                "masks": self.mask_figures if self.masks.frames else None,
                 "frames": [{name: frame[name] for name in ("index", *COUNTS, *FIGURES)}
                            for frame in scores.frames]}
 
@@ -158,7 +159,7 @@ class Evaluation:
         text += self._left_out_text(len(frames) - with_auc, pooled)
         matched = "tracks" if self.truth.scattered else "masks"
         text += f"scored: {self.pixels} pixels; {matched} matched by {self.truth.matched_by}\n"
-        text += self.scores.summary() + self.masks.summary()
+        text += self.scores.summary() + self.masks.summary(self.mask_figures)
         if with_auc:
             text += f"mean AUC {self.scores.mean('auc'):.4f} over {with_auc} frames\n"
         if pooled is None:

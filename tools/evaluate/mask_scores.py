@@ -59,11 +59,10 @@ class MaskScores:
                 "false_objects_per_frame": self.objects.false_per_frame(),
                 "object_recall": self.objects.to_json()}
 
-    def summary(self):
-        """For people; empty without frames with movers."""
+    def summary(self, scores):
+        """For people; empty without frames with movers. scores: to_json()."""
         if not self.js:
             return ""
-        scores = self.to_json()
         text = (f"masks, {self.frames} frames: J {scores['j']:.4f}, boundary F "
                 f"{scores['boundary_f']:.4f}")
         if self.ts:

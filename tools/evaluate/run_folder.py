@@ -124,8 +124,8 @@ class RunFolder:
         """The lines with a map. UsageError if there are none."""
         lines = [line for line in self.lines if line.has_map]
         if not lines:
-            raise UsageError(f"the run in {self.path} has no map; make them: "
-                             f"egosieve infer {self.path}")
+            raise UsageError(f"the run in {self.path} has no map; segment the drive "
+                             "again")
         return lines
 
     def grid(self, line, pixels="grid"):

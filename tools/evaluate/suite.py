@@ -48,15 +48,15 @@ FIGURES = {
     "area_under_sparsification_error": ("AUSE", lambda e: e.scores.uncertainty.ause()),
     "error_auc": ("err. AUC", lambda e: e.scores.uncertainty.error_auc()),
     "class_error_auc": ("by class", lambda e: e.scores.class_uncertainty.error_auc()),
-    "mask_j": ("mask J", lambda e: e.masks.to_json()["j"]),
-    "mask_boundary_f": ("mask F", lambda e: e.masks.to_json()["boundary_f"]),
-    "mask_temporal_instability": ("mask T", lambda e: e.masks.to_json()["temporal_instability"]),
+    "mask_j": ("mask J", lambda e: e.mask_figures["j"]),
+    "mask_boundary_f": ("mask F", lambda e: e.mask_figures["boundary_f"]),
+    "mask_temporal_instability": ("mask T", lambda e: e.mask_figures["temporal_instability"]),
     "truth_temporal_instability": (
-        "true T", lambda e: e.masks.to_json()["temporal_instability_of_truth"]),
+        "true T", lambda e: e.mask_figures["temporal_instability_of_truth"]),
     "mask_object_recall": ("m. rec.", lambda e: e.masks.objects.recall(0.5)),
     "mask_false_objects_per_frame": ("m. false", lambda e: e.masks.objects.false_per_frame()),
-    "idf1": ("IDF1", lambda e: (e.masks.identity.score() or {}).get("idf1")),
-    "hota": ("HOTA", lambda e: (e.masks.identity.score() or {}).get("hota")),
+    "idf1": ("IDF1", lambda e: (e.mask_figures["identity"] or {}).get("idf1")),
+    "hota": ("HOTA", lambda e: (e.mask_figures["identity"] or {}).get("hota")),
     "seconds_per_frame": ("s/frame", lambda e: _seconds_per_frame(e.run)),
 }
 

@@ -29,8 +29,9 @@ std::string WithoutNumbers(absl::string_view reason) {
 std::string DoubtOf(const FrameLine& line) {
   if (line.outcome == FrameLine::Outcome::kFailed) return line.reason;
   if (line.doubt.empty() && line.expected_overlap < kLeastOverlap) {
-    return absl::StrFormat("the map expects that %.0f %% of what it marks or misses is right",
-                           100.0 * line.expected_overlap);
+    return absl::StrFormat(
+        "the map's probabilities expect an IoU of %.2f between its mask and what moves",
+        line.expected_overlap);
   }
   return line.doubt;
 }

@@ -15,10 +15,11 @@
 // Steps 1 and 2 need only the frame: Extract() is const and may run ahead on other threads, in any
 // order. Label() does the other steps and must be called for the frames in order.
 //
-// Resuming: the result of Label(t) depends on frame t, on the HistoryFrames() pictures before it, on
-// the frames in `ahead`, and on state(), about 3 MB (labeller_state.h). After Restore(state() after
-// frame t) and Prime() with the frames of the last HistoryFrames() pictures in order, all later
-// results are byte for byte the same as without the interruption. Random numbers are drawn from (seed, frame index).
+// Resuming: the result of Label(t) depends on frame t, on the HistoryFrames() pictures before it,
+// on the frames in `ahead`, and on state(), about 3 MB (labeller_state.h). After Restore(state()
+// after frame t) and Prime() with the frames of the last HistoryFrames() pictures in order, all
+// later results are byte for byte the same as without the interruption. Random numbers are drawn
+// from (seed, frame index).
 //
 // Results do not depend on the number of threads.
 #ifndef EGOSIEVE_VISION_LABELLING_FRAME_LABELLER_H_

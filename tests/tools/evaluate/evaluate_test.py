@@ -172,7 +172,7 @@ class Golden(Case):
         self.refused(3, 'is not a regular file', made, f'--truth={self.root}/masks')
         lines = [drive.line(k) | {'width_pixels': 0} for k in range(drive.FRAMES)]
         (made / 'frames.jsonl').write_text(''.join(json.dumps(line) + '\n' for line in lines))
-        self.refused(2, f'make them: egosieve infer {made}', made)
+        self.refused(2, f'the run in {made} has no map', made)
         (made / 'frames.jsonl').write_text('{\n')
         self.refused(3, 'line 1', made)
 

@@ -35,7 +35,8 @@ TEST(DoubtfulFrames, AMapThatExpectsToBeMoreWrongThanRightIsDoubtful) {
   line.expected_overlap = 0.5;
   EXPECT_EQ(DoubtOf(line), "");
   line.expected_overlap = 0.42;
-  EXPECT_EQ(DoubtOf(line), "the map expects that 42 % of what it marks or misses is right");
+  EXPECT_EQ(DoubtOf(line),
+            "the map's probabilities expect an IoU of 0.42 between its mask and what moves");
   line.doubt = "few places";
   EXPECT_EQ(DoubtOf(line), "few places");
 }

@@ -24,8 +24,9 @@ extern "C" {
  * divided into pieces of at least 1,024, and each device that has finished takes the next piece.
  *
  * Which device computes a query can differ from call to call. Devices of one kind give the same
- * bits as one alone; results of devices of different kinds differ within the error in prediction.h. An image's inputs, and what several outputs or a mean function need in
- * float64, are computed on the first. If a device fails, nothing is written.
+ * bits as one alone; results of devices of different kinds differ within the error in prediction.h.
+ * An image's inputs, and what several outputs or a mean function need in float64, are computed on
+ * the first. If a device fails, nothing is written.
  *
  * Memory: the model on every device, and the results once more on the host.
  * @param gp            The model.

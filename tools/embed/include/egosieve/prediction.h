@@ -127,8 +127,9 @@ EGOSIEVE_API egosieve_status egosieve_posterior_predict_image(egosieve_posterior
  * flops.
  * @param posterior  The posterior.
  * @param mean       Out: of the means; null: not wanted.
- * @param variance   Out: of the variances, infinite where rounding makes one negative; times s / deviation where the deviation s of f is larger
- *                   than `deviation`; null: not wanted.
+ * @param variance   Out: of the variances, infinite where rounding makes one negative; times s /
+ *                   deviation where the deviation s of f is larger than `deviation`; null: not
+ *                   wanted.
  * @param deviation  Out: the least deviation of f at these places; null: not wanted.
  */
 EGOSIEVE_API egosieve_status egosieve_posterior_float32_error(egosieve_posterior* posterior,
