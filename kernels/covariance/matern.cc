@@ -23,6 +23,13 @@
 namespace egosieve::kernels {
 namespace {
 
+// Not by fmin: what is not a number stays so.
+constexpr char kBoundedCode[] = R"(
+static inline REALV bounded@(const REALV square) {
+  return square > (REALV)1e10f ? (REALV)1e10f : square;
+}
+)";
+
 constexpr char kCodeOneHalf[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
   return exp_of_negative(-sqrt(squared_distance@(a, b)));
@@ -37,7 +44,7 @@ static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, cons
 
 constexpr char kCodeThreeHalves[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
-  const REALV r = sqrt(fmin(squared_distance@(a, b), (REALV)1e10f));
+  const REALV r = sqrt(bounded@(squared_distance@(a, b)));
   return ((REALV)1 + r) * exp_of_negative(-r);
 }
 static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, const REALV k, const REALV weight,
@@ -48,7 +55,7 @@ static inline void add_gradient@(const REALV* a, POINT_SPACE const REAL* b, cons
 
 constexpr char kCodeFiveHalves[] = R"(
 static inline REALV unit_covariance@(const REALV* a, POINT_SPACE const REAL* b) {
-  const REALV square = fmin(squared_distance@(a, b), (REALV)1e10f);
+  const REALV square = bounded@(squared_distance@(a, b));
   const REALV r = sqrt(square);
   return fma(square, (REALV)1 / (REALV)3, (REALV)1 + r) * exp_of_negative(-r);
 }
@@ -74,9 +81,9 @@ class Matern : public ScaledDifference {
   }
 
   std::string DeviceCode(const DeviceCodeRequest& request) const override {
-    return WithSuffix(
-        absl::StrCat(kSquaredDistanceCode, kAddSquaresCode, kUnitVarianceCode, device_code_),
-        request);
+    return WithSuffix(absl::StrCat(kSquaredDistanceCode, kBoundedCode, kAddSquaresCode,
+                                   kUnitVarianceCode, device_code_),
+                      request);
   }
 
  protected:
