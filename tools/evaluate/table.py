@@ -173,7 +173,8 @@ def compare(old, new):
         shown[f"{heading} old"], shown[f"{heading} new"] = values
         shown[f"{heading} change"] = values[1] - values[0]
         for side, column in zip(("old", "new"), values):
-            text += f"worst {heading}, {side}: {worst_text(column)}\n"
+            if names := worst_text(column):
+                text += f"worst {heading}, {side}: {names}\n"
     means = pandas.DataFrame([shown.mean(), shown.median()], index=["mean", "median"])
     for heading in (HEADINGS[figure] for figure in MAIN):  # of the medians, not of the changes
         means[f"{heading} change"] = means[f"{heading} new"] - means[f"{heading} old"]
