@@ -28,17 +28,16 @@
 // the same in each: results do not depend on a query's tile.
 //
 // On an H200 (33.5 T multiply-adds per second in float32, 4.8 TB/s, 132 units of 2,048 work-items,
-// 64 k registers and 228 kB of local memory each), counted, not measured, with DefaultGpuTuning, n
-// = 4000, D = 6 and every pixel of 1242 x 375. Groups of 128, 4 per unit: 512 work-items, 0.25 of
-// the slots, which is the limit with 128 registers each (64 sums and two times 8 factors).
+// 64 k registers and 228 kB of local memory each), with DefaultGpuTuning, n = 4000, D = 6 and every
+// pixel of 1242 x 375: groups of 256, 2 per unit, 0.25 of the slots, which is the limit with 128
+// registers each (64 sums and two times 8 factors).
 //
-//   variance    64 queries per tile: 4.0 T multiply-adds, 0.120 s; 4.0 TB of local memory, 0.120 s;
-//               126 GB of scratch and factor, 0.026 s; 252 GB from cache; least time 0.120 s
-//   mean alone  512 queries per tile: 0.080 T multiply-adds, 0.0024 s; 0.017 TB of local memory;
-//               no scratch and factor; 0.1 GB from cache; least time 0.0024 s
+//   variance    128 queries per tile: 4.0 T multiply-adds, 0.120 s; a quarter as many reads of local
+//               memory in runs of four; 63 GB of scratch and factor; measured 0.146 s
+//   mean alone  1,024 queries per tile: 0.080 T multiply-adds, 0.0024 s; measured 0.008 s, of which
+//               most prepares and copies queries
 //
-// 12.3 kB of local memory per group, 0.55 GB of scratch for 528 groups. So two images per second
-// need 0.24 of the peak.
+// Single reads of local memory take 0.230 s with DEPTH 16, and without the next chunk on its way.
 #define GROUP (PANEL * PANELS)
 #define QUERIES (WIDTH * COLUMNS)
 #define WORK_GROUP (PANELS * COLUMNS)
@@ -65,26 +64,68 @@ void load_query(__global const float* queries, const long query_stride, const lo
 }
 
 #if FACTOR
+// A work-item's queries, in runs of RUN neighbours: runs are read from local memory at once.
+#if WIDTH % 4 == 0 && PANEL % 4 == 0
+#define RUN 4
+#else
+#define RUN 1
+#endif
+#define QUERY(v) ((v) / RUN * RUN * COLUMNS + column * RUN + (v) % RUN)
+// Values of a chunk that a work-item brings to local memory.
+#define FETCHED ((DEPTH * (GROUP + QUERIES) + WORK_GROUP - 1) / WORK_GROUP)
+
+// values[0, RUN) := at[0, RUN).
+void load_run(__local const float* at, float* values) {
+#if RUN == 4
+  vstore4(*(__local const float4*)at, 0, values);
+#else
+  values[0] = at[0];
+#endif
+}
+
+// A work-item's values of the chunk from column k0 on: of the factor, then of the rows.
+void load_chunk(__global const float* packed, __global const float* rows, const int k0, float* next) {
+#pragma unroll
+  for (int i = 0; i < FETCHED; ++i) {
+    const int at = get_local_id(0) + i * WORK_GROUP;
+    if (at < DEPTH * GROUP) {
+      next[i] = packed[(long)k0 * GROUP + at];
+    } else if (at < DEPTH * (GROUP + QUERIES)) {
+      next[i] = rows[(long)k0 * QUERIES + at - DEPTH * GROUP];
+    }
+  }
+}
+
 // acc(r, v) += sum_k packed(k, row r) rows(k, query v), k < count, a multiple of DEPTH. A work-item
-// skips the chunks from column `zero_from` on, in which its rows of the factor are zero.
+// skips the chunks from column `zero_from` on, in which its rows of the factor are zero. The next
+// chunk is on its way from global memory while one is worked on.
 void accumulate(float acc[PANEL][WIDTH], __global const float* packed, __global const float* rows,
                        const int count, const int zero_from, const int panel, const int column,
                        __local float* stage) {
   __local float* staged_rows = stage + DEPTH * GROUP;
+  float next[FETCHED];
+  if (count > 0) load_chunk(packed, rows, 0, next);
   for (int k0 = 0; k0 < count; k0 += DEPTH) {
     barrier(CLK_LOCAL_MEM_FENCE);
-    fetch(stage, packed + (long)k0 * GROUP, DEPTH * GROUP, DEPTH * GROUP);
-    fetch(staged_rows, rows + (long)k0 * QUERIES, DEPTH * QUERIES, DEPTH * QUERIES);
-    barrier(CLK_LOCAL_MEM_FENCE);
-    for (int k = 0; k0 < zero_from && k < DEPTH; ++k) {
-      float b[WIDTH];
 #pragma unroll
-      for (int v = 0; v < WIDTH; ++v) b[v] = staged_rows[k * QUERIES + v * COLUMNS + column];
+    for (int i = 0; i < FETCHED; ++i) {
+      const int at = get_local_id(0) + i * WORK_GROUP;
+      if (at < DEPTH * (GROUP + QUERIES)) stage[at] = next[i];
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (k0 + DEPTH < count) load_chunk(packed, rows, k0 + DEPTH, next);
+    if (k0 >= zero_from) continue;
+#pragma unroll 4
+    for (int k = 0; k < DEPTH; ++k) {
+      float a[PANEL], b[WIDTH];
+#pragma unroll
+      for (int r = 0; r < PANEL; r += RUN) load_run(stage + k * GROUP + panel * PANEL + r, a + r);
+#pragma unroll
+      for (int v = 0; v < WIDTH; v += RUN) load_run(staged_rows + k * QUERIES + QUERY(v), b + v);
 #pragma unroll
       for (int r = 0; r < PANEL; ++r) {
-        const float a = stage[k * GROUP + panel * PANEL + r];
 #pragma unroll
-        for (int v = 0; v < WIDTH; ++v) acc[r][v] = fma(a, b[v], acc[r][v]);
+        for (int v = 0; v < WIDTH; ++v) acc[r][v] = fma(a[r], b[v], acc[r][v]);
       }
     }
   }
@@ -104,7 +145,7 @@ void load_block(__global const float* block, const int panel, const int column, 
 #pragma unroll
   for (int r = 0; r < PANEL; ++r) {
 #pragma unroll
-    for (int v = 0; v < WIDTH; ++v) acc[r][v] = block[(panel * PANEL + r) * QUERIES + v * COLUMNS + column];
+    for (int v = 0; v < WIDTH; ++v) acc[r][v] = block[(panel * PANEL + r) * QUERIES + QUERY(v)];
   }
 }
 
@@ -112,7 +153,7 @@ void store_block(float acc[PANEL][WIDTH], const int panel, const int column, __g
 #pragma unroll
   for (int r = 0; r < PANEL; ++r) {
 #pragma unroll
-    for (int v = 0; v < WIDTH; ++v) block[(panel * PANEL + r) * QUERIES + v * COLUMNS + column] = acc[r][v];
+    for (int v = 0; v < WIDTH; ++v) block[(panel * PANEL + r) * QUERIES + QUERY(v)] = acc[r][v];
   }
 }
 
@@ -127,10 +168,10 @@ void covary_block(__global const float* queries, const long query_stride, const 
 #pragma unroll 1
   for (int v = 0; v < WIDTH; ++v) {
     float query[POINT];
-    load_query(queries, query_stride, first_query + v * COLUMNS + column, query);
+    load_query(queries, query_stride, first_query + QUERY(v), query);
 #pragma unroll 1
     for (int row = panel * PANEL; row < (panel + 1) * PANEL; ++row) {
-      block[row * QUERIES + v * COLUMNS + column] =
+      block[row * QUERIES + QUERY(v)] =
           first + row < input_count ? unit_covariance(query, stage + row * POINT) : 0.0f;
     }
   }
@@ -205,7 +246,7 @@ void process_tile(__global const float* queries, const long query_stride, const 
   }
   barrier(CLK_LOCAL_MEM_FENCE);
 #pragma unroll
-  for (int v = 0; v < WIDTH; ++v) stage[panel * QUERIES + v * COLUMNS + column] = squares[v];
+  for (int v = 0; v < WIDTH; ++v) stage[panel * QUERIES + QUERY(v)] = squares[v];
   barrier(CLK_LOCAL_MEM_FENCE);
   for (int o = 0; o < OWNED; ++o) total[o] += partial[o];
 }
@@ -257,7 +298,7 @@ __kernel __attribute__((reqd_work_group_size(WORK_GROUP, 1, 1))) void dense_post
     const long scratch_stride, __global volatile int* counters, __global float* restrict mean,
     __global float* restrict variance, __global float* restrict probability,
     const long mean_first, const long variance_first, const long probability_first) {
-  __local float stage[STAGE];
+  __local float stage[STAGE] __attribute__((aligned(16)));
   mean += mean_first;
   variance += variance_first;
   probability += probability_first;

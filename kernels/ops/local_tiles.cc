@@ -15,11 +15,13 @@ int64_t StagedBytes(const KernelTuning& tuning, int64_t point_width) {
   return floats * static_cast<int64_t>(sizeof(float));
 }
 
-// A divisor of panels_per_group remains a divisor of work_group.
-KernelTuning WithSmallerBlocks(KernelTuning tuning) {
+// A divisor of panels_per_group remains a divisor of work_group. Tiles have twice the queries, of
+// which fewer columns are staged at once where they would not fit.
+KernelTuning WithSmallerBlocks(KernelTuning tuning, int64_t local_bytes) {
   const int panels = tuning.panels_per_group;
   tuning.panels_per_group = panels % 2 == 0 ? panels / 2 : 1;
   tuning.depth = std::gcd(tuning.depth, tuning.panel * tuning.panels_per_group);
+  while (tuning.depth % 2 == 0 && StagedBytes(tuning, 0) > local_bytes) tuning.depth /= 2;
   return tuning;
 }
 
@@ -29,7 +31,7 @@ KernelTuning FitLocalMemory(const KernelTuning& tuning, int64_t point_width, int
   if (!tuning.local_tiles) return tuning;
   KernelTuning fitting = tuning;
   while (StagedBytes(fitting, point_width) > local_bytes) {
-    const KernelTuning smaller = WithSmallerBlocks(fitting);
+    const KernelTuning smaller = WithSmallerBlocks(fitting, local_bytes);
     if (smaller == fitting || !smaller.Validate().ok()) {
       KernelTuning scalar = DefaultTuning(1);
       scalar.work_group = 64;

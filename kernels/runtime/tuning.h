@@ -20,7 +20,7 @@ struct KernelTuning {
   int width = 3;        // vectors of queries in a register block of the factor's kernel: 1 to 8
   int panel = 8;        // rows of the factor in a register block: 1 to 32
   int panels_per_group = 12;  // register blocks in a cache block of rows: 1 to 64
-  int depth = 192;            // columns of the factor in a cache block: 8 to 4096
+  int depth = 192;            // columns of the factor in a cache block: 4 to 4096
   int micro_tiles = 4;        // register blocks of queries in a tile: 1 to 64
   int work_group = 1;         // work-items side by side, each with a tile: 1 to 1024
   int groups_per_unit = 1;    // work-groups per compute unit: 1 to 64
@@ -36,7 +36,7 @@ struct KernelTuning {
 
 // Good values, without a search, for devices with vectors of `float_lanes` lanes.
 KernelTuning DefaultTuning(int float_lanes);
-// For thousands of scalar work-items side by side, with tiles in local memory. Not timed on a GPU.
+// For thousands of scalar work-items side by side, with tiles in local memory.
 KernelTuning DefaultGpuTuning();
 
 std::string FormatTuning(const KernelTuning& tuning);

@@ -276,8 +276,8 @@ TEST(ModelFile, WhatCannotBeReadIsAnError) {
   const absl::Status status = ReadModelFile(path).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
   EXPECT_THAT(std::string(status.message()), HasSubstr(path));
-  // A sparse file of 8 GiB: refused by its size, unread.
-  std::filesystem::resize_file(path, std::uintmax_t{8} << 30);
+  // A sparse file of 4 TiB: refused by its size, unread.
+  std::filesystem::resize_file(path, std::uintmax_t{4} << 40);
   EXPECT_EQ(ReadModelFile(path).status().code(), absl::StatusCode::kFailedPrecondition);
 }
 

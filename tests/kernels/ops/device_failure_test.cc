@@ -166,25 +166,28 @@ TEST_F(DeviceFailureTest, CreationOfADensePosterior) {
 
 // Without waiting: what was enqueued before the failure keeps what it uses.
 TEST_F(DeviceFailureTest, EnqueuedPosterior) {
-  Context& context = *TestContext();
   const Problem problem = MakeProblem(random_, ArcsineParameters({1, 2, 3}), 50, 0.3);
   constexpr int64_t kQueries = 130;
   std::vector<float> queries(2 * kQueries, 0.5f);
-  const cl::Buffer points(context.cl_context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
-                          queries.size() * sizeof(float), queries.data());
-  const cl::Buffer mean(context.cl_context(), CL_MEM_WRITE_ONLY, kQueries * sizeof(float));
-  DeviceOutputs outputs;
-  outputs.mean.memory = mean();
   DensePosteriorOptions options;
   options.memory_cap_bytes = 1;
   for (const char* call :
        {"clCreateCommandQueue", "clCreateKernel", "clCreateBuffer", "clSetKernelArg",
         "clEnqueueNDRangeKernel", "clEnqueueFillBuffer", "clSetEventCallback"}) {
+    // Its own: a workspace can come back to a context after its queue has finished.
+    const auto opened = OpenContext();
+    ASSERT_TRUE(opened.ok()) << opened.status();
+    Context& context = **opened;
+    const cl::Buffer points(context.cl_context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
+                            queries.size() * sizeof(float), queries.data());
+    const cl::Buffer mean(context.cl_context(), CL_MEM_WRITE_ONLY, kQueries * sizeof(float));
+    DeviceOutputs outputs;
+    outputs.mean.memory = mean();
     int failures = 0;
     for (int nth = 0; nth < 1000; ++nth) {
       SCOPED_TRACE(testing::Message() << call << " number " << nth);
       auto posterior =
-          DensePosterior::Create(TestContext(), problem.model(FactorKind::kCholesky), options);
+          DensePosterior::Create(*opened, problem.model(FactorKind::kCholesky), options);
       ASSERT_TRUE(posterior.ok()) << posterior.status();
       context.ReleaseIdle();
       const cl::CommandQueue queue(context.cl_context(), context.cl_device());

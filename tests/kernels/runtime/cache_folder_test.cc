@@ -103,8 +103,8 @@ TEST(Tuning, DefaultsAreValid) {
         << FormatTuning(tuning);
   }
   KernelTuning bad;
-  bad.depth = 7;
-  EXPECT_EQ(bad.Validate().message(), "depth = 7; it must be from 8 to 4096");
+  bad.depth = 3;
+  EXPECT_EQ(bad.Validate().message(), "depth = 3; it must be from 4 to 4096");
 }
 
 }  // namespace

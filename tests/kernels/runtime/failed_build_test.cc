@@ -67,9 +67,11 @@ TEST(FailedBuild, IsNotReleased) {
   EXPECT_EQ(releases, 0);
 
   // PoCL's compiler would wait for its own lock: this context builds nothing more, another does.
-  has_failed = false;
   context = OpenContext(options);
-  ASSERT_TRUE(context.ok() && builds(""));
+  ASSERT_TRUE(context.ok()) << context.status();
+  if ((*context)->info().platform.find("Portable Computing Language") == std::string::npos) return;
+  has_failed = false;
+  ASSERT_TRUE(builds(""));
   fails = true;
   calls = 0;
   EXPECT_FALSE(builds(" -DOTHER"));
