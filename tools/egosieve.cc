@@ -15,7 +15,6 @@
 #include "tools/devices/devices_command.h"
 #include "tools/evaluate/evaluate_command.h"
 #include "tools/infer/infer_command.h"
-#include "tools/lab/compare/compare_command.h"
 #include "tools/masks/masks_command.h"
 #include "tools/merge/merge_command.h"
 #include "tools/model/model_command.h"
@@ -52,8 +51,6 @@ int RunCommandLine(int argc, char** argv) {
   line.Add(MakeModelCommand());
   line.Add(MakeDevicesCommand());
   line.Add(MakeTuneCommand());
-  line.AddGroup("lab", "Research: other methods on the same drives.");
-  line.Add(MakeCompareCommand(), "lab");
   return line.Run(std::vector<std::string>(argv + 1, argv + argc), std::cout, std::cerr);
 }
 

@@ -39,7 +39,7 @@ NOT_RUN = {
     './run install': 'builds the program again: tests/tools/embed/install installs it',
     './run wheel': 'builds for other machines, with packages from the network',
     './run tune': 'minutes: tests/tools/tune tunes small cases',
-    './run lab compare': 'hours: tests/tools/end_to_end/comparison_test.cc compares small drives',
+    'tools/evaluate/compare.py': 'hours: tests/tools/evaluate/compare_test.py compares a small drive',
     'out/growth': 'drives of a figure; minutes',
     'out/rates': 'the same',
     'bus_stop': 'a hundred frames; minutes',
@@ -55,7 +55,6 @@ NOT_RUN = {
     'cc -std=c99 c/': 'the same',
     'PYTHONPATH=': 'the same',
     '--device=gpu': 'needs a GPU',
-    '--scenarios=': 'minutes: tests/tools/end_to_end/comparison_test.cc compares small drives',
 }
 FRAMES = 6
 # What is of long drives, for one of FRAMES.
@@ -216,7 +215,7 @@ class Guides(unittest.TestCase):
         self.check_each(lines)
 
     def test_help(self):
-        names = [name for name in commands() if name not in ('lab', 'merge')] + [f'lab {name}' for name in commands('lab')]
+        names = [name for name in commands() if name != 'merge']
         lines = [line for name in names for line in examples(name) if is_run(line)]
         self.assertGreater(len(lines), 25)
         self.check_each([*lines, '\n'.join(examples('merge'))])
@@ -231,7 +230,7 @@ class NotRun(unittest.TestCase):
         lines = [(name, line) for name, line in lines if not name.startswith('tools/embed/reference/')]
         self.assertGreater(len(lines), 100)
         self.assertEqual([entry for entry in lines if entry[0] not in GUIDES and is_run(entry[1])], [])
-        shown = '\n'.join(line for _, line in lines) + '\n'.join(line for name in ('infer', 'lab compare') for line in examples(name))
+        shown = '\n'.join(line for _, line in lines) + '\n'.join(examples('infer'))
         self.assertEqual([word for word in NOT_RUN if word not in shown], [])
 
 

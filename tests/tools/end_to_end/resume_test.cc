@@ -351,7 +351,7 @@ TEST_F(Resume, OnAnotherDeviceWhereThatIsAllowed) {
 TEST_F(Resume, OneProgramAtATime) {
   const absl::StatusOr<FolderLock> lock = FolderLock::Take(whole_);
   ASSERT_TRUE(lock.ok()) << lock.status();
-  for (const char* flag : {"--resume", "--overwrite", "--method=homography_flow"}) {
+  for (const char* flag : {"--resume", "--overwrite"}) {
     const ProgramOutcome outcome = RunProgram(Arguments(whole_, {flag}));
     EXPECT_EQ(outcome.code, 2) << flag;
     EXPECT_THAT(outcome.err, HasSubstr("another program is writing into " + whole_)) << flag;

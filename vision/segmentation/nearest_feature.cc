@@ -1,4 +1,4 @@
-#include "vision/baselines/nearest_feature.h"
+#include "vision/segmentation/nearest_feature.h"
 
 #include <cstddef>
 #include <nanoflann.hpp>

@@ -1,6 +1,6 @@
 // Spreads values at features over an image: every grid pixel gets the value of its nearest feature.
-#ifndef EGOSIEVE_VISION_BASELINES_NEAREST_FEATURE_H_
-#define EGOSIEVE_VISION_BASELINES_NEAREST_FEATURE_H_
+#ifndef EGOSIEVE_VISION_SEGMENTATION_NEAREST_FEATURE_H_
+#define EGOSIEVE_VISION_SEGMENTATION_NEAREST_FEATURE_H_
 
 #include <vector>
 
@@ -18,4 +18,4 @@ std::vector<float> SpreadToGrid(kernels::ConstMatrixView<double> positions,
 
 }  // namespace egosieve::vision
 
-#endif  // EGOSIEVE_VISION_BASELINES_NEAREST_FEATURE_H_
+#endif  // EGOSIEVE_VISION_SEGMENTATION_NEAREST_FEATURE_H_
