@@ -102,9 +102,9 @@ def examples(name):
     return [line for line in lines if line.startswith('egosieve ')]
 
 
-def commands(*group):
-    """The names that the program's help lists, or that of a group of commands."""
-    listed = subprocess.run([PROGRAM, *group, '--help'], capture_output=True, text=True, check=True).stdout
+def commands():
+    """The names that the program's help lists."""
+    listed = subprocess.run([PROGRAM, '--help'], capture_output=True, text=True, check=True).stdout
     return re.findall(r'^  (\w+) {2,}', listed.partition('Commands:')[2].partition('\n\n')[0], re.MULTILINE)
 
 

@@ -53,14 +53,10 @@ class SegmentFlags {
   std::optional<int64_t> inducing_points_;
   std::optional<std::string> frame_gap_;
   std::optional<int> labelling_size_;
-  std::optional<int> feature_count_;
-  std::optional<std::string> features_;
   std::optional<std::string> patch_search_;
-  std::optional<std::string> motion_model_;
   std::optional<double> focal_ratio_;
   std::optional<int> ahead_;
   std::optional<double> lag_seconds_;
-  std::optional<std::string> labels_;
   std::optional<std::string> evidence_;
   std::optional<std::string> equalize_;
   std::optional<std::string> covariance_;

@@ -49,14 +49,10 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       {"frame_gap",
        labeller.frame_gap == kAutomaticGap ? kAutomatic : absl::StrCat(labeller.frame_gap)},
       {"labelling_size", absl::StrCat(labeller.longest_side_pixels)},
-      {"feature_count", absl::StrCat(labeller.feature_count)},
-      {"features", NameOf(FeatureWords(), labeller.features)},
       {"patch_search", yes_or_no(labeller.searches_lost)},
-      {"motion_model", NameOf(MotionModelWords(), labeller.motion_model)},
       {"focal_ratio", Shortest(labeller.focal_ratio)},
       {"ahead", absl::StrCat(options.ahead_frames)},
       {"evidence", vision::Describe(labeller.evidence)},
-      {"labels", NameOf(LabelWords(), labeller.label_rule)},
       {"equalize", NameOf(EqualizationWords(), labeller.equalization.method)},
       {"covariance", std::string(learner.covariance.text())},
       {"novelty_filter", yes_or_no(learner.novelty_filter)},
@@ -67,8 +63,7 @@ std::map<std::string, std::string> DescribeOptions(const OnlineSegmenterOptions&
       // Settings of the profiles that have no flag.
       {"flow_quality", NameOf(FlowQualityWords(), labeller.flow_quality)},
       {"training_points", absl::StrCat(learner.training.subset_size)},
-      {"labelled_frame",
-       labeller.labelled_side == vision::LabelledSide::kFirstFrame ? "first" : "current"},
+      {"front_end", labeller.is_paper ? "paper" : "default"},
       {"random_start", yes_or_no(learner.random_start)},
   };
   if (options.potential.enabled) flags["potential"] = yes_or_no(true);

@@ -52,9 +52,6 @@ absl::StatusOr<View> LookBack(const ExtractedFrame& before, const ExtractedFrame
 // them are static.
 MotionModel ModelOf(const TwoViewMotion& motion, const Pinhole& camera, int64_t pair_count);
 
-// Whether two pictures are the same in every pixel.
-bool SamePixels(const cv::Mat& a, const cv::Mat& b);
-
 }  // namespace egosieve::vision
 
 #endif  // EGOSIEVE_VISION_LABELLING_OUTLOOK_H_

@@ -260,8 +260,7 @@ TEST_F(Resume, WithTheFrameGapThatItChose) {
       0);
   fs::rename(root_ + "/street/frames", root_ + "/frames");
   ASSERT_EQ(
-      RunProgram(Arguments(whole_, {"--frame_gap=auto", "--motion_model=auto", "--overwrite"}))
-          .code,
+      RunProgram(Arguments(whole_, {"--frame_gap=auto", "--no_first_pass", "--overwrite"})).code,
       0);
   const std::vector<FrameLine> lines = *RunFolder::Open(whole_)->ReadLines();
   ASSERT_EQ(lines.size(), static_cast<size_t>(kFrames));
@@ -269,9 +268,8 @@ TEST_F(Resume, WithTheFrameGapThatItChose) {
   for (size_t i = 9; i < lines.size(); ++i) late_gaps.insert(lines[i].frame_gap);
   ASSERT_GE(late_gaps.size(), 2u) << "the gap stays, and shows nothing";
   const auto resume = [&] {
-    EXPECT_EQ(
-        RunProgram(Arguments(run_, {"--frame_gap=auto", "--motion_model=auto", "--resume"})).code,
-        0);
+    EXPECT_EQ(RunProgram(Arguments(run_, {"--frame_gap=auto", "--no_first_pass", "--resume"})).code,
+              0);
     return CompareRuns(whole_, run_);
   };
   for (const int frame : {12, 14, 17}) {
@@ -280,7 +278,7 @@ TEST_F(Resume, WithTheFrameGapThatItChose) {
   }
   for (const int signal : {SIGKILL, SIGTERM}) {
     const int code =
-        StartAndSend(signal, Arguments(run_, {"--frame_gap=auto", "--motion_model=auto"}), 9, 0);
+        StartAndSend(signal, Arguments(run_, {"--frame_gap=auto", "--no_first_pass"}), 9, 0);
     EXPECT_EQ(code, signal == SIGKILL ? 128 + SIGKILL : 130);
     EXPECT_EQ(resume(), "") << "signal " << signal;
   }
