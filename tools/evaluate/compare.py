@@ -5,15 +5,15 @@
     tools/evaluate/compare.py drive/frames --truth=drive/masks --out=out/compare
 
 INPUT is a folder of pictures with --truth, or a folder of sequences, each with frames/ and masks/,
-labels/ or tracks.csv. `egosieve segment --dump_features` gives every method the same labelled places
-and the same grid. Needs Debian's python3-sklearn, python3-opencv and python3-numpy.
+labels/ or tracks.csv. `egosieve segment --dump_features` gives every method the same labelled
+places and the same grid. Needs Debian's python3-sklearn, python3-opencv and python3-numpy.
 
     arcsine, squared_exponential   the segmenter with either covariance
     svm, logistic, forest          scikit-learn's, trained anew in each frame on the labels kept so
                                    far: thinned, bounded and forgotten as by the segmenter
     labels                         the label of the place nearest to each pixel
     ransac                         distance of that place to OpenCV's RANSAC model of the same pairs
-    optical_flow                   the same, and the wrong side of infinity (Klappstein et al., 2009)
+    optical_flow                   the same, and the wrong side of infinity (Klappstein, 2009)
     homography_flow                distance of DIS flow at each pixel to a homography
 
 Distances d become scores d / (d + 3 px). All methods get the segmenter's location prior. Truth of
@@ -125,9 +125,10 @@ class Classifier:
     def bounded(self, points, most):
         """The first `most` points, but of each class at least a share of RARE, if there are."""
         moving = points[:, 6] > 0
-        protected = [np.flatnonzero(of_class)[: int(self.RARE * most)] for of_class in (moving, ~moving)]
-        order = np.concatenate([*protected, np.setdiff1d(np.arange(len(points)), np.concatenate(protected))])
-        return points[np.sort(order[:most])]
+        few = int(self.RARE * most)
+        protected = np.concatenate([np.flatnonzero(moving)[:few], np.flatnonzero(~moving)[:few]])
+        others = np.setdiff1d(np.arange(len(points)), protected)
+        return points[np.sort(np.concatenate([protected, others])[:most])]
 
     def learn(self, dump):
         size = len(dump.labels)
@@ -248,7 +249,8 @@ METHODS = (*COVARIANCES, *CLASSIFIERS, *FRAME_BY_FRAME)
 def segmented(options, source, folder, covariance):
     """The run folder and its lines; segments unless the run is there."""
     run = folder / covariance
-    if not (run / "run.json").exists() or json.loads((run / "run.json").read_text())["ended"] != "done":
+    about = run / "run.json"
+    if not about.exists() or json.loads(about.read_text())["ended"] != "done":
         words = [options.program, "segment", source, f"--out={run}", f"--covariance={covariance}",
                  f"--dump_features={folder / 'features'}", f"--max_frames={options.max_frames}",
                  "--overwrite", "--progress=none", *options.segment_flags.split()]  # fmt: skip
@@ -287,8 +289,9 @@ def compare_drive(options, name, source, truth):
               for m in options.methods if m not in COVARIANCES}  # fmt: skip
     rows = []
     for position, line in enumerate(lines):
-        if line["image"] is None or not (path := folder / f"features/{line['index']:06d}.npz").exists():
-            continue  # a damaged frame
+        path = folder / f"features/{line['index']:06d}.npz"
+        if not path.exists():  # a damaged frame
+            continue
         dump, maps, took = Dump(path), {}, {}
         prior.learn(dump)
         for method, (run, own) in runs.items():
@@ -339,7 +342,8 @@ def summarise(options, rows):
             less = [(a - b)[:, column] for a, b in zip(figures[first], own)]
             less = [v[~np.isnan(v)] for v in less if not np.isnan(v).all()]
             if method != first and less:
-                entry[f"{first}_leads_in_{key}"] = lead(less, options.block, np.random.default_rng(1))
+                random = np.random.default_rng(1)
+                entry[f"{first}_leads_in_{key}"] = lead(less, options.block, random)
         table.append(entry)
     return table
 
@@ -358,23 +362,26 @@ def main():
     parser.add_argument("input", type=Path)
     parser.add_argument("--truth", type=Path, help="masks or tracks.csv of the one drive INPUT")
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--methods", default=",".join(METHODS), help="the first is compared with the others")
+    parser.add_argument("--methods", default=",".join(METHODS), help="compared with the first")
     parser.add_argument("--max_frames", type=int, default=0, help="of each drive; 0: all")
-    parser.add_argument("--block", type=int, default=10, help="frames in a row that are drawn together")
+    parser.add_argument("--block", type=int, default=10, help="frames in a row drawn together")
     parser.add_argument("--segment_flags", default="", help="flags of segment, by spaces")
-    parser.add_argument("--program", type=Path, default=Path(__file__).resolve().parents[2] / ".build/egosieve")
+    built = Path(__file__).resolve().parents[2] / ".build/egosieve"
+    parser.add_argument("--program", type=Path, default=built)
     options = parser.parse_args()
     options.methods = options.methods.split(",")
     if unknown := [m for m in options.methods if m not in METHODS]:
         parser.error(f"no method '{unknown[0]}'; the methods are {', '.join(METHODS)}")
     if not set(options.methods) & set(COVARIANCES):
         parser.error(f"--methods needs one of {', '.join(COVARIANCES)}")
-    drives = [("drive", options.input, options.truth)] if options.truth else sequences(options.input)
-    rows = [row for name, source, truth in drives for row in compare_drive(options, name, source, truth)]
+    one = [("drive", options.input, options.truth)]
+    drives = one if options.truth else sequences(options.input)
+    rows = [row for drive in drives for row in compare_drive(options, *drive)]
     if not rows:
         parser.error(f"no frame with truth in {options.input}")
     with open(options.out / "compare.csv", "w", newline="") as file:
-        csv.writer(file).writerows([("drive", "frame", "method", "auc", "j", "milliseconds"), *rows])
+        head = ("drive", "frame", "method", "auc", "j", "milliseconds")
+        csv.writer(file).writerows([head, *rows])
     table = summarise(options, rows)
     (options.out / "compare.json").write_text(json.dumps(table, indent=1) + "\n")
     first = options.methods[0]
@@ -382,7 +389,8 @@ def main():
     for entry in table:
         leads = [entry.get(f"{first}_leads_in_{key}") for key in ("auc", "j")]
         text = "  ".join("{:+.3f} [{:+.3f}, {:+.3f}]".format(*found) for found in leads if found)
-        print(f"{entry['method']:20} {entry['auc']:.4f} {entry['j']:.4f} {entry['milliseconds']:9.1f}  {text}".rstrip())
+        means = f"{entry['auc']:.4f} {entry['j']:.4f} {entry['milliseconds']:9.1f}"
+        print(f"{entry['method']:20} {means}  {text}".rstrip())
 
 
 if __name__ == "__main__":

@@ -1,3 +1,4 @@
+// Seeds of random choices.
 #ifndef EGOSIEVE_VISION_GEOMETRY_MIX_SEED_H_
 #define EGOSIEVE_VISION_GEOMETRY_MIX_SEED_H_
 

@@ -32,8 +32,8 @@ struct MotionModel {
 
 // Selects and fits a model to pairs of points, without a focal length. Kind kNone with a reason for
 // too few or degenerate pairs.
-using MotionSelector = std::function<absl::StatusOr<MotionModel>(
-    const std::vector<PointPair>& pairs, uint64_t seed)>;
+using MotionSelector =
+    std::function<absl::StatusOr<MotionModel>(const std::vector<PointPair>& pairs, uint64_t seed)>;
 
 }  // namespace egosieve::vision
 

@@ -84,8 +84,7 @@ Clip ReadClip(const std::string& folder, const std::string& input, int most) {
 
 // Both clips of kPictures.
 void ExpectCut(const Clip& before, const Clip& after, const FrameLabellerOptions& options) {
-  SCOPED_TRACE(absl::StrCat(before.name, " -> ", after.name, ", features ",
-                            static_cast<int>(options.features)));
+  SCOPED_TRACE(absl::StrCat(before.name, " -> ", after.name, options.is_paper ? ", paper" : ""));
   ASSERT_EQ(before.images.size(), static_cast<size_t>(kPictures));
   ASSERT_EQ(after.images.size(), static_cast<size_t>(kPictures));
   const auto labeller = MakeLabeller(options);

@@ -66,7 +66,7 @@ TEST(MatchFeatures, FindsNoisyCopies) {
 // kind.
 TEST(MatchFeatures, EqualsOpenCvBruteForce) {
   const int count = 500;
-  const Sets sets = MakeSets(count, count, 90);
+  const Sets sets = MakeSets(count, count, 130);
   const double ratio = 0.8;
   const auto to_floats = [&](const FeatureSet& set) {
     cv::Mat bytes(count, kSiftDescriptorBytes, CV_8U, const_cast<uint8_t*>(set.descriptor(0)));

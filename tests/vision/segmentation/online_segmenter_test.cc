@@ -14,7 +14,6 @@ namespace {
 class OnlineSegmenterTest : public testing::Test {
  protected:
   static std::unique_ptr<OnlineSegmenter> MakeSegmenter(OnlineSegmenterOptions options) {
-    options.labeller.feature_count = 800;
     options.learner.training.annealing_evaluations = 20;
     auto context = kernels::OpenContext();
     EXPECT_TRUE(context.ok()) << context.status();

@@ -52,7 +52,6 @@ std::unique_ptr<OnlineSegmenter> MakeSegmenter(ModelKind kind = ModelKind::kExac
   OnlineSegmenterOptions options = OnlineSegmenterOptions::Default();
   options.learner.model.kind = kind;
   options.learner.model.sparse.inducing_points = 60;
-  options.labeller.feature_count = 500;
   options.labeller.focal_ratio = 0.9;  // labels rest on the pictures ahead, too
   options.learner.training.annealing_evaluations = 10;
   // Points leave and the factor is never rebuilt for training's sake: its bits carry its history.
