@@ -32,6 +32,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.linear_model import LogisticRegression
@@ -95,8 +96,7 @@ class LocationPrior:
         ratio = self.frames * density / self.sums.mean() + self.FRAMES
         factor = (ratio / (self.frames + self.FRAMES)) ** self.weight
         x, y = ((dump.pixels + 0.5) / (dump.width, dump.height) * self.CELLS - 0.5).T
-        factor = cv2.remap(factor.astype(np.float32), x.astype(np.float32), y.astype(np.float32),
-                           cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).ravel()  # fmt: skip
+        factor = map_coordinates(factor, (y, x), order=1, mode="nearest")
         return probability * factor / (1.0 - probability + probability * factor)
 
 
@@ -251,9 +251,9 @@ def segmented(options, source, folder, covariance):
     run = folder / covariance
     about = run / "run.json"
     if not about.exists() or json.loads(about.read_text())["ended"] != "done":
-        words = [options.program, "segment", source, f"--out={run}", f"--covariance={covariance}",
-                 f"--dump_features={folder / 'features'}", f"--max_frames={options.max_frames}",
-                 "--overwrite", "--progress=none", *options.segment_flags.split()]  # fmt: skip
+        words = [options.program.resolve(), "segment", source, f"--out={run}",
+                 f"--covariance={covariance}", f"--dump_features={folder / 'features'}",
+                 f"--max_frames={options.max_frames}", "--overwrite", "--progress=none", *options.segment_flags.split()]  # fmt: skip
         done = subprocess.run(words, capture_output=True, text=True, check=False)
         if done.returncode not in (0, 4):
             raise SystemExit(f"compare: {source}: {done.stderr.strip()[-500:]}")

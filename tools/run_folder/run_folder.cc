@@ -215,9 +215,7 @@ bool RunFolder::HoldsMaps(const FrameLine& line, const RunDescription& descripti
     return !error && size > 0;
   };
   if (description.flags.count("potential") > 0 && !is_there("potential", ".png")) return false;
-  // A method without deviations writes none.
-  return is_there("grid", ".prob.png") &&
-         (description.flags.count("method") > 0 || is_there("grid", ".std.png"));
+  return is_there("grid", ".prob.png") && is_there("grid", ".std.png");
 }
 
 absl::StatusOr<int64_t> RunFolder::WriteGridMaps(int64_t index, const FrameMaps& maps,

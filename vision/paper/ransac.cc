@@ -5,8 +5,6 @@
 #include <numeric>
 
 #include "absl/strings/str_cat.h"
-#include "kernels/base/argument_checks.h"
-#include "kernels/base/status_macros.h"
 #include "vision/geometry/mix_seed.h"
 #include "vision/paper/ransac_model.h"
 #include "vision/paper/sampling.h"
@@ -17,6 +15,10 @@ namespace {
 constexpr int64_t kTrialPairs = 400;   // on which a model is tested first
 constexpr double kTrialMargin = 1.15;  // models this much worse than the best there are dropped
 constexpr int kMaxRefusedPerSample = 20;
+constexpr double kConfidence = 0.9999;
+constexpr int kMaxIterations = 2000;
+constexpr double kSpacingPixels = 2.0;  // between points of a sample, in both images
+constexpr int64_t kMaxPairs = 4000;     // of more pairs, this many are drawn at random
 
 // The number of iterations by (RS2).
 int RequiredIterations(double inlier_share, int sample_size, double confidence, int maximum) {
@@ -46,16 +48,15 @@ class Search {
  public:
   Search(const NormalizedPairs& pairs, const RansacOptions& options)
       : pairs_(pairs),
-        options_(options),
         threshold_(options.threshold_pixels / pairs.scale_pixels),
-        spacing_(options.minimum_spacing_pixels / pairs.scale_pixels),
+        spacing_(kSpacingPixels / pairs.scale_pixels),
         sampler_(options.seed) {}
 
   // False if no sample gave a model.
   bool Run() {
-    int required = options_.max_iterations;
+    int required = kMaxIterations;
     int64_t refused = 0;
-    const int64_t most_refused = int64_t{kMaxRefusedPerSample} * options_.max_iterations;
+    const int64_t most_refused = int64_t{kMaxRefusedPerSample} * kMaxIterations;
     std::vector<Eigen::Matrix3d> models;
     while (iterations_ < required && refused < most_refused) {
       int64_t sample[Model::kSampleSize];
@@ -65,15 +66,14 @@ class Search {
       if (models.empty()) {
         ++refused;
         // Degenerate input: stop after as many rejected samples as models would be tried.
-        if (!found_ && refused >= options_.max_iterations) break;
+        if (!found_ && refused >= kMaxIterations) break;
         continue;
       }
       ++iterations_;
       for (const Eigen::Matrix3d& model : models) Try(model);
       const double share =
           static_cast<double>(best_.inlier_count) / static_cast<double>(pairs_.size());
-      required = RequiredIterations(share, Model::kSampleSize, options_.confidence,
-                                    options_.max_iterations);
+      required = RequiredIterations(share, Model::kSampleSize, kConfidence, kMaxIterations);
     }
     if (found_) Optimize(best_model_, best_, kFinalRadii);
     return found_;
@@ -121,7 +121,6 @@ class Search {
   }
 
   const NormalizedPairs& pairs_;
-  const RansacOptions& options_;
   const double threshold_, spacing_;
   Sampler sampler_;
   bool found_ = false;
@@ -136,7 +135,6 @@ absl::StatusOr<RansacResult> Estimate(const std::vector<PointPair>& pairs,
                                       const RansacOptions& options, const char* name,
                                       Eigen::Matrix3d (*in_pixels)(const Eigen::Matrix3d&,
                                                                    const NormalizedPairs&)) {
-  EGOSIEVE_RETURN_IF_ERROR(options.Validate());
   if (pairs.size() < Model::kSampleSize) {
     return absl::InvalidArgumentError(absl::StrCat(name, ": ", pairs.size(), " point pairs, ",
                                                    Model::kSampleSize, " are needed"));
@@ -144,7 +142,7 @@ absl::StatusOr<RansacResult> Estimate(const std::vector<PointPair>& pairs,
   std::vector<int64_t> order(pairs.size());
   std::iota(order.begin(), order.end(), int64_t{0});
   Sampler(MixSeed(options.seed, 0, 0)).Shuffle(order);
-  if (static_cast<int64_t>(order.size()) > options.max_pairs) order.resize(options.max_pairs);
+  if (static_cast<int64_t>(order.size()) > kMaxPairs) order.resize(kMaxPairs);
   const NormalizedPairs normalized = Normalize(pairs, order);
 
   Search<Model> search(normalized, options);
@@ -160,17 +158,6 @@ absl::StatusOr<RansacResult> Estimate(const std::vector<PointPair>& pairs,
 }
 
 }  // namespace
-
-absl::Status RansacOptions::Validate() const {
-  return kernels::CheckOptions({
-      {"threshold_pixels", threshold_pixels, kernels::IsPositive(threshold_pixels), "be positive"},
-      {"confidence", confidence, confidence > 0 && confidence < 1, "be between 0 and 1"},
-      {"max_iterations", max_iterations, max_iterations >= 1, "be positive"},
-      {"minimum_spacing_pixels", minimum_spacing_pixels,
-       kernels::IsNotNegative(minimum_spacing_pixels), "not be negative"},
-      {"max_pairs", max_pairs, max_pairs >= 8, "be at least 8"},
-  });
-}
 
 absl::StatusOr<RansacResult> EstimateFundamental(const std::vector<PointPair>& pairs,
                                                  const RansacOptions& options) {

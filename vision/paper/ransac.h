@@ -3,12 +3,12 @@
 // Zisserman, 2000), local optimisation (Chum et al., 2003) and early stop.
 //
 //   cost(model) = sum_i min(d_i^2 / T^2, 1)                                                (RS1)
-//   iterations until  (1 - w^m)^k <= 1 - confidence,   w = share of inliers, m = sample size (RS2)
+//   iterations until  (1 - w^m)^k <= 0.0001,   w = share of inliers, m = sample size   (RS2)
 //
 // d is Sampson's distance for F and the transfer error for H; T is the threshold. Each new best
 // model is refined by a few reweighted least-squares steps with Tukey's weights and a shrinking
 // radius; each step is kept only if it lowers (RS1). A sample is rejected if it is degenerate, if
-// two of its points are closer than `minimum_spacing_pixels`, or (F) if the orientations of its
+// two of its points are closer than 2 pixels, or (F) if the orientations of its
 // points disagree. A model is first tested on a random part of the pairs, and on all pairs unless
 // it is clearly worse there than the best so far.
 //
@@ -20,30 +20,23 @@
 #include <cstdint>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "vision/geometry/point_pair.h"
 
 namespace egosieve::vision {
 
 struct RansacOptions {
-  double threshold_pixels = 1.0;        // T; positive
-  double confidence = 0.9999;           // (0, 1)
-  int max_iterations = 2000;            // positive
-  double minimum_spacing_pixels = 2.0;  // between points of a sample, in both images; >= 0
-  int max_pairs = 4000;                 // of more pairs, this many are drawn at random; >= 8
+  double threshold_pixels = 1.0;  // T; positive
   uint64_t seed = 1;
-
-  absl::Status Validate() const;
 };
 
 struct RansacResult {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();  // pixels, first image to second
   int64_t inlier_count = 0;                              // of the pairs used
-  int iterations = 0;
+  int iterations = 0;                                    // at most 2,000
 };
 
-// Errors: InvalidArgument for invalid options and for fewer than 7 (F) or 4 (H) pairs; NotFound if
+// Errors: InvalidArgument for fewer than 7 (F) or 4 (H) pairs; NotFound if
 // no sample gives a model (all points collinear, identical, ...).
 absl::StatusOr<RansacResult> EstimateFundamental(const std::vector<PointPair>& pairs,
                                                  const RansacOptions& options);
